@@ -15,7 +15,7 @@ from benchmark.plain import SITES_M, make_plots
 from benchmark.plan import Plan
 from benchmark.report import Row
 from multiradar.estimation.filters.bank import Outcome
-from multiradar.research.sequential.arrangement import Options, arrange, begin
+from multiradar.research.sequential.arrangement import Options, arrange, initiate
 from multiradar.research.sequential.sensors import BiasPrior, Sensors, flat_radars
 
 TEXT = (
@@ -64,7 +64,7 @@ def nanoseconds(name: str, plots: PeerPlots, sensors: Sensors, runs: int) -> flo
         one = arrange(name, sensors, options, slots=len(plots.mean), rows=len(plots.rows.slot))
         one.work.bounds[1] = count
         for slot, mean in enumerate(plots.mean):
-            begin(one, slot, plots.start_s, mean, plots.covariance)
+            initiate(one, slot, plots.start_s, mean, plots.covariance)
         first = perf_counter()
         one.definition.step(
             one.work, plots.rows, one.model, one.aircraft, one.result, want_readout=False

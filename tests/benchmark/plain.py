@@ -29,7 +29,7 @@ from benchmark.report import Row
 from multiradar.estimation.filters.arrays import Rows, result_arrays
 from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.measurement._kernels import KIND_FLAT_POLAR
-from multiradar.research.sequential.arrangement import Options, arrange, begin
+from multiradar.research.sequential.arrangement import Options, arrange, initiate
 from multiradar.research.sequential.filter import SequentialFilter
 from multiradar.research.sequential.sensors import BiasPrior, Sensors, flat_radars
 
@@ -154,7 +154,7 @@ def our_nanoseconds(plots: PeerPlots, sensors: Sensors, runs: int) -> float:
     spent = []
     for _ in range(runs + 1):
         for slot, mean in enumerate(plots.mean):
-            begin(one, slot, plots.start_s, mean, plots.covariance)
+            initiate(one, slot, plots.start_s, mean, plots.covariance)
         first = perf_counter()
         one.definition.step(one.work, rows, one.model, one.aircraft, result, want_readout=False)
         spent.append(perf_counter() - first)

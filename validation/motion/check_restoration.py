@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from multiradar.evaluation.smoothing.motion_modes import civil_modes
 from multiradar.evaluation.smoothing.multiple_modes import ResidualBiases, smooth_modes
 from multiradar.evaluation.smoothing.single_mode import PositionMeasurements
-from multiradar.research.bundle.printed import PrintedBundle
+from multiradar.research.bundle.published import PublishedBundle
 from multiradar.restoration.bundle.bundle import Bundle
 from multiradar.restoration.bundle.estimate import BEST, WEIGHTED
 from multiradar.restoration.control_tracks.settings import BundleSettings
@@ -149,18 +149,18 @@ def print_searches(settings: BundleSettings, seed: int, aircraft: int = 6) -> No
         radar = np.zeros(len(taken))
         plots = measurement_track(taken.time_s, taken.position_m, taken.covariance_m2, radar)
         known = int(np.searchsorted(plots.time_s, plots.time_s[0] + 30.0))
-        begun = PrintedBundle(plots, replace(settings, apart_m=20.0))
+        begun = PublishedBundle(plots, replace(settings, apart_m=20.0))
         begun.start(known)
         for count in range(known, len(plots) + 1):
             begun.branch(count)
             begun.thin(count)
         for name in spent:
             bundle = copy.deepcopy(begun)
-            improve = bundle.settle if name == "least squares" else bundle.optimise
+            improve = bundle.fit_least_squares if name == "least squares" else bundle.optimise
             if number == seen.aircraft[0]:
                 improve(len(plots))
                 bundle = copy.deepcopy(begun)
-                improve = bundle.settle if name == "least squares" else bundle.optimise
+                improve = bundle.fit_least_squares if name == "least squares" else bundle.optimise
             began = process_time()
             improve(len(plots))
             spent[name].append(1e3 * (process_time() - began) / len(bundle))

@@ -186,7 +186,7 @@ def _warn_of_unused(entry: StudyEntry, chosen: Mapping[str, object]) -> None:
     unused = [
         FLAGS[name]
         for name, value in chosen.items()
-        if value is not None and name not in entry.takes
+        if value is not None and name not in entry.supported_options
     ]
     if unused:
         print(

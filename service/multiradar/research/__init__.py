@@ -1,1 +1,1 @@
-"""What reproduces the source papers: studies, sequential filters, motion models, their search."""
+"""Reproduction of the source papers: studies, sequential filters, motion models, bundle search."""

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from multiradar.estimation.motion.velocity_frame_noise import VelocityFrameNoise
 from multiradar.research.extended.extended import Estimate, Outcome, predict, start, update
 from multiradar.research.extended.extended_measurement import (
-    MeasuredPlace,
     MeasuredPolar,
+    MeasuredPosition,
     SpaceMeasurement,
 )
 from multiradar.research.motion.cartesian_acceleration import CartesianAcceleration
@@ -30,7 +30,7 @@ MODELS: list[MotionModel] = [
 ]
 SITE = np.array([3e3, -4e3, 200.0])
 SENSORS: list[SpaceMeasurement] = [
-    MeasuredPlace(np.diag([30.0, 40.0, 25.0]) ** 2),
+    MeasuredPosition(np.diag([30.0, 40.0, 25.0]) ** 2),
     MeasuredPolar(SITE, np.diag([40.0, 1e-3, 1.5e-3]) ** 2),
     MeasuredPolar(SITE, np.diag([40.0, 1e-3, 30.0]) ** 2, "height"),
 ]

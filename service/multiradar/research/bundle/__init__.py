@@ -1,1 +1,1 @@
-"""The search for trajectories as the report prints it."""
+"""The trajectory bundle and its search as published in the report."""

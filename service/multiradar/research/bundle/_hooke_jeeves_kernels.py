@@ -1,8 +1,8 @@
-"""Compiled search of Hooke and Jeeves over controls and switches of a track, as the report has it.
+"""Compiled search of Hooke and Jeeves over controls and switching times of a track (report).
 
-What is varied: u and w of every segment, and when every segment but the first begins. The state at
-the anchor stays. Where a limit is broken the functional is not computed: a penalty in proportion to
-what is too much stands in its place.
+Varied are u and w of every segment, and the start of every segment but the first. The state at the
+anchor is fixed. Where a limit is violated, a penalty in proportion to the violation replaces the
+functional.
 
 References
 ----------
@@ -27,12 +27,12 @@ from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]
 
-# The printed steps, first and last, and by what they shrink: m/s² across, m/s² along, s.
+# The published steps, first and last, and their reduction factor: m/s² across, m/s² along, s.
 LATERAL_STEP, LATERAL_LAST = 0.5, 0.01
 LONGITUDINAL_STEP, LONGITUDINAL_LAST = 0.25, 0.01
 BEGIN_STEP_S, BEGIN_LAST_S = 32.0, 0.02
 SHRINK = 0.5
-# A penalty is above any functional, which is below 20 for each of some hundred plots.
+# Above any functional, which is below 20 for each of some hundred plots.
 PENALTY = 1e6
 EVALUATIONS_MAX = 20_000
 
@@ -42,13 +42,13 @@ def search(
     track: Floats, base: Floats, trial: Floats, anchor_s: float, plots: Floats, first: int,
     last: int, limits: Floats, evaluations: Floats,
 ) -> float:  # fmt: skip
-    """Improve a track in place; return its functional, and write how often it was computed.
+    """Improve a track in place; return its functional, and write the number of evaluations.
 
-    limits: lateral, longitudinal acceleration, least duration of a segment, of the last segment.
+    limits: lateral, longitudinal acceleration, minimum duration of a segment, of the last one.
     """
     now_s = plots[last - 1, 0]
     evaluations[0] = 1.0
-    best = judged(track, anchor_s, plots, first, last, now_s, limits)
+    best = penalised_misfit(track, anchor_s, plots, first, last, now_s, limits)
     scale = 1.0
     copy_track(track, base)
     while evaluations[0] < EVALUATIONS_MAX and (
@@ -63,13 +63,13 @@ def search(
         if not found < best:
             scale *= SHRINK
         while found < best and evaluations[0] < EVALUATIONS_MAX:
-            # The pattern: as far again in the direction that was good, and a look around there.
+            # Pattern move: the successful step again, followed by an exploration.
             for i in range(len(track)):
                 trial[i] = 2.0 * track[i] - base[i]
             trial[COUNT] = track[COUNT]
             copy_track(track, base)
             best = found
-            ahead = judged(trial, anchor_s, plots, first, last, now_s, limits)
+            ahead = penalised_misfit(trial, anchor_s, plots, first, last, now_s, limits)
             evaluations[0] += 1.0
             found = explore(
                 trial, ahead, scale, anchor_s, plots, first, last, now_s, limits, evaluations
@@ -85,7 +85,7 @@ def explore(
     track: Floats, value: float, scale: float, anchor_s: float, plots: Floats, first: int,
     last: int, now_s: float, limits: Floats, evaluations: Floats,
 ) -> float:  # fmt: skip
-    """Try a step either way of each parameter, keep what is better, and return the functional."""
+    """Try a step in both directions of each parameter, keep improvements, return the functional."""
     for i in range(int(track[COUNT])):
         at = SEGMENTS + SEGMENT_COUNT * i
         for part in range(3):
@@ -97,9 +97,9 @@ def explore(
                 column, step = at + BEGIN, scale * BEGIN_STEP_S
             if part < 2 or i > 0:
                 kept = track[column]
-                for way in range(2):
-                    track[column] = kept + (step if way == 0 else -step)
-                    found = judged(track, anchor_s, plots, first, last, now_s, limits)
+                for direction in range(2):
+                    track[column] = kept + (step if direction == 0 else -step)
+                    found = penalised_misfit(track, anchor_s, plots, first, last, now_s, limits)
                     evaluations[0] += 1.0
                     if found < value:
                         value = found
@@ -109,7 +109,7 @@ def explore(
 
 
 @in_loop
-def judged(
+def penalised_misfit(
     track: Floats,
     anchor_s: float,
     plots: Floats,
@@ -118,7 +118,7 @@ def judged(
     now_s: float,
     limits: Floats,
 ) -> float:
-    """Return the functional, or the penalty where limits are broken."""
+    """Return the functional, or the penalty where limits are violated."""
     over = 0.0
     begin = anchor_s
     count = int(track[COUNT])

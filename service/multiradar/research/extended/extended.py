@@ -19,20 +19,20 @@ from multiradar.estimation.motion.inputs import require_positive
 from multiradar.research.extended.extended_measurement import SpaceMeasurement
 from multiradar.research.motion.model import MotionModel
 
-#: Share of the speed that must be level for a course to be told, well above rounding.
+#: Minimum level fraction of the speed for a defined course, well above rounding.
 COURSE_MIN = 1e-9
-#: Largest negative eigenvalue of the correlations that rounding may leave.
+#: Largest negative eigenvalue of the correlations due to rounding.
 ROUNDING_MAX = 1e-12
 
 
 class Outcome(IntEnum):
-    """What became of a measurement; whatever is not `UPDATED` has left the estimate as it was."""
+    """Outcome of a measurement; the estimate changes with `UPDATED` only."""
 
     UPDATED = 0
-    GATED = 1  #: Farther from the prediction than the gate allows.
-    SINGULAR = 2  #: The innovation covariance, or what the update leaves, is no covariance.
-    CONE_OF_SILENCE = 3  #: The aircraft is predicted where the sensor says nothing of it.
-    NOT_FINITE = 4  #: The measurement is no finite number, or so far off that its square is not.
+    GATED = 1  #: Outside the gate.
+    SINGULAR = 2  #: The innovation covariance or the updated covariance is not positive definite.
+    CONE_OF_SILENCE = 3  #: The aircraft is predicted where the sensor measures nothing useful.
+    NOT_FINITE = 4  #: The measurement, or its square, is not a finite number.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,7 +46,7 @@ class Estimate:
     covariance : (..., 6, 6) array
         Symmetric to the last bit.
     coordinates : Coordinates
-        How the state is written.
+        Coordinates of the state.
 
     References
     ----------
@@ -78,7 +78,7 @@ class Estimate:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Update:
-    """What a measurement made of an estimate.
+    """Result of an update.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class Update:
     innovation_covariance : (..., m, m) array
         H P Hᵀ + W.
     distance_squared : (...) array
-        Normalised innovation squared, NIS; infinite where it could not be formed.
+        Normalised innovation squared, NIS; infinite where undefined.
     """
 
     estimate: Estimate
@@ -111,22 +111,22 @@ def start(mean: ArrayLike, covariance: ArrayLike, coordinates: Coordinates = CAR
     covariance : (..., 6, 6) array_like
         Its covariance.
     coordinates : Coordinates
-        Those of the motion model that the filter uses.
+        Those of the motion model of the filter.
 
     Returns
     -------
     Estimate
-        Carried over to first order.
+        Transformed to first order.
 
     Raises
     ------
     ShapeError
-        The mean has another number of components, or they are not finite, or the shapes differ.
+        The mean has a wrong number of components or is not finite, or the shapes differ.
     CovarianceError
-        The covariance is none.
+        Not a covariance.
     ConfigurationError
-        The velocity frame is asked for at a velocity that has no course (at rest, or straight up
-        or down), where its covariance has no bound.
+        In the velocity frame, the velocity has no course (at rest or vertical): its covariance
+        would be unbounded.
 
     References
     ----------
@@ -139,7 +139,7 @@ def start(mean: ArrayLike, covariance: ArrayLike, coordinates: Coordinates = CAR
     require_shape(matrix, "covariance", (*values.shape, STATE_SIZE))
     own = coordinates.from_cartesian(values)
     slope = coordinates.to_cartesian_jacobian(own)
-    # Columns for course and climb are as long as the level speed and the speed are.
+    # Columns for course and climb have the lengths of the level speed and of the speed.
     lengths = np.linalg.norm(slope[..., 4:], axis=-2)
     if not (lengths > COURSE_MIN * np.maximum(lengths[..., 1:], np.finfo(float).tiny)).all():
         raise ConfigurationError("velocity: expected one with a course, was at rest or vertical")
@@ -149,34 +149,34 @@ def start(mean: ArrayLike, covariance: ArrayLike, coordinates: Coordinates = CAR
 
 
 def predict(estimate: Estimate, model: MotionModel, interval_s: float) -> Estimate:
-    """Move an estimate on by an interval.
+    """Predict an estimate over an interval.
 
     Parameters
     ----------
     estimate : Estimate
         In the coordinates of the model.
     model : MotionModel
-        How the aircraft moves.
+        Motion model.
     interval_s : float
         T, s, not negative.
 
     Returns
     -------
     Estimate
-        f(x) and F P Fᵀ + Q, both taken at the old mean.
+        f(x) and F P Fᵀ + Q, both evaluated at the old mean.
 
     Raises
     ------
     ConfigurationError
         The estimate is in other coordinates than the model.
     TimeOrderError
-        The interval is negative or no finite number.
+        The interval is negative or not finite.
 
     References
     ----------
     Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and
     Navigation", Wiley 2001, section 10.3: the extended Kalman filter; Vasiliev, Mattis, equations
-    (5) and (7), whose models it takes.
+    (5) and (7), for the models.
     """
     if model.coordinates is not estimate.coordinates:
         raise ConfigurationError(
@@ -196,36 +196,36 @@ def update(
     measured: ArrayLike,
     gate: float | None = None,
 ) -> Update:
-    """Take a measurement.
+    """Update an estimate with a measurement.
 
     Parameters
     ----------
     estimate : Estimate
         Predicted to the time of the measurement.
     measurement : SpaceMeasurement
-        What is measured, and how well.
+        Sensor model with its noise.
     measured : (..., m) array_like
-        One measurement for each aircraft.
+        One measurement per aircraft.
     gate : float, optional
-        Largest normalised innovation squared that is believed; None believes all.
+        Largest accepted normalised innovation squared; None accepts all.
 
     Returns
     -------
     Update
-        The estimate after it, and what became of it. A refused measurement leaves the estimate as
-        it was; no NaN enters it.
+        The updated estimate and the outcome. A rejected measurement leaves the estimate unchanged;
+        NaN never enters it.
 
     Raises
     ------
     ShapeError
-        A measurement has another number of components.
+        A measurement has a wrong number of components.
     MotionParameterError
         The gate is not above 0.
 
     Notes
     -----
     The covariance is (I − K H) P (I − K H)ᵀ + K W Kᵀ, which stays positive semi-definite under
-    rounding. Non-finite arithmetic is met by refusing, not by warnings.
+    rounding. Non-finite results are rejected without warnings.
 
     References
     ----------
@@ -283,7 +283,7 @@ def _corrected(
     return Estimate(mean, covariance, estimate.coordinates)
 
 
-# The inverse, and whether there is one; judged on correlations, so that units do not matter.
+# The inverse, and whether it exists, by correlations: independent of units.
 def _inverse(matrix: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     correlations, scale, positive = _correlations(matrix)
     eigenvalue = np.linalg.eigvalsh(correlations).min(axis=-1)
@@ -292,15 +292,15 @@ def _inverse(matrix: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     return np.linalg.inv(correlations) / scale, regular
 
 
-# Whether rounding has left a covariance. It does not where an accepted measurement was so far off
-# that metres and light seconds stand in one matrix.
+# Whether the matrix is a covariance within rounding. It is not if the accepted measurement was
+# so far off that metres and light seconds are mixed in one matrix.
 def _sound(matrix: Floats) -> NDArray[np.bool_]:
     correlations, _, positive = _correlations(matrix)
     eigenvalue = np.linalg.eigvalsh(correlations).min(axis=-1)
     return np.asarray(positive & (eigenvalue >= -ROUNDING_MAX))
 
 
-# Correlations (or the identity where there are none), their scale, and whether there are any.
+# Correlations (or the identity if undefined), their scale, and whether they are defined.
 def _correlations(matrix: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
     variances = np.diagonal(matrix, axis1=-2, axis2=-1)
     finite = np.isfinite(matrix).all(axis=(-2, -1))

@@ -1,7 +1,7 @@
-"""What sensors measure of one aircraft in space, for the extended Kalman filter.
+"""Measurement models of one aircraft in space, for the extended Kalman filter.
 
-All on flat axes (east, north, up), metres: good where the earth's curvature does not count, as in
-the studies. A measurement depends on the position alone, so it goes with every motion model.
+Flat axes (east, north, up), metres, without the curvature of the Earth, as in the studies. A
+measurement depends on the position only, so it works with every motion model.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from multiradar.estimation.motion.axes import Floats
 
 
 class SpaceMeasurement(Protocol):
-    """A sensor; positions and measurements may have leading axes, one for each aircraft.
+    """A sensor; positions and measurements may have leading axes, one per aircraft.
 
     References
     ----------
@@ -37,7 +37,7 @@ class SpaceMeasurement(Protocol):
         """
 
     def predict(self, position: Floats, /) -> Floats:
-        """Return (..., m): what is measured of an aircraft there, without error.
+        """Return (..., m): the measurement of an aircraft at a position, without error.
 
         Parameters
         ----------
@@ -51,8 +51,8 @@ class SpaceMeasurement(Protocol):
 
         References
         ----------
-        IMM UrO RAN report (2016), equation (1.5): C^χ χ, or what stands for it where z is not
-        linear in χ.
+        IMM UrO RAN report (2016), equation (1.5): C^χ χ, or its equivalent where z is not linear in
+        χ.
         """
 
     def jacobian(self, position: Floats, /) -> Floats:
@@ -74,7 +74,7 @@ class SpaceMeasurement(Protocol):
         """
 
     def residual(self, measured: Floats, predicted: Floats, /) -> Floats:
-        """Return (..., m): measured minus predicted, angles within half a turn.
+        """Return (..., m): measured minus predicted, angles wrapped.
 
         Parameters
         ----------
@@ -92,7 +92,7 @@ class SpaceMeasurement(Protocol):
         """
 
     def usable(self, position: Floats, /) -> NDArray[np.bool_]:
-        """Return (...) bool: whether the sensor says something of an aircraft there.
+        """Return (...) bool: whether the sensor can measure an aircraft at a position.
 
         Parameters
         ----------
@@ -111,8 +111,8 @@ class SpaceMeasurement(Protocol):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class MeasuredPlace:
-    """East, north and up, measured at once.
+class MeasuredPosition:
+    """East, north and up, measured simultaneously.
 
     Attributes
     ----------
@@ -122,9 +122,9 @@ class MeasuredPlace:
     Raises
     ------
     CovarianceError
-        It is none.
+        Not a covariance.
     ShapeError
-        It is not of that shape.
+        Wrong shape.
 
     References
     ----------
@@ -210,7 +210,7 @@ class MeasuredPlace:
 
         References
         ----------
-        The project's own: a reported place has no cone of silence.
+        The project's own: a reported position has no cone of silence.
         """
         return np.ones(np.shape(position)[:-1], np.bool_)
 
@@ -226,20 +226,20 @@ class MeasuredPolar:
     noise : (3, 3) array
         Covariance of the error: m, rad, and rad or m.
     third : str
-        `elevation`, the angle above the horizontal plane through the radar, or `height`, the
-        aircraft's up coordinate, such as its reported altitude.
+        `elevation`, the angle above the horizontal plane through the radar, or `height`, the up
+        coordinate of the aircraft, such as its reported altitude.
 
     Raises
     ------
     CovarianceError
-        The noise is no covariance.
+        The noise is not a covariance.
     ShapeError
-        The site or the noise is of another shape, or the third component is called otherwise.
+        The site or the noise has another shape, or the third component has another name.
 
     Notes
     -----
-    Azimuth is clockwise from north. Over the radar (`cone_of_silence`) the azimuth says nothing
-    and the measurement is not usable.
+    Azimuth is clockwise from north. In the cone of silence over the radar (`cone_of_silence`)
+    the azimuth carries no information and the measurement is not usable.
 
     References
     ----------
@@ -289,7 +289,7 @@ class MeasuredPolar:
         return np.stack([np.hypot(ground, up), np.arctan2(east, north), third], -1)
 
     def jacobian(self, position: Floats) -> Floats:
-        """Return the derivative by (east, north, up); 0 where an angle is not defined.
+        """Return the derivative by (east, north, up); 0 where an angle is undefined.
 
         Parameters
         ----------
@@ -326,7 +326,7 @@ class MeasuredPolar:
         return np.stack([by_range, by_azimuth, by_third], -2)
 
     def residual(self, measured: Floats, predicted: Floats) -> Floats:
-        """Return the difference, angles within half a turn.
+        """Return the difference, angles wrapped.
 
         Parameters
         ----------

@@ -30,16 +30,16 @@ class CartesianAcceleration:
 
     Raises
     ------
-    ShapeError
+    Not three values.
         There are not three.
-    MotionParameterError
+    One is negative or not finite.
         One is negative or no finite number.
 
     Notes
     -----
-    As printed the acceleration moves the velocity alone: the position goes with the old velocity,
-    and Q is of rank three at most. Two half intervals add half the variance of one, so that the
-    parameters go with the interval at which they are used.
+    As published, the acceleration changes the velocity only: the position uses the old velocity,
+    and Q has rank three at most. Two half intervals add half the variance of one: the parameters
+    are specific to the interval.
 
     References
     ----------
@@ -57,7 +57,7 @@ class CartesianAcceleration:
         object.__setattr__(self, "acceleration_mps2", checked)
 
     def step(self, state: ArrayLike, interval_s: float, draws: ArrayLike) -> Floats:
-        """Move aircraft on by one interval, equation (2).
+        """Advance aircraft by one interval, equation (2).
 
         Parameters
         ----------
@@ -76,15 +76,15 @@ class CartesianAcceleration:
         Raises
         ------
         ShapeError
-            State or draws have another number of components.
+            State or draws have a wrong number of components.
         TimeOrderError
-            The interval is negative or no finite number.
+            The interval is negative or not finite.
 
         References
         ----------
         Vasiliev, Mattis, equation (2).
         """
-        return jolted(state, interval_s, self.velocity_sigmas(interval_s), draws)
+        return advance_with_noise(state, interval_s, self.velocity_sigmas(interval_s), draws)
 
     def noise(self, state: ArrayLike, interval_s: float) -> Floats:
         """Return ϑ ϑᵀ of equation (1), the same for every state.
@@ -104,7 +104,7 @@ class CartesianAcceleration:
         Raises
         ------
         ShapeError, TimeOrderError
-            As for `step`.
+            See `step`.
 
         References
         ----------
@@ -128,7 +128,7 @@ class CartesianAcceleration:
         Raises
         ------
         TimeOrderError
-            If the interval is negative or no finite number.
+            If the interval is negative or not finite.
 
         References
         ----------
@@ -137,8 +137,10 @@ class CartesianAcceleration:
         return forward_interval(interval_s) * np.array(self.acceleration_mps2)
 
 
-def jolted(state: ArrayLike, interval_s: float, sigmas: Floats, draws: ArrayLike) -> Floats:
-    """Move on with the old velocity, then change each velocity by its sigma times its draw.
+def advance_with_noise(
+    state: ArrayLike, interval_s: float, sigmas: Floats, draws: ArrayLike
+) -> Floats:
+    """Advance with the old velocity, then change each velocity by its sigma times its draw.
 
     Parameters
     ----------
@@ -159,11 +161,11 @@ def jolted(state: ArrayLike, interval_s: float, sigmas: Floats, draws: ArrayLike
     Raises
     ------
     ShapeError, TimeOrderError
-        As for `CartesianAcceleration.step`.
+        See `CartesianAcceleration.step`.
 
     References
     ----------
-    Vasiliev, Mattis, equation (2) and the text after it, which differ in σ alone.
+    Vasiliev, Mattis, equation (2) and the text after it, which differ in σ only.
     """
     moved = cartesian_transition(state, interval_s)
     change = sigmas * component_array(draws, "draws", 3)

@@ -1,4 +1,4 @@
-"""What a filter asks of a motion model, and what a simulation does."""
+"""Interfaces of motion models: for filters and for simulation."""
 
 from typing import Protocol
 
@@ -9,12 +9,12 @@ from multiradar.estimation.motion.coordinates import Coordinates
 
 
 class MotionModel(Protocol):
-    """A model that a filter predicts with; all arrays may have leading axes, one for each aircraft.
+    """A motion model for prediction; all arrays may have leading axes, one per aircraft.
 
     Attributes
     ----------
     coordinates : Coordinates
-        How its states are written.
+        Coordinates of its states.
 
     References
     ----------
@@ -24,7 +24,7 @@ class MotionModel(Protocol):
     coordinates: Coordinates
 
     def transition(self, state: ArrayLike, interval_s: float, /) -> Floats:
-        """Return the (..., 6) state expected after an interval.
+        """Return the (..., 6) expected state after an interval.
 
         Parameters
         ----------
@@ -63,7 +63,7 @@ class MotionModel(Protocol):
         Returns
         -------
         (..., 6, 6) ndarray
-            F, taken at the state.
+            F, evaluated at the state.
 
         Raises
         ------
@@ -79,7 +79,7 @@ class MotionModel(Protocol):
         """
 
     def noise(self, state: ArrayLike, interval_s: float, /) -> Floats:
-        """Return the (..., 6, 6) covariance that the interval adds, Q.
+        """Return the (..., 6, 6) process noise covariance of the interval, Q.
 
         Parameters
         ----------
@@ -107,12 +107,12 @@ class MotionModel(Protocol):
 
 
 class MotionSimulator(Protocol):
-    """A model that trajectories are made with.
+    """A motion model for simulation.
 
     Attributes
     ----------
     coordinates : Coordinates
-        How its states are written.
+        Coordinates of its states.
 
     References
     ----------

@@ -16,9 +16,9 @@ from multiradar.estimation.motion.coordinates import (
     cartesian_transition,
 )
 from multiradar.estimation.motion.inputs import axis_parameters, forward_interval, require_positive
-from multiradar.research.motion.cartesian_acceleration import jolted, velocity_noise
+from multiradar.research.motion.cartesian_acceleration import advance_with_noise, velocity_noise
 
-#: T_np, the paper's example of the time over which γ is the relative change, s.
+#: T_np, the paper's example of the reference time of γ, s.
 REFERENCE_TIME_S = 1000.0
 
 
@@ -39,18 +39,18 @@ class RelativeSpeed:
     Raises
     ------
     ShapeError
-        There are not three speeds or fractions.
+        Not three speeds or fractions.
     MotionParameterError
-        A speed or fraction is negative, T_np is not above 0, or one is no finite number.
+        A speed or fraction is negative, T_np is not above 0, or one is not finite.
 
     Notes
     -----
-    The change over an interval T has σ = γ |v_o| √(T / T_np), so that two intervals in a row add
-    what their sum adds. *An initial speed of 0 along an axis gives no noise there*: that velocity
-    then stays for ever, and the covariance of a filter in that component shrinks towards 0. It is
-    what the formula says, and follows the axes rather than the aircraft: flying due north nothing
-    changes across the track, flying north-east everything does. For a noise that does not
-    depend on the heading give the whole speed for each axis.
+    The change over an interval T has σ = γ |v_o| √(T / T_np), so that variances of successive
+    intervals add up. *An initial speed of 0 along an axis gives no noise there*: that velocity
+    component stays constant, and its variance in a filter shrinks towards 0. This follows the
+    published formula, which depends on the axes and not on the aircraft: flying due north nothing
+    changes across the track, flying north-east both components do. For noise independent of the
+    heading give the whole speed for each axis.
 
     References
     ----------
@@ -73,7 +73,7 @@ class RelativeSpeed:
         require_positive(self.reference_time_s, "reference time")
 
     def step(self, state: ArrayLike, interval_s: float, draws: ArrayLike) -> Floats:
-        """Move aircraft on by one interval.
+        """Advance aircraft by one interval.
 
         Parameters
         ----------
@@ -87,23 +87,23 @@ class RelativeSpeed:
         Returns
         -------
         (..., 6) ndarray
-            The new state; the position moves with the old velocity.
+            The new state; the position uses the old velocity.
 
         Raises
         ------
         ShapeError
-            State or draws have another number of components.
+            State or draws have a wrong number of components.
         TimeOrderError
-            The interval is negative or no finite number.
+            The interval is negative or not finite.
 
         References
         ----------
         Vasiliev, Mattis, the text after equation (2): v_xi = v_x(i−1) + γ_x σ_xi ξ_xi.
         """
-        return jolted(state, interval_s, self.velocity_sigmas(interval_s), draws)
+        return advance_with_noise(state, interval_s, self.velocity_sigmas(interval_s), draws)
 
     def noise(self, state: ArrayLike, interval_s: float) -> Floats:
-        """Return the covariance that an interval adds, the same for every state.
+        """Return the process noise covariance of an interval, the same for every state.
 
         Parameters
         ----------
@@ -120,7 +120,7 @@ class RelativeSpeed:
         Raises
         ------
         ShapeError, TimeOrderError
-            As for `step`.
+            See `step`.
 
         References
         ----------
@@ -144,7 +144,7 @@ class RelativeSpeed:
         Raises
         ------
         TimeOrderError
-            If the interval is negative or no finite number.
+            If the interval is negative or not finite.
 
         References
         ----------

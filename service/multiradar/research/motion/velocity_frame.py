@@ -1,8 +1,8 @@
 """Vasiliev and Mattis, (3)-(5): speed, course and climb angle as random walks.
 
-The parameters belong to the kind of aircraft and know nothing of the directions of the axes. The
-model serves as a simulator, `VelocityFrame.step`, and as the nonlinear model of a filter whose
-state is (east, north, up, V, K, φ).
+The parameters belong to the kind of aircraft and do not depend on the directions of the axes. The
+model serves as a simulator, `VelocityFrame.step`, and as the nonlinear model of a filter with the
+state (east, north, up, V, K, φ).
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ from multiradar.estimation.motion.inputs import forward_interval, require_not_ne
 
 @dataclass(frozen=True, slots=True)
 class VelocityFrame:
-    """Motion whose speed, course and climb angle each walk at random.
+    """Motion with random walks of speed, course and climb angle.
 
     Attributes
     ----------
@@ -37,13 +37,13 @@ class VelocityFrame:
     Raises
     ------
     MotionParameterError
-        A parameter is negative or no finite number.
+        A parameter is negative or not finite.
 
     Notes
     -----
     Acceleration and rates are constant over an interval and independent between intervals, as
-    printed: the variance that two half intervals add is half of what one adds. The parameters go
-    with the interval at which they are used.
+    published: two half intervals add half the variance of one. The parameters are specific to the
+    interval.
 
     References
     ----------
@@ -69,7 +69,7 @@ class VelocityFrame:
         )
 
     def step(self, state: ArrayLike, interval_s: float, draws: ArrayLike) -> Floats:
-        """Move aircraft on by one interval, equation (5).
+        """Advance aircraft by one interval, equation (5).
 
         Parameters
         ----------
@@ -83,15 +83,15 @@ class VelocityFrame:
         Returns
         -------
         (..., 6) ndarray
-            The new state, canonical (see `axes`: nothing jumps where V crosses 0 or φ leaves its
-            range). The position moves with the old velocity.
+            The new state, canonical (see `axes`: continuous where V crosses 0 or φ leaves its
+            range). The position uses the old velocity.
 
         Raises
         ------
         ShapeError
-            State or draws have another number of components.
+            State or draws have a wrong number of components.
         TimeOrderError
-            The interval is negative or no finite number.
+            The interval is negative or not finite.
 
         References
         ----------
@@ -106,7 +106,7 @@ class VelocityFrame:
         return np.concatenate(parts, axis=-1)
 
     def noise(self, state: ArrayLike, interval_s: float) -> Floats:
-        """Return the covariance that an interval adds, the same for every state.
+        """Return the process noise covariance of an interval, the same for every state.
 
         Parameters
         ----------
@@ -123,7 +123,7 @@ class VelocityFrame:
         Raises
         ------
         ShapeError, TimeOrderError
-            As for `step`.
+            See `step`.
 
         References
         ----------

@@ -1,7 +1,7 @@
-"""Constant velocity in three dimensions, disturbed by white acceleration.
+"""Constant velocity in three dimensions with white acceleration.
 
-`multiradar.estimation.motion.constant_velocity` is its form in the plane; this one stands beside
-the models of Vasiliev and Mattis and takes the same place in a filter.
+`multiradar.estimation.motion.constant_velocity` is the model in the plane; this one has the
+interface of the models of Vasiliev and Mattis.
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ from multiradar.estimation.motion.inputs import axis_parameters, forward_interva
 
 @dataclass(frozen=True, slots=True)
 class WhiteAcceleration:
-    """Constant velocity, disturbed by white acceleration along each axis.
+    """Constant velocity with white acceleration along each axis.
 
     Attributes
     ----------
@@ -32,9 +32,9 @@ class WhiteAcceleration:
     Raises
     ------
     ShapeError
-        There are not three.
+        Not three values.
     MotionParameterError
-        One is negative or no finite number.
+        One is negative or not finite.
 
     References
     ----------
@@ -52,7 +52,7 @@ class WhiteAcceleration:
         object.__setattr__(self, "density", axis_parameters(self.density, "density"))
 
     def noise(self, state: ArrayLike, interval_s: float) -> Floats:
-        """Return the covariance that an interval adds, the same for every state.
+        """Return the process noise covariance of an interval, the same for every state.
 
         Parameters
         ----------
@@ -69,9 +69,9 @@ class WhiteAcceleration:
         Raises
         ------
         ShapeError
-            The state has another number of components.
+            The state has a wrong number of components.
         TimeOrderError
-            The interval is negative or no finite number.
+            The interval is negative or not finite.
 
         References
         ----------

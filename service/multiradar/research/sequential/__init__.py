@@ -1,1 +1,1 @@
-"""The filters one measurement at a time, and what theory says of their errors."""
+"""Sequential filters, one measurement per epoch, and the theory of their errors."""

@@ -1,4 +1,4 @@
-"""Compiled sequential form: one measurement an epoch, its news folded into the biases at once.
+"""Compiled sequential form: one measurement per epoch, applied to the biases at once.
 
 Symbols: ς̂, P = estimate and covariance of the biases; Y = P⁻¹ in units of the prior's sigmas; R =
 upper triangular with R Rᵀ = Y, F = R⁻¹, so that P = Fᵀ F; Q = covariance of a walk, G =
@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 
 
 @inlined_kernel
-def take_rows(
+def update_rows(
     method: int,
     first: int,
     last: int,
@@ -40,7 +40,7 @@ def take_rows(
     store: Store,
     want_readout: bool,
 ) -> None:
-    """Take the rows first…last − 1 as one epoch, and fold what they said into the biases.
+    """Update with the rows first…last − 1 as one epoch, and apply their information to the biases.
 
     Several rows are of one aircraft, at one time and by different sensors.
     ``work.order`` counts 0, 1, 2, …; its bounds are set here.
@@ -119,7 +119,7 @@ def invert_information(model: Model, store: Store) -> None:
 
 @kernel
 def inform(model: Model, store: Store) -> None:
-    """Y and F from P: after P was changed by anything but measurements that inform."""
+    """Y and F from P: after P was changed by anything but measurement information."""
     P, Y, F = model.bias_covariance, store.information, model.factor
     n = Y.shape[0]
     L = np.zeros((n, n))
@@ -149,7 +149,7 @@ def inform(model: Model, store: Store) -> None:
 
 @kernel
 def walk(method: int, duration: float, model: Model, aircraft: Aircraft, store: Store) -> None:
-    """P ← P + Q; aircraft of the two-stage filter, which depend on the biases, are anchored anew.
+    """P ← P + Q; re-anchor aircraft of the two-stage filter, which depend on the biases.
 
     (I − G) = Q (P + Q)⁻¹ needs no difference of nearly equal matrices.
     """

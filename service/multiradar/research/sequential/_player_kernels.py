@@ -1,9 +1,9 @@
-"""Compiled play of the rows of a scene through one filter, with a record of what it says.
+"""Compiled replay of the rows of a scenario through one filter, with a record of its estimates.
 
 References
 ----------
 IMM UrO RAN report (2016), equations (1.16) to (1.18), measurement by measurement; (1.6) for the
-walk of the biases.
+random walk of the biases.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, 
 from multiradar.estimation.filters.separated._macro_kernels import MACRO
 from multiradar.estimation.filters.two_stage._two_stage_kernels import component
 from multiradar.estimation.motion._kernels import predict_motion
-from multiradar.research.sequential._kernels import take_rows, walk
+from multiradar.research.sequential._kernels import update_rows, walk
 from multiradar.research.sequential.arrays import Record, Store
 from multiradar_compiled.kernels import kernel
 
@@ -35,14 +35,14 @@ def play_rows(
     store: Store,
     record: Record,
 ) -> None:
-    """Take all rows up to each time, let the biases walk every ``walk_s``, write it down."""
+    """Update with all rows up to each time, with a bias step every ``walk_s``, and record."""
     row = 0
     walks = 0
     for t in range(times.shape[0]):
         while row < rows.time.shape[0] and rows.time[row] <= times[t]:
             last = end_of_epoch(method, rows, row)
             walks = walk_until(rows.time[row], method, start, walk_s, walks, model, aircraft, store)
-            take_rows(method, row, last, work, rows, model, aircraft, result, store, False)
+            update_rows(method, row, last, work, rows, model, aircraft, result, store, False)
             row = last
         walks = walk_until(times[t], method, start, walk_s, walks, model, aircraft, store)
         write_record(t, times[t], model, aircraft, record)
@@ -50,7 +50,7 @@ def play_rows(
 
 @kernel
 def end_of_epoch(method: int, rows: Rows, first: int) -> int:
-    """Return the row after the epoch: one row, or all simultaneous ones of an aircraft."""
+    """Return the row after the epoch: one row, or all simultaneous rows of an aircraft."""
     last = first + 1
     if method != MACRO:
         return last
@@ -74,8 +74,8 @@ def walk_until(
     aircraft: Aircraft,
     store: Store,
 ) -> int:
-    """Let the biases walk by as many intervals as have gone by; return how many went by in all."""
-    # An interval that is over but for rounding is over.
+    """Advance the random walk of the biases by the elapsed intervals; return their total number."""
+    # An interval that has elapsed within rounding has elapsed.
     due = int(np.floor((time - start) / walk_s + 1e-9))
     if due > walks:
         walk(method, (due - walks) * walk_s, model, aircraft, store)
@@ -85,7 +85,7 @@ def walk_until(
 
 @kernel
 def write_record(t: int, time: float, model: Model, aircraft: Aircraft, record: Record) -> None:
-    """Write every aircraft, moved on to the time, with the biases in it, and the biases."""
+    """Record every aircraft, predicted to the time and including biases, and the biases."""
     n = model.bias.shape[0]
     record.bias[t] = model.bias
     record.bias_covariance[t] = model.bias_covariance
@@ -99,7 +99,7 @@ def write_record(t: int, time: float, model: Model, aircraft: Aircraft, record: 
         V = aircraft.sensitivity[k].copy()
         v0, v1 = a[2], a[3]
         if V.shape[1] > 0:
-            # At the estimate, as in a step, not at bias zero.
+            # As in a step: at the estimate, not at zero bias.
             v0 = component(aircraft.mean, aircraft.sensitivity, model.bias, k, 2)
             v1 = component(aircraft.mean, aircraft.sensitivity, model.bias, k, 3)
         density = acceleration_density(v0, v1, 1.0, model.options)

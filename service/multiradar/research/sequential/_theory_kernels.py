@@ -1,18 +1,18 @@
-"""Compiled covariance analysis: what the errors of a filter truly are, whatever its gains.
+"""Compiled covariance analysis: the true error covariance of a filter, for any gains.
 
-The filter itself is played along the true trajectories without noise, so that it is linearised at
-the truth. Its gain K at each epoch is read off its own response to a small innovation in each
-component of the measurement, and carried over the stacked state (1.8) by (1.26). Nothing of
-the filter's covariances enters but through that gain.
+The filter is run along the true trajectories without noise, so that it is linearised at the truth.
+Its gain K at each epoch is measured by its response to a small innovation in each component of the
+measurement, and propagated over the stacked state (1.8) by (1.26). The filter's covariances enter
+through that gain only.
 
 Symbols: Σ = true covariance of the stacked state, aircraft first; C = (H, J) of (1.10), W = its
-noise, M = Σ Cᵀ, S = C M + W, B = M − K S/2, with which (1.26) is Σ − K Bᵀ − B Kᵀ; F = what the
-error at an earlier time contributes to that of now.
+noise, M = Σ Cᵀ, S = C M + W, B = M − K S/2, with which (1.26) is Σ − K Bᵀ − B Kᵀ; F = contribution
+of the error at an earlier time to the present error.
 
 References
 ----------
-IMM UrO RAN report (2016), equations (1.25) and (1.26). Reading the gain off the filter's own
-response is the project's own.
+IMM UrO RAN report (2016), equations (1.25) and (1.26). Measuring the gain by the filter's response
+is the project's own.
 """
 
 from math import sqrt
@@ -24,7 +24,7 @@ from multiradar.estimation.filters._kernels import choose_height
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
 from multiradar.estimation.filters.joint._joint_kernels import JOINT
 from multiradar.estimation.measurement._kernels import bias_column, predict_measurement
-from multiradar.research.sequential._kernels import take_rows
+from multiradar.research.sequential._kernels import update_rows
 from multiradar.research.sequential._player_kernels import end_of_epoch, walk_until, write_record
 from multiradar.research.sequential.arrays import Epoch, Record, Saved, Store
 from multiradar_compiled.kernels import inlined_kernel, kernel
@@ -32,8 +32,8 @@ from multiradar_compiled.kernels import inlined_kernel, kernel
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# Innovations that are probed, in sigmas of the noise: small enough that what is linearised within
-# an epoch of several plots stays where it is, large enough to keep nine digits of the gain.
+# Test innovations, in sigmas of the noise: small enough not to move the linearisation within an
+# epoch of several plots, large enough for nine digits of the gain.
 PROBE = 1e-2
 
 
@@ -60,13 +60,13 @@ def propagate(
     found: Floats,
     carried: Floats,
 ) -> None:
-    """Carry Σ (``covariance``) over all rows; write it at each of the times to ``found``.
+    """Propagate Σ (``covariance``) over all rows; write it at each of the times to ``found``.
 
-    ``carried`` takes the matrix that leads from the error at one of the times to that at the next.
+    ``carried`` receives the transition matrix of the error from each of the times to the next.
 
     ``truth`` (n, 4) is the state of the aircraft of each row at its time; ``density`` and ``drift``
-    are those of the truth, the filter has its own. ``record`` takes what the filter reports.
-    ``twin`` is room for aircraft as they were.
+    are those of the truth, the filter has its own. ``record`` receives the estimates of the filter.
+    ``twin`` is scratch for saved aircraft.
     """
     row = 0
     walks = 0
@@ -82,7 +82,7 @@ def propagate(
             interval = rows.time[row] - aircraft.time[k]
             move_truth(covariance, 4 * k, interval, density)
             move_rows(path, 4 * k, interval)
-            place_on_truth(truth[row], interval, aircraft.mean[k])
+            set_to_truth(truth[row], interval, aircraft.mean[k])
             linearise(row, last, truth[row], rows, model, aircraft.height[k], epoch)
             probe(method, row, last, work, rows, model, aircraft, result, store, twin, saved, epoch)
             correct(covariance, k, rows.sensor[row:last], model, epoch)
@@ -115,7 +115,7 @@ def walk_both(
     drift: Floats,
     covariance: Floats,
 ) -> int:
-    """Let the biases of the filter and of the truth walk; return how many intervals are over."""
+    """Advance the bias walks of filter and truth; return the number of elapsed intervals."""
     due = walk_until(time, method, start, walk_s, walks, model, aircraft, store)
     duration = (due - walks) * walk_s
     first = covariance.shape[0] - drift.shape[0]
@@ -126,7 +126,7 @@ def walk_both(
 
 @kernel
 def move_truth(covariance: Floats, first: int, dt: float, density: float) -> None:
-    """Σ ← A Σ Aᵀ + B V Bᵀ (1.25) for the aircraft whose rows begin at ``first``."""
+    """Σ ← A Σ Aᵀ + B V Bᵀ (1.25) for the aircraft with rows from ``first``."""
     if not dt > 0.0:
         return
     for i in range(2):
@@ -142,14 +142,14 @@ def move_truth(covariance: Floats, first: int, dt: float, density: float) -> Non
 
 @kernel
 def move_rows(path: Floats, first: int, dt: float) -> None:
-    """F ← A F for the aircraft whose rows begin at ``first``."""
+    """F ← A F for the aircraft with rows from ``first``."""
     for i in range(2):
         path[first + i] += dt * path[first + i + 2]
 
 
 @kernel
-def place_on_truth(truth: Floats, dt: float, mean: Floats) -> None:
-    """Put the filter's state where its prediction will be the truth."""
+def set_to_truth(truth: Floats, dt: float, mean: Floats) -> None:
+    """Set the filter's state so that its prediction is the truth."""
     mean[0] = truth[0] - dt * truth[2]
     mean[1] = truth[1] - dt * truth[3]
     mean[2] = truth[2]
@@ -166,7 +166,7 @@ def linearise(
     heard: float,
     epoch: Epoch,
 ) -> None:
-    """Fill what each row of the epoch measures at the truth: its value, H, J and W."""
+    """Linearise each row of the epoch at the truth: its value, H, J and W."""
     for r in range(last - first):
         row = first + r
         s = rows.sensor[row]
@@ -216,7 +216,7 @@ def probe(
     for q in range(size + 1):
         if q < size:
             rows.z[first + q // 2, q % 2] += epoch.probe[q // 2, q % 2]
-        take_rows(method, first, last, work, rows, model, aircraft, result, store, False)
+        update_rows(method, first, last, work, rows, model, aircraft, result, store, False)
         if q < size:
             innovation = epoch.probe[q // 2, q % 2]
             read_gain(method, k, q, innovation, rows.time[first], model, aircraft, twin, epoch.gain)
@@ -230,7 +230,7 @@ def probe(
 
 @kernel
 def copy_aircraft(method: int, k: int, source: Aircraft, target: Aircraft) -> None:
-    """Copy what an epoch of aircraft k may change."""
+    """Copy the arrays that an epoch of aircraft k may change."""
     if method == JOINT:
         target.mean[:] = source.mean
         target.covariance[:] = source.covariance
@@ -262,7 +262,7 @@ def read_gain(
     twin: Aircraft,
     K: Floats,
 ) -> None:
-    """Column q of K (row q here): how far the estimates moved, beyond the prediction, a unit."""
+    """Column q of K (row q here): change of the estimates beyond the prediction, per unit."""
     n = model.bias.shape[0]
     first = K.shape[1] - n
     dt = time - twin.time[k]

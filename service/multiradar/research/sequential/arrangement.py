@@ -1,4 +1,4 @@
-"""The arrays of one filter in sequential form, for the player, the theory and the class."""
+"""The arrays of one sequential filter, for the player, the theory and the class."""
 
 from bisect import bisect_right
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ from multiradar.research.sequential.sensors import Sensors
 Floats = NDArray[np.float64]
 UPPER = np.triu_indices(4)
 
-#: Least and greatest value of each option.
+#: Minimum and maximum of each option.
 OPTION_BOUNDS = {
     "acceleration_density": (0.0, 1e6),
     "cone_ratio": (0.0, 10.0),
@@ -34,36 +34,36 @@ OPTION_BOUNDS = {
     "speed_sigma_mps": (1.0, 10_000.0),
     "ci_scale_time_s": (1e-3, 1e6),
 }
-#: The arrays of a filter may take so many bytes; with the joint filter they grow as the square.
+#: Maximum size of the arrays of a filter; with the joint filter they grow quadratically.
 ARRAYS_BYTES_MAX = 2**30
 
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """How a filter works; by default as the papers have it, without gates.
+    """Options of a filter; by default as in the papers, without gates.
 
     Attributes
     ----------
     acceleration_density : float
         Spectral density of the white acceleration of an aircraft, m²/s³ on each axis.
     cone_ratio : float
-        Least ratio of ground range to height above a radar at which its plots are taken.
+        Minimum ratio of ground range to height above a radar for its plots to be used.
     refuse_nis, downweight_nis : float
-        Normalised innovation squared from which a measurement is refused, or counts less.
+        Normalised innovation squared from which a measurement is rejected, or downweighted.
     speed_sigma_mps : float
-        Prior standard deviation of each component of the velocity of an aircraft that begins at a
-        plot, m/s.
+        Prior standard deviation of each component of the velocity of an aircraft that is
+        initiated by a plot, m/s.
     ci_scale_time_s : float
-        In the trace that covariance intersection minimises, which adds m² and (m/s)², a velocity
-        counts as the way of so long a time, (1.45).
+        In the trace minimised by covariance intersection, which adds m² and (m/s)², velocities
+        are multiplied by this time, (1.45).
 
     Raises
     ------
     ConfigurationError
-        If one is outside its bounds: those of the settings of the service; no process noise, and
-        gates that nothing fails, are taken as well.
+        If one is outside its bounds: those of the settings of the service, extended by zero
+        process noise and infinite gates.
     ShapeError
-        If one is no number.
+        If one is not a number.
     """
 
     acceleration_density: float = 0.0
@@ -82,7 +82,7 @@ class Options:
 
 @dataclass(frozen=True, slots=True)
 class Arrangement:
-    """A filter with its arrays, ready to take rows."""
+    """A filter with its arrays, ready for updates."""
 
     definition: FilterDefinition
     model: Model
@@ -93,7 +93,7 @@ class Arrangement:
 
 
 def arrange(name: str, sensors: Sensors, options: Options, *, slots: int, rows: int) -> Arrangement:
-    """Return a filter that has seen nothing yet.
+    """Return a filter before its first measurement.
 
     Parameters
     ----------
@@ -102,11 +102,11 @@ def arrange(name: str, sensors: Sensors, options: Options, *, slots: int, rows: 
     sensors : Sensors
         The sensors and the prior of their biases.
     options : Options
-        How it works.
+        Options of the filter.
     slots : int
-        Room for so many aircraft.
+        Maximum number of aircraft.
     rows : int
-        Room for so many measurements.
+        Maximum number of measurements.
 
     Returns
     -------
@@ -118,13 +118,13 @@ def arrange(name: str, sensors: Sensors, options: Options, *, slots: int, rows: 
     UnknownFilterError
         If there is no filter of that name.
     ConfigurationError
-        If the filter cannot estimate one of the bias parameters, keeps modes of motion, or its
-        arrays would take more than `ARRAYS_BYTES_MAX` with so many aircraft.
+        If the filter does not support one of the bias parameters, has several motion modes, or its
+        arrays would exceed `ARRAYS_BYTES_MAX` with this number of aircraft.
 
     References
     ----------
     IMM UrO RAN report (2016), equation (1.24): ς and its block before the first measurement;
-    sections 1.3 to 1.5 for what each filter keeps.
+    sections 1.3 to 1.5 for the state of each filter.
     """
     definition = find_filter_for(name if isinstance(name, str) else repr(name), sensors.parameters)
     if definition.keeps_modes:
@@ -140,7 +140,7 @@ def arrange(name: str, sensors: Sensors, options: Options, *, slots: int, rows: 
         plane=sensors.plane,
         sites=sensors.sites,
         noises=sensors.noises,
-        site_numbers=sensors.places,
+        site_numbers=sensors.site_numbers,
         starts=sensors.starts,
         parameters=sensors.parameters,
         bias=prior.mean.copy(),
@@ -161,8 +161,10 @@ def arrange(name: str, sensors: Sensors, options: Options, *, slots: int, rows: 
     )
 
 
-def begin(one: Arrangement, aircraft: int, time_s: float, mean: Floats, covariance: Floats) -> None:
-    """Give an aircraft a state that does not come from the sensors.
+def initiate(
+    one: Arrangement, aircraft: int, time_s: float, mean: Floats, covariance: Floats
+) -> None:
+    """Initiate an aircraft with a state that does not come from the sensors.
 
     Parameters
     ----------
@@ -175,13 +177,13 @@ def begin(one: Arrangement, aircraft: int, time_s: float, mean: Floats, covarian
     mean : (4,) float64
         East, north (m) and their rates (m/s).
     covariance : (4, 4) float64
-        Covariance of its error, which has nothing to do with the biases.
+        Covariance of its error, independent of the biases.
 
     Notes
     -----
-    Where a time offset is estimated and the velocity is told well enough, it is the one at which
-    time offsets are linearised. If it is not, the aircraft begins anew once its plots have settled
-    the velocity, and keeps nothing else of what was told.
+    Where a time offset is estimated and the velocity is accurate enough, time offsets are
+    linearised at it. Otherwise the aircraft is reinitialised once its plots have determined the
+    velocity, without the given state.
 
     References
     ----------
@@ -200,19 +202,19 @@ def begin(one: Arrangement, aircraft: int, time_s: float, mean: Floats, covarian
     timed = one.definition.estimates_time_offsets and has_time_offset(one.model.parameters)
     known = covariance[2, 2] + covariance[3, 3] < VELOCITY_SIGMA_MAX**2
     arrays.velocity[aircraft] = mean[2:] if timed and known else np.nan
-    # Every plot may speak about the biases, the first one too.
+    # Every plot may contribute to the bias estimate, including the first one.
     arrays.measured_from[aircraft] = kernels.SEVERAL
     if one.definition.corrects_biases:
         insert_aircraft(arrays, len(one.model.bias), aircraft)
 
 
-# How many aircraft `ARRAYS_BYTES_MAX` has room for.
+# Maximum number of aircraft within `ARRAYS_BYTES_MAX`.
 def _slots_max(definition: FilterDefinition, sensors: Sensors) -> int:
     biases = len(sensors.prior.mean)
 
     def size(slots: int) -> int:
         joint = biases + 4 * slots if definition.corrects_biases else 0
-        # State, covariance, sensitivity, latest plots and books; then what is read out.
+        # State, covariance, sensitivity, latest plots and status; then the output.
         each = 4 + 10 + 4 * biases + kernels.LOG_COUNT * len(sensors) + 10 + 20
         return 8 * (joint * joint + slots * each)
 

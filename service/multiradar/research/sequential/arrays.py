@@ -1,4 +1,4 @@
-"""The arrays of the sequential form, beside those of `multiradar.estimation.filters.arrays`."""
+"""Arrays of the sequential form, in addition to `multiradar.estimation.filters.arrays`."""
 
 from typing import NamedTuple
 
@@ -10,12 +10,12 @@ Integers = NDArray[np.int64]
 
 
 class Store(NamedTuple):
-    """What is kept of the biases beside `Model.bias` and `Model.bias_covariance`.
+    """State of the biases in addition to `Model.bias` and `Model.bias_covariance`.
 
     Attributes
     ----------
     scale : (c,) float64
-        Standard deviations of the prior: what the parameters are divided by in `information`.
+        Standard deviations of the prior: scales of the parameters in `information`.
     drift : (c,) float64
         Random walk of each parameter: standard deviation after one second.
     information : (c, c) float64
@@ -28,12 +28,12 @@ class Store(NamedTuple):
 
 
 class Record(NamedTuple):
-    """What a filter says at chosen times, of every aircraft moved on to that time.
+    """Estimates of a filter at given times, of every aircraft predicted to that time.
 
     Attributes
     ----------
     mean : (t, s, 4) float64
-        States of the aircraft, NaN for one that has not started.
+        States of the aircraft, NaN before initiation.
     covariance : (t, s, 4, 4) float64
         Their covariances, biases included.
     bias : (t, c) float64
@@ -41,8 +41,8 @@ class Record(NamedTuple):
     bias_covariance : (t, c, c) float64
         Their covariance.
     outcomes : (o,) int64
-        How many plots became what, by the number of `multiradar.estimation.filters.bank.Outcome`;
-        zeros where no plots were played.
+        Number of plots by outcome, see `multiradar.estimation.filters.bank.Outcome`; zeros without
+        plots.
     """
 
     mean: Floats
@@ -53,14 +53,14 @@ class Record(NamedTuple):
 
 
 class Epoch(NamedTuple):
-    """Room for the linearised measurements of one epoch, and for the gain of a filter in it.
+    """Scratch for the linearised measurements of one epoch, and for the gain of a filter in it.
 
     Attributes
     ----------
     value : (r, 2) float64
         Measurements of the true state without noise and biases.
     probe : (r, 2) float64
-        Innovations that the gain is read off with: a small part of the sigma of their noise.
+        Test innovations for measuring the gain: a small fraction of the sigma of their noise.
     by_position : (r, 2, 2) float64
         H: derivative by east and north.
     by_bias : (r, 2, c) float64
@@ -82,7 +82,7 @@ class Epoch(NamedTuple):
 
 
 class Saved(NamedTuple):
-    """A filter's biases as they were before an epoch.
+    """The bias arrays of a filter before an epoch.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""A filter one measurement at a time, for research: the kernels of the service, behind checks."""
+"""A filter updated one measurement at a time, for research: the kernels of the service."""
 
 import math
 from collections.abc import Sequence
@@ -17,21 +17,21 @@ from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.gaussian import require_covariance
 from multiradar.research.sequential._kernels import walk
 from multiradar.research.sequential._player_kernels import play_rows, write_record
-from multiradar.research.sequential.arrangement import Options, arrange, begin
+from multiradar.research.sequential.arrangement import Options, arrange, initiate
 from multiradar.research.sequential.player import empty_record
 from multiradar.research.sequential.plots import Form, Plots, Starts, filter_rows
 from multiradar.research.sequential.sensors import Sensors
 
 Floats = NDArray[np.float64]
 
-#: The longest walk, s: a year, after which nothing is left of what was known.
+#: The longest bias walk, s: a year, after which no prior information is left.
 WALK_MAX_S = 366.0 * 86_400.0
 
 _PLAIN = Options()
 
 
 class SequentialFilter:
-    """One of the registered filters, taking one measurement at a time.
+    """One of the registered filters, updated one measurement at a time.
 
     Parameters
     ----------
@@ -40,24 +40,24 @@ class SequentialFilter:
     sensors : Sensors
         From `flat_radars` or `earth_sensors`, with the prior of the biases.
     form : {"polar", "linearised"}
-        How plots of flat radars are read: as they are, or as places, (1.11).
+        Treatment of plots of flat radars: polar, or converted to positions, (1.11).
     options : Options
         Process noise and gates; by default neither.
     aircraft_max : int
-        Most aircraft at a time.
+        Maximum number of simultaneous aircraft.
 
     Raises
     ------
     UnknownFilterError
         If there is no filter of that name.
     ConfigurationError
-        If the form is unknown, there is room for no aircraft, or for more than
-        `multiradar.research.sequential.arrangement.ARRAYS_BYTES_MAX` holds.
+        If the form is unknown, or the number of aircraft is below 1 or exceeds
+        `multiradar.research.sequential.arrangement.ARRAYS_BYTES_MAX`.
 
     Notes
     -----
-    The biases of all sensors are corrected by every measurement at once. With the macro-filter one
-    call of `observe_together` is one measurement.
+    Every measurement updates the biases of all sensors. With the macro-filter one call of
+    `observe_together` is one measurement.
 
     References
     ----------
@@ -92,16 +92,16 @@ class SequentialFilter:
                 f"aircraft_max: expected an integer of 1 or more, was {aircraft_max!r}"
             )
         self._sensors, self._form = sensors, form
-        nobody = Starts(np.zeros(0), np.zeros((0, 4)), np.zeros((0, 4, 4)))
-        filter_rows(_plots([], 0.0, [], np.zeros((0, 2)), None), sensors, nobody, form)
-        room = max(len(sensors), 1)
-        self._one = arrange(name, sensors, options, slots=aircraft_max, rows=room)
+        no_aircraft = Starts(np.zeros(0), np.zeros((0, 4)), np.zeros((0, 4, 4)))
+        filter_rows(_plots([], 0.0, [], np.zeros((0, 2)), None), sensors, no_aircraft, form)
+        rows = max(len(sensors), 1)
+        self._one = arrange(name, sensors, options, slots=aircraft_max, rows=rows)
         self._slots: dict[int, int] = {}
         self._free = list(range(aircraft_max - 1, -1, -1))
         self._record = empty_record(1, aircraft_max, len(sensors.prior.mean))
 
     def start(self, aircraft: int, time_s: float, mean: ArrayLike, covariance: ArrayLike) -> None:
-        """Tell the filter of an aircraft, or anew of one it knows.
+        """Initiate an aircraft, or reinitialise a known one.
 
         Parameters
         ----------
@@ -117,18 +117,18 @@ class SequentialFilter:
         Raises
         ------
         ShapeError
-            If the state or the covariance is of another shape, or no finite numbers.
+            If the state or the covariance has another shape, or is not finite.
         CovarianceError
             If the covariance is not symmetric or not positive definite.
         ConfigurationError
-            If there is no room for one more aircraft.
+            If the maximum number of aircraft is reached.
 
         Notes
         -----
-        Where a time offset is estimated, it is linearised at one velocity for good. The one told
-        here is taken when the variances of both rates sum to less than (30 m/s)². Otherwise the
-        aircraft begins anew once its plots have settled the velocity as well, and keeps nothing
-        else of what was told.
+        Where a time offset is estimated, it is linearised at one velocity for good. The given
+        velocity is used when the variances of both rates sum to less than (30 m/s)². Otherwise
+        the aircraft is reinitialised once its plots have determined the velocity, without the
+        given state.
 
         References
         ----------
@@ -140,8 +140,8 @@ class SequentialFilter:
         require_covariance(matrix, "covariance of the aircraft")
         time_s = float(finite_array(time_s, "time of the start", ()))
         slot = self._slot(aircraft)
-        self._take(aircraft, slot)
-        begin(self._one, slot, time_s, state, matrix)
+        self._assign_slot(aircraft, slot)
+        initiate(self._one, slot, time_s, state, matrix)
 
     def observe(
         self,
@@ -151,33 +151,33 @@ class SequentialFilter:
         value: ArrayLike,
         height_m: float = math.nan,
     ) -> Outcome:
-        """Take one measurement; an aircraft that was not started begins at it.
+        """Update with one measurement; an unknown aircraft is initiated by it.
 
         Parameters
         ----------
         aircraft, sensor : int
-            Who is seen, and who sees (counted from 0).
+            Measured aircraft and measuring sensor (counted from 0).
         time_s : float
             Not before the last time of this aircraft.
         value : (2,) array_like
             Range (m) and azimuth (rad), or east and north (m).
         height_m : float
-            Height of the aircraft above the ellipsoid, which radars on WGS 84 need; NaN where there
-            is none.
+            Height of the aircraft above the ellipsoid, which radars on WGS 84 need; NaN if
+            unknown.
 
         Returns
         -------
         Outcome
-            What became of it. An aircraft whose first plot starts nothing is not known after it.
+            Outcome. An aircraft whose first plot does not initiate it stays unknown.
 
         Raises
         ------
         TimeOrderError
             If the time goes back.
         ShapeError
-            If the value is not two numbers, or there is no such sensor, or the height is missing.
+            If the value is not two numbers, the sensor does not exist, or the height is missing.
         ConfigurationError
-            If there is no room for one more aircraft.
+            If the maximum number of aircraft is reached.
 
         References
         ----------
@@ -196,35 +196,35 @@ class SequentialFilter:
         values: ArrayLike,
         height_m: ArrayLike | None = None,
     ) -> tuple[Outcome, ...]:
-        """Take simultaneous measurements of one aircraft, each by another sensor.
+        """Update with simultaneous measurements of one aircraft by different sensors.
 
         Parameters
         ----------
         aircraft : int
-            Who is seen.
+            Measured aircraft.
         time_s : float
             Not before the last time of this aircraft.
         sensors : sequence of int
-            Who sees it.
+            Measuring sensors.
         values : (n, 2) array_like
-            What each measures.
+            Value of each measurement.
         height_m : (n,) array_like, optional
-            Heights above the ellipsoid, which radars on WGS 84 need; NaN where there is none.
+            Heights above the ellipsoid, which radars on WGS 84 need; NaN if unknown.
 
         Returns
         -------
         tuple of Outcome
-            What became of each.
+            Outcome of each.
 
         Raises
         ------
         TimeOrderError
             If the time goes back.
         ShapeError
-            If the values are not pairs of numbers, one for each sensor, or a sensor is twice there
-            or not at all, or a height is missing.
+            If the values are not pairs of numbers, one per sensor, a sensor is repeated or does not
+            exist, or a height is missing.
         ConfigurationError
-            If there is no room for one more aircraft.
+            If the maximum number of aircraft is reached.
 
         References
         ----------
@@ -239,26 +239,26 @@ class SequentialFilter:
         if time_s < known:
             raise TimeOrderError(f"plot of aircraft {aircraft}", time_s, float(known))
         count = len(arrays.time)
-        everyone = Starts(
+        starts = Starts(
             np.full(count, time_s), np.zeros((count, 4)), np.tile(np.eye(4), (count, 1, 1))
         )
-        rows = filter_rows(plots, self._sensors, everyone, self._form)
-        # Biases begin to walk at this very time: they do so by `walk` alone.
+        rows = filter_rows(plots, self._sensors, starts, self._form)
+        # The bias walk starts at this very time: biases drift with `walk` only.
         play_rows(
             one.definition.method, time_s, 1.0, np.array([time_s]), one.work, rows, one.model,
             arrays, one.result, one.store, self._record,
         )  # fmt: skip
         if not np.isnan(arrays.time[slot]):
-            self._take(aircraft, slot)
+            self._assign_slot(aircraft, slot)
         return tuple(Outcome(int(number)) for number in one.result.outcome[: len(plots)])
 
     def walk(self, duration_s: float) -> None:
-        """Let the biases walk for a while, with the drift of their prior.
+        """Advance the random walk of the biases, with the drift of their prior.
 
         Parameters
         ----------
         duration_s : float
-            How long, s.
+            Duration, s.
 
         Raises
         ------
@@ -267,11 +267,11 @@ class SequentialFilter:
         ConfigurationError
             If it is longer than `WALK_MAX_S`.
         ShapeError
-            If it is no number.
+            If it is not a number.
 
         References
         ----------
-        IMM UrO RAN report (2016), equations (1.6) and (1.25) for ς. The anchoring anew of the
+        IMM UrO RAN report (2016), equations (1.6) and (1.25) for ς. The re-anchoring of the
         two-stage filter is the project's own: see `multiradar.estimation.bias.store.drift`.
         """
         duration_s = float(require_shape(duration_s, "length of the walk", ()))
@@ -285,7 +285,7 @@ class SequentialFilter:
         walk(one.definition.method, duration_s, one.model, one.aircraft, one.store)
 
     def end(self, aircraft: int) -> None:
-        """Forget an aircraft; what it said about the biases stays.
+        """Drop an aircraft; its contribution to the bias estimate stays.
 
         Parameters
         ----------
@@ -354,7 +354,7 @@ class SequentialFilter:
         model = self._one.model
         return model.bias.copy(), model.bias_covariance.copy()
 
-    # Where an aircraft is, or would be: its place is taken when it starts.
+    # The slot of an aircraft, or the next free one, which is assigned when the aircraft starts.
     def _slot(self, aircraft: int) -> int:
         if not is_integer(aircraft):
             raise ShapeError("number of the aircraft", "an integer", (), repr(aircraft))
@@ -365,7 +365,7 @@ class SequentialFilter:
             raise ConfigurationError(f"aircraft: expected at most {count}, was one more")
         return self._free[-1]
 
-    def _take(self, aircraft: int, slot: int) -> None:
+    def _assign_slot(self, aircraft: int, slot: int) -> None:
         if aircraft not in self._slots:
             self._free.remove(slot)
             self._slots[aircraft] = slot
@@ -387,6 +387,6 @@ def _plots(
         raise ShapeError("sensors of the plots", "one dimension", np.shape(sensors))
     count = len(sensors)
     time = float(finite_array(time_s, "time of the plots", ()))
-    # Plots refuses what is no integer, which an empty list is not by itself.
+    # Plots rejects non-integers; an empty list has no integer type by itself.
     seeing = sensors if count else np.zeros(0, np.int64)
     return Plots(np.full(count, time), np.array(slots * count, np.int64), seeing, values, height_m)

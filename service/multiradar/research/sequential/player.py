@@ -1,4 +1,4 @@
-"""Plays the measurements of a scene through one filter, one measurement an epoch."""
+"""Runs the measurements of a scenario through one filter, one measurement per epoch."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -7,7 +7,7 @@ from multiradar.errors import ConfigurationError
 from multiradar.estimation.array_checks import ascending_times, require_shape
 from multiradar.estimation.filters.bank import Outcome
 from multiradar.research.sequential._player_kernels import play_rows
-from multiradar.research.sequential.arrangement import Arrangement, Options, arrange, begin
+from multiradar.research.sequential.arrangement import Arrangement, Options, arrange, initiate
 from multiradar.research.sequential.arrays import Record
 from multiradar.research.sequential.plots import Form, Plots, Starts, filter_rows
 from multiradar.research.sequential.sensors import Sensors
@@ -28,7 +28,7 @@ def play(
     walk_s: float = 1.0,
     options: Options = _PLAIN,
 ) -> Record:
-    """Play plots through a filter and write down what it says at chosen times.
+    """Run plots through a filter and record its estimates at given times.
 
     Parameters
     ----------
@@ -39,20 +39,20 @@ def play(
     plots : Plots
         The measurements.
     starts : Starts
-        What is known of each aircraft beforehand.
+        Initial states of the aircraft.
     times_s : (t,) array_like
-        When to write down, ascending; plots after the last are not taken.
+        Recording times, ascending; plots after the last are not used.
     form : {"polar", "linearised"}
-        How plots of flat radars are read.
+        Treatment of plots of flat radars.
     walk_s : float
-        Interval at which the biases walk, counted from the earliest start, s.
+        Step of the bias walk, counted from the earliest start, s.
     options : Options
         Process noise and gates; by default neither.
 
     Returns
     -------
     Record
-        Aircraft, moved on to each of the times, and biases; and how many plots became what, as
+        Aircraft, predicted to each of the times, and biases; and the number of plots by outcome, as
         `record.outcomes[Outcome.SINGULAR]`.
 
     Raises
@@ -60,16 +60,16 @@ def play(
     UnknownFilterError
         If there is no filter of that name.
     ConfigurationError
-        If the form is unknown, or the interval of the walk is not positive.
+        If the form is unknown, or the step of the bias walk is not positive.
     ShapeError
-        If a plot is of an aircraft without a start, or of a sensor that is not there.
+        If a plot is of an aircraft without a start, or of an unknown sensor.
     TimeOrderError
-        If the times go back, or an aircraft is seen or asked for before its start.
+        If the times go back, or an aircraft is measured or recorded before its start.
 
     Notes
     -----
-    An epoch is one measurement, whose news is folded into the biases at once; for the macro-filter
-    it is the simultaneous plots of one aircraft. The kernels are those of the service.
+    An epoch is one measurement, applied to the biases at once; for the macro-filter it is the
+    simultaneous plots of one aircraft. The kernels are those of the service.
 
     References
     ----------
@@ -92,7 +92,7 @@ def play(
 def prepared(
     name: str, sensors: Sensors, starts: Starts, options: Options, rows: int
 ) -> Arrangement:
-    """Return a filter that was told of all aircraft, with room for so many rows.
+    """Return a filter with all aircraft initiated, for a given number of rows.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def prepared(
     options : Options
         Process noise and gates.
     rows : int
-        Number of plots there is to be room for.
+        Maximum number of plots.
 
     Returns
     -------
@@ -123,12 +123,12 @@ def prepared(
     """
     one = arrange(name, sensors, options, slots=len(starts), rows=rows)
     for slot in range(len(starts)):
-        begin(one, slot, starts.time_s[slot], starts.mean[slot], starts.covariance[slot])
+        initiate(one, slot, starts.time_s[slot], starts.mean[slot], starts.covariance[slot])
     return one
 
 
 def empty_record(times: int, aircraft: int, biases: int) -> Record:
-    """Return room for what a filter says at so many times.
+    """Return empty arrays for the estimates of a filter.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def empty_record(times: int, aircraft: int, biases: int) -> Record:
 
 
 def record_times(times_s: ArrayLike, starts: Starts) -> Floats:
-    """Return times at which all aircraft are known.
+    """Return checked recording times, at which all aircraft are known.
 
     Parameters
     ----------
@@ -167,22 +167,22 @@ def record_times(times_s: ArrayLike, starts: Starts) -> Floats:
     Raises
     ------
     ShapeError
-        If they are not in one dimension.
+        If they are not one-dimensional.
     TimeOrderError
-        If they go back, one is no finite number, or the first is before a start.
+        If they go back, one is not finite, or the first is before a start.
     """
     return ascending_times(times_s, "time to write down", float(starts.time_s.max(initial=-np.inf)))
 
 
 def walk_start(starts: Starts, walk_s: float) -> float:
-    """Return when the biases begin to walk.
+    """Return the start time of the bias walk.
 
     Parameters
     ----------
     starts : Starts
         The aircraft.
     walk_s : float
-        Interval at which the biases walk, s.
+        Step of the bias walk, s.
 
     Returns
     -------
@@ -192,11 +192,11 @@ def walk_start(starts: Starts, walk_s: float) -> float:
     Raises
     ------
     ConfigurationError
-        If the interval is not above 0, or no finite number.
+        If the step is not above 0, or not finite.
 
     References
     ----------
-    IMM UrO RAN report (2016), equation (1.6), whose walk is taken in steps; from when on is the
+    IMM UrO RAN report (2016), equation (1.6), discretised in steps; the start time is the
     project's own.
     """
     walk_s = float(require_shape(walk_s, "interval of the walk", ()))

@@ -1,4 +1,4 @@
-"""The measurements of a scene and the first guesses of its aircraft, as the player takes them."""
+"""Measurements of a scenario and initial states of its aircraft, as input of the player."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -21,32 +21,32 @@ from multiradar.research.sequential.sensors import Sensors
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-#: How a flat plot is read: as range and azimuth, or turned into a place and linearised, (1.11).
+#: Treatment of a flat plot: range and azimuth, or a linearised position, (1.11).
 Form = Literal["polar", "linearised"]
 FORMS: tuple[Form, ...] = ("polar", "linearised")
 
 
 @dataclass(frozen=True, slots=True)
 class Plots:
-    """Measurements in the order in which they are taken; a sensor sees an aircraft once at a time.
+    """Measurements in order of processing; a sensor measures an aircraft once at a time.
 
     Parameters
     ----------
     time_s : (n,) array_like
         Times, never going back.
     aircraft, sensor : (n,) array_like of int
-        Who is seen, counted from 0, and who sees.
+        Measured aircraft, counted from 0, and measuring sensor.
     value : (n, 2) array_like
         Range (m) and azimuth (rad); east and north (m) for sensors that report positions.
     height_m : (n,) array_like, optional
-        Heights above the ellipsoid, NaN where there is none; none at all without. Only the plots of
-        radars on WGS 84 need them, whose slant range says nothing of a place without a height.
+        Heights above the ellipsoid, NaN if unknown; by default all unknown. Only plots of radars on
+        WGS 84 need them, because a slant range without height gives no position.
 
     Raises
     ------
     ShapeError
-        If the columns are not of one length, or hold what is no finite number, or a sensor sees an
-        aircraft twice at one time.
+        If the columns differ in length or are not finite, or a sensor measures an aircraft twice at
+        one time.
     TimeOrderError
         If a time goes back.
     """
@@ -68,8 +68,8 @@ class Plots:
         times = finite_array(time_s, "times of the plots", (None,))
         back = np.flatnonzero(np.diff(times) < 0.0)
         if len(back):
-            place = int(back[0])
-            raise TimeOrderError("plot", float(times[place + 1]), float(times[place]))
+            row = int(back[0])
+            raise TimeOrderError("plot", float(times[row + 1]), float(times[row]))
         count = len(times)
         values = finite_array(value, "values of the plots", (count, 2))
         heights = np.full(count, np.nan) if height_m is None else height_m
@@ -93,7 +93,7 @@ class Plots:
 
 @dataclass(frozen=True, slots=True)
 class Starts:
-    """What a filter is told of each aircraft beforehand.
+    """Initial states of the aircraft.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ class Starts:
     Raises
     ------
     ShapeError
-        If the shapes do not go together, or there are numbers that are not finite.
+        If the shapes do not match, or there are non-finite numbers.
     CovarianceError
         If a covariance is not symmetric or not positive definite.
     """
@@ -130,7 +130,7 @@ class Starts:
 
 
 def filter_rows(plots: Plots, sensors: Sensors, starts: Starts, form: Form) -> Rows:
-    """Return the plots as the kernels take them.
+    """Return the plots as rows of the kernels.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def filter_rows(plots: Plots, sensors: Sensors, starts: Starts, form: Form) -> R
     starts : Starts
         The aircraft.
     form : {"polar", "linearised"}
-        How plots of flat radars are read.
+        Treatment of plots of flat radars.
 
     Returns
     -------
@@ -153,10 +153,10 @@ def filter_rows(plots: Plots, sensors: Sensors, starts: Starts, form: Form) -> R
     ConfigurationError
         If the form is unknown.
     ShapeError
-        If a plot is of an aircraft without a start, or of a sensor that is not there, or one of a
-        radar on WGS 84 has no height.
+        If a plot is of an aircraft without a start, or of an unknown sensor, or one of a radar on
+        WGS 84 has no height.
     TimeOrderError
-        If an aircraft is seen before its start.
+        If an aircraft is measured before its start.
 
     References
     ----------
@@ -184,7 +184,7 @@ def filter_rows(plots: Plots, sensors: Sensors, starts: Starts, form: Form) -> R
         flat = kind == KIND_FLAT_POLAR
         sites = sensors.sites[plots.sensor[flat], :2]
         value[flat] = cartesian_plot(sites, *plots.value[flat].T)
-        # A negative range is no place on the other side of the radar.
+        # A negative range is not a position on the other side of the radar.
         value[flat & (plots.value[:, 0] < 0.0)] = np.nan
         kind = np.where(flat, KIND_FLAT_POSITION, kind)
     return Rows(
@@ -192,7 +192,7 @@ def filter_rows(plots: Plots, sensors: Sensors, starts: Starts, form: Form) -> R
     )
 
 
-# An epoch has room for one plot of each sensor.
+# An epoch holds one plot of each sensor.
 def _require_once_at_a_time(times: Floats, aircraft: Integers, sensors: Integers) -> None:
     order = np.lexsort((sensors, aircraft, times))
     same = [np.diff(column[order]) == 0 for column in (times, aircraft, sensors)]

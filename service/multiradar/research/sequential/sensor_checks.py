@@ -1,4 +1,4 @@
-"""Whether numbers of sensors can be those of sensors at all: the bounds of sensors files."""
+"""Checks of sensor parameters: the bounds of sensors files."""
 
 from collections.abc import Callable
 
@@ -14,15 +14,15 @@ from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET, 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-#: No radar on a flat plane stands farther from its origin, m.
+#: Maximum distance of a radar on a flat plane from its origin, m.
 SITE_MAX_M = 1e7
 
-# Bounds are met but for rounding, as between degrees and radians.
+# Tolerance of the bounds for rounding, as between degrees and radians.
 _ROUNDING = 1e-9
 
 
 def require_sites(site_m: ArrayLike) -> Floats:
-    """Return places of radars on a flat plane.
+    """Return checked positions of radars on a flat plane.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def require_sites(site_m: ArrayLike) -> Floats:
     Returns
     -------
     (m, 2) float64
-        The same, side by side in memory.
+        The same, contiguous in memory.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def plot_variances(count: int, range_sigma_m: ArrayLike, azimuth_sigma_rad: Arra
     count : int
         Number m of radars.
     range_sigma_m, azimuth_sigma_rad : (m,) array_like
-        Standard deviations; a number alone is that of all.
+        Standard deviations; a scalar applies to all.
 
     Returns
     -------
@@ -76,7 +76,7 @@ def plot_variances(count: int, range_sigma_m: ArrayLike, azimuth_sigma_rad: Arra
     PriorError
         If one is not within the bounds of sensors.
     ShapeError
-        If the shapes do not go together.
+        If the shapes do not match.
 
     References
     ----------
@@ -95,16 +95,16 @@ def plot_variances(count: int, range_sigma_m: ArrayLike, azimuth_sigma_rad: Arra
 
 
 def require_prior(kinds: Integers, mean: Floats, sigma: Floats, drift: Floats) -> None:
-    """Say which bias parameter has a prior or a drift that no sensor has.
+    """Raise an error for a prior or drift of a bias parameter outside the bounds of sensors.
 
     Parameters
     ----------
     kinds : (c,) int64
         Kinds of the parameters.
     mean, sigma : (c,) float64
-        What is known beforehand (m, rad, 1 or s by kind).
+        Prior (m, rad, 1 or s by kind).
     drift : (c,) float64
-        Standard deviation of each walk after one second.
+        Standard deviation of each random walk after one second.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What the sequential form knows of the sensors: radars on a plane, or sensors on WGS 84."""
+"""Sensors of the sequential form: radars on a plane, or sensors on WGS 84."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -34,29 +34,29 @@ from multiradar.research.sequential.sensor_checks import (
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-#: Radars closer together than this see an aircraft from the same side.
+#: Radars closer together than this count as one site.
 ONE_SITE_M = 1000.0
 
 
 @dataclass(frozen=True, slots=True)
 class BiasPrior:
-    """What is known of the biases beforehand, and how they walk.
+    """Prior and drift of the biases.
 
     Parameters
     ----------
     mean : (c,) array_like
-        Prior estimates, parameter by parameter, those of one sensor side by side (m, rad, 1 or s).
+        Prior means, parameter by parameter, grouped by sensor (m, rad, 1 or s).
     covariance : (c, c) array_like
         Covariance of their errors.
     drift : (c,) array_like, optional
-        Standard deviation of each walk after one second; none without.
+        Standard deviation of each random walk after one second; zero by default.
 
     Raises
     ------
     PriorError
-        If a prior variance is not positive, or a drift is negative or no number.
+        If a prior variance is not positive, or a drift is negative or not finite.
     ShapeError
-        If the shapes do not go together, or a mean is no number.
+        If the shapes do not match, or a mean is not finite.
     CovarianceError
         If the covariance is not symmetric or not positive definite.
     """
@@ -94,25 +94,25 @@ class BiasPrior:
 
 @dataclass(frozen=True, slots=True)
 class Sensors:
-    """Sensors as the kernels take them; made by `flat_radars` or `earth_sensors`.
+    """Sensors as arrays of the kernels; made by `flat_radars` or `earth_sensors`.
 
     Attributes
     ----------
     kind : (m,) int64
-        What each measures, as in `multiradar.estimation.measurement._kernels`.
-    plane, sites, noises, places, starts, parameters
-        As in `multiradar.estimation.filters.arrays.Model`.
+        What each measures, see `multiradar.estimation.measurement._kernels`.
+    plane, sites, noises, site_numbers, starts, parameters
+        See `multiradar.estimation.filters.arrays.Model`.
     prior : BiasPrior
-        What is known of the biases.
+        Prior of the biases.
 
     Raises
     ------
     ShapeError
-        If the arrays are not of one number of sensors, or of one number of parameters.
+        If the arrays differ in the number of sensors or of parameters.
     UnknownParameterError
         If a kind of parameter is unknown.
     ConfigurationError
-        If a sensor has a parameter twice: there is room for each kind once.
+        If a sensor has a parameter twice.
     PriorError
         If a prior or a drift is outside the bounds that
         `multiradar.estimation.measurement.sensor_bounds` has for sensors.
@@ -122,7 +122,7 @@ class Sensors:
     plane: Floats
     sites: Floats
     noises: Floats
-    places: Integers
+    site_numbers: Integers
     starts: Integers
     parameters: Integers
     prior: BiasPrior
@@ -133,7 +133,7 @@ class Sensors:
         for name, array, length in (
             ("sites of the sensors", self.sites, count),
             ("noises of the sensors", self.noises, count),
-            ("places of the sensors", self.places, count),
+            ("site numbers of the sensors", self.site_numbers, count),
             ("first parameters of the sensors", starts, count + 1),
             ("prior of the biases", self.prior.mean, len(kinds)),
         ):
@@ -165,7 +165,7 @@ def flat_radars(
     site_m : (m, 2) array_like
         East and north of the radars.
     range_sigma_m, azimuth_sigma_rad : (m,) array_like
-        Standard deviations of the random errors; a number alone is that of all.
+        Standard deviations of the random errors; a scalar applies to all.
     prior : BiasPrior
         Of m × p parameters, radar by radar.
     parameters : (p,) array_like of int
@@ -188,7 +188,7 @@ def flat_radars(
     ConfigurationError
         If a kind of parameter is named twice, or a radar is too far from the origin.
     ShapeError
-        If the shapes do not go together, or there is no radar.
+        If the shapes do not match, or there is no radar.
 
     References
     ----------
@@ -203,7 +203,7 @@ def flat_radars(
         plane=np.zeros(1),
         sites=sites,
         noises=np.column_stack([variances, np.ones(count), np.zeros(count)]),
-        places=_one_places(np.column_stack([sites, np.zeros(count)])),
+        site_numbers=_site_numbers(np.column_stack([sites, np.zeros(count)])),
         starts=len(kinds) * np.arange(count + 1, dtype=np.int64),
         parameters=np.tile(kinds, count),
         prior=prior,
@@ -240,11 +240,11 @@ def earth_sensors(table: SensorTable, plane: SystemPlane) -> Sensors:
     ellipsoid; the latter is the project's own.
     """
     kinds = table.kinds.astype(np.int64)
-    places = np.column_stack([table.latitude_rad, table.longitude_rad, table.height_m])
-    located = np.isfinite(places).all(axis=1)
+    geodetic = np.column_stack([table.latitude_rad, table.longitude_rad, table.height_m])
+    located = np.isfinite(geodetic).all(axis=1)
     _require_positions(located | (kinds != KIND_RADAR), table.ids)
     parameters = np.array(plane.parameters)
-    sites = [site_parameters(parameters, *place) for place in np.nan_to_num(places)]
+    sites = [site_parameters(parameters, *one) for one in np.nan_to_num(geodetic)]
     noises = [table.range_sigma_m**2, table.azimuth_sigma_rad**2, table.position_sigma_m**2]
     starts = np.searchsorted(table.parameter_sensor, np.arange(len(table) + 1)).astype(np.int64)
     if not (table.prior_sigma > 0.0).all():
@@ -256,7 +256,7 @@ def earth_sensors(table: SensorTable, plane: SystemPlane) -> Sensors:
         plane=parameters,
         sites=np.array(sites),
         noises=np.column_stack([*noises, np.nan_to_num(table.height_m)]),
-        places=_one_places(geodetic_to_ecef(*places.T)),
+        site_numbers=_site_numbers(geodetic_to_ecef(*geodetic.T)),
         starts=starts,
         parameters=known_kinds(table.parameter_kind),
         prior=BiasPrior(table.prior_mean, np.diag(table.prior_sigma**2), table.drift),
@@ -278,9 +278,9 @@ def _require_each_once(sensor: int, kinds: list[int]) -> None:
             )
 
 
-# A sensor takes the number of the first one that stands where it stands.
-def _one_places(position_m: Floats) -> Integers:
+# A sensor has the number of the first one at the same site.
+def _site_numbers(position_m: Floats) -> Integers:
     distance = np.linalg.norm(position_m[:, None, :] - position_m[None, :, :], axis=-1)
     same = (distance < ONE_SITE_M) | np.eye(len(position_m), dtype=np.bool_)
-    places: Integers = np.argmax(same, axis=1).astype(np.int64)
-    return places
+    site_numbers: Integers = np.argmax(same, axis=1).astype(np.int64)
+    return site_numbers

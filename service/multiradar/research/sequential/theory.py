@@ -1,4 +1,4 @@
-"""The true covariance of a filter's errors, by the formula of Joseph for its very gains."""
+"""The true error covariance of a filter, by the Joseph form with its actual gains."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ _PLAIN = Options()
 
 @dataclass(frozen=True, slots=True)
 class Theory:
-    """What the errors of a filter are, and what it says they are.
+    """True and reported error covariances of a filter.
 
     Attributes
     ----------
@@ -29,10 +29,10 @@ class Theory:
         True covariance of the stacked error (1.8): four components of each aircraft, then all
         bias parameters.
     transition : (t, n, n) float64
-        F: the part that the error at the time before (at first: at the starts) has in that of now;
-        the rest of it is independent.
+        F: the contribution of the error at the previous time (at first: at the starts) to the
+        present error; the rest is independent.
     reported : Record
-        What the filter itself reports, linearised at the truth.
+        Estimates of the filter itself, linearised at the truth.
     """
 
     covariance: Floats
@@ -67,20 +67,20 @@ def true_covariance(
     true_density: float | None = None,
     true_drift: ArrayLike | None = None,
 ) -> Theory:
-    """Return the covariance of a filter's errors by (1.26), with the gains the filter has.
+    """Return the error covariance of a filter by (1.26), with its actual gains.
 
     Parameters
     ----------
     name, sensors, starts, times_s, form, walk_s, options
-        As for `multiradar.research.sequential.player.play`. The priors are taken to be true.
+        See `multiradar.research.sequential.player.play`. The priors are assumed to be true.
     plots : Plots
-        When who was seen by whom; the values are not looked at.
+        Times, aircraft and sensors of the plots; the values are not used.
     truth : (n, 4) array_like
         True state of the aircraft of each plot at its time.
     true_density : float, optional
-        Spectral density of the true acceleration, m²/s³; that of the filter without.
+        Spectral density of the true acceleration, m²/s³; by default that of the filter.
     true_drift : (c,) array_like, optional
-        True drift of the biases after one second; that of the filter without.
+        True drift of the biases after one second; by default that of the filter.
 
     Returns
     -------
@@ -90,15 +90,15 @@ def true_covariance(
     Raises
     ------
     UnknownFilterError, ConfigurationError, ShapeError, TimeOrderError
-        As `play`; `ShapeError` also if the truth or the drift are not of the expected shape.
+        See `play`; `ShapeError` also if the truth or the drift have another shape.
     PriorError
         If the true density or a true drift is negative.
 
     Notes
     -----
-    The filter is linearised at the truth, so that the result is exact for a linear filter and of
-    first order for any other: what re-linearising at wrong estimates does is not in it, and is
-    what a Monte Carlo shows beside it.
+    The filter is linearised at the truth: the result is exact for a linear filter and of first
+    order for any other. The effect of linearising at wrong estimates is not included; a Monte
+    Carlo simulation shows it.
 
     References
     ----------
@@ -140,11 +140,11 @@ def _first_covariance(sensors: Sensors, starts: Starts) -> Floats:
     return covariance
 
 
-# Time offsets are linearised at the velocity that is told, and here at the true one, as all else.
+# Time offsets are linearised at the initial velocity; here at the true one, like all else.
 def _linearise_lateness(one: Arrangement, plots: Plots, states: Floats) -> None:
     slots, rows = np.unique(plots.aircraft, return_index=True)
-    told = ~np.isnan(one.aircraft.velocity[slots, 0])
-    one.aircraft.velocity[slots[told]] = states[rows[told], 2:]
+    known = ~np.isnan(one.aircraft.velocity[slots, 0])
+    one.aircraft.velocity[slots[known]] = states[rows[known], 2:]
 
 
 def _saved(one: Arrangement) -> Saved:
@@ -152,7 +152,7 @@ def _saved(one: Arrangement) -> Saved:
 
 
 def _epoch(sensors: int, size: int, biases: int) -> Epoch:
-    # A sensor sees an aircraft at most once in an epoch.
+    # A sensor measures an aircraft at most once in an epoch.
     return Epoch(
         value=np.zeros((sensors, 2)),
         probe=np.zeros((sensors, 2)),

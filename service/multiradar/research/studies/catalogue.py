@@ -1,4 +1,4 @@
-"""The studies by name, with what each takes; a study's code is imported only when it runs."""
+"""The studies by name, with their options; a study's code is imported only when it runs."""
 
 import dataclasses
 import importlib
@@ -14,32 +14,32 @@ if TYPE_CHECKING:
     from multiradar.research.studies.result import Progress, StudyOptions, StudyResult
 
 
-#: Options of the command, by the field of `StudyOptions` that each sets.
+#: Command-line options, by the field of `StudyOptions` that each sets.
 FLAGS = MappingProxyType({"runs": "--runs", "filters": "--filters", "duration_s": "--duration"})
 
 
 @dataclass(frozen=True, slots=True)
 class StudyEntry:
-    """A study as the catalogue knows it.
+    """A study in the catalogue.
 
     Attributes
     ----------
     name : str
-        What the command calls it.
+        Name on the command line.
     title : str
         Heading of its report.
     purpose : str
-        What it shows, in one sentence.
+        Purpose in one sentence.
     module : str
-        Where its `run` is, imported only when it runs.
+        Module of its `run`, imported only when it runs.
     runs : int, optional
-        Realisations unless others are asked for; None: it has none to repeat.
+        Default number of realisations; None: not repeatable.
     duration_s : float, optional
-        Length of its scene, s, unless another is asked for; None: it is fixed.
+        Default duration of its scenario, s; None: fixed.
     duration_bounds_s : tuple of two floats
-        Least and greatest length of its scene, s: what shows anything, and what ends in time.
+        Minimum and maximum duration of its scenario, s.
     filters : tuple of str
-        Filters it judges; empty: no choice.
+        Filters it compares; empty: no choice.
     """
 
     name: str
@@ -52,20 +52,20 @@ class StudyEntry:
     filters: tuple[str, ...] = ()
 
     @property
-    def takes(self) -> tuple[str, ...]:
-        """Names of the fields of `StudyOptions` that make a difference to it."""
+    def supported_options(self) -> tuple[str, ...]:
+        """Names of the fields of `StudyOptions` that the study supports."""
         chosen = {"runs": self.runs, "filters": self.filters, "duration_s": self.duration_s}
         return ("seed", *(name for name, default in chosen.items() if default))
 
     def complete(self, options: "StudyOptions") -> "StudyOptions":
-        """Return options with this study's own in place of what is None.
+        """Return options with this study's defaults in place of None.
 
-        Options that the study does not take become None.
+        Unsupported options become None.
 
         Raises
         ------
         UnknownFilterError
-            A filter that the study does not judge.
+            A filter that the study does not compare.
         ConfigurationError
             A duration outside the bounds of the study.
         """
@@ -82,12 +82,12 @@ class StudyEntry:
         )
 
     def run(self, options: "StudyOptions", progress: "Progress") -> "StudyResult":
-        """Import the study and run it, with its own options in place of what is None.
+        """Import the study and run it, with its defaults in place of None.
 
         Raises
         ------
         UnknownFilterError
-            A filter that the study does not judge.
+            A filter that the study does not compare.
         ConfigurationError
             A duration outside the bounds of the study.
         """
@@ -104,7 +104,7 @@ class StudyEntry:
 
 
 class _Study(Protocol):
-    # What a module of a study offers.
+    # Interface of a study's module.
     def run(self, options: "StudyOptions", progress: "Progress") -> "StudyResult": ...
 
 

@@ -1,4 +1,4 @@
-"""The result of a study as a report, and the command that makes it again."""
+"""The result of a study as a report, with the command to reproduce it."""
 
 from multiradar.report.content import Document
 from multiradar.research.studies.catalogue import FLAGS
@@ -6,12 +6,12 @@ from multiradar.research.studies.result import StudyResult
 
 
 def command_of(result: StudyResult) -> str:
-    """Return the command line that gives the same result.
+    """Return the command line that reproduces a result.
 
     Parameters
     ----------
     result : StudyResult
-        With the options it ran with.
+        With the options of the run.
 
     Returns
     -------
@@ -31,17 +31,17 @@ def command_of(result: StudyResult) -> str:
 
 
 def document_of(result: StudyResult) -> Document:
-    """Return what the report of a study shows.
+    """Return the report of a study.
 
     Parameters
     ----------
     result : StudyResult
-        What the study found.
+        Result of the study.
 
     Returns
     -------
     Document
-        Its tables, plots and notes, with the command that makes them again.
+        Its tables, plots and notes, with the command to reproduce them.
     """
     return Document(
         title=result.title,

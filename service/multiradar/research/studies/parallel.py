@@ -1,4 +1,4 @@
-"""Work of a study on all processors, which Ctrl-C ends."""
+"""Parallel execution of a study, with interruption by Ctrl-C."""
 
 import os
 from collections.abc import Iterator, Sequence
@@ -11,13 +11,13 @@ from multiradar.research.studies.result import Progress
 
 @contextmanager
 def workers() -> Iterator[ThreadPoolExecutor]:
-    """Give threads to work in, one for each processor.
+    """Provide a thread pool with one thread per processor.
 
     Yields
     ------
     ThreadPoolExecutor
-        When the block is left, what has not begun is dropped and what has begun is not waited for:
-        compiled work cannot be stopped. So wait with `finish` for all that is wanted.
+        On exit, pending work is dropped and running work is not waited for: compiled work cannot
+        be interrupted. Wait with `finish` for all required results.
     """
     executor = ThreadPoolExecutor(max_workers=processors())
     try:
@@ -27,14 +27,14 @@ def workers() -> Iterator[ThreadPoolExecutor]:
 
 
 def finish(futures: Sequence[Future[Any]], progress: Progress) -> None:
-    """Wait until all is done, or raise the first error of any.
+    """Wait until all futures are done, or raise the first error.
 
     Parameters
     ----------
     futures : sequence of Future
-        What is being done.
+        Running work.
     progress : Progress
-        Told how many of them are done; what it raises ends the waiting too.
+        Called with the number of completed futures; its exceptions end the waiting, too.
     """
     progress(0, len(futures))
     for done, future in enumerate(as_completed(futures), 1):
@@ -43,9 +43,9 @@ def finish(futures: Sequence[Future[Any]], progress: Progress) -> None:
 
 
 def processors() -> int:
-    """Return the number of processors that this process may run on, at least 1.
+    """Return the number of processors available to this process, at least 1.
 
-    Systems that bind no process to processors (all but Linux) are asked for those they have.
+    On systems without processor affinity (all but Linux), the number of processors.
     """
     bound = getattr(os, "sched_getaffinity", None)
     return len(bound(0)) if bound is not None else os.cpu_count() or 1

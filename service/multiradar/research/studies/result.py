@@ -1,7 +1,7 @@
-"""What a study takes and what it gives: rows for programs, tables and plots for readers.
+"""Options and results of a study: rows for programs, tables and plots for readers.
 
-A study is a module with one function, ``run(options, progress) -> StudyResult``. It knows nothing
-of terminals, files or HTML: `multiradar.report` and the command show what it gives.
+A study is a module with one function, ``run(options, progress) -> StudyResult``. It is independent
+of terminals, files and HTML: `multiradar.report` and the command display its results.
 """
 
 import math
@@ -14,19 +14,19 @@ import numpy as np
 
 from multiradar.report.content import Plot, Table, Value
 
-#: Told how many steps of how many are done; the total may be told anew while it runs.
+#: Called with the number of completed steps and of all steps; the total may change.
 Progress = Callable[[int, int], None]
 
 
 def step_counter(progress: Progress, total: int) -> Callable[[], None]:
-    """Return what tells the progress of one step more each time it is called.
+    """Return a function that reports one more completed step with each call.
 
     Parameters
     ----------
     progress : callable
-        Told how many steps of how many are done.
+        Called with the number of completed steps and of all steps.
     total : int
-        Steps in all.
+        Number of steps.
 
     Returns
     -------
@@ -39,18 +39,18 @@ def step_counter(progress: Progress, total: int) -> Callable[[], None]:
 
 @dataclass(frozen=True, slots=True)
 class StudyOptions:
-    """What may be chosen of a study.
+    """Options of a study.
 
     Attributes
     ----------
     runs : int, optional
-        Independent realisations, at least 1; None takes the study's own number.
+        Independent realisations, at least 1; None for the study's default.
     seed : int
-        Seed of everything random, not negative: the same seed gives the same result.
+        Random seed, not negative: the same seed gives the same result.
     filters : tuple of str, optional
-        Names of the filters to judge, known to the study; None takes all of them.
+        Names of filters of the study; None for all of them.
     duration_s : float, optional
-        Length of the scene, s, positive; None takes the study's own.
+        Duration of the scenario, s, positive; None for the study's default.
     """
 
     runs: int | None = None
@@ -61,7 +61,7 @@ class StudyOptions:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StudyResult:
-    """What a study found.
+    """Result of a study.
 
     Attributes
     ----------
@@ -70,19 +70,19 @@ class StudyResult:
     title : str
         Heading of the report.
     seed : int
-        The seed it ran with.
+        The seed of the run.
     rows : list of dict
-        The figures for programs, one flat object a row; documented in ``docs/studies.md``.
+        Results for programs, one flat object per row; documented in ``docs/studies.md``.
     tables : list of Table
         For readers; the first is the main one.
     plots : list of Plot
         For readers; the first is the main one.
     notes : list of str
-        Readings, limits and what to see, one plain paragraph each.
+        Readings, limits and findings, one plain paragraph each.
     summary : str
-        What was studied, in one plain paragraph.
+        Subject of the study, in one plain paragraph.
     options : mapping
-        What it ran with: runs, filters, duration_s, where it takes them.
+        Options of the run: runs, filters, duration_s, where supported.
     """
 
     study: str
@@ -102,7 +102,7 @@ class StudyResult:
         -------
         dict
             ``study, seed, options, rows, notes``; plain Python values, every number finite, None
-            in place of what is not.
+            in place of non-finite ones.
         """
         return {
             "study": self.study,
@@ -114,7 +114,7 @@ class StudyResult:
 
 
 def _plain(value: object) -> object:
-    # Numbers of numpy are told as Python's; JSON has no word for what is not finite.
+    # NumPy numbers become Python's; JSON has no non-finite numbers.
     if isinstance(value, list | tuple):
         return [_plain(one) for one in value]
     if isinstance(value, np.generic):

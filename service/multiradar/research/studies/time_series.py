@@ -1,4 +1,4 @@
-"""Lines of a plot by time, picked from the rows of a study."""
+"""Lines of a plot over time, selected from the rows of a study."""
 
 from collections.abc import Mapping, Sequence
 
@@ -12,7 +12,7 @@ Row = dict[str, Value]
 def series_by_time(
     rows: Sequence[Row], label: str, wanted: Mapping[str, Value], key: str = ""
 ) -> Series:
-    """Return the values of the rows that have a time and are those wanted.
+    """Return the values of the selected rows that have a time.
 
     Parameters
     ----------
@@ -21,9 +21,9 @@ def series_by_time(
     label : str
         Name in the legend.
     wanted : mapping
-        What columns of the rows must hold.
+        Required values of columns.
     key : str
-        Of the colour, as `Series` has it.
+        Colour key, see `Series`.
 
     Returns
     -------

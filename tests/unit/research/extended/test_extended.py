@@ -18,8 +18,8 @@ from multiradar.estimation.motion.coordinates import CARTESIAN, VELOCITY_FRAME
 from multiradar.estimation.motion.velocity_frame_noise import VelocityFrameNoise
 from multiradar.research.extended.extended import Estimate, Outcome, predict, start, update
 from multiradar.research.extended.extended_measurement import (
-    MeasuredPlace,
     MeasuredPolar,
+    MeasuredPosition,
     SpaceMeasurement,
 )
 from multiradar.research.motion.cartesian_acceleration import CartesianAcceleration
@@ -30,11 +30,11 @@ from multiradar.research.motion.white_acceleration import WhiteAcceleration
 
 MEAN = np.array([20e3, -35e3, 8e3, 150.0, 90.0, 6.0])
 COVARIANCE = np.diag([100.0, 100.0, 80.0, 8.0, 8.0, 3.0]) ** 2
-PLACE = MeasuredPlace(np.diag([30.0, 40.0, 25.0]) ** 2)
+POSITION = MeasuredPosition(np.diag([30.0, 40.0, 25.0]) ** 2)
 SITE = np.array([3e3, -4e3, 200.0])
 RADAR = MeasuredPolar(SITE, np.diag([40.0, 1e-3, 1.5e-3]) ** 2)
 ALTITUDE = MeasuredPolar(SITE, np.diag([40.0, 1e-3, 30.0]) ** 2, "height")
-SENSORS: list[SpaceMeasurement] = [PLACE, RADAR, ALTITUDE]
+SENSORS: list[SpaceMeasurement] = [POSITION, RADAR, ALTITUDE]
 SENSOR_NAMES = ["place", "elevation", "height"]
 MODELS: list[MotionModel] = [
     CartesianAcceleration((1.0, 2.0, 0.5)),
@@ -51,26 +51,31 @@ def name_of(model: object) -> str:
 
 def test_azimuth_is_clockwise_from_north_and_range_is_slant() -> None:
     """30 km west, 40 km north and 12 km above: azimuth -36.87°, 51.42 km, elevation 13.50°."""
-    place = SITE + np.array([-30e3, 40e3, 12e3])
-    slant, azimuth, elevation = RADAR.predict(place)
+    position = SITE + np.array([-30e3, 40e3, 12e3])
+    slant, azimuth, elevation = RADAR.predict(position)
     assert slant == pytest.approx(np.sqrt(0.9e9 + 1.6e9 + 0.144e9), rel=1e-14)
     assert np.degrees(azimuth) == pytest.approx(-36.8699, abs=1e-4)
     assert np.degrees(elevation) == pytest.approx(13.4957, abs=1e-4)
-    assert ALTITUDE.predict(place)[2] == 12_200.0
+    assert ALTITUDE.predict(position)[2] == 12_200.0
 
 
 @pytest.mark.parametrize("sensor", SENSORS, ids=SENSOR_NAMES)
 def test_jacobian_of_a_measurement_is_that_of_finite_differences(sensor: SpaceMeasurement) -> None:
-    places = np.random.default_rng(0).normal(size=(20, 3)) * [40e3, 40e3, 6e3]
+    positions = np.random.default_rng(0).normal(size=(20, 3)) * [40e3, 40e3, 6e3]
     for axis in range(3):
         step = np.zeros(3)
         step[axis] = 1.0
-        slope = sensor.residual(sensor.predict(places + step), sensor.predict(places - step)) / 2.0
-        np.testing.assert_allclose(sensor.jacobian(places)[..., axis], slope, rtol=2e-5, atol=1e-8)
+        slope = (
+            sensor.residual(sensor.predict(positions + step), sensor.predict(positions - step))
+            / 2.0
+        )
+        np.testing.assert_allclose(
+            sensor.jacobian(positions)[..., axis], slope, rtol=2e-5, atol=1e-8
+        )
 
 
 def test_the_linear_filter_is_bayesian_regression_on_the_whole_path() -> None:
-    """No process noise: the filter's last word is the weighted least squares of all it was told."""
+    """Without process noise the filter equals the weighted least squares of all measurements."""
     rng = np.random.default_rng(1)
     model = CartesianAcceleration((0.0, 0.0, 0.0))
     times = np.cumsum(rng.uniform(0.5, 6.0, 12))
@@ -79,10 +84,10 @@ def test_the_linear_filter_is_bayesian_regression_on_the_whole_path() -> None:
     information = np.linalg.inv(COVARIANCE)
     sums = information @ MEAN
     for time, value in zip(times, measured, strict=True):
-        found = update(predict(found, model, time - before), PLACE, value).estimate
+        found = update(predict(found, model, time - before), POSITION, value).estimate
         before = time
         design = np.hstack([np.eye(3), time * np.eye(3)])
-        weighted = design.T @ np.linalg.inv(PLACE.noise)
+        weighted = design.T @ np.linalg.inv(POSITION.noise)
         information, sums = information + weighted @ design, sums + weighted @ value
     carried = np.kron([[1.0, times[-1]], [0.0, 1.0]], np.eye(3))
     np.testing.assert_allclose(found.mean, carried @ np.linalg.solve(information, sums), rtol=1e-10)
@@ -128,7 +133,7 @@ def test_the_estimate_of_the_velocity_frame_is_the_same_in_cartesian_terms() -> 
     assert there.coordinates is CARTESIAN
 
 
-def test_an_azimuth_across_south_is_no_turn_away() -> None:
+def test_azimuths_wrap_at_south() -> None:
     mean = np.array([*np.add(SITE, [5.0, -50e3, 4e3]), 150.0, 0.0, 0.0])
     found = update(start(mean, COVARIANCE), RADAR, RADAR.predict(mean[:3] - [10.0, 0.0, 0.0]))
     assert abs(found.innovation[1]) < 1e-3
@@ -165,7 +170,7 @@ def _simulate(
 def test_the_filter_is_consistent_on_what_its_model_makes(
     truth: MotionSimulator, model: MotionModel, sensor: SpaceMeasurement
 ) -> None:
-    """Mean NEES of 200 runs in the middle of its 99.98 % band, to 4 % for what is not linear."""
+    """Mean NEES of 200 runs in its 99.98 % band, with 4 % allowed for nonlinearity."""
     runs, steps = 200, 40
     mean, path, measured = _simulate(truth, sensor, runs, steps, 7)
     estimate = start(mean, np.broadcast_to(COVARIANCE, (runs, 6, 6)), model.coordinates)
@@ -184,31 +189,31 @@ def test_the_filter_is_consistent_on_what_its_model_makes(
 def test_a_measurement_outside_the_gate_changes_nothing() -> None:
     before = start(MEAN, COVARIANCE)
     far = np.add(MEAN[:3], [2000.0, 0.0, 0.0])
-    refused = update(before, PLACE, far, gate=25.0)
-    assert refused.outcome == Outcome.GATED
-    np.testing.assert_array_equal(refused.estimate.mean, before.mean)
-    np.testing.assert_array_equal(refused.estimate.covariance, before.covariance)
-    assert refused.distance_squared == pytest.approx(2000.0**2 / (100.0**2 + 30.0**2))
-    assert update(before, PLACE, far).outcome == Outcome.UPDATED
+    rejected = update(before, POSITION, far, gate=25.0)
+    assert rejected.outcome == Outcome.GATED
+    np.testing.assert_array_equal(rejected.estimate.mean, before.mean)
+    np.testing.assert_array_equal(rejected.estimate.covariance, before.covariance)
+    assert rejected.distance_squared == pytest.approx(2000.0**2 / (100.0**2 + 30.0**2))
+    assert update(before, POSITION, far).outcome == Outcome.UPDATED
 
 
-def test_a_singular_innovation_is_refused() -> None:
-    """A noise that is none, and one that is lost in rounding beside what it measures."""
+def test_a_singular_innovation_is_rejected() -> None:
+    """A noise that is not a covariance, and one lost in rounding."""
     certain = Estimate(MEAN, 1e-30 * np.eye(6), CARTESIAN)
     for noise, expected in ((np.eye(3), Outcome.UPDATED), (-np.eye(3), Outcome.SINGULAR)):
-        sensor = MeasuredPlace(np.eye(3))
+        sensor = MeasuredPosition(np.eye(3))
         object.__setattr__(sensor, "noise", noise)
         found = update(certain, sensor, MEAN[:3] + 1.0)
         assert found.outcome == expected
         assert np.isfinite(found.estimate.covariance).all()
     line = np.zeros((6, 6))
     line[:3, :3] = 1e12
-    found = update(Estimate(MEAN, line, CARTESIAN), MeasuredPlace(1e-6 * np.eye(3)), MEAN[:3])
+    found = update(Estimate(MEAN, line, CARTESIAN), MeasuredPosition(1e-6 * np.eye(3)), MEAN[:3])
     assert found.outcome == Outcome.SINGULAR
     np.testing.assert_array_equal(found.estimate.covariance, line)
 
 
-def test_over_the_radar_nothing_is_believed() -> None:
+def test_the_cone_of_silence_is_not_usable() -> None:
     for ground in (0.0, 3e3):
         mean = np.array([*np.add(SITE, [ground, 0.0, 9e3]), 150.0, 0.0, 0.0])
         for sensor in (RADAR, ALTITUDE):
@@ -230,7 +235,7 @@ def test_no_nan_enters_the_estimate(bad: float) -> None:
             assert found.distance_squared == np.inf or found.distance_squared >= 0.0
 
 
-def test_one_bad_measurement_among_many_leaves_the_others_alone() -> None:
+def test_one_bad_measurement_does_not_affect_others() -> None:
     rng = np.random.default_rng(3)
     means = MEAN + rng.normal(size=(4, 6))
     before = start(means, np.broadcast_to(COVARIANCE, (4, 6, 6)), VELOCITY_FRAME)
@@ -246,12 +251,12 @@ def test_one_bad_measurement_among_many_leaves_the_others_alone() -> None:
         np.testing.assert_allclose(together.estimate.mean[one], found.mean, rtol=1e-13)
 
 
-def test_a_speed_that_an_update_takes_below_zero_is_said_canonically() -> None:
-    """Strongly tied to the place, the speed goes from 5 to −20 m/s: flying the other way."""
+def test_a_negative_speed_after_an_update_is_canonical() -> None:
+    """Strongly correlated with the position, speed changes from 5 to −20 m/s: opposite course."""
     mean = np.array([0.0, 0.0, 1e3, 5.0, 0.3, 0.05])
     covariance = np.diag([100.0, 100.0, 100.0, 50.0, 0.1, 0.1]) ** 2
     covariance[1, 3] = covariance[3, 1] = 0.99 * 100.0 * 50.0
-    found = update(Estimate(mean, covariance, VELOCITY_FRAME), PLACE, [0.0, -60.0, 1e3]).estimate
+    found = update(Estimate(mean, covariance, VELOCITY_FRAME), POSITION, [0.0, -60.0, 1e3]).estimate
     assert found.mean[3] > 10.0
     assert found.mean[4] == pytest.approx(0.3 - np.pi, abs=0.1)
     assert frame_to_velocity(found.mean[3:])[1] < 0.0
@@ -259,7 +264,7 @@ def test_a_speed_that_an_update_takes_below_zero_is_said_canonically() -> None:
     assert np.linalg.eigvalsh(found.covariance).min() > 0.0
 
 
-def test_bad_input_is_named() -> None:
+def test_bad_input_is_reported() -> None:
     with pytest.raises(ShapeError, match="mean: expected 6 components"):
         start(np.zeros(4), np.eye(4))
     with pytest.raises(ShapeError, match="mean: expected finite numbers"):
@@ -277,11 +282,11 @@ def test_bad_input_is_named() -> None:
     with pytest.raises(TimeOrderError):
         predict(estimate, MODELS[0], -1.0)
     with pytest.raises(ShapeError, match="measurement: expected 3 components"):
-        update(estimate, PLACE, [0.0, 0.0])
+        update(estimate, POSITION, [0.0, 0.0])
     with pytest.raises(MotionParameterError, match="gate: expected a finite number above 0"):
-        update(estimate, PLACE, MEAN[:3], gate=0.0)
+        update(estimate, POSITION, MEAN[:3], gate=0.0)
     with pytest.raises(CovarianceError, match="measurement noise"):
-        MeasuredPlace(np.diag([1.0, -1.0, 1.0]))
+        MeasuredPosition(np.diag([1.0, -1.0, 1.0]))
     with pytest.raises(ShapeError, match="measurement noise: expected the shape"):
         MeasuredPolar(SITE, np.eye(2))
     with pytest.raises(ShapeError, match="site: expected three finite numbers"):

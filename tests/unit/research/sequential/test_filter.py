@@ -1,4 +1,4 @@
-"""What a researcher gives wrongly is refused where it is given, by name."""
+"""Invalid input of the sequential filter is rejected by name."""
 
 import doctest
 from dataclasses import replace
@@ -49,7 +49,7 @@ def indefinite(size: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("matrix", [indefinite(4), np.triu(np.ones((4, 4))), np.eye(4) * np.nan])
-def test_what_is_no_covariance_is_refused(matrix: np.ndarray) -> None:
+def test_invalid_covariances_are_rejected(matrix: np.ndarray) -> None:
     one = started()
     before = one.aircraft(7)
     with pytest.raises(CovarianceError, match="aircraft"):
@@ -85,7 +85,9 @@ def test_a_prior_is_checked() -> None:
         (15.0, np.nan, "sigma of the azimuth"),
     ],
 )
-def test_noise_is_that_of_a_radar(range_sigma: float, azimuth_sigma: float, named: str) -> None:
+def test_noise_is_within_the_bounds_of_radars(
+    range_sigma: float, azimuth_sigma: float, named: str
+) -> None:
     with pytest.raises(PriorError, match=named):
         flat_radars(SITES, range_sigma, azimuth_sigma, PRIOR)
 
@@ -103,7 +105,7 @@ def test_noise_is_that_of_a_radar(range_sigma: float, azimuth_sigma: float, name
         (3, 0.0, 0.5, 2.0, "drift of time_offset_s"),
     ],
 )
-def test_a_prior_is_that_of_a_radar(
+def test_a_prior_is_within_the_bounds_of_radars(
     kind: int, mean: float, sigma: float, drift: float, named: str
 ) -> None:
     prior = BiasPrior([mean], [[sigma**2]], [drift])
@@ -111,7 +113,7 @@ def test_a_prior_is_that_of_a_radar(
         flat_radars([[0.0, 0.0]], 15.0, 1e-3, prior, [kind])
 
 
-def test_there_are_radars_and_they_stand_on_the_plane() -> None:
+def test_radars_exist_and_are_near_the_origin() -> None:
     with pytest.raises(ShapeError, match="one radar or more"):
         flat_radars(np.zeros((0, 2)), 15.0, 1e-3, BiasPrior([], np.zeros((0, 0))))
     with pytest.raises(ConfigurationError, match=r"site of radar 1: expected within 1e\+07 m"):
@@ -153,7 +155,7 @@ def test_a_bias_parameter_must_be_known() -> None:
 
 
 def test_a_sensor_has_each_parameter_once() -> None:
-    """Kernels have room for four a sensor; more of them were once written beyond it."""
+    """Kernels hold four per sensor; more were once written out of bounds."""
     prior = BiasPrior(np.zeros(24), np.eye(24))
     with pytest.raises(ConfigurationError, match="sensor 0: expected range_offset_m once, was 6"):
         flat_radars(SITES, 15.0, 1e-3, prior, parameters=(0, 1) * 6)
@@ -167,18 +169,18 @@ def test_a_sensor_has_each_parameter_once() -> None:
         ({"prior": BiasPrior(np.zeros(2), np.eye(2))}, "prior of the biases"),
         ({"starts": np.array([0, 2, 6])}, "first parameters"),
         ({"starts": np.array([0, 4])}, "first parameters"),
-        ({"places": np.array([0])}, "places"),
+        ({"site_numbers": np.array([0])}, "site numbers"),
         ({"sites": np.zeros((3, 2))}, "sites"),
         ({"noises": np.ones((1, 4))}, "noises"),
     ],
 )
-def test_the_arrays_of_the_sensors_go_together(changed: dict[str, Any], named: str) -> None:
+def test_the_arrays_of_the_sensors_match(changed: dict[str, Any], named: str) -> None:
     with pytest.raises(ShapeError, match=named):
         replace(radars(), **changed)
 
 
-def test_a_sensor_sees_an_aircraft_once_at_a_time() -> None:
-    """An epoch has room for one plot of each sensor; forty of one were once written beyond it."""
+def test_a_sensor_measures_an_aircraft_once_at_a_time() -> None:
+    """An epoch holds one plot of each sensor; forty of one were once written out of bounds."""
     with pytest.raises(ShapeError, match=r"aircraft 3 at 2\.0 s: expected each sensor once"):
         Plots([1.0] + [2.0] * 40, [3] * 41, [0] * 41, np.ones((41, 2)))
     with pytest.raises(ShapeError, match="each sensor once"):
@@ -187,7 +189,7 @@ def test_a_sensor_sees_an_aircraft_once_at_a_time() -> None:
 
 
 def test_a_radar_on_the_earth_needs_the_height_of_its_plots() -> None:
-    """Without one the plot of an aircraft at 10 km would be of one on the ground, exactly known."""
+    """Without one the plot of an aircraft at 10 km would be placed on the ground."""
     rng = np.random.default_rng(1)
     scene = make_scene(rng, three_radars(), random_flights(rng, 1, 10.0))
     one = SequentialFilter("two-stage", earth_sensors(scene.sensors, scene.plane), aircraft_max=1)
@@ -212,8 +214,8 @@ def test_a_negative_range_is_no_measurement(name: str, form: Any) -> None:
     np.testing.assert_array_equal(one.aircraft(7)[0], STATE)
 
 
-def test_what_starts_nothing_takes_no_room() -> None:
-    """Neither a plot that is refused by name, nor one at which no aircraft can begin."""
+def test_plots_without_initiation_use_no_slot() -> None:
+    """Neither a rejected plot, nor one that cannot initiate an aircraft."""
     one = SequentialFilter("blom", radars(), aircraft_max=1)
     for aircraft in range(3):
         with pytest.raises(ShapeError, match="values"):
@@ -256,7 +258,7 @@ def test_shapes_and_indices_are_checked() -> None:
         Plots([1.0], [0.5], [0], np.ones((1, 2)))
 
 
-def test_no_sensor_is_taken_for_another() -> None:
+def test_sensor_indices_must_be_integers() -> None:
     one = started()
     for sensor in (0.5, "a", True, -1, 2):
         with pytest.raises(ShapeError, match="sensors of the plots"):
@@ -267,7 +269,7 @@ def test_no_sensor_is_taken_for_another() -> None:
         one.observe(7, "noon", 0, [36_100.0, 0.59])  # type: ignore[arg-type]
 
 
-def test_a_walk_is_no_longer_than_a_year() -> None:
+def test_a_bias_walk_is_at_most_a_year() -> None:
     one = started()
     year_s = 366.0 * 86_400.0
     one.walk(year_s)
@@ -278,7 +280,7 @@ def test_a_walk_is_no_longer_than_a_year() -> None:
         one.walk("long")  # type: ignore[arg-type]
 
 
-def test_room_is_told_before_memory_ends() -> None:
+def test_excessive_numbers_of_aircraft_are_rejected() -> None:
     for number in (1.5, 0, True):
         with pytest.raises(ConfigurationError, match="aircraft_max: expected an integer of 1"):
             SequentialFilter("joint", radars(), aircraft_max=number)  # type: ignore[arg-type]
@@ -287,7 +289,7 @@ def test_room_is_told_before_memory_ends() -> None:
             SequentialFilter(name, radars(), aircraft_max=10**7)
 
 
-def test_names_and_room_are_checked() -> None:
+def test_names_and_sizes_are_checked() -> None:
     with pytest.raises(UnknownFilterError, match="unknown filter '\\[\\]'"):
         SequentialFilter([], radars())  # type: ignore[arg-type]
     with pytest.raises(UnknownFilterError):
@@ -325,28 +327,28 @@ def test_sensors_on_the_earth_are_filtered_too() -> None:
     assert error @ np.linalg.solve(covariance, error) < 25.0
 
 
-def test_the_example_of_the_class_is_true() -> None:
+def test_the_docstring_example_is_correct() -> None:
     results = doctest.testmod(filter_module)
     assert results.attempted > 5
     assert results.failed == 0
 
 
 @pytest.mark.parametrize("name", ["two-stage", "blom", "ci"])
-def test_an_aircraft_that_is_started_again_is_as_one_never_seen(name: str) -> None:
+def test_a_restarted_aircraft_equals_a_new_one(name: str) -> None:
     fresh, again = (SequentialFilter(name, radars(), aircraft_max=1) for _ in range(2))
     again.start(7, 10.0, STATE, COVARIANCE)
     for second in range(11, 30):
-        # A manoeuvre: the plots leave the course ever farther.
+        # A manoeuvre: the plots depart from the course increasingly.
         east = STATE[0] + 100.0 * (second - 10)
         north = STATE[1] + 30.0 * (second - 10) ** 2
         value = [np.hypot(east, north), np.arctan2(east, north)]
         again.observe(7, float(second), 0, value)
-    # Here motion has one noise, and what a filter learns of manoeuvres changes nothing.
+    # With a single motion model the manoeuvre detection changes nothing.
     again._one.aircraft.fading_nis[:] = 3.0
     for one in (fresh, again):
         one.start(7, 40.0, STATE, COVARIANCE)
     found, expected = (one._one.aircraft for one in (again, fresh))
     for field, left, right in zip(found._fields, found, expected, strict=True):
-        # The plots of the last epoch are left where they are, and not used.
+        # The plots of the last epoch are not used.
         if field not in ("joint", "recent"):
             np.testing.assert_array_equal(left, right, field)

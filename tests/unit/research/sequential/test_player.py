@@ -1,4 +1,4 @@
-"""The player and the sequential filter are the plain filters, one measurement at a time."""
+"""The player and the sequential filter agree with the plain filters, plot by plot."""
 
 import numpy as np
 import pytest
@@ -33,7 +33,7 @@ def assert_close(
     expected: tuple[np.ndarray, np.ndarray],
     name: str,
 ) -> None:
-    """Means in sigmas and covariances in products of sigmas; CI searches its weight."""
+    """Means in sigmas, covariances in products of sigmas; CI has an iterative weight."""
     sigmas, share = (0.0025, 0.001) if name == "ci" else (1e-6, 1e-7)
     scale = np.sqrt(np.diagonal(expected[1]))
     np.testing.assert_allclose(found[0] / scale, expected[0] / scale, rtol=0, atol=sigmas)
@@ -44,7 +44,7 @@ def assert_close(
 def moved(
     one: ReferenceFilter, scene: SmallScene, aircraft: int, time_s: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """An aircraft of a plain filter at a later time."""
+    """An aircraft of a plain filter, predicted to a later time."""
     mean, covariance = one.aircraft(aircraft)
     seen = scene.plots.time_s[scene.plots.aircraft == aircraft]
     ahead = time_s - seen.max()
@@ -56,7 +56,7 @@ def moved(
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("drift", [0.0, 1.0])
 def test_the_player_is_the_plain_filter(name: str, form: Form, drift: float) -> None:
-    """With missing plots, process noise, and biases that walk; aircraft are moved to the end."""
+    """With missing plots, process noise, and drifting biases; aircraft are predicted to the end."""
     scene = small_scene(3, drift=drift)
     plain = plain_filter(name, form, scene, ACCELERATION)
     play_plain(plain, scene, walk_s=2.0)
@@ -76,7 +76,7 @@ def test_the_player_is_the_plain_filter(name: str, form: Form, drift: float) -> 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_sequential_filter_is_the_player(name: str) -> None:
-    """Plot by plot through the public class; one aircraft leaves and another number is used."""
+    """Plot by plot through the public class; one aircraft ends and another number is used."""
     scene = small_scene(4, drift=1.0)
     options = Options(acceleration_density=ACCELERATION)
     record = play(name, scene.sensors, scene.plots, scene.starts, [20.0], options=options)
@@ -146,10 +146,10 @@ def test_a_filter_can_start_at_its_first_plot() -> None:
     assert error @ np.linalg.solve(covariance, error) < 25.0
 
 
-def test_the_record_counts_what_became_of_the_plots() -> None:
+def test_the_record_counts_outcomes() -> None:
     scene = small_scene(6, duration_s=20)
     plots, spoilt = scene.plots, scene.plots.value.copy()
-    # So far off that nothing can be told from it, once in time and once after the end.
+    # Too far off to be usable, once within the time and once after the end.
     spoilt[[2, -1]] = 1e13
     given = Plots(plots.time_s, plots.aircraft, plots.sensor, spoilt)
     until = float(plots.time_s[-1]) - 1e-3
@@ -161,8 +161,8 @@ def test_the_record_counts_what_became_of_the_plots() -> None:
     assert play("two-stage", scene.sensors, given, scene.starts, []).outcomes.sum() == 0
 
 
-def test_covariance_intersection_is_told_what_a_velocity_counts() -> None:
-    """A velocity that counts as the way of a longer time is better known in the end."""
+def test_covariance_intersection_uses_the_velocity_factor() -> None:
+    """A larger time factor of velocities improves the final velocity."""
     scene = small_scene(8, duration_s=60)
     sigma = []
     for scale_s in (1.0, 10.0, 100.0):
@@ -174,7 +174,7 @@ def test_covariance_intersection_is_told_what_a_velocity_counts() -> None:
     assert sigma[0] > 1.2 * sigma[1] > 1.2 * sigma[2]
 
 
-def test_what_cannot_be_played_is_refused_by_name() -> None:
+def test_invalid_input_of_the_player_is_rejected() -> None:
     scene = small_scene(7)
     with pytest.raises(UnknownFilterError, match=r"unknown filter 'kalman'.*joint"):
         play("kalman", scene.sensors, scene.plots, scene.starts, [1.0])

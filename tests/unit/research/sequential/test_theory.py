@@ -41,18 +41,18 @@ def test_an_exact_filter_reports_its_true_covariance(name: str, drift: float, fo
     """To 1e-9, with missing plots, process noise and (joint) drift: Joseph's formula agrees."""
     scene = small_scene(1, drift=drift)
     found = theory(name, scene, form=form, options=Options(acceleration_density=0.3))
-    for true, told in (
+    for true, reported in (
         (found.aircraft, found.reported.covariance),
         (found.biases, found.reported.bias_covariance),
     ):
         np.testing.assert_allclose(
-            correlations(true, told), correlations(told, told), rtol=0, atol=1e-9
+            correlations(true, reported), correlations(reported, reported), rtol=0, atol=1e-9
         )
 
 
 @pytest.mark.parametrize("form", FORMS)
 def test_with_time_offsets_the_two_stage_filter_reports_its_true_covariance(form: Form) -> None:
-    """The velocity that was told is the one at which a time offset is linearised, from the start.
+    """Time offsets are linearised at the given velocity, from the start.
 
     To 1e-6: the estimates move a little while the gain is probed, and the linearisation with them.
     """
@@ -62,15 +62,15 @@ def test_with_time_offsets_the_two_stage_filter_reports_its_true_covariance(form
     prior = BiasPrior(np.zeros(len(sigma)), np.diag(sigma**2))
     sensors = flat_radars(radars, 15.0, np.radians(0.05), prior, parameters=(0, 1, 3))
     found = theory("two-stage", replace(plain, sensors=sensors), form=form)
-    for true, told in (
+    for true, reported in (
         (found.aircraft, found.reported.covariance),
         (found.biases, found.reported.bias_covariance),
     ):
         np.testing.assert_allclose(
-            correlations(true, told), correlations(told, told), rtol=0, atol=1e-6
+            correlations(true, reported), correlations(reported, reported), rtol=0, atol=1e-6
         )
     learnt = np.sqrt(np.diagonal(found.biases[-1])) / sigma
-    # Nobody can tell a common lateness, but how much later one radar is than another.
+    # A common time offset is unobservable, differences between radars are observable.
     assert learnt[2::3].max() < 0.9
 
 
@@ -120,9 +120,9 @@ def test_a_monte_carlo_has_the_covariance_of_the_theory(name: str) -> None:
         assert share.min() > low
         assert share.max() < high
     if name != "ci":
-        # The filter itself is far from telling it.
-        told = np.diagonal(found.reported.covariance[-1], axis1=-2, axis2=-1)
-        assert (np.diagonal(found.aircraft[-1], axis1=-2, axis2=-1) / told).max() > 1.5
+        # The covariance of the filter itself is too small.
+        reported = np.diagonal(found.reported.covariance[-1], axis1=-2, axis2=-1)
+        assert (np.diagonal(found.aircraft[-1], axis1=-2, axis2=-1) / reported).max() > 1.5
 
 
 def small_scene_with(one: SmallScene, rng: np.random.Generator, value: np.ndarray) -> SmallScene:
@@ -142,11 +142,11 @@ def small_scene_with(one: SmallScene, rng: np.random.Generator, value: np.ndarra
 def test_covariance_intersection_reports_no_less_than_the_truth() -> None:
     """(1.46), for aircraft and biases at all times, with drift."""
     found = theory("ci", small_scene(4, drift=1.0))
-    for true, told in (
+    for true, reported in (
         (found.aircraft, found.reported.covariance),
         (found.biases, found.reported.bias_covariance),
     ):
-        slack = correlations(told - true, told)
+        slack = correlations(reported - true, reported)
         assert np.linalg.eigvalsh(slack).min() > -1e-9
 
 
@@ -182,7 +182,7 @@ def test_the_transition_leads_from_the_errors_before_to_those_of_now() -> None:
         )
 
 
-def test_what_is_not_the_truth_of_the_plots_is_refused() -> None:
+def test_a_truth_of_another_shape_is_rejected() -> None:
     scene = small_scene(7)
     with pytest.raises(ShapeError, match="true states"):
         theory("joint", SmallScene(scene.sensors, scene.plots, scene.starts, scene.truth[1:],

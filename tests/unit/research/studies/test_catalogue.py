@@ -1,4 +1,4 @@
-"""The catalogue fills in what a study takes, and leaves out what it does not."""
+"""The catalogue fills in the options of a study, and drops unsupported ones."""
 
 import math
 import re
@@ -14,18 +14,18 @@ from support.paths import ROOT
 DOCUMENT = ROOT / "docs" / "studies.md"
 
 
-def test_what_is_not_chosen_is_the_studys_own() -> None:
+def test_defaults_are_those_of_the_study() -> None:
     assert ENTRY.complete(StudyOptions(seed=4)) == StudyOptions(3, 4, ENTRY.filters, 10.0)
     chosen = StudyOptions(1, 2, ("ci",), 0.5)
     assert ENTRY.complete(chosen) == chosen
 
 
-def test_what_a_study_does_not_take_does_not_reach_it() -> None:
-    assert FIXED.takes == ("seed",)
+def test_unsupported_options_are_dropped() -> None:
+    assert FIXED.supported_options == ("seed",)
     assert FIXED.complete(StudyOptions(5, 2, ("no such",), 9.0)) == StudyOptions(seed=2)
 
 
-def test_a_filter_that_is_not_judged_is_named_with_those_that_are() -> None:
+def test_an_unsupported_filter_is_reported_with_the_supported_ones() -> None:
     with pytest.raises(
         UnknownFilterError, match=r"unknown filter 'kalman'; known: joint, two-stage, ci"
     ):
@@ -33,7 +33,7 @@ def test_a_filter_that_is_not_judged_is_named_with_those_that_are() -> None:
 
 
 @pytest.mark.parametrize("name", [name for name, entry in STUDIES.items() if entry.duration_s])
-def test_a_study_is_neither_too_short_nor_without_end(name: str) -> None:
+def test_durations_of_a_study_are_bounded(name: str) -> None:
     entry = STUDIES[name]
     least, most = entry.duration_bounds_s
     assert least < (entry.duration_s or 0.0) < most
@@ -45,7 +45,7 @@ def test_a_study_is_neither_too_short_nor_without_end(name: str) -> None:
             entry.complete(StudyOptions(duration_s=wrong))
 
 
-def test_every_study_says_in_one_sentence_what_it_shows() -> None:
+def test_every_study_has_a_purpose_of_one_sentence() -> None:
     for name, entry in STUDIES.items():
         assert entry.name == name
         assert re.fullmatch(r"[A-Z][^\n]*\.", entry.purpose)

@@ -1,4 +1,4 @@
-"""Work on all processors: everything is done, or what has not begun is dropped."""
+"""Parallel work: everything is done, or pending work is dropped."""
 
 from concurrent.futures import Future, wait
 from threading import Event
@@ -11,22 +11,22 @@ from support.processes.waiting import WAIT_TIMEOUT_S
 TASKS = 100
 
 
-def test_all_is_done_and_told() -> None:
-    told: list[tuple[int, int]] = []
+def test_all_work_is_done_and_reported() -> None:
+    reported: list[tuple[int, int]] = []
     with workers() as executor:
         futures = [executor.submit(pow, number, 2) for number in range(TASKS)]
-        finish(futures, lambda done, total: told.append((done, total)))
+        finish(futures, lambda done, total: reported.append((done, total)))
     assert [future.result() for future in futures] == [number**2 for number in range(TASKS)]
-    assert told == [(done, TASKS) for done in range(TASKS + 1)]
+    assert reported == [(done, TASKS) for done in range(TASKS + 1)]
 
 
-def test_what_has_not_begun_is_dropped_when_the_work_is_stopped() -> None:
-    """And nobody waits for what has: the block is left while it is still at work."""
+def test_pending_work_is_dropped_when_interrupted() -> None:
+    """Running work is not waited for: the block is left while it still runs."""
     release = Event()
-    begun: list[int] = []
+    started: list[int] = []
 
     def busy(number: int) -> None:
-        begun.append(number)
+        started.append(number)
         release.wait(WAIT_TIMEOUT_S)
 
     def stop(_done: int, _total: int) -> None:
@@ -44,7 +44,7 @@ def test_what_has_not_begun_is_dropped_when_the_work_is_stopped() -> None:
     assert not any(future.done() for future in at_work)
     release.set()
     wait(at_work)
-    assert len(begun) == len(at_work) <= processors()
+    assert len(started) == len(at_work) <= processors()
 
 
 def test_the_first_error_ends_the_work() -> None:

@@ -1,4 +1,4 @@
-"""The types between studies, command and report refuse what cannot be shown."""
+"""The types between studies, command and report reject invalid contents."""
 
 import json
 
@@ -15,7 +15,7 @@ def _result(rows: list[dict[str, Value]]) -> StudyResult:
     return StudyResult("s", "S", 7, rows, [], [], ["note"], options={"filters": ["a"], "runs": 2})
 
 
-def test_a_series_of_unequal_arrays_is_refused() -> None:
+def test_a_series_of_unequal_arrays_is_rejected() -> None:
     with pytest.raises(ValueError, match="expected arrays of one length"):
         Series("a", X, X[:2])
     with pytest.raises(ValueError, match="expected arrays of one length"):
@@ -44,8 +44,8 @@ def test_the_object_for_programs_holds_plain_finite_values() -> None:
         "text": "x",
         "none": None,
     }
-    told = json.loads(json.dumps(_result([row]).json_object(), allow_nan=False))
-    assert told == {
+    decoded = json.loads(json.dumps(_result([row]).json_object(), allow_nan=False))
+    assert decoded == {
         "study": "s",
         "seed": 7,
         "options": {"filters": ["a"], "runs": 2},

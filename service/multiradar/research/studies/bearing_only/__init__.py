@@ -1,1 +1,1 @@
-"""Tracks from bearings alone."""
+"""Tracking with bearings only."""

@@ -1,4 +1,4 @@
-"""Plots of the study of bearings only: errors by time, consistency, and where all of it stands."""
+"""Plots of the bearing-only study: errors over time, consistency, and geometry."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,9 +7,10 @@ from multiradar.report.content import Plot, Series
 from multiradar.research.studies.bearing_only.runs import (
     BEARINGS,
     DURATION_S,
-    LED_ON,
-    PLACES,
-    SCENES,
+    EXTRAPOLATED,
+    POSITION_FIXES,
+    SCENARIOS,
+    SCHEME_LABELS,
     SITES_M,
     START_M,
     VELOCITY_MPS,
@@ -20,7 +21,7 @@ Floats = NDArray[np.float64]
 
 
 def plots(rows: list[Row]) -> list[Plot]:
-    """Draw the errors of the first scene, the NEES of its bearings, and the geometry.
+    """Draw the errors of the first scenario, the NEES of its bearings, and the geometry.
 
     Parameters
     ----------
@@ -41,17 +42,19 @@ def plots(rows: list[Row]) -> list[Plot]:
 
 
 def _errors(rows: list[Row], title: str, quantity: str, unit: str, name: str) -> Plot:
-    scene = SCENES[0]
-    series = tuple(_series(rows, scheme, quantity) for scheme in (BEARINGS, PLACES, LED_ON))
+    scenario = SCENARIOS[0]
+    series = tuple(
+        _series(rows, scheme, quantity) for scheme in (BEARINGS, POSITION_FIXES, EXTRAPOLATED)
+    )
     return Plot(
         title=title,
         x_label="t, s",
         y_label=f"root mean square, {unit}",
         series=series,
-        # Velocities fall by two decades from the start on.
+        # Velocity errors fall by two decades after the start.
         y_scale="log" if quantity == "velocity_rms_mps" else "linear",
         y_limits=None if quantity == "velocity_rms_mps" else (0.0, 1.05 * _highest(series)),
-        caption=f"Scene {scene.name}: {scene.purpose}.",
+        caption=f"Scenario {scenario.name}: {scenario.purpose}.",
         name=name,
     )
 
@@ -69,7 +72,7 @@ def _consistency(rows: list[Row]) -> Plot:
         x_label="t, s",
         y_label="NEES / dimension",
         series=(Series("95 % band", nees.x, edges[0], "band", edges[1]), nees),
-        caption="Mean of the runs at one time; the times of one run go together.",
+        caption="Mean of the runs at one time; times of one run are correlated.",
         name="nees",
     )
 
@@ -78,7 +81,7 @@ def _geometry() -> Plot:
     path = START_M + np.array([0.0, DURATION_S])[:, None] * VELOCITY_MPS
     lines = [1e-3 * np.array([site, path[1]]) for site in SITES_M]
     return Plot(
-        title="Where all of it stands",
+        title="Geometry",
         x_label="east, km",
         y_label="north, km",
         series=(
@@ -87,12 +90,12 @@ def _geometry() -> Plot:
             Series("aircraft", 1e-3 * path[:, 0], 1e-3 * path[:, 1], "track"),
         ),
         equal_axes=True,
-        caption="The mean path of the aircraft, from the dot on; in the scene of moving sources "
-        "these are where they begin.",
+        caption="The mean path of the aircraft, from the dot on; in the scenario of moving sources "
+        "their initial positions.",
         name="geometry",
     )
 
 
 def _series(rows: list[Row], scheme: str, quantity: str) -> Series:
-    wanted = {"scene": SCENES[0].name, "scheme": scheme, "quantity": quantity}
-    return series_by_time(rows, scheme, wanted)
+    wanted = {"scene": SCENARIOS[0].name, "scheme": scheme, "quantity": quantity}
+    return series_by_time(rows, SCHEME_LABELS[scheme], wanted)

@@ -1,1 +1,1 @@
-"""Biases of radars estimated with the tracks."""
+"""Joint estimation of radar biases and tracks."""

@@ -1,4 +1,4 @@
-"""Bands for the normalised errors squared of a consistent filter: at one time, and at all times."""
+"""Bands for the NEES of a consistent filter: at one time, and at all times."""
 
 from dataclasses import dataclass
 
@@ -11,22 +11,22 @@ from multiradar.research.sequential.theory import Theory
 Floats = NDArray[np.float64]
 
 LEVEL = 0.95
-# Chains of errors that are drawn, and means over runs that are formed of them.
+# Simulated chains of errors, and means over runs computed from them.
 _CHAINS = 2000
 _MEANS = 4000
 _STREAM = 2
-# Part of the variances that is added before a root is taken.
+# Fraction of the variances that is added before a root is computed.
 _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
 class Bands:
-    """Where the mean over the runs lies, for a filter that reports its true covariance.
+    """Bands of the mean over the runs, for a filter that reports its true covariance.
 
     Attributes
     ----------
     low, high : (t, 2) float64
-        At each time by itself, with the probability of the level; aircraft and biases.
+        At each time separately, with the given probability; aircraft and biases.
     all_low, all_high : (t, 2) float64
         At all times together, with the same probability.
     """
@@ -47,9 +47,9 @@ def consistency_bands(theory: Theory, runs: int, seed: int, level: float = LEVEL
     runs : int
         Independent runs.
     seed : int
-        For the chains by which the band of all times is widened.
+        Seed of the chains that widen the band to all times.
     level : float
-        Probability of a band: at most 0.999 for the band of all times, which is drawn.
+        Probability of a band: at most 0.999 for the band of all times, which is simulated.
 
     Returns
     -------
@@ -60,10 +60,10 @@ def consistency_bands(theory: Theory, runs: int, seed: int, level: float = LEVEL
     -----
     Runs are independent. Aircraft of one run are not: they share the biases. Their mean is a
     quadratic form eᵀ B e / n of a normal vector, with B the blocks P_kk⁻¹ on the diagonal; it is
-    taken as χ² with ν = n² / tr(B Σ B Σ) degrees of freedom over ν, which has its mean 1 and its
-    variance (Satterthwaite). For the biases ν is their number, exactly. Errors at different times
-    are correlated. So the band of all times is χ² at a level that is found by drawing chains of
-    errors with the covariance and the transition that the theory gives.
+    approximated by χ² with ν = n² / tr(B Σ B Σ) degrees of freedom over ν, which has its mean 1 and
+    its variance (Satterthwaite). For the biases ν is their number, exactly. Errors at different
+    times are correlated: the level of the χ² band of all times is found by simulating chains of
+    errors with the covariance and the transition of the theory.
 
     References
     ----------
@@ -100,7 +100,7 @@ def _freedom(theory: Theory) -> Floats:
     return np.asarray((count * size) ** 2 / power)
 
 
-# (chains, t, 2): normalised errors squared over their dimension, of errors that are drawn.
+# (chains, t, 2): NEES per dimension of simulated errors.
 def _drawn(theory: Theory, rng: np.random.Generator) -> Floats:
     size = theory.covariance.shape[-1]
     biases = theory.biases.shape[-1]
@@ -124,7 +124,7 @@ def _drawn(theory: Theory, rng: np.random.Generator) -> Floats:
     return found
 
 
-# R with R Rᵀ = the matrix, whose rounding may have made it indefinite; in units of the sigmas.
+# R with R Rᵀ = the matrix, which may be indefinite by rounding; in units of the sigmas.
 def _root(matrix: Floats, whole: Floats) -> Floats:
     sigma = np.sqrt(np.diagonal(whole))
     scaled = matrix / np.outer(sigma, sigma) + _ROUNDING * np.eye(len(sigma))

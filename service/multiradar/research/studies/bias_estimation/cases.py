@@ -1,4 +1,4 @@
-"""Runs every filter on every run of the study, on all processors, and puts the runs together."""
+"""Runs every filter on every run of the study, in parallel, and combines the runs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,8 +13,8 @@ from multiradar.research.studies.bias_estimation.runs import (
     Errors,
     Realisation,
     Setting,
+    evaluate_run,
     expected_nees,
-    judge,
     make_setting,
     realise,
     theory_of,
@@ -25,7 +25,7 @@ from multiradar.research.studies.result import Progress
 
 Floats = NDArray[np.float64]
 
-#: The filter that reports its true covariance, to which the bands belong.
+#: The filter that reports its true covariance, for the bands.
 REFERENCE = "joint"
 
 
@@ -36,14 +36,14 @@ class Case:
     Attributes
     ----------
     name, form, drift : str, {"polar", "linearised"}, bool
-        Which.
+        Filter, form of the measurement, and whether biases drift.
     times_s : (t,) float64
-        When.
+        Times.
     one, mean, theoretical, reported : (t, 4) float64
-        Error in the first run, mean over the runs, by (1.26), by the filter itself; the last two
-        are roots of the part of the trace, (1.27).
+        Error in the first run, mean over the runs, by (1.26), reported by the filter; the last two
+        are square roots of the mean part of the trace, (1.27).
     nees, expected_nees : (t, 2) float64
-        Normalised errors squared over their dimension: mean over the runs, and by (1.26).
+        NEES per dimension: mean over the runs, and by (1.26).
     """
 
     name: str
@@ -60,7 +60,7 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Findings:
-    """Everything that the study found.
+    """Results of the study.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Findings:
     bands : dict of bool to Bands
         With drift and without.
     settings, first : dict of bool to Setting, dict of bool to Realisation
-        The scenes, and the first run of each.
+        The scenarios, and the first run of each.
     """
 
     cases: tuple[Case, ...]
@@ -88,16 +88,16 @@ def run_cases(
     filters : sequence of str
         Names of the filters.
     runs, seed : int
-        How many runs, and which.
+        Number of runs, and seed.
     duration_s : float
-        Length of the scene, s.
+        Duration of the scenario, s.
     progress : Progress
-        Told of each run and each theory.
+        Called after each run and each theory.
 
     Returns
     -------
     Findings
-        The same for the same arguments, whatever the number of processors.
+        Reproducible for the same arguments, for any number of processors.
     """
     settings = {drift: make_setting(duration_s, drift=drift) for drift in (False, True)}
     first = {drift: realise(setting, seed, 0) for drift, setting in settings.items()}
@@ -109,7 +109,7 @@ def run_cases(
             for name in theories
         }
         found = {
-            (drift, run): executor.submit(_judge_all, filters, settings[drift], seed, run)
+            (drift, run): executor.submit(_evaluate_all, filters, settings[drift], seed, run)
             for run in range(runs)
             for drift in settings
         }
@@ -128,11 +128,13 @@ def run_cases(
     return Findings(tuple(cases), bands, settings, first)
 
 
-def _judge_all(
+def _evaluate_all(
     filters: Sequence[str], setting: Setting, seed: int, run: int
 ) -> dict[tuple[Form, str], Errors]:
     one = realise(setting, seed, run)
-    return {(form, name): judge(name, form, setting, one) for form in FORMS for name in filters}
+    return {
+        (form, name): evaluate_run(name, form, setting, one) for form in FORMS for name in filters
+    }
 
 
 def _case(

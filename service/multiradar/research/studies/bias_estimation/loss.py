@@ -1,4 +1,4 @@
-"""What the two-stage filter loses by drift, beside the joint filter, for several process noises."""
+"""Loss of the two-stage filter by drift, relative to the joint filter, by process noise."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,24 +16,24 @@ from multiradar.research.studies.bias_estimation.runs import (
 
 #: White acceleration of the aircraft, m²/s³; 0 is exactly straight flight.
 DENSITIES = (0.0, 0.003, 0.01, 0.1, 0.3, 1.0)
-#: The theory is taken after this time, or at the end of a shorter scene, s.
+#: The theory is evaluated after this time, or at the end of a shorter scenario, s.
 AFTER_S = 300.0
 
 
 @dataclass(frozen=True, slots=True)
 class Loss:
-    """Joint and two-stage filter under drift with one process noise.
+    """Joint and two-stage filter under drift, with one process noise.
 
     Attributes
     ----------
     density : float
         Spectral density of the acceleration, of the truth and of the filters, m²/s³.
     time_s : float
-        When.
+        Evaluation time.
     joint_m, two_stage_m : float
         Root mean square error of the position by (1.26).
     nees_aircraft, nees_bias : float
-        Expected normalised errors squared of the two-stage filter over their dimension.
+        Expected NEES of the two-stage filter per dimension.
     """
 
     density: float
@@ -47,14 +47,14 @@ class Loss:
 def drift_losses(
     one: Realisation, end_s: float, densities: Sequence[float] = DENSITIES
 ) -> list[Loss]:
-    """Return what the two-stage filter loses, by the theory alone.
+    """Return the loss of the two-stage filter, by the theory alone.
 
     Parameters
     ----------
     one : Realisation
-        A run with drift, along whose tracks the filters are linearised.
+        A run with drift; the filters are linearised along its tracks.
     end_s : float
-        End of the scene, s.
+        End of the scenario, s.
     densities : sequence of float
         Process noises, m²/s³.
 

@@ -1,4 +1,4 @@
-"""Plots of the study of section 1.6: what figures 1.1 to 1.17 of the report show."""
+"""Plots of the study of section 1.6: figures 1.1 to 1.17 of the report."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from multiradar.research.studies.bias_estimation.runs import CONSISTENCIES, QUAN
 
 Floats = NDArray[np.float64]
 
-# Title, axis and the tail of the picture's name, for each quantity.
+# Title, axis and tail of the picture's name, for each quantity.
 _LABELS = {
     "position_m": ("Position", "m"),
     "velocity_mps": ("Velocity", "m/s"),
@@ -21,22 +21,22 @@ _LABELS = {
 }
 _NEES_TITLES = {"nees_aircraft": "Aircraft", "nees_bias": "Biases"}
 _TIME = "time, s"
-# Part of the width of the band of all times that is shown below and above it.
+# Margin of the axis below and above the band of all times, as a fraction of its width.
 _MARGIN = 0.2
 
 
 def all_plots(findings: Findings) -> list[Plot]:
-    """Return the plots: the comparison of the filters first, then each filter, the scene last.
+    """Return the plots: the comparison of the filters first, then each filter, the scenario last.
 
     Parameters
     ----------
     findings : Findings
-        What the study found.
+        Results of the study.
 
     Returns
     -------
     list of Plot
-        In groups, one for each form of the measurement and kind of drift.
+        Grouped by form of the measurement and kind of drift.
     """
     plots: list[Plot] = []
     groups = [
@@ -127,7 +127,7 @@ def _consistency(cases: list[Case], findings: Findings, column: int) -> Plot:
     )  # fmt: skip
 
 
-# The same, of the filters that are nearly consistent: the band is too narrow to be seen among all.
+# The same for nearly consistent filters: the band is too narrow to be visible among all.
 def _near_one(plot: Plot) -> Plot:
     band = plot.series[0]
     assert band.y2 is not None
@@ -159,6 +159,6 @@ def _scene(findings: Findings, setting: Setting) -> Plot:
             Series("radars", sites[:, 0], sites[:, 1], "points"),
         ),
         equal_axes=True,
-        caption="The tracks are drawn at random once; the report does not print its own.",
+        caption="The tracks are drawn at random once; the report does not publish its own.",
         name="scene",
     )

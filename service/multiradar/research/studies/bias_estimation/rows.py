@@ -12,12 +12,12 @@ def all_rows(findings: Findings) -> list[dict[str, Value]]:
     Parameters
     ----------
     findings : Findings
-        What the study found.
+        Results of the study.
 
     Returns
     -------
     list of dict
-        With the keys that ``docs/studies.md`` explains.
+        With the keys of ``docs/studies.md``.
     """
     rows: list[dict[str, Value]] = []
     for case in findings.cases:

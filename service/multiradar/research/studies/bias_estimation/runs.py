@@ -1,4 +1,4 @@
-"""Realisations of the scene of section 1.6, and how far a filter is from the truth in them."""
+"""Realisations of the scenario of section 1.6, and errors of a filter in them."""
 
 from dataclasses import dataclass, replace
 from math import floor
@@ -19,43 +19,42 @@ from multiradar.simulation.scenario.model import Scenario
 
 Floats = NDArray[np.float64]
 
-#: What is known beforehand: of position and velocity on each axis, of range and azimuth biases.
+#: Prior sigmas: of position and velocity on each axis, of range and azimuth biases.
 START_SIGMA = np.array([1000.0, 1000.0, 300.0, 300.0])
 PRIOR_SIGMA = np.array([500.0, np.radians(0.3)])
-#: Where the biases drift the aircraft are pushed about too: white acceleration, m²/s³. The
-#: two-stage filter anchors aircraft anew when biases walk, and they must forget what that leaves
-#: out. By theory its position error after 300 s is that of the joint filter times 3.1 on exactly
-#: straight lines, 1.05 with 0.003, 1.025 with 0.01, 1.004 with 0.09 and 1.0014 with 0.3 (see
-#: `drift_losses`). From 0.09 to 0.3 the normalised errors squared to be expected of its aircraft
-#: fall from 1.016 to 1.006.
+#: White acceleration of the aircraft with drifting biases, m²/s³. The two-stage filter re-anchors
+#: aircraft when biases drift, which must lose the effect of past biases. By theory its position
+#: error after 300 s is that of the joint filter times 3.1 on exactly straight lines, 1.05 with
+#: 0.003, 1.025 with 0.01, 1.004 with 0.09 and 1.0014 with 0.3 (see `drift_losses`). From 0.09 to
+#: 0.3 the expected NEES of its aircraft falls from 1.016 to 1.006.
 DRIFT_DENSITY = 0.3
-#: In the trace that CI minimises a velocity counts as the way of so long a time, s: of a tenth of
-#: the scene, in which velocities are what is still to be learnt. With 10 s, and 20 runs of 1000 s,
-#: the velocity of CI is nine times and its position 1.6 times worse.
+#: Factor of velocities in the trace that CI minimises, s: a tenth of the duration, in which
+#: velocities converge slowly. With 10 s, and 20 runs of 1000 s, the velocity error of CI is nine
+#: times and its position error 1.6 times as large.
 CI_SCALE_TIME_S = 100.0
-#: Nearer than this a radar gives no plots, m: there the azimuth is not a linear measurement.
-SILENCE_M = 5000.0
+#: Closer than this a radar gives no plots, m: there the azimuth is not linear in the position.
+RANGE_MIN_M = 5000.0
 WALK_S = 1.0
 #: Errors, in the order of the columns of `Errors.error`.
 QUANTITIES = ("position_m", "velocity_mps", "azimuth_bias_deg", "range_bias_m")
-#: Normalised errors squared, divided by their dimension, in the order of `Errors.nees`.
+#: NEES per dimension, in the order of `Errors.nees`.
 CONSISTENCIES = ("nees_aircraft", "nees_bias")
-# Numbers of the two streams of a run.
+# Numbers of the two random streams of a run.
 _PLOTS, _STARTS = 0, 1
 
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """The scene of a study, with or without drift.
+    """The scenario of the study, with or without drift.
 
     Attributes
     ----------
     scene : Scenario
         Tracks, radars and biases, the same in all runs.
     drift : bool
-        Whether the biases drift (and the aircraft are pushed about).
+        Whether the biases drift (and the aircraft accelerate randomly).
     times_s : (t,) float64
-        When errors are taken: whole seconds.
+        Evaluation times: whole seconds.
     """
 
     scene: Scenario
@@ -64,21 +63,21 @@ class Setting:
 
     @property
     def options(self) -> Options:
-        """How the filters work: with the process noise that the aircraft have, without gates."""
+        """Filter options: with the process noise of the aircraft, without gates."""
         density = DRIFT_DENSITY if self.drift else 0.0
         return Options(acceleration_density=density, ci_scale_time_s=CI_SCALE_TIME_S)
 
 
 @dataclass(frozen=True, slots=True)
 class Realisation:
-    """One run: what the filters see, and the truth.
+    """One run: input of the filters, and the truth.
 
     Attributes
     ----------
     plots, truth : Plots, (n, 4) float64
-        Measurements, and the true states they are of.
+        Measurements, and their true states.
     sensors, starts : Sensors, Starts
-        What the filters are told, with the errors of this run.
+        Input of the filters, with the errors of this run.
     states, biases : (t, s, 4), (t, c) float64
         The truth at the times of the setting.
     """
@@ -100,9 +99,9 @@ class Errors:
     error : (t, 4) float64
         Modulus of the deviation for each of `QUANTITIES`, its mean over aircraft or radars.
     reported : (t, 4) float64
-        Mean over aircraft or radars of the part of the trace that the filter reports.
+        Mean over aircraft or radars of the part of the trace reported by the filter.
     nees : (t, 2) float64
-        Normalised errors squared over their dimension: mean of the aircraft, and biases.
+        NEES per dimension: mean of the aircraft, and biases.
     """
 
     error: Floats
@@ -111,19 +110,19 @@ class Errors:
 
 
 def make_setting(duration_s: float, *, drift: bool) -> Setting:
-    """Return the scene of the report for a duration.
+    """Return the scenario of the report for a duration.
 
     Parameters
     ----------
     duration_s : float
-        Length, s, positive; plots come at whole seconds.
+        Duration, s, positive; plots come at whole seconds.
     drift : bool
-        Whether the biases drift: random walks of 1 m and 0.02° after a second.
+        Whether the biases drift: random walks of 1 m and 0.02° after one second.
 
     Returns
     -------
     Setting
-        Some hundred times to look at, or every second of a shorter scene.
+        Some hundred evaluation times, or every second of a shorter scenario.
 
     References
     ----------
@@ -135,7 +134,7 @@ def make_setting(duration_s: float, *, drift: bool) -> Setting:
         scene,
         duration_s=duration_s,
         traffic=tuple(replace(one, acceleration_density=density) for one in scene.traffic),
-        sensors=tuple(replace(one, range_min_m=SILENCE_M) for one in scene.sensors),
+        sensors=tuple(replace(one, range_min_m=RANGE_MIN_M) for one in scene.sensors),
     )
     end = floor(duration_s)
     times = np.arange(0, end + 1, max(1, round(duration_s / 100)), dtype=np.float64)
@@ -145,19 +144,19 @@ def make_setting(duration_s: float, *, drift: bool) -> Setting:
 
 
 def realise(setting: Setting, seed: int, run: int) -> Realisation:
-    """Make a run: noise, first guesses, prior guesses of the biases, and drift are its own.
+    """Simulate a run: noise, initial states, priors of the biases, and drift are its own.
 
     Parameters
     ----------
     setting : Setting
         The scene.
     seed, run : int
-        The same two give the same run; runs of one seed are independent.
+        Runs are reproducible, and runs of one seed are independent.
 
     Returns
     -------
     Realisation
-        Plots, what the filters are told, and the truth.
+        Plots, input of the filters, and the truth.
 
     References
     ----------
@@ -172,7 +171,7 @@ def realise(setting: Setting, seed: int, run: int) -> Realisation:
     grid = setting.times_s.astype(np.int64)
     biases = found.biases[grid][:, :, :2].reshape(len(grid), 2 * count)
     sigma = np.tile(PRIOR_SIGMA, count)
-    told = biases[0] + sigma * streams[_STARTS].normal(size=len(sigma))
+    priors = biases[0] + sigma * streams[_STARTS].normal(size=len(sigma))
     drift = [[one.drift for one in sensor.biases[:2]] for sensor in setting.scene.sensors]
     states = found.states[grid]
     guesses = states[0] + START_SIGMA * streams[_STARTS].normal(size=states[0].shape)
@@ -188,7 +187,7 @@ def realise(setting: Setting, seed: int, run: int) -> Realisation:
             found.site_m,
             [one.range_sigma_m for one in setting.scene.sensors],
             [one.azimuth_sigma_rad for one in setting.scene.sensors],
-            BiasPrior(told, np.diag(sigma**2), np.ravel(drift)),
+            BiasPrior(priors, np.diag(sigma**2), np.ravel(drift)),
         ),
         starts=Starts(
             np.zeros(len(guesses)), guesses, np.tile(np.diag(START_SIGMA**2), (len(guesses), 1, 1))
@@ -198,15 +197,15 @@ def realise(setting: Setting, seed: int, run: int) -> Realisation:
     )
 
 
-def judge(name: str, form: Form, setting: Setting, one: Realisation) -> Errors:
-    """Play a run through a filter and compare with the truth.
+def evaluate_run(name: str, form: Form, setting: Setting, one: Realisation) -> Errors:
+    """Run a filter and compare it with the truth.
 
     Parameters
     ----------
     name : str
         The filter.
     form : {"polar", "linearised"}
-        How it reads plots.
+        Treatment of plots.
     setting : Setting
         The scene.
     one : Realisation
@@ -245,8 +244,8 @@ def judge(name: str, form: Form, setting: Setting, one: Realisation) -> Errors:
 def theory_of(name: str, setting: Setting, one: Realisation) -> Theory:
     """Return the true covariance of a filter by (1.26), along the tracks of a run.
 
-    At the truth both forms of the measurement are the same up to a change of coordinates, and so
-    is what the theory says of them.
+    At the truth both forms of the measurement differ by a change of coordinates only, and so share
+    one theory.
 
     References
     ----------
@@ -259,7 +258,7 @@ def theory_of(name: str, setting: Setting, one: Realisation) -> Theory:
 
 
 def traces(aircraft: Floats, biases: Floats) -> Floats:
-    """Return parts of the trace, (1.27), their means over aircraft or radars.
+    """Return the parts of the trace, (1.27), averaged over aircraft or radars.
 
     Parameters
     ----------
@@ -291,9 +290,9 @@ def traces(aircraft: Floats, biases: Floats) -> Floats:
 
 
 def expected_nees(theory: Theory) -> Floats:
-    """Return what the normalised errors squared are by (1.26): tr P⁻¹ Σ over the dimension, (t, 2).
+    """Return the expected NEES per dimension by (1.26): tr P⁻¹ Σ over the dimension, (t, 2).
 
-    1 where a filter reports its true covariance, more where it promises too much.
+    1 where a filter reports its true covariance, above 1 where its covariance is too small.
 
     References
     ----------
@@ -301,12 +300,12 @@ def expected_nees(theory: Theory) -> Floats:
     """
     reported: Record = theory.reported
     parts = []
-    for told, true in (
+    for stated, true in (
         (reported.covariance, theory.aircraft),
         (reported.bias_covariance[:, None], theory.biases[:, None]),
     ):
-        sigma = np.sqrt(np.diagonal(told, axis1=-2, axis2=-1))
+        sigma = np.sqrt(np.diagonal(stated, axis1=-2, axis2=-1))
         scale = sigma[..., :, None] * sigma[..., None, :]
-        ratio = np.trace(np.linalg.solve(told / scale, true / scale), axis1=-2, axis2=-1)
-        parts.append(ratio.mean(axis=1) / told.shape[-1])
+        ratio = np.trace(np.linalg.solve(stated / scale, true / scale), axis1=-2, axis2=-1)
+        parts.append(ratio.mean(axis=1) / stated.shape[-1])
     return np.stack(parts, axis=-1)

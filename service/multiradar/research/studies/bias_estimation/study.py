@@ -11,10 +11,10 @@ from multiradar.research.studies.catalogue import BIAS_ESTIMATION
 from multiradar.research.studies.result import Progress, StudyOptions, StudyResult
 
 _SUMMARY = (
-    "Fifteen aircraft fly straight for {duration:g} s before three radars whose ranges and "
-    "azimuths are biased. Every filter starts 1 km, 300 m/s, 500 m and 0.3° off (one sigma) and "
-    "takes the same plots, one a second from each radar of each aircraft; {runs} runs differ in "
-    "noise, first guesses and, where the biases drift, in the drift. Without gates, and with the "
+    "Fifteen aircraft fly straight for {duration:g} s, measured by three radars with range and "
+    "azimuth biases. Every filter starts with errors of 1 km, 300 m/s, 500 m and 0.3° (one sigma) "
+    "and processes the same plots, one per second, radar and aircraft; {runs} runs differ in "
+    "noise, initial errors and, with drifting biases, in the drift. Without gates, and with the "
     "kernels of the service."
 )
 
@@ -25,9 +25,9 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
     Parameters
     ----------
     options : StudyOptions
-        Runs, seed, filters and duration; what is None is taken from the catalogue.
+        Runs, seed, filters and duration; None stands for the default of the catalogue.
     progress : Progress
-        Told of each run and each theory.
+        Called after each run and each theory.
 
     Returns
     -------

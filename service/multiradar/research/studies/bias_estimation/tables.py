@@ -12,16 +12,16 @@ HEADINGS = ("position, m", "velocity, m/s", "azimuth bias, °", "range bias, m")
 
 
 def all_tables(findings: Findings, losses: Sequence[Loss], runs: int) -> list[Table]:
-    """Return the tables: errors at the end, what is promised beside them, consistency, and drift.
+    """Return the tables: final errors, their reported values, consistency, and drift.
 
     Parameters
     ----------
     findings : Findings
-        What the study found.
+        Results of the study.
     losses : sequence of Loss
-        What the two-stage filter loses by drift.
+        Loss of the two-stage filter by drift.
     runs : int
-        How many runs there were.
+        Number of runs.
 
     Returns
     -------
@@ -46,9 +46,9 @@ def all_tables(findings: Findings, losses: Sequence[Loss], runs: int) -> list[Ta
                 (*_which(case), *np.stack([case.theoretical[-1], case.reported[-1]], 1).ravel())
                 for case in findings.cases
             ),
-            "Roots of the mean part of the trace, (1.27): a root mean square, which for a normal "
-            "vector of two components is up to 1.13 times its mean modulus, for one component 1.25 "
-            "times.",
+            "Square roots of the mean part of the trace, (1.27): a root mean square, which for a "
+            "normal vector of two components is up to 1.13 times its mean modulus, for one "
+            "component 1.25 times.",
         ),
         _consistency_table(findings, runs),
     ]  # fmt: skip
@@ -78,7 +78,7 @@ def _consistency_table(findings: Findings, runs: int) -> Table:
         rows.append((*_which(case), *cells))
     parts = ("at the end", "mean of all times", "times in the band", "always in the wider band")
     return Table(
-        "Normalised errors squared, divided by their dimension: 1 is consistent",
+        "Normalised estimation error squared (NEES) per dimension: 1 is consistent",
         (
             "filter", "measurement", "drift",
             *(f"{what}, {part}" for what in ("aircraft", "biases") for part in parts),
@@ -91,7 +91,8 @@ def _consistency_table(findings: Findings, runs: int) -> Table:
 
 def _loss_table(losses: Sequence[Loss]) -> Table:
     return Table(
-        f"Two-stage beside joint under drift, by (1.26), after {losses[0].time_s:g} s",
+        f"Two-stage filter relative to the joint filter under drift, by (1.26), after "
+        f"{losses[0].time_s:g} s",
         (
             "acceleration density, m²/s³", "joint, m", "two-stage, m", "more than joint, %",
             "aircraft, expected NEES", "biases, expected NEES",
@@ -104,8 +105,8 @@ def _loss_table(losses: Sequence[Loss]) -> Table:
             )
             for loss in losses
         ),
-        "Root mean square of the position for the drift of the table of section 1.6. What the "
-        "biases did in the past is common to all aircraft; the two-stage filter treats it as each "
-        "aircraft's own, which is harmless where aircraft forget the past, and not where they fly "
-        "exactly straight for ever.",
+        "Root mean square of the position for the drift of the table of section 1.6. The effect of "
+        "past biases is common to all aircraft; the two-stage filter treats it as independent "
+        "between aircraft. This is harmless where process noise discards the past, but not on "
+        "exactly straight flights.",
     )  # fmt: skip

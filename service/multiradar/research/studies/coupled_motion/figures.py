@@ -1,4 +1,4 @@
-"""Figures 1 and 3 of Vasiliev and Mattis, and what their models say of acceleration by heading."""
+"""Figures 1 and 3 of Vasiliev and Mattis, and accelerations of their models by heading."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,32 +25,32 @@ from multiradar.research.studies.coupled_motion.models import (
 
 Floats = NDArray[np.float64]
 
-#: Realisations that a figure draws, and those that its statistics are taken over.
+#: Number of realisations drawn in a figure, and used for its statistics.
 DRAWN_RUNS = 8
 STATISTICS_RUNS = 400
-#: Intervals of all realisations together: long ones are fewer, to keep within memory.
+#: Maximum number of intervals of all realisations together, to limit memory.
 STATISTICS_STEPS_MAX = 1_000_000
-#: Headings at which accelerations are drawn, rad, and draws at each.
+#: Headings at which accelerations are simulated, rad, and draws at each.
 HEADINGS_RAD = np.radians(np.arange(0.0, 360.0, 15.0))
 HEADING_DRAWS = 4000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Realisations:
-    """What a model makes.
+    """Realisations of a model.
 
     Attributes
     ----------
-    place : (steps + 1, DRAWN_RUNS, 2) ndarray
-        East and north of the realisations that are drawn, m.
+    position_m : (steps + 1, DRAWN_RUNS, 2) ndarray
+        East and north of the drawn realisations, m.
     along_mps2, across_mps2 : float
         Root mean square of the acceleration in the plane, over all runs and steps.
     speed_change_mps, turned_rad : float
-        Root mean square over the runs of the change of ground speed, and of the angle turned
-        through, between the first moment and the last.
+        Root mean square over the runs of the change of ground speed, and of the change of course,
+        from start to end.
     """
 
-    place: Floats
+    position_m: Floats
     along_mps2: float
     across_mps2: float
     speed_change_mps: float
@@ -64,11 +64,11 @@ class HeadingSpread:
     Attributes
     ----------
     model, setting : str
-        Which model, with which parameters.
+        Name of the model, and its parameters.
     along, across : (headings,) ndarray
         Simulated, m/s².
     along_exact, across_exact : (headings,) ndarray
-        As the model's parameters say, m/s².
+        Exact values for the model's parameters, m/s².
     """
 
     model: str
@@ -80,21 +80,21 @@ class HeadingSpread:
 
 
 def realise(scenario: Scenario, steps: int, rng: np.random.Generator) -> Realisations:
-    """Fly a model from the origin, with initial headings spread evenly over the circle.
+    """Simulate a model from the origin, with initial headings evenly spaced over the circle.
 
     Parameters
     ----------
     scenario : Scenario
         The model.
     steps : int
-        Intervals.
+        Number of intervals.
     rng : Generator
-        Draws.
+        Random generator.
 
     Returns
     -------
     Realisations
-        Paths and their statistics.
+        Paths with their statistics.
 
     References
     ----------
@@ -128,7 +128,7 @@ def heading_spreads(rng: np.random.Generator) -> list[HeadingSpread]:
     Parameters
     ----------
     rng : Generator
-        Draws.
+        Random generator.
 
     Returns
     -------
@@ -149,7 +149,7 @@ def heading_spreads(rng: np.random.Generator) -> list[HeadingSpread]:
 
 
 def heading_band() -> tuple[float, float]:
-    """Return where a simulated spread lies, in units of the exact one, 99.9 % of the time.
+    """Return the 99.9 % band of a simulated spread, in units of the exact one.
 
     References
     ----------
@@ -192,11 +192,11 @@ def _frame(acceleration: float, turn_rate: float, rng: np.random.Generator) -> H
 def _level_velocity() -> Floats:
     speed = np.full_like(HEADINGS_RAD, INITIAL_SPEED_MPS)
     velocity = frame_to_velocity(np.stack([speed, HEADINGS_RAD, np.zeros_like(speed)], -1))
-    # π/2 is not a quarter turn to the last bit: 1e-14 m/s is none.
+    # Rounding of π/2: 1e-14 m/s counts as 0.
     return np.where(np.abs(velocity) < 1e-9, 0.0, velocity)
 
 
-# Standard deviations by axis, turned to the track.
+# Standard deviations by axis, rotated to the track.
 def _on_track(east: Floats, north: Floats) -> tuple[Floats, Floats]:
     sine, cosine = (_level_velocity() / INITIAL_SPEED_MPS).T[:2]
     return np.hypot(east * sine, north * cosine), np.hypot(east * cosine, north * sine)
@@ -206,9 +206,9 @@ def _simulated(
     models: Sequence[MotionSimulator], rng: np.random.Generator
 ) -> tuple[Floats, Floats]:
     result = np.empty((2, len(models)))
-    for place, (model, velocity) in enumerate(zip(models, _level_velocity(), strict=True)):
+    for number, (model, velocity) in enumerate(zip(models, _level_velocity(), strict=True)):
         along, across = _one_interval(model, velocity, rng)
-        result[:, place] = _rms(along), _rms(across)
+        result[:, number] = _rms(along), _rms(across)
     return result[0], result[1]
 
 
@@ -221,7 +221,7 @@ def _one_interval(
     return _by_track(velocity[:2], model.coordinates.to_cartesian(moved)[:, 3:5])
 
 
-# The acceleration between velocities in the plane, along the first and across it to the right.
+# Acceleration between two velocities in the plane, along the first and across it to the right.
 def _by_track(before: Floats, after: Floats) -> tuple[Floats, Floats]:
     acceleration = (after - before) / INTERVAL_S
     east, north = np.moveaxis(before / np.linalg.norm(before, axis=-1, keepdims=True), -1, 0)

@@ -1,7 +1,7 @@
-"""The models of the coupled-motion study: whose motion is simulated, and what filters assume of it.
+"""Models of the coupled-motion study: for simulation and for the filters.
 
-Every filter is told the same of an aircraft, in the terms its model has: how strongly the kind of
-aircraft accelerates along, across and upwards at its initial speed, whatever its heading.
+Every filter has the same information on an aircraft, in the terms of its model: the accelerations
+of the kind of aircraft along, across and upwards at its initial speed, for any heading.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,7 +20,7 @@ from multiradar.estimation.motion.coordinates import (
 from multiradar.estimation.motion.velocity_frame_noise import VelocityFrameNoise
 from multiradar.research.motion.cartesian_acceleration import (
     CartesianAcceleration,
-    jolted,
+    advance_with_noise,
     velocity_noise,
 )
 from multiradar.research.motion.model import MotionModel, MotionSimulator
@@ -32,14 +32,14 @@ Floats = NDArray[np.float64]
 
 #: T, s.
 INTERVAL_S = 1.0
-#: Of all trajectories; the paper does not print it.
+#: Initial speed of all trajectories; not published.
 INITIAL_SPEED_MPS = 100.0
 INITIAL_CLIMB_RAD = np.radians(2.0)
 #: Vertical part of the simulated models, small beside the horizontal one.
 UPWARD_MPS2 = 0.2
 CLIMB_RATE_RAD_PER_S = np.radians(0.1)
 #: v_K of the paper's figures 3 a and 3 b: 3 and 6 °/s.
-PRINTED_TURN_RATES_RAD_PER_S = (radians(3.0), radians(6.0))
+PUBLISHED_TURN_RATES_RAD_PER_S = (radians(3.0), radians(6.0))
 #: γ of the relative-speed variant: 30 % of the initial speed in T_np = 1000 s.
 RELATIVE_CHANGE = (0.3, 0.3, 0.3)
 
@@ -51,8 +51,8 @@ WHITE = "white-acceleration"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class EachOwn:
-    """The relative-speed model with an initial velocity of its own for each run.
+class IndividualSpeeds:
+    """The relative-speed model with an individual initial velocity for each run.
 
     Attributes
     ----------
@@ -80,10 +80,10 @@ class EachOwn:
         ----------
         Vasiliev, Mattis, the text after equation (2).
         """
-        return jolted(state, interval_s, self.velocity_sigmas(interval_s), draws)
+        return advance_with_noise(state, interval_s, self.velocity_sigmas(interval_s), draws)
 
     def noise(self, state: ArrayLike, interval_s: float) -> Floats:
-        """Return (runs, 6, 6) covariances that an interval adds.
+        """Return (runs, 6, 6) process noise covariances of an interval.
 
         References
         ----------
@@ -108,9 +108,9 @@ class Scenario:
     Attributes
     ----------
     model : str
-        Name of the model that makes it.
+        Name of the simulated model.
     setting : str
-        Its parameters, for readers.
+        Its parameters, as text.
     along_mps2, across_mps2, upward_mps2 : float
         Root mean square of the acceleration at the initial speed, over all headings.
     simulator : callable
@@ -194,7 +194,7 @@ def frame_scenario(turn_rate_rad_per_s: float) -> Scenario:
     )
 
 
-def relative_model(states: Floats, change: Sequence[float]) -> EachOwn:
+def relative_model(states: Floats, change: Sequence[float]) -> IndividualSpeeds:
     """Return the relative-speed model for the initial velocities of these states.
 
     References
@@ -202,31 +202,31 @@ def relative_model(states: Floats, change: Sequence[float]) -> EachOwn:
     Vasiliev, Mattis, the text after equation (2).
     """
     unit = RelativeSpeed((1.0, 1.0, 1.0), (change[0], change[1], change[2]))
-    return EachOwn(unit, np.abs(states[:, 3:]))
+    return IndividualSpeeds(unit, np.abs(states[:, 3:]))
 
 
 def filter_model(name: str, scenario: Scenario, states: Floats) -> MotionModel:
-    """Return what a filter assumes of a kind of motion.
+    """Return the motion model of a filter for a kind of motion.
 
     Parameters
     ----------
     name : str
         One of `FILTERS`.
     scenario : Scenario
-        What is tracked; its accelerations are known to the filter, headings are not.
+        The tracked motion; its accelerations are known to the filter, headings are not.
     states : (runs, 6) ndarray
         Initial Cartesian states, for the relative-speed variant.
 
     Returns
     -------
     MotionModel
-        Models by axes take the mean of along and across for both horizontal axes; models of the
-        velocity frame take them as they are, divided by the initial speed where they are rates.
+        Models by axes use the root mean square of along and across for both horizontal axes;
+        models of the velocity frame use them directly, as rates divided by the initial speed.
 
     References
     ----------
-    Vasiliev, Mattis, equations (2), (5) and (7), and the text after (2). How their parameters are
-    chosen to mean the same is the project's own.
+    Vasiliev, Mattis, equations (2), (5) and (7), and the text after (2). The choice of equivalent
+    parameters is the project's own.
     """
     return FILTERS[name](scenario, states)
 
@@ -245,8 +245,8 @@ def _white(scenario: Scenario, _: Floats) -> MotionModel:
     return WhiteAcceleration((level, level, scenario.upward_mps2**2 * INTERVAL_S))
 
 
-# γ from the same accelerations: over all headings the squares of |v_xo| and |v_yo| are half of the
-# level speed's.
+# γ from the same accelerations: averaged over headings, |v_xo|² and |v_yo|² are half of the
+# squared level speed.
 def _relative(scenario: Scenario, states: Floats) -> MotionModel:
     unit = RelativeSpeed((1.0, 1.0, 1.0), (1.0, 1.0, 1.0)).velocity_sigmas(INTERVAL_S)[0]
     speed = INITIAL_SPEED_MPS * unit / INTERVAL_S
@@ -268,7 +268,7 @@ def _rates(scenario: Scenario) -> tuple[float, float]:
     return scenario.across_mps2 / level, scenario.upward_mps2 / INITIAL_SPEED_MPS
 
 
-#: What filters assume, by name.
+#: Motion models of the filters, by name.
 FILTERS: dict[str, Callable[[Scenario, Floats], MotionModel]] = {
     ACCELERATION: _acceleration,
     RELATIVE: _relative,
@@ -280,12 +280,12 @@ FILTERS: dict[str, Callable[[Scenario, Floats], MotionModel]] = {
 DRAWN = (
     acceleration_scenario(1.0),
     acceleration_scenario(2.0),
-    frame_scenario(PRINTED_TURN_RATES_RAD_PER_S[0]),
-    frame_scenario(PRINTED_TURN_RATES_RAD_PER_S[1]),
+    frame_scenario(PUBLISHED_TURN_RATES_RAD_PER_S[0]),
+    frame_scenario(PUBLISHED_TURN_RATES_RAD_PER_S[1]),
 )
 #: v_K of the tracked flights of model (5), °/s.
 TURN_RATES_RAD_PER_S = tuple(radians(rate) for rate in (1.0, 2.0, 3.0, 4.5, 6.0))
-#: What is tracked.
+#: The tracked motions.
 TRACKED = (
     acceleration_scenario(1.0),
     relative_scenario(),

@@ -8,42 +8,42 @@ from multiradar.report.content import Plot, Series
 from multiradar.research.studies.coupled_motion.models import (
     DRAWN,
     FRAME,
-    PRINTED_TURN_RATES_RAD_PER_S,
+    PUBLISHED_TURN_RATES_RAD_PER_S,
     TRACKED,
     TURN_RATES_RAD_PER_S,
     Scenario,
 )
 from multiradar.research.studies.coupled_motion.rows import Row
 
-#: What the paper calls the panels of its figures.
+#: Panel names of the paper's figures.
 PANELS = ("1 a", "1 b", "3 a", "3 b")
 
 BAND = ("band_low", "band_high")
-#: The flights of model (5) whose course changes as in figure 3 a.
-PRINTED_FLIGHTS = TRACKED[2 + TURN_RATES_RAD_PER_S.index(PRINTED_TURN_RATES_RAD_PER_S[0])]
+#: The flights of model (5) with the turn rate of figure 3 a.
+PUBLISHED_FLIGHTS = TRACKED[2 + TURN_RATES_RAD_PER_S.index(PUBLISHED_TURN_RATES_RAD_PER_S[0])]
 HEADING_CAPTION = (
-    "Lines: what the parameters say; points: simulated. Only in the velocity frame do the "
-    "parameters mean the same at every heading and tell along from across."
+    "Lines: exact, from the parameters; points: simulated. Only in the velocity frame do the "
+    "parameters apply to every heading and separate along from across."
 )
 CONSISTENCY_CAPTION = (
-    "The noise of the relative-speed variant follows the axes: its filter is nearly right between "
-    "them and loses aircraft that fly along one."
+    "The noise of the relative-speed variant depends on the axes: its filter is nearly consistent "
+    "between them and loses aircraft that fly along one."
 )
 TURN_CAPTION = {
     "velocity_rms_mps": "Root mean square over the flights, after the first fifth. The lines of "
-    "Cartesian and white acceleration lie on each other.",
+    "Cartesian and white acceleration coincide.",
     "position_rms_m": "",
-    "nees": "1 for a filter whose claims are right, more where it claims too much.",
+    "nees": "1 for a consistent filter, above 1 where its covariance is too small.",
 }
 
 
 def plots(rows: Sequence[Row]) -> list[Plot]:
-    """Return the plots; those with a name go into the guide.
+    """Return the plots; named ones go into the guide.
 
     Parameters
     ----------
     rows : sequence of dict
-        Of the study.
+        Rows of the study.
 
     Returns
     -------
@@ -137,13 +137,13 @@ def _by_turn_rate(rows: Sequence[Row]) -> Iterable[Plot]:
             tuple(series),
             y_scale="log",
             caption=TURN_CAPTION[quantity],
-            group="Flights of model (5), by how fast their course changes",
+            group="Flights of model (5), by turn rate",
             name=name,
         )
 
 
 def _consistency(rows: Sequence[Row]) -> Iterable[Plot]:
-    for scenario in (*TRACKED[:2], PRINTED_FLIGHTS):
+    for scenario in (*TRACKED[:2], PUBLISHED_FLIGHTS):
         of = _tracking(rows, scenario, "nees", "heading_deg")
         series = [
             Series(name, _numbers(points, "heading_deg"), _numbers(points, "value"))
@@ -157,12 +157,12 @@ def _consistency(rows: Sequence[Row]) -> Iterable[Plot]:
             tuple(series),
             y_scale="log",
             caption=CONSISTENCY_CAPTION if scenario.model == FRAME else "",
-            group="Normalised error squared by initial heading, by what is tracked",
+            group="NEES by initial heading, for each motion",
         )
 
 
 def _in_time(rows: Sequence[Row]) -> Plot:
-    scenario = PRINTED_FLIGHTS
+    scenario = PUBLISHED_FLIGHTS
     series: list[Series] = []
     for name, points in _tracking(rows, scenario, "nees", "time_s").items():
         time, low, high = (_numbers(points, column) for column in ("time_s", *BAND))
@@ -175,12 +175,11 @@ def _in_time(rows: Sequence[Row]) -> Plot:
         "NEES / 6",
         tuple(series),
         y_scale="log",
-        caption="Mean over the flights; the band holds it 95 % of the time for a filter whose "
-        "claims are right.",
+        caption="Mean over the flights, with its 95 % band for a consistent filter.",
     )
 
 
-# Rows of a quantity that have a time (or a heading), by filter.
+# Rows of a quantity with a time (or a heading), by filter.
 def _tracking(
     rows: Sequence[Row], scenario: Scenario, quantity: str, by: str
 ) -> dict[str, list[Row]]:
@@ -192,7 +191,7 @@ def _tracking(
     return result
 
 
-# A figure of the whole flight.
+# A figure over the whole flight.
 def _is_mean(row: Row) -> bool:
     return row["part"] == "tracking" and row["time_s"] is None and row["heading_deg"] is None
 

@@ -1,4 +1,4 @@
-"""The rows of the coupled-motion study, one shape for all parts."""
+"""The rows of the coupled-motion study, with the same columns for all parts."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,18 +16,18 @@ from multiradar.research.studies.coupled_motion.tracking import Tracked, nees_ba
 Row = dict[str, Value]
 Floats = NDArray[np.float64]
 
-#: Moments of a trajectory that rows are given for.
+#: Number of times of a trajectory with rows.
 MOMENTS = 30
 
 
 def figure_rows(scenario: Scenario, made: Realisations) -> list[Row]:
-    """Return the points of the trajectories that are drawn, then the statistics of all."""
-    steps, runs = len(made.place) - 1, made.place.shape[1]
+    """Return the points of the drawn trajectories, then the statistics of all."""
+    steps, runs = len(made.position_m) - 1, made.position_m.shape[1]
     rows = []
     for run in range(runs):
         for step in _moments(steps + 1):
             for axis, quantity in enumerate(("east_m", "north_m")):
-                value = float(made.place[step, run, axis])
+                value = float(made.position_m[step, run, axis])
                 rows.append(
                     _row("figure", scenario, quantity, value, run=run, time_s=step * INTERVAL_S)
                 )
@@ -68,16 +68,16 @@ def heading_rows(spread: HeadingSpread) -> list[Row]:
 def tracking_rows(scenario: Scenario, name: str, found: Tracked, headings_rad: Floats) -> list[Row]:
     """Return errors and NEES: of the flights, then by initial heading, then by time."""
     means = {
-        "position_rms_m": (found.position_squared, found.position_claimed),
-        "velocity_rms_mps": (found.velocity_squared, found.velocity_claimed),
+        "position_rms_m": (found.position_squared, found.position_reported),
+        "velocity_rms_mps": (found.velocity_squared, found.velocity_reported),
     }
     pairs = {
-        quantity: (found.means(squared), found.means(claimed))
-        for quantity, (squared, claimed) in means.items()
+        quantity: (found.means(squared), found.means(reported))
+        for quantity, (squared, reported) in means.items()
     }
     rows = []
-    for quantity, (squared, claimed) in pairs.items():
-        value, expected = _rms(settled(squared)), _rms(settled(claimed))
+    for quantity, (squared, reported) in pairs.items():
+        value, expected = _rms(settled(squared)), _rms(settled(reported))
         rows.append(
             _row("tracking", scenario, quantity, value, filter_name=name, expected=expected)
         )
@@ -94,9 +94,9 @@ def tracking_rows(scenario: Scenario, name: str, found: Tracked, headings_rad: F
                 _rms(squared[step]),
                 filter_name=name,
                 time_s=time,
-                expected=_rms(claimed[step]),
+                expected=_rms(reported[step]),
             )
-            for quantity, (squared, claimed) in pairs.items()
+            for quantity, (squared, reported) in pairs.items()
         ]
         rows.append(
             _row(
@@ -113,7 +113,7 @@ def tracking_rows(scenario: Scenario, name: str, found: Tracked, headings_rad: F
     return rows
 
 
-# Flights that began nearest to each of the headings, where there are any.
+# Flights by the nearest initial heading, where there are any.
 def _rows_by_heading(
     scenario: Scenario, name: str, nees: Floats, headings_rad: Floats
 ) -> list[Row]:
@@ -124,13 +124,13 @@ def _rows_by_heading(
             "tracking",
             scenario,
             "nees",
-            float(nees[nearest == place].mean()),
+            float(nees[nearest == index].mean()),
             filter_name=name,
             heading_deg=float(np.degrees(heading)),
             expected=1.0,
         )
-        for place, heading in enumerate(HEADINGS_RAD)
-        if (nearest == place).any()
+        for index, heading in enumerate(HEADINGS_RAD)
+        if (nearest == index).any()
     ]
 
 
@@ -164,8 +164,8 @@ def _row(
 
 
 def _moments(count: int) -> list[int]:
-    places = np.linspace(0, count - 1, min(count, MOMENTS + 1))
-    return sorted({round(place) for place in places.tolist()})
+    times = np.linspace(0, count - 1, min(count, MOMENTS + 1))
+    return sorted({round(time) for time in times.tolist()})
 
 
 def _rms(squared: Floats) -> float:

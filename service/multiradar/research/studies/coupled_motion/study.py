@@ -1,29 +1,29 @@
-"""The motion models of Vasiliev and Mattis: figures 1 and 3, and what each is worth in a filter.
+"""The motion models of Vasiliev and Mattis: figures 1 and 3, and their accuracy in a filter.
 
-Three parts, told by the column `part` of a row:
+Three parts, see the column `part` of a row:
 
 figure
     Trajectories of model (2) with a = 1 and 2 m/s² and of model (5) with a = 1 m/s² and v_K = 3 and
     6 °/s, and statistics of many such trajectories.
 heading
     Root mean square acceleration along and across the track of one interval, by heading. The
-    parameters of (5) mean the same at every heading; those of (2) do so only when they are equal,
-    and then know no difference of along and across; those of the relative-speed variant never do.
+    parameters of (5) apply to every heading; those of (2) only when they are equal, and then
+    without a difference of along and across; those of the relative-speed variant never.
 tracking
-    Flights of (2), the relative-speed variant and (5), tracked by filters that assume each of (2),
-    relative, (7), (5) and constant velocity with white acceleration. Every filter is told the same
-    accelerations of the kind of aircraft, in the terms it has.
+    Flights of (2), the relative-speed variant and (5), tracked by filters with each of (2),
+    relative, (7), (5) and constant velocity with white acceleration. Every filter knows the same
+    accelerations of the kind of aircraft, in the terms of its model.
 
-Columns of a row: `part`; `model` and `setting` (what moves, and with which parameters); `filter`
+Columns of a row: `part`; `model` and `setting` (the motion and its parameters); `filter`
 (tracking only); `quantity`; `run`, `time_s`, `heading_deg` where the quantity has them, else null;
-`value`; `expected` (what theory, or the filter itself, says it should be); `band_low`, `band_high`
-(where `value` lies when `expected` is right: 99.9 % for headings, 95 % for NEES).
+`value`; `expected` (by theory, or reported by the filter); `band_low`, `band_high` (band of `value`
+for a correct `expected`: 99.9 % for headings, 95 % for NEES).
 
 Quantities: `east_m`, `north_m` of a drawn trajectory; over many of them `acceleration_along_mps2`,
 `acceleration_across_mps2`, `speed_change_mps` and `turned_deg`, root mean square; of a filter
-`position_rms_m` and `velocity_rms_mps` (expected: what it claims) and `nees` (divided by its
-dimension: expected 1), with `time_s` at that time, with `heading_deg` for the flights that began
-within 7.5° of it, with neither for the whole flight but its first fifth.
+`position_rms_m` and `velocity_rms_mps` (expected: reported by it) and `nees` (per dimension:
+expected 1), with `time_s` at that time, with `heading_deg` for the flights with an initial heading
+within 7.5° of it, with neither for the whole flight except its first fifth.
 """
 
 from collections.abc import Callable, Iterable
@@ -49,7 +49,7 @@ from multiradar.research.studies.coupled_motion.rows import (
     tracking_rows,
 )
 from multiradar.research.studies.coupled_motion.tracking import (
-    PLACE_SIGMA_M,
+    POSITION_SIGMA_M,
     Floats,
     Tracked,
     batches,
@@ -58,27 +58,26 @@ from multiradar.research.studies.coupled_motion.tracking import (
 )
 from multiradar.research.studies.result import Progress, StudyOptions, StudyResult, step_counter
 
-#: Quantity, title and caption of the tables of filters by what they track.
+#: Quantity, title and caption of the tables of filters by motion.
 TABLES = (
     (
         "velocity_rms_mps",
-        "Velocity error of each filter, m/s, by what it tracks",
-        "Root mean square over the flights, after the first fifth. Places are measured every "
-        f"{INTERVAL_S:g} s, with an error of {PLACE_SIGMA_M:g} m in each coordinate.",
+        "Velocity error of each filter, m/s, by motion",
+        "Root mean square over the flights, after the first fifth. Positions are measured every "
+        f"{INTERVAL_S:g} s, with an error of {POSITION_SIGMA_M:g} m in each coordinate.",
     ),
-    ("position_rms_m", "Position error of each filter, m, by what it tracks", ""),
+    ("position_rms_m", "Position error of each filter, m, by motion", ""),
     (
         "nees",
-        "NEES / 6 of each filter, by what it tracks",
-        "1 for a filter whose claims are right, more where it claims too much.",
+        "NEES / 6 of each filter, by motion",
+        "1 for a consistent filter, above 1 where its covariance is too small.",
     ),
 )
 
 SUMMARY = (
-    "An aircraft accelerates along its velocity and turns across it; it does not know where the "
-    "axes of a tracker point. What does it look like when the random acceleration of a motion "
-    "model is given along fixed axes, (2), or in the frame of the velocity, (5), and what is each "
-    "model worth in a filter?"
+    "An aircraft accelerates along its velocity and turns across it, independently of the axes of "
+    "a tracker. What is the effect of modelling the random acceleration along fixed axes, (2), or "
+    "in the frame of the velocity, (5), and how accurate is a filter with each model?"
 )
 
 
@@ -88,20 +87,20 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
     Parameters
     ----------
     options : StudyOptions
-        `runs` flights for each model that is tracked; `filters` of
-        `coupled_motion_models.FILTERS`; `duration_s` of every trajectory.
+        `runs` flights for each tracked motion; `filters` of `models.FILTERS`; `duration_s` of
+        every trajectory.
     progress : callable
-        Told how many parts are done.
+        Called with the number of completed parts.
 
     Returns
     -------
     StudyResult
-        Rows as in the head of this module.
+        Rows as described in this module.
 
     Raises
     ------
     UnknownFilterError
-        A filter has a name that is not known.
+        Unknown filter.
     ConfigurationError
         A duration outside the bounds of the study.
 
@@ -117,7 +116,7 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
     steps = round(duration_s / INTERVAL_S)
     parts = batches(runs, steps)
     tick = step_counter(progress, len(DRAWN) + 1 + len(TRACKED) * len(names) * len(parts))
-    # Each part has draws of its own, so that a choice of filters changes nothing else.
+    # Each part has its own random stream: a choice of filters changes nothing else.
     seeds = iter(np.random.SeedSequence(chosen.seed).spawn(len(DRAWN) + 1 + len(TRACKED)))
     rows: list[Row] = []
     for scenario in DRAWN:
@@ -174,7 +173,7 @@ def _tracking_tables(rows: list[Row], names: tuple[str, ...]) -> list[Table]:
     ]
 
 
-# Of each kind of flights, its name, its parameters, and the value of each filter.
+# Of each motion its name, its parameters, and the value of each filter.
 def _by_motion(rows: list[Row], quantity: str) -> Iterable[tuple[Value, ...]]:
     found: dict[tuple[Value, Value], list[Value]] = {}
     for row in rows:
@@ -191,31 +190,30 @@ def _figure_table(rows: list[Row]) -> Table:
             key = (str(row["model"]), str(row["setting"]))
             found.setdefault(key, {})[str(row["quantity"])] = row
     return Table(
-        "What the trajectories of figures 1 and 3 do",
-        ("motion", "parameters", "along, m/s²", "across, m/s²", "speed changes, m/s", "turned, °"),
+        "Statistics of the trajectories of figures 1 and 3",
+        ("motion", "parameters", "along, m/s²", "across, m/s²", "speed change, m/s", "turned, °"),
         tuple((*key, *(row["value"] for row in of.values())) for key, of in found.items()),
         "Root mean squares: of the acceleration along and across the track in the plane, and of "
-        "the change of ground speed and the angle turned through between start and end.",
+        "the change of ground speed and of the course between start and end.",
     )
 
 
 def _notes(runs: int, steps: int) -> list[str]:
     return [
-        f"The paper does not print the interval, the number of steps or the initial speed of its "
+        "The paper does not give the interval, the number of steps or the initial speed of its "
         f"figures. Here T = {INTERVAL_S:g} s, {steps} steps, {INITIAL_SPEED_MPS:g} m/s, headings "
-        "spread evenly over the circle, a climb of 2°; up, a_z = 0.2 m/s² and v_φ = 0.1 °/s.",
-        f"Tracking: {runs} flights of each model, the same for every filter. Each filter is told "
+        "evenly spaced over the circle, a climb of 2°; vertical a_z = 0.2 m/s² and v_φ = 0.1 °/s.",
+        f"Tracking: {runs} flights of each motion, the same for every filter. Each filter knows "
         "the root mean square accelerations of the kind of aircraft along, across and up; models "
-        "by axes take the mean square of the first two for both horizontal axes, models of the "
-        "velocity frame take them as they are, as rates divided by the initial speed.",
-        "The parameters of (5) mean the same at every heading. Those of (2) do so only when "
-        "a_x = a_y; a filter with it is then consistent on average, and cannot know that an "
-        "aircraft turns harder than it accelerates. The relative-speed variant gives no noise "
-        "along an axis without initial speed: near the axes its filter believes itself and loses "
-        "aircraft that turn.",
-        "(7) takes the direction of its noise from the estimated velocity. At 6 °/s that is "
-        "some 10° off, and turns enough of the strong noise across the track out of its "
-        "direction to make the filter claim too much; (5), which keeps the course as a state, "
-        "claims nearly right. With white acceleration the position moves within an interval, "
-        "which the models of the paper do not have.",
+        "by axes use the mean square of the first two for both horizontal axes, models of the "
+        "velocity frame use them directly, as rates divided by the initial speed.",
+        "The parameters of (5) apply to every heading. Those of (2) do so only when a_x = a_y; a "
+        "filter with (2) is then consistent on average, but cannot model that an aircraft turns "
+        "harder than it accelerates. The relative-speed variant has no noise along an axis without "
+        "initial speed: near the axes its filter is overconfident and loses aircraft that turn.",
+        "(7) uses the direction of the estimated velocity for its noise. At 6 °/s that direction "
+        "is some 10° wrong, which rotates enough of the strong noise across the track out of its "
+        "direction to make the covariance too small; (5), with the course as a state, is nearly "
+        "consistent. With white acceleration the position moves within an interval, which the "
+        "models of the paper do not have.",
     ]

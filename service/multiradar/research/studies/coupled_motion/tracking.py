@@ -1,4 +1,4 @@
-"""What each motion model is worth in a filter: errors, and whether the filter knows them."""
+"""Accuracy of each motion model in a filter: errors and consistency."""
 
 from dataclasses import dataclass
 
@@ -7,19 +7,19 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from multiradar.research.extended.extended import predict, start, update
-from multiradar.research.extended.extended_measurement import MeasuredPlace
+from multiradar.research.extended.extended_measurement import MeasuredPosition
 from multiradar.research.motion.model import MotionModel
 from multiradar.research.studies.coupled_motion.models import INTERVAL_S, Scenario, initial_states
 
 Floats = NDArray[np.float64]
 
 #: Noise of each measured coordinate, m.
-PLACE_SIGMA_M = 30.0
-#: How well a filter knows the state at the start: m and m/s.
+POSITION_SIGMA_M = 30.0
+#: Initial sigmas of a filter: m and m/s.
 START_SIGMAS = np.array([30.0, 30.0, 30.0, 10.0, 10.0, 3.0])
-#: Intervals of all flights that are held in memory at once, some 100 bytes each.
+#: Maximum number of intervals of all flights held in memory, some 100 bytes each.
 STEPS_MAX = 1_000_000
-#: The share of a run that is left out of means, for a filter to settle.
+#: Fraction of a run left out of means, for a filter to settle.
 SETTLING = 0.2
 
 
@@ -32,11 +32,11 @@ class Flights:
     start : (runs, 6) ndarray
         True Cartesian state at time 0.
     guess : (runs, 6) ndarray
-        What filters start from.
+        Initial state of the filters.
     truth : (steps, runs, 6) ndarray
         True Cartesian states after each interval.
     measured : (steps, runs, 3) ndarray
-        Measured places.
+        Measured positions.
     """
 
     start: Floats
@@ -53,28 +53,28 @@ class Tracked:
     ----------
     position_squared, velocity_squared : (steps,) ndarray
         Squared lengths of the errors at each time, summed over the flights, m² and (m/s)².
-    position_claimed, velocity_claimed : (steps,) ndarray
-        What the filter expects of them, summed: traces of its covariance.
+    position_reported, velocity_reported : (steps,) ndarray
+        Sums of the traces of the filter's covariance.
     nees : (steps,) ndarray
-        Normalised estimation error squared of position and velocity, divided by 6, summed.
+        NEES of position and velocity per dimension, summed.
     nees_by_run : (runs,) ndarray
-        The same for each flight, its mean after the filter has settled.
+        The same for each flight, averaged after settling.
     """
 
     position_squared: Floats
     velocity_squared: Floats
-    position_claimed: Floats
-    velocity_claimed: Floats
+    position_reported: Floats
+    velocity_reported: Floats
     nees: Floats
     nees_by_run: Floats
 
     def __add__(self, other: "Tracked") -> "Tracked":
-        """Return what both say together of flights of the same length."""
+        """Return the combined errors of flights of the same length."""
         return Tracked(
             self.position_squared + other.position_squared,
             self.velocity_squared + other.velocity_squared,
-            self.position_claimed + other.position_claimed,
-            self.velocity_claimed + other.velocity_claimed,
+            self.position_reported + other.position_reported,
+            self.velocity_reported + other.velocity_reported,
             self.nees + other.nees,
             np.concatenate([self.nees_by_run, other.nees_by_run]),
         )
@@ -85,7 +85,7 @@ class Tracked:
 
 
 def settled(values: Floats) -> Floats:
-    """Return the rows, one for each interval, after filters have settled."""
+    """Return the rows, one per interval, after settling."""
     return values[int(SETTLING * len(values)) :]
 
 
@@ -95,12 +95,12 @@ def batches(runs: int, steps: int) -> list[Floats]:
     Parameters
     ----------
     runs, steps : int
-        Flights, and intervals of each.
+        Number of flights, and of intervals of each.
 
     Returns
     -------
     list of arrays
-        In [0, 2π), spread evenly over the circle; none along an axis for an even number.
+        In [0, 2π), evenly spaced over the circle; none along an axis for an even number.
     """
     every = 2.0 * np.pi * (np.arange(runs) + 0.5) / runs
     size = max(1, STEPS_MAX // steps)
@@ -113,13 +113,13 @@ def fly(scenario: Scenario, headings_rad: Floats, steps: int, rng: np.random.Gen
     Parameters
     ----------
     scenario : Scenario
-        How they move.
+        Their motion.
     headings_rad : (runs,) ndarray
         Their initial headings.
     steps : int
-        How many intervals long they are.
+        Number of intervals.
     rng : Generator
-        Draws of motion, measurement and start.
+        Random generator of motion, measurements and initial errors.
 
     Returns
     -------
@@ -128,7 +128,7 @@ def fly(scenario: Scenario, headings_rad: Floats, steps: int, rng: np.random.Gen
 
     References
     ----------
-    Vasiliev, Mattis, equations (1) and (6), whichever the motion is of.
+    Vasiliev, Mattis, equations (1) and (6), depending on the motion.
     """
     runs = len(headings_rad)
     first = initial_states(headings_rad)
@@ -138,7 +138,7 @@ def fly(scenario: Scenario, headings_rad: Floats, steps: int, rng: np.random.Gen
     for step in range(steps):
         state = model.step(state, INTERVAL_S, rng.normal(size=(runs, 3)))
         truth[step] = model.coordinates.to_cartesian(state)
-    measured = truth[..., :3] + PLACE_SIGMA_M * rng.normal(size=(steps, runs, 3))
+    measured = truth[..., :3] + POSITION_SIGMA_M * rng.normal(size=(steps, runs, 3))
     return Flights(first, first + START_SIGMAS * rng.normal(size=first.shape), truth, measured)
 
 
@@ -148,14 +148,14 @@ def track(model: MotionModel, flights: Flights) -> Tracked:
     Parameters
     ----------
     model : MotionModel
-        What the filter assumes.
+        Motion model of the filter.
     flights : Flights
-        What it is told, and the truth to judge it by.
+        Measurements, and the truth for the errors.
 
     Returns
     -------
     Tracked
-        Its errors, in Cartesian terms whatever its coordinates.
+        Its errors, in Cartesian coordinates.
 
     References
     ----------
@@ -164,26 +164,26 @@ def track(model: MotionModel, flights: Flights) -> Tracked:
     Mattis, equations (2), (5) and (7), for its motion.
     """
     steps, runs = flights.truth.shape[:2]
-    place = MeasuredPlace(PLACE_SIGMA_M**2 * np.eye(3))
+    sensor = MeasuredPosition(POSITION_SIGMA_M**2 * np.eye(3))
     prior = np.broadcast_to(np.diag(START_SIGMAS**2), (runs, 6, 6))
     estimate = start(flights.guess, prior, model.coordinates)
-    squared, claimed = np.empty((2, steps, runs, 2))
+    squared, reported = np.empty((2, steps, runs, 2))
     nees = np.empty((steps, runs))
     for step, (truth, measured) in enumerate(zip(flights.truth, flights.measured, strict=True)):
-        estimate = update(predict(estimate, model, INTERVAL_S), place, measured).estimate
+        estimate = update(predict(estimate, model, INTERVAL_S), sensor, measured).estimate
         known = estimate.cartesian()
         error = known.mean - truth
         squared[step] = _by_part(error**2)
-        claimed[step] = _by_part(np.diagonal(known.covariance, axis1=-2, axis2=-1))
+        reported[step] = _by_part(np.diagonal(known.covariance, axis1=-2, axis2=-1))
         scaled = np.linalg.solve(known.covariance, error[..., None])[..., 0]
         nees[step] = (error * scaled).sum(axis=-1) / 6.0
     position_squared, velocity_squared = squared.sum(axis=1).T
-    position_claimed, velocity_claimed = claimed.sum(axis=1).T
+    position_reported, velocity_reported = reported.sum(axis=1).T
     return Tracked(
         position_squared,
         velocity_squared,
-        position_claimed,
-        velocity_claimed,
+        position_reported,
+        velocity_reported,
         nees.sum(axis=1),
         settled(nees).mean(axis=0),
     )

@@ -1,4 +1,4 @@
-"""Plots of the study of manoeuvre planes, as figures 1 to 4 of the paper."""
+"""Plots of the manoeuvre-plane study, as figures 1 to 4 of the paper."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,7 +6,7 @@ from scipy.stats import chi2
 
 from multiradar.report.content import Plot, Series
 from multiradar.research.studies.manoeuvre_plane.runs import (
-    PRINTED,
+    PUBLISHED,
     RADII_M,
     RATE_HZ,
     SOURCES,
@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 
 
 def plots(rows: list[Row]) -> list[Plot]:
-    """Draw the errors by time, the criterion and the path.
+    """Draw the errors over time, the criterion and the path.
 
     Parameters
     ----------
@@ -44,9 +44,9 @@ def plots(rows: list[Row]) -> list[Plot]:
 def _errors(
     rows: list[Row], quantity: str, title: str, unit: str, *, figure: int, name: str
 ) -> Plot:
-    printed = Series(
-        "printed in the paper", np.array(TIMES_S[-1:]), np.array([PRINTED[quantity]]), "rings",
-        key="printed",
+    published = Series(
+        "published", np.array(TIMES_S[-1:]), np.array([PUBLISHED[quantity]]), "rings",
+        key="published",
     )  # fmt: skip
     return Plot(
         title=title,
@@ -54,10 +54,10 @@ def _errors(
         y_label=f"{title[0].lower()}{title[1:]}, {unit}",
         series=(
             *(_line(rows, f"radius {radius:g} m", quantity, radius) for radius in RADII_M),
-            printed,
+            published,
         ),
         y_scale="log",
-        caption=f"As figure {figure} of the paper, mean of the runs. The paper tells the last "
+        caption=f"As figure {figure} of the paper, mean of the runs. The paper gives the last "
         "value of one run.",
         name=name,
     )
@@ -67,7 +67,7 @@ def _criterion(rows: list[Row]) -> Plot:
     times = np.array(TIMES_S)
     exact = np.sqrt(2.0 * chi2.isf(LEVEL, np.round(times * RATE_HZ) - 3.0))
     return Plot(
-        title="The printed criterion",
+        title="The published criterion",
         x_label="t, s",
         y_label="√(2 Λ)",
         series=(
@@ -76,7 +76,7 @@ def _criterion(rows: list[Row]) -> Plot:
             Series("exact, 0.3 %", times, np.asarray(exact), "dashed", key="exact"),
         ),
         caption=f"As figure 2 of the paper; radius {RADII_M[0]:g} m. Above the dashed line χ² with "
-        "N − 3 degrees of freedom refuses the plane.",
+        "N − 3 degrees of freedom rejects the plane.",
         name="criterion",
     )
 
@@ -97,7 +97,7 @@ def _path() -> Plot:
             Series("radar", np.zeros(1), np.zeros(1), "points", key="ink"),
         ),
         equal_axes=True,
-        caption="As figure 1 of the paper: the plane OXZ, flown through for 10 s from the dot on.",
+        caption="As figure 1 of the paper: the plane OXZ, flown for 10 s from the dot on.",
         name="path",
     )
 

@@ -1,10 +1,10 @@
-"""The Monte Carlo of the study of manoeuvre planes: circles, helices, and their noise.
+"""The Monte Carlo simulation of the manoeuvre-plane study: circles, helices, and their noise.
 
 References
 ----------
-Korobochkin, the section on the example: a circle in the plane OXZ, flown with 500 m/s, its centre
-5 km away at an elevation of 45°, seen for 10 s at 100 Hz with errors of 25 m on each axis. The
-radius is not told.
+Korobochkin, the section on the example: a circle in the plane OXZ, flown at 500 m/s, its centre
+5 km away at an elevation of 45°, observed for 10 s at 100 Hz with errors of 25 m on each axis. The
+radius is not published.
 """
 
 import math
@@ -30,34 +30,34 @@ CENTRE_M = 5000.0 * np.array([np.cos(np.pi / 4.0), 0.0, np.sin(np.pi / 4.0)])
 NORMAL = np.array([0.0, 1.0, 0.0])
 VARIANCE_M2 = 625.0
 RATE_HZ = 100.0
-#: When the algorithm begins, and the times at which it is read, s.
+#: Start of the algorithm, and evaluation times, s.
 TIMES_S = (2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0)
 #: Radii of the circle, m; the first is that of the figures.
 RADII_M = (1500.0, 1000.0, 2000.0)
 #: Speeds along the normal, m/s: above 0 the circle is a helix.
 CLIMBS_MPS = (0.0, 2.0, 5.0, 10.0, 20.0, 50.0)
-#: Radii of the helices, m: in 10 s half a turn and a bit, and four fifths of one.
+#: Radii of the helices, m: in 10 s slightly more than half a turn, and four fifths of one.
 HELIX_RADII_M = (1500.0, 1000.0)
-#: What the paper reads from its figures 3 and 4 at the end.
-PRINTED = {"normal_error_mrad": 1.4, "distance_error_m": 2.0}
-#: Probability that a share lies in its band.
+#: Published values of figures 3 and 4 at the end.
+PUBLISHED = {"normal_error_mrad": 1.4, "distance_error_m": 2.0}
+#: Probability of the band of a fraction.
 BAND = 0.999
 
-# Errors along the axes of a source, m, and the azimuths from which two sources look, degrees.
+# Errors along the axes of a source, m, and the azimuths of the lines of sight of two, degrees.
 _ACROSS_SIGMA_M = (10.0, 40.0, 20.0)
-_LOOKS_DEG = (20.0, 110.0)
+_AZIMUTHS_DEG = (20.0, 110.0)
 
 
 class Case(NamedTuple):
-    """What is flown and how it is measured.
+    """A flight and its measurement.
 
     Attributes
     ----------
     source : str
-        `one source` (the paper's noise), `proportional` (three sources of one direction, whose
-        sigmas are as 1, 2 and 3) or `two directions` (covariances that are not proportional).
+        `one source` (the paper's noise), `proportional` (three sources of one direction, with
+        sigmas as 1, 2 and 3) or `two directions` (covariances that are not proportional).
     radius_m, climb_mps : float
-        Of the circle, and the speed along its axis.
+        Radius of the circle, and speed along its axis.
     """
 
     source: str
@@ -70,14 +70,14 @@ SOURCES = ("one source", "proportional", "two directions")
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """How the points of a case are measured.
+    """Noise of the points of a case.
 
     Attributes
     ----------
     roots : (N, 3, 3) float64
-        Roots of the covariances, m.
+        Square roots of the covariances, m.
     fit : callable
-        Lays a plane through the first points.
+        Fits a plane to the first points.
     """
 
     roots: Floats
@@ -99,19 +99,19 @@ def path(case: Case) -> Floats:
 
 
 def noise_of(source: str, count: int) -> Noise:
-    """Return how the points of a source are measured.
+    """Return the noise of the points of a source.
 
     Parameters
     ----------
     source : str
         One of `SOURCES`.
     count : int
-        How many points.
+        Number of points.
 
     Returns
     -------
     Noise
-        Their covariances, and the fit that knows them.
+        Their covariances, and the fit with them.
 
     References
     ----------
@@ -122,41 +122,41 @@ def noise_of(source: str, count: int) -> Noise:
         return Noise(
             np.broadcast_to(np.sqrt(d), (count, 3, 3)), lambda points: fit_proportional(points, d)
         )
-    looks = [_turned(np.radians(azimuth)) for azimuth in _LOOKS_DEG]
+    covariances = [_turned(np.radians(azimuth)) for azimuth in _AZIMUTHS_DEG]
     if source == SOURCES[1]:
         scales = 1.0 + np.arange(count) % 3
-        root = np.linalg.cholesky(looks[0])
+        root = np.linalg.cholesky(covariances[0])
         return Noise(
             scales[:, None, None] * root,
-            lambda points: fit_proportional(points, looks[0], scales[: len(points)]),
+            lambda points: fit_proportional(points, covariances[0], scales[: len(points)]),
         )
-    covariances = np.array([looks[row % 2] for row in range(count)])
+    alternating = np.array([covariances[row % 2] for row in range(count)])
     return Noise(
-        np.linalg.cholesky(covariances),
-        lambda points: fit_plane(points, covariances[: len(points)]),
+        np.linalg.cholesky(alternating),
+        lambda points: fit_plane(points, alternating[: len(points)]),
     )
 
 
 def planes(
     case: Case, times_s: tuple[float, ...], runs: int, rng: np.random.Generator
 ) -> list[list[ManoeuvrePlane | None]]:
-    """Lay planes through the points of independent runs, up to each time.
+    """Fit planes to the points of independent runs, up to each time.
 
     Parameters
     ----------
     case : Case
-        What is flown.
+        The flight.
     times_s : tuple of float
         Ends of the observation, s.
     runs : int
-        How many runs.
+        Number of runs.
     rng : Generator
-        Draws the noise.
+        Random generator of the noise.
 
     Returns
     -------
     list of list of ManoeuvrePlane or None
-        A plane for each time, in a list for each run; None where a line explains the points.
+        A plane for each time, in a list for each run; None where a line fits the points.
 
     References
     ----------
@@ -180,18 +180,18 @@ def _fitted(noise: Noise, points: Floats) -> ManoeuvrePlane | None:
 
 
 def normal_error_rad(plane: ManoeuvrePlane) -> float:
-    """Return the angle between the normal found and that of the circle, rad.
+    """Return the angle between the estimated and the true normal, rad.
 
     References
     ----------
     Korobochkin, figure 3.
     """
-    # The sine, which keeps the digits that the cosine of a small angle loses.
+    # By the sine, which is accurate for small angles.
     return math.asin(min(1.0, float(np.linalg.norm(np.cross(plane.normal, NORMAL)))))
 
 
-def share_band(probability: float, runs: int) -> tuple[float, float]:
-    """Return where the share of events among runs lies with the probability `BAND`.
+def fraction_band(probability: float, runs: int) -> tuple[float, float]:
+    """Return the band of the fraction of events among runs, with the probability `BAND`.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""The example of Korobochkin: the plane of a circle, whether there is one, and helices.
+"""The example of Korobochkin: the plane of a circle, tests of planarity, and helices.
 
 Columns of a row: `part` (`example`, `rejection` or `helix`), `source`, `radius_m`, `climb_mps`,
 `time_s`, `quantity`, `runs`, `value`, `expected`, `band_low`, `band_high`, `printed`; null where a
@@ -13,39 +13,39 @@ from multiradar.research.studies.manoeuvre_plane.plots import plots
 from multiradar.research.studies.manoeuvre_plane.runs import (
     CLIMBS_MPS,
     HELIX_RADII_M,
-    PRINTED,
+    PUBLISHED,
     RADII_M,
     SOURCES,
     SPEED_MPS,
     TIMES_S,
     Case,
+    fraction_band,
     normal_error_rad,
     planes,
-    share_band,
 )
 from multiradar.research.studies.result import Progress, StudyOptions, StudyResult, step_counter
 from multiradar.restoration.geometry.manoeuvre_plane import LEVEL, ManoeuvrePlane
 
 Row = dict[str, Value]
 
-#: Refusals are counted over so many times the runs: at 0.3 % a hundred say little.
+#: Factor of the runs for counting rejections: at 0.3 % a hundred runs are too few.
 REJECTION_FACTOR = 30
 SUMMARY = (
     "An aircraft flies a circle in a vertical plane; its position is measured a hundred times a "
-    "second with errors of 25 m on each axis. How well is the plane known, how often is a plane "
-    "motion refused, and is a helix told from a circle?"
+    "second with errors of 25 m on each axis. How accurate is the plane, how often is a plane "
+    "motion rejected, and is a helix distinguished from a circle?"
 )
 
 
 def run(options: StudyOptions, progress: Progress) -> StudyResult:
-    """Lay planes through circles and helices.
+    """Fit planes to circles and helices.
 
     Parameters
     ----------
     options : StudyOptions
         `runs` of each case, and the seed.
     progress : callable
-        Told how many cases are done.
+        Called with the number of completed cases.
 
     Returns
     -------
@@ -62,7 +62,7 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
     others = [Case(source, RADII_M[0], 0.0) for source in SOURCES]
     helices = [Case(SOURCES[0], radius, climb) for radius in HELIX_RADII_M for climb in CLIMBS_MPS]
     tick = step_counter(progress, len(circles) + len(others) + len(helices))
-    # Each case has draws of its own.
+    # Each case has its own random stream.
     seeds = iter(np.random.SeedSequence(options.seed).spawn(len((*circles, *others, *helices))))
     rows: list[Row] = []
     for case in circles:
@@ -98,9 +98,9 @@ def _mean(values: list[float]) -> float | None:
     return float(np.mean(values)) if values else None
 
 
-# The planes at one of the times, of the runs whose points determine one.
-def _determined(found: list[list[ManoeuvrePlane | None]], place: int) -> list[ManoeuvrePlane]:
-    return [plane for run in found if (plane := run[place]) is not None]
+# The planes at one of the times, of the runs with a determined plane.
+def _determined(found: list[list[ManoeuvrePlane | None]], index: int) -> list[ManoeuvrePlane]:
+    return [plane for run in found if (plane := run[index]) is not None]
 
 
 def _row(case: Case, runs: int, time_s: float, quantity: str, value: Value) -> Row:
@@ -122,9 +122,9 @@ def _row(case: Case, runs: int, time_s: float, quantity: str, value: Value) -> R
 
 def _example(case: Case, found: list[list[ManoeuvrePlane | None]]) -> list[Row]:
     rows = []
-    for place, time_s in enumerate(TIMES_S):
-        one = _determined(found, place)
-        # The plane of the circle goes through the origin.
+    for index, time_s in enumerate(TIMES_S):
+        one = _determined(found, index)
+        # The plane of the circle passes through the origin.
         errors = {
             "normal_error_mrad": [1e3 * normal_error_rad(plane) for plane in one],
             "distance_error_m": [abs(plane.distance_m) for plane in one],
@@ -137,24 +137,24 @@ def _example(case: Case, found: list[list[ManoeuvrePlane | None]]) -> list[Row]:
         }
         if time_s == TIMES_S[-1]:
             for name, many in errors.items():
-                at_most = [float(error <= PRINTED[name]) for error in many]
+                at_most = [float(error <= PUBLISHED[name]) for error in many]
                 values[f"{name}_as_printed_share"] = _mean(at_most)
         for quantity, value in values.items():
             row = _row(case, len(found), time_s, quantity, value) | {"part": "example"}
             if time_s == TIMES_S[-1]:
-                row["printed"] = PRINTED.get(quantity)
+                row["printed"] = PUBLISHED.get(quantity)
             rows.append(row)
     return rows
 
 
 def _rejection(case: Case, found: list[ManoeuvrePlane]) -> list[Row]:
     exact = float(np.mean([not plane.is_planar for plane in found]))
-    printed = float(np.mean([bool(plane.refused_by_printed_criterion) for plane in found]))
+    published = float(np.mean([bool(plane.refused_by_printed_criterion) for plane in found]))
     row = _row(case, len(found), TIMES_S[-1], "refused_share", exact)
-    low, high = share_band(LEVEL, len(found))
+    low, high = fraction_band(LEVEL, len(found))
     row |= {"expected": LEVEL, "band_low": low, "band_high": high}
-    by_printed = _row(case, len(found), TIMES_S[-1], "refused_by_printed_share", printed)
-    return [one | {"part": "rejection"} for one in (row, by_printed)]
+    by_published = _row(case, len(found), TIMES_S[-1], "refused_by_printed_share", published)
+    return [one | {"part": "rejection"} for one in (row, by_published)]
 
 
 def _helix(case: Case, found: list[ManoeuvrePlane]) -> list[Row]:
@@ -172,43 +172,44 @@ def _errors_table(rows: list[Row]) -> Table:
         for time_s in TIMES_S[:: len(TIMES_S) // 2]:
             at = _chosen(rows, part="example", radius_m=radius, time_s=time_s)
             value = {row["quantity"]: row["value"] for row in at}
-            printed = {row["quantity"]: row["printed"] for row in at}
+            published = {row["quantity"]: row["printed"] for row in at}
             row: list[Value] = [radius, time_s, value["determined_share"]]
-            for name in PRINTED:
+            for name in PUBLISHED:
                 share = value.get(f"{name}_as_printed_share")
-                row += [value[name], printed[name], None if share is None else 100.0 * float(share)]
+                percent = None if share is None else 100.0 * float(share)
+                row += [value[name], published[name], percent]
             cells.append(tuple(row))
     return Table(
         title="Mean errors of the plane of a circle",
         header=(
-            "radius, m", "t, s", "determined", "normal, mrad", "printed", "as good, %",
-            "distance, m", "printed", "as good, %",
+            "radius, m", "t, s", "determined", "normal, mrad", "published",
+            "runs at or below, %", "distance, m", "published", "runs at or below, %",
         ),
         rows=tuple(cells),
-        caption="The paper does not tell the radius; it reads its errors from figures of one run. "
-        "As good: share of the runs whose error is at most that. Determined: share of the runs in "
-        "which a straight line does not explain the points too.",
+        caption="The paper does not give the radius; it reads its errors from figures of one run. "
+        "Runs at or below: fraction of the runs with at most the published error. Determined: "
+        "fraction of the runs in which a straight line does not fit the points.",
     )  # fmt: skip
 
 
 def _rejection_table(rows: list[Row]) -> Table:
     cells = []
     for row in _chosen(rows, part="rejection", quantity="refused_share"):
-        (by_printed,) = _chosen(
+        (by_published,) = _chosen(
             rows, part="rejection", source=row["source"], quantity="refused_by_printed_share"
         )
         low, high = (100.0 * float(row[name] or 0.0) for name in ("band_low", "band_high"))
         cells.append(
             (
                 row["source"], row["runs"], 100.0 * float(row["value"] or 0.0),
-                f"{low:.2f} … {high:.2f}", 100.0 * float(by_printed["value"] or 0.0),
+                f"{low:.2f} … {high:.2f}", 100.0 * float(by_published["value"] or 0.0),
             )
         )  # fmt: skip
     return Table(
-        title="How often the plane of a circle is refused, %",
+        title="Rejection rate of the plane of a circle, %",
         header=("source", "runs", "χ², N − 3", "99.9 % band of 0.3 %", "criterion (1.17)"),
         rows=tuple(cells),
-        caption="At the level of 0.3 % that the paper names.",
+        caption="At the published level of 0.3 %.",
     )
 
 
@@ -220,7 +221,7 @@ def _helix_table(rows: list[Row]) -> Table:
         cells.append((climb, *(shares[radius] for radius in HELIX_RADII_M)))
     turned = (np.degrees(SPEED_MPS / radius * TIMES_S[-1]) for radius in HELIX_RADII_M)
     return Table(
-        title="How often a helix is told from a plane, %",
+        title="Helix detection rate, %",
         header=(
             "climb along the axis, m/s",
             *(
@@ -229,20 +230,20 @@ def _helix_table(rows: list[Row]) -> Table:
             ),
         ),
         rows=tuple(cells),
-        caption=f"After {TIMES_S[-1]:g} s, in which the circle is flown through so many degrees.",
+        caption=f"After {TIMES_S[-1]:g} s, with the angle flown on the circle in degrees.",
     )
 
 
 def _notes(rows: list[Row]) -> list[str]:
     shares = _chosen(rows, part="rejection", quantity="refused_by_printed_share")
-    printed = float(shares[0]["value"] or 0.0)
+    published = float(shares[0]["value"] or 0.0)
     return [
-        "Λ has N − 3 degrees of freedom: the plane takes three parameters from the points. The "
-        f"printed criterion √(2 Λ) > √(2 N) + 2 refuses {100.0 * printed:.1f} % of plane motions "
-        "here, not 0.3 %: by Fisher's approximation it stands at two sigma, which is 2.3 %.",
-        "`proportional`: sources whose sigmas are as 1, 2 and 3, of one shape and direction, by "
-        "the eigenproblem. `two directions`: covariances turned by 90° against each other, which "
+        "Λ has N − 3 degrees of freedom: the plane has three parameters. The published criterion "
+        f"√(2 Λ) > √(2 N) + 2 rejects {100.0 * published:.1f} % of plane motions here, not 0.3 %: "
+        "by Fisher's approximation its threshold is two sigma, which is 2.3 %.",
+        "`proportional`: sources with sigmas as 1, 2 and 3, of one shape and direction, by the "
+        "eigenproblem. `two directions`: covariances rotated by 90° relative to each other, which "
         "are not proportional, by the search that starts from it.",
-        "Half a turn of a helix is nearly an inclined plane: a slow climb is not told from it, and "
-        "does not matter. The more of a turn is seen, the slower a climb is told.",
+        "Half a turn of a helix is nearly an inclined plane: a slow climb is not detected, and "
+        "does not matter. The larger the observed part of a turn, the slower the detectable climb.",
     ]

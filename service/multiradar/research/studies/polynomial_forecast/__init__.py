@@ -1,1 +1,1 @@
-"""Forecasts by polynomials."""
+"""Polynomial forecasts."""

@@ -1,4 +1,4 @@
-"""The plots of the study of polynomial trajectories."""
+"""The plots of the polynomial-forecast study."""
 
 from itertools import pairwise
 
@@ -25,14 +25,14 @@ from multiradar.research.studies.polynomial_forecast.runs import (
 
 Floats = NDArray[np.float64]
 
-#: α of the trajectory drawn: the paper's figure 2 tells α₂ = −2 m/s² alone.
+#: α of the drawn trajectory: for its figure 2 the paper gives α₂ = −2 m/s² only.
 DRAWN = np.array([10.0, 15.0, -2.0])
-#: How long the trajectory is drawn, and the interval between values of the filter, s.
+#: Duration of the drawn trajectory, and the interval between filter values, s.
 DRAWN_S, DRAWN_STEP_S = 20.0, 0.5
-#: How values of the Monte Carlo and of the paper are marked.
+#: Styles of Monte Carlo and published values.
 MARKS: tuple[Style, Style] = ("points", "rings")
-#: Errors of single runs drawn in the fan.
-FAN_RUNS = 25
+#: Number of single runs in the error plots.
+SINGLE_RUNS = 25
 
 
 def plots(rows: list[dict[str, Value]], seed: int) -> list[Plot]:
@@ -43,15 +43,15 @@ def plots(rows: list[dict[str, Value]], seed: int) -> list[Plot]:
     rows : list of dict
         Rows of the study.
     seed : int
-        Seed of the trajectories drawn, apart from those of the tables.
+        Seed of the drawn trajectories, separate from those of the tables.
 
     Returns
     -------
     list of Plot
-        Variance of forecasts, of the filter, the fan, the trajectory and its errors.
+        Variance of forecasts, of the filter, errors of forecasts, the trajectory and its errors.
     """
     rng = np.random.Generator(np.random.PCG64([seed, 1]))
-    return [_forecasts(rows), _filtering(rows), *_fans(rng), *_trajectory(rng)]
+    return [_forecasts(rows), _filtering(rows), *_forecast_errors(rng), *_trajectory(rng)]
 
 
 def _filtering(rows: list[dict[str, Value]]) -> Plot:
@@ -64,11 +64,11 @@ def _filtering(rows: list[dict[str, Value]]) -> Plot:
         series += _points(chosen, intensity)
     return Plot(
         title="Variance of the filter's error",
-        x_label="time observed, s",
+        x_label="observation time, s",
         y_label="variance, m²",
         series=tuple(series),
         y_scale="log",
-        caption="Lines are exact, points the Monte Carlo, rings what the paper prints.",
+        caption="Lines: exact; points: Monte Carlo; rings: published.",
         name="filter-variance",
     )
 
@@ -89,15 +89,15 @@ def _forecasts(rows: list[dict[str, Value]]) -> Plot:
         y_label="variance, m²",
         series=tuple(series),
         y_scale="log",
-        caption="From t* = 10 s and from t* = 20 s. Ten seconds more of observation divide the "
-        "variance ten seconds ahead by ten.",
+        caption="From t* = 10 s and from t* = 20 s. Ten seconds more of observation reduce the "
+        "variance ten seconds ahead to a tenth.",
         name="forecast-variance",
     )
 
 
 def _points(rows: list[dict[str, Value]], intensity: float) -> list[Series]:
     mine = [row for row in rows if row["noise_intensity"] == intensity]
-    printed = [row for row in mine if row["printed"] is not None]
+    published = [row for row in mine if row["printed"] is not None]
     return [
         Series(
             f"C₂ = {intensity:g} m²·s, {label}",
@@ -108,13 +108,13 @@ def _points(rows: list[dict[str, Value]], intensity: float) -> list[Series]:
         )
         for label, name, chosen, style in (
             ("Monte Carlo", "monte_carlo", mine, MARKS[0]),
-            ("printed in the paper", "printed", printed, MARKS[1]),
+            ("published", "printed", published, MARKS[1]),
         )
     ]
 
 
-def _fans(rng: np.random.Generator) -> list[Plot]:
-    truth = np.sqrt(np.diagonal(PRIOR))[:, None] * rng.normal(size=(DEGREE + 1, FAN_RUNS))
+def _forecast_errors(rng: np.random.Generator) -> list[Plot]:
+    truth = np.sqrt(np.diagonal(PRIOR))[:, None] * rng.normal(size=(DEGREE + 1, SINGLE_RUNS))
     found = []
     for begin in FORECAST_FROM_S:
         state = start(DEGREE, np.zeros(truth.shape), PRIOR)
@@ -132,8 +132,8 @@ def _fans(rng: np.random.Generator) -> list[Plot]:
                     Series("2 sigma", horizons, -2.0 * sigmas, "band", 2.0 * sigmas, key="sigma"),
                     *(Series("single runs", horizons, one, "thin", key="runs") for one in errors.T),
                 ),
-                group="Forecasts fan out",
-                caption="One line in twenty leaves the band of two sigma at any time.",
+                group="Errors of forecasts",
+                caption="One line in twenty is outside the band of two sigma at any time.",
                 name=f"forecast-fan-{begin:g}",
             )
         )
@@ -160,23 +160,23 @@ def _trajectory(rng: np.random.Generator) -> list[Plot]:
             x_label="t, s",
             y_label="X, m",
             series=tuple(tracks),
-            caption="As figure 2 of the paper. On the scale of the way flown the filter is on it.",
+            caption="As figure 2 of the paper. At this scale the filter and trajectory coincide.",
             name="trajectory",
         ),
         Plot(
-            title="The filter's error on it",
+            title="Filter error on this trajectory",
             x_label="t, s",
             y_label="filtered − truth, m",
             series=tuple(errors),
             y_limits=(-6.0, 6.0),
             caption="An acceleration of ten sigmas of the prior leaves the band at first: the "
-            "filter believes in a straight line until the observations outweigh the prior.",
+            "filter follows a straight line until the observations outweigh the prior.",
             name="trajectory-error",
         ),
     ]
 
 
-# Values and sigmas of the filter at each edge but the first.
+# Values and sigmas of the filter at each edge except the first.
 def _filtered(edges: Floats, intensity: float, rng: np.random.Generator) -> tuple[Floats, Floats]:
     integral = powers_of_time(edges, DEGREE + 1)[:, 1:] @ DRAWN
     noise = rng.normal(size=len(edges) - 1) * np.sqrt(intensity * np.diff(edges))

@@ -1,4 +1,4 @@
-"""The Monte Carlo of the study of polynomial trajectories, and the values it should come to."""
+"""The Monte Carlo simulation of the polynomial-forecast study, and its exact values."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,11 +25,11 @@ PRIOR = np.diag([100.0, 25.0, 0.04])
 #: C₂ of the paper, m²·s.
 INTENSITIES = (0.1, 1.0)
 STEP_S = 2.0
-#: When the filter is read, s, and when forecasts begin.
+#: Evaluation times of the filter, s, and start times of forecasts.
 FILTER_TIMES_S = (2.0, 4.0, 6.0, 8.0, 10.0)
 FORECAST_FROM_S = (10.0, 20.0)
 HORIZONS_S = (2.0, 4.0, 6.0, 8.0, 10.0)
-#: Probability that the mean square of a Monte Carlo lies in its band.
+#: Probability of the band of the mean square of a Monte Carlo simulation.
 BAND = 0.999
 
 
@@ -65,9 +65,9 @@ def simulate(
     intensity : float
         C₂, m²·s.
     rng : Generator
-        Draws the trajectories and the noise.
+        Random generator of the trajectories and the noise.
     runs : int
-        How many trajectories; each is an axis of one filter.
+        Number of trajectories; each is an axis of one filter.
     step : callable
         Called after each interval of observation.
 
@@ -78,8 +78,8 @@ def simulate(
 
     Notes
     -----
-    There is no step of integration: an interval is observed through its moments, which are
-    sufficient and are drawn with their exact distribution.
+    Without integration steps: an interval is observed through its moments, which are sufficient
+    and are drawn with their exact distribution.
 
     References
     ----------
@@ -102,7 +102,7 @@ def simulate(
 def draw_moments(
     truth: Floats, begin_s: float, end_s: float, intensity: float, rng: np.random.Generator
 ) -> Floats:
-    """Draw ∫ P_k dη over an interval: what observing dη = X dt + √C₂ dw there comes to.
+    """Draw ∫ P_k dη over an interval: sufficient statistics of observing dη = X dt + √C₂ dw.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def draw_moments(
     intensity : float
         C₂, m²·s.
     rng : Generator
-        Draws the noise.
+        Random generator of the noise.
 
     Returns
     -------
@@ -125,7 +125,7 @@ def draw_moments(
     Koptev, Rozov, Romanovsky, follows from equation (1): integrals of dη with a weight.
     """
     degree, half = len(truth) - 1, (end_s - begin_s) / 2.0
-    # Exact for the product of two polynomials of the degree.
+    # Exact for the product of two polynomials of this degree.
     nodes, weights = np.polynomial.legendre.leggauss(degree + 1)
     powers = powers_of_time(begin_s + half * (1.0 + nodes), degree)
     basis = np.polynomial.legendre.legvander(nodes, degree)
@@ -154,13 +154,13 @@ def regression_variance(intensity: float, observed_until_s: float, time_s: float
     intensity : float
         C₂, m²·s.
     observed_until_s, time_s : float
-        Length of the observation from 0 on, and time of the estimate, s.
+        Duration of the observation from 0 on, and time of the estimate, s.
 
     Returns
     -------
     float
-        φᵀ (Γ_0⁻¹ + ∫ φ φᵀ dt / C₂)⁻¹ φ, m²: normal equations on powers of time, written without the
-        filter, its basis or its factorisation.
+        φᵀ (Γ_0⁻¹ + ∫ φ φᵀ dt / C₂)⁻¹ φ, m²: normal equations on powers of time, independent of the
+        filter, its basis and its factorisation.
 
     References
     ----------
@@ -179,14 +179,14 @@ def regression_variance(intensity: float, observed_until_s: float, time_s: float
 
 
 def band(runs: int, probability: float = BAND) -> tuple[float, float]:
-    """Return where the mean square of normal errors lies, in units of their variance.
+    """Return the band of the mean square of normal errors, in units of their variance.
 
     Parameters
     ----------
     runs : int
-        How many independent errors.
+        Number of independent errors.
     probability : float
-        Of the mean square to lie between the two, outside with equal parts below and above.
+        Probability of the band, with equal tails.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""The three tables of Koptev, Rozov and Romanovsky: exact values, a Monte Carlo, the printed ones.
+"""The three tables of Koptev, Rozov and Romanovsky: exact, Monte Carlo and published values.
 
 A trajectory X_t = α_0 + α_1 t + α_2 t²/2 with normal α is observed through dη = X dt + √C₂ dw. The
 variance of the error of the filter falls while it is observed; that of the forecast grows after the
@@ -25,9 +25,9 @@ from multiradar.research.studies.polynomial_forecast.runs import (
 )
 from multiradar.research.studies.result import Progress, StudyOptions, StudyResult, step_counter
 
-#: What the paper prints, m²: C₂ and time of the last observation to values at t = 2 … 10 s (None:
-#: the filter) or 2 … 10 s after it. It prints no forecast from 20 s for C₂ = 1.
-PRINTED: dict[tuple[float, float | None], tuple[float, ...]] = {
+#: Published variances, m²: C₂ and time of the last observation to values at t = 2 … 10 s (None:
+#: the filter) or 2 … 10 s after it. No forecast from 20 s for C₂ = 1 is published.
+PUBLISHED: dict[tuple[float, float | None], tuple[float, ...]] = {
     (0.1, None): (0.180, 0.120, 0.123, 0.109, 0.094),
     (1.0, None): (1.77, 0.605, 0.892, 0.908, 0.871),
     (0.1, 10.0): (0.382, 1.08, 2.48, 4.92, 8.79),
@@ -35,12 +35,12 @@ PRINTED: dict[tuple[float, float | None], tuple[float, ...]] = {
     (0.1, 20.0): (0.098, 0.189, 0.332, 0.544, 0.845),
 }
 SUMMARY = (
-    "A trajectory that is a parabola in time, with normal coefficients (variances 100 m², "
-    "25 (m/s)² and 0.04 (m/s²)²), is seen through white noise of intensity C₂. How well does the "
-    "filter know the position while it looks, and how fast does a forecast get worse after the "
-    "last look?"
+    "A trajectory that is a parabola in time, with normal coefficients (variances 100 m², 25 "
+    "(m/s)² and 0.04 (m/s²)²), is observed with white noise of intensity C₂. How accurate is the "
+    "filtered position during the observation, and how fast does a forecast deteriorate after the "
+    "last observation?"
 )
-# The search for the number of runs of the paper ends here.
+# Upper bound of the search for the number of runs of the paper.
 _RUNS_SEARCHED = 100_000
 
 
@@ -52,7 +52,7 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
     options : StudyOptions
         `runs` trajectories for each C₂, and the seed.
     progress : callable
-        Told how many intervals of observation are done.
+        Called with the number of completed observation intervals.
 
     Returns
     -------
@@ -91,8 +91,8 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
     )
 
 
-def printed_value(figure: Figure) -> float | None:
-    """Return what the paper prints for a cell, None where it prints nothing.
+def published_value(figure: Figure) -> float | None:
+    """Return the published value of a cell, None where there is none.
 
     References
     ----------
@@ -104,12 +104,12 @@ def printed_value(figure: Figure) -> float | None:
         if ahead
         else (None, FILTER_TIMES_S, figure.time_s)
     )
-    values = PRINTED.get((figure.intensity, until))
+    values = PUBLISHED.get((figure.intensity, until))
     return values[times.index(time)] if values else None
 
 
-def runs_printed(ratios: Sequence[float]) -> int:
-    """Return the largest number of runs whose 99.9 % band holds all these ratios to the exact.
+def largest_consistent_runs(ratios: Sequence[float]) -> int:
+    """Return the largest number of runs whose 99.9 % band contains all ratios to the exact values.
 
     References
     ----------
@@ -137,7 +137,7 @@ def _row(figure: Figure, edges: tuple[float, float]) -> dict[str, Value]:
         "monte_carlo": figure.mean_square,
         "band_low": figure.exact * edges[0],
         "band_high": figure.exact * edges[1],
-        "printed": printed_value(figure),
+        "printed": published_value(figure),
     }
 
 
@@ -162,9 +162,9 @@ def _table(title: str, rows: list[dict[str, Value]], begin: float | None) -> Tab
     ]
     return Table(
         title=title,
-        header=("C₂, m²·s", "t, s", "exact", "Monte Carlo", "99.9 % band", "in band", "printed"),
+        header=("C₂, m²·s", "t, s", "exact", "Monte Carlo", "99.9 % band", "in band", "published"),
         rows=tuple(cells),
-        caption="Exact: Bayesian linear regression. The band is that of the Monte Carlo around it.",
+        caption="Exact: Bayesian linear regression, with the band of the Monte Carlo simulation.",
     )
 
 
@@ -179,35 +179,36 @@ def _notes(figures: list[Figure], rows: list[dict[str, Value]], runs: int) -> li
     apart = max(abs(figure.filtered / figure.exact - 1.0) for figure in figures)
     inside = sum(map(_inside, rows))
     return [
-        "The variances that the filter itself gives and those of the regression differ by "
-        f"{apart:.1g} of them at most. The filter adds information on Legendre polynomials and "
-        "integrates nothing; the paper's equations of γ, taken in Euler steps of 1 ms, are no "
-        "covariance after the first step for C₂ = 0.1 m²·s, and run away later.",
+        "The variances of the filter and of the regression differ by a fraction of at most "
+        f"{apart:.1g}. The filter adds information on Legendre polynomials without numerical "
+        "integration; the paper's equations of γ, in Euler steps of 1 ms, are not a covariance "
+        "after the first step for C₂ = 0.1 m²·s, and diverge later.",
         f"{inside} of {len(rows)} mean squares over {runs} runs lie in their 99.9 % bands. The "
-        "values of one run go together; about one seed in fifty leaves one of them outside.",
-        _note_on_the_printed(figures),
-        "Read with its misprints mended: the gain is (γ₀₀, γ₁₀, γ₂₀)/C₂, the last term of the "
-        "equation of γ₀₁ is γ₀₀ γ₀₁/C₂, and C₂ is an intensity in m²·s. In figure 2 it is α₂, not "
-        "α₀, that is −2 m/s², ten sigmas of its prior: the filter trails behind until it has seen "
-        "enough.",
+        "values of one run are correlated; about one seed in fifty has one of them outside.",
+        _note_on_published_values(figures),
+        "Misprints of the paper are corrected: the gain is (γ₀₀, γ₁₀, γ₂₀)/C₂, the last term of "
+        "the equation of γ₀₁ is γ₀₀ γ₀₁/C₂, and C₂ is an intensity in m²·s. In figure 2 it is α₂, "
+        "not α₀, that is −2 m/s², ten sigmas of its prior: the filter lags until it has enough "
+        "observations.",
     ]
 
 
-def _note_on_the_printed(figures: list[Figure]) -> str:
+def _note_on_published_values(figures: list[Figure]) -> str:
     ratios = {
         (figure.time_s > figure.observed_until_s, figure.time_s, figure.intensity): value
         / figure.exact
         for figure in figures
-        if (value := printed_value(figure)) is not None
+        if (value := published_value(figure)) is not None
     }
     furthest = max(ratios, key=lambda cell: abs(ratios[cell] - 1.0))
     others = [ratio for cell, ratio in ratios.items() if cell != furthest]
     ahead = [ratio for (forecast, *_), ratio in ratios.items() if forecast]
+    all_runs, other_runs = map(largest_consistent_runs, (list(ratios.values()), others))
     return (
-        "The printed values are mean squares over a number of runs that the paper does not tell. "
-        f"The one furthest from exact (t = {furthest[1]:g} s, C₂ = {furthest[2]:g} m²·s) is "
-        f"{ratios[furthest]:.2f} of it: no more than {runs_printed(list(ratios.values()))} runs "
-        f"have all {len(ratios)} in their 99.9 % bands, and {runs_printed(others)} runs all "
-        f"others. The forecasts are all {min(ahead):.2f} to {max(ahead):.2f} of exact, on one side "
-        "because they come from the same trajectories."
+        "The published values are mean squares over an unpublished number of runs. The one "
+        f"furthest from exact (t = {furthest[1]:g} s, C₂ = {furthest[2]:g} m²·s) is "
+        f"{ratios[furthest]:.2f} of it: at most {all_runs} runs have "
+        f"all {len(ratios)} in their 99.9 % bands, and {other_runs} runs all others. The "
+        f"forecasts are all {min(ahead):.2f} to {max(ahead):.2f} of exact, on one side because "
+        "they come from the same trajectories."
     )

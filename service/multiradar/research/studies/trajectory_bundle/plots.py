@@ -1,4 +1,4 @@
-"""Plots of the study of bundles: the flight, the tracks before and after each step, their ends."""
+"""Plots of the trajectory-bundle study: flight, tracks before and after each step, track ends."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,13 +9,14 @@ from multiradar.research.studies.trajectory_bundle.runs import (
     Picture,
     Run,
     last_plot,
+    step_label,
     true_lateral_mps2,
 )
 from multiradar.restoration.control_tracks.tracks import ControlTrack, whole_seconds
 
 Floats = NDArray[np.float64]
 
-#: What is drawn, by the name of the step: name of the file, and what the report calls it.
+#: Drawn steps: name of the step, name of the file, title.
 DRAWN = (
     ("the bundle: priors, least squares, Laplace", "service", "The bundle of the service"),
     ("initial window: arcs through triples", "figure-2-2", "Figure 2.2: the initial window"),
@@ -26,11 +27,11 @@ DRAWN = (
     ("search of Hooke and Jeeves, as printed", "figure-2-4", "Figure 2.4: after the search"),
     ("least squares on the same", "least-squares", "After least squares"),
 )
-#: Steps whose accelerations are drawn: the report's, and the service's.
+#: Steps with drawn accelerations: the report's, and the service's.
 SEARCHED, SERVICE = DRAWN[6][0], DRAWN[0][0]
-#: How much of the end is drawn, m back and to the sides, and how much beyond it.
+#: Extent of the plot of the end, m back and to the sides, and beyond it.
 BACK_M, BEYOND_M = 1100.0, 300.0
-#: Interval at which accelerations are drawn, s.
+#: Sampling interval of accelerations, s.
 _STEP_S = 0.25
 
 
@@ -58,32 +59,32 @@ def plots(run: Run) -> list[Plot]:
 
 def _map(run: Run, picture: Picture, name: str, title: str) -> Plot:
     seen = run.plots.time_s <= picture.time_s[-1] + 1.0
-    # The whole S once; then what the window shows of it.
+    # The whole S once; then the part within the window.
     grid = whole_seconds(0.0, DURATION_S) if picture.name == SERVICE else picture.time_s
     return Plot(
         title="The flight",
         x_label="east, km",
         y_label="north, km",
         series=(
-            *(_line("tracks", 1e-3 * one, "thin", "tracks") for one in picture.places_m[::-1]),
-            _line("best track", 1e-3 * picture.places_m[0], "line", "best"),
+            *(_line("tracks", 1e-3 * one, "thin", "tracks") for one in picture.positions_m[::-1]),
+            _line("best track", 1e-3 * picture.positions_m[0], "line", "best"),
             _line("true path", 1e-3 * run.path.position(grid), "dashed", "ink"),
             _line("plots", 1e-3 * run.plots.position_m[seen], "rings", "plots"),
         ),
         equal_axes=True,
         group=title,
-        caption=f"{len(picture.places_m)} tracks, {picture.name}.",
+        caption=f"{len(picture.positions_m)} tracks, {step_label(picture.name)}.",
         name=f"{name}-flight",
     )
 
 
-# The last seconds, with the ends of the tracks, about the last plot.
+# The last seconds, with the ends of the tracks near the last plot.
 def _end(run: Run, picture: Picture, name: str, title: str) -> Plot:
     last = last_plot(run.plots, picture)
     origin = run.plots.position_m[last]
     grid = np.append(picture.time_s, run.plots.time_s[last])
     true_path = run.path.position(grid) - origin
-    ended = np.concatenate([picture.places_m, picture.ends_m[:, None]], axis=1) - origin
+    ended = np.concatenate([picture.positions_m, picture.ends_m[:, None]], axis=1) - origin
     sigma = _ellipse(run.plots.covariance_m2[last])
     return Plot(
         title="The end",
@@ -125,7 +126,7 @@ def _branching(run: Run) -> list[Plot]:
                 _line("its branch", branch.geometric(grid).position_m - origin, "line", "best"),
                 _line("true path", run.path.position(grid) - origin, "dashed", "ink"),
                 _line("plots", run.plots.position_m[seen] - origin, "rings", "plots"),
-                _line("where it leaves", leaving, "points", "best"),
+                _line("branch point", leaving, "points", "best"),
             ),
             equal_axes=True,
             caption=f"The branch leaves {now_s - leaves_s:g} s before the last plot with "
@@ -147,10 +148,10 @@ def _accelerations(run: Run, named: dict[str, Picture]) -> Plot:
             Series("best after the search", times, _lateral_mps2(named[SEARCHED].best, times)),
             Series("best of the service", times, _lateral_mps2(ours.best, times), key="best"),
             Series("mean of the service", times, np.asarray(mean), key="tracks"),
-            Series("flown", times, true_lateral_mps2(times), "dashed", key="ink"),
+            Series("true", times, true_lateral_mps2(times), "dashed", key="ink"),
         ),
         caption="Over the window: of the best track after the report's search, of the best track "
-        "of the service, and the mean of its tracks by their weights.",
+        "of the service, and the weighted mean of its tracks.",
         name="lateral-acceleration",
     )
 
@@ -166,5 +167,5 @@ def _ellipse(covariance_m2: Floats) -> Floats:
     return np.asarray(circle @ np.linalg.cholesky(covariance_m2).T)
 
 
-def _line(label: str, places: Floats, style: Style, key: str) -> Series:
-    return Series(label, places[:, 0], places[:, 1], style, key=key)
+def _line(label: str, positions: Floats, style: Style, key: str) -> Series:
+    return Series(label, positions[:, 0], positions[:, 1], style, key=key)

@@ -1,4 +1,4 @@
-"""An S-shaped flight, and bundles over its plots, step by step."""
+"""An S-shaped flight, and trajectory bundles from its plots, step by step."""
 
 import copy
 from collections.abc import Callable
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.research.bundle.printed import PrintedBundle
+from multiradar.research.bundle.published import PublishedBundle
 from multiradar.research.bundle.search_rules import SearchRules
 from multiradar.restoration.bundle.bundle import Bundle
 from multiradar.restoration.control_tracks.settings import BundleSettings
@@ -24,15 +24,15 @@ from multiradar.simulation.scenario.model import Aircraft, Leg, Scenario, Sensor
 Floats = NDArray[np.float64]
 
 SPEED_MPS = 180.0
-#: Straight on to the east, to the left, to the right, straight on: durations (s) and lateral
-#: accelerations (m/s²).
+#: Straight to the east, left turn, right turn, straight: durations (s) and lateral accelerations
+#: (m/s²).
 LEGS = ((25.0, 0.0), (35.0, -2.0), (35.0, 2.0), (25.0, 0.0))
 DURATION_S = sum(duration for duration, _ in LEGS)
-#: The initial window ends, and the bundle of figure 2.3 is looked at, at these times, s.
-INITIAL_S, LOOKED_AT_S = 30.0, 80.0
-#: Tracks that are closer in the mean are one group for the report's thinning, m.
+#: End of the initial window, and time of the bundle of figure 2.3, s.
+INITIAL_S, BUNDLE_TIME_S = 30.0, 80.0
+#: Tracks with a smaller mean distance are one group for the report's thinning, m.
 GROUP_M = 20.0
-#: Variants of the search by which the report would keep tracks from ending at the last plot.
+#: Variants of the search that the report proposes against tracks that end at the last plot.
 VARIANTS = (
     ("search of Hooke and Jeeves, as printed", SearchRules()),
     ("the same, last segment of 20 s at least", SearchRules(last_segment_s=20.0)),
@@ -43,31 +43,31 @@ VARIANTS = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Picture:
-    """A bundle after a step: places (k, t, 2) of its tracks on the grid of its window.
+    """A bundle after a step: positions (k, t, 2) of its tracks on the grid of its window.
 
     Attributes
     ----------
     name : str
-        Of the step.
+        Name of the step.
     time_s : (t,) float64
-        The grid.
-    places_m : (k, t, 2) float64
-        The tracks, the best first.
+        Times of the grid.
+    positions_m : (k, t, 2) float64
+        Positions of the tracks, the best first.
     weights : (k,) float64
-        Probabilities of the tracks; those of the report's weights, or the bundle's.
+        Probabilities of the tracks, by the weights of the report or of the bundle.
     evaluations : int
-        How often the functional was computed for each track, of a search.
+        Evaluations of the functional per track, of a search.
     misfit : float
-        −ln of the likelihood of the plots with the best track, 0 where it is not told.
+        −ln of the likelihood of the plots with the best track, 0 where undefined.
     ends_m : (k, 2) float64
-        Where the tracks end.
+        Ends of the tracks.
     controls : tuple of ControlTrack
-        Of the tracks.
+        Controls of the tracks.
     """
 
     name: str
     time_s: Floats
-    places_m: Floats
+    positions_m: Floats
     weights: Floats
     evaluations: int
     misfit: float
@@ -87,13 +87,13 @@ class Run:
     Attributes
     ----------
     plots : MeasurementTrack
-        What the radars saw.
+        The plots of the radars.
     path : Path
-        Where the aircraft was.
+        The path of the aircraft.
     pictures : tuple of Picture
         The bundle after each step.
     branch : tuple of ControlTrack, or None
-        A track, and the arc that leaves it and leads to the last plot: the best one there is.
+        A track, and its best branch to the last plot.
     """
 
     plots: MeasurementTrack
@@ -103,12 +103,12 @@ class Run:
 
 
 def one_run(rng: np.random.Generator) -> Run:
-    """Fly, see, and take all steps.
+    """Simulate the flight and its plots, and run all steps.
 
     Parameters
     ----------
     rng : Generator
-        For noise and turns of the antennas.
+        Random generator of noise and antenna phases.
 
     Returns
     -------
@@ -124,44 +124,49 @@ def one_run(rng: np.random.Generator) -> Run:
     path = fly(aircraft, DURATION_S, rng)
     settings = BundleSettings(apart_m=GROUP_M)
     known = int(np.searchsorted(plots.time_s, INITIAL_S))
-    last = int(np.searchsorted(plots.time_s, LOOKED_AT_S))
-    printed = PrintedBundle(plots, settings)
-    printed.start(known)
-    pictures = [_picture("initial window: arcs through triples", printed, plots, known)]
-    alone = copy.deepcopy(printed)
-    printed.thin(known)
-    pictures.append(_picture("initial window, thinned", printed, plots, known))
+    last = int(np.searchsorted(plots.time_s, BUNDLE_TIME_S))
+    published = PublishedBundle(plots, settings)
+    published.start(known)
+    pictures = [_picture("initial window: arcs through triples", published, plots, known)]
+    alone = copy.deepcopy(published)
+    published.thin(known)
+    pictures.append(_picture("initial window, thinned", published, plots, known))
     alone.thin(known, grouped=False)
     for count in range(known + 1, last):
-        for bundle, grouped in ((printed, True), (alone, False)):
+        for bundle, grouped in ((published, True), (alone, False)):
             bundle.branch(count)
             bundle.thin(count, grouped=grouped)
-    pictures.append(_picture("before the last plot", printed, plots, last - 1))
+    pictures.append(_picture("before the last plot", published, plots, last - 1))
     pictures.append(_picture("the same, thinned by weight alone", alone, plots, last - 1))
-    old = printed.controls()
-    printed.branch(last)
-    pictures.append(_picture("after branching", printed, plots, last))
-    branch = _best_branch(old, printed, last)
-    pictures.append(_after("after thinning", printed, plots, last, _thinned))
+    old = published.controls()
+    published.branch(last)
+    pictures.append(_picture("after branching", published, plots, last))
+    branch = _best_branch(old, published, last)
+    pictures.append(_after("after thinning", published, plots, last, _thinned))
     for name, rules in VARIANTS:
-        pictures.append(_after(name, printed, plots, last, _searched(rules)))
-    pictures.append(_after("least squares on the same", printed, plots, last, _settled))
+        pictures.append(_after(name, published, plots, last, _searched(rules)))
+    pictures.append(_after("least squares on the same", published, plots, last, _fitted))
     pictures.append(_of_bundle(plots, last))
     return Run(plots, path, tuple(pictures), branch)
 
 
 def last_plot(plots: MeasurementTrack, picture: Picture) -> int:
-    """Return the number of the newest plot that a step knows.
+    """Return the row of the newest plot used in a step.
 
     References
     ----------
-    The project's own: less than a second after the last whole one.
+    The project's own: within a second after the last whole one.
     """
     return int(np.searchsorted(plots.time_s, picture.time_s[-1] + 1.0)) - 1
 
 
+def step_label(name: str) -> str:
+    """Return the name of a step in tables and plots."""
+    return name.replace("as printed", "as published")
+
+
 def true_lateral_mps2(time_s: Floats) -> Floats:
-    """Return the lateral acceleration that is flown at times, m/s².
+    """Return the true lateral acceleration at times, m/s².
 
     References
     ----------
@@ -171,26 +176,26 @@ def true_lateral_mps2(time_s: Floats) -> Floats:
     return np.array([lateral for _, lateral in LEGS])[np.searchsorted(begins, time_s, "right") - 1]
 
 
-def apart_from_truth(run: Run, picture: Picture) -> Floats:
+def distance_from_truth(run: Run, picture: Picture) -> Floats:
     """Return the mean distance of each track of a picture from the true path.
 
     Parameters
     ----------
     run : Run
-        Where the picture is from.
+        The run of the picture.
     picture : Picture
         One of its steps.
 
     Returns
     -------
     (k,) ndarray
-        Over the grid, m.
+        Averaged over the grid, m.
 
     References
     ----------
     IMM UrO RAN report (2016), section 2.2.4.
     """
-    off = picture.places_m - run.path.position(picture.time_s)
+    off = picture.positions_m - run.path.position(picture.time_s)
     return np.asarray(np.mean(np.hypot(off[..., 0], off[..., 1]), axis=1))
 
 
@@ -207,18 +212,18 @@ def _plots(aircraft: Aircraft, rng: np.random.Generator) -> MeasurementTrack:
     seen = flat_plots(Scenario("", 1, DURATION_S, "flat", (0.0, 0.0), (aircraft,), (), radars), rng)
     away = np.stack([np.sin(seen.azimuth_rad), np.cos(seen.azimuth_rad)], axis=-1)
     across = np.stack([away[:, 1], -away[:, 0]], axis=-1)
-    place = seen.site_m[seen.radar] + seen.range_m[:, None] * away
+    position = seen.site_m[seen.radar] + seen.range_m[:, None] * away
     range_m2 = np.array([one.range_sigma_m**2 for one in radars])[seen.radar]
     sigma = np.array([one.azimuth_sigma_rad for one in radars])[seen.radar]
     noise = range_m2[:, None, None] * away[:, :, None] * away[:, None, :]
     across_m2 = (sigma * seen.range_m) ** 2
     noise = noise + across_m2[:, None, None] * across[:, :, None] * across[:, None, :]
-    return measurement_track(seen.time_s, place, noise, seen.radar)
+    return measurement_track(seen.time_s, position, noise, seen.radar)
 
 
-# The branch of least misfit, and the track that it leaves.
+# The branch with the smallest misfit, and its parent track.
 def _best_branch(
-    old: tuple[ControlTrack, ...], bundle: PrintedBundle, count: int
+    old: tuple[ControlTrack, ...], bundle: PublishedBundle, count: int
 ) -> tuple[ControlTrack, ControlTrack] | None:
     controls, misfits = bundle.controls(), bundle.misfits(count)
     if len(controls) == len(old):
@@ -235,36 +240,36 @@ def _best_branch(
     return parent, branch
 
 
-def _searched(rules: SearchRules) -> Callable[[PrintedBundle, int], int]:
+def _searched(rules: SearchRules) -> Callable[[PublishedBundle, int], int]:
     return lambda bundle, count: bundle.optimise(count, rules) // len(bundle)
 
 
-def _settled(bundle: PrintedBundle, count: int) -> int:
-    bundle.settle(count)
+def _fitted(bundle: PublishedBundle, count: int) -> int:
+    bundle.fit_least_squares(count)
     return 0
 
 
-def _thinned(bundle: PrintedBundle, count: int) -> int:
+def _thinned(bundle: PublishedBundle, count: int) -> int:
     bundle.thin(count)
     return 0
 
 
-# The bundle after a step that leaves the original as it is.
+# The bundle after a step, leaving the original unchanged.
 def _after(
-    name: str, bundle: PrintedBundle, plots: MeasurementTrack, count: int,
-    step: Callable[[PrintedBundle, int], int],
+    name: str, bundle: PublishedBundle, plots: MeasurementTrack, count: int,
+    step: Callable[[PublishedBundle, int], int],
 ) -> Picture:  # fmt: skip
-    taken = copy.deepcopy(bundle)
-    evaluations = step(taken, count)
-    return _picture(name, taken, plots, count, evaluations)
+    changed = copy.deepcopy(bundle)
+    evaluations = step(changed, count)
+    return _picture(name, changed, plots, count, evaluations)
 
 
 def _picture(
-    name: str, bundle: PrintedBundle, plots: MeasurementTrack, count: int, evaluations: int = 0
+    name: str, bundle: PublishedBundle, plots: MeasurementTrack, count: int, evaluations: int = 0
 ) -> Picture:
     misfits = bundle.misfits(count)
     order = np.argsort(misfits, kind="stable")
-    controls = [bundle.controls()[place] for place in order]
+    controls = [bundle.controls()[index] for index in order]
     weights = np.exp(misfits[order[0]] - misfits[order])
     return _of_tracks(
         name, controls, weights / weights.sum(), float(plots.time_s[count - 1]),
@@ -274,11 +279,11 @@ def _picture(
 
 def _of_tracks(
     name: str, controls: list[ControlTrack], weights: Floats, now_s: float,
-    told: tuple[int, float, Floats],
+    results: tuple[int, float, Floats],
 ) -> Picture:  # fmt: skip
     grid = whole_seconds(float(controls[0].begin_s[0]), now_s)
-    places = np.array([one.geometric(grid).position_m for one in controls])
-    return Picture(name, grid, places, weights, *told, tuple(controls))
+    positions = np.array([one.geometric(grid).position_m for one in controls])
+    return Picture(name, grid, positions, weights, *results, tuple(controls))
 
 
 def _of_bundle(plots: MeasurementTrack, count: int) -> Picture:

@@ -1,4 +1,4 @@
-"""Figures 2.2 to 2.4 of the report: a bundle of trajectories before and after each of its steps."""
+"""Figures 2.2 to 2.4 of the report: a trajectory bundle before and after each of its steps."""
 
 import numpy as np
 
@@ -8,36 +8,37 @@ from multiradar.research.studies.catalogue import TRAJECTORY_BUNDLE
 from multiradar.research.studies.result import Progress, StudyOptions, StudyResult, step_counter
 from multiradar.research.studies.trajectory_bundle.plots import SEARCHED, plots
 from multiradar.research.studies.trajectory_bundle.runs import (
-    LOOKED_AT_S,
+    BUNDLE_TIME_S,
     Run,
-    apart_from_truth,
+    distance_from_truth,
     last_plot,
     one_run,
+    step_label,
 )
 
 SUMMARY = (
-    "An aircraft flies an S: straight on, a turn to the left, one to the right, straight on. Two "
-    "radars see it. What do the steps of the report's algorithm make of their plots (arcs through "
-    "triples in the initial window, an arc to every new plot, groups of which the best stay, the "
-    "search of Hooke and Jeeves), and what does the bundle of the service?"
+    "An aircraft flies an S: straight, a left turn, a right turn, straight, measured by two "
+    "radars. What is the result of each step of the report's algorithm (arcs through triples of "
+    "plots in the initial window, an arc to every new plot, groups of which the best are kept, the "
+    "search of Hooke and Jeeves), and of the bundle of the service?"
 )
 
 
 def run(options: StudyOptions, progress: Progress) -> StudyResult:
-    """Fly the S many times, and take all steps over its plots.
+    """Simulate the S many times, and run all steps on its plots.
 
     Parameters
     ----------
     options : StudyOptions
         `runs` realisations of the noise, and the seed.
     progress : callable
-        Told how many of them are done.
+        Called with the number of completed realisations.
 
     Returns
     -------
     StudyResult
-        Rows as in docs/studies.md; the plots are of the realisation whose tracks end as far from
-        the last plot after the search as those of half of them do.
+        Rows as in docs/studies.md; the plots show the realisation with the median distance of
+        track ends from the last plot after the search.
 
     References
     ----------
@@ -50,32 +51,32 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
     for number in range(runs):
         found.append(one_run(np.random.Generator(np.random.PCG64([options.seed, number]))))
         step()
-    rows = [_row(found, place) for place in range(len(found[0].pictures))]
+    rows = [_row(found, index) for index in range(len(found[0].pictures))]
     return StudyResult(
         study=TRAJECTORY_BUNDLE.name,
         title=TRAJECTORY_BUNDLE.title,
         seed=options.seed,
         rows=rows,
         tables=[_table(rows)],
-        plots=plots(_in_the_middle(found)),
+        plots=plots(_median_run(found)),
         notes=_notes(rows),
         summary=SUMMARY,
         options={"runs": runs},
     )
 
 
-def _in_the_middle(found: list[Run]) -> Run:
-    place = [picture.name for picture in found[0].pictures].index(SEARCHED)
-    far = [_seen(run, place)[FROM_PLOT] for run in found]
+def _median_run(found: list[Run]) -> Run:
+    index = [picture.name for picture in found[0].pictures].index(SEARCHED)
+    far = [_seen(run, index)[FROM_PLOT] for run in found]
     return found[int(np.argsort(far, kind="stable")[len(found) // 2])]
 
 
-# Means over the runs of what is to be seen of a step.
-def _row(found: list[Run], place: int) -> dict[str, Value]:
+# Means of the figures of a step over the runs.
+def _row(found: list[Run], index: int) -> dict[str, Value]:
     tracks, best, weighted, scatter, plot, end, misfit, evaluations = np.mean(
-        [_seen(run, place) for run in found], axis=0
+        [_seen(run, index) for run in found], axis=0
     ).tolist()
-    picture = found[0].pictures[place]
+    picture = found[0].pictures[index]
     return {
         "step": picture.name,
         "tracks": tracks,
@@ -89,16 +90,16 @@ def _row(found: list[Run], place: int) -> dict[str, Value]:
     }
 
 
-# Where `_seen` tells how far the ends are from the last plot.
+# Index of the distance of the ends from the last plot in `_seen`.
 FROM_PLOT = 4
 
 
-def _seen(run: Run, place: int) -> list[float]:
-    picture = run.pictures[place]
-    apart = apart_from_truth(run, picture)
-    mean = np.einsum("k,ktc->tc", picture.weights, picture.places_m)
+def _seen(run: Run, index: int) -> list[float]:
+    picture = run.pictures[index]
+    apart = distance_from_truth(run, picture)
+    mean = np.einsum("k,ktc->tc", picture.weights, picture.positions_m)
     off = mean - run.path.position(picture.time_s)
-    unlike = picture.places_m - picture.places_m[0]
+    unlike = picture.positions_m - picture.positions_m[0]
     last = last_plot(run.plots, picture)
     plot, noise = run.plots.position_m[last], run.plots.covariance_m2[last]
     away = picture.ends_m - plot
@@ -127,12 +128,15 @@ def _table(rows: list[dict[str, Value]]) -> Table:
     return Table(
         title="The bundle after each step",
         header=tuple(title for _, title in names),
-        rows=tuple(tuple(row[name] for name, _ in names) for row in rows),
+        rows=tuple(
+            tuple(step_label(str(row[name])) if name == "step" else row[name] for name, _ in names)
+            for row in rows
+        ),
         caption="Means over the runs. Best, weighted: mean distance from the true path over the "
-        "window, of the best track and of the mean of all by their weights. Scatter: mean distance "
-        "of all tracks from the best. End from plot: half of "
-        "the tracks end closer to the last plot, in its sigmas; the truth does so at 1.2. End of "
-        "the best: from the truth. Misfit: −ln of the likelihood of the plots with the best track.",
+        "window, of the best track and of the weighted mean of all. Scatter: mean distance of all "
+        "tracks from the best. End from plot: median distance of the track ends from the last "
+        "plot, in its sigmas; 1.2 for the truth. End of the best: distance from the truth. Misfit: "
+        "−ln of the likelihood of the plots with the best track.",
     )
 
 
@@ -142,35 +146,35 @@ def _notes(rows: list[dict[str, Value]]) -> list[str]:
     grouped, alone = named["before the last plot"], named["the same, thinned by weight alone"]
     first, ours = rows[0], rows[-1]
     return [
-        f"Figure 2.3 is the bundle {LOOKED_AT_S:g} s after the first plot, right after branching; "
-        "figure 2.4 is the same bundle after the search. An arc leaves its track 10 s or longer "
-        "before the plot, so that no segment is shorter than the search allows. Drawn is the run "
-        "in the middle of all by how far its tracks end from the last plot after the search.",
-        "Why groups: of tracks that are kept by weight alone all are nearly the same, as the "
-        f"report says: their scatter is {_text(alone, 'scatter_m')} m, that of groups "
-        f"{_text(grouped, 'scatter_m')} m. The larger errors that it saw after a change of motion "
-        f"are not seen here: the end of the best is {_text(alone, 'end_from_truth_m')} m from the "
-        f"truth, with groups {_text(grouped, 'end_from_truth_m')} m. The scatter of the initial "
-        f"window, {_text(first, 'scatter_m')} m, is {_text(searched, 'scatter_m')} m after the "
-        "search.",
-        "The defect that the report describes is there: after the search half of the tracks end "
-        f"within {_text(searched, 'end_from_plot_sigma')} sigmas of the last plot, where chance "
-        "would have 1.2. It is the functional's, not the search's: least squares have it too. What "
-        "the report considers: a longer last segment does not cure it; a lighter last plot takes "
-        "the ends away from the plot, and no closer to the truth; a functional of dimples, which a "
-        "plot farther than two sigmas hardly draws, leaves the ends where they are and the tracks "
-        f"farther off. With priors of accelerations and of switches it is "
-        f"{_text(ours, 'end_from_plot_sigma')}, and the best track is "
-        f"{_text(ours, 'best_apart_m')} m from the true path in the mean instead of "
+        f"Figure 2.3 is the bundle {BUNDLE_TIME_S:g} s after the first plot, right after "
+        "branching; figure 2.4 is the same bundle after the search. A branch leaves its track 10 s "
+        "or longer before the plot, so that no segment is shorter than the search allows. Drawn is "
+        "the run with the median distance of the track ends from the last plot after the search.",
+        "Purpose of the groups: tracks kept by weight alone are nearly identical, as the report "
+        f"states: their scatter is {_text(alone, 'scatter_m')} m, that of groups "
+        f"{_text(grouped, 'scatter_m')} m. The larger errors that it reports after a change of "
+        f"motion do not occur here: the end of the best is {_text(alone, 'end_from_truth_m')} m "
+        f"from the truth, with groups {_text(grouped, 'end_from_truth_m')} m. The scatter of the "
+        f"initial window, {_text(first, 'scatter_m')} m, is {_text(searched, 'scatter_m')} m after "
+        "the search.",
+        "The defect described in the report is present: after the search half of the tracks end "
+        f"within {_text(searched, 'end_from_plot_sigma')} sigmas of the last plot, where 1.2 is "
+        "expected. It is a property of the functional, not of the search: least squares have it "
+        "too. Of the remedies in the report, a longer last segment does not cure it; a smaller "
+        "weight of the last plot moves the ends away from the plot, but not closer to the truth; a "
+        "functional of dimples, which is hardly attracted by a plot beyond two sigmas, leaves the "
+        "ends unchanged and increases the errors of the tracks. With priors of accelerations and "
+        f"of switching times it is {_text(ours, 'end_from_plot_sigma')}, and the mean distance of "
+        f"the best track from the true path is {_text(ours, 'best_apart_m')} m instead of "
         f"{_text(searched, 'best_apart_m')} m.",
         "Least squares on the same functional and parameters end at a misfit of "
         f"{_text(settled, 'misfit')}, the search at {_text(searched, 'misfit')} after "
-        f"{_text(searched, 'evaluations')} evaluations a track; they take some dozens, with "
-        "slopes.",
-        "Read: X is north and Z east; an arc's three points are two of the track and the plot, "
-        "and the place, heading and speed at the first are the track's. Groups are tracks less "
-        "than 20 m apart in the mean. The report names dimples and tells no shape: here each is "
-        "ln 2 deep, as if a plot were an outlier as likely as a good one is at best.",
+        f"{_text(searched, 'evaluations')} evaluations per track; least squares need some dozens, "
+        "with derivatives.",
+        "Readings: X is north and Z east; the three points of an arc are two of the track and the "
+        "plot, and the position, heading and speed at the first are those of the track. Groups are "
+        "tracks with a mean distance below 20 m. The report names dimples without a shape: here "
+        "each is ln 2 deep, as if an outlier were as likely as a good plot at best.",
     ]
 
 

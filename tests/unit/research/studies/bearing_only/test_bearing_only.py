@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from multiradar.research.studies.bearing_only import study as bearing_only
-from multiradar.research.studies.bearing_only.runs import SCENES
+from multiradar.research.studies.bearing_only.runs import SCENARIOS
 from multiradar.research.studies.result import StudyOptions, StudyResult
 
 pytestmark = pytest.mark.slow
@@ -15,22 +15,22 @@ def result() -> StudyResult:
     return bearing_only.run(StudyOptions(runs=60, seed=3), lambda _done, _total: None)
 
 
-def _value(result: StudyResult, scene: str, scheme: str, quantity: str) -> float:
-    wanted = {"scene": scene, "scheme": scheme, "quantity": quantity, "time_s": None}
+def _value(result: StudyResult, scenario: str, scheme: str, quantity: str) -> float:
+    wanted = {"scene": scenario, "scheme": scheme, "quantity": quantity, "time_s": None}
     (row,) = (row for row in result.rows if all(row[name] == one for name, one in wanted.items()))
     return float(row["value"] or 0.0)
 
 
-@pytest.mark.parametrize("scene", ["turning", "two", "moving", "space"])
-def test_places_of_a_turn_are_at_least_one_and_a_half_times_worse(
-    result: StudyResult, scene: str
+@pytest.mark.parametrize("scenario", ["turning", "two", "moving", "space"])
+def test_errors_of_position_fixes_are_at_least_one_and_a_half_times_as_large(
+    result: StudyResult, scenario: str
 ) -> None:
-    assert _value(result, scene, "places", "position_gain") >= 1.5
-    assert _value(result, scene, "places led on", "position_gain") > 0.95
+    assert _value(result, scenario, "places", "position_gain") >= 1.5
+    assert _value(result, scenario, "places led on", "position_gain") > 0.95
 
 
 def test_places_of_what_some_sources_miss_are_worse_in_both(result: StudyResult) -> None:
-    """The paper reports 1.5 to 2 for both; here 1.2 to 2.8, by which looks are missed."""
+    """The paper reports 1.5 to 2 for both; here 1.2 to 2.8, depending on the missed detections."""
     for scheme in ("places", "places led on"):
         for name in ("position_gain", "velocity_gain"):
             assert _value(result, "missed", scheme, name) > 1.15
@@ -69,18 +69,18 @@ def test_errors_and_where_all_of_it_stands_are_drawn(result: StudyResult) -> Non
     assert named["geometry"].equal_axes
 
 
-@pytest.mark.parametrize("scene", [scene.name for scene in SCENES])
-def test_the_filter_is_as_good_as_it_says(result: StudyResult, scene: str) -> None:
+@pytest.mark.parametrize("scenario", [scenario.name for scenario in SCENARIOS])
+def test_the_filter_is_consistent(result: StudyResult, scenario: str) -> None:
     """The mean of one run has a sigma of 0.42, its times go together: of 60 runs four sigma."""
-    assert _value(result, scene, "bearings", "nees") == pytest.approx(1.0, abs=0.22)
-    assert _value(result, scene, "bearings", "nees_inside") > 0.6
-    assert _value(result, scene, "bearings", "crossing") > 3.0
+    assert _value(result, scenario, "bearings", "nees") == pytest.approx(1.0, abs=0.22)
+    assert _value(result, scenario, "bearings", "nees_inside") > 0.6
+    assert _value(result, scenario, "bearings", "crossing") > 3.0
 
 
 def test_the_band_over_all_times_counts_runs_and_holds_as_often_as_it_says() -> None:
     """Five seeds of twenty runs, seven scenes: 95 % of 35 less three sigma of the binomial.
 
-    By the band of each time, whose times go together, a scene was inside 66 to 100 % of them.
+    Times of a run are correlated: a scenario was inside the band of each time at 66 to 100 %.
     """
     held = []
     for seed in range(1, 6):
@@ -93,7 +93,7 @@ def test_the_band_over_all_times_counts_runs_and_holds_as_often_as_it_says() -> 
                 )
                 assert high - low < 0.8
                 held.append(low <= value <= high)
-    assert len(held) == 5 * len(SCENES)
+    assert len(held) == 5 * len(SCENARIOS)
     assert np.mean(held) >= 0.84
 
 

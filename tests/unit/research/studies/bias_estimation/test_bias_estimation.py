@@ -1,4 +1,4 @@
-"""The study of section 1.6: what its rows say, and what holds in a short one already."""
+"""The study of section 1.6: contents of its rows, and results of a short run."""
 
 from functools import cache
 from itertools import product
@@ -14,7 +14,7 @@ from multiradar.research.studies.bias_estimation.runs import (
     Errors,
     Realisation,
     Setting,
-    judge,
+    evaluate_run,
     make_setting,
     realise,
     theory_of,
@@ -33,9 +33,9 @@ RUNS, SEED, DURATION_S = 4, 3, 40.0
 
 @cache
 def short_study() -> tuple[StudyResult, list[tuple[int, int]]]:
-    told: list[tuple[int, int]] = []
+    reported: list[tuple[int, int]] = []
     options = StudyOptions(runs=RUNS, seed=SEED, duration_s=DURATION_S)
-    return run(options, lambda done, total: told.append((done, total))), told
+    return run(options, lambda done, total: reported.append((done, total))), reported
 
 
 def last_row(name: str, form: str, drift: bool, quantity: str) -> dict[str, Value]:
@@ -79,7 +79,7 @@ def test_there_is_a_row_for_each_filter_form_drift_time_and_quantity() -> None:
 
 
 def test_tables_and_plots_show_every_filter() -> None:
-    result, told = short_study()
+    result, reported = short_study()
     assert [row[0] for row in result.tables[0].rows] == 4 * list(BIAS_ESTIMATION.filters)
     names = [plot.name for plot in result.plots]
     assert len(names) == len(set(names)) == 4 * 4 + 4 * 2 * 2 + 5 * 4 * 4 + 1
@@ -87,8 +87,8 @@ def test_tables_and_plots_show_every_filter() -> None:
     near = next(plot for plot in result.plots if plot.name == "nees-bias-polar-constant-near-one")
     assert near.y_limits is not None
     assert near.y_limits[0] < 1.0 < near.y_limits[1] < 10.0
-    assert told[0][0] == 0
-    assert told[-1][0] == told[-1][1] == 2 * RUNS + 2 * len(BIAS_ESTIMATION.filters)
+    assert reported[0][0] == 0
+    assert reported[-1][0] == reported[-1][1] == 2 * RUNS + 2 * len(BIAS_ESTIMATION.filters)
     assert result.options["runs"] == RUNS
 
 
@@ -158,11 +158,13 @@ def acceptance_runs(name: str) -> tuple[Setting, list[Errors]]:
     setting = make_setting(BIAS_ESTIMATION.duration_s, drift=False)
     runs = range(BIAS_ESTIMATION.runs)
     seed = StudyOptions().seed
-    return setting, [judge(name, "polar", setting, realise(setting, seed, run)) for run in runs]
+    return setting, [
+        evaluate_run(name, "polar", setting, realise(setting, seed, run)) for run in runs
+    ]
 
 
 @pytest.mark.slow
-def test_the_two_stage_filter_is_as_exact_as_promised_after_a_thousand_seconds() -> None:
+def test_the_two_stage_filter_reaches_its_accuracy_after_a_thousand_seconds() -> None:
     """Means of 20 runs: 0.3 m and 0.0005° of bias, 1.3 m of position; equal to the joint filter."""
     setting, found = acceptance_runs("two-stage")
     _, joint = acceptance_runs("joint")
@@ -195,8 +197,8 @@ def test_the_two_stage_filter_is_consistent_at_every_time_of_a_thousand_seconds(
     assert outside.max() < 0.1
 
 
-def test_notes_tell_of_nothing_that_was_not_done() -> None:
-    """Covariance intersection and the losses by drift are named where they were studied."""
+def test_notes_mention_only_what_was_done() -> None:
+    """Covariance intersection and losses by drift are mentioned only where they were studied."""
     everything = " ".join(short_study()[0].notes)
     assert "CI minimises" in everything
     assert "after 40 s" in everything
@@ -207,8 +209,8 @@ def test_notes_tell_of_nothing_that_was_not_done() -> None:
     assert "last table" not in " ".join(few.notes)
 
 
-def test_filters_that_drop_correlations_are_known_by_their_consistency() -> None:
-    """Blom promises too much, CI too little, and the theory says both beforehand."""
+def test_filters_that_drop_correlations_are_inconsistent() -> None:
+    """Covariances of Blom are too small, those of CI too large, as the theory predicts."""
     blom, ci = (last_row(name, "polar", False, "nees_bias") for name in ("blom", "ci"))
     assert number(blom["mean_error"]) > number(blom["all_times_high"])
     assert number(blom["theoretical"]) > 100.0
@@ -241,7 +243,7 @@ def test_the_same_seed_gives_the_same_rows() -> None:
     assert {row["time_s"] for row in none.rows} == {0.0}
 
 
-def test_an_unknown_filter_is_refused() -> None:
+def test_an_unknown_filter_is_rejected() -> None:
     with pytest.raises(UnknownFilterError, match="two-stage"):
         run(StudyOptions(filters=("kalman",)), lambda _done, _total: None)
 

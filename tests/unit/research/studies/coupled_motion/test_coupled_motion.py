@@ -1,4 +1,4 @@
-"""The coupled-motion study: rows that mean what they say, and the paper's claim in figures."""
+"""The coupled-motion study: its rows, and the paper's claim in figures."""
 
 from dataclasses import fields
 from functools import cache
@@ -43,10 +43,10 @@ COLUMNS = [
 
 @cache
 def small(filters: tuple[str, ...] | None = None) -> StudyResult:
-    told: list[tuple[int, int]] = []
+    reported: list[tuple[int, int]] = []
     options = StudyOptions(runs=48, seed=3, filters=filters, duration_s=60.0)
-    result = run(options, lambda done, total: told.append((done, total)))
-    assert [done for done, _ in told] == list(range(1, told[-1][1] + 1))
+    result = run(options, lambda done, total: reported.append((done, total)))
+    assert [done for done, _ in reported] == list(range(1, reported[-1][1] + 1))
     return result
 
 
@@ -96,7 +96,7 @@ def test_a_choice_of_filters_changes_nothing_but_their_rows() -> None:
     assert some.tables[0].header[2:] == ("velocity-frame", "relative-speed")
 
 
-def test_a_filter_that_is_not_known_is_named() -> None:
+def test_an_unknown_filter_is_reported() -> None:
     with pytest.raises(UnknownFilterError, match="unknown filter 'joint'"):
         run(StudyOptions(filters=("joint",)), lambda done, total: None)
 
@@ -134,18 +134,18 @@ def test_simulated_accelerations_lie_in_their_band_at_every_heading() -> None:
             assert low <= value <= high
 
 
-def test_only_the_velocity_frame_tells_along_from_across_at_every_heading() -> None:
+def test_only_the_velocity_frame_separates_along_from_across() -> None:
     equal, unequal, relative, frame = heading_spreads(np.random.default_rng(0))
     assert np.ptp(frame.along_exact) == np.ptp(frame.across_exact) == 0.0
     assert frame.across_exact[0] == pytest.approx(INITIAL_SPEED_MPS * np.radians(3.0), rel=2e-3)
     np.testing.assert_allclose(equal.along_exact, equal.across_exact, rtol=1e-14)
     for other in (unequal, relative):
         assert np.ptp(other.along_exact) > 0.25 * other.along_exact.max()
-    # Along an axis nothing turns an aircraft of the relative-speed variant; heading 0 is one.
+    # Along an axis (heading 0) nothing turns an aircraft of the relative-speed variant.
     assert relative.across_exact[0] == relative.across[0] == 0.0
 
 
-def test_every_filter_is_told_the_same_accelerations() -> None:
+def test_every_filter_has_the_same_accelerations() -> None:
     """At the initial speed, mean over headings: the traces of the velocity noise agree."""
     states = initial_states(batches(360, 1)[0])
     for scenario in TRACKED:
@@ -160,7 +160,7 @@ def test_every_filter_is_told_the_same_accelerations() -> None:
 
 
 @pytest.mark.parametrize("scenario", TRACKED[:5], ids=lambda one: f"{one.model} {one.setting}")
-def test_a_filter_of_the_very_model_claims_what_is_true(scenario: Scenario) -> None:
+def test_a_filter_with_the_true_model_is_consistent(scenario: Scenario) -> None:
     """NEES / 6 of 40 flights: their own scatter gives the band of three sigmas."""
     flights = fly(scenario, batches(40, 80)[0], 80, np.random.default_rng(11))
     by_run = track(filter_model(scenario.model, scenario, flights.start), flights).nees_by_run
@@ -179,7 +179,7 @@ def test_along_an_axis_the_relative_filter_loses_an_aircraft_that_turns() -> Non
         assert np.mean(frame) < 1.5
 
 
-def test_who_turns_hard_is_tracked_better_in_the_velocity_frame() -> None:
+def test_hard_turns_are_tracked_better_in_the_velocity_frame() -> None:
     setting = {"setting": "a = 1 m/s², v_K = 6 °/s", "time_s": None, "heading_deg": None}
     for quantity in ("position_rms_m", "velocity_rms_mps"):
         (coupled,) = values(small(), quantity=quantity, filter="velocity-frame", **setting)
@@ -203,7 +203,7 @@ def test_the_tables_hold_the_values_of_the_rows() -> None:
 
 
 def test_batches_together_are_all_flights() -> None:
-    """Long studies are done in parts; what they say together is what one part says of all."""
+    """Long studies run in parts; combined results equal those of one part."""
     parts = batches(10, 300_000)
     assert [len(part) for part in parts] == [3, 3, 3, 1]
     np.testing.assert_array_equal(np.concatenate(parts), batches(10, 10)[0])

@@ -1,4 +1,4 @@
-"""The study of the manoeuvre plane: the paper's example, refusals, helices."""
+"""The manoeuvre-plane study: the paper's example, rejections, helices."""
 
 from itertools import pairwise
 
@@ -40,7 +40,7 @@ def _values(result: StudyResult, **wanted: object) -> list[float]:
     ]
 
 
-def test_the_example_is_the_printed_one() -> None:
+def test_the_example_is_as_published() -> None:
     """500 m/s on a circle in OXZ, its centre at 5 km and 45°; 625 m², 100 Hz from 2 to 10 s."""
     for radius in RADII_M:
         flown = path(Case(SOURCES[0], radius, 0.0))
@@ -64,7 +64,7 @@ def test_a_hundred_runs_of_the_example_find_the_normal_to_two_milliradians() -> 
 
 
 def test_errors_fall_with_the_time_observed(result: StudyResult) -> None:
-    """Figures 3 and 4; what is printed of one run is no rare run here."""
+    """Figures 3 and 4; the published values of one run are typical here."""
     for name in ("normal_error_mrad", "distance_error_m"):
         values = _values(result, part="example", radius_m=RADII_M[0], quantity=name)
         assert all(late < early for early, late in pairwise(values[::2]))
@@ -79,23 +79,23 @@ def test_figures_of_the_paper_are_drawn(result: StudyResult) -> None:
     named = {plot.name: plot for plot in result.plots}
     assert list(named) == ["normal", "distance", "criterion", "path"]
     for name, value in (("normal", 1.4), ("distance", 2.0)):
-        printed = next(one for one in named[name].series if one.label.startswith("printed"))
-        assert (printed.x.tolist(), printed.y.tolist()) == ([10.0], [value])
+        published = next(one for one in named[name].series if one.label.startswith("published"))
+        assert (published.x.tolist(), published.y.tolist()) == ([10.0], [value])
     mean, threshold, exact = named["criterion"].series
     assert (mean.y < threshold.y).all()
-    # The printed threshold refuses more than 0.3 %.
+    # The published threshold rejects more than 0.3 %.
     assert (threshold.y < exact.y).all()
 
 
 def test_the_errors_of_the_normal_are_those_of_the_paper(result: StudyResult) -> None:
-    """The paper's figure ends at 1.4 mrad; a mean of at most 2 is asked for."""
+    """The paper's figure ends at 1.4 mrad; the mean must be at most 2."""
     for radius in RADII_M:
         (error,) = _values(
             result, part="example", radius_m=radius, time_s=10.0, quantity="normal_error_mrad"
         )
         assert 0.7 < error <= 2.0
-    printed = [row["printed"] for row in result.rows if row["printed"] is not None]
-    assert printed == [1.4, 2.0] * len(RADII_M)
+    published = [row["printed"] for row in result.rows if row["printed"] is not None]
+    assert published == [1.4, 2.0] * len(RADII_M)
 
 
 def test_the_criterion_stays_below_its_threshold_as_in_figure_2(result: StudyResult) -> None:
@@ -107,17 +107,17 @@ def test_the_criterion_stays_below_its_threshold_as_in_figure_2(result: StudyRes
     assert all(below < above for below, above in zip(*series, strict=True))
 
 
-def test_refusals_lie_in_their_band(result: StudyResult) -> None:
+def test_rejections_lie_in_their_band(result: StudyResult) -> None:
     rows = [row for row in result.rows if row["quantity"] == "refused_share"]
-    judged = [row for row in rows if row["part"] == "rejection"]
-    assert [row["source"] for row in judged] == list(SOURCES)
-    for row in judged:
+    rejections = [row for row in rows if row["part"] == "rejection"]
+    assert [row["source"] for row in rejections] == list(SOURCES)
+    for row in rejections:
         low, share, high = (float(row[name] or 0.0) for name in ("band_low", "value", "band_high"))
         assert row["expected"] == 0.003
         assert low <= share <= high < 0.02
 
 
-def test_the_table_of_refusals_is_in_per_cent() -> None:
+def test_the_table_of_rejections_is_in_per_cent() -> None:
     known: manoeuvre_plane.Row = {"part": "rejection", "source": "radar", "runs": 1000}
     shares: list[manoeuvre_plane.Row] = [
         {"quantity": "refused_share", "value": 0.004, "band_low": 0.001, "band_high": 0.00625},
@@ -127,12 +127,12 @@ def test_the_table_of_refusals_is_in_per_cent() -> None:
     assert table.rows == (("radar", 1000, 0.4, "0.10 … 0.62", 25.0),)
 
 
-def test_a_helix_is_refused_and_a_circle_is_not(result: StudyResult) -> None:
+def test_a_helix_is_rejected_and_a_circle_is_not(result: StudyResult) -> None:
     for radius in HELIX_RADII_M:
         shares = _values(result, part="helix", radius_m=radius)
         assert shares[0] <= 0.05
         assert shares[-1] == 1.0
-    # Four fifths of a turn tell of 20 m/s what half a turn does not.
+    # After four fifths of a turn a climb of 20 m/s is detected, after half a turn it is not.
     (half, more) = _values(result, part="helix", climb_mps=20.0)
     assert more > half
 

@@ -1,4 +1,4 @@
-"""The study of polynomial trajectories: what its rows hold, and that they hold together."""
+"""The polynomial-forecast study: its rows and their consistency."""
 
 from itertools import pairwise
 
@@ -15,7 +15,7 @@ from multiradar.research.studies.polynomial_forecast.runs import (
     draw_moments,
     regression_variance,
 )
-from multiradar.research.studies.polynomial_forecast.study import runs_printed
+from multiradar.research.studies.polynomial_forecast.study import largest_consistent_runs
 from multiradar.research.studies.result import StudyOptions, StudyResult
 from support.references.exact_regression import ExactRegression
 
@@ -29,7 +29,7 @@ def result() -> StudyResult:
     return polynomial_forecast.run(StudyOptions(runs=RUNS, seed=1), lambda _done, _total: None)
 
 
-def test_every_cell_of_the_paper_has_its_row_and_its_printed_value(result: StudyResult) -> None:
+def test_every_cell_of_the_paper_has_its_row_and_published_value(result: StudyResult) -> None:
     cells = {
         (row["noise_intensity"], row["observed_until_s"], row["time_s"]): row for row in result.rows
     }
@@ -50,7 +50,7 @@ def test_every_cell_of_the_paper_has_its_row_and_its_printed_value(result: Study
     assert sum(row["printed"] is not None for row in result.rows) == 25
 
 
-#: The three tables as they are printed: filter from 2 to 10 s, forecasts 2 to 10 s ahead, m².
+#: The three published tables: filter from 2 to 10 s, forecasts 2 to 10 s ahead, m².
 TABLES = {
     (0.1, None): "0,180 0,120 0,123 0,109 0,094",
     (1.0, None): "1,77 0,605 0,892 0,908 0,871",
@@ -60,28 +60,28 @@ TABLES = {
 }
 
 
-def test_printed_tables_are_near_the_exact_ones(result: StudyResult) -> None:
-    """A finite Monte Carlo: within 20 % but for one value of the filter, which is 57 % of exact."""
+def test_published_tables_are_near_the_exact_ones(result: StudyResult) -> None:
+    """A finite Monte Carlo: within 20 %, except one value of the filter, 57 % of exact."""
     far = []
     for (intensity, begin), line in TABLES.items():
-        for place, text in enumerate(line.split()):
-            time = (begin or 0.0) + 2.0 * (place + 1)
+        for position, text in enumerate(line.split()):
+            time = (begin or 0.0) + 2.0 * (position + 1)
             (row,) = [
                 row
                 for row in result.rows
                 if (row["noise_intensity"], row["observed_until_s"], row["time_s"])
                 == (intensity, begin or time, time)
             ]
-            printed = float(text.replace(",", "."))
-            assert row["printed"] == printed
-            ratio = printed / float(row["exact"] or 0.0)
+            published = float(text.replace(",", "."))
+            assert row["printed"] == published
+            ratio = published / float(row["exact"] or 0.0)
             if abs(ratio - 1.0) > 0.2:
                 far.append((intensity, time, round(ratio, 2)))
     assert far == [(1.0, 4.0, 0.57)]
 
 
 def test_errors_fall_while_it_is_observed_and_grow_after(result: StudyResult) -> None:
-    """The paper's conclusions: to nothing in the end; ten seconds more divide them by ten."""
+    """The paper's conclusions: errors vanish; ten seconds more reduce forecasts to a tenth."""
     for intensity in (0.1, 1.0):
         late = [regression_variance(intensity, time, time) for time in (10.0, 1e2, 1e3, 1e4)]
         # As many times less noise as there is more time: 9 C₂ / t of a parabola.
@@ -102,7 +102,7 @@ def test_errors_fall_while_it_is_observed_and_grow_after(result: StudyResult) ->
 
 
 def test_exact_values_are_exact(result: StudyResult) -> None:
-    """Beside rational arithmetic: 1e-9 is asked for, 1e-12 found."""
+    """Against rational arithmetic: 1e-9 required, 1e-12 found."""
     for row in result.rows:
         exact = ExactRegression(np.zeros(3), PRIOR)
         exact.watch(
@@ -159,10 +159,10 @@ def test_moments_drawn_have_the_mean_and_the_variance_of_the_observed_integrals(
     assert np.corrcoef(moments) == pytest.approx(np.eye(2), abs=0.025)
 
 
-def test_the_number_of_runs_that_would_print_a_value_is_the_last_whose_band_holds_it() -> None:
-    found = runs_printed([0.57, 1.05])
+def test_the_largest_consistent_number_of_runs_is_found() -> None:
+    found = largest_consistent_runs([0.57, 1.05])
     assert band(found)[0] <= 0.57 < band(found + 1)[0]
-    assert runs_printed([1.0]) == 100_000
+    assert largest_consistent_runs([1.0]) == 100_000
 
 
 def test_the_regression_knows_the_prior_where_nothing_was_observed() -> None:

@@ -1,4 +1,4 @@
-"""The study of bundles shows each step, the defect of the report's search, and that it is gone."""
+"""The trajectory-bundle study: each step, the defect of the report's search, and its remedy."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def test_figures_of_the_report_are_drawn(result: StudyResult) -> None:
 def test_the_whole_s_is_seen_and_every_end_about_the_last_plot(result: StudyResult) -> None:
     named = {plot.name: plot for plot in result.plots}
     (flown,) = [one for one in named["service-flight"].series if one.label == "true path"]
-    # 120 s at 180 m/s, from 10 km west on, 40 km north; the turns end the way it began: east.
+    # 120 s at 180 m/s, from 10 km west on, 40 km north; initial and final course: east.
     assert flown.x[0] == pytest.approx(-10.0)
     assert 20.0 < flown.x[-1] - flown.x[0] < 21.6
     assert flown.y[-1] - flown.y[0] > 2.0
@@ -47,7 +47,7 @@ def test_the_whole_s_is_seen_and_every_end_about_the_last_plot(result: StudyResu
 
 
 def test_a_branch_leaves_its_track_and_leads_to_the_plot(result: StudyResult) -> None:
-    """Figure 2.1: before the point where it leaves both are one, at the end it is nearer."""
+    """Figure 2.1: identical before the branch point, closer to the plot at the end."""
     plot = next(one for one in result.plots if one.name == "figure-2-1")
     track, branch = plot.series[:2]
     assert (track.label, branch.label) == ("a track", "its branch")
@@ -74,15 +74,15 @@ def test_branching_adds_tracks_and_thinning_leaves_the_best(result: StudyResult)
 
 
 def test_the_search_fits_better_and_ends_at_the_plot(result: StudyResult) -> None:
-    printed = "as printed"
-    assert number(result, printed, "misfit") < number(result, "after branching", "misfit")
-    assert number(result, printed, "evaluations") > 100.0
-    searched = number(result, printed, "end_from_plot_sigma")
+    published = "as printed"
+    assert number(result, published, "misfit") < number(result, "after branching", "misfit")
+    assert number(result, published, "evaluations") > 100.0
+    searched = number(result, published, "end_from_plot_sigma")
     assert searched < number(result, "after branching", "end_from_plot_sigma")
 
 
 def test_by_weight_alone_tracks_become_the_same(result: StudyResult) -> None:
-    """Section 2.2.3: the reason for groups; they are 20 m apart by their making."""
+    """Section 2.2.3: the reason for groups, which are 20 m apart by construction."""
     assert number(result, "weight alone", "tracks") > 10.0
     assert number(result, "weight alone", "scatter_m") < 10.0
     assert number(result, "before the last", "scatter_m") > 20.0
@@ -94,8 +94,8 @@ def test_the_scatter_of_the_initial_window_goes_with_the_search(result: StudyRes
     assert after < 0.5 * number(result, "arcs through triples", "scatter_m")
 
 
-def test_all_that_the_report_considers_is_tried(result: StudyResult) -> None:
-    """Section 2.7.2: none of the three brings the best track closer than the bundle has it."""
+def test_all_variants_of_the_report_are_run(result: StudyResult) -> None:
+    """Section 2.7.2: none of the three brings the best track as close as the bundle."""
     ours = number(result, "the bundle:", "best_apart_m")
     for step in ("segment of 20 s", "weighs a quarter", "a dimple"):
         assert number(result, step, "evaluations") > 100.0
@@ -103,8 +103,10 @@ def test_all_that_the_report_considers_is_tried(result: StudyResult) -> None:
 
 
 def test_the_bundle_is_closer_to_the_truth(result: StudyResult) -> None:
-    ours, printed = (number(result, step, "best_apart_m") for step in ("the bundle:", "as printed"))
-    assert ours < printed
+    ours, published = (
+        number(result, step, "best_apart_m") for step in ("the bundle:", "as printed")
+    )
+    assert ours < published
 
 
 def test_the_same_seed_gives_the_same(result: StudyResult) -> None:

@@ -6,8 +6,8 @@ from numpy.typing import NDArray
 
 from multiradar.errors import RestorationError
 from multiradar.research.bundle import _hooke_jeeves_kernels as hooke_jeeves
-from multiradar.research.bundle._hooke_jeeves_kernels import PENALTY, judged, search
-from multiradar.research.bundle.printed import PrintedBundle
+from multiradar.research.bundle._hooke_jeeves_kernels import PENALTY, penalised_misfit, search
+from multiradar.research.bundle.published import PublishedBundle
 from multiradar.research.bundle.search_rules import SEGMENT_MIN_S, SearchRules
 from multiradar.restoration.control_tracks import _layout as layout
 from multiradar.restoration.control_tracks._arc_kernels import curvature
@@ -23,17 +23,17 @@ SETTINGS = BundleSettings(apart_m=20.0)
 LIMITS = np.array([4.0, 2.0, SEGMENT_MIN_S, SEGMENT_MIN_S])
 
 
-def begun(seed: int = 1, *, sigma_m: float = 50.0) -> tuple[PrintedBundle, int]:
+def started(seed: int = 1, *, sigma_m: float = 50.0) -> tuple[PublishedBundle, int]:
     plots = plots_of(flight(TURN), 70.0, np.random.default_rng(seed), sigma_m=sigma_m)
     known = int(np.searchsorted(plots.time_s, 30.0))
-    bundle = PrintedBundle(plots, SETTINGS)
+    bundle = PublishedBundle(plots, SETTINGS)
     bundle.start(known)
     bundle.thin(known)
     return bundle, known
 
 
 def test_an_arc_goes_through_three_points() -> None:
-    # Points of a circle of 5 km to the right of north, and of one to the left.
+    # Points of circles of 5 km radius, to the right of north and to the left.
     angle = np.array([0.0, 0.3, 0.8])
     for side in (1.0, -1.0):
         east, north = side * 5e3 * (1.0 - np.cos(angle)), 5e3 * np.sin(angle)
@@ -43,8 +43,8 @@ def test_an_arc_goes_through_three_points() -> None:
         assert found == pytest.approx(side / 5e3, rel=1e-9)
 
 
-def test_branches_lead_to_the_new_plot() -> None:
-    bundle, known = begun(sigma_m=20.0)
+def test_branches_reach_the_new_plot() -> None:
+    bundle, known = started(sigma_m=20.0)
     before, count = bundle.controls(), known + 12
     bundle.branch(count)
     branches = bundle.controls()[len(before) :]
@@ -56,7 +56,7 @@ def test_branches_lead_to_the_new_plot() -> None:
         assert np.diff(one.begin_s).min() >= SEGMENT_MIN_S
     old = bundle.misfits(count)[: len(before)]
     new = bundle.misfits(count)[len(before) :]
-    # Twelve plots of a turn that no old track knows: the best arc fits better than any.
+    # Twelve plots of a turn outside all tracks: the best arc fits better than any track.
     assert new.min() < old.min() - 5.0
 
 
@@ -65,9 +65,9 @@ def bundle_now(count: int) -> float:
 
 
 def test_groups_keep_their_best_and_are_apart() -> None:
-    bundle, known = begun()
+    bundle, known = started()
     plots = plots_of(flight(TURN), 70.0, np.random.default_rng(1))
-    whole = PrintedBundle(plots, SETTINGS)
+    whole = PublishedBundle(plots, SETTINGS)
     whole.start(known)
     best = whole.misfits(known).min()
     assert len(bundle) < len(whole)
@@ -80,7 +80,7 @@ def test_groups_keep_their_best_and_are_apart() -> None:
 
 
 def test_the_search_lowers_the_functional_within_the_limits() -> None:
-    bundle, known = begun()
+    bundle, known = started()
     for count in range(known + 1, known + 20):
         bundle.branch(count)
         bundle.thin(count)
@@ -99,25 +99,25 @@ def test_the_search_lowers_the_functional_within_the_limits() -> None:
 
 def test_least_squares_end_as_low_as_the_search() -> None:
     lowest = []
-    for improve in ("optimise", "settle"):
-        bundle, known = begun()
+    for improve in ("optimise", "fit_least_squares"):
+        bundle, known = started()
         for count in range(known + 1, known + 20):
             bundle.branch(count)
             bundle.thin(count)
         getattr(bundle, improve)(known + 19)
         lowest.append(bundle.misfits(known + 19).min())
-    # Both find minima of one functional, not always the same.
+    # Both find minima of the same functional, not always the same one.
     assert lowest[1] < lowest[0] + 3.0
 
 
-def test_a_broken_limit_costs_in_proportion() -> None:
+def test_a_violated_limit_costs_in_proportion() -> None:
     track = np.zeros(layout.TRACK_COUNT)
     track[layout.COUNT], track[layout.SPEED] = 2.0, 150.0
     second = layout.SEGMENTS + layout.SEGMENT_COUNT
     track[second + layout.BEGIN] = 30.0
     plots = np.zeros((2, layout.PLOT_COUNT))
     plots[:, layout.TIME] = 1.0, 60.0
-    allowed = judged(track, 0.0, plots, 0, 0, 60.0, LIMITS)
+    allowed = penalised_misfit(track, 0.0, plots, 0, 0, 60.0, LIMITS)
     assert allowed == 0.0
     for column, value, over in (
         (second + layout.LATERAL, -4.5, 0.5),
@@ -127,12 +127,12 @@ def test_a_broken_limit_costs_in_proportion() -> None:
     ):
         moved = track.copy()
         moved[column] = value
-        found = judged(moved, 0.0, plots, 0, 0, 60.0, LIMITS)
+        found = penalised_misfit(moved, 0.0, plots, 0, 0, 60.0, LIMITS)
         assert found == pytest.approx(PENALTY * (1.0 + over))
-        assert found == plain(judged)(moved, 0.0, plots, 0, 0, 60.0, LIMITS)
+        assert found == plain(penalised_misfit)(moved, 0.0, plots, 0, 0, 60.0, LIMITS)
 
 
-def test_steps_and_limits_are_the_printed_ones() -> None:
+def test_steps_and_limits_are_as_published() -> None:
     """Section 2.5: Du1, DuFin; Dw1, DwFin; Dt1, DtFin; dh; MAXu, MAXw, dtmin."""
     steps = (
         hooke_jeeves.LATERAL_STEP, hooke_jeeves.LATERAL_LAST, hooke_jeeves.LONGITUDINAL_STEP,
@@ -153,9 +153,9 @@ def searched(track: Floats, plots: Floats) -> tuple[float, Floats]:
     return float(value), moved
 
 
-def test_no_last_step_of_the_search_leads_further_down() -> None:
-    """It ends where steps of 0.01 m/s², 0.01 m/s² and 0.02 s, the printed last ones, are no use."""
-    bundle, known = begun()
+def test_no_last_step_improves_the_search() -> None:
+    """It ends where the published last steps 0.01 m/s², 0.01 m/s², 0.02 s do not improve it."""
+    bundle, known = started()
     bundle.branch(known + 8)
     rows = bundle._rows[: known + 8]
     value, found = searched(bundle._tracks[-1], rows)
@@ -166,23 +166,23 @@ def test_no_last_step_of_the_search_leads_further_down() -> None:
         (second + layout.LATERAL, 0.01), (second + layout.LONGITUDINAL, 0.01),
         (second + layout.BEGIN, 0.02),
     ):  # fmt: skip
-        for way in (step, -step):
+        for direction in (step, -step):
             moved = found.copy()
-            moved[column] += way
-            assert judged(moved, 0.0, rows, 0, len(rows), rows[-1, 0], LIMITS) >= value
+            moved[column] += direction
+            assert penalised_misfit(moved, 0.0, rows, 0, len(rows), rows[-1, 0], LIMITS) >= value
 
 
 @pytest.mark.parametrize(
     ("part", "value"), [(layout.LATERAL, -6.3), (layout.LONGITUDINAL, 3.1), (layout.BEGIN, 4.0)]
 )
-def test_a_track_beyond_the_limits_slides_back_into_them(part: int, value: float) -> None:
-    """Section 2.5: the penalty leads there, for it is in proportion to what is too much."""
-    bundle, known = begun()
+def test_a_track_beyond_the_limits_returns_to_them(part: int, value: float) -> None:
+    """Section 2.5: the penalty, in proportion to the violation, leads back."""
+    bundle, known = started()
     bundle.branch(known + 8)
     track, rows = bundle._tracks[-1].copy(), bundle._rows[: known + 8]
     second = layout.SEGMENTS + layout.SEGMENT_COUNT
     track[second + part] = value
-    assert judged(track, 0.0, rows, 0, len(rows), rows[-1, 0], LIMITS) > PENALTY
+    assert penalised_misfit(track, 0.0, rows, 0, len(rows), rows[-1, 0], LIMITS) > PENALTY
     found, moved = searched(track, rows)
     assert found < PENALTY
     assert abs(moved[second + layout.LATERAL]) <= 4.0
@@ -191,8 +191,8 @@ def test_a_track_beyond_the_limits_slides_back_into_them(part: int, value: float
 
 
 def end_after_search(rules: SearchRules, aside_m: float) -> float:
-    """How far north of the truth tracks end by the search, where the last plot is so far aside."""
-    bundle, known = begun()
+    """Distance of the track ends north of the truth after the search, last plot displaced."""
+    bundle, known = started()
     last = known + 19
     for count in range(known + 1, last):
         bundle.branch(count)
@@ -203,15 +203,15 @@ def end_after_search(rules: SearchRules, aside_m: float) -> float:
     return float(np.median(bundle.ends(last)[:, 1] - truth[1]))
 
 
-def test_a_lighter_last_plot_draws_less() -> None:
-    """Section 2.7.2: a last plot three sigmas aside."""
+def test_a_smaller_weight_of_the_last_plot_attracts_less() -> None:
+    """Section 2.7.2: a last plot displaced by three sigmas."""
     light = end_after_search(SearchRules(last_plot=0.01), 150.0)
     assert end_after_search(SearchRules(), 150.0) > light + 20.0
 
 
 @pytest.mark.slow
-def test_a_plot_draws_from_its_dimple_alone() -> None:
-    """Section 2.7.2: five sigmas aside it is as good as 3 km aside, and draws as printed."""
+def test_a_plot_attracts_only_within_its_dimple() -> None:
+    """Section 2.7.2: at five sigmas a plot attracts as little as at 3 km."""
     drawn, dimpled = (
         [end_after_search(rules, aside_m) for aside_m in (250.0, 3e3)]
         for rules in (SearchRules(), SearchRules(dimples=True))
@@ -221,7 +221,7 @@ def test_a_plot_draws_from_its_dimple_alone() -> None:
 
 
 def test_a_longer_last_segment_is_kept() -> None:
-    bundle, known = begun()
+    bundle, known = started()
     for count in range(known + 1, known + 20):
         bundle.branch(count)
         bundle.thin(count)
@@ -231,8 +231,8 @@ def test_a_longer_last_segment_is_kept() -> None:
     assert bundle_now(known + 19) - best.begin_s[-1] >= 20.0
 
 
-def test_the_search_does_what_its_plain_form_does() -> None:
-    bundle, known = begun()
+def test_the_search_equals_its_plain_form() -> None:
+    bundle, known = started()
     bundle.branch(known + 8)
     track = bundle._tracks[-1].copy()
     rows = bundle._rows[: known + 8]
@@ -249,4 +249,4 @@ def test_the_search_does_what_its_plain_form_does() -> None:
 def test_without_a_triple_there_is_no_bundle() -> None:
     plots = plots_of(flight(TURN), 10.0, np.random.default_rng(1))
     with pytest.raises(RestorationError, match="was 7 plots without one"):
-        PrintedBundle(plots, SETTINGS).start(len(plots))
+        PublishedBundle(plots, SETTINGS).start(len(plots))

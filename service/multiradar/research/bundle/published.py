@@ -1,8 +1,8 @@
-"""The bundle as the report has it: arcs to every plot, groups, and the search of Hooke and Jeeves.
+"""The bundle as published in the report: arcs to every plot, groups, search of Hooke and Jeeves.
 
-It stands beside `Bundle` for comparison. A track is what its segments make of the state at the
-anchor, which nothing changes but the initial window; its weight is the likelihood of the plots of
-the window alone, and so longer chains of segments always fit better.
+For comparison with `Bundle`. A track is defined by its segments and the state at the anchor, which
+changes in the initial window only. Its weight is the likelihood of the plots of the window alone,
+and so longer chains of segments always fit better.
 """
 
 import numpy as np
@@ -25,17 +25,17 @@ from multiradar.restoration.control_tracks.tracks import ControlTrack, Measureme
 
 Floats = NDArray[np.float64]
 
-# Standard deviations of what is not known and of what is held, in any unit, and rounds at most.
+# Standard deviations of free and of fixed parameters, in any unit, and maximum iterations.
 _UNKNOWN, _HELD, _ROUNDS = 1e3, 1e-4, 50
 
 
-class PrintedBundle:
-    """A bundle over the plots of one window, each procedure of the report by itself.
+class PublishedBundle:
+    """A bundle over the plots of one window, with the procedures of the report as separate steps.
 
     Parameters
     ----------
     plots : MeasurementTrack
-        All plots; how many of them are known is told to each procedure.
+        All plots; each procedure gets the number of known plots.
     settings : BundleSettings
         Limits, the initial window, the number of tracks, the distance of groups, outliers.
 
@@ -56,17 +56,17 @@ class PrintedBundle:
         return len(self._tracks)
 
     def start(self, count: int) -> None:
-        """Make the tracks of the initial window, one for each triple that makes an arc.
+        """Make the tracks of the initial window, one for each triple of plots with an arc.
 
         Parameters
         ----------
         count : int
-            Plots that are known.
+            Number of known plots.
 
         Raises
         ------
         RestorationError
-            If no triple makes one.
+            If no triple has an arc.
 
         References
         ----------
@@ -75,14 +75,14 @@ class PrintedBundle:
         known = self._rows[:count]
         arcs = arcs_through_triples(known[:, layout.TIME], known[:, layout.TIME + 1 :][:, :2])
         tracks = np.zeros((len(arcs), layout.TRACK_COUNT))
-        place = np.empty((1, 4))
+        states = np.empty((1, 4))
         for arc, track in zip(arcs, tracks, strict=True):
             track[layout.COUNT] = 1.0
             state = (arc.east_m, arc.north_m, arc.speed_mps, arc.heading_rad)
             track[layout.EAST : layout.HEADING + 1] = state
             track[layout.SEGMENTS + layout.LATERAL] = arc.lateral_mps2
-            trace(track, arc.time_s, np.array([self._anchor_s]), place)
-            track[layout.EAST : layout.HEADING + 1] = place[0]
+            trace(track, arc.time_s, np.array([self._anchor_s]), states)
+            track[layout.EAST : layout.HEADING + 1] = states[0]
         allowed = np.abs(tracks[:, layout.SEGMENTS + layout.LATERAL]) <= self._rules[
             layout.LATERAL_MAX
         ]  # fmt: skip
@@ -90,16 +90,16 @@ class PrintedBundle:
             raise RestorationError(
                 f"expected a triple of plots that makes an arc, was {count} plots without one"
             )
-        # They come by ascending deviation: the best are enough to be thinned out.
+        # Sorted by deviation: the best are enough for thinning.
         self._tracks = tracks[allowed][: layout.CANDIDATES_MAX]
 
     def branch(self, count: int) -> None:
-        """Add to each track its best arc to the newest plot.
+        """Add to each track its best branch to the newest plot.
 
         Parameters
         ----------
         count : int
-            Plots that are known; the newest is the last of them.
+            Number of known plots; the newest is the last of them.
 
         References
         ----------
@@ -127,14 +127,14 @@ class PrintedBundle:
         self._tracks = np.array([*self._tracks, *branches])
 
     def thin(self, count: int, *, grouped: bool = True) -> None:
-        """Keep the best track of each group of close ones, and of these the best.
+        """Keep the best track of each group of close tracks, and of these the best.
 
         Parameters
         ----------
         count : int
-            Plots that are known.
+            Number of known plots.
         grouped : bool
-            False keeps the best by weight alone, which the report found not to do.
+            False keeps the best by weight alone, which the report rejects.
 
         References
         ----------
@@ -160,14 +160,14 @@ class PrintedBundle:
         Parameters
         ----------
         count : int
-            Plots that are known.
+            Number of known plots.
         rules : SearchRules, optional
             Those of the report if not given.
 
         Returns
         -------
         int
-            How often the functional was computed.
+            Number of evaluations of the functional.
 
         References
         ----------
@@ -177,7 +177,7 @@ class PrintedBundle:
         rows = self._rows[:count].copy()
         rows[-1, layout.EAST_EAST : layout.NORTH_NORTH + 1] *= chosen.last_plot
         if chosen.dimples:
-            # −ln(e^(−ρ²/2) + 1): as if a plot were an outlier as likely as a good one is at best.
+            # −ln(e^(−ρ²/2) + 1): an outlier is as likely as a good plot at best.
             rows[:, layout.FLOOR] = 0.0
         limits = np.array(
             [
@@ -194,17 +194,17 @@ class PrintedBundle:
             total += int(evaluations[0])
         return total
 
-    def settle(self, count: int) -> None:
-        """Improve each track by bounded least squares: the same functional, the same parameters.
+    def fit_least_squares(self, count: int) -> None:
+        """Improve each track by bounded least squares, with the same functional and parameters.
 
         Parameters
         ----------
         count : int
-            Plots that are known.
+            Number of known plots.
 
         References
         ----------
-        IMM UrO RAN report (2016), section 2.5, for what is varied; the method is the project's own.
+        IMM UrO RAN report (2016), section 2.5, for the parameters; the method is the project's own.
         """
         memory = fit_scratch()
         kinds = np.zeros((layout.KINDS, layout.KIND_COUNT))
@@ -212,7 +212,7 @@ class PrintedBundle:
         kinds[:, layout.ENDING] = 1.0
         rules = self._rules.copy()
         rules[layout.CELL_SIGMA_S] = _UNKNOWN
-        # The state at the anchor is held by what is known of it.
+        # The state at the anchor is fixed by its prior.
         sigmas = np.array([_HELD] * 4 + [_UNKNOWN] * 2)
         now_s = float(self._rows[count - 1, layout.TIME])
         for track in self._tracks:
@@ -231,12 +231,12 @@ class PrintedBundle:
         Parameters
         ----------
         count : int
-            Plots that are known.
+            Number of known plots.
 
         Returns
         -------
         (k,) ndarray
-            Without what does not depend on the track.
+            Without terms that do not depend on the track.
 
         References
         ----------
@@ -255,7 +255,7 @@ class PrintedBundle:
         Returns
         -------
         tuple of ControlTrack
-            One a track.
+            One per track.
 
         References
         ----------
@@ -264,12 +264,12 @@ class PrintedBundle:
         return tuple(control_track_of(track, self._anchor_s) for track in self._tracks)
 
     def ends(self, count: int) -> Floats:
-        """Return where the tracks are at the newest plot.
+        """Return the positions of the tracks at the newest plot.
 
         Parameters
         ----------
         count : int
-            Plots that are known.
+            Number of known plots.
 
         Returns
         -------
@@ -287,7 +287,7 @@ class PrintedBundle:
             end[:] = state[:2]
         return found
 
-    # The window begins with its first plot: the tracks begin there, with what they do there.
+    # The window starts with its first plot; tracks are re-anchored there.
     def _slide(self, count: int) -> None:
         times = self._rows[:count, layout.TIME]
         self._first = int(np.searchsorted(times, times[-1] - self._settings.window_s))
