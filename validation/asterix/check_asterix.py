@@ -1,4 +1,4 @@
-"""Prints how well tracks of a converted recording go on, and residuals before and after biases.
+"""Prints track continuity of a converted recording, and residuals before and after bias correction.
 
 ::
 
@@ -6,13 +6,13 @@
     multiradar track PLOTS --sensors sensors.toml --out TRACKS
     python -m validation.asterix.check_asterix PLOTS TRACKS sensors.toml [BIASES]
 
-*Continuity*: of the turns of the antenna between the first and the last plot of a track, those with
-a plot. *Noise*: from second differences of range and azimuth of successive turns (their median, as
-of a normal distribution), which the motion hardly reaches. *Residuals*: two radars whose turn the
-sensors file gives see one aircraft at most 0.5 s apart; both plots become positions with the height
-that was heard, the earlier one is moved on with the track's velocity; told is how far they lie
-apart, raw, and with the final biases of the tracks taken off. With BIASES these come from other
-tracks: those of one half of the aircraft judge those of the other.
+*Continuity*: fraction of the scans between the first and the last plot of a track that have a plot.
+*Noise*: from second differences of range and azimuth of successive scans (their median, for a
+normal distribution), to which the motion hardly contributes. *Residuals*: two radars with a scan
+period in the sensors file detect an aircraft within 0.5 s; both plots become positions with the
+reported height, the earlier one extrapolated with the velocity of the track; their distance is
+given raw, and corrected by the final biases of the tracks. With BIASES the biases come from other
+tracks, for cross-validation between two halves of the aircraft.
 """
 
 import json
@@ -42,13 +42,13 @@ def updates(plots: Path, tracks: Path) -> pl.DataFrame:
         "time_s", "sensor_id", "range_m", "azimuth_deg", pl.col("height_m").alias("heard_m")
     )
     table = pl.read_parquet(tracks / "tracks.parquet")
-    # A sensor gives two plots of one time now and then: these are left out.
+    # A sensor sometimes gives two plots of one time: these are excluded.
     single = measured.unique(["time_s", "sensor_id"], keep="none")
     return table.join(single, on=["time_s", "sensor_id"]).sort("track_id", "time_s")
 
 
 def continuity(table: pl.DataFrame, turn_s: float) -> str:
-    """Tell tracks, their life and the turns without a plot."""
+    """Return number of tracks, their life and the scans without a plot as text."""
     lives = table.group_by("track_id").agg(
         (pl.col("time_s").max() - pl.col("time_s").min()).alias("life"),
         pl.len().alias("plots"),
@@ -60,8 +60,8 @@ def continuity(table: pl.DataFrame, turn_s: float) -> str:
     gaps = int((long["gap"].to_numpy() > 4 * turn_s).sum())
     return (
         f"{lives.height} tracks, {long.height} of at least {LIFE_MIN_S:.0f} s (median "
-        f"{np.median(life):.0f} s); {100 * share:.1f} % of their turns have a plot; "
-        f"{gaps} of them miss four turns or more at once"
+        f"{np.median(life):.0f} s); {100 * share:.1f} % of their scans have a plot; "
+        f"{gaps} of them miss four consecutive scans or more"
     )
 
 
@@ -86,7 +86,7 @@ def noise(table: pl.DataFrame, turn_s: float) -> tuple[float, float]:
 
 
 def position(sensor: Sensor, distance: float, azimuth_deg: float, height: float) -> Floats:
-    """Return where a plot lies, ECEF, m."""
+    """Return the position of a plot, ECEF, m."""
     latitude, longitude = (
         np.deg2rad(sensor.latitude_deg or 0.0),
         np.deg2rad(sensor.longitude_deg or 0.0),
@@ -106,7 +106,7 @@ def position(sensor: Sensor, distance: float, azimuth_deg: float, height: float)
 def residuals(
     table: pl.DataFrame, sensors: dict[str, Sensor], biases: dict[str, Any]
 ) -> tuple[Floats, Floats]:
-    """Return how far two radars' plots of an aircraft lie apart, m, before and after."""
+    """Return distances between two radars' plots of an aircraft, m, raw and corrected."""
     before: list[float] = []
     after: list[float] = []
     for track in table.partition_by("track_id"):
@@ -158,7 +158,7 @@ def main() -> None:
             continue
         range_m, azimuth_deg = noise(own, turn_s)
         seen = pl.read_parquet(tracks / "tracks.parquet").filter(pl.col("sensor_id") == name)
-        print(f"{name}: turn {turn_s} s; {continuity(seen, turn_s)}")
+        print(f"{name}: scan period {turn_s} s; {continuity(seen, turn_s)}")
         print(f"{name}: noise {range_m:.1f} m and {azimuth_deg:.4f}°")
     report = json.loads(((other or [tracks])[0] / "report.json").read_text())
     before, after = residuals(table, sensors, report["figures"]["final_biases"])

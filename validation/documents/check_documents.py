@@ -173,7 +173,7 @@ def chosen(step: Step, shown: Sequence[str], output: str) -> list[str]:
     shown : sequence of str
         What the page shows now.
     output : str
-        What the command printed.
+        The output of the command.
 
     Raises
     ------
@@ -357,7 +357,7 @@ def compared(
     wanted : sequence of Step
         Those of its steps that are to be run, in their order.
     write : bool
-        Whether what differs is put right in the page.
+        Whether differences are corrected in the page.
     """
     clock = SystemClock()
     text_before = (ROOT / page).read_text(encoding="utf-8")
@@ -366,7 +366,7 @@ def compared(
     made: dict[str, Copy] = {}
     with Workspace() as workspace:
         for step in wanted:
-            begun_s = clock.monotonic_s()
+            started_s = clock.monotonic_s()
             shown = lines[step.begin : step.end]
             if "made" in step.options:
                 right = _part(step, made)
@@ -378,7 +378,7 @@ def compared(
             text = difference(step, shown, right)
             if text:
                 found.append((step, right))
-            yield step, text, clock.monotonic_s() - begun_s
+            yield step, text, clock.monotonic_s() - started_s
     if write and (found or any(copy.pictures for copy in made.values())):
         _put(page, text_before, found, made)
     for copy in made.values():
@@ -413,7 +413,7 @@ def _put(
             shutil.copy(copy.docs / "images" / name, ROOT / "docs" / "images" / name)
 
 
-# Steps with what tells them apart: the command, what is said of it, and how often it came before.
+# Steps with their identity: the command, its comment, and the number of earlier occurrences.
 def _placed(steps: Sequence[Step]) -> list[tuple[tuple[str, int], Step]]:
     seen: Counter[str] = Counter()
     placed = []
@@ -441,8 +441,8 @@ def main() -> int:
                 print(f"{step.where}: {step.command} {step.options.get('slow', '')}".rstrip())
             continue
         for step, text, time_s in compared(page, wanted, write=arguments.write):
-            verdict = "differs" if text else "same"
-            print(f"{verdict:8}{time_s:7.1f} s  {step.where}  {step.command}", flush=True)
+            result = "differs" if text else "same"
+            print(f"{result:8}{time_s:7.1f} s  {step.where}  {step.command}", flush=True)
             if text:
                 differ += 1
                 print(textwrap.indent(text, "    "), flush=True)

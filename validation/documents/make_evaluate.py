@@ -1,4 +1,4 @@
-"""Tracks the sample and two scenes, judges the tracks, and puts the figures into docs/evaluate.md.
+"""Evaluates the sample and two scenarios, and puts the figures into docs/evaluate.md.
 
 ::
 
@@ -46,14 +46,17 @@ def main() -> None:
         folder = Path(made)
         card = sample(folder)
         cards = {"sample recording": card} | {name: scene(folder, name) for name in SCENES}
-    told = {name: figures_of(one) for name, one in cards.items()}
-    shown = [preset_table(told["sample recording"]), *card_tables(told["sample recording"])]
+    figures_by_name = {name: figures_of(one) for name, one in cards.items()}
+    shown = [
+        preset_table(figures_by_name["sample recording"]),
+        *card_tables(figures_by_name["sample recording"]),
+    ]
     plots = card_plots(card)
     plot = next(one for one in plots if one.name == PICTURE)
     (docs / "images" / "evaluate.svg").write_text(plot_svg(plots, plot), encoding="utf-8")
     tables = "\n".join(f"**{one.title}**\n\n{markdown_table(one)}" for one in shown)
     put(docs / "evaluate.md", "sample", tables)
-    put(docs / "evaluate.md", "scenes", markdown_table(comparison(told)))
+    put(docs / "evaluate.md", "scenes", markdown_table(comparison(figures_by_name)))
 
 
 def sample(folder: Path) -> Scorecard:
@@ -62,7 +65,7 @@ def sample(folder: Path) -> Scorecard:
     multiradar("convert", "vid", EXAMPLES / "vid-sample", converted, "--date", "2018-08-01")
     sensors = EXAMPLES / "sensors-vid-sample.toml"
     multiradar("track", converted, "--sensors", sensors, "--kinds", "radar", "--out", tracks)
-    return judged(tracks, read_reports(converted, SETTINGS))
+    return scorecard(tracks, read_reports(converted, SETTINGS))
 
 
 def scene(folder: Path, name: str) -> Scorecard:
@@ -70,10 +73,10 @@ def scene(folder: Path, name: str) -> Scorecard:
     made, tracks = folder / name, folder / f"{name}-tracks"
     multiradar("simulate", name, "--out", made)
     multiradar("track", made, "--sensors", made / "sensors.toml", "--out", tracks)
-    return judged(tracks, read_truth(made, SETTINGS))
+    return scorecard(tracks, read_truth(made, SETTINGS))
 
 
-def judged(tracks: Path, known: Known) -> Scorecard:
+def scorecard(tracks: Path, known: Known) -> Scorecard:
     """Return the scorecard of tracks."""
     return evaluate(
         read_tracks(tracks, known, SETTINGS),
@@ -85,7 +88,7 @@ def judged(tracks: Path, known: Known) -> Scorecard:
     )
 
 
-def comparison(told: dict[str, Figures]) -> Table:
+def comparison(figures_by_name: dict[str, Figures]) -> Table:
     """Return the main figures of all scenes, side by side."""
     lines = (
         ("aircraft", "compared", "aircraft", ""),
@@ -104,10 +107,10 @@ def comparison(told: dict[str, Figures]) -> Table:
         ("NEES of position", "nees", "position", "mean"),
     )
     rows = [
-        (title, *(value_of(figures, part, name, key) for figures in told.values()))
+        (title, *(value_of(figures, part, name, key) for figures in figures_by_name.values()))
         for title, part, name, key in lines
     ]
-    return Table("Scenes", ("measure", *told), tuple(rows))
+    return Table("Scenes", ("measure", *figures_by_name), tuple(rows))
 
 
 def value_of(figures: Figures, part: str, name: str, key: str) -> Value:

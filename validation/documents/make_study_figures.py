@@ -44,11 +44,11 @@ def main() -> None:
     arguments = parser.parse_args()
     for name in arguments.studies or STUDIES:
         options = StudyOptions(runs=arguments.runs, seed=arguments.seed)
-        result = STUDIES[name].run(options, partial(tell, name))
+        result = STUDIES[name].run(options, partial(print_progress, name))
         write(result, arguments.docs)
 
 
-def tell(name: str, done: int, total: int) -> None:
+def print_progress(name: str, done: int, total: int) -> None:
     """Say on standard error how far a study is."""
     end = "\n" if done == total else ""
     print(f"\r{name}: {done} of {total}", end=end, file=sys.stderr, flush=True)

@@ -18,8 +18,8 @@ _EVALUATE = ("evaluate", "tracks.parquet", "--adsb", "measurements.parquet")
 _SIMULATE = ("simulate", "scenario.toml", "--out", "out")
 _CONVERT = ("convert", "vid", "dump", "out")
 _SERVE = ("serve", "--sensors", "sensors.toml", "--port", "0", "--no-zenoh")
-#: Nobody listens there: the port of the discard service, which no system runs any more.
-_NOBODY = "127.0.0.1:9"
+#: An address without a service: the port of the obsolete discard service.
+_NO_SERVICE = "127.0.0.1:9"
 
 
 def nothing(_sample: Sample, _folder: Path) -> None:
@@ -307,14 +307,14 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "a replay to a service that is not running",
         as_it_is,
-        ("replay", "measurements.parquet", "--to", f"http://{_NOBODY}"),
+        ("replay", "measurements.parquet", "--to", f"http://{_NO_SERVICE}"),
         1,
         ("retrying for 5 s", "gave up after 5 s", "multiradar serve"),
     ),
     Mistake(
         "a table as datagrams",
         as_it_is,
-        ("replay", "measurements.parquet", "--to", f"udp:{_NOBODY}"),
+        ("replay", "measurements.parquet", "--to", f"udp:{_NO_SERVICE}"),
         1,
         ("not an ASTERIX recording",),
     ),

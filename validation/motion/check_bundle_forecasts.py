@@ -8,12 +8,12 @@
     python -m validation.motion.check_bundle_forecasts --minutes 40 --bundle-alone
 
 Aircraft fly as in check_restoration.py, banks of at most 22°: legs between whose manoeuvres lie two
-minutes on average, and legs without any. Ten seconds after ten seconds each aircraft is forecast
+minutes on average, and legs without any. Every ten seconds each aircraft is forecast
 10 to 300 s ahead, by its bundle (`restoration.forecast`), by the modes of `imm`
 (`tracking.forecast`) and by a polynomial (`tracking.polynomial_forecast`), from the same plots, and
-compared with where it is then. "bundle" has the regions of its mixture, "bundle, learnt" those that
-past errors ask for (`runtime.trajectories.fan_scores`), from the beginning of the scene, when they
-are the same. Settings were chosen on seeds 20 and 21; the table is of others.
+compared with its true position. "bundle" has the regions of its mixture, "bundle, learnt" those
+calibrated by past errors (`runtime.trajectories.fan_scores`), which start equal. Settings were
+chosen on seeds 20 and 21; the table uses others.
 """
 
 import argparse
@@ -43,14 +43,14 @@ from validation.motion.check_smoothers import in_place
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-#: By aircraft and time of its last plot: places and covariances at all times ahead.
-Said = dict[tuple[int, float], tuple[Floats, Floats]]
+#: By aircraft and time of its last plot: positions and covariances at all times ahead.
+Forecasts = dict[tuple[int, float], tuple[Floats, Floats]]
 
 AHEAD_S = np.array([10.0, 30.0, 60.0, 120.0, 300.0])
 PROBABILITY = 0.95
 MINUTES = 10.0
 GRID_FIRST_S, GRID_STEP_S, SAMPLE_S = 65.0, 10.0, 8.0
-#: What the rows of each method are called.
+#: Row titles of the methods.
 METHODS = {
     "bundle": "bundle", "learnt": "bundle, learnt", "imm": "imm", "polynomial": "polynomial",
 }  # fmt: skip
@@ -59,8 +59,8 @@ NEVER_S = 1e6
 
 
 @dataclass(frozen=True)
-class Judged:
-    """Forecasts by one method: squared errors, whether the region held, its area (n, times)."""
+class Scores:
+    """Forecasts by one method: squared errors, containment in the region, its area (n, times)."""
 
     squared_m2: Floats
     held: Floats
@@ -69,12 +69,12 @@ class Judged:
 
 @dataclass(frozen=True)
 class Found:
-    """All methods over one scene, what each aircraft did, and the time for a fan, s."""
+    """All methods over one scenario, the manoeuvres, and the CPU time of a forecast, s."""
 
-    bundle: Judged
-    learnt: Judged
-    imm: Judged
-    polynomial: Judged
+    bundle: Scores
+    learnt: Scores
+    imm: Scores
+    polynomial: Scores
     doing: Integers
     seconds: float
 
@@ -112,29 +112,33 @@ def compare(flown: Flown, run_s: float, *, alone: bool) -> Found:
         fly(one, run_s + AHEAD_S[-1], np.random.Generator(np.random.PCG64(0)))
         for one in flown.fliers
     ]
-    said_by_imm = by_modes(flown, run_s)
+    imm_forecasts = by_modes(flown, run_s)
     bundles, learnt, modes, polynomials, doing, spent = [], [], [], [], [], []
     sightings = in_place(flown).sightings
-    for key, bundle, told in bundles_of(flown, said_by_imm, run_s):
+    for key, bundle, calibration in bundles_of(flown, imm_forecasts, run_s):
         began = process_time()
-        fan = forecast(bundle.final_states(), AHEAD_S, ForecastSettings(), bundle.manoeuvre_history)
+        ensemble = forecast(
+            bundle.final_states(), AHEAD_S, ForecastSettings(), bundle.manoeuvre_history
+        )
         spent.append(process_time() - began)
-        truth = paths[key[0]].position(fan.time_s + AHEAD_S)
+        truth = paths[key[0]].position(ensemble.time_s + AHEAD_S)
         factors = np.full(len(AHEAD_S), gaussian_factor(PROBABILITY))
-        course = fan_course(Reading(bundle, 0, np.nan), fan.time_s + AHEAD_S, PROBABILITY)
-        bundles.append(judge(*course[:3], truth))
-        course = fan_course(Reading(bundle, 0, np.nan, told), fan.time_s + AHEAD_S, PROBABILITY)
-        learnt.append(judge(*course[:3], truth))
-        doing.append(doing_at(flown.fliers[key[0]], fan.time_s))
+        course = fan_course(Reading(bundle, 0, np.nan), ensemble.time_s + AHEAD_S, PROBABILITY)
+        bundles.append(score(*course[:3], truth))
+        course = fan_course(
+            Reading(bundle, 0, np.nan, calibration), ensemble.time_s + AHEAD_S, PROBABILITY
+        )
+        learnt.append(score(*course[:3], truth))
+        doing.append(doing_at(flown.fliers[key[0]], ensemble.time_s))
         if alone:
             continue
-        modes.append(judge(*said_by_imm[key], factors, truth))
-        mine = (sightings.aircraft == key[0]) & (sightings.time_s <= fan.time_s)
+        modes.append(score(*imm_forecasts[key], factors, truth))
+        mine = (sightings.aircraft == key[0]) & (sightings.time_s <= ensemble.time_s)
         polynomial = polynomial_forecast(
             sightings.time_s[mine], sightings.position_m[mine], sightings.covariance_m2[mine],
-            fan.time_s + AHEAD_S,
+            ensemble.time_s + AHEAD_S,
         )  # fmt: skip
-        polynomials.append(judge(*polynomial, factors, truth))
+        polynomials.append(score(*polynomial, factors, truth))
     doings, seconds = np.array(doing), float(np.median(spent))
     return Found(
         joined(bundles), joined(learnt), joined(modes), joined(polynomials), doings, seconds
@@ -142,44 +146,44 @@ def compare(flown: Flown, run_s: float, *, alone: bool) -> Found:
 
 
 def bundles_of(
-    flown: Flown, wanted: Said, run_s: float
+    flown: Flown, wanted: Forecasts, run_s: float
 ) -> Iterator[tuple[tuple[int, float], Bundle, Learnt]]:
-    """Follow all aircraft; yield a bundle and what was learnt when it has a plot asked for."""
+    """Process all aircraft; yield bundle and calibration at each requested plot."""
     sightings = in_place(flown).sightings
     bundles = {one: Bundle(BundleSettings()) for one in np.unique(sightings.aircraft).tolist()}
-    fans, until_s = FanScores(), SAMPLE_S
+    scores, until_s = FanScores(), SAMPLE_S
     fresh: list[int] = []
     order = np.argsort(sightings.time_s, kind="stable")
     for row in order[sightings.time_s[order] < run_s].tolist():
         aircraft, time_s = int(sightings.aircraft[row]), float(sightings.time_s[row])
         while time_s >= until_s:
-            sample(fans, bundles, fresh, until_s)
+            sample(scores, bundles, fresh, until_s)
             fresh, until_s = [], until_s + SAMPLE_S
         bundle = bundles[aircraft]
         bundle.push(time_s, sightings.position_m[row], sightings.covariance_m2[row])
         fresh.append(aircraft)
         key = aircraft, time_s
         if key in wanted and len(bundle):
-            yield key, bundle, fans.learnt
+            yield key, bundle, scores.learnt
 
 
-def sample(fans: FanScores, bundles: dict[int, Bundle], fresh: list[int], time_s: float) -> None:
+def sample(scores: FanScores, bundles: dict[int, Bundle], fresh: list[int], time_s: float) -> None:
     """Learn from past forecasts and make some, as `runtime.trajectories.pool` does."""
     for aircraft, bundle in bundles.items():
-        fans.judge(aircraft, bundle, time_s)
-    fans.settle()
+        scores.judge(aircraft, bundle, time_s)
+    scores.settle()
     seen = [one for one in sorted(set(fresh)) if len(bundles[one])]
-    for aircraft in fans.chosen(seen, int(time_s / SAMPLE_S), len(fresh)):
-        fans.make(aircraft, bundles[aircraft])
+    for aircraft in scores.chosen(seen, int(time_s / SAMPLE_S), len(fresh)):
+        scores.make(aircraft, bundles[aircraft])
 
 
-def by_modes(flown: Flown, run_s: float) -> Said:
-    """Return what the modes of `imm` say, from the last plots before the same times."""
+def by_modes(flown: Flown, run_s: float) -> Forecasts:
+    """Return the forecasts of the modes of `imm` from the last plots before the same times."""
     settings = TrackingSettings(filter_name="imm")
     engine, table = Engine(flown.sensors, settings), forecast_modes_of(settings)
     grid_s = np.arange(GRID_FIRST_S, run_s, GRID_STEP_S)
     number: dict[int, int] = {}
-    said: Said = {}
+    forecasts: Forecasts = {}
     before = 0
     for cut in np.searchsorted(flown.batch.time_s, grid_s).tolist():
         updates = engine.push(flown.batch.select(slice(before, cut))).updates
@@ -193,21 +197,21 @@ def by_modes(flown: Flown, run_s: float) -> Said:
                 known.probability[place], known.mean[place], known.covariance[place], table, AHEAD_S
             )
             key = number[track] - 1, float(states.time_s[place])
-            said[key] = mean[:, :2], covariance[:, :2, :2]
-    return said
+            forecasts[key] = mean[:, :2], covariance[:, :2, :2]
+    return forecasts
 
 
-def judge(place_m: Floats, covariance_m2: Floats, factors: Floats, truth: Floats) -> Judged:
-    """Judge a forecast by ellipses of these factors."""
+def score(place_m: Floats, covariance_m2: Floats, factors: Floats, truth: Floats) -> Scores:
+    """Evaluate a forecast by ellipses of these factors."""
     off = truth - place_m
     square = np.einsum("ki,ki->k", off, np.linalg.solve(covariance_m2, off[..., None])[..., 0])
     area = np.pi * factors * np.sqrt(np.linalg.det(covariance_m2))
-    return Judged(np.sum(off**2, axis=1), (square <= factors).astype(float), area)
+    return Scores(np.sum(off**2, axis=1), (square <= factors).astype(float), area)
 
 
-def joined(parts: list[Judged]) -> Judged:
+def joined(parts: list[Scores]) -> Scores:
     """Return many forecasts as one."""
-    return Judged(
+    return Scores(
         np.array([one.squared_m2 for one in parts]),
         np.array([one.held for one in parts]),
         np.array([one.area_m2 for one in parts]),
@@ -233,12 +237,12 @@ def report(found: list[Found], methods: Iterable[str]) -> None:
             ]
             print(f"| {name}, {METHODS[method]} | {' | '.join(cells)} |")
     spent = 1e3 * np.mean([one.seconds for one in found])
-    print(f"\n{len(doing)} forecasts; a fan takes {spent:.2f} ms\n", flush=True)
+    print(f"\n{len(doing)} forecasts; a forecast takes {spent:.2f} ms\n", flush=True)
 
 
-def joined_scenes(parts: list[Judged]) -> Judged:
+def joined_scenes(parts: list[Scores]) -> Scores:
     """Return the forecasts of all scenes."""
-    return Judged(
+    return Scores(
         np.concatenate([one.squared_m2 for one in parts]),
         np.concatenate([one.held for one in parts]),
         np.concatenate([one.area_m2 for one in parts]),

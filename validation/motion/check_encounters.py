@@ -1,16 +1,16 @@
-"""Prints the tables of encounters of docs/encounters.md: are the intervals and chances right?
+"""Prints the tables of docs/encounters.md: validation of intervals and probabilities.
 
 ::
 
     python -m validation.motion.check_encounters  # five minutes
-    # when forecasts of 300 s have been judged
+    # after forecasts of 300 s have been evaluated
     python -m validation.motion.check_encounters --settled 450
 
-Made traffic is tracked with the radars of the sample recording, biases estimated, and every twenty
-seconds asked for encounters. The least distance that the aircraft then really have within the
-horizon is compared with the interval that is told to hold it with 95 %, by the time to the closest
-approach; the share of pairs that come within the distance with the mean of the probabilities told;
-and the difference of heights with its interval.
+Simulated traffic is tracked with the radars of the sample recording and estimated biases, and
+encounters are computed every twenty seconds. The true least distance within the horizon is compared
+with the reported 95 % interval, by the time to the closest approach; the fraction of pairs that
+come within the distance with the mean of the reported probabilities; and the difference of heights
+with its interval.
 """
 
 import argparse
@@ -33,13 +33,13 @@ from validation.motion.check_manoeuvres import Flown, flights
 
 Floats = NDArray[np.float64]
 
-#: Mean time of straight flight, s: nobody turns, as on airways, as near airports.
+#: Mean time of straight flight, s: no turns, as on airways, as near airports.
 TRAFFIC = {"straight": 1e5, "a turn in ten minutes": 600.0, "a turn in two minutes": 120.0}
 FILTERS = ("two-stage", "imm")
 EVERY_S = 20.0
 #: Bounds of the times to the closest approach, s.
 AHEAD_S = (0.0, 15.0, 30.0, 60.0, 120.0, 300.0)
-CHANCES = (0.0, 0.5, 0.8, 0.95, 1.0)
+PROBABILITIES = (0.0, 0.5, 0.8, 0.95, 1.0)
 #: Wide enough for many pairs; a little more than what keeps aircraft apart.
 QUERY = EncounterQuery(300.0, 15_000.0, limit=None)
 HEIGHT_SIGMAS = 1.96
@@ -72,17 +72,23 @@ def main() -> None:
         for filter_name in FILTERS:
             settings = TrackingSettings(filter_name=filter_name)
             times_s = np.arange(options.settled, options.duration - QUERY.horizon_s, EVERY_S)
-            judged = np.concatenate([judge(one, settings, times_s) for one in flown])
-            print(f"| {name}, `{filter_name}` | {' | '.join(shares(judged))} |", flush=True)
-            reliability.append(f"| {name}, `{filter_name}` | {' | '.join(likely(judged))} |")
-    columns = [*(f"told {a:g} to {b:g}" for a, b in pairwise(CHANCES)), "mean square"]
+            evaluated = np.concatenate(
+                [evaluate_encounters(one, settings, times_s) for one in flown]
+            )
+            print(f"| {name}, `{filter_name}` | {' | '.join(contained(evaluated))} |", flush=True)
+            reliability.append(
+                f"| {name}, `{filter_name}` | {' | '.join(reliability_cells(evaluated))} |"
+            )
+    columns = [*(f"reported {a:g} to {b:g}" for a, b in pairwise(PROBABILITIES)), "mean square"]
     print(f"\n| traffic, filter | {' | '.join(columns)} |")
     print("|" + "---|" * (1 + len(columns)))
     print("\n".join(reliability))
 
 
-def judge(one: Flown, settings: TrackingSettings, times_s: Floats) -> NDArray[np.void]:
-    """Return a row for each encounter that was told at these times, with what came of it."""
+def evaluate_encounters(
+    one: Flown, settings: TrackingSettings, times_s: Floats
+) -> NDArray[np.void]:
+    """Return a row for each encounter reported at these times, with its outcome."""
     end_s = float(times_s[-1]) + EVERY_S + QUERY.horizon_s
     paths = [fly(flier, end_s, np.random.Generator(np.random.PCG64(0))) for flier in one.fliers]
     kinds = [
@@ -96,36 +102,36 @@ def judge(one: Flown, settings: TrackingSettings, times_s: Floats) -> NDArray[np
 def outcomes(
     one: Flown, settings: TrackingSettings, times_s: Floats, paths: list[Path]
 ) -> Iterator[tuple[float, bool, bool, float, float, float, bool]]:
-    """Walk through the scene and yield what came of each encounter."""
+    """Process the scenario and yield the outcome of each encounter."""
     engine, live = Engine(one.sensors, settings, sampling=Sampling.DRAWN), LiveTracks()
     calibration = calibration_for(settings)
     before = 0
-    whose: dict[int, int] = {}
+    number_of: dict[int, int] = {}
     for cut in np.searchsorted(one.batch.time_s, times_s).tolist():
         output = engine.push(one.batch.select(slice(before, cut)))
         updates, before = output.updates, cut
         calibration.observe(output)
         live.update(rows_of(updates))
-        whose |= dict(zip(updates.track_id.tolist(), updates.track_number.tolist(), strict=True))
+        number_of |= dict(zip(updates.track_id.tolist(), updates.track_number.tolist(), strict=True))
         sky = Sky(float(one.batch.time_s[cut - 1]), live.all(), engine.tracks())
         answer = encounters(sky, QUERY, engine.plane, settings, calibration)
         dense_s = answer["time_s"] + np.arange(0.0, QUERY.horizon_s + DENSE_S, DENSE_S)
-        for told in answer["encounters"]:
+        for encounter in answer["encounters"]:
             first, second = (
-                paths[whose[told[f"{side}_track_id"]] - 1] for side in ("first", "second")
+                paths[number_of[encounter[f"{side}_track_id"]] - 1] for side in ("first", "second")
             )
             least_m = nearest(second.position(dense_s) - first.position(dense_s))
-            at_s = np.array([told["closest_time_s"]])
+            at_s = np.array([encounter["closest_time_s"]])
             error_m = (
-                told["second_height_m"] - told["first_height_m"]
+                encounter["second_height_m"] - encounter["first_height_m"]
                 - float((second.height(at_s) - first.height(at_s))[0])
             )  # fmt: skip
             yield (
-                told["time_to_closest_s"], told["together"],
-                told["distance_low_m"] <= least_m <= told["distance_high_m"],
-                told["distance_high_m"] - told["distance_low_m"],
-                float(abs(error_m) <= HEIGHT_SIGMAS * told["vertical_sigma_m"]),
-                told["probability"], least_m <= QUERY.distance_m,
+                encounter["time_to_closest_s"], encounter["together"],
+                encounter["distance_low_m"] <= least_m <= encounter["distance_high_m"],
+                encounter["distance_high_m"] - encounter["distance_low_m"],
+                float(abs(error_m) <= HEIGHT_SIGMAS * encounter["vertical_sigma_m"]),
+                encounter["probability"], least_m <= QUERY.distance_m,
             )  # fmt: skip
 
 
@@ -137,34 +143,36 @@ def nearest(apart_m: Floats) -> float:
     return float(np.hypot(*(start + part[:, None] * step).T).min())
 
 
-def shares(judged: NDArray[np.void]) -> list[str]:
-    """Return the shares of intervals that held what they should, by the time ahead."""
-    together = judged["together"]
+def contained(evaluated: NDArray[np.void]) -> list[str]:
+    """Return the fraction of intervals that contain the true value, by the time ahead."""
+    together = evaluated["together"]
     chosen = [together]
     for low, high in pairwise(AHEAD_S):
-        within = (judged["ahead_s"] >= low) & (judged["ahead_s"] < high + (high == AHEAD_S[-1]))
+        within = (evaluated["ahead_s"] >= low) & (
+            evaluated["ahead_s"] < high + (high == AHEAD_S[-1])
+        )
         chosen.append(within & ~together)
-    chosen.append(np.ones(len(judged), np.bool_))
+    chosen.append(np.ones(len(evaluated), np.bool_))
     cells = [
-        f"{judged['held'][rows].mean():.1%} of {rows.sum()}" if rows.any() else "–"
+        f"{evaluated['held'][rows].mean():.1%} of {rows.sum()}" if rows.any() else "–"
         for rows in chosen
     ]
-    width = f"{np.median(judged['width_m']):.0f} m"
-    return [*cells, width, f"{judged['height_held'].mean():.1%}"]
+    width = f"{np.median(evaluated['width_m']):.0f} m"
+    return [*cells, width, f"{evaluated['height_held'].mean():.1%}"]
 
 
-def likely(judged: NDArray[np.void]) -> list[str]:
-    """Return mean of the probabilities told, and share that came, by probability; and the error."""
+def reliability_cells(evaluated: NDArray[np.void]) -> list[str]:
+    """Return mean reported probability and observed fraction by probability, and the error."""
     cells = []
-    for low, high in pairwise(CHANCES):
-        told = judged["probability"]
-        rows = (told >= low) & (told < high + (high == CHANCES[-1]))
+    for low, high in pairwise(PROBABILITIES):
+        reported = evaluated["probability"]
+        rows = (reported >= low) & (reported < high + (high == PROBABILITIES[-1]))
         cells.append(
-            f"{told[rows].mean():.3f}: {judged['came'][rows].mean():.3f} of {rows.sum()}"
+            f"{reported[rows].mean():.3f}: {evaluated['came'][rows].mean():.3f} of {rows.sum()}"
             if rows.any()
             else "–"
         )
-    return [*cells, f"{np.mean((judged['probability'] - judged['came']) ** 2):.4f}"]
+    return [*cells, f"{np.mean((evaluated['probability'] - evaluated['came']) ** 2):.4f}"]
 
 
 if __name__ == "__main__":

@@ -70,8 +70,8 @@ def main() -> None:
         ("`imm`, white noise (not offered)", modes, by_density(modes)),
         ("`imm`, its modes", modes, by_modes(modes)),
     ):
-        begun = [one for each in flown for one in starts(each, settings, options.duration)]
-        print(row(name, begun, by), flush=True)
+        started = [one for each in flown for one in starts(each, settings, options.duration)]
+        print(row(name, started, by), flush=True)
 
 
 def by_density(settings: TrackingSettings) -> Forecast:
@@ -123,11 +123,11 @@ def starts(one: Flown, settings: TrackingSettings, duration_s: float) -> list[St
     return found
 
 
-def row(name: str, begun: list[Start], by: Forecast) -> str:
+def row(name: str, started: list[Start], by: Forecast) -> str:
     """Return a row of the table."""
-    errors, squares = np.empty((2, len(begun), len(AHEAD_S)))
-    doing = np.empty(len(begun), np.int64)
-    for i, one in enumerate(begun):
+    errors, squares = np.empty((2, len(started), len(AHEAD_S)))
+    doing = np.empty(len(started), np.int64)
+    for i, one in enumerate(started):
         time_s = float(one.states.time_s[one.place])
         means, covariances = by(one.states, one.place)
         error = means[:, :2] - one.path.position(time_s + AHEAD_S)

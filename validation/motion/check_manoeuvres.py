@@ -118,8 +118,8 @@ def best_constant(flown: list[Flown], densities: Sequence[float]) -> TrackingSet
 
 def figures(settings: TrackingSettings, flown: list[Flown]) -> dict[str, Figure]:
     """Return the figures of each class of motion, and those of the biases."""
-    judgements = [judged(settings, one) for one in flown]
-    errors, sigmas, doing = (np.concatenate([one[i] for one in judgements]) for i in range(3))
+    results = [errors_of(settings, one) for one in flown]
+    errors, sigmas, doing = (np.concatenate([one[i] for one in results]) for i in range(3))
     found = {}
     for name, kinds in CLASSES.items():
         chosen = np.isin(doing, kinds)
@@ -127,12 +127,12 @@ def figures(settings: TrackingSettings, flown: list[Flown]) -> dict[str, Figure]
             float(np.sqrt(np.mean(errors[chosen] ** 2))),
             float(np.mean((errors[chosen] / sigmas[chosen]) ** 2)),
         )
-    biases = np.concatenate([one[3] for one in judgements])
+    biases = np.concatenate([one[3] for one in results])
     found["biases"] = Figure(np.nan, float(np.mean(biases)) if len(biases) else np.nan)
     return found
 
 
-def judged(settings: TrackingSettings, one: Flown) -> tuple[Floats, Floats, Integers, Floats]:
+def errors_of(settings: TrackingSettings, one: Flown) -> tuple[Floats, Floats, Integers, Floats]:
     """Return errors and sigmas of positions, what the aircraft did, and the NEES of the biases."""
     engine = Engine(one.sensors, settings)
     parts = [engine.push(one.batch).updates, engine.flush().updates]

@@ -90,13 +90,13 @@ def main() -> None:
     """Print a Markdown table."""
     options = arguments()
     ahead = ", ".join(f"{one:g} s" for one in HORIZONS_S)
-    print(f"| scene | filter | forecasts | inside: {ahead} | error (median), m: {ahead} |")
+    print(f"| scenario | filter | forecasts | inside: {ahead} | error (median), m: {ahead} |")
     print("|---|---|---|---|---|", flush=True)
     shares: dict[str, list[Floats]] = {}
     for recording in recordings(options):
         for name in options.filters:
             settings = TrackingSettings(filter_name=name)
-            inside, error_m = judged(recording, settings, taught=not options.untaught)
+            inside, error_m = evaluate_regions(recording, settings, taught=not options.untaught)
             share = np.nanmean(inside, axis=0)
             shares.setdefault(name, []).append(share)
             cells = (
@@ -151,7 +151,7 @@ def recordings(options: argparse.Namespace) -> Iterator[Recording]:
             yield Recording(f"{what}, seed {seed}", one.measurements, one.truth, sensors)
 
 
-def judged(
+def evaluate_regions(
     recording: Recording, settings: TrackingSettings, *, taught: bool
 ) -> tuple[Floats, Floats]:
     """Return whether each forecast held its aircraft, and how far off it was: (n, horizons)."""

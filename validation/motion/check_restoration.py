@@ -10,13 +10,13 @@ r"""Prints the tables of docs/restoration.md: bundle, IMM and smoother on the sa
         --extent 300e3
     python -m validation.motion.check_restoration --first-seed 62 --runs 1 --aircraft 10
 
-Aircraft fly as in check_manoeuvres.py, seen by the radars of the sample, whose biases are known.
-The bundle was tuned on seeds 20 to 25; the tables are of others. Four traffics: turns of at most
-22° of bank, which the bundle's limit of 4 m/s² allows; the same with 3 % of the plots moved by 0.3
-to 3 km; turns of up to 30° with a limit of 6 m/s²; and the same beyond the limit of 4 m/s². The IMM
-is the tracker's `imm`, the smoother `evaluation.imm_smoothing` over the plots up to now. Compared
-are root mean squares of the error of the place: at the newest plot, and at the plots of the last
-90 s, told now (by the IMM: told then).
+Aircraft fly as in check_manoeuvres.py, detected by the radars of the sample with known biases. The
+bundle was tuned on seeds 20 to 25; the tables use others. Four kinds of traffic: turns of at most
+22° of bank, within the bundle's limit of 4 m/s²; the same with 3 % of the plots moved by 0.3 to
+3 km; turns of up to 30° with a limit of 6 m/s²; and the same beyond the limit of 4 m/s². The IMM is
+the tracker's `imm`, the smoother `evaluation.imm_smoothing` over the plots up to now. Compared are
+RMS position errors: at the newest plot, and at the plots of the last 90 s, estimated now (by the
+IMM: estimated then).
 """
 
 import argparse
@@ -45,44 +45,44 @@ from validation.motion.check_smoothers import Seen, in_place
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
-#: Rows of plots that may be known, rows of the last 90 s, squared errors there by each method.
+#: Rows of plots for the smoother, rows of the last 90 s, squared errors there by each method.
 Old = tuple[Integers, Integers, Floats]
 
 SETTLED_S, PAST_S = 60.0, 90.0
-#: The past is told anew so often; the smoother then knows the plots of so long a time before.
+#: Interval between estimates of the past, and duration of the plots for the smoother, s.
 EVERY_S, SMOOTHED_S = 20.0, 240.0
 WRONG_SHARE, WRONG_M = 0.03, (300.0, 3000.0)
 OUTLIER_DENSITY = 30.0
-#: Farther from the truth than this, in so many plots in a row, an aircraft is lost.
+#: An aircraft is lost after this error in this number of consecutive plots.
 LOST_M, LOST_PLOTS = 1000.0, 3
-#: A turn that is told so long after the last one ended is a false one, s.
+#: A turn reported this long after the end of the last one is false, s.
 FALSE_AFTER_S = 30.0
 
 
 @dataclass(frozen=True)
-class Told:
-    """What one method says at the plots of a scene, NaN where it says nothing.
+class Estimates:
+    """Estimates of one method at the plots of a scenario, NaN where there are none.
 
-    Places (n, 2), the chance of a turn (n,), half of error² / sigma² (n,).
+    Positions (n, 2), probability of a turn (n,), half of error² / sigma² (n,).
     """
 
-    place_m: Floats
+    position_m: Floats
     turning: Floats
     squared: Floats
 
 
 @dataclass(frozen=True)
 class Aircraft:
-    """Plots of one aircraft, and what the IMM says at all plots."""
+    """Plots of one aircraft, and the estimates of the IMM at all plots."""
 
     seen: Seen
     rows: Integers
-    imm: Told
+    imm: Estimates
 
 
 @dataclass(frozen=True)
 class Past:
-    """Squared errors at places of the last 90 s: by bundle, its best track, IMM and smoother."""
+    """Squared position errors over the last 90 s: bundle, its best track, IMM and smoother."""
 
     squared_m2: Floats
     doing: Integers
@@ -90,12 +90,12 @@ class Past:
 
 @dataclass(frozen=True)
 class Found:
-    """Everything of one scene."""
+    """All results of one scenario."""
 
     seen: Seen
-    bundle: Told
+    bundle: Estimates
     best: Floats
-    imm: Told
+    imm: Estimates
     past: Past
     seconds: float
     restarts: int
@@ -133,7 +133,7 @@ def main() -> None:
 
 
 def print_searches(settings: BundleSettings, seed: int, aircraft: int = 6) -> None:
-    """Print how long a track of a window takes to be optimised by either method, and how well."""
+    """Print CPU time and misfit of the optimisation of a track by either method."""
     (flown,) = flights(
         1, aircraft=aircraft, duration_s=240.0, known=True, first_seed=seed, bank_max_deg=22.0
     )
@@ -141,25 +141,25 @@ def print_searches(settings: BundleSettings, seed: int, aircraft: int = 6) -> No
     spent: dict[str, list[float]] = {"search of Hooke and Jeeves": [], "least squares": []}
     left: dict[str, list[float]] = {name: [] for name in spent}
     for number in np.unique(seen.aircraft):
-        taken = seen.select(
+        chosen = seen.select(
             np.flatnonzero(
                 (seen.aircraft == number) & (seen.time_s > 100.0) & (seen.time_s < 190.0)
             )
         )
-        radar = np.zeros(len(taken))
-        plots = measurement_track(taken.time_s, taken.position_m, taken.covariance_m2, radar)
+        radar = np.zeros(len(chosen))
+        plots = measurement_track(chosen.time_s, chosen.position_m, chosen.covariance_m2, radar)
         known = int(np.searchsorted(plots.time_s, plots.time_s[0] + 30.0))
-        begun = PublishedBundle(plots, replace(settings, apart_m=20.0))
-        begun.start(known)
+        started = PublishedBundle(plots, replace(settings, apart_m=20.0))
+        started.start(known)
         for count in range(known, len(plots) + 1):
-            begun.branch(count)
-            begun.thin(count)
+            started.branch(count)
+            started.thin(count)
         for name in spent:
-            bundle = copy.deepcopy(begun)
+            bundle = copy.deepcopy(started)
             improve = bundle.fit_least_squares if name == "least squares" else bundle.optimise
             if number == seen.aircraft[0]:
                 improve(len(plots))
-                bundle = copy.deepcopy(begun)
+                bundle = copy.deepcopy(started)
                 improve = bundle.fit_least_squares if name == "least squares" else bundle.optimise
             began = process_time()
             improve(len(plots))
@@ -174,12 +174,12 @@ def print_searches(settings: BundleSettings, seed: int, aircraft: int = 6) -> No
 
 
 def moved(one: Flown, share: float, seed: int) -> Flown:
-    """Return a scene with a share of its plots moved in any direction."""
+    """Return a scenario with a fraction of its plots moved in random directions."""
     rng = np.random.Generator(np.random.PCG64([seed, 90]))
     count = len(one.batch)
     wrong = rng.uniform(size=count) < share
-    size, way = rng.uniform(*WRONG_M, count), rng.uniform(0.0, 2.0 * np.pi, count)
-    far, around = wrong * size * np.cos(way), wrong * size * np.sin(way)
+    size, angle = rng.uniform(*WRONG_M, count), rng.uniform(0.0, 2.0 * np.pi, count)
+    far, around = wrong * size * np.cos(angle), wrong * size * np.sin(angle)
     azimuth = one.batch.azimuth_rad + around / one.batch.range_m
     batch = replace(
         one.batch,
@@ -190,11 +190,11 @@ def moved(one: Flown, share: float, seed: int) -> Flown:
 
 
 def compare(flown: Flown, settings: BundleSettings) -> Found:
-    """Run all three over one scene."""
+    """Run all three methods on one scenario."""
     seen = in_place(flown)
-    imm = told_by_imm(flown, seen)
+    imm = imm_estimates(flown, seen)
     count = len(seen.sightings)
-    bundle = Told(np.full((count, 2), np.nan), np.full(count, np.nan), np.full(count, np.nan))
+    bundle = Estimates(np.full((count, 2), np.nan), np.full(count, np.nan), np.full(count, np.nan))
     best = np.full((count, 2), np.nan)
     pasts: list[Old] = []
     seconds, restarts = 0.0, 0
@@ -208,9 +208,9 @@ def compare(flown: Flown, settings: BundleSettings) -> Found:
 
 
 def follow(
-    one: Aircraft, settings: BundleSettings, told: Told, best: Floats, pasts: list[Old]
+    one: Aircraft, settings: BundleSettings, estimates: Estimates, best: Floats, pasts: list[Old]
 ) -> tuple[float, int]:
-    """Follow one aircraft with a bundle; return the time for its steps and its restarts."""
+    """Process one aircraft with a bundle; return CPU time and number of restarts."""
     seen, rows, spent, next_s = one.seen, one.rows, 0.0, SETTLED_S + PAST_S
     sightings = seen.sightings
     bundle = Bundle(settings)
@@ -223,9 +223,9 @@ def follow(
             continue
         now = bundle.estimate()
         off = now.state[:2] - seen.true_m[row]
-        told.place_m[row] = now.state[:2]
-        told.turning[row] = now.kind_probability[1] + now.kind_probability[2]
-        told.squared[row] = off @ np.linalg.solve(now.covariance[:2, :2], off) / 2.0
+        estimates.position_m[row] = now.state[:2]
+        estimates.turning[row] = now.kind_probability[1] + now.kind_probability[2]
+        estimates.squared[row] = off @ np.linalg.solve(now.covariance[:2, :2], off) / 2.0
         best[row] = bundle.restored([time_s], BEST).position_m[0]
         if time_s >= next_s:
             next_s = time_s + EVERY_S
@@ -234,36 +234,36 @@ def follow(
 
 
 def past_of(one: Aircraft, bundle: Bundle, rows: Integers, time_s: float) -> Old:
-    """Return what is told of the last 90 s: rows the smoother may know, rows of them, errors."""
+    """Return rows for the smoother, rows of the last 90 s, and squared errors there."""
     times = one.seen.sightings.time_s[rows]
     old, known = rows[times > time_s - PAST_S], rows[times > time_s - SMOOTHED_S]
     when = one.seen.sightings.time_s[old]
     places = [bundle.restored(when, by).position_m for by in (WEIGHTED, BEST)]
     squares = np.sum(
-        (np.array([*places, one.imm.place_m[old]]) - one.seen.true_m[old]) ** 2, axis=-1
+        (np.array([*places, one.imm.position_m[old]]) - one.seen.true_m[old]) ** 2, axis=-1
     )
     return known, old, squares
 
 
 def smoothed(seen: Seen, pasts: list[Old]) -> Past:
-    """Smooth all pasts at once, as if each were of an aircraft of its own."""
+    """Smooth all windows at once, each as a separate aircraft."""
     every = np.concatenate([known for known, _, _ in pasts])
     number = np.repeat(np.arange(len(pasts)), [len(known) for known, _, _ in pasts])
-    taken = seen.sightings.select(every)
-    apart = PositionMeasurements(number, taken.time_s, taken.position_m, taken.covariance_m2)
+    chosen = seen.sightings.select(every)
+    apart = PositionMeasurements(number, chosen.time_s, chosen.position_m, chosen.covariance_m2)
     biases = ResidualBiases(seen.biases.sensitivity[every], seen.biases.covariance)
     state = smooth_modes(apart, civil_modes(), OUTLIER_DENSITY, biases).state
     squares, doing = [], []
-    for i, (_, old, told) in enumerate(pasts):
+    for i, (_, old, estimates) in enumerate(pasts):
         places = state[number == i][-len(old) :, :2]
         smooth = np.sum((places - seen.true_m[old]) ** 2, axis=-1)
-        squares.append(np.vstack([told, smooth]))
+        squares.append(np.vstack([estimates, smooth]))
         doing.append(seen.doing[old])
     return Past(np.concatenate(squares, axis=1), np.concatenate(doing))
 
 
-def told_by_imm(flown: Flown, seen: Seen) -> Told:
-    """Return what the filter of interacting modes says at the plots."""
+def imm_estimates(flown: Flown, seen: Seen) -> Estimates:
+    """Return the estimates of the filter of interacting modes at the plots."""
     engine = Engine(flown.sensors, TrackingSettings(filter_name="imm"))
     parts = [engine.push(flown.batch).updates, engine.flush().updates]
     updates = TrackUpdates.concatenate(parts)
@@ -278,7 +278,7 @@ def told_by_imm(flown: Flown, seen: Seen) -> Told:
     off = place[row] - seen.true_m
     # The sigma is the root of the sum of both variances.
     squared = np.sum(off**2, axis=1) / updates.position_sigma_m[row] ** 2
-    return Told(
+    return Estimates(
         np.where(missing[:, None], np.nan, place[row]),
         np.where(missing, np.nan, turning[row]),
         np.where(missing, np.nan, squared),
@@ -288,12 +288,12 @@ def told_by_imm(flown: Flown, seen: Seen) -> Told:
 def report(found: list[Found]) -> None:
     """Print the tables of one traffic."""
     print(f"| | {' | '.join(CLASSES)} |\n|{'---|' * (1 + len(CLASSES))}")
-    for name, told in (
-        ("now, bundle", [one.bundle.place_m for one in found]),
+    for name, positions in (
+        ("now, bundle", [one.bundle.position_m for one in found]),
         ("now, best track", [one.best for one in found]),
-        ("now, `imm`", [one.imm.place_m for one in found]),
+        ("now, `imm`", [one.imm.position_m for one in found]),
     ):
-        print(f"| {name} | {' | '.join(now_cells(found, told))} |")
+        print(f"| {name} | {' | '.join(now_cells(found, positions))} |")
     names = ("bundle", "best track", "`imm`", "smoother up to now")
     for which, name in enumerate(names):
         squares = np.concatenate([one.past.squared_m2[which] for one in found])
@@ -310,70 +310,70 @@ def report(found: list[Found]) -> None:
     )
 
 
-def now_cells(found: list[Found], told: list[Floats]) -> list[str]:
+def now_cells(found: list[Found], positions: list[Floats]) -> list[str]:
     """Return root mean squares at the newest plot, by what the aircraft does."""
     squares, doing = [], []
-    for one, place in zip(found, told, strict=True):
-        # Where the tracker has refused a plot it says nothing; nobody is judged there.
+    for one, position in zip(found, positions, strict=True):
+        # Plots rejected by the tracker have no estimate; none is evaluated there.
         both = np.isfinite(one.bundle.turning) & np.isfinite(one.imm.turning)
         kept = both & (one.seen.sightings.time_s > SETTLED_S)
-        squares.append(np.sum((place - one.seen.true_m)[kept] ** 2, axis=1))
+        squares.append(np.sum((position - one.seen.true_m)[kept] ** 2, axis=1))
         doing.append(one.seen.doing[kept])
     square, kinds = np.concatenate(squares), np.concatenate(doing)
     return [metres(square[np.isin(kinds, which)]) for which in CLASSES.values()]
 
 
 def metres(squares: Floats) -> str:
-    """Return a root mean square; places that somebody says nothing of do not count."""
+    """Return a root mean square; missing estimates are ignored."""
     return f"{np.sqrt(np.nanmean(squares)):.1f} m"
 
 
-def sentence(found: list[Found], each: list[Told]) -> str:
+def sentence(found: list[Found], each: list[Estimates]) -> str:
     """Return delays, false turns, the squared error over its sigma, and losses."""
     starts: list[float] = []
     ends: list[float] = []
     false: list[Flags] = []
     squared, lost = [], 0
-    for one, told in zip(found, each, strict=True):
+    for one, estimates in zip(found, each, strict=True):
         for aircraft in np.unique(one.seen.sightings.aircraft):
             rows = np.flatnonzero(
                 (one.seen.sightings.aircraft == aircraft) & (one.seen.sightings.time_s > SETTLED_S)
             )
-            off = np.hypot(*(told.place_m[rows] - one.seen.true_m[rows]).T)
+            off = np.hypot(*(estimates.position_m[rows] - one.seen.true_m[rows]).T)
             lost += is_lost(off)
-            judged = rows[np.isfinite(told.turning[rows])]
-            times, turns = one.seen.sightings.time_s[judged], one.seen.doing[judged] == TURN
-            begun, ended, wrong = delays(times, turns, told.turning[judged] > 0.5)
-            starts, ends, false = starts + begun, ends + ended, [*false, wrong]
-        squared.append(told.squared[np.isfinite(told.squared)])
+            evaluated = rows[np.isfinite(estimates.turning[rows])]
+            times, turns = one.seen.sightings.time_s[evaluated], one.seen.doing[evaluated] == TURN
+            started, ended, wrong = delays(times, turns, estimates.turning[evaluated] > 0.5)
+            starts, ends, false = starts + started, ends + ended, [*false, wrong]
+        squared.append(estimates.squared[np.isfinite(estimates.squared)])
     return (
-        f"turns told {np.mean(starts):.1f} s after their start and {np.mean(ends):.1f} s after "
+        f"turns reported {np.mean(starts):.1f} s after their start and {np.mean(ends):.1f} s after "
         f"their end ({len(starts)} turns), {100.0 * np.mean(np.concatenate(false)):.2f} % of "
-        f"straight flight told as turns, error² / sigma² {np.mean(np.concatenate(squared)):.2f}, "
-        f"{lost} aircraft lost"
+        f"straight flight reported as turns, error² / sigma² "
+        f"{np.mean(np.concatenate(squared)):.2f}, {lost} aircraft lost"
     )
 
 
-def delays(times: Floats, turns: Flags, told: Flags) -> tuple[list[float], list[float], Flags]:
-    """Return how long after starts and ends of turns they are told, and what is told later.
+def delays(times: Floats, turns: Flags, reported: Flags) -> tuple[list[float], list[float], Flags]:
+    """Return the delays of reported starts and ends of turns, and what is reported later.
 
-    What is never told counts to the end.
+    Unreported ones count to the end.
     """
     starts: list[float] = []
     ends: list[float] = []
     false = [np.zeros(0, np.bool_)]
     cuts = [*(np.flatnonzero(np.diff(turns.astype(int))) + 1).tolist(), len(turns)]
     for first, last in pairwise(cuts):
-        right = np.flatnonzero(told[first:last] == turns[first])
+        right = np.flatnonzero(reported[first:last] == turns[first])
         until = first + right[0] if len(right) else last - 1
         (starts if turns[first] else ends).append(float(times[until] - times[first]))
         if not turns[first]:
-            false.append(told[first:last][times[first:last] > times[first] + FALSE_AFTER_S])
+            false.append(reported[first:last][times[first:last] > times[first] + FALSE_AFTER_S])
     return starts, ends, np.concatenate(false)
 
 
 def is_lost(off: Floats) -> bool:
-    """Return whether so many errors in a row are large; silence is one."""
+    """Return whether `LOST_PLOTS` consecutive errors are large or missing."""
     large = ~(off < LOST_M)
     runs = np.convolve(large.astype(int), np.ones(LOST_PLOTS, int), mode="valid")
     return bool((runs >= LOST_PLOTS).any())

@@ -57,21 +57,21 @@ def main() -> None:
     print(f"bundles' thread: {1e3 * taking_s / plots:.2f} ms a plot, places included")
     print(f"of that to learn from forecasts: {1e3 * learning_s / plots:.3f} ms a plot")
     readings = [pool.read(track) for track in range(1, 200)]
-    told = [one for one in readings if one is not None and len(one.bundle) > 1][:20]
+    usable = [one for one in readings if one is not None and len(one.bundle) > 1][:20]
     plane = PlotPlaces(sensors, TRACKING).plane
 
     def answer(points: int) -> Callable[[], None]:
         def answers() -> None:
-            for one in told:
+            for one in usable:
                 trajectories_of(1, one, plane, points, PATH_STEP_DEFAULT_S)
 
         return answers
 
     for points in (PATH_POINTS_DEFAULT, 0):
-        each_s = _least(answer(points)) / len(told)
+        each_s = _least(answer(points)) / len(usable)
         print(f"an answer with at most {points} points: {1e3 * each_s:.1f} ms")
-    copying_s = _least(lambda: [one.bundle.copy() for one in told])
-    print(f"of that the bundle is held: {1e3 * copying_s / len(told):.3f} ms")
+    copying_s = _least(lambda: [one.bundle.copy() for one in usable])
+    print(f"of that the bundle is held: {1e3 * copying_s / len(usable):.3f} ms")
     print(f"memory: {_bytes_each(orders, sensors) / 1e6:.3f} MB an aircraft")
 
 

@@ -1,12 +1,12 @@
-"""Prints how far bundles and tracks of whole scenes are from the truth: docs/restoration.md.
+"""Prints the errors of bundles and tracks of whole scenarios: docs/restoration.md.
 
 ::
 
     python -m validation.motion.check_trajectory_errors  # four scenes, some minutes
     python -m validation.motion.check_trajectory_errors --duration 600 rotating-gaps
 
-Scenes of `multiradar simulate` go through `track --trajectories` with biases unknown; compared are
-what the bundle and the track say at the same plots, from 150 s on, when the biases are known well.
+Scenarios of `multiradar simulate` are tracked by `track --trajectories` with unknown biases. The
+errors of bundle and track at the same plots are compared from 150 s on, when the biases are known.
 """
 
 import argparse
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from multiradar.cli.main import run
 
-#: With the filter of each.
+#: Scenarios with their filter.
 SCENES = {
     "manoeuvring-traffic": "imm",
     "rotating-gaps": "imm",
@@ -41,7 +41,7 @@ def main() -> None:
     parser.add_argument("scenes", nargs="*", default=list(SCENES))
     parser.add_argument("--duration", type=float, default=420.0, help="of each scene, s")
     given = parser.parse_args()
-    print("| scene | bundle: median, RMS | track | error² / sigma² | begun anew |")
+    print("| scenario | bundle: median, RMS | track | error² / sigma² | re-initialised |")
     print("|---|---|---|---|---|")
     for scene in given.scenes:
         with tempfile.TemporaryDirectory() as folder:
@@ -65,12 +65,12 @@ def _must(*arguments: object) -> None:
 
 def _row(scene: str, place: Path) -> str:
     truth = pl.read_parquet(place / "scene" / "truth.parquet").sort("time_s")
-    told = pl.read_parquet(place / "out" / "trajectories.parquet").filter(
+    reconstructed = pl.read_parquet(place / "out" / "trajectories.parquet").filter(
         pl.col("reason").is_null()
     )
     tracks = pl.read_parquet(place / "out" / "tracks.parquet")
     columns = ["track_id", "time_s", "track_number", "latitude_deg", "longitude_deg"]
-    both = told.join(tracks.select(columns), on=["track_id", "time_s"], suffix="_track")
+    both = reconstructed.join(tracks.select(columns), on=["track_id", "time_s"], suffix="_track")
     since = both["time_s"].min()
     assert isinstance(since, float)
     both = both.filter(pl.col("time_s") > since + SETTLED_S)
@@ -92,19 +92,19 @@ def _row(scene: str, place: Path) -> str:
     return f"| {' | '.join(cells)} |"
 
 
-def _errors(told: pl.DataFrame, truth: pl.DataFrame) -> Floats:
+def _errors(reconstructed: pl.DataFrame, truth: pl.DataFrame) -> Floats:
     """Return errors of bundle and track, and the sigma of the bundle, (n, 3), m."""
-    time_s = told["time_s"].to_numpy()
+    time_s = reconstructed["time_s"].to_numpy()
     latitude, longitude = (
         np.interp(time_s, truth["time_s"].to_numpy(), truth[name].to_numpy())
         for name in ("latitude_deg", "longitude_deg")
     )
     found = []
     for suffix in ("", "_track"):
-        north = np.radians(told[f"latitude_deg{suffix}"].to_numpy() - latitude)
-        east = np.radians(told[f"longitude_deg{suffix}"].to_numpy() - longitude)
+        north = np.radians(reconstructed[f"latitude_deg{suffix}"].to_numpy() - latitude)
+        east = np.radians(reconstructed[f"longitude_deg{suffix}"].to_numpy() - longitude)
         found.append(_RADIUS_M * np.hypot(north, east * np.cos(np.radians(latitude))))
-    return np.column_stack([*found, told["position_sigma_m"].to_numpy()])
+    return np.column_stack([*found, reconstructed["position_sigma_m"].to_numpy()])
 
 
 def _rms(values: Floats) -> float:

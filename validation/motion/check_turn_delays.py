@@ -1,21 +1,21 @@
-r"""Prints the tables of docs/restoration.md of how early turns are told at equal false rates.
+r"""Prints the tables of docs/restoration.md on the delay of turn detection at equal false rates.
 
 ::
 
     python -m validation.motion.check_turn_delays  # twelve seeds of five traffics, half an hour
     python -m validation.motion.check_turn_delays --runs 3 --traffic "banks of up to 22°"
 
-Aircraft, radars and judgement are those of check_restoration.py; the seeds are others than those of
-its tables and those of tuning. A turn is told when its chance passes a threshold. One half is what
-a reader would take; every other one trades delays for false turns, for `imm` and bundle alike, so
-delays are compared at thresholds of equal rates of false turns. Differences come with their
-standard deviation over aircraft (bootstrap).
+Aircraft, radars and measures are those of check_restoration.py; the seeds differ from those of its
+tables and of tuning. A turn is detected when its probability exceeds a threshold. The natural
+threshold is 0.5; any other trades delay for false turns, for `imm` and bundle alike, so delays are
+compared at thresholds of equal rates of false turns. Differences are given with their standard
+deviation over aircraft (bootstrap).
 
-The exact sum is no filter. It is told that only turns end straight flight, when that began, and
-that banks are spread evenly from 10° to the largest; it sums over all beginnings and banks. Nobody
-is judged beside it where that does not hold: in changes of speed, and after them and after turns
-until there are 20 s of straight flight. What was before straight flight it does not know; it has no
-say where plots are wrong, or where straight flight is short.
+The exact sum is not a filter. It knows that only turns end straight flight, when straight flight
+started, and that banks are uniform from 10° to the largest; it sums over all starts and banks. It
+is compared only where these assumptions hold: not during changes of speed, nor after them or after
+turns until there are 20 s of straight flight, nor with wrong plots or short straight flight. Data
+before straight flight are not used.
 """
 
 import argparse
@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from multiradar.restoration.bundle.bundle import Bundle
 from multiradar.restoration.control_tracks.settings import BundleSettings
 from validation.motion.check_manoeuvres import GRAVITY_MPS2, SPEEDING, STRAIGHT, TURN, flights
-from validation.motion.check_restoration import SETTLED_S, WRONG_SHARE, delays, moved, told_by_imm
+from validation.motion.check_restoration import SETTLED_S, WRONG_SHARE, delays, imm_estimates, moved
 from validation.motion.check_smoothers import Seen, in_place
 
 Floats = NDArray[np.float64]
@@ -36,20 +36,20 @@ Floats = NDArray[np.float64]
 DURATION_S = 600.0
 TURNING = ("right", "left")
 RATES = (0.5, 0.75, 1.0, 1.5, 2.0)
-#: Logarithms of the odds at which a turn is told; the one in the middle is one half.
+#: Logarithms of the odds thresholds for a turn; the middle one is a probability of 0.5.
 ODDS = np.linspace(-8.0, 8.0, 161)
 RESAMPLED = 400
-#: Rows of counts of an aircraft: sum of delays, turns, rows told as turns falsely, rows judged so.
+#: Rows of counts of an aircraft: sum of delays, turns, false turn rows, evaluated straight rows.
 DELAY_S, TURNS, FALSE, STRAIGHTS = range(4)
-#: The exact sum: its window, the least straight flight in it, how long ago a turn may have begun,
-#: by what steps, s; turns a second; banks, of each side.
+#: The exact sum: window, least straight flight in it, earliest start of a turn before now, step of
+#: starts, s; turns per second; number of banks on each side, smallest bank.
 WINDOW_S, LEAST_S, BACK_S, STEP_S = 90.0, 20.0, 40.0, 1.0
 TURN_RATE, BANKS, LEAST_BANK_DEG = 0.01, 6, 10.0
 
 
 @dataclass(frozen=True)
 class Traffic:
-    """How aircraft fly, where they begin, and how many plots are wrong."""
+    """Motion and initial area of aircraft, and fraction of wrong plots."""
 
     bank_deg: float = 22.0
     lateral_max_mps2: float = 4.0
@@ -78,34 +78,38 @@ def main() -> None:
     for name in options.traffic:
         found: dict[str, list[Floats]] = {}
         for seed in range(options.first_seed, options.first_seed + options.runs):
-            for who, counts in judged(TRAFFICS[name], seed, options.aircraft).items():
-                found.setdefault(who, []).append(counts)
+            for method, counts in counts_of(TRAFFICS[name], seed, options.aircraft).items():
+                found.setdefault(method, []).append(counts)
         print(f"**{name}**\n")
-        report({who: np.concatenate(parts) for who, parts in found.items()})
+        report({method: np.concatenate(parts) for method, parts in found.items()})
 
 
-def judged(traffic: Traffic, seed: int, aircraft: int) -> dict[str, Floats]:
-    """Return the counts of one scene: of both methods, and beside the exact sum where it holds."""
+def counts_of(traffic: Traffic, seed: int, aircraft: int) -> dict[str, Floats]:
+    """Return the counts of one scenario for both methods, and for the exact sum where it holds."""
     (flown,) = flights(
         1, aircraft=aircraft, duration_s=DURATION_S, known=True, first_seed=seed,
         bank_max_deg=traffic.bank_deg, straight_s=traffic.straight_s, extent_m=traffic.extent_m,
     )  # fmt: skip
     flown = moved(flown, traffic.wrong, seed)
     seen = in_place(flown)
-    told = {
-        "`imm`": told_by_imm(flown, seen).turning,
-        "bundle": told_by_bundle(seen, BundleSettings(lateral_max_mps2=traffic.lateral_max_mps2)),
+    turning_by_method = {
+        "`imm`": imm_estimates(flown, seen).turning,
+        "bundle": bundle_probabilities(
+            seen, BundleSettings(lateral_max_mps2=traffic.lateral_max_mps2)
+        ),
     }
     if not traffic.wrong and traffic.straight_s > WINDOW_S:
-        exact = told_by_sum(seen, traffic.bank_deg)
-        for who in list(told):
-            told[f"{who}, where the sum holds"] = np.where(np.isnan(exact), np.nan, told[who])
-        told["exact sum"] = exact
-    return {who: counted(seen, turning) for who, turning in told.items()}
+        exact = sum_probabilities(seen, traffic.bank_deg)
+        for method in list(turning_by_method):
+            turning_by_method[f"{method}, where the sum holds"] = np.where(
+                np.isnan(exact), np.nan, turning_by_method[method]
+            )
+        turning_by_method["exact sum"] = exact
+    return {method: counted(seen, turning) for method, turning in turning_by_method.items()}
 
 
-def told_by_bundle(seen: Seen, settings: BundleSettings) -> Floats:
-    """Return the chance of a turn that bundles tell at the plots."""
+def bundle_probabilities(seen: Seen, settings: BundleSettings) -> Floats:
+    """Return the probability of a turn by bundles at the plots."""
     sightings = seen.sightings
     turning = np.full(len(sightings), np.nan)
     for aircraft in np.unique(sightings.aircraft):
@@ -114,7 +118,7 @@ def told_by_bundle(seen: Seen, settings: BundleSettings) -> Floats:
             time_s = float(sightings.time_s[row])
             bundle.push(time_s, sightings.position_m[row], sightings.covariance_m2[row])
             if len(bundle) and time_s >= SETTLED_S:
-                # As `estimate` has it, without the covariance, which takes most of its time.
+                # As in `estimate`, without the covariance, which takes most of the CPU time.
                 turning[row] = sum(
                     one.weight
                     for one in bundle.trajectories()
@@ -123,8 +127,8 @@ def told_by_bundle(seen: Seen, settings: BundleSettings) -> Floats:
     return turning
 
 
-def told_by_sum(seen: Seen, bank_max_deg: float) -> Floats:
-    """Return the chance of a turn for one who knows the traffic, NaN where that does not hold."""
+def sum_probabilities(seen: Seen, bank_max_deg: float) -> Floats:
+    """Return the probability of a turn given the traffic model, NaN where it does not hold."""
     sightings = seen.sightings
     turning = np.full(len(sightings), np.nan)
     banks = np.radians(np.linspace(LEAST_BANK_DEG, bank_max_deg, BANKS))
@@ -134,31 +138,33 @@ def told_by_sum(seen: Seen, bank_max_deg: float) -> Floats:
         time_s, doing = sightings.time_s[rows], seen.doing[rows]
         information = np.linalg.inv(sightings.covariance_m2[rows])
         root = np.linalg.cholesky(information).swapaxes(1, 2)
-        begun_s = time_s[0]
+        straight_since_s = time_s[0]
         for k, row in enumerate(rows):
             if k and doing[k] == STRAIGHT != doing[k - 1]:
-                begun_s = time_s[k]
-            first = int(np.searchsorted(time_s, max(begun_s, time_s[k] - WINDOW_S)))
+                straight_since_s = time_s[k]
+            first = int(np.searchsorted(time_s, max(straight_since_s, time_s[k] - WINDOW_S)))
             known = time_s[k] - time_s[first] >= LEAST_S and k - first >= BANKS
             if known and doing[k] != SPEEDING and time_s[k] >= SETTLED_S:
                 part = slice(first, k + 1)
-                place_m = sightings.position_m[rows[part]]
-                turning[row] = chance(time_s[part] - time_s[k], place_m, root[part], lateral)
+                position_m = sightings.position_m[rows[part]]
+                turning[row] = probability(
+                    time_s[part] - time_s[k], position_m, root[part], lateral
+                )
     return turning
 
 
-def chance(time_s: Floats, place_m: Floats, root: Floats, lateral_mps2: Floats) -> float:
-    """Return the chance that straight flight has become a turn by the last plot, at time 0.
+def probability(time_s: Floats, position_m: Floats, root: Floats, lateral_mps2: Floats) -> float:
+    """Return the probability that straight flight has become a turn by the last plot, at time 0.
 
-    Course and speed for the shape of a turn are those of the first half of the plots; place and
-    velocity are left open, with each turn anew.
+    Course and speed for the shape of a turn are those of the first half of the plots; position and
+    velocity are free parameters of each turn.
     """
     many = len(time_s)
     flown = np.zeros((many, 2, 4))
     flown[:, 0, 0] = flown[:, 1, 1] = 1.0
     flown[:, 0, 2] = flown[:, 1, 3] = time_s
     design = (root @ flown).reshape(2 * many, 4)
-    plots = np.einsum("nij,nj->ni", root, place_m).ravel()
+    plots = np.einsum("nij,nj->ni", root, position_m).ravel()
     before = 2 * max(many // 2, 3)
     velocity = np.linalg.lstsq(design[:before], plots[:before], rcond=None)[0][2:]
     speed = float(np.hypot(*velocity))
@@ -208,7 +214,7 @@ def at_rates(counts: Floats) -> Floats:
 
 
 def difference(one: Floats, other: Floats) -> tuple[Floats, Floats]:
-    """Return how much later one tells turns at each rate, s, and the standard deviation of that."""
+    """Return the difference in delay at each rate, s, and its standard deviation."""
     rng = np.random.Generator(np.random.PCG64(len(one)))
     drawn = rng.integers(len(one), size=(RESAMPLED, len(one)))
     tried = np.array([at_rates(one[rows]) - at_rates(other[rows]) for rows in drawn])
@@ -220,11 +226,11 @@ def report(counts: dict[str, Floats]) -> None:
     print(f"| | at one half | {' | '.join(f'{rate:g} % false' for rate in RATES)} |")
     print(f"|{'---|' * (2 + len(RATES))}")
     half = len(ODDS) // 2
-    for who, each in counts.items():
+    for method, each in counts.items():
         total = each[:, half].sum(axis=0)
         rate = 100.0 * total[FALSE] / total[STRAIGHTS]
         first = f"{total[DELAY_S] / total[TURNS]:.2f} s, {rate:.2f} % false"
-        print(f"| {who} | {first} | {cells(at_rates(each))} |")
+        print(f"| {method} | {first} | {cells(at_rates(each))} |")
     for one, other in (("bundle", "`imm`"), ("exact sum", "bundle, where the sum holds")):
         if one in counts:
             later, sigma = difference(counts[one], counts[other])

@@ -7,9 +7,9 @@
     python -m validation.peers.compare_bluesky bluesky-simulator  # a minute; 4 GiB for the last row
 
 BlueSky compares all pairs (Hoekstra and Ellerbroek): closest point of approach by position and
-velocity, and when each pair enters and leaves a disc; no errors, no chances. Its compiled form is
-taken, without its simulator. Both are given the same aircraft, and told who comes within five
-nautical miles in the next two minutes; a line for each number of aircraft.
+velocity, and the times at which each pair enters and leaves a disc; no errors, no probabilities.
+Its compiled form is used, without the simulator. Both search the same aircraft for pairs within
+five nautical miles in the next two minutes; one line for each number of aircraft.
 """
 
 import sys

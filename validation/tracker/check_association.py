@@ -7,7 +7,7 @@
 
 Each row is tracked with the track numbers hidden (of the sample also all but radar plots), first
 without codes and addresses, then with codes. Truth comes from the hidden numbers of the sample, and
-from `truth.parquet` of a scene. A track belongs to the aircraft that most of its plots are of.
+from `truth.parquet` of a scenario. A track belongs to the aircraft of most of its plots.
 """
 
 import argparse
@@ -38,32 +38,32 @@ HEADER = (
     "recording", "known", "plots on the right track", "of all plots", "swaps", "aircraft", "tracks",
     "initiation, scans", "false tracks", "longest, s", "range bias", "azimuth bias",
 )  # fmt: skip
-#: So many plots in a row of another aircraft make a swap; fewer are plots on the wrong track.
+#: Consecutive plots of another aircraft that make a swap; fewer are plots on the wrong track.
 SWAP_PLOTS = 3
 
 
 @dataclass(frozen=True)
 class Figures:
-    """What a run is judged by.
+    """Figures of merit of a run.
 
     Attributes
     ----------
     right_share : float
-        Part of the plots on confirmed tracks that are of the aircraft of their track.
+        Fraction of the plots on confirmed tracks that are of the aircraft of their track.
     all_share : float
-        Part of all plots of aircraft that are on a track of their aircraft, the plots before its
-        confirmation among them; outliers and plots in the cone of silence are on none.
+        Fraction of all plots of aircraft that are on a track of their aircraft, including those
+        before its confirmation; outliers and plots in the cone of silence are on none.
     swaps : int
-        How often a confirmed track went over to another aircraft.
+        Number of times that a confirmed track changed to another aircraft.
     aircraft, tracks : int
         Aircraft and confirmed tracks.
     scans : ndarray
-        Turns of the radar that saw an aircraft first until its track was confirmed, the first
-        counted; one for each aircraft.
+        Scans of the radar that detected an aircraft first until its track was confirmed, including
+        the first; one value for each aircraft.
     false_tracks : int
-        Confirmed tracks without an aircraft, or of one that had another confirmed track meanwhile.
+        Confirmed tracks without an aircraft, or of one with another confirmed track at the time.
     false_life_s : float
-        How long the longest of them lived.
+        Duration of the longest of them, s.
     """
 
     right_share: float
@@ -82,11 +82,11 @@ def figures(tracks: pl.DataFrame, truth: pl.DataFrame, period_s: dict[str, float
     Parameters
     ----------
     tracks : DataFrame
-        `tracks.parquet`; its own `track_number` is not looked at.
+        `tracks.parquet`; its own `track_number` is not used.
     truth : DataFrame
         `time_s`, `sensor_id` and `track_number` (null for plots without aircraft) of every plot.
     period_s : dict
-        Turns of the radars.
+        Scan periods of the radars, s.
     """
     keys = ["time_s", "sensor_id"]
     once = truth.select(*keys, "track_number").unique(keys, keep="none")
@@ -98,13 +98,13 @@ def figures(tracks: pl.DataFrame, truth: pl.DataFrame, period_s: dict[str, float
         .group_by("track_id", maintain_order=True).first()
         .select("track_id", pl.col("track_number").alias("owner"))
     )  # fmt: skip
-    judged = confirmed.join(owner, on="track_id")
-    named = judged.filter(pl.col("track_number").is_not_null())
+    owned = confirmed.join(owner, on="track_id")
+    named = owned.filter(pl.col("track_number").is_not_null())
     right = int((named["track_number"] == named["owner"]).fill_null(value=False).sum())
     plots = len(once.drop_nulls("track_number"))
     every = rows.join(owner, on="track_id")
     mine = (every["track_number"] == every["owner"]).fill_null(value=False)
-    false, life_s = _false_tracks(judged)
+    false, life_s = _false_tracks(owned)
     by_track = named.group_by("track_id")
     return Figures(
         right_share=right / max(len(named), 1),
@@ -124,8 +124,8 @@ def _swaps(numbers: "np.typing.NDArray[np.int64]") -> int:
     return sum(before != after for before, after in pairwise(kept))
 
 
-def _false_tracks(judged: pl.DataFrame) -> tuple[int, float]:
-    lives = judged.group_by("track_id", "owner").agg(
+def _false_tracks(owned: pl.DataFrame) -> tuple[int, float]:
+    lives = owned.group_by("track_id", "owner").agg(
         pl.col("time_s").min().alias("start"), pl.col("time_s").max().alias("end")
     ).sort("owner", pl.col("end") - pl.col("start"), descending=[False, True])  # fmt: skip
     count, longest_s = 0, 0.0
@@ -145,10 +145,10 @@ def _scans(
     radar = truth.filter(pl.col("sensor_id").is_in(list(period_s)))
     first = radar.drop_nulls().sort("time_s").group_by("track_number", maintain_order=True).first()
     known = named.filter(pl.col("track_number") == pl.col("owner"))
-    begun = known.group_by("track_number").agg(pl.col("time_s").min().alias("confirmed_s"))
-    both = first.join(begun, on="track_number")
-    turns = np.array([period_s[name] for name in both["sensor_id"]])
-    return np.asarray((both["confirmed_s"] - both["time_s"]).to_numpy() / turns + 1.0)
+    confirmed_at = known.group_by("track_number").agg(pl.col("time_s").min().alias("confirmed_s"))
+    both = first.join(confirmed_at, on="track_number")
+    periods_s = np.array([period_s[name] for name in both["sensor_id"]])
+    return np.asarray((both["confirmed_s"] - both["time_s"]).to_numpy() / periods_s + 1.0)
 
 
 def main() -> None:

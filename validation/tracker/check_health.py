@@ -7,8 +7,8 @@
     python -m validation.tracker.check_health --recording converted \
         --sensors examples/sensors-vid-sample.toml
 
-The first two simulate scenes and list which alarms began, how far detection is from what the scene
-has, and when jumps were found. The third puts jumps of 150 m and 0.3° into a recording without any,
+The first two simulate scenarios and list alarms, the error of the detection probability, and when
+jumps were detected. The third puts jumps of 150 m and 0.3° into a recording without any,
 one radar and one jump at a time: ten minutes before its end or halfway, or when `--at` says.
 """
 
@@ -44,7 +44,7 @@ AFTER_S = (30.0, 60.0)
 
 @dataclass(frozen=True)
 class Run:
-    """What came of tracking."""
+    """Results of tracking."""
 
     table: SensorTable
     health: pl.DataFrame
@@ -53,7 +53,7 @@ class Run:
     counts: dict[str, int]
 
     def alarms(self) -> list[tuple[float, str, str]]:
-        """Return time, sensor and name of every alarm that began."""
+        """Return time, sensor and name of every alarm raised."""
         before: dict[str, set[str]] = {}
         found = []
         for time_s, name, text in self.health.select("time_s", "sensor_id", "alarms").iter_rows():
@@ -175,9 +175,9 @@ def put_in(options: argparse.Namespace) -> Iterator[str]:
 
 def _detection(scene: Scenario, run: Run) -> str:
     last = run.health.group_by("sensor_id", maintain_order=True).last()
-    told = {one.identifier: one.detection_probability for one in scene.sensors}
+    configured = {one.identifier: one.detection_probability for one in scene.sensors}
     off = [
-        abs(found - told[name])
+        abs(found - configured[name])
         for name, found in last.select("sensor_id", "detection_probability").iter_rows()
         if found is not None
     ]

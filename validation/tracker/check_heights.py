@@ -80,12 +80,12 @@ def figures(scene: Scenario, settings: TrackingSettings) -> list[str]:
         climb=(pl.col("climb") ** 2).mean().sqrt(),
         position=(pl.col("apart") ** 2).mean().sqrt(),
         position_nees=((pl.col("apart") / pl.col("position_sigma_m")) ** 2).mean(),
-        told=pl.col("height_m").is_not_null().mean(),
+        reported=pl.col("height_m").is_not_null().mean(),
     )
     return [
-        f"| {kind} | {told:.0%} | {number(height)} m | {number(height_nees, 2)} "
+        f"| {kind} | {reported:.0%} | {number(height)} m | {number(height_nees, 2)} "
         f"| {number(climb)} m/s | {number(position)} m | {number(position_nees, 2)} |"
-        for kind, height, height_nees, climb, position, position_nees, told in found.sort(
+        for kind, height, height_nees, climb, position, position_nees, reported in found.sort(
             "kind"
         ).iter_rows()
     ]

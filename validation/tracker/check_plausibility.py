@@ -1,12 +1,12 @@
-"""Prints docs/guide.md's table of reports that radars contradict: the scene `ghost-adsb`.
+"""Prints docs/guide.md's table of implausible ADS-B reports: the scenario `ghost-adsb`.
 
 ::
 
     python -m validation.tracker.check_plausibility  # two-stage and imm
     python -m validation.tracker.check_plausibility blom ci  # these filters
 
-Each filter tracks the scene with its ADS-B, with the same reports declared multilateration, so that
-they are believed, and with radars alone. An error is the distance of an update from the truth.
+Each filter tracks the scenario with its ADS-B, with the same reports declared as multilateration,
+which is not checked, and with radars alone. An error is the distance of an update from the truth.
 """
 
 import argparse
@@ -19,7 +19,7 @@ import numpy as np
 import polars as pl
 
 SCENE = "ghost-adsb"
-#: Track number, when its reports begin to be wrong and from when on errors count, s.
+#: Track number, start of wrong reports, start of evaluation, s.
 CASES = {
     "jump by 5 km for five minutes": (1, 300.0, 300.0),
     "drift away by 25 m/s": (2, 300.0, 300.0),
@@ -48,7 +48,7 @@ def main() -> None:
 
 
 def believe(folder: Path) -> None:
-    """Write the scene once more, with reports that nobody questions."""
+    """Write the scenario again, with reports that are not checked for plausibility."""
     rows = pl.read_parquet(folder / "measurements.parquet")
     rows.with_columns(pl.col("kind").str.replace("adsb", "mlat")).write_parquet(
         folder / "believed.parquet"

@@ -1,17 +1,17 @@
-"""Prints the table of docs/guide.md that compares ways of association where aircraft come close.
+"""Prints the table of docs/guide.md that compares association methods for close aircraft.
 
 ::
 
     python -m validation.tracker.check_probabilistic  # 20 seeds, a few minutes
-    python -m validation.tracker.check_probabilistic --seeds 5 --filter imm unresolved my.toml
+    python -m validation.tracker.check_probabilistic unresolved my.toml --seeds 5 --filter imm
 
-Every scene is simulated with the seeds 1, 2, …, tracked with all identity hidden, and judged as
-`multiradar evaluate --truth` does. Swaps, new numbers, false and second tracks are sums over the
+Every scenario is simulated with the seeds 1, 2, …, tracked with all identity hidden, and evaluated
+like `multiradar evaluate --truth`. Swaps, new numbers, false and duplicate tracks are sums over the
 seeds; position errors are of all updates of all seeds; completeness is a mean. The last columns are
-of aircraft that every radar took for one with others for a while: from the first plot after which
-one radar always told it apart, the turns of this radar until a confirmed track has a plot of it
-that is its own track later on, the first counted; and for how many of them the track from before
-went on with one of the group, and with the first of it, of which the plots of all were.
+of aircraft that no radar resolved from others for a while: the scans of the first radar that
+resolves it, from the first resolved plot until a confirmed track of its own has a plot of it, the
+first counted; and the number of aircraft whose previous track continued with one of the group, and
+with its first member, to which all unresolved plots belong.
 """
 
 import argparse
@@ -49,24 +49,24 @@ METHODS: dict[str, dict[str, Any]] = {
     "probabilistic, all events": {"association": "probabilistic", "joint_events": "all"},
 }
 HEADER = (
-    "scene", "filter", "association", "swaps", "new numbers", "RMS", "95 %", "completeness",
-    "false", "second", "own track after, scans", "track goes on", "CPU time",
+    "scenario", "filter", "association", "swaps", "new numbers", "RMS", "95 %", "completeness",
+    "false", "duplicate", "own track after, scans", "track continues", "CPU time",
 )  # fmt: skip
-JUDGED = EvaluationSettings()
-#: A track is compared with what it was, or becomes, within so long before and after, s.
+SETTINGS = EvaluationSettings()
+#: Time before and after in which a track is compared with its earlier and later aircraft, s.
 AROUND_S = 60.0
 
 
 @dataclass(frozen=True)
 class Parting:
-    """An aircraft that a radar tells apart from a time on.
+    """An aircraft that a radar resolves from a time on.
 
     Attributes
     ----------
     numbers : tuple of int
-        Its track number first, then those of the others that it was one plot with.
+        Its track number first, then those of the others it was unresolved from.
     time_s, period_s : float
-        The first plot after the last that was one with others, and the turn of that radar.
+        Its first resolved plot, and the scan period of that radar.
     """
 
     numbers: tuple[int, ...]
@@ -112,7 +112,7 @@ def main() -> None:
             recording = simulated(replace(scene, seed=seed))
             for (one, how), total in sums.items():
                 settings = TrackingSettings(filter_name=one, hidden_fields=HIDDEN, **METHODS[how])
-                if seed == 1:  # What is compiled now is not counted.
+                if seed == 1:  # Compilation is not counted.
                     add(Sums(), recording, settings)
                 add(total, recording, settings)
         for (one, how), total in sums.items():
@@ -131,7 +131,7 @@ def simulated(scene: Scenario) -> Recording:
 
 
 def partings(scene: Scenario) -> list[Parting]:
-    """Return who a radar tells apart from when on: the same plots, with and without resolution."""
+    """Return the aircraft that radars resolve, from the same plots with and without resolution."""
     if all(one.range_resolution_m == 0.0 for one in scene.sensors):
         return []
     sharp = replace(
@@ -143,18 +143,18 @@ def partings(scene: Scenario) -> list[Parting]:
     )
     keys = ["time_s", "sensor_id", "track_number"]
     merged = apart.join(seen, on=keys, how="anti").drop_nulls("track_number")
-    turns = {one.identifier: one.rotation_period_s or one.interval_s for one in scene.sensors}
+    periods_s = {one.identifier: one.rotation_period_s or one.interval_s for one in scene.sensors}
     found = []
     for (number,), rows in merged.group_by("track_number", maintain_order=True):
         mine = seen.filter(pl.col("track_number") == number)
         firsts = []
-        for sensor, turn in turns.items():
+        for sensor, period_s in periods_s.items():
             last = times(rows.filter(pl.col("sensor_id") == sensor))
             own = times(mine.filter(pl.col("sensor_id") == sensor))
             if len(last) and own.max(initial=-np.inf) > last.max():
-                firsts.append((float(own[own > last.max()].min()), turn))
-        # Only what every radar took for one with others.
-        if len(firsts) == len(turns):
+                firsts.append((float(own[own > last.max()].min()), period_s))
+        # Only aircraft that were unresolved by every radar.
+        if len(firsts) == len(periods_s):
             others = companions(apart, rows, number)
             found.append(Parting((number, *others), *min(firsts)))
     return found
@@ -166,14 +166,14 @@ def times(rows: pl.DataFrame) -> "np.typing.NDArray[np.float64]":
 
 
 def companions(apart: pl.DataFrame, merged: pl.DataFrame, number: int) -> list[int]:
-    """Return the aircraft that are nearest to most of the plots that were not made of one."""
-    place = ["latitude_deg", "longitude_deg"]
+    """Return the aircraft nearest to most of the unresolved plots."""
+    position = ["latitude_deg", "longitude_deg"]
     nearest: dict[int, int] = {}
     for row in merged.gather_every(5).iter_rows(named=True):
         near = apart.filter(
             (pl.col("time_s") - row["time_s"]).abs() < 1.0, pl.col("track_number") != number,
-            ((pl.col(place[0]) - row[place[0]]).abs() < 0.02)
-            & ((pl.col(place[1]) - row[place[1]]).abs() < 0.03),
+            ((pl.col(position[0]) - row[position[0]]).abs() < 0.02)
+            & ((pl.col(position[1]) - row[position[1]]).abs() < 0.03),
         )["track_number"].unique()  # fmt: skip
         for other in near.to_list():
             nearest[other] = nearest.get(other, 0) + 1
@@ -190,20 +190,20 @@ def add(total: Sums, recording: Recording, settings: TrackingSettings) -> None:
     total.cpu_s += time.process_time() - begin_s
     engine.close()
     frame = wire.tracks_frame(updates, recording.sensors)
-    reference = reference_of_truth(recording.truth, "truth", JUDGED.reference_gap_s)
+    reference = reference_of_truth(recording.truth, "truth", SETTINGS.reference_gap_s)
     tracks = tracks_of(frame, "tracks", reference.plane, tentative=False)
-    card = evaluate(tracks, reference, JUDGED, ())
-    told: dict[str, Any] = figures_of(card)
+    card = evaluate(tracks, reference, SETTINGS, ())
+    scores: dict[str, Any] = figures_of(card)
     for key, value in {
-        "swaps": told["identity"]["swaps"], "changes": told["identity"]["number_changes"],
-        "false": told["tracks"]["false"], "second": told["tracks"]["duplicate"],
+        "swaps": scores["identity"]["swaps"], "changes": scores["identity"]["number_changes"],
+        "false": scores["tracks"]["false"], "second": scores["tracks"]["duplicate"],
     }.items():  # fmt: skip
         total.counts[key] = total.counts.get(key, 0) + value
     total.position_m.append(card.errors.position_m)
-    total.completeness.append(told["siap"]["completeness"])
+    total.completeness.append(scores["siap"]["completeness"])
     rows = confirmed_plots(frame, recording.truth)
     for one in recording.partings:
-        judge_parting(total, one, rows)
+        add_parting(total, one, rows)
 
 
 def confirmed_plots(frame: pl.DataFrame, truth: pl.DataFrame) -> pl.DataFrame:
@@ -214,8 +214,8 @@ def confirmed_plots(frame: pl.DataFrame, truth: pl.DataFrame) -> pl.DataFrame:
     return rows.filter(pl.col("state") != "tentative")
 
 
-def judge_parting(total: Sums, one: Parting, rows: pl.DataFrame) -> None:
-    """Add when an aircraft has a track of its own, and whether that from before goes on."""
+def add_parting(total: Sums, one: Parting, rows: pl.DataFrame) -> None:
+    """Add the scans to a track of its own, and whether the previous track continues."""
     after = rows.filter(pl.col("time_s") >= one.time_s)
     settled_s = one.time_s + AROUND_S
     late = after.filter(pl.col("time_s").is_between(settled_s, settled_s + AROUND_S))
@@ -236,7 +236,7 @@ def judge_parting(total: Sums, one: Parting, rows: pl.DataFrame) -> None:
 
 
 def most(rows: pl.DataFrame) -> int | None:
-    """Return the track that most rows are of."""
+    """Return the track of most rows."""
     counts = rows.group_by("track_id").len().sort("len", "track_id", descending=[True, False])
     return None if counts.is_empty() else int(counts["track_id"][0])
 

@@ -31,8 +31,8 @@ from multiradar.estimation.filters.bank import FILTERS
 Floats = NDArray[np.float64]
 
 SETTLED_S = 120.0
-# Those are judged by check_association.py, check_probabilistic.py,
-# check_health.py and check_plausibility.py, and by tests.
+# Evaluated by check_association.py, check_probabilistic.py, check_health.py,
+# check_plausibility.py and tests.
 ASSOCIATION_SCENES = (
     "crossing", "formation", "shared-code", "code-change", "shared-address", "clutter",
     "duplicated-networks", "plot-storm", "radar-jump", "u-turn-edge", "primary-only",
@@ -40,14 +40,14 @@ ASSOCIATION_SCENES = (
     "newcomers", "bearings-only",
 )  # fmt: skip
 HEADER = (
-    "scene", "filter", "density", "range bias", "azimuth bias", "bias error² / sigma²",
+    "scenario", "filter", "density", "range bias", "azimuth bias", "bias error² / sigma²",
     "worst bias", "position", "position error² / sigma²",
 )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Figures:
-    """What one run showed: bias errors with their sigmas, position errors with theirs."""
+    """Results of one run: bias errors and position errors with their sigmas."""
 
     biases: pl.DataFrame
     position_m: Floats
@@ -241,7 +241,7 @@ def radar(name: str, rng: np.random.Generator, anchored: bool) -> str:
 
 
 def multiradar(*command: str) -> str:
-    """Run a command and return what it printed."""
+    """Run a command and return its output."""
     done = subprocess.run(
         [sys.executable, "-m", "multiradar", *command], capture_output=True, text=True, check=False
     )

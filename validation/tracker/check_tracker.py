@@ -1,17 +1,16 @@
-"""Prints all figures that the tracker is measured by, with their limits, for docs/tracker.md.
+"""Prints all figures of merit of the tracker with their limits, for docs/tracker.md.
 
 ::
 
     python -m validation.tracker.check_tracker  # five to ten minutes
     python -m validation.tracker.check_tracker --write  # and put them into docs/tracker.md
-    # a look: one seed of the manoeuvres instead of eight
+    # quick: one seed of the manoeuvres instead of eight
     python -m validation.tracker.check_tracker --runs 1
 
 The sample recording is tracked from radar plots alone, by `two-stage` and by `imm`, without
-identity, with codes, and with its track numbers; ADS-B, and the track numbers that were hidden,
-are what the tracks are compared with. Then aircraft that manoeuvre are flown, with known and with
-estimated biases. It has no measures of its own: what is counted is counted by check_association.py,
-check_manoeuvres.py and `multiradar evaluate`.
+identity, with codes, and with its track numbers; the reference is ADS-B and the hidden track
+numbers. Then manoeuvring aircraft are simulated, with known and with estimated biases. All measures
+are those of check_association.py, check_manoeuvres.py and `multiradar evaluate`.
 """
 
 import argparse
@@ -37,12 +36,12 @@ from validation.tracker import check_association as association
 DOCS = Path(__file__).parents[2] / "docs"
 FILTERS = ("two-stage", "imm")
 NUMBERED = "track numbers"
-#: Presets that are to be met, and the part of a track after which its errors are told again, s.
+#: Presets to be met, and the settling time for the second set of errors, s.
 PRESETS = ("ed142-tma", "esassp-3nm")
 SETTLED_S = 60.0
-#: Bounds: swaps in an hour without codes; share of plots; turns; life of a false track, s; errors.
-SWAPS_PER_H, RIGHT_SHARE, TURNS, FALSE_S, MEDIAN_M, RMS_M = 1.0, 0.99, 3.0, 30.0, 36.0, 60.0
-#: By how much errors are to be below those of the best constant process noise.
+#: Limits: swaps per hour without codes; fraction of plots; scans; life of a false track, s; errors.
+SWAPS_PER_H, RIGHT_SHARE, SCANS, FALSE_S, MEDIAN_M, RMS_M = 1.0, 0.99, 3.0, 30.0, 36.0, 60.0
+#: Required reduction of errors against the best constant process noise.
 BELOW = {"turns": 0.40, "straights": 0.20}
 #: Scenes of manoeuvres: traffic begins within ± m, mean straight leg, s.
 SCENES = ((150e3, 120.0), (100e3, 200.0))
@@ -50,7 +49,7 @@ SCENES = ((150e3, 120.0), (100e3, 200.0))
 
 @dataclass(frozen=True)
 class Run:
-    """What one run over the sample gave."""
+    """Results of one run over the sample."""
 
     title: str
     identity: bool
@@ -101,15 +100,15 @@ def sample_runs(folder: Path) -> Iterator[Run]:
                 found=association.figures(
                     pl.read_parquet(out / "tracks.parquet"), measurements, periods
                 ),
-                card=judged(out, reports, EvaluationSettings()),
-                settled=judged(out, reports, EvaluationSettings(settling_s=SETTLED_S)),
+                card=evaluated(out, reports, EvaluationSettings()),
+                settled=evaluated(out, reports, EvaluationSettings(settling_s=SETTLED_S)),
                 biases=bias_errors(out),
                 hours=hours,
             )
 
 
-def judged(tracks: Path, reports: Known, settings: EvaluationSettings) -> dict[str, Any]:
-    """Return what `multiradar evaluate` finds."""
+def evaluated(tracks: Path, reports: Known, settings: EvaluationSettings) -> dict[str, Any]:
+    """Return the figures of `multiradar evaluate`."""
     card = evaluate(
         read_tracks(tracks, reports, settings), reports.reference, settings, PRESETS,
         plots=reports.plots, biases=read_biases(tracks, reports),
@@ -123,10 +122,10 @@ def bias_errors(out: Path) -> list[tuple[float, float]]:
     final = report["figures"]["final_biases"]
     worst: dict[str, tuple[float, float]] = {}
     for sensor, parameter, value in association.sample_biases().iter_rows():
-        told = final[sensor][parameter]
-        error = abs(told["estimate"] - value)
+        estimated = final[sensor][parameter]
+        error = abs(estimated["estimate"] - value)
         most, ratio = worst.get(parameter, (0.0, 0.0))
-        worst[parameter] = max(most, error), max(ratio, error / told["sigma"])
+        worst[parameter] = max(most, error), max(ratio, error / estimated["sigma"])
     return [worst["range_offset_m"], worst["azimuth_offset_deg"]]
 
 
@@ -142,33 +141,33 @@ def sample_table(runs: list[Run]) -> str:
 
 
 def cells(run: Run) -> Iterator[tuple[str, str, str]]:
-    """Give name, limit and value of each figure of a run; what misses its limit is bold."""
+    """Yield name, limit and value of each figure of a run; values outside their limit are bold."""
     found = run.found
     coded = "no identity" not in run.title
     swaps = found.swaps / run.hours
     yield (
         "identity swaps",
         "0 with codes, ≤ 1 /h without",
-        told(f"{found.swaps}", swaps <= (0.0 if coded else SWAPS_PER_H)),
+        marked(f"{found.swaps}", swaps <= (0.0 if coded else SWAPS_PER_H)),
     )
     yield (
         "plots on the right track",
         f"≥ {RIGHT_SHARE:.0%}",
-        told(f"{found.right_share:.2%}", found.right_share >= RIGHT_SHARE),
+        marked(f"{found.right_share:.2%}", found.right_share >= RIGHT_SHARE),
     )
     yield "of all plots, outliers among them", "", f"{found.all_share:.2%}"
     yield (
-        "initiation, turns: median, longest",
-        f"≤ {TURNS:g}",
-        told(
+        "initiation, scans: median, longest",
+        f"≤ {SCANS:g}",
+        marked(
             f"{np.median(found.scans):.1f}, {np.max(found.scans):.1f}",
-            float(np.max(found.scans)) <= TURNS,
+            float(np.max(found.scans)) <= SCANS,
         ),
     )
     yield (
         "false tracks, and the longest, s",
         f"none over {FALSE_S:g} s",
-        told(f"{found.false_tracks}, {found.false_life_s:.0f}", found.false_life_s <= FALSE_S),
+        marked(f"{found.false_tracks}, {found.false_life_s:.0f}", found.false_life_s <= FALSE_S),
     )
     yield "aircraft, confirmed tracks", "", f"{found.aircraft}, {found.tracks}"
     for title, card in (("all updates", run.card), ("after a minute of the track", run.settled)):
@@ -176,19 +175,19 @@ def cells(run: Run) -> Iterator[tuple[str, str, str]]:
         yield (
             f"median error, {title}",
             f"≤ {MEDIAN_M:g} m",
-            told(f"{error['median']:.1f} m", error["median"] <= MEDIAN_M),
+            marked(f"{error['median']:.1f} m", error["median"] <= MEDIAN_M),
         )
         yield (
             f"RMS error, {title}",
             f"≤ {RMS_M:g} m",
-            told(f"{error['rms']:.1f} m", error["rms"] <= RMS_M),
+            marked(f"{error['rms']:.1f} m", error["rms"] <= RMS_M),
         )
     for one in run.card["presets"]:
         limit = f"{'≥' if one['at_least'] else '≤'} {one['limit']:g} {one['unit']}"
         yield (
             f"{one['preset']}: {one['requirement']}",
             limit,
-            told(f"{one['found']:.3g} {one['unit']}", one["verdict"] == "pass"),
+            marked(f"{one['found']:.3g} {one['unit']}", one["verdict"] == "pass"),
         )
     for name, unit, (error, ratio) in zip(
         ("range", "azimuth"), (" m", "°"), run.biases, strict=True
@@ -197,12 +196,12 @@ def cells(run: Run) -> Iterator[tuple[str, str, str]]:
         yield (
             f"worst error of a bias of {name}, error / sigma",
             "within 3 sigma",
-            told(f"{error:.{digits}f}{unit}, {ratio:.1f}", ratio <= 3.0),
+            marked(f"{error:.{digits}f}{unit}, {ratio:.1f}", ratio <= 3.0),
         )
 
 
-def told(text: str, met: bool) -> str:
-    """Return a figure, bold where it misses its limit."""
+def marked(text: str, met: bool) -> str:
+    """Return a figure, bold where it is outside its limit."""
     return text if met else f"**{text}**"
 
 
@@ -243,7 +242,7 @@ def row(
         if found is not against:
             text += f" ({change:+.0%})".replace("-", "−")
         met = found is against or name == "`two-stage`" or change <= -BELOW.get(kind, -np.inf)
-        parts.append(f"{told(text, met)}, {found[kind].nees:.2f}")
+        parts.append(f"{marked(text, met)}, {found[kind].nees:.2f}")
     return f"| {' | '.join(parts)} |"
 
 

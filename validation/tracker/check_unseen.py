@@ -1,4 +1,4 @@
-"""Tracks recordings that nobody has seen, and lists what went wrong.
+"""Tracks recordings not used for tuning, and lists failures.
 
 ::
 
@@ -7,13 +7,13 @@
     python -m validation.tracker.check_unseen --only storm clutter --list  # every failure by itself
 
 Each recording is made by `unseen_recordings.py`, tracked with all identity hidden and with
-codes, and compared with what it was made of by `unseen_verdict.py`:
+codes, and compared with its truth by `unseen_results.py`:
 
-- *swaps*: a confirmed track went over to another aircraft; *breaks*: an aircraft that was seen all
-  the time got another track; *lost*: five plots or more in a row were on no track of their own;
-- *late*: aircraft that had three plots in three turns of the radar that saw them first, and were
-  not confirmed by then; beside it the turns of all, and how many plots one waited at most;
-- *false*: confirmed tracks without aircraft; *duplicates*: a second one of an aircraft.
+- *swaps*: a confirmed track changed to another aircraft; *breaks*: a continuously detected aircraft
+  got another track; *lost*: five or more consecutive plots were on no track of their aircraft;
+- *late*: aircraft with three plots in three scans of the radar that detected them first, not
+  confirmed by then; beside it the scans of all, and the most plots before confirmation;
+- *false*: confirmed tracks without aircraft; *duplicates*: a second track of an aircraft.
 """
 
 import argparse
@@ -32,7 +32,7 @@ from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from validation.tracker import unseen_recordings as unseen
-from validation.tracker.unseen_verdict import Verdict, judged
+from validation.tracker.unseen_results import Result, compare
 
 HIDDEN = {
     "none": ("track_number", "mode_3a", "mode_s_address"),
@@ -40,7 +40,7 @@ HIDDEN = {
 }
 HEADER = (
     "recording", "known", "filter", "plots", "aircraft", "tracks", "right track", "swaps", "breaks",
-    "lost", "late", "turns: 95 %, worst", "wait", "false", "over 30 s", "duplicates", "RMS, m",
+    "lost", "late", "scans: 95 %, worst", "wait", "false", "over 30 s", "duplicates", "RMS, m",
     "CPU, s",
 )  # fmt: skip
 #: Failures that the last rows sum up.
@@ -61,18 +61,18 @@ def main() -> None:
             for name in options.filters:
                 began = time.process_time()
                 settings = TrackingSettings(hidden_fields=HIDDEN[known], filter_name=name)
-                verdict = judged(tracked(recording, settings), recording)
+                result = compare(tracked(recording, settings), recording)
                 spent = f"{time.process_time() - began:.1f}"
-                row = (recording.name, known, name, *cells(verdict), spent)
+                row = (recording.name, known, name, *cells(result), spent)
                 print(f"| {' | '.join(row)} |", flush=True)
-                for one in verdict.failures if options.list else []:
+                for one in result.failures if options.list else []:
                     print(f"    {one.what} at {one.time_s:.1f} s, {one.aircraft}: {one.word}")
                 total = sums.setdefault((known, name), Counter())
-                total.update(one.what for one in verdict.failures)
-                total.update(aircraft=verdict.aircraft, tracks=verdict.tracks)
+                total.update(one.what for one in result.failures)
+                total.update(aircraft=result.aircraft, tracks=result.tracks)
     for (known, name), total in sums.items():
-        told = ", ".join(f"{what} {total[what]}" for what in ("aircraft", "tracks", *SUMMED))
-        print(f"\n{known}, {name}: {told}")
+        text = ", ".join(f"{what} {total[what]}" for what in ("aircraft", "tracks", *SUMMED))
+        print(f"\n{known}, {name}: {text}")
 
 
 def arguments() -> argparse.Namespace:
@@ -120,14 +120,14 @@ def tracked(recording: unseen.Recording, settings: TrackingSettings) -> pl.DataF
     return wire.tracks_frame(TrackUpdates.concatenate(parts), table)
 
 
-def cells(found: Verdict) -> list[str]:
-    """Return a verdict as text."""
-    turns = found.turns if len(found.turns) else np.zeros(1)
+def cells(found: Result) -> list[str]:
+    """Return a result as text."""
+    scans = found.scans if len(found.scans) else np.zeros(1)
     late = found.count("late") + found.count("never")
     return [
         str(found.plots), str(found.aircraft), str(found.tracks), f"{found.right_share:.2%}",
         str(found.count("swap")), str(found.count("break")), str(found.count("lost")), str(late),
-        f"{np.percentile(turns, 95):.1f}, {np.max(turns):.1f}", str(found.wait),
+        f"{np.percentile(scans, 95):.1f}, {np.max(scans):.1f}", str(found.wait),
         str(found.false_tracks), str(found.count("false")), str(found.count("duplicate")),
         f"{found.rms_m:.0f}",
     ]  # fmt: skip

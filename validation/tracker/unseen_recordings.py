@@ -1,4 +1,4 @@
-"""Makes recordings that nobody has seen: flights under radars drawn at random, and hostile ones.
+"""Makes recordings not used for tuning: flights under randomly drawn radars, and hostile ones.
 
 Flights come from files of ADS-B reports (JSON, plain or gzipped: a list of objects with
 `timestamp` in ms, `icao24`, `latitude`, `longitude`, `altitude` in ft, and `groundspeed` in kt or
@@ -35,20 +35,20 @@ from multiradar.simulation.scenario.sensors_text import sensors_text
 
 FOOT_M = 0.3048
 KNOT_MPS = 0.514444
-#: Reports closer in time than this are one, s; a longer silence ends a flight, s.
+#: Minimum time between reports, s; a longer gap than this ends a flight, s.
 STEP_S = 4.0
 SILENCE_S = 120.0
-#: Faster than this no reports of one aircraft follow each other, and slower ones are on the ground.
+#: Range of speeds between successive reports of an airborne aircraft.
 FASTEST_MPS = 350.0
 SLOWEST_MPS = 30.0
-#: So far, as a part of it, the way between reports may be from the speed that they tell.
+#: Maximum relative difference of the speed between reports from the reported speed.
 SPEED_PART = 0.25
 CENTRE_DEG = (46.8, 8.2)
 
 
 @dataclass(frozen=True)
 class Flight:
-    """Reports of one aircraft without a long silence: (n, 4) time, latitude, longitude, height."""
+    """Reports of one aircraft without a long gap: (n, 4) time, latitude, longitude, height."""
 
     address: int
     reports: "np.typing.NDArray[np.float64]"
@@ -107,21 +107,21 @@ def _parts(reports: "np.typing.NDArray[np.float64]") -> list["np.typing.NDArray[
         since = one[0] - last[0]
         if since > SILENCE_S:
             parts.append([one])
-        elif since >= STEP_S and _goes_on(last, one):
+        elif since >= STEP_S and _continues(last, one):
             parts[-1].append(one)
         elif since >= STEP_S and len(parts[-1]) == 1:
-            # Of the first two, the first is likelier to be an old one.
+            # Of the first two, the first is more probably a stale one.
             parts[-1] = [one]
     return [np.array(part)[:, :4] for part in parts if len(part) >= 6]
 
 
-def _goes_on(last: "np.typing.NDArray[np.float64]", one: "np.typing.NDArray[np.float64]") -> bool:
-    # Recordings repeat places, or tell old ones late: what was flown since must fit the speed.
+def _continues(last: "np.typing.NDArray[np.float64]", one: "np.typing.NDArray[np.float64]") -> bool:
+    # Recordings repeat positions or report stale ones: the distance must fit the speed.
     north = np.radians(one[1] - last[1])
     east = np.radians(one[2] - last[2]) * np.cos(np.radians(one[1]))
     speed = np.hypot(east, north) * 6.37e6 / (one[0] - last[0])
-    told = 0.5 * (one[4] + last[4])
-    fits = np.isnan(told) or abs(speed - told) <= SPEED_PART * told
+    reported = 0.5 * (one[4] + last[4])
+    fits = np.isnan(reported) or abs(speed - reported) <= SPEED_PART * reported
     return bool(SLOWEST_MPS <= speed <= FASTEST_MPS and fits)
 
 

@@ -1,4 +1,4 @@
-"""What went wrong in a recording whose truth is known, failure by failure."""
+"""Failures of tracking in a recording with known truth."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -8,21 +8,21 @@ import polars as pl
 
 from validation.tracker import unseen_recordings as unseen
 
-#: So many plots in a row of another aircraft make a swap.
+#: Consecutive plots of another aircraft that make a swap.
 SWAP_PLOTS = 3
-LATE_TURNS = 3.0
-#: Plots that an aircraft needs for any of this.
+LATE_SCANS = 3.0
+#: Minimum number of plots of an evaluated aircraft.
 SEEN_PLOTS = 6
 FALSE_S = 30.0
-#: Aircraft that had so many plots and no track then are lost.
+#: Consecutive plots without a track after which an aircraft is lost.
 LOST_PLOTS = 5
-#: Who was not seen for so long, s, may get another track.
+#: An aircraft not detected for this time, s, may get another track.
 UNSEEN_S = 30.0
 
 
 @dataclass(frozen=True)
 class Failure:
-    """One thing that went wrong: what, when, of which aircraft, and a word about it."""
+    """One failure: kind, time, aircraft, and a comment."""
 
     what: str
     time_s: float
@@ -31,26 +31,26 @@ class Failure:
 
 
 @dataclass(frozen=True)
-class Verdict:
-    """What became of a recording."""
+class Result:
+    """Results of a recording."""
 
     plots: int
     aircraft: int
     tracks: int
     right_share: float
-    turns: "np.typing.NDArray[np.float64]"
+    scans: "np.typing.NDArray[np.float64]"
     wait: int
     false_tracks: int
     rms_m: float
     failures: list[Failure]
 
     def count(self, what: str) -> int:
-        """Return how often it happened."""
+        """Return the number of failures of a kind."""
         return sum(one.what == what for one in self.failures)
 
 
-def judged(tracks: pl.DataFrame, recording: unseen.Recording) -> Verdict:
-    """Compare tracks with what a recording was made of."""
+def compare(tracks: pl.DataFrame, recording: unseen.Recording) -> Result:
+    """Compare tracks with the truth of a recording."""
     keys = ["time_s", "sensor_id"]
     truth = recording.truth.select(
         *keys, pl.col("track_number").alias("aircraft"),
@@ -69,12 +69,12 @@ def judged(tracks: pl.DataFrame, recording: unseen.Recording) -> Verdict:
     named = of.drop_nulls("aircraft")
     right = (named["aircraft"] == named["owner"]).fill_null(value=False)
     seen = truth.drop_nulls("aircraft").sort("time_s")
-    failures, turns, wait = _late(seen, named, recording.periods_s)
+    failures, scans, wait = _late(seen, named, recording.periods_s)
     failures += _swaps(named) + _breaks(of, seen) + _lost(seen, named)
     false, more = _false(of)
-    return Verdict(
+    return Result(
         len(recording.measurements), seen["aircraft"].n_unique(), confirmed["track_id"].n_unique(),
-        float(np.mean(right.to_numpy())) if len(right) else np.nan, turns, wait, false,
+        float(np.mean(right.to_numpy())) if len(right) else np.nan, scans, wait, false,
         _rms_m(named), sorted(failures + more, key=lambda one: (one.what, one.time_s)),
     )  # fmt: skip
 
@@ -82,28 +82,28 @@ def judged(tracks: pl.DataFrame, recording: unseen.Recording) -> Verdict:
 def _late(
     seen: pl.DataFrame, named: pl.DataFrame, periods_s: dict[str, float]
 ) -> tuple[list[Failure], "np.typing.NDArray[np.float64]", int]:
-    begun = dict(
+    confirmed_s = dict(
         named.filter(pl.col("aircraft") == pl.col("owner"))
         .group_by("aircraft").agg(pl.col("time_s").min()).iter_rows()
     )  # fmt: skip
-    failures, turns, worst = [], [], 0
+    failures, scans, worst = [], [], 0
     for (aircraft,), part in seen.group_by("aircraft", maintain_order=True):
         if len(part) < SEEN_PLOTS:
             continue
         times, first = part["time_s"].to_numpy(), part["sensor_id"][0]
-        until = begun.get(aircraft, times[-1])
+        until = confirmed_s.get(aircraft, times[-1])
         late = (until - times[0]) / periods_s[first] + 1.0
-        turns.append(late)
-        in_time = int(np.sum(times <= times[0] + (LATE_TURNS - 1.0) * periods_s[first] + 1e-6))
-        if late > LATE_TURNS + 0.01 and in_time >= 3:
+        scans.append(late)
+        in_time = int(np.sum(times <= times[0] + (LATE_SCANS - 1.0) * periods_s[first] + 1e-6))
+        if late > LATE_SCANS + 0.01 and in_time >= 3:
             waited = int(np.sum(times <= until))
             worst = max(worst, waited)
             sensors = ",".join(part["sensor_id"][:6].to_list())
-            word = f"{late:.1f} turns of {first}, {waited} plots: {sensors}"
+            word = f"{late:.1f} scans of {first}, {waited} plots: {sensors}"
             failures.append(
-                Failure("late" if aircraft in begun else "never", times[0], aircraft, word)
+                Failure("late" if aircraft in confirmed_s else "never", times[0], aircraft, word)
             )
-    return failures, np.array(turns), worst
+    return failures, np.array(scans), worst
 
 
 def _swaps(named: pl.DataFrame) -> list[Failure]:
@@ -123,7 +123,7 @@ def _swaps(named: pl.DataFrame) -> list[Failure]:
 
 
 def _breaks(of: pl.DataFrame, seen: pl.DataFrame) -> list[Failure]:
-    """Return where an aircraft got another track: beside the old one, or after it."""
+    """Return second tracks of an aircraft: beside the first, or after it."""
     found = []
     own = of.filter(pl.col("owner") == pl.col("aircraft"))
     lives = own.group_by("owner", "track_id").agg(
@@ -140,7 +140,7 @@ def _breaks(of: pl.DataFrame, seen: pl.DataFrame) -> list[Failure]:
                 continue
             between = times[(times >= end) & (times <= start)]
             unseen_s = float(np.max(np.diff(between), initial=0.0))
-            # Who was not seen for so long may well get another one.
+            # After a long gap another track is legitimate.
             what = "break" if unseen_s < UNSEEN_S else "gap"
             word = f"{tracks}, {len(between) - 2} plots between, unseen for {unseen_s:.0f} s"
             found.append(Failure(what, start, owner, word))
@@ -148,14 +148,14 @@ def _breaks(of: pl.DataFrame, seen: pl.DataFrame) -> list[Failure]:
 
 
 def _lost(seen: pl.DataFrame, named: pl.DataFrame) -> list[Failure]:
-    """Return where an aircraft with a track had plots that no track took."""
+    """Return runs of plots of an aircraft with a track that updated no track."""
     found = []
-    taken = named.filter(pl.col("aircraft") == pl.col("owner")).select(
-        "time_s", "sensor_id", taken=pl.lit(value=True)
+    used = named.filter(pl.col("aircraft") == pl.col("owner")).select(
+        "time_s", "sensor_id", used=pl.lit(value=True)
     )
-    both = seen.join(taken, on=["time_s", "sensor_id"], how="left").sort("time_s")
+    both = seen.join(used, on=["time_s", "sensor_id"], how="left").sort("time_s")
     for (aircraft,), part in both.group_by("aircraft", maintain_order=True):
-        on = part["taken"].fill_null(value=False).to_numpy()
+        on = part["used"].fill_null(value=False).to_numpy()
         times = part["time_s"].to_numpy()
         if not on.any():
             continue
