@@ -1,4 +1,4 @@
-"""Functions compiled without counting references make no arrays: nobody would hold on to them."""
+"""Functions compiled without reference counting create no arrays, which would be freed."""
 
 import ast
 import re
@@ -100,14 +100,14 @@ def test_the_rule_meets_what_it_forbids(body: str) -> None:
 
 def test_no_function_is_compiled_with_fast_math() -> None:
     # With `fastmath`, the last bits of a filter depended on which others were compiled before it.
-    told = {
+    found = {
         f"{path.relative_to(ROOT).as_posix()}: {ast.unparse(node)}"
         for path in sources()
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
         if (isinstance(node, ast.keyword) and node.arg == "fastmath")
         or (isinstance(node, ast.Constant) and node.value == "fastmath")
     }
-    assert told == set()
+    assert found == set()
     compiled: Any = step
     assert not compiled.targetoptions.get("fastmath")
 

@@ -1,4 +1,4 @@
-"""Crowded airspace on flight levels, seen by turning radars: what the tracker must tell apart.
+"""Crowded airspace on flight levels, seen by rotating radars: what the tracker must resolve.
 
 Aircraft fly wide circles around a common middle, one in ten turns with a steep bank all the time;
 each keeps its level, 300 m from the next. Plots come with the beam, so that a radar's plots of one
@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 #: each 19 km².
 RADIUS_M = 300e3
 LEVEL_FIRST_M, LEVEL_STEP_M, LEVELS = 3_000.0, 300.0, 30
-#: Heights are told in steps of 25 feet.
+#: Heights are reported in steps of 25 feet.
 MODE_C_M = 7.62
 #: Radii of the circles: a gentle one, and that of a bank of 20° at 200 m/s.
 WIDE_M, TIGHT_M = 150e3, 11.2e3

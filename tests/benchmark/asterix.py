@@ -1,13 +1,13 @@
 """ASTERIX decoding beside other decoders: `cd tests && python -m benchmark.asterix`.
 
 The blocks are random records of categories 001, 021, 048 and 062 with the items that such records
-mostly have, three a block; or those of a recording (`--recording FILE`). Told are records in a
+mostly have, three a block; or those of a recording (`--recording FILE`). Results are records per
 second of process time on one core, the best of several runs: decoding to columns, the whole
 conversion, and the same blocks as datagrams that come in, from the queue to what is handed to the
 journal, in batches as large as a quarter of a second brings at 20 000 records/s, and others,
-with the ratio to the decoding of a recording; and what it costs to send and receive them. Where an
-interpreter that has them is named, libasterix and asterix_decoder are told too. These two install
-packages of one name, so each needs an environment of its own::
+with the ratio to the decoding of a recording; and the cost to send and receive them. Where an
+interpreter that has them is named, libasterix and asterix_decoder are measured too. These two
+install packages of one name, so each needs an environment of its own::
 
     python -m benchmark.asterix --libasterix PYTHON --asterix-decoder PYTHON
 """

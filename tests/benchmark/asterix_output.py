@@ -1,9 +1,9 @@
 """System tracks in ASTERIX: `cd tests && python -m benchmark.asterix_output`.
 
-Made aircraft are updated once a turn of 4 s; told are records of category 062 in a second of
-process time on one core, the best of several turns: of the whole way from the engine's output to
-blocks (tracks kept, moved on, chosen for a user with a Cartesian plane, written), and of the
-writing alone.
+Simulated aircraft are updated once per scan of 4 s. Results are records of category 062 per second
+of process time on one core, the best of several scans: of the whole path from the engine's output
+to blocks (tracks kept, extrapolated, selected for a user with a Cartesian plane, written), and of
+the writing alone.
 """
 
 from time import process_time
@@ -90,10 +90,10 @@ def measure(count: int) -> tuple[float, float]:
     user = Channel(ChannelOptions(SENDER, plane=StereographicPlane(0.87, 0.26)))
     cycles = Cycles(sensors(), TrackingSettings(), [user])
     whole = writing = 0.0
-    # The first turns compile, and tell of nothing yet.
+    # The first scans compile, and have no output yet.
     for number, output in enumerate([turn(count, k, random) for k in range(TURNS + 2)]):
         before, start = user.counts[f"{CATEGORY:03d}"], process_time()
-        octets = sum(len(block) for told in cycles.take(output) for block in told.blocks)
+        octets = sum(len(block) for sent in cycles.take(output) for block in sent.blocks)
         spent = process_time() - start
         if number >= 2 and octets:
             whole = max(whole, (user.counts[f"{CATEGORY:03d}"] - before) / spent)

@@ -1,4 +1,4 @@
-"""A Zenoh subscriber in a process of its own that only counts, told apart by their numbers.
+"""A Zenoh subscriber in a process of its own that only counts updates with different numbers.
 
 It prints `ready`; to each line on standard input it answers with how many different updates have
 come and when the last did (`perf_counter`, one clock for all processes of a Linux system). It ends

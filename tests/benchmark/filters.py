@@ -78,14 +78,14 @@ def nanoseconds(definition: FilterDefinition, load: Load, runs: int, *, threads:
     shares = [Work(used[one::threads].copy(), work.bounds, work.order) for one in range(threads)]
     found = []
 
-    def take(share: Work) -> None:
+    def process(share: Work) -> None:
         definition.step(share, load.rows, model, pool.aircraft, result, want_readout=False)
 
     with ThreadPoolExecutor(threads) as executor:
         for _ in range(runs + 1):
             pool.aircraft.time[:] = np.where(np.isnan(pool.aircraft.time), np.nan, 0.0)
             begin = perf_counter()
-            list(executor.map(take, shares))
+            list(executor.map(process, shares))
             found.append(perf_counter() - begin)
-    # The first call meets aircraft that are not under way, and may compile.
+    # The first call initiates aircraft, and may compile.
     return median(found[1:]) / count * 1e9

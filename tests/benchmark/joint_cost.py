@@ -55,7 +55,7 @@ def run(plan: Plan) -> list[Row]:
 
 
 def nanoseconds(name: str, plots: PeerPlots, sensors: Sensors, runs: int) -> float:
-    """Time one call of the compiled step over the first plots, every aircraft begun."""
+    """Time one call of the compiled step over the first plots, with every aircraft initiated."""
     wanted = max(PLOTS_LEAST, PLOTS_TIMES_AIRCRAFT // len(plots.mean))
     count = min(wanted, len(plots.rows.slot))
     options = Options(acceleration_density=ACCELERATION_DENSITY)

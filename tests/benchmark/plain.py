@@ -103,7 +103,7 @@ def flat_polar(radar: int, east: float, north: float) -> tuple[float, ...]:
 def make_plots(aircraft: int, seed: int = 3) -> PeerPlots:
     """Straight flights, each seen by every radar every four seconds, at times of its own.
 
-    Times are whole microseconds, which the calendar of Stone Soup can tell.
+    Times are whole microseconds, which the time type of Stone Soup can represent.
     """
     rng = np.random.default_rng(seed)
     position = rng.uniform(100e3, 500e3, (aircraft, 2))

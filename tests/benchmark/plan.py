@@ -9,7 +9,7 @@ from time import perf_counter
 
 @dataclass(frozen=True)
 class Plan:
-    """What the suites are told.
+    """Parameters of the suites.
 
     Attributes
     ----------

@@ -129,7 +129,7 @@ def ask(
 def _accepted(answer: bytes) -> int:
     document = json.loads(answer)
     if document["rejected"]:
-        raise UnexpectedAnswerError(f"refused: {document['rejected'][0]}")
+        raise UnexpectedAnswerError(f"rejected: {document['rejected'][0]}")
     return int(document["accepted"])
 
 

@@ -99,7 +99,7 @@ def right_shares(plots: pl.DataFrame, tracks: pl.DataFrame) -> tuple[float, floa
     Parameters
     ----------
     plots, tracks : DataFrame
-        `track_number` tells the aircraft, null for none; `track_id` what the tracker says.
+        `track_number` identifies the aircraft, null for none; `track_id` is the tracker's.
     """
     updates = tracks.drop_nulls("track_number")
     both = updates.group_by("track_id", "track_number").len()

@@ -1,8 +1,8 @@
 """Conversion of trajectories beside reading alone: `cd tests && python -m benchmark.trajectories`.
 
 A million reports of a thousand aircraft, in nine columns, are written as CSV, JSON lines and a JSON
-list packed by gzip. Told are rows in a second of process time, the best of several runs: the whole
-conversion (checked, put in order of time, written), and polars reading the same file and no more.
+list packed by gzip. Results are rows per second of process time, the best of several runs: the
+whole conversion (checked, sorted by time, written), and polars only reading the same file.
 """
 
 import argparse

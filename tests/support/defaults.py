@@ -22,9 +22,9 @@ _WITHIN = ("items", "prefixItems", "anyOf", "allOf", "oneOf")
 def model_lines(model: type[BaseModel]) -> list[str]:
     """Return a line for each field of a model and of the models in it."""
     return [
-        f"{kind.__name__}.{name}: {'; '.join((_default(told), *_bounds_of(kind, name, told)))}"
+        f"{kind.__name__}.{name}: {'; '.join((_default(schema), *_bounds_of(kind, name, schema)))}"
         for kind in dict.fromkeys(_models(model))
-        for name, told in kind.model_json_schema().get("properties", {}).items()
+        for name, schema in kind.model_json_schema().get("properties", {}).items()
     ]
 
 
@@ -52,11 +52,11 @@ def command_lines(command: Any, name: str) -> list[str]:
 def parameter_lines(document: dict[str, Any]) -> list[str]:
     """Return a line for each parameter of an OpenAPI document."""
     return [
-        f"{verb} {path} {one['name']}: {'; '.join((_default(told), *_bounds(told)))}"
+        f"{verb} {path} {one['name']}: {'; '.join((_default(schema), *_bounds(schema)))}"
         for path, verbs in document["paths"].items()
         for verb, operation in verbs.items()
         for one in operation.get("parameters", ())
-        for told in (one["schema"],)
+        for schema in (one["schema"],)
     ]
 
 
@@ -69,8 +69,8 @@ def _models(kind: Any) -> Iterator[type[BaseModel]]:
         yield from _models(one)
 
 
-def _default(told: dict[str, Any]) -> str:
-    value = told.get("default", "no default")
+def _default(schema: dict[str, Any]) -> str:
+    value = schema.get("default", "no default")
     # That of a section is in lines of its own.
     return "a section" if isinstance(value, dict) else repr(value)
 
@@ -79,17 +79,17 @@ def _shown(value: object) -> str:
     return repr(value.value if isinstance(value, Enum) else value)
 
 
-def _bounds_of(kind: type[BaseModel], name: str, told: dict[str, Any]) -> list[str]:
+def _bounds_of(kind: type[BaseModel], name: str, schema: dict[str, Any]) -> list[str]:
     # A schema does not have those that stand beside a validator of our own.
     beside = [one for one in kind.model_fields[name].metadata if isinstance(one, BaseMetadata)]
-    return list(_bounds(told)) or [repr(one) for one in beside]
+    return list(_bounds(schema)) or [repr(one) for one in beside]
 
 
-def _bounds(told: object) -> Iterator[str]:
-    if isinstance(told, list):
-        for one in told:
+def _bounds(schema: object) -> Iterator[str]:
+    if isinstance(schema, list):
+        for one in schema:
             yield from _bounds(one)
-    elif isinstance(told, dict):
-        yield from (f"{name} {told[name]!r}" for name in _BOUNDS if name in told)
+    elif isinstance(schema, dict):
+        yield from (f"{name} {schema[name]!r}" for name in _BOUNDS if name in schema)
         for name in _WITHIN:
-            yield from _bounds(told.get(name))
+            yield from _bounds(schema.get(name))

@@ -112,7 +112,9 @@ def outcomes(
         updates, before = output.updates, cut
         calibration.observe(output)
         live.update(rows_of(updates))
-        number_of |= dict(zip(updates.track_id.tolist(), updates.track_number.tolist(), strict=True))
+        number_of |= dict(
+            zip(updates.track_id.tolist(), updates.track_number.tolist(), strict=True)
+        )
         sky = Sky(float(one.batch.time_s[cut - 1]), live.all(), engine.tracks())
         answer = encounters(sky, QUERY, engine.plane, settings, calibration)
         dense_s = answer["time_s"] + np.arange(0.0, QUERY.horizon_s + DENSE_S, DENSE_S)

@@ -8,7 +8,7 @@ One aircraft with white acceleration, three radars (one plot in 4 s each, 60 m o
 third radar is later than the horizon allows: when its plot arrives, the state is ahead by `late`.
 Its offset (prior 500 m on each axis) is estimated as well. The methods: *rejected*, as in the
 service; *retrodicted*, one step back over all updates since; *exact*, all filtered again in order,
-the optimum; *waited for*, with a horizon longer by `late`. The table gives RMS position errors at each
+the optimum; *waited for*, with a horizon longer by `late`. Given are RMS position errors at each
 update and at the time of display (6 s of horizon later, or 6 s + `late`), and error² / sigma² at
 updates, which is 1 where sigma is right.
 

@@ -14,7 +14,7 @@ ROWS = 4000
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory: pytest.TempPathFactory) -> tuple[check.Watched, Path]:
+def told(tmp_path_factory: pytest.TempPathFactory) -> tuple[check.RecordingChannel, Path]:
     """What a user was told of a recording, and the file in which it stands."""
     folder = tmp_path_factory.mktemp("output")
     frame = recording(ROWS, step_s=0.09)
@@ -28,7 +28,9 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> tuple[check.Watched, Path]
     return check.written(folder, sensors(), settings, path), path
 
 
-def test_our_reader_reads_every_field_to_its_resolution(told: tuple[check.Watched, Path]) -> None:
+def test_our_reader_reads_every_field_to_its_resolution(
+    told: tuple[check.RecordingChannel, Path],
+) -> None:
     user, path = told
     found = check.compared(user, check.own_records(path))
     assert {name: worst for name, (_, worst) in found.items() if worst > check.ROUNDING} == {}
@@ -36,11 +38,13 @@ def test_our_reader_reads_every_field_to_its_resolution(told: tuple[check.Watche
     assert {"062/105/LAT", "062/185/VX", "062/136", "062/340/POS/RHO", "062/500/APW/LAT",
             "062/290/ES", "062/100/X", "063/080/SRB", "063/081"} <= said  # fmt: skip
     # Tracks that began, ended, and were seen by one radar alone are among them.
-    assert any(one.last.any() for one in user.tracks_told)
-    assert any(one.monosensor.any() for one in user.tracks_told)
+    assert any(one.last.any() for one in user.track_reports)
+    assert any(one.monosensor.any() for one in user.track_reports)
 
 
-def test_libasterix_reads_every_field_to_its_resolution(told: tuple[check.Watched, Path]) -> None:
+def test_libasterix_reads_every_field_to_its_resolution(
+    told: tuple[check.RecordingChannel, Path],
+) -> None:
     pytest.importorskip("asterix.base", reason="libasterix is not installed")
     user, path = told
     found = check.compared(user, check.peer_records(path, sys.executable))

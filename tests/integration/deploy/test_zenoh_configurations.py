@@ -174,7 +174,7 @@ def test_a_display_reads_and_may_not_measure(guarded: Guarded) -> None:
             recovery=zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True),
         )
         assert document(session, "multiradar/v1/status")["zenoh"]["instance"]
-        guarded.view.tell([1, 2, 3])
+        guarded.view.publish_updates([1, 2, 3])
         wait_until(lambda: len(received) >= 3, "three updates")
         assert len(received) == 3
         taken = len(guarded.service.submissions)

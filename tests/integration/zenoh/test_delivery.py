@@ -66,7 +66,7 @@ def test_a_subscriber_that_sleeps_gets_every_update_also_of_tracks_that_began_me
         for number in range(rounds):
             # Enough to fill what the network holds for the one that sleeps.
             tracks = range(1 + number * tracks_a_round, 1 + (number + 1) * tracks_a_round)
-            view.tell(list(tracks) * repeats, padding=900)
+            view.publish_updates(list(tracks) * repeats, padding=900)
             pause(0.03)
         asleep.wake()
         of_awake, of_asleep = awake.result(), asleep.result()
@@ -111,7 +111,7 @@ def test_a_subscriber_that_lost_its_connection_gets_also_the_tracks_that_began_m
             if number == 21:
                 os.kill(stopped.process.pid, signal.SIGCONT)
             for _ in range(repeats):
-                view.tell(list(range(1, number + 1)))
+                view.publish_updates(list(range(1, number + 1)))
                 pause(0.001)
         of_other, of_stopped = other.result(), stopped.result()
     assert complete(of_other, count), of_other

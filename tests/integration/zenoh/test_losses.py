@@ -96,7 +96,7 @@ def test_others_see_an_instance_come_and_go() -> None:
 
 def test_what_was_known_before_the_start_is_there_for_those_who_join() -> None:
     view = StreamingView()
-    view.tell([1, 2, 3] * 100)
+    view.publish_updates([1, 2, 3] * 100)
     with gateway(view) as running:
         with SubscriberProcess(running.endpoints[0], 300) as subscriber:
             result = subscriber.result()
@@ -108,7 +108,7 @@ def test_a_publication_that_fell_behind_says_so() -> None:
     view = StreamingView()
     with gateway(view) as running:
         gap = json.dumps({"gap": {"from": 1, "to": 9}}).encode()
-        view.tell_of("gap", "", gap)
+        view.publish_event("gap", "", gap)
         wait_until(lambda: running.counts.number("published_gaps") == 1, "the gap")
         with zenoh.open(client_config(running.endpoints[0])) as session:
             status = _documents(session, "multiradar/v1/status")[0]

@@ -75,7 +75,7 @@ def test_any_plots_leave_covariances_behind(name: str, sequence: list[Plot]) -> 
     before = np.diagonal(one.biases()[1]).copy()
     for plot in sequence:
         time_s += plot.gap_s
-        outcome = one.take(observe(plot, time_s))
+        outcome = one.process(observe(plot, time_s))
         if outcome <= Outcome.RESTARTED:
             started.add(plot.aircraft)
             assert np.isfinite(one.readout[:8]).all()

@@ -33,7 +33,7 @@ _OTHER_UNITS = ("202/VX", "202/VY", "210/AX", "210/AY")
 
 
 def peer_records(generated: Any, base: Any, layout: str, body: bytes) -> list[list[Leaf]] | None:
-    """Decode the records of a block; None where libasterix refuses it."""
+    """Decode the records of a block; None where libasterix rejects it."""
     uap = getattr(generated, PEER_EDITIONS[layout]).cv_uap
     bits = base.Bits.from_bytes(body)
     if not issubclass(uap, base.UapMultiple):

@@ -1,4 +1,4 @@
-"""System tracks as they are told of, for tests: one like the other but for what is said."""
+"""System track reports for tests: all equal except for the given columns."""
 
 from dataclasses import replace
 from typing import Any
@@ -15,7 +15,7 @@ from multiradar_converters.asterix.writing.track_reports import TrackReports
 SENDER = Sender(20, 250, 7)
 
 
-def reports(count: int = 1, **said: Any) -> TrackReports:
+def reports(count: int = 1, **columns: Any) -> TrackReports:
     """Tracks over (50° N, 15° E) at 08:00, seen by a radar, with all that can be known of them."""
 
     def numbers(value: float) -> Any:
@@ -27,7 +27,7 @@ def reports(count: int = 1, **said: Any) -> TrackReports:
     def whole(value: int) -> Any:
         return np.full(count, value, np.int64)
 
-    told = TrackReports(
+    reports = TrackReports(
         time_s=28_800.0,
         number=np.arange(count, dtype=np.int64),
         latitude_deg=numbers(50.0),
@@ -73,7 +73,7 @@ def reports(count: int = 1, **said: Any) -> TrackReports:
         velocity_sigma_mps=numbers(3.0),
         height_sigma_m=numbers(30.48),
     )
-    return replace(told, **{name: _column(value, count) for name, value in said.items()})
+    return replace(reports, **{name: _column(value, count) for name, value in columns.items()})
 
 
 def read(category: int, edition: str, written: Written) -> list[dict[str, Any]]:

@@ -42,7 +42,7 @@ def records(turns: int) -> int:
 
 
 def addresses() -> set[str]:
-    """Return the Mode S addresses that the first radar tells."""
+    """Return the Mode S addresses that the first radar reports."""
     return {f"{0x4B0000 + number:06x}" for number in range(AIRCRAFT)}
 
 

@@ -28,7 +28,7 @@ class FakeEngine:
     Parameters
     ----------
     crash : callable, optional
-        Told of each batch; may raise.
+        Called with each batch; may raise.
     """
 
     def __init__(self, crash: Callable[[MeasurementBatch], None] | None = None) -> None:
@@ -94,7 +94,7 @@ class FakeEngine:
         )
 
     def close(self) -> None:
-        """Remember that it was closed."""
+        """Record that it was closed."""
         self.closed = True
 
     def _updates(self, batch: MeasurementBatch) -> TrackUpdates:

@@ -80,7 +80,7 @@ def _errors(time_s: NDArray[np.float64], filters: tuple[str, ...]) -> Plot:
         Series("expected", time_s, np.ones(len(time_s)), "reference"),
         Series("theory", time_s, falling, "dashed", key="ink"),
         Series("measured", time_s, falling, "points"),
-        Series("printed", time_s, falling, "rings"),
+        Series("published", time_s, falling, "rings"),
         *lines,
     )
     return Plot(HOSTILE, "time, s", "error, m", series, y_scale="log", caption=HOSTILE)

@@ -39,7 +39,7 @@ def batch_of(
 
 
 def rows_of(batch: MeasurementBatch) -> list[tuple[object, ...]]:
-    """The rows as tuples that compare equal when all columns are; NaN is told as None."""
+    """The rows as tuples that compare equal when all columns are; NaN becomes None."""
     columns = [getattr(batch, name).tolist() for name in COLUMNS]
     return [
         tuple(None if isinstance(value, float) and isnan(value) else value for value in row)

@@ -1,4 +1,4 @@
-"""A recording of three radars made by hand, in which mistakes are made."""
+"""A simulated recording of three radars into which mistakes are introduced."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -65,14 +65,14 @@ class Recording:
         )
 
     def table(self) -> SensorTable:
-        """Return the sensors as the core takes them."""
+        """Return the sensor table."""
         return wire.sensor_table(SensorsFile(sensor=self.sensors))
 
     def diagnosed(self) -> list[Diagnosis]:
-        """Return what is said of it when all that can be is accepted."""
+        """Return its diagnoses when everything valid is accepted."""
         evidence = Evidence(self.table())
-        measured, refused = wire.measurement_batch(self.frame, evidence.sensors)
-        evidence.record_batch(self.frame, refused, measured, np.zeros(len(measured), np.int8))
+        measured, rejected = wire.measurement_batch(self.frame, evidence.sensors)
+        evidence.record_batch(self.frame, rejected, measured, np.zeros(len(measured), np.int8))
         evidence.confirmed = True
         return diagnose(evidence)
 
@@ -130,7 +130,7 @@ def _plots(
     rows = []
     for number, flight in enumerate(flights):
         time_s = np.arange(0.0, DURATION_S, period)
-        # A target is passed when the antenna looks at it: by its azimuth within the scan.
+        # A plot is taken when the antenna points at the target: by its azimuth within the scan.
         for _ in range(3):
             where = _where(flight, time_s)
             _, azimuth, _ = slant_range_azimuth(site, *where)

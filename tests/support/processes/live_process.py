@@ -87,7 +87,7 @@ def _serve(journal: Path, workers: int, heard: BinaryIO, said: TextIO) -> None:
             said.write(json.dumps(fields) + "\n")
             said.flush()
 
-    def taken(key: str, future: Future[Receipt]) -> None:
+    def acknowledge(key: str, future: Future[Receipt]) -> None:
         receipt = future.result()
         answer(key=key, accepted=receipt.accepted, duplicate=receipt.duplicate)
 
@@ -96,7 +96,7 @@ def _serve(journal: Path, workers: int, heard: BinaryIO, said: TextIO) -> None:
     answer(ready=True)
     for key, payload in _messages(heard):
         future = service.submit(decode_rows(payload), source="pipe", idempotency_key=key)
-        future.add_done_callback(lambda done, key=key: taken(key, done))  # type: ignore[misc]
+        future.add_done_callback(lambda done, key=key: acknowledge(key, done))  # type: ignore[misc]
     service.flush(source="pipe", idempotency_key="end").result()
     service.settled().result()
     status = service.view.status()

@@ -21,11 +21,11 @@ def serving(application: FastAPI, limits: HttpLimits) -> Iterator[int]:
     started = threading.Event()
     startup = running.startup
 
-    async def told_startup(sockets: list[socket.socket] | None = None) -> None:
+    async def signalled_startup(sockets: list[socket.socket] | None = None) -> None:
         await startup(sockets)
         started.set()
 
-    running.startup = told_startup  # type: ignore[method-assign]
+    running.startup = signalled_startup  # type: ignore[method-assign]
     thread = threading.Thread(target=running.run, kwargs={"sockets": [listener]})
     thread.start()
     try:
@@ -38,7 +38,7 @@ def serving(application: FastAPI, limits: HttpLimits) -> Iterator[int]:
 
 
 def dropped_connections(port: int) -> float:
-    """Return how many connections were dropped because nobody read, in this process so far."""
+    """Return the number of connections dropped in this process because the client did not read."""
     name = 'multiradar_http_connections_dropped_total{cause="does_not_read"} '
     metrics = clients.get(f"http://127.0.0.1:{port}/metrics").text
     return sum(
@@ -47,7 +47,7 @@ def dropped_connections(port: int) -> float:
 
 
 class RawClient:
-    """A socket that sends exactly the bytes it is told to."""
+    """A socket that sends exactly the given bytes."""
 
     def __init__(self, port: int, receive_buffer_bytes: int | None = None) -> None:
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)

@@ -1,4 +1,4 @@
-"""Services with a fake engine, and journals that wait or fail when they are told to."""
+"""Services with a fake engine, and journals that wait or fail on request."""
 
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -81,7 +81,7 @@ class GatedJournal(MemoryJournal):
 
 
 class FailingJournal(MemoryJournal):
-    """Fails while it is told to."""
+    """Fails while requested."""
 
     def __init__(self, error: JournalError) -> None:
         super().__init__()

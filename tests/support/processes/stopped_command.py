@@ -20,45 +20,45 @@ from multiradar.storage.output_folder import new_folder
 from multiradar_converters.leftovers import temporary_folder
 
 
-class _Told:
+class _Signalled:
     def __init__(self, number: int) -> None:
         self._number = number
 
-    def tell(self) -> None:
+    def send_signal(self) -> None:
         os.kill(os.getpid(), self._number)
         sleep(0.0)
 
     def in_plain_code(self) -> None:
-        self.tell()
+        self.send_signal()
 
     def in_a_callback_of_compiled_code(self) -> None:
-        ctypes.CFUNCTYPE(None)(self.tell)()
+        ctypes.CFUNCTYPE(None)(self.send_signal)()
 
     def in_a_destructor(self) -> None:
-        told = self
+        signalled = self
 
         class Dropped:
             def __del__(self) -> None:
-                told.tell()
+                signalled.send_signal()
 
         Dropped()
 
     def in_code_that_drops_whatever_is_raised(self) -> None:
         try:
-            self.tell()
+            self.send_signal()
         except BaseException:
             return
 
     def in_code_that_fails_in_its_own_way(self) -> None:
         try:
-            self.tell()
+            self.send_signal()
         except BaseException:
             msg = "not a type"
             raise TypeError(msg) from None
 
 
-CASES: dict[str, Callable[[_Told], None]] = {
-    name: case for name, case in vars(_Told).items() if name.startswith("in_")
+CASES: dict[str, Callable[[_Signalled], None]] = {
+    name: case for name, case in vars(_Signalled).items() if name.startswith("in_")
 }
 
 
@@ -70,7 +70,7 @@ def _write_on(folder: Path) -> None:
         number += 1
 
 
-def _command(case: Callable[[_Told], None], number: int, parent: Path) -> typer.Typer:
+def _command(case: Callable[[_Signalled], None], number: int, parent: Path) -> typer.Typer:
     app = typer.Typer()
 
     @app.command()
@@ -84,7 +84,7 @@ def _command(case: Callable[[_Told], None], number: int, parent: Path) -> typer.
             (temporary / "table").write_text("1,2")
             # Threads do not stop, and write to what is being removed.
             Thread(target=_write_on, args=(folder,), daemon=True).start()
-            case(_Told(number))
+            case(_Signalled(number))
             Event().wait()
 
     return app

@@ -20,9 +20,9 @@ def wait_until(condition: Callable[[], object], what: str, *, fail: bool = True)
     condition : callable
         Called again and again until it returns something true.
     what : str
-        What is waited for, for the message of a test that waits in vain.
+        What is waited for, for the message of a time-out.
     fail : bool
-        Whether that is an error here; without it, the caller looks at what is missing.
+        Whether that is an error here; without it, the caller checks the result.
     """
     end_s = time.monotonic() + WAIT_TIMEOUT_S
     while not condition():

@@ -20,7 +20,7 @@ from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
 
 
 def client_config(endpoint: str) -> zenoh.Config:
-    """A client of one router or peer, and of nobody else."""
+    """A client of one router or peer only."""
     config = zenoh.Config()
     for key, value in {
         "mode": "client",

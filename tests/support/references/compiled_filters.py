@@ -80,11 +80,11 @@ class CompiledFilter:
         insert_aircraft(self.arrays, len(self._sensors.parameter_kind), aircraft)
 
     def observe(self, observation: Observation) -> None:
-        outcome = self.take(observation)
+        outcome = self.process(observation)
         assert outcome == Outcome.UPDATED, outcome
 
-    def take(self, observation: Observation) -> Outcome:
-        """Take a row, whatever becomes of it."""
+    def process(self, observation: Observation) -> Outcome:
+        """Process a row and return its outcome."""
         rows = Rows(
             slot=np.array([observation.aircraft]),
             time=np.array([observation.time_s]),

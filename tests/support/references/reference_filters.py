@@ -1,4 +1,4 @@
-"""Plain NumPy forms of the filters, written for reading; the compiled ones are tested against them.
+"""Plain NumPy filters, written for readability: references for the compiled filters.
 
 All have the same four verbs: `start` an aircraft with a prior, `observe` a measurement, `walk` the
 biases on, `end` an aircraft. Each measurement is linearised at the filter's own estimate. Aircraft

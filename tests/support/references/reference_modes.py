@@ -1,4 +1,4 @@
-"""A plain NumPy form of the filter of interacting modes; the compiled one is tested against it.
+"""A plain NumPy filter of interacting modes: reference for the compiled filter.
 
 Symbols as in `reference_filters`; of mode j: a_j, V_j, P_j, probability μ_j, x_j = a_j + V_j ς̂.
 Written for reading: whole matrices, and the exponential of the matrix of rates.

@@ -10,7 +10,7 @@ from support.scenarios.scenes import Scene
 
 Floats = NDArray[np.float64]
 
-#: Deviations of what a filter is told of a new aircraft: m, m, m/s, m/s.
+#: Standard deviations of the initial state given to a filter: m, m, m/s, m/s.
 START_SIGMA = np.array([500.0, 500.0, 40.0, 40.0])
 
 

@@ -42,7 +42,7 @@ class TimedModel:
 
 
 class TimedTwoStage(TwoStage):
-    """Says nothing of the biases until it knows a velocity; then begins anew, and follows it."""
+    """Does not update the biases until a velocity is known; then it is reinitialised and tracks."""
 
     def __init__(
         self, model: MeasurementModel, sensors: SensorTable, prior: BiasPrior, acceleration: float

@@ -44,7 +44,7 @@ START_SIGMA = np.array([1000.0, 1000.0, 300.0, 300.0])
 
 @dataclass(frozen=True)
 class SmallScene:
-    """Plots of the report's radars, with some missing, and what the filters are told."""
+    """Plots of the report's radars, with some missing, and the inputs of the filters."""
 
     sensors: Sensors
     plots: Plots
@@ -91,7 +91,7 @@ def small_scene(
 
 
 def plain_filter(name: str, form: Form, scene: SmallScene, acceleration: float) -> ReferenceFilter:
-    """The plain form of a filter, told of all aircraft."""
+    """The plain form of a filter, with all aircraft initiated."""
     prior = scene.sensors.prior
     model = MODELS[form](SITES_M, RANGE_SIGMA_M, AZIMUTH_SIGMA_RAD)
     one: ReferenceFilter = PLAIN[name](

@@ -70,8 +70,8 @@ def make(
 ) -> Scene:  # fmt: skip
     """Return a scene whose first radar loses its ranges after a while, and the second all plots.
 
-    Bearings carry the track number where `named`; before `from_s` nobody but the direction finders
-    measures.
+    Bearings carry the track number where `named`; before `from_s` only the direction finders
+    measure.
     """
     rng = np.random.default_rng(1)
     course = rng.uniform(0.0, 2.0 * np.pi, aircraft)

@@ -49,7 +49,7 @@ def plots_of(
 def taken_by_series(start: Floats, u: float, w: float, t: float) -> Floats:
     """The state of (2.1) after a time, forwards, by Taylor series in forty digits.
 
-    It takes the right sides as they are printed: x' = v cos φ, z' = v sin φ, φ' = u / v, v' = w.
+    It uses the right-hand sides as published: x' = v cos φ, z' = v sin φ, φ' = u / v, v' = w.
     """
     with localcontext() as context:
         context.prec = 40

@@ -1,6 +1,6 @@
 """Seeded scenes: aircraft over WGS 84, seen by turning radars with noise and biases.
 
-They are made by `multiradar.simulation`, which knows nothing of the filters that are judged by
+They are made by `multiradar.simulation`, which is independent of the filters evaluated with
 it; here they become what the core takes. Aircraft keep their velocity on the system plane, but for
 white acceleration where it is asked for. A bias is measured minus true; the truth of a row is that
 at its time stamp.

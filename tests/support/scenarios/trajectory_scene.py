@@ -1,4 +1,4 @@
-"""Aircraft for bundles of trajectories: a turn, one that tells no height, ADS-B, and bearings."""
+"""Aircraft for bundles of trajectories: a turn, one without height reports, ADS-B, and bearings."""
 
 import numpy as np
 import polars as pl

@@ -1,4 +1,4 @@
-"""A service that publishes what a test says, behind a real Zenoh session on a free port."""
+"""A service that publishes the events of a test, behind a real Zenoh session on a free port."""
 
 import socket
 import time
@@ -16,7 +16,7 @@ from support.processes.waiting import pause
 
 
 def free_endpoint() -> str:
-    """A TCP endpoint on this host that nobody uses."""
+    """A free TCP endpoint on this host."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return f"tcp/127.0.0.1:{probe.getsockname()[1]}"
@@ -27,18 +27,18 @@ class StreamingView(FakeView):
     """A view whose events are track updates and biases with ascending numbers."""
 
     ring: EventRing = field(default_factory=lambda: EventRing(200_000))
-    updates_told: int = 0
+    updates_published: int = 0
 
     def status(self) -> dict[str, Any]:
-        return {"event_sequence": self.ring.head, "output_sequence": self.updates_told}
+        return {"event_sequence": self.ring.head, "output_sequence": self.updates_published}
 
     def subscribe(self, after: int | None, depth: int) -> Subscription:
         return self.ring.subscribe(after, depth)
 
-    def tell(self, tracks: Sequence[int], padding: int = 300) -> None:
+    def publish_updates(self, tracks: Sequence[int], padding: int = 300) -> None:
         """Publish one update of each track."""
-        first, update = self.ring.head + 1, self.updates_told + 1
-        self.updates_told += len(tracks)
+        first, update = self.ring.head + 1, self.updates_published + 1
+        self.updates_published += len(tracks)
         filler = b"x" * padding
 
         def encode() -> list[Event]:
@@ -55,19 +55,19 @@ class StreamingView(FakeView):
 
         self.ring.append(len(tracks), encode)
 
-    def tell_of(self, kind: str, key: str, payload: bytes) -> None:
+    def publish_event(self, kind: str, key: str, payload: bytes) -> None:
         """Publish one event of another kind."""
         number = self.ring.head + 1
         self.ring.append(1, lambda: [Event(number, kind, key, payload)])
 
     def stream(self, count: int, tracks: int, per_s: float) -> None:
         """Publish updates of some tracks in turn, at a rate."""
-        began_s, told, chunk = time.monotonic(), 0, 50
-        while told < count:
-            size = min(chunk, count - told)
-            self.tell([1 + (told + place) % tracks for place in range(size)])
-            told += size
-            ahead_s = began_s + told / per_s - time.monotonic()
+        started_s, published, chunk = time.monotonic(), 0, 50
+        while published < count:
+            size = min(chunk, count - published)
+            self.publish_updates([1 + (published + place) % tracks for place in range(size)])
+            published += size
+            ahead_s = started_s + published / per_s - time.monotonic()
             pause(max(ahead_s, 0.0))
 
 

@@ -127,7 +127,7 @@ def test_who_takes_no_bearings_says_so(name: str) -> None:
     one = CompiledFilter(scene, plain_settings(name, ACCELERATION))
     row = int(np.argmax(scene.aircraft == 0))
     one.start(0, float(scene.batch.time_s[row]), scene.truth[row], np.eye(4) * 1e6)
-    outcome = one.take(bearing(scene, row, float(scene.batch.azimuth_rad[row])))
+    outcome = one.process(bearing(scene, row, float(scene.batch.azimuth_rad[row])))
     assert outcome == (Outcome.UPDATED if name in TAKES else Outcome.UNSUPPORTED)
 
 
@@ -135,7 +135,7 @@ def test_who_takes_no_bearings_says_so(name: str) -> None:
 def test_a_bearing_begins_no_aircraft(name: str) -> None:
     scene = scene_of(2)
     one = CompiledFilter(scene, plain_settings(name, ACCELERATION))
-    assert one.take(bearing(scene, 0, 1.0)) == Outcome.UNLOCATABLE
+    assert one.process(bearing(scene, 0, 1.0)) == Outcome.UNLOCATABLE
     assert np.isnan(one.arrays.time[0])
 
 
@@ -149,6 +149,6 @@ def test_a_bearing_far_off_is_refused(name: str) -> None:
     one.start(0, float(scene.batch.time_s[row]), scene.truth[row], covariance)
     before = one.aircraft(0)
     astray = bearing(scene, row, float(scene.batch.azimuth_rad[row]) + 0.5)
-    assert one.take(astray) == Outcome.REFUSED
+    assert one.process(astray) == Outcome.REFUSED
     assert one.aircraft(0)[0] == pytest.approx(before[0])
-    assert one.take(bearing(scene, row, np.nan)) == Outcome.SINGULAR
+    assert one.process(bearing(scene, row, np.nan)) == Outcome.SINGULAR

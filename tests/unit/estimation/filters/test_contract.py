@@ -173,8 +173,8 @@ def test_two_stage_equals_the_joint_filter_where_aircraft_start_at_plots(form: F
         if observation.aircraft in (0, 1) and observation.radar and row < 80:
             continue  # For a while one radar alone sees these.
         alone += joint.arrays.measured_from[observation.aircraft] == observation.radar
-        outcome = joint.take(observation)
-        assert two_stage.take(observation) == outcome
+        outcome = joint.process(observation)
+        assert two_stage.process(observation) == outcome
         outcomes.add(outcome)
         found, expected = (one.aircraft(observation.aircraft) for one in (two_stage, joint))
         np.testing.assert_allclose(found[0], expected[0], rtol=0, atol=1e-6)
@@ -366,7 +366,7 @@ def settled(name: str, seed: int) -> tuple[CompiledFilter, Scene, int, Observati
     for aircraft, (time_s, guess) in guesses.items():
         one.start(aircraft, time_s, guess, np.diag(START_SIGMA**2))
     for row, observation in play(scene, [], guesses):
-        one.take(observation)
+        one.process(observation)
         last = row, observation
     return one, scene, *last
 
@@ -390,13 +390,13 @@ def test_an_absurd_plot_changes_nothing_but_the_clock(
     before, biases = one.aircraft(aircraft), one.biases()
     wrong = replace(observation, value=observation.value + bad)
     with np.errstate(invalid="ignore"):  # Infinity less infinity, where nothing is compiled.
-        assert one.take(wrong) == outcome
+        assert one.process(wrong) == outcome
     after = one.aircraft(aircraft)
     np.testing.assert_array_equal(after[0], before[0])
     np.testing.assert_array_equal(after[1], before[1])
     np.testing.assert_array_equal(one.biases()[0], biases[0])
     np.testing.assert_array_equal(one.biases()[1], biases[1])
-    assert one.take(observation) == Outcome.UPDATED
+    assert one.process(observation) == Outcome.UPDATED
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -405,7 +405,7 @@ def test_a_plot_in_the_cone_of_silence_is_refused(name: str) -> None:
     # Twice as high as it is far away: 63 degrees of elevation and more.
     high = replace(observation, height_m=float(observation.value[0]) * 2.0)
     biases = one.biases()[0].copy()
-    assert one.take(high) == Outcome.CONE_OF_SILENCE
+    assert one.process(high) == Outcome.CONE_OF_SILENCE
     np.testing.assert_array_equal(one.biases()[0], biases)
 
 
@@ -413,7 +413,7 @@ def test_a_plot_in_the_cone_of_silence_is_refused(name: str) -> None:
 def test_after_some_refusals_the_track_starts_anew_where_the_plots_are(name: str) -> None:
     one, scene, _, observation = settled(name, 10)
     away = replace(observation, value=observation.value + np.array([30_000.0, 0.0]))
-    outcomes = [one.take(away) for _ in range(5)]
+    outcomes = [one.process(away) for _ in range(5)]
     assert outcomes[:4] == [Outcome.REFUSED] * 3 + [Outcome.RESTARTED]
     model = EllipsoidPolar(scene.plane, scene.sensors)
     seen = model.linearise(away, one.aircraft(observation.aircraft)[0])
@@ -428,7 +428,7 @@ def test_an_aircraft_starts_as_from_a_prior_that_knows_nothing(name: str) -> Non
     scene = lively_scene(11)
     one = compiled(name, scene)
     first = next(iter(played(scene, [], 11)))[1]
-    assert one.take(first) == Outcome.STARTED
+    assert one.process(first) == Outcome.STARTED
     mean, covariance = one.aircraft(first.aircraft)
     require_covariance(covariance, "start")
     other = plain(name, scene)

@@ -73,21 +73,21 @@ def test_innovations_are_as_large_as_expected(name: str, scene: Scene) -> None:
 def test_nothing_is_said_where_nothing_was_compared(name: str, scene: Scene) -> None:
     one = CompiledFilter(scene, plain_settings(name, ACCELERATION))
     plot = Observation(10.0, 0, 0, np.array([50_000.0, 1.0]), height_m=9000.0)
-    assert one.take(plot) is Outcome.STARTED
+    assert one.process(plot) is Outcome.STARTED
     assert np.isnan(one.innovation[0])
-    assert one.take(replace(plot, time_s=9.0)) is Outcome.REFUSED
+    assert one.process(replace(plot, time_s=9.0)) is Outcome.REFUSED
     assert np.isnan(one.innovation[0])
-    assert one.take(replace(plot, time_s=14.0)) is Outcome.UPDATED
+    assert one.process(replace(plot, time_s=14.0)) is Outcome.UPDATED
     assert np.isfinite(one.innovation[:5]).all()
 
 
 def test_a_measurement_that_a_gate_refuses_was_compared(scene: Scene) -> None:
     settings = replace(plain_settings("two-stage", ACCELERATION), refuse_nis=9.0)
     one = CompiledFilter(scene, settings)
-    one.take(Observation(10.0, 0, 0, np.array([50_000.0, 1.0]), height_m=9000.0))
-    one.take(Observation(14.0, 0, 0, np.array([50_000.0, 1.0]), height_m=9000.0))
+    one.process(Observation(10.0, 0, 0, np.array([50_000.0, 1.0]), height_m=9000.0))
+    one.process(Observation(14.0, 0, 0, np.array([50_000.0, 1.0]), height_m=9000.0))
     far = Observation(18.0, 0, 0, np.array([90_000.0, 1.0]), height_m=9000.0)
-    assert one.take(far) is Outcome.REFUSED
+    assert one.process(far) is Outcome.REFUSED
     assert one.innovation[0] == pytest.approx(40_000.0, rel=0.05)
 
 

@@ -27,7 +27,7 @@ def test_two_stage_judges_as_the_joint_filter_does(gates: tuple[float, float]) -
         one = CompiledFilter(scene, low)
         for aircraft, (time_s, mean) in guesses.items():
             one.start(aircraft, time_s, mean, np.diag(START_SIGMA**2))
-        outcomes.append([one.take(observation) for observation in observations(scene)])
+        outcomes.append([one.process(observation) for observation in observations(scene)])
         biases.append(one.biases())
     assert outcomes[0] == outcomes[1]
     assert (Outcome.REFUSED in outcomes[0]) == np.isfinite(gates[1])

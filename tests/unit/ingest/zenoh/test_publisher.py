@@ -42,7 +42,7 @@ class Scene:
 
 def test_an_update_goes_out_under_its_track_with_its_number() -> None:
     scene = Scene()
-    scene.publish(lambda view: view.tell([7, 9, 7]))
+    scene.publish(lambda view: view.publish_updates([7, 9, 7]))
     assert [message.key for message in scene.bus.sent] == [
         TRACK_7,
         "multiradar/v1/tracks/9",
@@ -54,14 +54,16 @@ def test_an_update_goes_out_under_its_track_with_its_number() -> None:
 
 def test_what_was_there_before_fills_the_caches_and_is_not_sent_again() -> None:
     scene = Scene(known_until=2)
-    scene.publish(lambda view: view.tell([7, 7, 7]))
+    scene.publish(lambda view: view.publish_updates([7, 7, 7]))
     assert [message.attachment for message in scene.bus.sent] == [b"3"]
     assert len(scene.bus.streams[TRACK_7].kept) == 3
 
 
 def test_a_bias_goes_out_under_its_sensor_with_its_number() -> None:
     scene = Scene()
-    scene.publish(lambda view: view.tell_of("bias", "41-10", b'{"sensor_id":"41-10","epoch":4}'))
+    scene.publish(
+        lambda view: view.publish_event("bias", "41-10", b'{"sensor_id":"41-10","epoch":4}')
+    )
     (message,) = scene.bus.sent
     assert message.key == "multiradar/v1/biases/41-10"
     assert json.loads(message.payload) == {"sensor_id": "41-10", "epoch": 4, "sequence": 1}
@@ -70,8 +72,8 @@ def test_a_bias_goes_out_under_its_sensor_with_its_number() -> None:
 
 def test_a_dropped_track_is_reported_and_discarded_only_later() -> None:
     scene = Scene()
-    scene.publish(lambda view: view.tell([7]))
-    scene.publish(lambda view: view.tell_of("ended", "7", b'{"track_id":7}'))
+    scene.publish(lambda view: view.publish_updates([7]))
+    scene.publish(lambda view: view.publish_event("ended", "7", b'{"track_id":7}'))
     assert scene.bus.sent[-1].key == "multiradar/v1/ended/7"
     scene.clock.advance(59.0)
     scene.publisher.step()
@@ -84,8 +86,8 @@ def test_a_dropped_track_is_reported_and_discarded_only_later() -> None:
 
 def test_a_track_that_lives_again_is_not_discarded() -> None:
     scene = Scene()
-    scene.publish(lambda view: view.tell_of("ended", "7", b"{}"))
-    scene.publish(lambda view: view.tell([7]))
+    scene.publish(lambda view: view.publish_event("ended", "7", b"{}"))
+    scene.publish(lambda view: view.publish_updates([7]))
     scene.clock.advance(100.0)
     scene.publisher.step()
     assert not scene.bus.streams[TRACK_7].closed
@@ -93,7 +95,7 @@ def test_a_track_that_lives_again_is_not_discarded() -> None:
 
 def test_many_tracks_share_what_may_be_kept() -> None:
     scene = Scene(cache_samples_max=1000, cache_samples_total=3000)
-    scene.publish(lambda view: view.tell(list(range(1, 101))))
+    scene.publish(lambda view: view.publish_updates(list(range(1, 101))))
     depths = [stream.kept.maxlen for stream in scene.bus.streams.values()]
     assert depths[:4] == [1000, 1000, 1000, 750]
     assert depths[-1] == CACHE_SAMPLES_MIN
@@ -101,7 +103,7 @@ def test_many_tracks_share_what_may_be_kept() -> None:
 
 def test_a_gap_is_counted_and_raises_an_alarm() -> None:
     scene = Scene()
-    scene.publish(lambda view: view.tell_of("gap", "", b'{"gap":{"from":1,"to":5}}'))
+    scene.publish(lambda view: view.publish_event("gap", "", b'{"gap":{"from":1,"to":5}}'))
     assert scene.counts.number("published_gaps") == 1
     assert scene.counts.document()["alarms"][0]["code"] == "PUBLICATION_GAP"
 
