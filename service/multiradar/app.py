@@ -10,7 +10,6 @@ import structlog
 
 from multiradar.api.connections import server
 from multiradar.api.factory import create_api
-from multiradar.api.limits import HttpLimits
 from multiradar.clock import SystemClock
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.measurement.sensors import SensorTable
@@ -32,7 +31,6 @@ from multiradar.runtime.asterix.options import channel_options
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.engine.fingerprint import configuration_fingerprint
 from multiradar.runtime.kernel_purposes import serve_purposes
-from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.output_feed import OutputFeed
 from multiradar.runtime.live.service import Service
 from multiradar.runtime.memory.live_tracks import LiveTracks
@@ -193,7 +191,7 @@ def build_service(settings: Settings, sensors: SensorTable) -> Service:
         open_engine=lambda: Engine(sensors, tracking, settings.workers, sampling=Sampling.DRAWN),
         sensors=sensors,
         tracking=tracking,
-        limits=RuntimeLimits(**settings.runtime.model_dump()),
+        limits=settings.runtime_limits(),
     )
 
 
@@ -239,7 +237,7 @@ def zenoh_options(settings: Settings) -> ZenohOptions:
     """Return the Zenoh options; message bounds are those of HTTP."""
     return ZenohOptions(
         **settings.zenoh.model_dump(exclude={"enabled"}),
-        message_bytes_max=settings.http.body_bytes_max,
+        message_bytes_max=settings.http_limits().body_bytes_max,
         message_rows_max=settings.rows_per_message_max,
     )
 
@@ -341,7 +339,7 @@ class HttpServer:
         settings: Settings,
         on_failure: Callable[[], None],
     ) -> None:
-        limits = HttpLimits(**settings.http.model_dump())
+        limits = settings.http_limits()
         wanted = settings.server
         self._listener = _listen(wanted.host, wanted.port)
         host, port = self._listener.getsockname()[:2]

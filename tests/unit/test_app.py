@@ -1,6 +1,5 @@
 """The composition root hands every setting on."""
 
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -8,15 +7,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from multiradar.api.limits import HttpLimits
 from multiradar.app import build_service, trajectory_feed, warm_up, zenoh_options
 from multiradar.runtime.engine.engine import Engine
-from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.memory.live_tracks import LiveTracks
 from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.runtime.queries.encounters import Sky, encounters
 from multiradar.runtime.trajectories.options import trajectory_options
-from multiradar.settings.service import HttpSettings, RuntimeSettings, load_settings
+from multiradar.settings.limits import HttpLimits, RuntimeLimits
+from multiradar.settings.service import load_settings
 from multiradar.tracking.columns import rows_of
 from multiradar.tracking.encounters._approach_kernels import find_approaches
 from multiradar.tracking.encounters._conflict_kernels import find_bounds, find_probabilities
@@ -29,10 +27,12 @@ from multiradar.wire import measurement_batch
 from support.scenarios import live_scene
 
 
-def test_each_bound_has_a_setting_of_the_same_name_and_default() -> None:
-    for settings, limits in ((HttpSettings(), HttpLimits()), (RuntimeSettings(), RuntimeLimits())):
-        named = {field.name: getattr(limits, field.name) for field in fields(limits)}
-        assert settings.model_dump() == named
+def test_limits_are_settings(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MULTIRADAR_HTTP__REQUESTS_MAX", "7")
+    monkeypatch.setenv("MULTIRADAR_RUNTIME__EVENTS_MAX", "9")
+    settings = load_settings(None)
+    assert settings.http_limits() == HttpLimits(requests_max=7)
+    assert settings.runtime_limits() == RuntimeLimits(events_max=9)
 
 
 def test_zenoh_is_on_loopback_and_without_multicast_by_default() -> None:

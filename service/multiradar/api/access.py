@@ -7,9 +7,9 @@ from fastapi import Depends
 from starlette.requests import HTTPConnection
 
 from multiradar.api.batches import StreamHub
-from multiradar.api.limits import HttpLimits
 from multiradar.api.workers import Workers
 from multiradar.runtime.ports import ReadableService, View
+from multiradar.settings.limits import HttpLimits
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,11 +8,11 @@ from collections.abc import AsyncGenerator, Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from multiradar.api.limits import HttpLimits
 from multiradar.api.workers import Workers
 from multiradar.errors import RequestError
 from multiradar.observability.metrics import STREAM_CLIENTS, STREAM_EVENTS, STREAM_GAPS
 from multiradar.runtime.ports import EventSource, StreamEvent, View
+from multiradar.settings.limits import HttpLimits
 
 #: Kinds of events that a client can select; gap notices are always sent.
 KINDS = ("track", "bias", "ended", "status")

@@ -18,8 +18,8 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from uvicorn.server import ServerState
 
-from multiradar.api.limits import HttpLimits
 from multiradar.observability.metrics import HTTP_CONNECTIONS, HTTP_CONNECTIONS_DROPPED
+from multiradar.settings.limits import HttpLimits
 
 # Clients of the event stream send nothing; larger messages are not read.
 _WEBSOCKET_MESSAGE_BYTES_MAX = 4096

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable
 import structlog
 from starlette.types import Message, Receive, Scope, Send
 
-from multiradar.api.limits import HttpLimits
 from multiradar.api.problems import MEDIA_TYPE, REQUEST_ID_KEY, problem_bytes
 from multiradar.errors import RequestError
+from multiradar.settings.limits import HttpLimits
 
 _log = structlog.get_logger("multiradar.api")
 

@@ -10,10 +10,10 @@ from multiradar.api import documentation, openapi, problems
 from multiradar.api.access import Access
 from multiradar.api.batches import StreamHub
 from multiradar.api.guard import LimitLayer
-from multiradar.api.limits import HttpLimits
 from multiradar.api.routes import operations, queries, sensors, streams, tracks
 from multiradar.api.workers import Workers
 from multiradar.runtime.ports import ReadableService
+from multiradar.settings.limits import HttpLimits
 
 _DESCRIPTION = """\
 Multi-radar tracking and bias estimation service.

@@ -13,10 +13,10 @@ from urllib.parse import urlsplit
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from multiradar.api.exchange import Exchange, header
-from multiradar.api.limits import HttpLimits
 from multiradar.api.problems import REQUEST_ID_KEY
 from multiradar.errors import RequestError
 from multiradar.observability.metrics import HTTP_REJECTIONS, HTTP_REQUEST_SECONDS, HTTP_REQUESTS
+from multiradar.settings.limits import HttpLimits
 
 _REQUEST_ID = re.compile(rb"[A-Za-z0-9._-]{1,64}", re.ASCII)
 

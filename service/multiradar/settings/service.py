@@ -7,7 +7,7 @@ The key `epoch_s` of the section `tracking` is `[tracking] epoch_s = 4.0` in the
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -22,6 +22,7 @@ from pydantic_settings import (
 
 from multiradar.errors import ConfigurationError
 from multiradar.settings.asterix import AsterixSettings
+from multiradar.settings.limits import HttpLimits, RuntimeLimits
 from multiradar.settings.types import Count, Endpoint, Port, Seconds, Section, plain_number
 from multiradar.tracking.settings import IMM_MODES_MAX, IMM_MODES_MIN, TrackingSettings
 from multiradar_schemas.documents.files import Document, read_toml
@@ -41,46 +42,6 @@ class ServerSettings(Section):
 
     host: Annotated[str, Field(min_length=1, description="Address to listen on")] = "127.0.0.1"
     port: Annotated[Port, Field(description="TCP port; 0 picks a free one")] = 8321
-
-
-class HttpSettings(Section):
-    """Limits of HTTP; see `HttpLimits`."""
-
-    body_bytes_max: Count = 16 * _MIB
-    bodies_bytes_max: Count = 64 * _MIB
-    header_bytes_max: Count = 16 * 1024
-    header_deadline_s: Seconds = 10.0
-    body_deadline_s: Seconds = 30.0
-    send_deadline_s: Seconds = 10.0
-    acknowledge_deadline_s: Seconds = 30.0
-    requests_max: Count = 64
-    connections_max: Count = 512
-    streams_max: Count = 100
-    threads: Count = 4
-    stream_batch_interval_s: Seconds = 0.1
-    stream_batch_events_max: Count = 500
-    stream_heartbeat_s: Seconds = 5.0
-
-
-class RuntimeSettings(Section):
-    """Sizes of queues, rings and pages between the interfaces and the engine."""
-
-    intake_batches_max: Count = 1024
-    intake_rows_max: Count = 262_144
-    commit_batches_max: Count = 64
-    backlog_rows_max: Count = 262_144
-    push_rows_max: Count = 8192
-    events_max: Count = 200_000
-    history_rows_max: Count = 2_000_000
-    bias_history_rows_max: Count = 200_000
-    transition_rows_max: Count = 500_000
-    plot_rows_max: Count = 500_000
-    rejects_kept_max: Count = 1000
-    page_rows_max: Count = 10_000
-    forecast_steps_max: Count = 1000
-    status_period_s: Seconds = 10.0
-    clock_ahead_max_s: Seconds = 60.0
-    retry_after_s: Seconds = 1.0
 
 
 class TrajectorySettings(Section):
@@ -184,14 +145,29 @@ def _tracking_fields() -> dict[str, Any]:
     return fields
 
 
+def _limit_fields(limits: type) -> dict[str, Any]:
+    kinds: dict[Any, Any] = {int: Count, float: Seconds}
+    return {one.name: (kinds[one.type], one.default) for one in fields(limits)}
+
+
 if TYPE_CHECKING:
 
     class TrackingSection(Section):
-        """The model created below; its fields are known at run time only."""
+        """A model created below; its fields are known at run time only."""
+
+    class HttpSettings(TrackingSection):
+        """Likewise."""
+
+    class RuntimeSettings(TrackingSection):
+        """Likewise."""
 
 else:
-    # Fields and defaults are those of `TrackingSettings`.
+    # Fields and defaults are those of the dataclasses.
     TrackingSection = create_model("TrackingSection", __base__=Section, **_tracking_fields())
+    HttpSettings = create_model("HttpSettings", __base__=Section, **_limit_fields(HttpLimits))
+    RuntimeSettings = create_model(
+        "RuntimeSettings", __base__=Section, **_limit_fields(RuntimeLimits)
+    )
 
 
 class Settings(BaseSettings):
@@ -221,6 +197,14 @@ class Settings(BaseSettings):
     def tracking_settings(self) -> TrackingSettings:
         """Return the section `tracking` as settings of the tracker."""
         return TrackingSettings(**self.tracking.model_dump())
+
+    def http_limits(self) -> HttpLimits:
+        """Return the section `http` as limits."""
+        return HttpLimits(**self.http.model_dump())
+
+    def runtime_limits(self) -> RuntimeLimits:
+        """Return the section `runtime` as limits."""
+        return RuntimeLimits(**self.runtime.model_dump())
 
 
 def load_settings(path: Path | None = None, overrides: Mapping[str, Any] | None = None) -> Settings:

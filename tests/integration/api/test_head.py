@@ -3,7 +3,7 @@
 import json
 
 from multiradar.api.factory import create_api
-from multiradar.api.limits import HttpLimits
+from multiradar.settings.limits import HttpLimits
 from support.fakes.fake_service import FakeService
 from support.processes.clients import client, get
 from support.processes.live_server import RawClient, serving

@@ -9,8 +9,8 @@ from dataclasses import replace
 import pytest
 
 from multiradar.api.factory import create_api
-from multiradar.api.limits import HttpLimits
 from multiradar.ingest.http import measurement_routes
+from multiradar.settings.limits import HttpLimits
 from support.fakes.fake_service import FakeService, live_tracks
 from support.processes import clients
 from support.processes.live_server import RawClient, dropped_connections, serving

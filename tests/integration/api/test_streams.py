@@ -15,8 +15,8 @@ from websockets.sync.client import ClientConnection
 from websockets.typing import Origin
 
 from multiradar.api.factory import create_api
-from multiradar.api.limits import HttpLimits
 from multiradar.runtime.stream.events import EventRing
+from multiradar.settings.limits import HttpLimits
 from support.fakes.fake_service import FakeService, FakeView
 from support.processes import clients
 from support.processes.live_server import RawClient, dropped_connections, serving

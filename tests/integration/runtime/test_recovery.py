@@ -16,9 +16,9 @@ import polars as pl
 import pytest
 
 from multiradar.errors import JournalError
-from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.receipt import Receipt
 from multiradar.runtime.live.service import Service
+from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.entries import Entry
 from multiradar.storage.journal import Journal
 from multiradar.storage.sqlite_journal import SqliteJournal

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from fastapi import FastAPI
 
 from multiradar.api.connections import server
-from multiradar.api.limits import HttpLimits
+from multiradar.settings.limits import HttpLimits
 from support.processes import clients
 from support.processes.waiting import WAIT_TIMEOUT_S, join
 

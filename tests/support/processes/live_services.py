@@ -8,9 +8,9 @@ import polars as pl
 
 from multiradar.errors import JournalError
 from multiradar.runtime.engine.tracking_engine import TrackingEngine
-from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.receipt import Receipt
 from multiradar.runtime.live.service import Service
+from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.entries import Entry
 from multiradar.storage.journal import Journal
 from multiradar.storage.memory_journal import MemoryJournal

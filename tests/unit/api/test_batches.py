@@ -5,9 +5,9 @@ import contextlib
 import pytest
 
 from multiradar.api.batches import StreamHub
-from multiradar.api.limits import HttpLimits
 from multiradar.api.workers import Workers
 from multiradar.errors import RequestError
+from multiradar.settings.limits import HttpLimits
 from support.fakes.fake_service import FakeView
 
 

@@ -9,7 +9,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.server import ServerState
 
 from multiradar.api.connections import server_config
-from multiradar.api.limits import HttpLimits
+from multiradar.settings.limits import HttpLimits
 from support.processes.waiting import wait_until
 
 

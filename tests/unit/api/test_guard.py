@@ -8,8 +8,8 @@ import httpx
 import pytest
 
 from multiradar.api.factory import create_api
-from multiradar.api.limits import HttpLimits
 from multiradar.ingest.http import measurement_routes
+from multiradar.settings.limits import HttpLimits
 from support.fakes.fake_service import FakeService
 from support.processes.waiting import wait_until
 

@@ -9,7 +9,6 @@ from structlog.testing import capture_logs
 
 from multiradar.api.factory import create_api
 from multiradar.api.guard import LimitLayer
-from multiradar.api.limits import HttpLimits
 from multiradar.api.problems import Problem
 from multiradar.errors import (
     IdempotencyConflictError,
@@ -19,6 +18,7 @@ from multiradar.errors import (
     QueueFullError,
 )
 from multiradar.ingest.http import measurement_routes
+from multiradar.settings.limits import HttpLimits
 from support.fakes.fake_service import FakeService
 
 

@@ -1,16 +1,11 @@
 """Settings: which source wins, and what is said about a wrong key or value."""
 
-from dataclasses import asdict, fields
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from multiradar.api.limits import HttpLimits
 from multiradar.errors import ConfigurationError
-from multiradar.runtime.limits import RuntimeLimits
-from multiradar.settings.service import HttpSettings, RuntimeSettings, load_settings
-from multiradar.settings.types import Section
+from multiradar.settings.service import load_settings
 from multiradar.tracking.settings import TrackingSettings
 
 
@@ -131,16 +126,6 @@ def test_a_wrong_variable_is_reported(
 def test_a_missing_file_is_reported(file: Path) -> None:
     with pytest.raises(ConfigurationError, match=r"multiradar\.toml: no such file$"):
         load_settings(file)
-
-
-@pytest.mark.parametrize(
-    ("section", "limits"), [(HttpSettings, HttpLimits), (RuntimeSettings, RuntimeLimits)]
-)
-def test_sections_have_the_bounds_and_defaults_of_the_parts_they_configure(
-    section: type[Section], limits: Any
-) -> None:
-    assert section().model_dump() == asdict(limits())
-    assert [field.name for field in fields(limits)] == list(section.model_fields)
 
 
 def test_asterix_listens_only_if_configured_and_then_on_loopback(file: Path) -> None:

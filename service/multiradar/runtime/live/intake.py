@@ -10,8 +10,8 @@ from math import inf
 import polars as pl
 
 from multiradar.errors import MultiradarError, PipelineError, QueueFullError
-from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.receipt import Receipt
+from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.entries import EntryKind, RejectedRow
 
 

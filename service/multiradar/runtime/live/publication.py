@@ -4,7 +4,6 @@ from collections.abc import Callable
 from typing import Any
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.live_diagnosis import LiveDiagnosis
 from multiradar.runtime.live.output_feed import OutputReader
 from multiradar.runtime.live.view import LiveView
@@ -12,6 +11,7 @@ from multiradar.runtime.memory.knowledge import Knowledge, States
 from multiradar.runtime.memory.reject_board import RejectBoard
 from multiradar.runtime.stream.output_events import OutputEvents
 from multiradar.runtime.trajectories.feed import TrajectoryFeed
+from multiradar.settings.limits import RuntimeLimits
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 

@@ -21,7 +21,6 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.admission.admission import FORWARD_JUMP_MAX_S, Admission
 from multiradar.runtime.admission.arrivals import ArrivalBoard
 from multiradar.runtime.engine.tracking_engine import TrackingEngine
-from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.accounting import Accounting
 from multiradar.runtime.live.backlog import Backlog
 from multiradar.runtime.live.intake import Intake, Submission
@@ -30,6 +29,7 @@ from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
 from multiradar.runtime.live.writer import Writer
 from multiradar.runtime.memory.history import TrackHistory
+from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.entries import EntryKind, Quarantined
 from multiradar.storage.journal import Journal
 from multiradar.tracking.input.measurements import MeasurementBatch

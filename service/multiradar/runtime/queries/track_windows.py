@@ -18,9 +18,9 @@ from multiradar.estimation.measurement.sensors import (
     SensorTable,
 )
 from multiradar.restoration.geometry.plot_positions import Plots
-from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.memory.bias_board import BiasBoard
 from multiradar.runtime.memory.history import TrackHistory
+from multiradar.settings.limits import RuntimeLimits
 from multiradar.tracking.columns import row_type
 from multiradar.tracking.input.measurements import Directions, MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput

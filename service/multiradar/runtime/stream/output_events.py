@@ -3,9 +3,9 @@
 import numpy as np
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.stream.event_encoding import encode_events, event_order, status_marks
 from multiradar.runtime.stream.events import EventRing
+from multiradar.settings.limits import RuntimeLimits
 from multiradar.tracking.outputs import EngineOutput
 
 

@@ -7,12 +7,12 @@ import polars as pl
 import pytest
 
 from multiradar.runtime.engine.engine import Engine
-from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.offline.offline import BATCH_ROWS
 from multiradar.runtime.queries.observabilities import observability_of_track
 from multiradar.runtime.queries.registry import OBSERVABILITY
 from multiradar.runtime.queries.track_windows import WindowTable
+from multiradar.settings.limits import RuntimeLimits
 from multiradar.tracking.health.health_records import HealthRecords
 from multiradar.tracking.outputs import EngineOutput, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings

@@ -5,10 +5,10 @@ import pytest
 
 from multiradar.errors import TrajectoryError
 from multiradar.runtime.engine.engine import Engine
-from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.live.view import LiveView
 from multiradar.runtime.queries.parameters import FILTER, POLYNOMIAL
+from multiradar.settings.limits import RuntimeLimits
 from multiradar.tracking.forecast.regions import gaussian_factor
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch

@@ -10,11 +10,11 @@ import polars as pl
 import pytest
 
 from multiradar.errors import ConfigurationError, ForecastError
-from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.live.view import LiveView
 from multiradar.runtime.queries.registry import BIASES, UPDATES
 from multiradar.runtime.stream.events import Event
+from multiradar.settings.limits import RuntimeLimits
 from multiradar.tracking.forecast.regions import gaussian_factor
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.lifecycle.transitions import MERGED, NO_TRACK, SILENT

@@ -6,9 +6,9 @@ import pytest
 
 from multiradar.errors import ForecastError
 from multiradar.runtime.engine.engine import Engine
-from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.offline.forecast_table import ForecastTable
+from multiradar.settings.limits import RuntimeLimits
 from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.settings import TrackingSettings

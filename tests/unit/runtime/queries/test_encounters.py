@@ -13,7 +13,6 @@ from multiradar.errors import ForecastError
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.engine import Engine
-from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.live.view import LiveView
 from multiradar.runtime.memory.history import UPDATE_DTYPE
@@ -24,6 +23,7 @@ from multiradar.runtime.queries.encounters import Sky, encounters, no_encounters
 from multiradar.runtime.queries.forecast_methods import Course, Known, by_plan, known_of
 from multiradar.runtime.queries.forecasts import forecast_from
 from multiradar.runtime.queries.registry import ENCOUNTERS
+from multiradar.settings.limits import RuntimeLimits
 from multiradar.tracking.columns import rows_of
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.forecast.state_samples import Sampling

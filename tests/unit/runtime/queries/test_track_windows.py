@@ -11,7 +11,6 @@ from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.engine import Engine
-from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.memory.bias_board import BIAS_DTYPE
 from multiradar.runtime.queries.manoeuvre_planes import plane_of_track
@@ -21,6 +20,7 @@ from multiradar.runtime.queries.track_windows import (
     WindowTable,
     azimuth_bias_sigmas,
 )
+from multiradar.settings.limits import RuntimeLimits
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA

@@ -8,7 +8,6 @@ import pytest
 
 from multiradar.errors import ForecastError, TrajectoryError
 from multiradar.runtime.engine.engine import Engine
-from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.queries.parameters import BUNDLE, FILTER
 from multiradar.runtime.trajectories import fan_scores
@@ -16,6 +15,7 @@ from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.runtime.trajectories.forecast_rows import BundleForecasts, BundleForecastTable
 from multiradar.runtime.trajectories.options import TrajectoryOptions
 from multiradar.runtime.trajectories.table import TrajectoryTable
+from multiradar.settings.limits import RuntimeLimits
 from multiradar.tracking.forecast import forecast_scores
 from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
 from multiradar.tracking.forecast.state_samples import Sampling

@@ -9,11 +9,11 @@ import pytest
 
 from multiradar.errors import TrajectoryError
 from multiradar.runtime.engine.engine import Engine
-from multiradar.runtime.limits import RuntimeLimits
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.queries.registry import TRAJECTORIES
 from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.runtime.trajectories.options import TrajectoryOptions
+from multiradar.settings.limits import RuntimeLimits
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch
