@@ -31,8 +31,8 @@ from stonesoup.updater.kalman import ExtendedKalmanUpdater
 
 from benchmark.load import Load
 from multiradar.estimation.filters.arrays import Rows
-from multiradar.estimation.motion.constant_velocity import process_noise, transition
 from multiradar.geodesy._kernels import predict_polar, site_parameters
+from support.references.constant_velocity import process_noise, transition
 
 Floats = NDArray[np.float64]
 #: Range, azimuth, and their derivatives by east and north, seen from a radar.

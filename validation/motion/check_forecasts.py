@@ -21,12 +21,8 @@ from multiradar.estimation.gaussian import normalised_squared
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.paths import Path, fly
 from multiradar.simulation.scenario.model import Aircraft
-from multiradar.tracking.forecast.forecast import (
-    density_of,
-    forecast,
-    forecast_modes_of,
-    forecast_of_modes,
-)
+from multiradar.tracking.forecast.forecast import density_of, forecast_modes_of, forecast_of_modes
+from multiradar.tracking.forecast.persistent_walk import propagate_straight
 from multiradar.tracking.outputs import TrackStates
 from multiradar.tracking.settings import TrackingSettings
 from validation.motion.check_manoeuvres import CLASSES, Flown, doing_at, flights
@@ -76,12 +72,14 @@ def main() -> None:
 
 def by_density(settings: TrackingSettings) -> Forecast:
     """Return the forecast of a constant velocity with noise."""
-    return lambda states, place: forecast(
-        states.mean[place],
-        states.covariance[place],
-        density_of(settings, states.mean[place, 2:]),
-        AHEAD_S,
-    )
+
+    def by(states: TrackStates, place: int) -> tuple[Floats, Floats]:
+        one = states.at(np.array([place]))
+        density = density_of(settings, one.mean[0, 2:]) * np.eye(2)
+        means, covariances = propagate_straight(one.mean, one.covariance, density[None], AHEAD_S)
+        return means[0], covariances[0]
+
+    return by
 
 
 def by_modes(settings: TrackingSettings) -> Forecast:

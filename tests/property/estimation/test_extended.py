@@ -9,16 +9,13 @@ from hypothesis import strategies as st
 
 from multiradar.estimation.motion.velocity_frame_noise import VelocityFrameNoise
 from multiradar.research.extended.extended import Estimate, Outcome, predict, start, update
-from multiradar.research.extended.extended_measurement import (
-    MeasuredPolar,
-    MeasuredPosition,
-    SpaceMeasurement,
-)
+from multiradar.research.extended.extended_measurement import MeasuredPosition, SpaceMeasurement
 from multiradar.research.motion.cartesian_acceleration import CartesianAcceleration
 from multiradar.research.motion.model import MotionModel
 from multiradar.research.motion.relative_speed import RelativeSpeed
 from multiradar.research.motion.velocity_frame import VelocityFrame
 from multiradar.research.motion.white_acceleration import WhiteAcceleration
+from support.references.measured_polar import MeasuredPolar
 
 MODELS: list[MotionModel] = [
     CartesianAcceleration((1.0, 2.0, 0.5)),

@@ -6,15 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.angles import wrapped
-from multiradar.estimation.measurement.bias_parameters import bias_matrix
-from multiradar.estimation.measurement.linearised import (
-    cartesian_bias_matrix,
-    cartesian_noise,
-    cartesian_plot,
-)
+from multiradar.estimation.measurement.linearised import cartesian_plot
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy import _kernels as kernels
 from multiradar.geodesy.system_plane import SystemPlane
+from support.references.bias_matrix import bias_matrix
+from support.references.linearised import cartesian_bias_matrix, cartesian_noise
 from support.references.reference_filters import Linearised, Observation
 from support.scenarios.scenes import flat_sites
 

@@ -18,7 +18,7 @@ from scipy.linalg import block_diag, null_space
 from scipy.optimize import minimize_scalar
 
 from multiradar.estimation.gaussian import symmetric_part
-from multiradar.estimation.motion.constant_velocity import process_noise, transition
+from support.references.constant_velocity import process_noise, transition
 
 Floats = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from multiradar.tracking.encounters.climbs import CLIMB_COUNT
 from multiradar.tracking.encounters.pairs import Paths, walks_of
-from multiradar.tracking.forecast.forecast import forecast
+from support.references.straight_forecast import forecast
 
 Floats = NDArray[np.float64]
 UPPER = np.triu_indices(4)

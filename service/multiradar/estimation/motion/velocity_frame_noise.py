@@ -38,7 +38,7 @@ model, T₀ = `nominal_interval_s`, D T₀ is the density of white acceleration,
 the exact integral, whose sum over parts is that of the whole while the velocity stays. The variance
 of the velocity is the printed one at T = T₀. In a compiled step the parameters are the densities
 a² T₀ (m²/s³) and v_K² T₀ (rad²/s); with v_K² V² = a² it is the white acceleration of
-`constant_velocity`, with q = a² T₀.
+constant velocity, with q = a² T₀.
 """
 
 from dataclasses import dataclass

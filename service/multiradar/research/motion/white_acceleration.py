@@ -1,7 +1,6 @@
 """Constant velocity in three dimensions with white acceleration.
 
-`multiradar.estimation.motion.constant_velocity` is the model in the plane; this one has the
-interface of the models of Vasiliev and Mattis.
+It has the interface of the models of Vasiliev and Mattis.
 """
 
 from dataclasses import dataclass

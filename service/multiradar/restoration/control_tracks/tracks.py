@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from multiradar.errors import ShapeError, TimeOrderError
+from multiradar.errors import TimeOrderError
 from multiradar.estimation.array_checks import finite_array, require_shape
 from multiradar.estimation.gaussian import require_covariance
 from multiradar.restoration.control_tracks.motion import advance
@@ -152,34 +152,6 @@ def whole_seconds(first_s: float, last_s: float) -> Floats:
     IMM UrO RAN report (2016), section 2.3: a grid of all whole seconds.
     """
     return np.arange(np.ceil(first_s), np.floor(last_s) + 1.0)
-
-
-def mean_distance(one: GeometricTrack, other: GeometricTrack) -> float:
-    """Return how far two geometric tracks on one grid are apart.
-
-    Parameters
-    ----------
-    one, other : GeometricTrack
-        At the same times.
-
-    Returns
-    -------
-    float
-        The mean over the grid, m.
-
-    Raises
-    ------
-    ShapeError
-        If the grids differ.
-
-    References
-    ----------
-    IMM UrO RAN report (2016), section 2.2.4.
-    """
-    if not np.array_equal(one.time_s, other.time_s):
-        raise ShapeError("tracks to compare", "one grid of times", one.time_s.shape, "two")
-    apart = one.position_m - other.position_m
-    return float(np.mean(np.hypot(apart[:, 0], apart[:, 1])))
 
 
 def measurement_track(

@@ -4,7 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters.imm._mode_scratch_kernels import LEAVING
-from multiradar.estimation.motion.constant_velocity import process_noise, transition
 from multiradar.estimation.motion.velocity_frame_noise import acceleration_covariance
 from multiradar.tracking.forecast._forecast_kernels import forecast_modes
 from multiradar.tracking.modes import mode_table
@@ -17,54 +16,6 @@ MODE_STEP_S = 2.0
 #: a turn of a minute into a circle (validation/motion/check_forecasts.py).
 STRAIGHT_S = 90.0
 MANOEUVRE_S = 60.0
-
-
-def forecast(
-    mean: NDArray[np.float64],
-    covariance: NDArray[np.float64],
-    acceleration_density: float | NDArray[np.float64],
-    ahead_s: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Propagate a constant-velocity state with white acceleration.
-
-    Parameters
-    ----------
-    mean : (4,) ndarray
-        East and north, m, and their rates, m/s.
-    covariance : (4, 4) ndarray
-        Covariance of `mean`.
-    acceleration_density : float or (2, 2) ndarray
-        Spectral density of the acceleration, m²/s³: q of each axis, or a matrix.
-    ahead_s : (k,) ndarray
-        Times after the state, s, not negative.
-
-    Returns
-    -------
-    means : (k, 4) ndarray
-        Predicted states.
-    covariances : (k, 4, 4) ndarray
-        Their covariances, symmetric.
-
-    Raises
-    ------
-    ValueError
-        If a time is negative or not finite.
-
-    Notes
-    -----
-    Exact for the continuous white-noise acceleration model. Later manoeuvres are covered only as
-    far as q covers them.
-    """
-    ahead = _checked(ahead_s)
-    move = transition(ahead)
-    density = np.asarray(acceleration_density) * np.eye(2)
-    if np.ndim(acceleration_density) == 2:
-        density = np.asarray(acceleration_density)
-    # Each block of the noise is that of one axis times the density matrix.
-    unit = process_noise(ahead, 1.0)[:, ::2, ::2]
-    noise = np.einsum("kab,ij->kaibj", unit, density).reshape(-1, 4, 4)
-    covariances = move @ covariance @ move.transpose(0, 2, 1) + noise
-    return move @ mean, 0.5 * (covariances + covariances.transpose(0, 2, 1))
 
 
 def forecast_of_modes(

@@ -87,7 +87,7 @@ def propagate_straight(
     means : (n, k, 2) ndarray
         Expected positions.
     covariances : (n, k, 2, 2) ndarray
-        Their covariances: as `forecast.forecast`, for many aircraft.
+        Their covariances.
     """
     t = np.asarray(ahead_s, np.float64)
     means = mean[:, None, :2] + mean[:, None, 2:] * t[..., None]

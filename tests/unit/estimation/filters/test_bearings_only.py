@@ -14,7 +14,7 @@ from multiradar.estimation.filters.bearings_only import (
     update,
 )
 from multiradar.estimation.measurement.sights import Sight
-from multiradar.estimation.motion.constant_velocity import process_noise, transition
+from support.references.constant_velocity import process_noise, transition
 
 Floats = NDArray[np.float64]
 

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from multiradar.estimation.measurement import _kernels as kernels
-from multiradar.estimation.measurement.bias_parameters import bias_matrix
 from multiradar.estimation.measurement.linearised import cartesian_plot
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES
-from multiradar.estimation.measurement.unknown_height import range_variance
 from multiradar.geodesy._kernels import plane_parameters, predict_polar, site_parameters
 from support.kernels import plain
+from support.references.bias_matrix import bias_matrix
 from support.references.measurement_models import FlatCartesian, FlatPolar
 from support.references.reference_filters import Observation
+from support.references.unknown_height import range_variance
 
 PLANE = plane_parameters(0.98, 1.06)
 SITE = site_parameters(PLANE, 0.985, 1.05, 420.0)

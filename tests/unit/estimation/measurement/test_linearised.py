@@ -4,11 +4,8 @@ import numpy as np
 import pytest
 
 from multiradar.errors import ShapeError
-from multiradar.estimation.measurement.linearised import (
-    cartesian_bias_matrix,
-    cartesian_noise,
-    cartesian_plot,
-)
+from multiradar.estimation.measurement.linearised import cartesian_plot
+from support.references.linearised import cartesian_bias_matrix, cartesian_noise
 
 SITE = np.array([-30_000.0, 230_000.0])
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from multiradar.estimation.measurement.unknown_height import range_slope, range_variance
 from multiradar.geodesy import _kernels as kernels
+from support.references.unknown_height import range_slope, range_variance
 
 PLANE = kernels.plane_parameters(0.98, 1.06)
 SITE_HEIGHT_M = 700.0

@@ -10,8 +10,8 @@ from multiradar.errors import (
     MultiradarError,
     ShapeError,
 )
-from multiradar.estimation.motion.constant_velocity import process_noise, transition
 from multiradar.research.motion.white_acceleration import WhiteAcceleration
+from support.references.constant_velocity import process_noise, transition
 
 
 def test_state_order_is_position_then_velocity() -> None:

@@ -7,9 +7,9 @@ import pytest
 
 from multiradar.estimation.filters import _kernels as kernels
 from multiradar.estimation.motion._kernels import move_aircraft, moved_covariance, predict_motion
-from multiradar.estimation.motion.constant_velocity import process_noise, transition
 from multiradar.estimation.motion.velocity_frame_noise import VelocityFrameNoise
 from support.kernels import plain
+from support.references.constant_velocity import process_noise, transition
 
 UPPER = np.triu_indices(4)
 

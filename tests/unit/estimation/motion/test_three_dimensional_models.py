@@ -6,13 +6,13 @@ from numpy.typing import NDArray
 
 from multiradar.errors import MotionParameterError, ShapeError, TimeOrderError
 from multiradar.estimation.motion.axes import frame_to_velocity
-from multiradar.estimation.motion.constant_velocity import process_noise, transition
 from multiradar.estimation.motion.velocity_frame_noise import VelocityFrameNoise
 from multiradar.research.motion.cartesian_acceleration import CartesianAcceleration
 from multiradar.research.motion.model import MotionModel, MotionSimulator
 from multiradar.research.motion.relative_speed import RelativeSpeed
 from multiradar.research.motion.velocity_frame import VelocityFrame
 from multiradar.research.motion.white_acceleration import WhiteAcceleration
+from support.references.constant_velocity import process_noise, transition
 
 ACCELERATION = CartesianAcceleration((1.0, 2.0, 0.5))
 RELATIVE = RelativeSpeed((200.0, 100.0, 0.0), (0.1, 0.2, 0.3), 1000.0)

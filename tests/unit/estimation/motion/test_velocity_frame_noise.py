@@ -5,13 +5,13 @@ import pytest
 
 from multiradar.errors import MotionParameterError, ShapeError, TimeOrderError
 from multiradar.estimation.motion.axes import frame_to_velocity, velocity_by_frame
-from multiradar.estimation.motion.constant_velocity import process_noise
 from multiradar.estimation.motion.velocity_frame_noise import (
     SLOW_SPEED_MPS,
     STEEP_COSINE,
     VelocityFrameNoise,
     acceleration_covariance,
 )
+from support.references.constant_velocity import process_noise
 
 SPREADS = (1.5, 0.05, 0.02)
 

@@ -12,8 +12,9 @@ from multiradar.research.bundle.search_rules import SEGMENT_MIN_S, SearchRules
 from multiradar.restoration.control_tracks import _layout as layout
 from multiradar.restoration.control_tracks._arc_kernels import curvature
 from multiradar.restoration.control_tracks.settings import BundleSettings
-from multiradar.restoration.control_tracks.tracks import mean_distance, whole_seconds
+from multiradar.restoration.control_tracks.tracks import whole_seconds
 from support.kernels import plain
+from support.references.mean_distance import mean_distance
 from support.scenarios.flown import flight, plots_of
 
 Floats = NDArray[np.float64]

@@ -17,16 +17,13 @@ from multiradar.estimation.motion.axes import frame_to_velocity
 from multiradar.estimation.motion.coordinates import CARTESIAN, VELOCITY_FRAME
 from multiradar.estimation.motion.velocity_frame_noise import VelocityFrameNoise
 from multiradar.research.extended.extended import Estimate, Outcome, predict, start, update
-from multiradar.research.extended.extended_measurement import (
-    MeasuredPolar,
-    MeasuredPosition,
-    SpaceMeasurement,
-)
+from multiradar.research.extended.extended_measurement import MeasuredPosition, SpaceMeasurement
 from multiradar.research.motion.cartesian_acceleration import CartesianAcceleration
 from multiradar.research.motion.model import MotionModel, MotionSimulator
 from multiradar.research.motion.relative_speed import RelativeSpeed
 from multiradar.research.motion.velocity_frame import VelocityFrame
 from multiradar.research.motion.white_acceleration import WhiteAcceleration
+from support.references.measured_polar import MeasuredPolar
 
 MEAN = np.array([20e3, -35e3, 8e3, 150.0, 90.0, 6.0])
 COVARIANCE = np.diag([100.0, 100.0, 80.0, 8.0, 8.0, 3.0]) ** 2

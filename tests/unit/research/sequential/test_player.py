@@ -11,11 +11,11 @@ from multiradar.errors import (
     UnknownFilterError,
 )
 from multiradar.estimation.filters.bank import Outcome
-from multiradar.estimation.motion.constant_velocity import process_noise, transition
 from multiradar.research.sequential.arrangement import Options
 from multiradar.research.sequential.filter import SequentialFilter
 from multiradar.research.sequential.player import play
 from multiradar.research.sequential.plots import FORMS, Form, Plots
+from support.references.constant_velocity import process_noise, transition
 from support.references.reference_filters import ReferenceFilter
 from support.references.sequential_runs import (
     NAMES,

@@ -8,12 +8,12 @@ import pytest
 from scipy.stats import chi2
 
 from multiradar.errors import PriorError, ShapeError
-from multiradar.estimation.motion.constant_velocity import transition
 from multiradar.research.sequential.arrangement import Options
 from multiradar.research.sequential.player import play
 from multiradar.research.sequential.plots import FORMS, Form, Plots, Starts
 from multiradar.research.sequential.sensors import BiasPrior, flat_radars
 from multiradar.research.sequential.theory import Theory, true_covariance
+from support.references.constant_velocity import transition
 from support.references.sequential_runs import NAMES, SmallScene, small_scene
 from support.scenarios.report_scene import BIASES
 

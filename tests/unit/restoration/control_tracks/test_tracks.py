@@ -12,10 +12,10 @@ from multiradar.errors import (
 from multiradar.restoration.control_tracks.tracks import (
     ControlTrack,
     GeometricTrack,
-    mean_distance,
     measurement_track,
     whole_seconds,
 )
+from support.references.mean_distance import mean_distance
 from support.scenarios.flown import taken_by_series
 
 #: Slows down from 100 to 20 m/s in a right turn, and speeds up again in a left one.

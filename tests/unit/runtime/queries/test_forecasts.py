@@ -10,10 +10,10 @@ from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.queries.forecast_methods import Course, known_of
 from multiradar.runtime.queries.forecasts import ahead_of, forecast_points
-from multiradar.tracking.forecast.forecast import forecast
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.outputs import TrackStates
 from multiradar.tracking.settings import TrackingSettings
+from support.references.straight_forecast import forecast
 
 Floats = NDArray[np.float64]
 

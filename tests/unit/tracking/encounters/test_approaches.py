@@ -13,7 +13,7 @@ from multiradar.tracking.encounters.approaches import (
     least_heights,
 )
 from multiradar.tracking.encounters.pairs import Paths
-from multiradar.tracking.forecast.forecast import forecast
+from support.references.straight_forecast import forecast
 from support.scenarios.encounter_paths import covariance, straight_paths
 
 TIMES_S = np.array([0.0, 30.0, 60.0, 120.0])

