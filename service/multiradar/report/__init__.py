@@ -1,1 +1,1 @@
-"""Reports: tables as text, plots as SVG, one HTML page that needs nothing else."""
+"""Reports: tables as text, plots as SVG, one self-contained HTML page."""

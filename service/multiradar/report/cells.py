@@ -1,32 +1,32 @@
-"""Cells of a table as text, the same in the terminal, in HTML and in Markdown."""
+"""Cells of a table as text, identical in the terminal, in HTML and in Markdown."""
 
 import math
 import re
 
 from multiradar.report.content import Table, Value
 
-#: What stands where there is no value.
+#: Text of a missing value.
 NONE = "–"
 _NOTHING = 1e-9
 _SIGMA_DIGITS = 2
 
-# Numbers, also several of them: a range, a value with its error.
+# Numbers, also combined: a range, a value with its error.
 _NUMBER = re.compile(r"(?=.*\d)[-+−±\d\s.,…–e%°()<>≤≥]+")
 
 
 def table_texts(table: Table) -> list[list[str]]:
-    """Return the cells of a table as they are shown, row by row.
+    """Return the cells of a table as text, row by row.
 
     Parameters
     ----------
     table : Table
-        Its columns of floats that need no more than two digits, such as a time or a noise that was
-        chosen, are shown without zeros behind; others with three significant digits.
+        Columns of floats that need at most two digits, such as a time or a configured noise, are
+        shown without trailing zeros; others with three significant digits.
 
     Returns
     -------
     list of list of str
-        As long as the rows and the header.
+        Of the shape of the rows and the header.
     """
     chosen = [_is_chosen([row[i] for row in table.rows]) for i in range(len(table.header))]
     return [
@@ -39,7 +39,7 @@ def table_texts(table: Table) -> list[list[str]]:
 
 
 def _is_chosen(column: list[Value]) -> bool:
-    # Nobody chooses 0.187; a result that is 0.20 by chance is not all of its column.
+    # Configured values are round; in a column of results at least one is not.
     floats = [value for value in column if isinstance(value, float)]
     return all(
         abs(value) < 1e5 and (value.is_integer() or float(f"{value:.2g}") == value)
@@ -48,17 +48,17 @@ def _is_chosen(column: list[Value]) -> bool:
 
 
 def cell_text(value: Value) -> str:
-    """Return a value as a table shows it.
+    """Return a value as text.
 
     Parameters
     ----------
     value : float, str, bool or None
-        A float is given three significant digits, a whole number all of them.
+        Floats have three significant digits, integers all of them.
 
     Returns
     -------
     str
-        A dash for None and for what is not finite.
+        A dash for None and for non-finite numbers.
     """
     if value is None:
         return NONE
@@ -70,20 +70,20 @@ def cell_text(value: Value) -> str:
 
 
 def number_text(number: float, digits: int = 3) -> str:
-    """Return a number with so many significant digits, all of those before its point kept.
+    """Return a number with the given significant digits, and all digits before the point.
 
     Parameters
     ----------
     number : float
-        Any; a dash stands for what is not finite.
+        Any; a dash for a non-finite one.
     digits : int
         Significant digits.
 
     Returns
     -------
     str
-        Never with an exponent: readers of tables compare digits, not powers. What is smaller than
-        1e-9 is the rounding of a computation and shown as 0.
+        Without exponent, so that digits can be compared. Below 1e-9 it is rounding of a
+        computation and shown as 0.
     """
     if not math.isfinite(number):
         return NONE
@@ -94,13 +94,13 @@ def number_text(number: float, digits: int = 3) -> str:
 
 
 def plain_text(number: float, digits: int = 6) -> str:
-    """Return a number as `number_text` does, without zeros at the end of its decimals."""
+    """Return a number like `number_text`, without trailing zeros of its decimals."""
     text = number_text(number, digits)
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def estimate_texts(estimate: float, sigma: float) -> tuple[str, str]:
-    """Return an estimate and its standard deviation, both to the second digit of the latter."""
+    """Return an estimate and its standard deviation, to the second digit of the latter."""
     if not (math.isfinite(sigma) and sigma > _NOTHING):
         return plain_text(estimate), number_text(sigma)
     exponent = int(f"{sigma:.{_SIGMA_DIGITS - 1}e}".partition("e")[2])
@@ -109,11 +109,11 @@ def estimate_texts(estimate: float, sigma: float) -> tuple[str, str]:
 
 
 def numeric_columns(table: Table) -> tuple[bool, ...]:
-    """Return for each column whether it holds numbers, which stand to the right."""
+    """Return for each column whether it is numeric, and so right-aligned."""
     return tuple(_numeric([row[i] for row in table.rows]) for i in range(len(table.header)))
 
 
 def _numeric(column: list[Value]) -> bool:
     texts = [cell_text(value) for value in column if not isinstance(value, bool)]
-    told = [text for text in texts if text not in {NONE, ""}]
-    return bool(told) and all(_NUMBER.fullmatch(text) for text in told)
+    shown = [text for text in texts if text not in {NONE, ""}]
+    return bool(shown) and all(_NUMBER.fullmatch(text) for text in shown)

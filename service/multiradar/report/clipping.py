@@ -1,4 +1,4 @@
-"""Points beyond the ends of an axis: marked at the edge and counted, never lost silently."""
+"""Points beyond the limits of an axis: marked at the edge and counted."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,17 +12,17 @@ from multiradar.report.content import Plot, Series
 
 Floats = NDArray[np.float64]
 
-#: Marks along one edge: more would be a line.
+#: Maximum number of marks along one edge.
 _MARKS_MAX = 80
-#: What is within this part of the axis beyond its end is on it.
+#: Tolerance of the limits, as a fraction of the axis.
 _TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
 class _Edge:
-    # An end of an axis: marker, and place and alignment of the note, as parts of the axes.
+    # An edge of the axes: marker, and position and alignment of the note, as fractions of the axes.
     marker: str
-    place: tuple[float, float]
+    position: tuple[float, float]
     horizontal: str
     vertical: str
 
@@ -36,14 +36,14 @@ _EDGES = {
 
 
 def mark_beyond(axes: Axes, plot: Plot, colours: Mapping[str, Colour]) -> None:
-    """Mark the points of a plot that its axes leave out, and say how many there are.
+    """Mark the points of a plot beyond its axes, with their number.
 
     Parameters
     ----------
     axes : Axes
         With its final limits.
     plot : Plot
-        What was drawn; bands and what is expected are no data and are not counted.
+        What was drawn; bands and reference lines are not counted.
     colours : mapping of str to Colour
         By the key of a series.
     """
@@ -61,7 +61,7 @@ def mark_beyond(axes: Axes, plot: Plot, colours: Mapping[str, Colour]) -> None:
             _write_note(axes, side, count)
 
 
-# Each point is beyond one edge: beyond the top or bottom, or else beyond a side.
+# Each point is beyond one edge at most: top or bottom first, then the sides.
 def _beyond(axes: Axes, plot: Plot, x: Floats, y: Floats) -> dict[str, NDArray[np.bool_]]:
     west, east = _bounds(axes.get_xlim(), plot.x_scale == "log")
     south, north = _bounds(axes.get_ylim(), plot.y_scale == "log")
@@ -82,16 +82,16 @@ def _bounds(limits: tuple[float, float], logarithmic: bool) -> tuple[float, floa
 def _draw_marks(axes: Axes, side: str, x: Floats, y: Floats, colour: str) -> None:
     level = side in {"top", "bottom"}
     part = _along(axes, x, 0) if level else _along(axes, y, 1)
-    # One mark for many points beside each other; those of a corner stand in it.
-    places = np.unique(np.round(part * _MARKS_MAX)) / _MARKS_MAX
-    edge = np.full(len(places), 1.0 if side in {"top", "right"} else 0.0)
+    # One mark for adjacent points; those beyond a corner are marked there.
+    marks = np.unique(np.round(part * _MARKS_MAX)) / _MARKS_MAX
+    edge = np.full(len(marks), 1.0 if side in {"top", "right"} else 0.0)
     axes.plot(
-        *((places, edge) if level else (edge, places)), _EDGES[side].marker, color=colour, ms=5.0,
+        *((marks, edge) if level else (edge, marks)), _EDGES[side].marker, color=colour, ms=5.0,
         mec="none", transform=axes.transAxes, clip_on=False, zorder=3.0, label="_",
     )  # fmt: skip
 
 
-# Where values stand along an axis, from 0 at its low end to 1; what has no logarithm at 0.
+# Positions along an axis, from 0 at its low end to 1; values without a logarithm at 0.
 def _along(axes: Axes, values: Floats, axis: int) -> Floats:
     limits = axes.get_xlim() if axis == 0 else axes.get_ylim()
     logarithmic = (axes.get_xscale() if axis == 0 else axes.get_yscale()) == "log"
@@ -105,7 +105,7 @@ def _along(axes: Axes, values: Floats, axis: int) -> Floats:
 def _write_note(axes: Axes, side: str, count: int) -> None:
     edge = _EDGES[side]
     axes.text(
-        *edge.place, f"{count} beyond the axis", transform=axes.transAxes, color=FAINT.mark,
+        *edge.position, f"{count} beyond the axis", transform=axes.transAxes, color=FAINT.mark,
         ha=edge.horizontal, va=edge.vertical, fontsize=10.0, zorder=3.0,
     )  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""Colours of a report, light and dark: each filter has the same in every plot."""
+"""Colours of a report, light and dark, consistent for each filter in every plot."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -13,11 +13,11 @@ class Colour:
     Attributes
     ----------
     mark : str
-        What matplotlib draws with, replaced afterwards; it stands for nothing else.
+        Placeholder for drawing with matplotlib, replaced afterwards.
     variable : str
         Name of the CSS variable.
     light, dark : str
-        The colour on white and on black, at least 3:1 in contrast with it.
+        The colour on white and on black, with a contrast of at least 3:1.
     """
 
     mark: str
@@ -31,7 +31,7 @@ FAINT = Colour("#0a0b01", "--faint", "#5f6c7b", "#9aa5b1")
 GRID = Colour("#0a0b02", "--grid", "#e3e7ec", "#323a44")
 PAPER = Colour("#0a0b03", "--paper", "#ffffff", "#14181d")
 
-#: Colours of series, told apart by the colour-blind as well.
+#: Colours of series, distinguishable for the colour-blind.
 PALETTE = tuple(
     Colour(f"#0a0b{16 + index:02x}", f"--series-{index}", light, dark)
     for index, (light, dark) in enumerate(
@@ -49,22 +49,22 @@ PALETTE = tuple(
 )
 ALL = (INK, FAINT, GRID, PAPER, *PALETTE)
 
-#: A series of this key is drawn in the colour of text, such as the theory behind coloured results.
+#: Key of series in the colour of text, such as theory behind coloured results.
 INK_KEY = "ink"
-#: The reference filter is drawn wide and pale, so that one that equals it is seen on it.
+#: The reference filter is drawn wide and pale, so that coinciding lines stay visible.
 WIDE_KEY = "joint"
 
-#: Filters keep their colours from study to study.
+#: Filters have the same colours in all studies.
 _FILTERS = {"two-stage": 0, "blom": 1, "ci": 3, "blom-macro": 4, "joint": 7}
 
 
 def key_of(series: Series) -> str:
-    """Return the key by which a series is coloured."""
+    """Return the colour key of a series."""
     return series.key or series.label
 
 
 def assign_colours(plots: Iterable[Plot]) -> Mapping[str, Colour]:
-    """Give each key of the plots a colour: filters their own, others the next that is free.
+    """Assign a colour to each key of the plots: fixed for filters, others in order.
 
     Parameters
     ----------
@@ -74,13 +74,13 @@ def assign_colours(plots: Iterable[Plot]) -> Mapping[str, Colour]:
     Returns
     -------
     mapping of str to Colour
-        By key; colours repeat where there are more keys than colours.
+        By key; colours repeat if there are more keys than colours.
     """
     keys = dict.fromkeys(
         key_of(series) for plot in plots for series in plot.series if _is_coloured(series)
     )
-    taken = {_FILTERS[key] for key in keys if key in _FILTERS}
-    free = [index for index in range(len(PALETTE)) if index not in taken]
+    used = {_FILTERS[key] for key in keys if key in _FILTERS}
+    free = [index for index in range(len(PALETTE)) if index not in used]
     free = free or list(range(len(PALETTE)))
     others = [key for key in keys if key not in _FILTERS]
     chosen = {key: _FILTERS[key] for key in keys if key in _FILTERS}
@@ -89,14 +89,14 @@ def assign_colours(plots: Iterable[Plot]) -> Mapping[str, Colour]:
 
 
 def series_colour(series: Series, colours: Mapping[str, Colour]) -> Colour:
-    """Return the colour of a series; what is expected is grey, theory may be as text."""
+    """Return the colour of a series; reference lines are grey, theory may have that of text."""
     if series.style == "reference":
         return FAINT
     return INK if series.key == INK_KEY else colours[key_of(series)]
 
 
 def is_wide(series: Series, plot: Plot) -> bool:
-    """Return whether a series is the reference filter's line, with others to be seen on it."""
+    """Return whether a series is the line of the reference filter among others."""
     compared = {key_of(one) for one in plot.series if _is_coloured(one) and one.style == "line"}
     return key_of(series) == WIDE_KEY and series.style == "line" and len(compared) > 1
 

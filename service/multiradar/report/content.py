@@ -1,4 +1,4 @@
-"""What a report holds: tables and plots for readers, with titles, captions and notes."""
+"""Contents of a report: tables and plots with titles, captions and notes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,15 +7,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-#: A value of a row or of a table's cell; None where there is none.
+#: A value of a row or of a table's cell; None if missing.
 Value = float | str | bool | None
 
-#: How a series is drawn: ``line`` solid, ``dashed``, ``dotted``, ``thin`` (one run of many, faint),
-#: ``band`` (filled from `y` to `y2`, faint), ``points``, ``rings`` (hollow
-#: points), ``track`` (solid, its start marked),
-#: ``reference`` (thin and grey: what is expected).
+#: Style of a series: ``line`` solid, ``dashed``, ``dotted``, ``thin`` (one run of many, faint),
+#: ``band`` (filled from `y` to `y2`, faint), ``points``, ``rings`` (hollow points), ``track``
+#: (solid, its start marked), ``reference`` (thin and grey: expected values).
 Style = Literal["line", "dashed", "dotted", "thin", "band", "points", "rings", "track", "reference"]
-#: ``time`` is linear, with data times of day for marks.
+#: ``time`` is linear, with ticks at times of day.
 Scale = Literal["linear", "log", "time"]
 
 
@@ -26,22 +25,22 @@ class Series:
     Attributes
     ----------
     label : str
-        Name in the legend; empty for none. Series of one label share one entry.
+        Name in the legend; empty for none. Series with the same label share one entry.
     x, y : array, shape (n,)
         Points in the units of the plot's axes; NaN leaves a gap.
     style : Style
-        How it is drawn.
+        Style of the series.
     y2 : array, shape (n,), optional
-        The other edge of a band; a band needs it, nothing else has it.
+        The other edge of a band; for bands only.
     key : str
-        Series of one key have one colour in all plots of a report, such as the name of a filter;
-        empty takes the label. The key ``ink`` is the colour of text, such as for theory; the line
-        of the key ``joint`` is drawn wide and pale, so that one that equals it is seen on it.
+        Series with the same key have the same colour in all plots of a report, such as the name
+        of a filter; by default the label. The key ``ink`` is the colour of text, such as for
+        theory; the line of the key ``joint`` is wide and pale, so that coinciding lines show.
 
     Raises
     ------
     ValueError
-        Shapes differ, or `y2` and the style do not go together.
+        Shapes differ, or `y2` and the style do not match.
     """
 
     label: str
@@ -63,27 +62,27 @@ class Series:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Plot:
-    """One pair of axes with what is drawn in it.
+    """One pair of axes with its series.
 
     Attributes
     ----------
     title, x_label, y_label, caption : str
-        Texts; the labels carry the unit, the caption says what to see. Plain text.
+        Plain text; labels include the unit, the caption says what to look for.
     series : tuple of Series
         Drawn in this order.
     x_scale, y_scale : Scale
-        Logarithmic where values span decades; what is not positive is left out then. Data times
-        are shown as times of day; `multiradar.report.times.axis_label` names their axis.
+        Logarithmic where values span decades; non-positive values are then left out. Data times
+        are shown as times of day; see `multiradar.report.times.axis_label` for the label.
     equal_axes : bool
-        Whether a metre is as long on both axes, as on a map.
+        Whether both axes have the same scale, as on a map.
     group : str
-        Heading of a group: plots of one group that follow each other stand side by side with one
-        legend, and with the same limits where axes have the same label. Empty stands alone.
+        Heading of a group: consecutive plots of one group are shown side by side with one legend,
+        and with common limits of axes with the same label. Empty: the plot stands alone.
     x_limits, y_limits : tuple of float, optional
-        Ends of the axes; None takes those of the series. Points beyond them are marked at the edge
+        Limits of the axes; None for those of the series. Points beyond them are marked at the edge
         and counted.
     name : str
-        Name of the picture's file where the plot is written to one, such as ``range-bias``.
+        Base name of the file of the plot, such as ``range-bias``.
     """
 
     title: str
@@ -111,9 +110,9 @@ class Table:
     header : tuple of str
         Names of the columns, with units.
     rows : tuple of tuples
-        As long as the header. A float is shown with three significant digits (a column of round
-        values, such as times, as short as they are), None and what is not finite as a dash, True
-        and False as yes and no; a string is shown as it is.
+        Of the length of the header. Floats have three significant digits (columns of round values,
+        such as times, only the digits needed), None and non-finite values are a dash, True and
+        False yes and no; strings are shown unchanged.
 
     Raises
     ------
@@ -135,20 +134,20 @@ class Table:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Document:
-    """What a page shows, in its order: main table, plots, further tables, notes.
+    """Contents of a page, in order: main table, plots, further tables, notes.
 
     Attributes
     ----------
     title, summary : str
         Heading and one paragraph below it; plain text. The summary may be empty.
     command : str
-        The command line that makes the same again.
+        The command line that reproduces it.
     tables : sequence of Table
         The first is the main one.
     plots : sequence of Plot
         The first is the main one.
     notes : sequence of str
-        Readings, limits and what to see, one plain paragraph each.
+        Readings, limits and findings, one plain paragraph each.
     """
 
     title: str

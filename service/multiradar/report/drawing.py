@@ -1,4 +1,4 @@
-"""Plots drawn by matplotlib on figures of their own: no state that another could change."""
+"""Plots drawn by matplotlib on separate figures, independent of its global state."""
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
@@ -22,14 +22,14 @@ from multiradar.report.content import Plot, Series
 from multiradar.report.thinning import thin
 from multiradar.report.time_axis import set_times
 
-#: Inches at 72 points each: the viewBox of a plot that stands alone, of one in a group, of a map
-#: that stands alone, of one in a group.
+#: Inches at 72 points each: the viewBox of a single plot, of one in a group, of a single map, of a
+#: map in a group.
 ALONE, IN_GROUP, MAP, MAP_IN_GROUP = (11.0, 5.4), (6.4, 4.0), (8.0, 8.0), (6.4, 6.0)
 
-#: Columns of a thinned line for each inch of a figure: two points across at most.
+#: Columns of a thinned line per inch of a figure: at most two points wide.
 _COLUMNS_PER_INCH = 36
 
-# matplotlib's words for the styles of a line, and its widths in points.
+# matplotlib's line styles, and widths in points.
 _DASHES = {"dashed": (0, (5, 2.2)), "dotted": (0, (1.2, 1.6)), "reference": (0, (3, 2))}
 _WIDTHS = {"thin": 0.9, "reference": 1.2, "track": 1.4}
 _OPACITIES = {"thin": 0.55, "band": 0.16, "points": 0.75}
@@ -40,7 +40,7 @@ _FONT_POINTS = 12.0
 
 
 def plain_state() -> AbstractContextManager[None]:
-    """Return a context in which nothing but this module decides how a figure looks."""
+    """Return a context with matplotlib's defaults and the settings of this module."""
     settings = {
         "svg.fonttype": "none",
         "svg.hashsalt": "multiradar",
@@ -49,10 +49,10 @@ def plain_state() -> AbstractContextManager[None]:
         "font.family": ["DejaVu Sans"],
         "font.size": _FONT_POINTS,
         "axes.unicode_minus": True,
-        # A dollar sign of a label is a dollar sign.
+        # Dollar signs in labels are literal.
         "text.parse_math": False,
     }
-    # The backend is no matter of looks, and what a context sets of it would stay.
+    # The backend does not affect the output, and its change would outlive the context.
     defaults = {name: value for name, value in mpl.rcParamsDefault.items() if name != "backend"}
     return mpl.rc_context({**defaults, **settings})  # type: ignore[dict-item]
 
@@ -60,14 +60,14 @@ def plain_state() -> AbstractContextManager[None]:
 def draw_group(
     plots: Sequence[Plot], colours: Mapping[str, Colour], *, titled: bool = False
 ) -> list[Figure]:
-    """Draw plots that stand side by side, with the same limits of their axes.
+    """Draw plots side by side, with common limits of their axes.
 
     Parameters
     ----------
     plots : sequence of Plot
-        One, or several of one group.
+        One plot, or several of one group.
     colours : mapping of str to Colour
-        By the key of a series; drawn with their marks.
+        Drawing placeholders by the key of a series.
     titled : bool
         Whether title and legend are part of the picture.
 
@@ -117,7 +117,7 @@ def _draw_series(axes: Axes, series: Series, mark: str, *, wide: bool) -> None:
         )
         return
     if series.style in {"points", "rings"}:
-        # A few points are values of a table, and must be seen; many are a cloud.
+        # A few points are table values and must be visible; many are a cloud.
         size = 6.5 if len(series.x) <= _FEW_POINTS else 3.5
         hollow = series.style == "rings"
         axes.plot(
@@ -143,7 +143,7 @@ def _draw_series(axes: Axes, series: Series, mark: str, *, wide: bool) -> None:
 
 
 def _share_limits(all_axes: Sequence[Axes], plots: Sequence[Plot]) -> None:
-    # Axes of one label measure the same, and are compared; so are maps.
+    # Axes with the same label are comparable; so are maps.
     pairs = list(zip(all_axes, plots, strict=True))
     for label in {plot.x_label for plot in plots}:
         _share(Axes.get_xlim, Axes.set_xlim, [a for a, plot in pairs if plot.x_label == label])
@@ -163,7 +163,7 @@ def _settle_limits(axes: Axes, plot: Plot) -> None:
 
 
 def _make_square(axes: Axes) -> None:
-    # Of maps side by side none is narrower than the other.
+    # Maps side by side have the same width.
     (west, east), (south, north) = axes.get_xlim(), axes.get_ylim()
     half = max(east - west, north - south) / 2.0
     axes.set_xlim((west + east) / 2.0 - half, (west + east) / 2.0 + half)
@@ -197,7 +197,7 @@ def _finish(figure: Figure, plot: Plot, *, titled: bool) -> None:
         else:
             axis.set_major_locator(MaxNLocator(nbins=6, steps=[1, 2, 2.5, 5, 10]))
     axes.set_xlabel(plot.x_label, color=FAINT.mark, labelpad=6)
-    # Above the axis and level: read without turning one's head.
+    # Horizontal text above the axis, for readability.
     figure.text(0.012, 1.0, plot.y_label, color=FAINT.mark, ha="left", va="top")
     top = 0.925
     if titled:
@@ -209,7 +209,7 @@ def _set_decades(axes: Axes, which: str) -> None:
     axis = axes.xaxis if which == "x" else axes.yaxis
     low, high = axis.get_view_interval()
     decades = np.log10(high / low)
-    # Few decades need marks between them, many need not all of them.
+    # A few decades need intermediate ticks; many decades do not need a tick each.
     subs = (1.0,) if decades > 2.2 else (1.0, 2.0, 5.0)
     axis.set_major_locator(LogLocator(subs=subs, numticks=9))
     axis.set_minor_formatter(NullFormatter())

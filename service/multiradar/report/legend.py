@@ -1,4 +1,4 @@
-"""The legend of plots as HTML, which a narrow screen can wrap."""
+"""The legend of plots as HTML, which wraps on narrow screens."""
 
 import html
 from collections.abc import Iterable, Mapping
@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from multiradar.report.colours import FAINT, Colour, is_wide, series_colour
 from multiradar.report.content import Plot, Series
 
-# The line of a sample, as attributes of SVG.
+# Line samples, as SVG attributes.
 _LINES = {
     "line": 'stroke-width="2.5"',
     "wide": 'stroke-width="6" stroke-opacity="0.45"',
@@ -19,29 +19,29 @@ _LINES = {
 
 
 def legend_html(plots: Iterable[Plot], colours: Mapping[str, Colour]) -> str:
-    """Return the legend of plots that stand together.
+    """Return the common legend of plots.
 
     Parameters
     ----------
     plots : iterable of Plot
-        Each label is told once.
+        Each label is listed once.
     colours : mapping of str to Colour
         By the key of a series.
 
     Returns
     -------
     str
-        A list; nothing where no series has a label.
+        A list; empty without labelled series.
     """
     labelled: dict[str, tuple[Series, Colour, bool]] = {}
     for plot in plots:
         for series in (one for one in plot.series if one.label):
-            told = series, series_colour(series, colours), is_wide(series, plot)
-            first, known, wide = labelled.setdefault(series.label, told)
-            if known is not told[1]:
-                # One meaning in several colours: the style tells it, not the colour.
+            entry = series, series_colour(series, colours), is_wide(series, plot)
+            first, known, wide = labelled.setdefault(series.label, entry)
+            if known is not entry[1]:
+                # The same label in several colours: only its style is significant.
                 labelled[series.label] = first, FAINT, wide
-    entries = "".join(_entry(*told) for told in labelled.values())
+    entries = "".join(_entry(*entry) for entry in labelled.values())
     return f'<ul class="legend">{entries}</ul>\n' if entries else ""
 
 

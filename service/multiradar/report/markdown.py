@@ -1,4 +1,4 @@
-"""A table as Markdown and a plot as an SVG file: for documents kept beside the code."""
+"""A table as Markdown and a plot as an SVG file, for documents in the repository."""
 
 from collections.abc import Iterable, Sequence
 
@@ -10,7 +10,7 @@ from multiradar.report.svg import standalone_svg
 
 
 def markdown_table(table: Table) -> str:
-    """Return a table as GitHub's Markdown, its caption below.
+    """Return a table as GitHub Markdown, with its caption below.
 
     Parameters
     ----------
@@ -20,7 +20,7 @@ def markdown_table(table: Table) -> str:
     Returns
     -------
     str
-        Lines, the last one ended.
+        Lines, with a final newline.
     """
     ruler = ("---:" if numeric else "---" for numeric in numeric_columns(table))
     lines = [_line(table.header), "|" + "|".join(ruler) + "|"]
@@ -31,19 +31,19 @@ def markdown_table(table: Table) -> str:
 
 
 def plot_svg(plots: Sequence[Plot], plot: Plot) -> str:
-    """Return a plot of a report as an SVG file of its own, with title and legend.
+    """Return a plot of a report as a separate SVG file, with title and legend.
 
     Parameters
     ----------
     plots : sequence of Plot
-        All plots of the report, which share their colours.
+        All plots of the report, for common colours.
     plot : Plot
         One of its plots.
 
     Returns
     -------
     str
-        The text of the file, the same for the same plots.
+        The text of the file, reproducible.
     """
     with plain_state():
         figure = draw_group([plot], assign_colours(plots), titled=True)[0]
@@ -51,5 +51,5 @@ def plot_svg(plots: Sequence[Plot], plot: Plot) -> str:
 
 
 def _line(cells: Iterable[str]) -> str:
-    told = (cell.replace("|", "\\|").replace("\n", " ") for cell in cells)
-    return "| " + " | ".join(told) + " |"
+    escaped = (cell.replace("|", "\\|").replace("\n", " ") for cell in cells)
+    return "| " + " | ".join(escaped) + " |"

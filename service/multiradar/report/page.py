@@ -1,4 +1,4 @@
-"""The HTML report: one file that fetches nothing, light and dark, on paper and on a phone."""
+"""The HTML report: one self-contained file, light and dark, for print and small screens."""
 
 import html
 import itertools
@@ -12,9 +12,9 @@ from multiradar.report.drawing import draw_group, plain_state
 from multiradar.report.legend import legend_html
 from multiradar.report.svg import inline_svg
 
-#: Sections from which on the page begins with a list of them.
+#: Number of sections from which the page has a list of contents.
 CONTENTS_MIN = 6
-#: The page may run no script and fetch nothing, whatever it holds.
+#: The page must not run scripts or load anything.
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 
 
@@ -24,7 +24,7 @@ def report_page(document: Document) -> str:
     Parameters
     ----------
     document : Document
-        What it shows.
+        Contents of the page.
 
     Returns
     -------
@@ -93,7 +93,7 @@ def _section(number: int, heading: str, content: str) -> str:
 
 
 def _groups(plots: Sequence[Plot]) -> list[list[Plot]]:
-    # Plots without a group stand alone, also one after the other.
+    # Plots without a group are shown separately.
     keyed = itertools.groupby(enumerate(plots), key=lambda pair: pair[1].group or pair[0])
     return [[plot for _, plot in pairs] for _, pairs in keyed]
 

@@ -1,4 +1,4 @@
-"""Figures as SVG: text as text, the same bytes for the same figure, colours by name or by value."""
+"""Figures as SVG: text as text, reproducible bytes, colours by variable or by value."""
 
 import html
 import io
@@ -30,16 +30,16 @@ def inline_svg(figure: Figure, name: str, title: str) -> str:
     Parameters
     ----------
     figure : Figure
-        Drawn with the marks of `multiradar.report.colours`.
+        Drawn with the placeholders of `multiradar.report.colours`.
     name : str
-        What the ids within it begin with, so that pictures of one page do not meet.
+        Prefix of its ids, which must be unique on the page.
     title : str
-        What it is called for those who cannot see it.
+        Accessible name of the figure.
 
     Returns
     -------
     str
-        One ``svg`` element without a size of its own.
+        One ``svg`` element without a fixed size.
     """
     return _named(
         _coloured(_cleaned(_drawn(figure)), lambda one: f"var({one.variable})"), name, title
@@ -47,14 +47,14 @@ def inline_svg(figure: Figure, name: str, title: str) -> str:
 
 
 def standalone_svg(figure: Figure, title: str) -> str:
-    """Return a figure as an SVG file of its own, light, on white.
+    """Return a figure as a separate SVG file, light, on white.
 
     Parameters
     ----------
     figure : Figure
-        Drawn with the marks of `multiradar.report.colours`.
+        Drawn with the placeholders of `multiradar.report.colours`.
     title : str
-        What it is called for those who cannot see it.
+        Accessible name of the figure.
 
     Returns
     -------
@@ -85,20 +85,20 @@ def _cleaned(text: str) -> str:
     text = f"{_SIZE.sub('', head)}>{rest}"
     text = _FONT.sub(r"font: \1system-ui, sans-serif", text)
     text = _PATH.sub(_shortened, text)
-    # A hundredth of a point is enough for a place; numbers that are read stay as they are.
+    # A hundredth of a point is enough for coordinates; numbers in text are unchanged.
     text = _TAG.sub(lambda tag: _LONG_NUMBER.sub(r"\1", tag[0]), text)
     return _SPACE_BETWEEN_TAGS.sub(">\n<", text).strip()
 
 
 def _shortened(path: re.Match[str]) -> str:
-    # Long lines make the size of a report; a tenth of a point is a tenth of a pixel.
+    # Long lines determine the size of a report; a tenth of a point is a tenth of a pixel.
     steps = _STEP.sub(lambda step: step[1] or " ", _TENTHS.sub(r"\1", path[1]))
     return f' d="{steps.strip()}"'
 
 
-def _coloured(text: str, told: Callable[..., str]) -> str:
+def _coloured(text: str, value_of: Callable[..., str]) -> str:
     for colour in ALL:
-        text = text.replace(colour.mark, told(colour))
+        text = text.replace(colour.mark, value_of(colour))
     return text
 
 

@@ -1,38 +1,38 @@
-"""Series without the points that no pixel shows."""
+"""Thinning of series to the points that are visible."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.report.content import Series
 
-#: Points of a cloud that are drawn, evenly taken.
+#: Maximum number of points drawn of a cloud, at equal intervals.
 POINTS_MAX = 2000
 
 
 def thin(series: Series, columns: int) -> Series:
-    """Return a series that looks the same with fewer points.
+    """Return a visually equal series with fewer points.
 
     Parameters
     ----------
     series : Series
-        Of any length; lines and bands run from left to right, or they are kept whole.
+        Of any length; lines and bands must be ascending in x, or they are kept unchanged.
     columns : int
-        Columns that a line is told by; each keeps its first, lowest, highest and last point.
+        Columns of a line; each keeps its first, lowest, highest and last point.
 
     Returns
     -------
     Series
-        At most about four points a column; extremes and gaps are kept.
+        At most about four points per column; extremes and gaps are kept.
     """
     count = len(series.x)
     if series.style in {"points", "rings"}:
-        return _taken(series, np.arange(0, count, -(-count // POINTS_MAX))) if count else series
+        return _selected(series, np.arange(0, count, -(-count // POINTS_MAX))) if count else series
     if count <= 2 * columns or np.any(np.diff(series.x) < 0.0) or np.isnan(series.x).any():
         return series
-    return _taken(series, _kept(series, columns))
+    return _selected(series, _kept(series, columns))
 
 
-def _taken(series: Series, kept: NDArray[np.intp]) -> Series:
+def _selected(series: Series, kept: NDArray[np.intp]) -> Series:
     y2 = None if series.y2 is None else np.asarray(series.y2)[kept]
     x, y = np.asarray(series.x)[kept], np.asarray(series.y)[kept]
     return Series(series.label, x, y, series.style, y2, series.key)

@@ -1,11 +1,11 @@
-"""An axis of data times: marks at whole minutes or hours, named by the time of day."""
+"""An axis of data times: ticks at whole minutes or hours, labelled with the time of day."""
 
 from matplotlib.axis import Axis
 from matplotlib.ticker import FuncFormatter, MultipleLocator
 
 from multiradar.report.times import clock_text
 
-#: Marks of an axis, at most.
+#: Maximum number of ticks.
 _MARKS_MAX = 7
 _MINUTE_S, _DAY_S = 60.0, 86_400.0
 _STEPS_S = (
@@ -15,12 +15,12 @@ _STEPS_S = (
 
 
 def set_times(axis: Axis) -> None:
-    """Mark an axis by the time of day.
+    """Label an axis with times of day.
 
     Parameters
     ----------
     axis : Axis
-        Of data times, its limits set.
+        Of data times, with its limits set.
     """
     low, high = axis.get_view_interval()
     step_s = step_of(high - low)
@@ -30,7 +30,7 @@ def set_times(axis: Axis) -> None:
 
 
 def step_of(span_s: float) -> float:
-    """Return the time between two marks of an axis of so many seconds."""
+    """Return the tick interval of an axis with a span in seconds."""
     for step_s in _STEPS_S:
         if span_s <= step_s * _MARKS_MAX:
             return step_s

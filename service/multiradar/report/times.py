@@ -1,18 +1,18 @@
-"""Data times as people read them: UTC where the date is known, else the time of day."""
+"""Data times as text: UTC where the date is known, else the time of day."""
 
 from collections.abc import Iterable
 from datetime import UTC, datetime
 
 _DAY_S = 86_400.0
-#: Times of day go on past midnight, but no recording without a date is a year long; times with a
+#: Times of day continue past midnight, but no recording without a date lasts a year; times with a
 #: date are seconds since 1970.
 _DATED_FROM_S = 366 * _DAY_S
-#: The years 1 to 9999, which a calendar date can name; others are a count of days since 1970.
+#: The years 1 to 9999, which have a calendar date; others are a number of days since 1970.
 _FIRST_S, _END_S = -62_135_596_800.0, 253_402_300_800.0
 
 
 def is_dated(time_s: float) -> bool:
-    """Return whether a data time says on which day it is."""
+    """Return whether a data time includes the date."""
     return abs(time_s) >= _DATED_FROM_S
 
 
@@ -23,17 +23,17 @@ def clock_text(time_s: float) -> str:
 
 
 def time_text(time_s: float) -> str:
-    """Return a data time in words.
+    """Return a data time as text.
 
     Parameters
     ----------
     time_s : float
-        Seconds since 1970, or of the day, going on past midnight.
+        Seconds since 1970, or of the day, continuing past midnight.
 
     Returns
     -------
     str
-        ``2018-08-01 08:12:31 UTC``, or ``08:12:31`` where the date is not known; after midnight
+        ``2018-08-01 08:12:31 UTC``, or ``08:12:31`` where the date is unknown; after midnight
         ``00:12:31 (day 2)``.
     """
     if is_dated(time_s):
@@ -48,7 +48,7 @@ def axis_label(times_s: Iterable[float]) -> str:
     Parameters
     ----------
     times_s : iterable of float
-        Data times, the first and the last among them.
+        Data times, including the first and the last.
     """
     times = list(times_s)
     if not times or not is_dated(times[0]):

@@ -1,4 +1,4 @@
-"""Numbers of tables are short, and columns of numbers stand to the right."""
+"""Numbers of tables are short, and columns of numbers are right-aligned."""
 
 import pytest
 
@@ -33,7 +33,7 @@ from multiradar.report.content import Table, Value
         (float("inf"), "–"),
     ],
 )
-def test_a_number_has_three_digits_that_mean_something(number: float, text: str) -> None:
+def test_a_number_has_three_significant_digits(number: float, text: str) -> None:
     assert number_text(number) == text
 
 
@@ -51,7 +51,7 @@ def test_a_number_has_three_digits_that_mean_something(number: float, text: str)
         (float("inf"), "–"),
     ],
 )
-def test_a_plain_number_has_no_zeros_behind_and_no_exponent(number: float, text: str) -> None:
+def test_a_plain_number_has_no_trailing_zeros_and_no_exponent(number: float, text: str) -> None:
     assert plain_text(number, 4) == text
 
 
@@ -76,11 +76,11 @@ def test_an_estimate_ends_with_the_second_digit_of_its_sigma(
 @pytest.mark.parametrize(
     ("value", "text"), [(None, "–"), (True, "yes"), (False, "no"), (20, "20"), ("1.50", "1.50")]
 )
-def test_what_is_no_float_is_shown_as_it_is(value: Value, text: str) -> None:
+def test_values_other_than_floats_are_unchanged(value: Value, text: str) -> None:
     assert cell_text(value) == text
 
 
-def test_a_column_of_numbers_is_known_by_all_its_cells() -> None:
+def test_a_column_is_numeric_if_all_its_cells_are() -> None:
     rows: tuple[tuple[Value, ...], ...] = (
         ("two-stage", 1.0, None, "0.5 … 1.5", "2-stage", True),
         ("ci", "12.5", None, "±3", "7", False),
@@ -89,7 +89,7 @@ def test_a_column_of_numbers_is_known_by_all_its_cells() -> None:
     assert numeric_columns(table) == (False, True, False, True, False, False)
 
 
-def test_values_that_were_chosen_are_shown_as_short_as_they_are() -> None:
+def test_configured_values_have_no_trailing_zeros() -> None:
     rows: tuple[tuple[Value, ...], ...] = (
         (2.0, 0.1, 2.0, "2.00"),
         (10.0, 1.0, 2.1234, None),
@@ -102,6 +102,6 @@ def test_values_that_were_chosen_are_shown_as_short_as_they_are() -> None:
     ]
 
 
-def test_small_and_large_values_that_were_chosen_have_no_exponent() -> None:
+def test_small_and_large_configured_values_have_no_exponent() -> None:
     rows: tuple[tuple[Value, ...], ...] = ((0.00002, 99_000.0), (0.003, 1.0))
     assert table_texts(Table("t", ("a", "b"), rows)) == [["0.00002", "99000"], ["0.003", "1"]]

@@ -1,4 +1,4 @@
-"""Plots keep their colours, limits and extremes, and leave matplotlib as it was."""
+"""Plots keep their colours, limits and extremes, and do not change matplotlib's state."""
 
 import re
 from collections.abc import Mapping
@@ -24,10 +24,10 @@ from multiradar.report.time_axis import step_of
 from multiradar.research.studies.result import StudyOptions
 from support.fakes.fake_study import ENTRY
 
-#: Columns that a line is thinned to.
+#: Columns of a thinned line.
 COLUMNS = 300
 X = np.linspace(0.0, 10.0, 20)
-#: Seconds between two marks of an axis.
+#: Seconds between two ticks of an axis.
 STEPS_S = (
     1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0, 7200.0,
     10_800.0, 21_600.0, 43_200.0, 86_400.0, 172_800.0,
@@ -50,14 +50,14 @@ def test_filters_have_their_own_colours_in_every_study() -> None:
     assert len({colour.mark for colour in other.values()}) == 3
 
 
-def test_more_keys_than_colours_are_coloured_all_the_same() -> None:
+def test_more_keys_than_colours_repeat_colours() -> None:
     keys = [f"track {number}" for number in range(20)]
     colours = _colours(_plot(*keys))
     assert set(colours) == set(keys)
     assert {colour.mark for colour in colours.values()} == {colour.mark for colour in PALETTE}
 
 
-def test_marks_of_colours_are_found_nowhere_else() -> None:
+def test_colour_placeholders_are_unique() -> None:
     assert len({colour.mark for colour in PALETTE}) == len(PALETTE)
 
 
@@ -67,7 +67,7 @@ def test_the_reference_filter_is_wide_only_beside_others() -> None:
     assert not is_wide(alone.series[0], alone)
 
 
-def test_axes_of_one_label_have_the_same_limits_in_a_group_unless_they_are_told() -> None:
+def test_axes_of_one_label_share_limits_in_a_group_unless_given() -> None:
     plots = [_plot("a"), _plot("a", scale=5.0)]
     first, second = (figure.axes[0] for figure in draw_group(plots, _colours(*plots)))
     assert first.get_ylim() == second.get_ylim()
@@ -80,14 +80,14 @@ def test_axes_of_one_label_have_the_same_limits_in_a_group_unless_they_are_told(
     assert draw_group([fixed], _colours(fixed))[0].axes[0].get_ylim() == (0.0, 2.0)
 
 
-def test_a_logarithmic_axis_leaves_out_what_has_no_logarithm() -> None:
+def test_a_logarithmic_axis_leaves_out_non_positive_values() -> None:
     y = np.array([0.0, -1.0, np.nan, 1e-3, 1e3])
     plot = Plot("t", "x", "y", (Series("a", np.arange(5.0), y),), y_scale="log")
     axes = draw_group([plot], _colours(plot))[0].axes[0]
     low, high = axes.get_ylim()
     assert 1e-5 < low < 1e-3
     assert 1e3 < high < 1e5
-    # Powers of ten are marked, what lies between is not.
+    # Powers of ten are labelled, intermediate ticks are not.
     assert {mark.tick1line.get_markersize() for mark in axes.yaxis.get_minor_ticks()} <= {0.0}
 
 
@@ -122,7 +122,7 @@ def test_a_long_band_keeps_both_edges_and_a_gap_stays_a_gap() -> None:
     assert 31_000.0 - len(x) / COLUMNS <= gap.max() < 31_000.0
 
 
-def test_a_track_that_turns_back_is_kept_whole_and_a_cloud_is_bounded() -> None:
+def test_a_line_that_turns_back_is_unchanged_and_a_cloud_is_bounded() -> None:
     angle = np.linspace(0.0, 60.0, 9000)
     track = Series("a", np.cos(angle), np.sin(angle), "track")
     assert thin(track, COLUMNS) is track
@@ -132,7 +132,7 @@ def test_a_track_that_turns_back_is_kept_whole_and_a_cloud_is_bounded() -> None:
     assert len(thin(nothing, COLUMNS).x) == 0
 
 
-def test_a_picture_for_documents_stands_on_its_own() -> None:
+def test_a_picture_for_documents_is_self_contained() -> None:
     result = ENTRY.run(StudyOptions(), lambda _done, _total: None)
     text = plot_svg(result.plots, result.plots[0])
     root = ElementTree.fromstring(text)
@@ -164,7 +164,7 @@ def test_ticks_keep_their_digits() -> None:
     assert {"0.0001", "0.001", "0.01", "0.1", "1"} <= set(texts)
 
 
-def test_maps_of_a_group_are_square_and_of_one_scale_without_a_word(
+def test_maps_of_a_group_are_square_and_of_one_scale(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     tracks = (Series("a", X, 3.0 * X, "track"), Series("a", 9.0 * X, X, "track"))
@@ -252,7 +252,7 @@ def test_an_axis_of_data_times_shows_the_time_of_day(
         (0.5, 1.0),
         (7.1, 2.0),
         (1e6, 172_800.0),
-        # A step is taken up to a span of seven.
+        # A step is used up to a span of seven steps.
         *((7.0 * step_s, step_s) for step_s in STEPS_S),
     ],
 )

@@ -1,4 +1,4 @@
-"""The report is one sound page that fetches nothing, whatever the texts in it."""
+"""The report is one valid page that loads nothing, for any texts."""
 
 import re
 from html.parser import HTMLParser
@@ -12,7 +12,7 @@ from multiradar.research.studies.result import StudyOptions, StudyResult
 from support.fakes.fake_study import ENTRY, HOSTILE
 
 VOID = {"meta", "br", "link", "img", "hr", "input"}
-#: Names of namespaces look like addresses, and nothing is fetched from them.
+#: Namespaces are written as addresses, but nothing is loaded from them.
 NAMESPACES = ("http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink")
 
 
@@ -78,14 +78,14 @@ def test_nothing_is_fetched_and_nothing_runs(page: str, read: _Reader) -> None:
     assert (policies[0]["content"] or "").startswith("default-src 'none'")
 
 
-def test_texts_of_a_study_are_shown_and_not_obeyed(page: str, read: _Reader) -> None:
+def test_texts_of_a_study_are_escaped(page: str, read: _Reader) -> None:
     shown = "".join(read.text)
     # Title, headings, captions, cells, notes and legends.
     assert shown.count(HOSTILE) >= 8
     assert "<script" not in page
 
 
-def test_every_picture_is_sound_by_itself_and_its_ids_are_its_own(page: str) -> None:
+def test_every_picture_is_valid_and_its_ids_are_unique(page: str) -> None:
     pictures = re.findall(r"<svg role.*?</svg>", page, re.DOTALL)
     assert len(pictures) == 3
     for picture in pictures:
@@ -99,12 +99,12 @@ def test_every_picture_is_sound_by_itself_and_its_ids_are_its_own(page: str) -> 
     assert referred <= set(ids)
 
 
-def test_words_in_pictures_are_text(page: str) -> None:
+def test_labels_in_pictures_are_text(page: str) -> None:
     texts = re.findall(r"<text[^>]*>([^<]*)</text>", page)
     assert {"time, s", "error, m", "x, km"} <= set(texts)
 
 
-def test_colours_are_told_by_name_so_that_they_follow_the_screen(page: str) -> None:
+def test_colours_are_css_variables_and_follow_the_colour_scheme(page: str) -> None:
     assert "#0a0b" not in page
     assert "prefers-color-scheme:dark" in page
     variables = set(re.findall(r"var\((--[a-z0-9-]+)\)", page))
@@ -112,7 +112,7 @@ def test_colours_are_told_by_name_so_that_they_follow_the_screen(page: str) -> N
     assert {"--ink", "--faint", "--grid", "--series-0"} <= variables
 
 
-def test_the_report_says_how_it_was_made(read: _Reader) -> None:
+def test_the_report_shows_its_command(read: _Reader) -> None:
     command = "multiradar study fake --runs 3 --filters joint,two-stage,ci --duration 10 --seed 1"
     assert command in read.text
 
@@ -121,7 +121,7 @@ def test_the_same_result_gives_the_same_bytes(result: StudyResult, page: str) ->
     assert report_page(document_of(result)) == page
 
 
-def test_a_long_report_begins_with_links_to_its_sections(result: StudyResult) -> None:
+def test_a_long_report_starts_with_links_to_its_sections(result: StudyResult) -> None:
     table = result.tables[0]
     long = StudyResult("s", "S", 1, [], [table] * CONTENTS_MIN, [])
     targets = re.findall(r'<a href="#([^"]*)">', report_page(document_of(long)))
@@ -131,7 +131,7 @@ def test_a_long_report_begins_with_links_to_its_sections(result: StudyResult) ->
     assert "<nav" not in report_page(document_of(short))
 
 
-def test_a_result_without_plots_or_notes_is_a_page_as_well() -> None:
+def test_a_result_without_plots_or_notes_is_a_page() -> None:
     bare = report_page(document_of(StudyResult("s", "S", 1, [], [], [])))
     assert "<h1>S</h1>" in bare
     assert "Notes" not in bare

@@ -21,7 +21,7 @@ EIGHT = 1533110400.0
         (EIGHT * 1000.0, "day 17744333 08:00:00 UTC"),
     ],
 )
-def test_a_data_time_in_words(time_s: float, text: str) -> None:
+def test_a_data_time_as_text(time_s: float, text: str) -> None:
     assert time_text(time_s) == text
 
 
