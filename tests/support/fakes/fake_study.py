@@ -1,4 +1,4 @@
-"""A study that studies nothing: the twin of the real ones for the command and the report."""
+"""A fake study for tests of the command and the report."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +8,7 @@ from multiradar.report.content import Plot, Series, Table
 from multiradar.research.studies.catalogue import StudyEntry
 from multiradar.research.studies.result import Progress, StudyOptions, StudyResult
 
-#: Text that would break a page or a terminal that took it for markup.
+#: Text that breaks pages or terminals without escaping.
 HOSTILE = "<script>alert('1')</script> & \"[bold]x[/]\" $x^2$"
 
 ENTRY = StudyEntry(
@@ -29,7 +29,7 @@ FIXED = StudyEntry(
 )
 #: The seed that the study fails on.
 FAILING_SEED = 13
-#: The seed at which somebody presses Ctrl-C.
+#: The seed of an interruption by Ctrl-C.
 STOPPED_SEED = 14
 
 

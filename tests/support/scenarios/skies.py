@@ -1,4 +1,4 @@
-"""Skies of a few aircraft and tracks on a plane, made by hand, for the scorecard."""
+"""Scenarios of a few aircraft and tracks on a plane, for the scorecard."""
 
 from collections.abc import Mapping, Sequence
 
@@ -16,7 +16,7 @@ Row = tuple[float, float, float, float, float]
 def straight(
     times: Sequence[float], east_m: float, north_m: float, east_mps: float, north_mps: float
 ) -> list[Row]:
-    """Return the rows of a straight flight that is at a place at time 0."""
+    """Return the rows of a straight flight with a given position at time 0."""
     return [(t, east_m + east_mps * t, north_m + north_mps * t, east_mps, north_mps) for t in times]
 
 
