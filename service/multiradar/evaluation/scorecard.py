@@ -142,8 +142,8 @@ def evaluate(
     updates = aircraft_updates(tracks, reference, aircraft)
     where = tracked_periods(reference, updates)
     interval_s, interval_aircraft = intervals(updates, where)
-    claimed = np.hypot(tracks.position_sigma_m[errors.update], settings.reference_sigma_m)
-    claimed_velocity = tracks.velocity_sigma_mps[errors.update]
+    reported = np.hypot(tracks.position_sigma_m[errors.update], settings.reference_sigma_m)
+    reported_velocity = tracks.velocity_sigma_mps[errors.update]
     # Aircraft without plots are expected from their first reference position on.
     expected = reference.time_s[
         np.searchsorted(reference.aircraft, np.arange(len(reference.names)))
@@ -165,8 +165,10 @@ def evaluate(
         track_classes=classify_tracks(tracks, instants),
         siap=siap(instants, identity),
         distances=set_distances(instants, settings.cutoff_m, settings.order),
-        position=consistency(errors.position_m, claimed, errors.aircraft, errors.time_s),
-        velocity=consistency(errors.velocity_mps, claimed_velocity, errors.aircraft, errors.time_s),
+        position=consistency(errors.position_m, reported, errors.aircraft, errors.time_s),
+        velocity=consistency(
+            errors.velocity_mps, reported_velocity, errors.aircraft, errors.time_s
+        ),
         delay_s=delay_s,
         interval_s=interval_s,
         interval_aircraft=interval_aircraft,

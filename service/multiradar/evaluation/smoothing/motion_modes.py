@@ -53,13 +53,13 @@ class MotionModes:
         turned = (1.0 - np.exp(-(leave + back) * step_s)) / (leave + back)
         to_hub, to_arm = back * turned, leave * turned / arms
         other = np.maximum(0.0, 1.0 - to_hub - stays) / arms
-        chances: Floats = np.repeat(other, (arms + 1) ** 2).reshape(-1, arms + 1, arms + 1)
-        chances[:, :, 0] = to_hub[:, None]
-        chances[:, 0, :] = to_arm[:, None]
-        chances[:, 0, 0] = 1.0 - arms * to_arm
+        probabilities: Floats = np.repeat(other, (arms + 1) ** 2).reshape(-1, arms + 1, arms + 1)
+        probabilities[:, :, 0] = to_hub[:, None]
+        probabilities[:, 0, :] = to_arm[:, None]
+        probabilities[:, 0, 0] = 1.0 - arms * to_arm
         held = np.arange(1, arms + 1)
-        chances[:, held, held] += stays[:, None]
-        return chances
+        probabilities[:, held, held] += stays[:, None]
+        return probabilities
 
     def motion(self, step_s: Floats, velocity: Floats, variance: Floats) -> Floats:
         """Return (a, j, 4, 4) the transition matrices over a time.

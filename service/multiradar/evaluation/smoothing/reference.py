@@ -24,7 +24,7 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar_schemas.sensors.sensor import Sensor
 
 #: Minimum number of positions of a trajectory.
-PLACES_MIN = 5
+POSITIONS_MIN = 5
 #: Motion models of the smoother.
 CONSTANT_VELOCITY = "constant-velocity"
 INTERACTING_MODES = "imm"
@@ -125,10 +125,12 @@ def smoothed_reference(
     names, aircraft = np.unique(rows["name"].to_numpy().astype(np.str_), return_inverse=True)
     of = np.array([numbers[name] for name in rows["sensor_id"]], np.int64)
     positions = _located(rows, aircraft.astype(np.int64), of, sensors, biases)
-    enough = np.bincount(positions.aircraft[positions.usable], minlength=len(names)) >= PLACES_MIN
+    enough = (
+        np.bincount(positions.aircraft[positions.usable], minlength=len(names)) >= POSITIONS_MIN
+    )
     kept = np.flatnonzero(positions.usable & enough[positions.aircraft])
     if not len(kept):
-        msg = f"{source}: expected {PLACES_MIN} measurements of an aircraft or more, was none"
+        msg = f"{source}: expected {POSITIONS_MIN} measurements of an aircraft or more, was none"
         raise InputError(msg)
     kept = kept[np.lexsort((positions.time_s[kept], positions.aircraft[kept]))]
     latitude, longitude = positions.latitude_rad[kept], positions.longitude_rad[kept]

@@ -64,7 +64,7 @@ class PositionMeasurements:
     covariance_m2: Floats
 
     def __len__(self) -> int:
-        """Return the number of places."""
+        """Return the number of positions."""
         return len(self.time_s)
 
     def select(self, rows: Indices) -> "PositionMeasurements":

@@ -136,16 +136,6 @@ class MeasuredPosition:
     def predict(self, position: Floats) -> Floats:
         """Return the position itself.
 
-        Parameters
-        ----------
-        position : (..., 3) ndarray
-            East, north and up, m.
-
-        Returns
-        -------
-        (..., 3) ndarray
-            East, north and up, m.
-
         References
         ----------
         IMM UrO RAN report (2016), equation (1.11): C^χ χ.
@@ -154,16 +144,6 @@ class MeasuredPosition:
 
     def jacobian(self, position: Floats) -> Floats:
         """Return the identity.
-
-        Parameters
-        ----------
-        position : (..., 3) ndarray
-            East, north and up, m.
-
-        Returns
-        -------
-        (..., 3, 3) ndarray
-            For every position the same.
 
         References
         ----------
@@ -176,16 +156,6 @@ class MeasuredPosition:
     def residual(self, measured: Floats, predicted: Floats) -> Floats:
         """Return the difference.
 
-        Parameters
-        ----------
-        measured, predicted : (..., 3) ndarray
-            East, north and up, m.
-
-        Returns
-        -------
-        (..., 3) ndarray
-            Their difference, in the same units.
-
         References
         ----------
         IMM UrO RAN report (2016), equation (1.22): z − C ξ̄.
@@ -194,16 +164,6 @@ class MeasuredPosition:
 
     def usable(self, position: Floats) -> NDArray[np.bool_]:
         """Return True everywhere.
-
-        Parameters
-        ----------
-        position : (..., 3) ndarray
-            East, north and up, m.
-
-        Returns
-        -------
-        (...) ndarray of bool
-            One for each aircraft.
 
         References
         ----------

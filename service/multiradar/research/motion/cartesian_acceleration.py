@@ -59,26 +59,10 @@ class CartesianAcceleration:
     def step(self, state: ArrayLike, interval_s: float, draws: ArrayLike) -> Floats:
         """Advance aircraft by one interval, equation (2).
 
-        Parameters
-        ----------
-        state : (..., 6) array_like
-            East, north, up (m), v_east, v_north, v_up (m/s).
-        interval_s : float
-            T, s, not negative.
-        draws : (..., 3) array_like
-            Independent standard normal numbers: east, north, up.
-
         Returns
         -------
         (..., 6) ndarray
             The new state.
-
-        Raises
-        ------
-        ShapeError
-            State or draws have a wrong number of components.
-        TimeOrderError
-            The interval is negative or not finite.
 
         References
         ----------
@@ -89,22 +73,10 @@ class CartesianAcceleration:
     def noise(self, state: ArrayLike, interval_s: float) -> Floats:
         """Return ϑ ϑᵀ of equation (1), the same for every state.
 
-        Parameters
-        ----------
-        state : (..., 6) array_like
-            Gives the number of aircraft.
-        interval_s : float
-            T, s, not negative.
-
         Returns
         -------
         (..., 6, 6) ndarray
             diag(0, 0, 0, a_x²T², a_y²T², a_z²T²).
-
-        Raises
-        ------
-        ShapeError, TimeOrderError
-            See `step`.
 
         References
         ----------

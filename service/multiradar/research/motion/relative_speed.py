@@ -75,26 +75,10 @@ class RelativeSpeed:
     def step(self, state: ArrayLike, interval_s: float, draws: ArrayLike) -> Floats:
         """Advance aircraft by one interval.
 
-        Parameters
-        ----------
-        state : (..., 6) array_like
-            East, north, up (m), v_east, v_north, v_up (m/s).
-        interval_s : float
-            T, s, not negative.
-        draws : (..., 3) array_like
-            Independent standard normal numbers: east, north, up.
-
         Returns
         -------
         (..., 6) ndarray
             The new state; the position uses the old velocity.
-
-        Raises
-        ------
-        ShapeError
-            State or draws have a wrong number of components.
-        TimeOrderError
-            The interval is negative or not finite.
 
         References
         ----------
@@ -105,22 +89,10 @@ class RelativeSpeed:
     def noise(self, state: ArrayLike, interval_s: float) -> Floats:
         """Return the process noise covariance of an interval, the same for every state.
 
-        Parameters
-        ----------
-        state : (..., 6) array_like
-            Gives the number of aircraft.
-        interval_s : float
-            T, s, not negative.
-
         Returns
         -------
         (..., 6, 6) ndarray
             diag(0, 0, 0, γ_x²σ_x², γ_y²σ_y², γ_z²σ_z²) with σ_x² = v_xo² T / T_np.
-
-        Raises
-        ------
-        ShapeError, TimeOrderError
-            See `step`.
 
         References
         ----------

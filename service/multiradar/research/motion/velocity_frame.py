@@ -71,27 +71,11 @@ class VelocityFrame:
     def step(self, state: ArrayLike, interval_s: float, draws: ArrayLike) -> Floats:
         """Advance aircraft by one interval, equation (5).
 
-        Parameters
-        ----------
-        state : (..., 6) array_like
-            East, north, up (m), V (m/s), K, φ (rad).
-        interval_s : float
-            T, s, not negative.
-        draws : (..., 3) array_like
-            ξ_V, ξ_K, ξ_φ: independent standard normal numbers.
-
         Returns
         -------
         (..., 6) ndarray
             The new state, canonical (see `axes`: continuous where V crosses 0 or φ leaves its
             range). The position uses the old velocity.
-
-        Raises
-        ------
-        ShapeError
-            State or draws have a wrong number of components.
-        TimeOrderError
-            The interval is negative or not finite.
 
         References
         ----------
@@ -108,22 +92,10 @@ class VelocityFrame:
     def noise(self, state: ArrayLike, interval_s: float) -> Floats:
         """Return the process noise covariance of an interval, the same for every state.
 
-        Parameters
-        ----------
-        state : (..., 6) array_like
-            Gives the number of aircraft.
-        interval_s : float
-            T, s, not negative.
-
         Returns
         -------
         (..., 6, 6) ndarray
             diag(0, 0, 0, a²T², v_K²T², v_φ²T²).
-
-        Raises
-        ------
-        ShapeError, TimeOrderError
-            See `step`.
 
         References
         ----------

@@ -53,24 +53,10 @@ class WhiteAcceleration:
     def noise(self, state: ArrayLike, interval_s: float) -> Floats:
         """Return the process noise covariance of an interval, the same for every state.
 
-        Parameters
-        ----------
-        state : (..., 6) array_like
-            Gives the number of aircraft.
-        interval_s : float
-            T, s, not negative.
-
         Returns
         -------
         (..., 6, 6) ndarray
             [[T³/3, T²/2], [T²/2, T]] for each axis, times its density: exact for any interval.
-
-        Raises
-        ------
-        ShapeError
-            The state has a wrong number of components.
-        TimeOrderError
-            The interval is negative or not finite.
 
         References
         ----------

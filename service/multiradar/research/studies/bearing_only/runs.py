@@ -76,9 +76,9 @@ class Scenario(NamedTuple):
 
 
 SCENARIOS = (
-    Scenario("turning", "three rotating sources"),
-    Scenario("two", "two rotating sources", (0.0, 2.5)),
-    Scenario("at once", "three simultaneous sources", (0.0, 0.0, 0.0)),
+    Scenario("turning", "three sources with staggered scans"),
+    Scenario("two", "two sources with staggered scans", (0.0, 2.5)),
+    Scenario("at once", "three sources with simultaneous scans", (0.0, 0.0, 0.0)),
     Scenario("moving", "three sources that fly at 150 m/s", source_speed_mps=150.0),
     Scenario("space", "three sources with elevations", dimensions=3),
     Scenario("jammed", "one radar with ranges, two that are jammed", ranging=(0,)),

@@ -49,7 +49,7 @@ class Setting:
 
     Attributes
     ----------
-    scene : Scenario
+    scenario : Scenario
         Tracks, radars and biases, the same in all runs.
     drift : bool
         Whether the biases drift (and the aircraft accelerate randomly).
@@ -57,7 +57,7 @@ class Setting:
         Evaluation times: whole seconds.
     """
 
-    scene: Scenario
+    scenario: Scenario
     drift: bool
     times_s: Floats
 
@@ -128,19 +128,19 @@ def make_setting(duration_s: float, *, drift: bool) -> Setting:
     ----------
     IMM UrO RAN report (2016), section 1.6, its table, and (1.7) that sets the drift to zero.
     """
-    scene = builtin_scenario("report-1-6-drift" if drift else "report-1-6")
+    scenario = builtin_scenario("report-1-6-drift" if drift else "report-1-6")
     density = DRIFT_DENSITY if drift else 0.0
-    scene = replace(
-        scene,
+    scenario = replace(
+        scenario,
         duration_s=duration_s,
-        traffic=tuple(replace(one, acceleration_density=density) for one in scene.traffic),
-        sensors=tuple(replace(one, range_min_m=RANGE_MIN_M) for one in scene.sensors),
+        traffic=tuple(replace(one, acceleration_density=density) for one in scenario.traffic),
+        sensors=tuple(replace(one, range_min_m=RANGE_MIN_M) for one in scenario.sensors),
     )
     end = floor(duration_s)
     times = np.arange(0, end + 1, max(1, round(duration_s / 100)), dtype=np.float64)
     if times[-1] < end:
         times = np.append(times, float(end))
-    return Setting(scene, drift, times)
+    return Setting(scenario, drift, times)
 
 
 def realise(setting: Setting, seed: int, run: int) -> Realisation:
@@ -149,7 +149,7 @@ def realise(setting: Setting, seed: int, run: int) -> Realisation:
     Parameters
     ----------
     setting : Setting
-        The scene.
+        The scenario.
     seed, run : int
         Runs are reproducible, and runs of one seed are independent.
 
@@ -166,13 +166,13 @@ def realise(setting: Setting, seed: int, run: int) -> Realisation:
         np.random.Generator(np.random.PCG64(np.random.SeedSequence((seed, run, stream))))
         for stream in (_PLOTS, _STARTS)
     ]
-    found = flat_plots(setting.scene, streams[_PLOTS])
+    found = flat_plots(setting.scenario, streams[_PLOTS])
     count = len(found.site_m)
     grid = setting.times_s.astype(np.int64)
     biases = found.biases[grid][:, :, :2].reshape(len(grid), 2 * count)
     sigma = np.tile(PRIOR_SIGMA, count)
     priors = biases[0] + sigma * streams[_STARTS].normal(size=len(sigma))
-    drift = [[one.drift for one in sensor.biases[:2]] for sensor in setting.scene.sensors]
+    drift = [[one.drift for one in sensor.biases[:2]] for sensor in setting.scenario.sensors]
     states = found.states[grid]
     guesses = states[0] + START_SIGMA * streams[_STARTS].normal(size=states[0].shape)
     return Realisation(
@@ -185,8 +185,8 @@ def realise(setting: Setting, seed: int, run: int) -> Realisation:
         truth=found.truth,
         sensors=flat_radars(
             found.site_m,
-            [one.range_sigma_m for one in setting.scene.sensors],
-            [one.azimuth_sigma_rad for one in setting.scene.sensors],
+            [one.range_sigma_m for one in setting.scenario.sensors],
+            [one.azimuth_sigma_rad for one in setting.scenario.sensors],
             BiasPrior(priors, np.diag(sigma**2), np.ravel(drift)),
         ),
         starts=Starts(
@@ -207,7 +207,7 @@ def evaluate_run(name: str, form: Form, setting: Setting, one: Realisation) -> E
     form : {"polar", "linearised"}
         Treatment of plots.
     setting : Setting
-        The scene.
+        The scenario.
     one : Realisation
         The run.
 
