@@ -1,4 +1,4 @@
-# Everything a new machine needs: Python >= 3.11, make and git. Each target makes the environment it uses.
+# Requires Python >= 3.11, make and git. Each target creates the environment it uses.
 PYTHON ?= python3
 VENV := .venv
 FUZZ_SECONDS ?= 120
@@ -10,7 +10,7 @@ READY := $(VENV)/.ready
 help: ## Show the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
 
-install: $(READY) ## Make .venv with the pinned versions, and compile the kernels
+install: $(READY) ## Create .venv with the pinned versions, and compile the kernels
 	$(BIN)/multiradar warm-up
 
 $(READY): constraints.txt pyproject.toml
@@ -29,38 +29,38 @@ types: $(READY) ## Check types, strictly, tests included
 contracts: $(READY) ## Check the import contracts
 	$(BIN)/lint-imports
 
-check: lint types contracts ## Everything but the tests
+check: lint types contracts ## Run all checks except the tests
 
 test: check ## Lint, types, import contracts and all tests
 	$(BIN)/multiradar warm-up --all
 	$(BIN)/pytest -n 3
 
-unit: $(READY) ## The unit tests, without those that take seconds
+unit: $(READY) ## Run the unit tests except slow ones
 	$(BIN)/pytest -n 2 -m "not slow" tests/unit
 
-docs-check: $(READY) ## Compare the documents with what programs print (an hour); DOCS_OPTIONS=--write puts it right
+docs-check: $(READY) ## Compare the documents with program output (an hour); DOCS_OPTIONS=--write updates them
 	$(BIN)/python -m validation.documents.check_documents $(DOCS_OPTIONS)
 
-fuzz: $(READY) ## Draw new examples for all property tests (FUZZ_SECONDS=120 FUZZ_SEED=)
+fuzz: $(READY) ## Run all property tests with new random examples (FUZZ_SECONDS=120 FUZZ_SEED=)
 	cd tests && ../$(BIN)/python -m support.fuzzing --seconds $(FUZZ_SECONDS) $(if $(FUZZ_SEED),--seed $(FUZZ_SEED))
 
-demo: $(READY) ## Convert the sample, serve it, replay it, watch tracks and biases settle
+demo: $(READY) ## Convert the sample, serve and replay it, show tracks and biases
 	$(BIN)/multiradar demo $(DEMO_OPTIONS)
 
 $(VENV)/.bench: $(READY) constraints-bench.txt
 	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes --no-build-isolation --requirement constraints-bench.txt
 	@touch $@
 
-bench: $(VENV)/.bench ## Measure speed beside peers; prints ratios and writes benchmark.json
+bench: $(VENV)/.bench ## Benchmark against other packages; prints ratios and writes benchmark.json
 	cd tests && ../$(BIN)/python -m benchmark --out ../benchmark.json $(BENCH_OPTIONS)
 
-kernel-list: $(READY) ## List anew which kernels each command needs; --check compares
+kernel-list: $(READY) ## Update the list of kernels of each command; --check compares
 	cd tests && ../$(BIN)/python -m support.kernel_list $(KERNEL_LIST_OPTIONS)
 
-lock: ## Pin all versions anew (needs uv)
+lock: ## Update all pinned versions (needs uv)
 	uv pip compile --universal --generate-hashes --python-version 3.11 --no-emit-index-url --no-header --extra dev pyproject.toml -o constraints.txt
 	uv pip compile --universal --generate-hashes --python-version 3.11 --no-emit-index-url --no-header pyproject.toml --constraint constraints.txt -o constraints-run.txt
 	uv pip compile --universal --generate-hashes --python-version 3.11 --no-emit-index-url --no-header --extra dev --extra bench pyproject.toml -o constraints-bench.txt
 
-clean: ## Remove what make made
+clean: ## Remove generated files
 	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .import_linter_cache

@@ -1,4 +1,4 @@
-"""What docs/studies.md says is shown by a test is shown by one."""
+"""Every test claimed by docs/studies.md exists."""
 
 import ast
 import re

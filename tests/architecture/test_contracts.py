@@ -1,4 +1,4 @@
-"""The import contracts hold, and would notice if they did not."""
+"""The import contracts hold, and detect violations."""
 
 import sys
 import tomllib

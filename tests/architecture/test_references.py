@@ -1,4 +1,4 @@
-"""A reference names its work and the place in it: paper and equation, textbook and section.
+"""A reference names its work and the location in it: paper and equation, textbook and section.
 
 What has no section of references is the project's own. Compiled modules say at their head where
 their formulas stand, or that they are the project's own.
@@ -16,14 +16,14 @@ from support.paths import ROOT
 SERVICE = ROOT / "service/multiradar"
 PURE = ("estimation", "restoration", "research")
 
-#: A paper of the five, and the place in it: an equation, the text or a section of its own name.
+#: One of the five papers, and the location in it: an equation, the text or a named section.
 PAPER = re.compile(
     r"(IMM UrO RAN report \(2016\)|Vasiliev, Mattis|Koptev, Rozov, Romanovsky|Korobochkin"
     r"|Nenartovich, Isakov), [^.]*?(\(\d+(\.\d+)?\)|sections? (\d|on )|figures? \d)"
 )
-#: A work of others: authors, year, and a place in it or its pages.
+#: Another work: authors, year, and a location in it or its pages.
 WORK = re.compile(r"[A-Z][^.]*\..*?\b(19|20)\d\d\)?,?\s.*?(section|chapter|equation|\d+-\d+)")
-#: Works that are known by their title, which have numbers in place of pages.
+#: Works cited by title, with numbers instead of pages.
 TITLED = re.compile(
     r'(NIST Digital Library|"The Art of Computer Programming").*?(section|table) ?\d'
     r"|technical report \d{4}-\d+|see the head of this module"

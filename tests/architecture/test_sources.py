@@ -1,4 +1,4 @@
-"""Rules of the house that no tool checks: read from the syntax trees of the tracked files."""
+"""Project rules that no tool checks, from the syntax trees of the tracked files."""
 
 import ast
 import re
@@ -13,7 +13,7 @@ from support.processes.waiting import run_to_end
 
 CODE = ("service", "converters", "schemas")
 LINES_MAX = 500
-#: The only module that may ask for the time of day.
+#: The only module that may read the time of day.
 CLOCK = "service/multiradar/clock.py"
 CORE = (
     "service/multiradar/tracking",
@@ -136,7 +136,7 @@ def public_functions() -> Iterator[tuple[str, ast.FunctionDef]]:
 
 
 def public(body: list[ast.stmt]) -> Iterator[ast.FunctionDef]:
-    """Yield functions, and methods but for properties, which take nothing."""
+    """Yield functions, and methods except properties."""
     for node in body:
         if not isinstance(node, ast.FunctionDef) or node.name.startswith("_"):
             continue
@@ -191,7 +191,7 @@ def test_no_module_is_a_drawer_for_everything() -> None:
 
 
 def test_property_tests_choose_how_many_examples_they_draw_and_nothing_else() -> None:
-    """All else is in the profiles, so that every property test draws the same everywhere."""
+    """Everything else is in the profiles, so that property tests are reproducible."""
     chosen = {
         f"{name}:{node.lineno}: {word.arg}"
         for name in modules("tests/")

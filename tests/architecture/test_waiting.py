@@ -1,4 +1,4 @@
-"""Tests wait for conditions, within the one bound: no sleeps, no bounds of their own."""
+"""Tests wait for conditions within one common time-out: no sleeps, no own time-outs."""
 
 import ast
 from collections.abc import Iterator
@@ -7,14 +7,14 @@ import pytest
 
 from architecture.test_sources import modules, tree
 
-#: What waits, and what only measures.
+#: Functions that wait, and functions that only measure.
 HELPER = "tests/support/processes/waiting.py"
 CLIENTS = "tests/support/processes/clients.py"
 FREE = (HELPER, CLIENTS, "tests/benchmark/")
 BOUND = "WAIT_TIMEOUT_S"
-#: Calls whose arguments bound a wait; what has another meaning takes no number (`str.join`).
+#: Calls whose arguments are time-outs; calls with another meaning have no number (`str.join`).
 WAITS = {"wait", "join", "result", "settle", "communicate", "settimeout"}
-#: Calls that wait by a default of their own, and who makes them with the bound.
+#: Calls with a time-out of their own by default, and the modules that set the common one.
 BY_DEFAULT = {
     f"httpx.{name}": "support.processes.clients"
     for name in ("get", "post", "put", "patch", "delete", "head", "options", "request", "stream",
@@ -30,7 +30,7 @@ BY_DEFAULT = {
 
 
 def is_number(node: ast.expr) -> bool:
-    # Zero waits for nothing.
+    # Zero does not wait.
     return isinstance(node, ast.Constant) and isinstance(node.value, int | float) and node.value > 0
 
 
@@ -50,7 +50,7 @@ def faults(found: ast.Module) -> Iterator[str]:
         arguments = [*node.args, *(word.value for word in node.keywords)]
         if last == "sleep" and not (arguments and ast.unparse(arguments[0]) in ("0", "0.0")):
             yield f"{place}: wait_until(...), or pause(...) where time itself is the matter"
-        # Text is joined, too, by names.
+        # `join` of text has names as arguments.
         bound = is_number if last == "join" else is_constant
         method = isinstance(node.func, ast.Attribute)
         if method and last in WAITS and any(bound(one) for one in node.args):

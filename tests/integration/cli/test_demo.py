@@ -1,4 +1,4 @@
-"""The first thing a user sees runs to its end, says what it found, and leaves nothing behind."""
+"""`multiradar demo` runs to its end, prints its results, and removes its files."""
 
 import json
 import os
@@ -17,7 +17,7 @@ from support.paths import SAMPLE
 from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
 from support.scenarios.recorded_scene import command, environment
 
-#: Shares of the lines of each file: the first ten minutes or so.
+#: Fraction of the lines of each file: about the first ten minutes.
 SHARE = 0.33
 
 
@@ -47,7 +47,7 @@ def test_the_demo_ends_with_biases_near_the_truth_and_leaves_nothing(
     assert "[" not in done.stdout.replace("[0", "")
     row = re.search(r"26-10 +range +\+185\.0 m +(\S+) m +(\S+) m", done.stdout)
     assert row is not None, done.stdout
-    # Four sigma: one draw of the noise is as good as another.
+    # Four sigma, for any realisation of the noise.
     assert abs(float(row[1]) - 185.0) <= 4.0 * float(row[2])
     assert "confirmed tracks (" in done.stdout
     assert "from ADS-B, which was withheld from the tracker" in done.stdout
@@ -84,7 +84,7 @@ def _processes_that_name(folder: Path) -> list[int]:
 
 @contextmanager
 def _demo(dump: Path, temporary: Path) -> Iterator["subprocess.Popen[str]"]:
-    # Ends what it started, the service too, however the test ends.
+    # Terminates the processes it started, including the service, however the test ends.
     line = [sys.executable, "-m", "multiradar", "demo", "--dump", str(dump), "--speed", "max"]
     temporary.mkdir()
     own = {**environment(), "TMPDIR": str(temporary)}
@@ -126,7 +126,7 @@ def test_a_demo_interrupted_while_its_service_starts_leaves_no_process(
 ) -> None:
     temporary = tmp_path / "tmp"
     with _demo(short_dump, temporary) as process:
-        # As early as the service can be seen, long before it says where it listens.
+        # As soon as the service process exists, long before it prints its addresses.
         wait_until(
             lambda: process.poll() is not None or _processes_that_name(temporary),
             "the service of the demo",

@@ -1,4 +1,4 @@
-"""`multiradar evaluate` on simulated scenes and on the sample recording."""
+"""`multiradar evaluate` on simulated scenarios and on the sample recording."""
 
 import json
 import shutil
@@ -36,7 +36,7 @@ def test_forecasts_are_evaluated_by_horizon(
     scene: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     found = evaluated(capsys, scene / "tracks", "--truth", scene / "made")["forecasts"]
-    # Four minutes: nothing is known of what comes 300 s later.
+    # Four minutes: there is no truth for 300 s ahead.
     assert [one["horizon_s"] for one in found] == [10.0, 30.0, 60.0, 120.0]
     assert all(one["by"] == "filter" and one["probability"] == 0.95 for one in found)
     samples = [one["samples"] for one in found]
@@ -83,7 +83,7 @@ def test_a_scenario_is_evaluated_against_its_truth(
     assert found["siap"]["completeness"] > 0.95
     assert found["initiation"]["never_tracked"] == 0
     assert found["initiation"]["median_scans"] < 4.0
-    # One radar alone does not know its biases, and says so.
+    # The biases of a single radar are unobservable, which is reported.
     assert 100.0 < found["errors"]["position_m"]["rms"] < 1500.0
     assert found["nees"]["position"]["mean"] < 1.5
     assert {one["parameter"] for one in found["biases"]} == {
@@ -148,7 +148,7 @@ def test_strict_is_status_1_where_a_requirement_is_not_met(
     scene: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     arguments = ["evaluate", str(scene / "tracks"), "--truth", str(scene / "made")]
-    # Nothing is known of the biases of a single radar: its tracks are off by hundreds of metres.
+    # The biases of a single radar are unobservable: its tracks are off by hundreds of metres.
     assert run([*arguments, "--preset", "ed142-tma"]) == 0
     assert "fail" in capsys.readouterr().out
     assert run([*arguments, "--preset", "ed142-tma", "--strict"]) == 1
@@ -178,7 +178,7 @@ def test_two_tracks_with_exchanged_identities_are_two_swaps(
         assert one == pytest.approx(before["errors"][name])
 
 
-# Each spoils a file and returns what is said of it.
+# Each makes a file invalid and returns the expected message.
 def _remove(path: Path) -> str:
     path.unlink()
     return "expected the output of"

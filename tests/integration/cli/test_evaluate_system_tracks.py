@@ -42,7 +42,7 @@ def system_track(row: dict[str, Any], source: str = "0004", status: str = "00") 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Track two aircraft over midnight, and let another processor see them where we do."""
+    """Track two aircraft over midnight, with equal system tracks of another processor."""
     made = tmp_path_factory.mktemp("made")
     plots = []
     for turn in range(TURNS):
@@ -84,7 +84,7 @@ def test_tracks_are_evaluated_against_recorded_system_tracks(
         assert found["reference"]["kind"] == "system-tracks"
         compared = found["compared"]
         assert compared["aircraft"] == 2
-        # What is simulated or only carried on is no reference: it lies elsewhere.
+        # Simulated and coasted updates are no reference: their positions differ.
         assert compared["reference_positions"] == 2 * TURNS
         assert compared["updates_compared"] > 1.8 * TURNS
         assert found["errors"]["position_m"]["rms"] < 1.0

@@ -49,7 +49,7 @@ def test_a_correct_recording_ends_with_status_0(
     assert capsys.readouterr().err == ""
 
 
-# Plots without identity make tracks of their own, of which none is lost.
+# Plots without identity form separate tracks, none of which is lost.
 @pytest.mark.parametrize("named", [True, False])
 @pytest.mark.parametrize(
     ("edit", "code", "words"),
@@ -128,7 +128,7 @@ def dump_with(folder: Path, column: str, factor: float) -> Path:
     return dump
 
 
-# Of a circle in these units most is rejected: azimuths end at 360.
+# In these units most of a circle is rejected: azimuths end at 360.
 @pytest.mark.parametrize(
     ("per_circle", "unit"),
     [

@@ -1,4 +1,4 @@
-"""`multiradar simulate`, and `track` on what it made: the truth lies within the sigmas."""
+"""`multiradar simulate`, and `track` on its output: the truth lies within the sigmas."""
 
 import json
 from pathlib import Path
@@ -99,7 +99,7 @@ def test_a_simulation_is_tracked_within_its_sigmas(simulated: Path, tmp_path: Pa
     both = last.join(true.filter(time_s=400.0), on=keys)
     assert len(both) == 6
     ratio = ((both["estimate"] - both["value"]) / both["sigma"]).to_numpy()
-    # Six numbers: beyond 4.5 sigma once in 25 000 scenes.
+    # Six numbers: beyond 4.5 sigma once in 25 000 runs.
     assert np.max(np.abs(ratio)) < 4.5
     sigma_m = both.filter(parameter="range_offset_m")["sigma"].to_numpy()
     assert np.max(sigma_m) < 10.0

@@ -15,7 +15,7 @@ STOPPED = {"SIGTERM": (143, "multiradar: stopped\n"), "SIGINT": (130, "")}
 @pytest.mark.parametrize("case", stopped_command.CASES)
 @pytest.mark.parametrize("name", STOPPED)
 def test_a_signal_is_not_lost_and_leaves_nothing(name: str, case: str, tmp_path: Path) -> None:
-    """An exception for it was once dropped by compiled code, or ended in a crash."""
+    """Regression: an exception for it was dropped by compiled code, or caused a crash."""
     out, temporary = tmp_path / "out", tmp_path / "tmp"
     out.mkdir()
     temporary.mkdir()

@@ -1,4 +1,4 @@
-"""`multiradar track` from the command line: files when it worked, nothing when it did not."""
+"""`multiradar track` from the command line: all files on success, none on failure."""
 
 import json
 import re
@@ -52,7 +52,7 @@ def test_a_run_writes_its_five_files_and_prints_the_biases(
 def test_the_headline_counts_the_tracks_of_the_table(
     scene: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    # Beside the scene some plots without identity: tracks that are never confirmed.
+    # In addition some plots without identity: tracks that are never confirmed.
     rows = pl.read_parquet(scene[0])
     alone = rows.filter(pl.int_range(pl.len()) % 97 == 0).with_columns(
         range_m=pl.col("range_m") * 1.4, track_number=pl.lit(None, pl.Int64),
@@ -406,7 +406,7 @@ def test_a_full_disk_is_reported_with_the_name_of_the_output(
     out = tmp_path / "out"
     line = [*RUN, "track", str(scene[0]), "--sensors", str(scene[1]), "--out", str(out)]
 
-    # As on a full disk: writes fail from some byte on. Caches of kernels were made before.
+    # As on a full disk: writes fail beyond a size. Kernel caches exist already.
     def bound() -> None:
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
@@ -460,7 +460,7 @@ def test_system_tracks_are_written_in_asterix_as_the_settings_say(
     assert isinstance(records, dict)
     assert records["062"] == len(tracks)
     assert set(records) == {"062", "063", "065"}
-    # A second run finds the file, says so and leaves it alone.
+    # A second run reports that the file exists and does not touch it.
     octets = written.read_bytes()
     assert _track(*given, "--out", tmp_path / "other") == 1
     assert written.read_bytes() == octets

@@ -1,4 +1,4 @@
-"""`multiradar track` on the folder of a dump, which is converted on the way."""
+"""`multiradar track` on the folder of a dump, which is converted on the fly."""
 
 import json
 from pathlib import Path

@@ -10,7 +10,7 @@ from support.processes.waiting import WAIT_TIMEOUT_S
 from support.scenarios.live_scene import cut, recording, sensors
 
 EXAMPLE = ROOT / "deploy" / "asterix.toml"
-#: Another group than that of the example, which another test may hear at the same time.
+#: Not the group of the example, which another test may receive at the same time.
 GROUP = "239.192.77.63"
 
 

@@ -1,4 +1,4 @@
-"""The example of `deploy/`: two networks by multicast on loopback in, system tracks out."""
+"""The example of `deploy/`: input from two multicast networks on loopback, system tracks out."""
 
 import time
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Container, compose and systemd files: hardened, pinned, on loopback, read as they are meant."""
+"""Container, compose and systemd files: hardened, pinned, on loopback, and valid."""
 
 import re
 import shutil
@@ -88,7 +88,7 @@ def test_the_image_runs_unprivileged_and_is_installed_by_hash() -> None:
     after = found[max(place for place, (name, _) in enumerate(found) if name == "FROM") :]
     user = [rest for name, rest in after if name == "USER"]
     assert user == ["10001:10001"]
-    # Nothing that runs as root stands after the change of user.
+    # No command runs as root after the change of user.
     last_run = max(place for place, (name, _) in enumerate(after) if name == "RUN")
     assert last_run < [name for name, _ in after].index("USER")
     installs = " ".join(rest for name, rest in found if name == "RUN")
@@ -149,7 +149,7 @@ def test_the_unit_is_hardened() -> None:
 def test_systemd_understands_the_unit_and_finds_little_exposed(tmp_path: Path) -> None:
     text = (DEPLOY / "multiradar.service").read_text(encoding="utf-8")
     unit = tmp_path / "multiradar.service"
-    # The program is not installed where the unit says; everything else is taken as it stands.
+    # The program is not installed at the path of the unit; everything else is used unchanged.
     unit.write_text(text.replace("/opt/multiradar/bin/multiradar", "/bin/true"), encoding="utf-8")
     assert SYSTEMD_ANALYZE is not None
     verified = run_to_end([SYSTEMD_ANALYZE, "verify", str(unit)])

@@ -31,7 +31,7 @@ def test_every_configuration_disables_discovery_and_bounds_messages(name: str) -
     assert json.loads(config.get_json("scouting/gossip/enabled")) is False
     assert json.loads(config.get_json("adminspace/enabled")) is False
     assert json.loads(config.get_json("timestamping/enabled")) is True
-    # A subscriber may sleep for five seconds without being cut off.
+    # A subscriber may block for five seconds without losing its connection.
     assert json.loads(config.get_json("transport/link/tx/lease")) == 10_000
     assert json.loads(config.get_json("transport/link/rx/max_message_size")) == 16 * 1024 * 1024
 
@@ -99,7 +99,7 @@ class Guarded:
         self.gateway = ZenohGateway(self.service, ZenohOptions(config_file=file))
 
     def wait_for_their_end(self) -> None:
-        """Wait until no client is connected: what they sent before came before."""
+        """Wait until no client is connected: all earlier messages have arrived."""
         wait_until(lambda: connections(self.gateway) == 0, "the end of the connection")
 
     def client(self, name: str, authority: Authority | None = None) -> zenoh.Config:

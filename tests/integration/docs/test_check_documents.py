@@ -1,4 +1,4 @@
-"""Documents show what programs print; what takes longer is compared by `make docs-check`."""
+"""Documents match program output; slow commands are compared by `make docs-check`."""
 
 from pathlib import Path
 from typing import Any
@@ -181,7 +181,7 @@ def test_what_differs_is_put_into_the_page(moved: Path) -> None:
 
 def test_a_page_that_changed_meanwhile_keeps_its_changes(moved: Path) -> None:
     page = moved / "docs" / "p.md"
-    # The same command twice, as a replay that is done again, with other words between.
+    # The same command twice, as for a repeated replay, with other text between.
     shown = "<!-- output of: python count.py -->\n```\n{}\n```\n"
     text = f"a\n{shown.format('1')}b\n{shown.format('x')}c\n"
     page.write_text(text, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Examples of answers have the members that answers have."""
+"""Examples of responses have the members of the responses."""
 
 import json
 import re
@@ -36,7 +36,7 @@ def _examples() -> list[tuple[str, str, str]]:
 
 
 def wrong(example: Any, schema: dict[str, Any], where: str) -> list[str]:
-    """Return what an example has that its schema has not, or the other way round."""
+    """Return members of an example that its schema lacks, and vice versa."""
     schema = _resolved(schema)
     if isinstance(example, list):
         items = schema.get("items", {})

@@ -1,4 +1,4 @@
-"""The front door: help everywhere, one sentence for each error, status 0, 1 or 2."""
+"""The command line: help everywhere, one sentence for each error, status 0, 1 or 2."""
 
 import sys
 from pathlib import Path

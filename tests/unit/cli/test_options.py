@@ -1,4 +1,4 @@
-"""Names that are repeated on the command line, so that help is fast, are those of the core."""
+"""Names repeated in the command line modules, so that help is fast, are those of the core."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""`multiradar study`: tables, a report that takes no file's place, one JSON object, sentences."""
+"""`multiradar study`: tables, a report that overwrites nothing, one JSON object, messages."""
 
 import json
 import signal
@@ -182,7 +182,7 @@ def test_a_study_that_is_stopped_leaves_no_file(
 
 @pytest.mark.slow
 def test_ctrl_c_terminates_long_compiled_work(tmp_path: Path) -> None:
-    """Threads that play measurements cannot be stopped, and were once waited for."""
+    """Regression: exit waited for threads in compiled code, which cannot be stopped."""
     code = (
         "import signal, sys\n"
         "from concurrent.futures import ThreadPoolExecutor\n"

@@ -1,4 +1,4 @@
-"""What a conversion shows of mistakes, without a sensors file."""
+"""Diagnosis of a conversion, without a sensors file."""
 
 from pathlib import Path
 
@@ -15,7 +15,7 @@ RANGE, AZIMUTH = pl.col("range_m"), pl.col("azimuth_deg")
 
 
 def said_of(one: Recording, folder: Path, *, rejected: int = 0) -> list[Diagnosis]:
-    """Return what is said of a recording that a conversion wrote."""
+    """Return the diagnoses of a converted recording."""
     missing = [
         pl.lit(None, kind).alias(name)
         for name, kind in MEASUREMENT_SCHEMA.items()

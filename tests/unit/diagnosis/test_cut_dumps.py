@@ -1,4 +1,4 @@
-"""Dumps of which one file ends long before the other."""
+"""Dumps with one truncated file."""
 
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ START_S, LAST_S = 28_800.0, 30_600.0
 def said_of(
     folder: Path, plots_end_s: float, tracks_end_s: float, *, missing: int = 0, late: int = 1000
 ) -> list[str]:
-    """Return what is said of a dump of 1000 plots a half hour, of which tracks name all they can.
+    """Return the diagnoses of a dump with 1000 plots in half an hour, all referenced by tracks.
 
     Parameters
     ----------
@@ -67,11 +67,11 @@ def test_tracks_that_end_before_plots_like_those_they_name_are_cut(tmp_path: Pat
     [
         # Tracks coast after the last plot.
         ((60.0, 0.0), {"missing": 1000}),
-        # Tracks that name no plots, or name those that are there.
+        # Tracks that reference no plots, or existing ones.
         ((900.0, 0.0), {"missing": 0}),
-        # The last plots make no track any more.
+        # The last plots form no track.
         ((0.0, 60.0), {}),
-        # The last aircraft has left, clutter goes on.
+        # The last aircraft has left, clutter continues.
         ((0.0, 900.0), {"late": 100}),
     ],
 )

@@ -1,4 +1,4 @@
-"""Mistakes made in a recording of three radars are found, and named, at the right sensor."""
+"""Mistakes in a recording of three radars are diagnosed at the right sensor."""
 
 import re
 
@@ -39,7 +39,7 @@ def addressed(one: Recording, **identity: str) -> Recording:
     return Recording(frame, one.sensors).changed(NAME, **texts)
 
 
-#: What is done, and the code of what is said of `NAME`.
+#: The mistake, and the code of the diagnosis of `NAME`.
 MISTAKES: dict[str, tuple[Edit, str]] = {
     "kilometres": (lambda one: one.changed(NAME, range_m=RANGE / 1e3), "range_unit"),
     "nautical miles": (lambda one: one.changed(NAME, range_m=RANGE / 1852.0), "range_unit"),
@@ -121,7 +121,7 @@ def test_a_correct_recording_has_no_diagnosis(seed: int, *, positions: bool, nam
     assert recording(seed, positions=positions, named=named).diagnosed() == []
 
 
-# 7000 and 2000 are set by all who were given no code of their own.
+# 7000 and 2000 are used by aircraft without an assigned code.
 @pytest.mark.parametrize("code", ["7000", "2000"])
 def test_a_code_of_conspicuity_is_no_mistake(code: str) -> None:
     assert addressed(recording(), mode_3a=code).diagnosed() == []
@@ -168,7 +168,7 @@ def test_a_wrong_offset_is_reported_with_the_estimate_from_named_others() -> Non
     assert "(or 2-10 is wrong: there is no third sensor)" in alone
 
 
-# Pressure heights on a hot or a cold day: as if all sites were at another height.
+# Pressure heights on a hot or a cold day: they resemble other site heights.
 @pytest.mark.parametrize("factor", [0.85, 0.93, 1.07])
 def test_heights_of_a_hot_or_a_cold_day_are_no_mistake_of_a_site(factor: float) -> None:
     assert recording().changed(*RADARS, height_m=HEIGHT * factor).diagnosed() == []

@@ -1,4 +1,4 @@
-"""What is said of losses that nothing explains, of noise and of copies."""
+"""Diagnosis of unexplained losses, noise and copies."""
 
 import numpy as np
 import polars as pl
@@ -24,7 +24,7 @@ def evidence_of(one: Recording, **outcomes: int) -> Evidence:
 
 
 def said(evidence: Evidence) -> Diagnosis:
-    """Return the one diagnosis that there is."""
+    """Return the single diagnosis."""
     found = diagnose(evidence)
     assert len(found) == 1
     return found[0]

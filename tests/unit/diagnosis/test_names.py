@@ -1,4 +1,4 @@
-"""Sources that are not configured, and sensors that sent nothing."""
+"""Unconfigured sources, and configured sensors without measurements."""
 
 import polars as pl
 

@@ -1,4 +1,4 @@
-"""What the plots of one radar show by themselves: a unit of range by speeds, else by how far."""
+"""Range units from the plots of one radar: by speeds, else by the largest range."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ FARTHEST_M = 100e3
 
 
 def plots(unit_m: float, speed_mps: float) -> Plots:
-    """One aircraft that comes in along one azimuth from 100 km, ranges in this unit."""
+    """One aircraft approaching along one azimuth from 100 km, ranges in this unit."""
     time_s = np.arange(0.0, 200.0, 4.0, dtype=np.float64)
     count = len(time_s)
     missing, azimuth_deg = np.full(count, np.nan), np.full(count, 30.0)
@@ -27,7 +27,7 @@ def plots(unit_m: float, speed_mps: float) -> Plots:
         (1.0, True, None),
         (0.3048, True, "in feet"),
         (1000.0, True, "in kilometres"),
-        # Without names there are no speeds; ranges of a few hundred are still none in metres.
+        # Without identity there are no speeds; ranges of a few hundred cannot be metres.
         (1.0, False, None),
         (0.3048, False, None),
         (1000.0, False, "in kilometres"),

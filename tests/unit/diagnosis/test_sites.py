@@ -1,4 +1,4 @@
-"""Sites of which one is on another continent."""
+"""A site on another continent."""
 
 import pytest
 

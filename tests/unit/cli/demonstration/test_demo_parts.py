@@ -58,12 +58,12 @@ def test_a_service_prints_its_addresses_in_its_first_line(
     assert demo_service._first_line(process, lambda: None) == document
 
 
-#: Metres of a degree of latitude, and of longitude, at 50° north on WGS 84.
+#: Metres per degree of latitude and of longitude at 50° north on WGS 84.
 NORTH_M, EAST_M = 111_229.0, 71_696.0
 
 
 def _updates(times: list[float], north_m: float = 0.0) -> pl.DataFrame:
-    """Return an aircraft that flies 200 m/s to the east, so far north of its way."""
+    """Return an aircraft that flies east at 200 m/s, offset to the north."""
     return pl.DataFrame(
         {
             "time_s": times,

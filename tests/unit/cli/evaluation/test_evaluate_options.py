@@ -1,4 +1,4 @@
-"""The options of `evaluate` say what the settings are by default."""
+"""The options of `evaluate` show the defaults of the settings."""
 
 import dataclasses
 import inspect

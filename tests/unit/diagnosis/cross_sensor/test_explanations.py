@@ -1,4 +1,4 @@
-"""Which mistakes are tried of a sensor: not those that its numbers rule out."""
+"""Hypotheses tested for a sensor: not those that its values exclude."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ def plots(azimuth: np.ndarray) -> Plots:
 def test_a_unit_in_which_azimuths_go_beyond_a_circle_is_not_tried(
     circle: float, possible: set[str]
 ) -> None:
-    """6400 mils are nearly as many milliradians, and were taken for them."""
+    """Regression: mils (6400 to a circle) were mistaken for milliradians."""
     seen = plots(np.linspace(0.0, circle, 1000, endpoint=False))
     units = ("radians", "milliradians", "gradians", "mils", "4096", "65 536")
     found = {
