@@ -21,7 +21,7 @@ from benchmark import (
 from benchmark.plan import Plan
 from benchmark.report import Row, show, write, write_markdown
 
-#: What each measures, and how.
+#: Subject and method of each suite.
 SUITES: dict[str, tuple[str, Callable[[Plan], list[Row]]]] = {
     "filters": (filters.TEXT, filters.run),
     "joint-cost": (joint_cost.TEXT, joint_cost.run),
@@ -37,7 +37,7 @@ GIGABYTES = 0.1
 
 
 def main() -> None:
-    """Run the suites asked for."""
+    """Run the selected suites."""
     options = _options()
     load_before = os.getloadavg()[0]
     measured: dict[str, list[Row]] = {}

@@ -19,27 +19,26 @@ from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
 
 Floats = NDArray[np.float64]
 
-#: The aircraft are spread over a disc of this radius: 4000 are one for each 71 km², 15 000 one for
-#: each 19 km².
+#: Radius of the disc of aircraft: 4000 aircraft are one per 71 km², 15 000 one per 19 km².
 RADIUS_M = 300e3
 LEVEL_FIRST_M, LEVEL_STEP_M, LEVELS = 3_000.0, 300.0, 30
 #: Heights are reported in steps of 25 feet.
 MODE_C_M = 7.62
 #: Radii of the circles: a gentle one, and that of a bank of 20° at 200 m/s.
 WIDE_M, TIGHT_M = 150e3, 11.2e3
-#: Turn of the first radar, and how much longer that of each next one is, s.
+#: Scan period of the first radar, and increment for each next one, s.
 TURN_S, TURN_STEP_S = 4.0, 0.1
 RANGE_SIGMA_M, AZIMUTH_SIGMA_DEG = 40.0, 0.06
 RANGE_BIASES_M = (185.0, -120.0, 60.0, 60.0, -40.0, 90.0, 0.0, 150.0)
 AZIMUTH_BIASES_DEG = (-0.19, 0.17, -0.08, 0.05, 0.1, -0.03, 0.0, 0.06)
 DETECTED = 0.97
-#: False plots for each true one.
+#: False plots per true plot.
 FALSE = 0.005
 
 
 @dataclass(frozen=True)
 class Flights:
-    """The true motion: places on the ground, metres from the middle, by time."""
+    """The true motion: ground positions, metres from the centre, by time."""
 
     centre_m: Floats
     radius_m: Floats
@@ -62,7 +61,7 @@ class Flights:
 
 
 def make_flights(aircraft: int, seed: int = 1) -> Flights:
-    """Draw aircraft; all are there from the beginning to the end.
+    """Draw aircraft; all exist for the whole duration.
 
     Parameters
     ----------
@@ -115,7 +114,7 @@ def make_recording(rows: int, aircraft: int, seed: int = 1) -> pl.DataFrame:
         Of aircraft and noise.
     """
     flights = make_flights(aircraft, seed)
-    # Half a turn more than is needed of the slowest: nothing is missing at the end.
+    # Half a scan more than the slowest radar needs: no plots are missing at the end.
     slowest_s = TURN_S + TURN_STEP_S * len(sites())
     duration_s = rows / (aircraft * len(sites()) * DETECTED) * slowest_s + slowest_s
     frames = [
@@ -141,7 +140,7 @@ def _plots_of(
     turn_s = TURN_S + TURN_STEP_S * index
     turns = np.arange(int(duration_s / turn_s))
     number = np.tile(np.arange(aircraft), len(turns))
-    # The beam meets an aircraft once a turn, by its azimuth, which is followed beyond north.
+    # The beam illuminates an aircraft once per scan, by its azimuth, unwrapped beyond north.
     first_s = np.repeat(turns * turn_s, aircraft)
     azimuth, _ = _seen((latitude, longitude, height), flights, number, first_s)
     azimuth = np.unwrap(azimuth.reshape(len(turns), aircraft), axis=0)
@@ -151,7 +150,7 @@ def _plots_of(
     azimuth_deg += random.normal(0.0, AZIMUTH_SIGMA_DEG, len(number))
     range_m = range_m + RANGE_BIASES_M[index] + random.normal(0.0, RANGE_SIGMA_M, len(number))
     chance = random.uniform(size=len(number))
-    # What is false lies in the beam of that moment, at any range, and has any height.
+    # False plots lie in the current beam, at any range and height.
     false = chance > 1.0 - FALSE
     range_m[false] = random.uniform(20e3, RADIUS_M, int(false.sum()))
     height_m = flights.height_m[np.where(false, random.integers(0, aircraft, len(number)), number)]
@@ -172,7 +171,7 @@ def _plots_of(
     ).filter(pl.Series(kept))
 
 
-# Of every aircraft, and none for what is false, at the end.
+# One per aircraft, none for false plots.
 def _codes(count: int, form: str, end: int) -> pl.Series:
     return pl.Series([*(form.format((number + 1) % end) for number in range(count)), None])
 

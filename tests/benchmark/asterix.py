@@ -1,4 +1,4 @@
-"""ASTERIX decoding beside other decoders: `cd tests && python -m benchmark.asterix`.
+"""ASTERIX decoding against other decoders: `cd tests && python -m benchmark.asterix`.
 
 The blocks are random records of categories 001, 021, 048 and 062 with the items that such records
 mostly have, three a block; or those of a recording (`--recording FILE`). Results are records per
@@ -43,7 +43,7 @@ from support.asterix.octets import block, plot_001, plot_048, record, time_of_da
 BLOCKS = 40_000
 RECORDS_OF_BLOCK = 3
 RUNS = 3
-#: Datagrams at once: 1667 come in a quarter of a second at 20 000 records/s.
+#: Datagrams per batch: 1667 arrive in a quarter of a second at 20 000 records/s.
 LIVE_BATCHES = (100, 1667, 8000)
 DATAGRAMS_PER_S = 20_000 / RECORDS_OF_BLOCK
 RECEIVED, WAITS_MAX = 5000, 500
@@ -136,7 +136,7 @@ def _track(generator: random.Random) -> bytes:
 
 
 class Discarding:
-    """A service that takes everything at once."""
+    """A service that accepts everything immediately."""
 
     def __init__(self) -> None:
         self.rows = 0
@@ -159,7 +159,7 @@ class Discarding:
 
 
 def live(path: Path, batch: int) -> tuple[float, int]:
-    """Return records decoded in a second as datagrams, so many at once, and measurements."""
+    """Return records decoded per second as datagrams, in batches of this size, and measurements."""
     cut = read_blocks(path)
     sources = np.unique(sources_of(cut)).tolist()
     names = {(source, kind): str(source) for source in sources for kind in KINDS}
@@ -180,7 +180,7 @@ def live(path: Path, batch: int) -> tuple[float, int]:
 
 
 def receiving(octets: bytes) -> float:
-    """Return the datagrams that are sent to a port of loopback and received in a second."""
+    """Return the datagrams per second sent to and received on a loopback port."""
     sink, queue = Discarding(), DatagramQueue(RECEIVED, 1 << 30)
     ports: list[UdpSource] = []
 
@@ -213,7 +213,7 @@ def receiving(octets: bytes) -> float:
 
 
 def measure_live(path: Path, decoding: float) -> None:
-    """Print what datagrams cost, beside the decoding of a recording."""
+    """Print the cost of datagrams against the decoding of a recording."""
     octets = blocks(random.Random(2), 1)
     rate = max(receiving(octets) for _ in range(RUNS))
     print(f"sent and received over loopback: {rate:,.0f} datagrams/s of {len(octets)} octets")
@@ -227,7 +227,7 @@ def measure_live(path: Path, decoding: float) -> None:
 
 
 def measure(path: Path, folder: Path) -> float:
-    """Print our figures; return records decoded in a second."""
+    """Print the figures of multiradar; return records decoded per second."""
     best = {"decoding": 0.0, "conversion": 0.0}
     records = 0
     for run in range(RUNS + 1):

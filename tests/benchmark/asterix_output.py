@@ -29,7 +29,7 @@ SENDER = Sender(20, 250, 1)
 
 
 def turn(count: int, number: int, random: np.random.Generator) -> EngineOutput:
-    """Return what the engine puts out in a turn: every aircraft once."""
+    """Return the output of the engine for a scan: every aircraft once."""
 
     def same(value: float) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
         return np.full(count, value)
@@ -85,7 +85,7 @@ def turn(count: int, number: int, random: np.random.Generator) -> EngineOutput:
 
 
 def measure(count: int) -> tuple[float, float]:
-    """Return records a second of the whole way and of the writing alone."""
+    """Return records per second of the whole path and of the writing alone."""
     random = np.random.default_rng(1)
     user = Channel(ChannelOptions(SENDER, plane=StereographicPlane(0.87, 0.26)))
     cycles = Cycles(sensors(), TrackingSettings(), [user])

@@ -1,4 +1,4 @@
-"""The dump converter beside a plain reading of the same files."""
+"""The dump converter against a plain reading of the same files."""
 
 import csv
 import shutil
@@ -47,8 +47,8 @@ def run(plan: Plan) -> list[Row]:
 
 
 def _measure(folder: Path, gigabytes: float) -> list[tuple[str, float, str]]:
-    # By a small process: what the system reports as the largest size of a child begins with the
-    # size of its parent, and this one has held large tables.
+    # By a small process: the peak size of a child reported by the system starts with the size of
+    # its parent, and this one has held large tables.
     command = [sys.executable, "-m", "benchmark.converter"]
     command += ["--gigabytes", str(gigabytes), "--folder", str(folder)]
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True, cwd=TESTS)

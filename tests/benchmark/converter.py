@@ -26,7 +26,7 @@ Measured = tuple[str, float, str]
 
 
 def make_dump(folder: Path, size: float, *, new_aircraft: bool) -> int:
-    """Write a dump of about so many bytes; return its size."""
+    """Write a dump of about this many bytes; return its size."""
     folder.mkdir()
     repetitions = max(1, round(size / sum((SAMPLE / name).stat().st_size for name in FILES)))
     for name, aircraft_column in FILES.items():
@@ -49,13 +49,13 @@ def _shifted(line: bytes, repetition: int, aircraft_column: int | None) -> bytes
                 int(fields[aircraft_column]) + AIRCRAFT_SHIFT * repetition
             )
     except (ValueError, IndexError):
-        # The sample's broken lines are repeated as they are.
+        # The broken lines of the sample are repeated unchanged.
         return line
     return b"\t".join(fields)
 
 
 def measure(folder: Path, size: float, *, new_aircraft: bool) -> list[Measured]:
-    """Make a dump, convert it in a process of its own, return the figures."""
+    """Create a dump, convert it in a separate process, return the figures."""
     dump = folder / "dump"
     read = make_dump(dump, size, new_aircraft=new_aircraft)
     convert(SAMPLE, folder / "warm")

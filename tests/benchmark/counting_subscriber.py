@@ -22,7 +22,7 @@ _SETTLE_S = 0.5
 
 
 class CountingSubscriber:
-    """The subscriber as its parent sees it; use as a context manager."""
+    """The subscriber, as a context manager for its parent."""
 
     def __init__(self, endpoint: str) -> None:
         self._process = subprocess.Popen(
@@ -46,14 +46,14 @@ class CountingSubscriber:
         self._stdout.close()
 
     def count(self) -> tuple[int, float]:
-        """Return the number of different updates so far, and when the last came."""
+        """Return the number of different updates so far, and the time of the last."""
         self._stdin.write("\n")
         self._stdin.flush()
         number, last_s = json.loads(self._stdout.readline())
         return number, last_s
 
     def wait_for(self, number: int, patience_s: float) -> tuple[int, float]:
-        """Return the same as `count`, when that many are there or nothing has come for so long."""
+        """Return `count` after this many updates, or after this time without one."""
         found, last_s = self.count()
         while found < number and perf_counter() - last_s < patience_s:
             time.sleep(0.02)

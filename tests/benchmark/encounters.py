@@ -1,4 +1,4 @@
-"""What an answer about encounters costs, for more and more aircraft at the same density."""
+"""Cost of an encounter query for increasing numbers of aircraft at constant density."""
 
 from time import process_time
 
@@ -26,7 +26,7 @@ TEXT = (
     "matrices exceed the memory."
 )
 AIRCRAFT = (150, 1000, 4000, 15_000)
-#: More of them the peer has no room for.
+#: The peer runs out of memory beyond this number.
 ALL_PAIRS_MAX = 4000
 AIRCRAFT_PER_M2 = 1000.0 / 1e12
 RUNS = 5
@@ -53,7 +53,7 @@ def run(plan: Plan) -> list[Row]:
 
 
 def airspace(count: int, modes: int, seed: int = 1) -> Sky:
-    """Return tracks of aircraft that fly anywhere in a square, at flight levels."""
+    """Return tracks of aircraft anywhere in a square, at flight levels."""
     rng = np.random.Generator(np.random.PCG64(seed))
     half_m = 0.5 * np.sqrt(count / AIRCRAFT_PER_M2)
     course, speed = rng.uniform(0.0, 2.0 * np.pi, count), rng.uniform(150.0, 250.0, count)
@@ -96,7 +96,7 @@ def least_ms(scene: Sky, settings: TrackingSettings, runs: int) -> float:
 
 
 def taught(settings: TrackingSettings) -> ForecastCalibration:
-    """Return what a run has taught in which straight flight fits, with errors of a Gaussian."""
+    """Return the calibration of a run with straight flight and Gaussian errors."""
     calibration = calibration_for(settings)
     names = calibration.family.names
     scores = np.tile(-2.0 * np.log1p(-(np.arange(500)[:, None] + 0.5) / 500.0), len(names))

@@ -1,4 +1,4 @@
-"""The compiled filters in nanoseconds a plot, for few and many aircraft, few and many radars."""
+"""Compiled filters, ns per plot, for few and many aircraft and radars."""
 
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
@@ -36,7 +36,7 @@ RUNS = 11
 
 
 def run(plan: Plan) -> list[Row]:
-    """Measure all filters beside FilterPy and Stone Soup on the same plots."""
+    """Measure all filters against FilterPy and Stone Soup on the same plots."""
     rows = plain.run(plan)
     runs = 3 if plan.quick else RUNS
     for radars, aircraft in product(RADARS, AIRCRAFT):
@@ -54,14 +54,14 @@ def run(plan: Plan) -> list[Row]:
 
 
 def _threaded(label: str, definition: FilterDefinition, load: Load, runs: int) -> Row:
-    # Both in one go, so that other work on the machine meets both.
+    # Both together, so that other load of the machine affects both.
     one = nanoseconds(definition, load, runs)
     two = nanoseconds(definition, load, runs, threads=2)
     return Row(f"{label}, two threads", 1e3 / two, "plots/µs", runs, "one thread", 1e3 / one)
 
 
 def nanoseconds(definition: FilterDefinition, load: Load, runs: int, *, threads: int = 1) -> float:
-    """Time the step over all rows, the aircraft already under way.
+    """Time the step over all rows, with aircraft already initiated.
 
     Each thread takes whole partitions, as in the service.
     """

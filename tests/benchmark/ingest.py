@@ -24,9 +24,9 @@ TEXT = (
 AIRCRAFT = 4_000
 BATCHES = (1_000, 10_000)
 TEXTS = {Encoding.JSON: "JSON", Encoding.NDJSON: "NDJSON"}
-#: Fewer than the service holds between journal and tracker, so that the disk sets the pace.
+#: Below the capacity between journal and tracker, so that the disk is the bottleneck.
 ROWS = 200_000
-#: More than the reorder horizon holds back.
+#: More than the reordering horizon buffers.
 WARM_ROWS = 60_000
 
 
@@ -69,7 +69,7 @@ def _rows(
 def _rates(
     plan: Plan, recording: pl.DataFrame, encoding: Encoding, batch: int
 ) -> tuple[float, float]:
-    """Return measurements a second until they are on disk, and until they are in tracks."""
+    """Return measurements per second until on disk, and until in tracks."""
     count = plan.size(ROWS)
     durable, in_tracks = [], []
     with Server(plan.folder / f"{encoding}-{batch}") as server:
@@ -87,7 +87,7 @@ def _rates(
 def _post(
     server: Server, frame: pl.DataFrame, encoding: Encoding, batch: int
 ) -> tuple[float, float]:
-    """Hand a table in; return how long that took and when it began."""
+    """Post a table; return duration and start time."""
     bodies = [encode(part, encoding) for part in frame.iter_slices(batch)]
     begin = perf_counter()
     accepted = server.post(bodies, MEDIA_TYPES[encoding])

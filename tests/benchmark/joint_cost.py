@@ -1,4 +1,4 @@
-"""What a plot costs the joint filter, for more and more aircraft, beside the two-stage filter."""
+"""Cost per plot of the joint and the two-stage filter for increasing numbers of aircraft."""
 
 from statistics import median
 from time import perf_counter
@@ -27,8 +27,8 @@ TEXT = (
     "docs/images/joint-cost.svg` draws it from the rows below."
 )
 AIRCRAFT = (15, 25, 50, 100, 200, 400)
-#: A plot of the joint filter costs milliseconds with many aircraft: so many are timed, or, where
-#: they are cheap, enough of them for a run to take some milliseconds.
+#: A plot of the joint filter costs milliseconds with many aircraft: this number is timed, or, where
+#: plots are cheap, enough for a run of some milliseconds.
 PLOTS_LEAST, PLOTS_TIMES_AIRCRAFT = 400, 60_000
 RUNS = 7
 #: Standard deviations before any plot.

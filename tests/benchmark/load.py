@@ -1,4 +1,4 @@
-"""A sky full of aircraft and a ring of radars, as rows for the compiled filters."""
+"""Many aircraft and a ring of radars, as rows for the compiled filters."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ SCANS = 4
 
 @dataclass(frozen=True)
 class Load:
-    """Every radar sees every aircraft once a scan, in an order that mixes both."""
+    """Every radar detects every aircraft once per scan, in mixed order."""
 
     sensors: SensorTable
     plane: SystemPlane

@@ -33,19 +33,19 @@ from benchmark.sky import START_S, sites
 from multiradar.geodesy._kernels import predict_polar, site_parameters
 from multiradar.geodesy.system_plane import SystemPlane
 
-#: Aircraft of the cut, and how long it is.
+#: Number of aircraft and duration of the extract.
 AIRCRAFT, SECONDS = 40, 12.0
-#: Plots of one radar in so long are assigned together, as by ours.
+#: Time window of plots of one radar that are assigned together, as in multiradar.
 WINDOW_S = 0.5
-#: A distance beyond which a plot is of no track, in sigmas; and the noise of the motion, m²/s³.
+#: Gate in sigmas; and process noise, m²/s³.
 DISTANCE_MAX, ACCELERATION_DENSITY = 5.0, 4.0
-#: Of the state that each track begins with, m and m/s.
+#: Initial standard deviations of a track, m and m/s.
 POSITION_SIGMA_M, VELOCITY_SIGMA_MPS = 100.0, 10.0
 
 
 @dataclass(frozen=True)
 class Cut:
-    """What Stone Soup made of a cut: how many plots went to the track of their aircraft."""
+    """Result of Stone Soup: number of plots associated with the track of their aircraft."""
 
     aircraft: int
     plots: int
@@ -54,7 +54,7 @@ class Cut:
 
 
 def run(aircraft: int, quick: bool = False) -> Cut:
-    """Track a cut of the scene of so many aircraft.
+    """Track an extract of the scenario with this number of aircraft.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def _polar_of(radar: int) -> Callable[[float, float, float], tuple[float, ...]]:
     return lambda east, north, level: predict_polar(plane, site, east, north, level)[:6]
 
 
-# East, its rate, north, its rate: where the aircraft truly is at the start, and flies to.
+# East, its rate, north, its rate: the true initial state.
 def _begin(flights: airspace.Flights, number: int) -> Track:
     east, north = _plane().to_plane(*flights.geodetic(np.full(2, number), np.array([0.0, 1.0])))
     mean = StateVector([east[0], east[1] - east[0], north[0], north[1] - north[0]])

@@ -1,4 +1,4 @@
-"""A recording on disk through the whole tracker to tables on disk, in plots a second."""
+"""A recording on disk through the whole tracker to tables on disk, in plots per second."""
 
 import shutil
 from dataclasses import dataclass
@@ -26,9 +26,9 @@ TEXT = (
 )
 AIRCRAFT = (150, 4_000, 15_000)
 ROWS = 2_000_000
-#: For what is only compared with another run.
+#: Number of runs for comparisons only.
 ROWS_COMPARED = 400_000
-#: No further run of a case begins after this time: a busy machine gets fewer runs, not more time.
+#: No further run of a case starts after this time: a busy machine gets fewer runs, not more time.
 CASE_S = 20.0
 #: As the converter writes it.
 ROW_GROUP_ROWS = 65_536
@@ -66,7 +66,7 @@ def _compared(plan: Plan) -> list[Row]:
     plain = _Case("two-stage", aircraft, count)
     rates, _ = _rates(plan, plain)
     rows = []
-    # The joint filter has no room for so many aircraft.
+    # The joint filter has not enough capacity for so many aircraft.
     names = [name for name, definition in FILTERS.items() if definition.aircraft_max is None]
     others = [_Case(name, aircraft, count) for name in names if name != plain.filter_name]
     for case in [*others, _Case("two-stage", aircraft, count, workers=2)]:
@@ -78,7 +78,7 @@ def _compared(plan: Plan) -> list[Row]:
 
 
 def _rates(plan: Plan, case: _Case) -> tuple[list[float], float]:
-    """Return plots a second of each run, and of the peer."""
+    """Return plots per second of each run, and of the peer."""
     found: list[float] = []
     copied: list[float] = []
     begin = perf_counter()
@@ -106,7 +106,7 @@ def _track(plan: Plan, case: _Case) -> float:
 
 
 def _copy(folder: Path) -> float:
-    """Read what the tracker last read and write what it wrote, as plain tables."""
+    """Read and write the same data as the tracker, as plain tables."""
     tracks = pl.read_parquet(folder / "out" / TRACKS_FILE)
 
     def copy() -> None:

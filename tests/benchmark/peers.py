@@ -1,4 +1,4 @@
-"""The same plots through filters that others wrote, one aircraft an object, without biases.
+"""The same plots through other packages, one object per aircraft, without biases.
 
 FilterPy and Stone Soup take one plot after the other, as their users write it: a prediction to the
 time of the plot, a correction by range and azimuth. Both get range, azimuth and their derivatives
@@ -38,13 +38,13 @@ Floats = NDArray[np.float64]
 #: Range, azimuth, and their derivatives by east and north, seen from a radar.
 Polar = Callable[[int, float, float], tuple[float, ...]]
 
-#: A plot costs them tens or hundreds of microseconds: the plots of so many aircraft are enough.
+#: A plot costs tens or hundreds of microseconds there: this number of aircraft is enough.
 FILTERPY_AIRCRAFT, STONE_SOUP_AIRCRAFT = 60, 15
 FILTERPY, STONE_SOUP = "FilterPy's extended Kalman filter", "Stone Soup's extended Kalman filter"
 STONE_SOUP_EXACT = f"{STONE_SOUP} with exact derivatives"
 RANGE_SIGMA_M, AZIMUTH_SIGMA_RAD = 40.0, 0.001
 ACCELERATION_DENSITY = 4.0
-#: Places of east, north and their rates in the states of Stone Soup, which pair each axis.
+#: Indices of east, north and their rates in the states of Stone Soup, which pair each axis.
 _PAIRED = np.ix_([0, 2, 1, 3], [0, 2, 1, 3])
 
 
@@ -60,7 +60,7 @@ def stone_soup_nanoseconds(load: Load) -> float:
 
 @dataclass(frozen=True)
 class PeerPlots:
-    """Plots of several aircraft and where they start.
+    """Plots of several aircraft and their initial states.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class PeerPlots:
 
 @dataclass(frozen=True)
 class PeerRun:
-    """What a filter made of plots: states (n, 4) and covariances (n, 4, 4) after each; its time."""
+    """Result of a filter: states (n, 4) and covariances (n, 4, 4) after each plot; CPU time."""
 
     mean: Floats
     covariance: Floats
@@ -89,7 +89,7 @@ class PeerRun:
 
 
 def peer_plots(load: Load, aircraft: int) -> PeerPlots:
-    """Return the plots of the first aircraft of a load, each with a wide prior where it begins."""
+    """Return the plots of the first aircraft of a load, with wide priors at initial states."""
     plane = load.plane.parameters
     sites = [
         site_parameters(plane, latitude, longitude, height)
@@ -115,7 +115,7 @@ def peer_plots(load: Load, aircraft: int) -> PeerPlots:
 
 
 def run_filterpy(plots: PeerPlots) -> PeerRun:
-    """Take all plots with FilterPy."""
+    """Process all plots with FilterPy."""
     rows = plots.rows
     filters: list[ExtendedKalmanFilter] = []
     for mean in plots.mean:
@@ -144,12 +144,12 @@ def run_filterpy(plots: PeerPlots) -> PeerRun:
 
 
 def run_stone_soup(plots: PeerPlots) -> PeerRun:
-    """Take all plots with Stone Soup and derivatives in closed form."""
+    """Process all plots with Stone Soup and analytical derivatives."""
     return _run_stone_soup(plots, [ExactPlotModel(*given) for given in _models(plots)])
 
 
 def run_stone_soup_default(plots: PeerPlots) -> PeerRun:
-    """Take all plots with Stone Soup as it is: derivatives by differences."""
+    """Process all plots with unmodified Stone Soup: numerical derivatives."""
     return _run_stone_soup(plots, [PlotModel(*given) for given in _models(plots)])
 
 
@@ -165,7 +165,7 @@ def _run_stone_soup(plots: PeerPlots, models: "list[PlotModel]") -> PeerRun:
     axis = ConstantVelocity(ACCELERATION_DENSITY)
     predictor = ExtendedKalmanPredictor(CombinedLinearGaussianTransitionModel([axis, axis]))
     updater = ExtendedKalmanUpdater(None)
-    # Its times are those of the calendar, to a microsecond.
+    # Its times are calendar times with a resolution of 1 µs.
     start = epoch + timedelta(seconds=plots.start_s)
     states = [
         GaussianState(mean[[0, 2, 1, 3]], plots.covariance[_PAIRED], start) for mean in plots.mean
@@ -185,7 +185,7 @@ def _run_stone_soup(plots: PeerPlots, models: "list[PlotModel]") -> PeerRun:
 
 
 class PlotModel(NonLinearGaussianMeasurement):  # type: ignore[misc]  # Stone Soup has no types.
-    """Range and azimuth from a radar; Stone Soup takes the derivatives by differences."""
+    """Range and azimuth from a radar; Stone Soup computes numerical derivatives."""
 
     polar: Polar = Property(doc="What a radar sees of a place")
     radar: int = Property(doc="Which radar")

@@ -1,4 +1,4 @@
-"""The plain filter, without biases, beside FilterPy and Stone Soup: as fast as what, and the same.
+"""The filter without biases against FilterPy and Stone Soup: speed and equality of results.
 
 All take the very same plots on a flat plane from the same priors. The estimates must agree to
 rounding after every plot, else the benchmark fails.
@@ -35,15 +35,15 @@ from multiradar.research.sequential.sensors import BiasPrior, Sensors, flat_rada
 
 Floats = NDArray[np.float64]
 
-#: All places have positive coordinates: where one is negative, the differences that Stone Soup
-#: takes have a step of 1e-8 m only (`np.spacing` is negative there) and metres of error.
+#: All positions have positive coordinates: for others the numerical derivatives of Stone Soup
+#: have a step of only 1e-8 m (`np.spacing` is negative there) and errors of metres.
 SITES_M = np.array([[300e3, 300e3], [420e3, 260e3], [240e3, 450e3]])
 SCANS = 20
-#: Aircraft whose plots all three filters take, and of the load for ours alone.
+#: Number of aircraft for all three filters, and for multiradar alone.
 AIRCRAFT, MANY_AIRCRAFT = 12, 4000
 #: Rounding of two independent computations over some sixty plots of an aircraft.
 POSITION_TOLERANCE_M, SIGMA_TOLERANCE = 1e-7, 1e-9
-#: Derivatives by differences are good to half the digits: metres, and parts of the sigmas.
+#: Numerical derivatives have half the digits: metres, and fractions of the sigmas.
 DIFFERENCES_TOLERANCE = (1e-3, 1e-5)
 
 
@@ -101,7 +101,7 @@ def flat_polar(radar: int, east: float, north: float) -> tuple[float, ...]:
 
 
 def make_plots(aircraft: int, seed: int = 3) -> PeerPlots:
-    """Straight flights, each seen by every radar every four seconds, at times of its own.
+    """Straight flights, each detected by every radar every four seconds, at different times.
 
     Times are whole microseconds, which the time type of Stone Soup can represent.
     """
@@ -131,7 +131,7 @@ def make_plots(aircraft: int, seed: int = 3) -> PeerPlots:
 
 
 def our_estimates(plots: PeerPlots, sensors: Sensors) -> PeerRun:
-    """Take all plots one by one with the two-stage filter, which keeps no biases here."""
+    """Process all plots one by one with the two-stage filter, without biases."""
     options = Options(acceleration_density=ACCELERATION_DENSITY)
     one = SequentialFilter("two-stage", sensors, options=options, aircraft_max=len(plots.mean))
     for slot, mean in enumerate(plots.mean):
@@ -145,7 +145,7 @@ def our_estimates(plots: PeerPlots, sensors: Sensors) -> PeerRun:
 
 
 def our_nanoseconds(plots: PeerPlots, sensors: Sensors, runs: int) -> float:
-    """Time one call of the compiled step over all plots, the aircraft under way."""
+    """Time one call of the compiled step over all plots, with aircraft initiated."""
     rows, count = plots.rows, len(plots.rows.slot)
     options = Options(acceleration_density=ACCELERATION_DENSITY)
     one = arrange("two-stage", sensors, options, slots=len(plots.mean), rows=count)

@@ -1,4 +1,4 @@
-"""How much is measured, and where the files go while it is."""
+"""Size of the benchmarks, and folder of their files."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -27,11 +27,11 @@ class Plan:
 
     @property
     def runs(self) -> int:
-        """Runs of which the median is taken, where a run takes long."""
+        """Number of runs for a median, where a run takes long."""
         return 1 if self.quick else 3
 
     def size(self, full: int) -> int:
-        """Return how many of something to measure, given how many in a full run."""
+        """Return a number to measure, given the number of a full run."""
         return max(1, full // 10) if self.quick else full
 
 

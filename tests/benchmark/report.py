@@ -14,7 +14,7 @@ COLUMNS = 118
 
 @dataclass(frozen=True)
 class Row:
-    """One figure, and what it is compared with in the same run.
+    """One figure, and its reference in the same run.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ def write(path: Path, suites: dict[str, list[Row]]) -> None:
 
 
 def show(rows: Sequence[Row]) -> None:
-    """Print one line a row."""
+    """Print one line per row."""
     for row in rows:
         beside = "" if row.ratio is None else f"   {_digits(row.ratio):>8} × {row.peer}"
         print(f"{row.name:62} {_digits(row.value):>10} {row.unit:15}{beside}", flush=True)
@@ -67,7 +67,7 @@ def write_markdown(
     command: str,
     load_before: float,
 ) -> None:
-    """Write the document of the figures: a table for each suite, under what it measures."""
+    """Write the document: a table for each suite with its description."""
     made = (
         "After this page you know the speed of the parts of multiradar, and their ratio to a peer. "
         f"Made by `{command}` on {os.cpu_count()} cores ({platform.machine()}, "

@@ -1,4 +1,4 @@
-"""Track updates over Zenoh, from the measurement handed in to a subscriber in another process."""
+"""Track updates over Zenoh, from the posted measurement to a subscriber in another process."""
 
 import socket
 from statistics import median
@@ -31,7 +31,7 @@ PAYLOAD = bytes(400)
 
 
 def run(plan: Plan) -> list[Row]:
-    """Measure updates received a second, and how many were lost."""
+    """Measure updates received per second, and the number lost."""
     count = plan.size(ROWS)
     plain = median(_plain(count) for _ in range(plan.runs))
     endpoint = _free_endpoint()
@@ -48,12 +48,12 @@ def run(plan: Plan) -> list[Row]:
             received, last_s = heard.wait_for(sent, PATIENCE_S)
             rates.append((received - before) / (last_s - begin))
             lost = sent - received
-    # In the first run the keys and caches of all tracks are made.
+    # The first run creates the keys and caches of all tracks.
     label = f"{plan.size(AIRCRAFT)} tracks"
     return [
         Row(f"{label}: received", median(rates[1:]), "updates/s", plan.runs, "plain put", plain),
         Row(f"{label}, just initiated: received", rates[0], "updates/s", 1, "plain put", plain),
-        Row(f"{label}: never came", lost, "updates", plan.runs + 1),
+        Row(f"{label}: lost", lost, "updates", plan.runs + 1),
     ]
 
 

@@ -1,10 +1,10 @@
-"""Bands for tests of chance on fixed seeds: so wide that what is right fails one in a thousand."""
+"""Bands for statistical tests on fixed seeds: correct code fails once in a thousand."""
 
-#: Probability that one of all checks of a test fails although what it checks is right.
+#: Probability that any check of a test fails for correct code.
 FAILURE = 1e-3
 
 
 def tails(checks: int) -> tuple[float, float]:
-    """Return the two levels between which each of so many checks lies."""
+    """Return the two probability levels of the band for each of this many checks."""
     outside = FAILURE / checks / 2.0
     return outside, 1.0 - outside

@@ -1,4 +1,4 @@
-"""Defaults and bounds of settings as lines of text, to compare them with those on record."""
+"""Defaults and bounds of settings as lines of text, to compare them with the recorded ones."""
 
 from collections.abc import Iterator
 from dataclasses import MISSING, fields
@@ -11,7 +11,7 @@ from pydantic import BaseModel
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-#: What a JSON schema says of the values of a field.
+#: Constraints on values in a JSON schema.
 _BOUNDS = (
     "minimum", "exclusiveMinimum", "maximum", "exclusiveMaximum", "minLength", "maxLength",
     "minItems", "maxItems", "pattern", "enum", "const",
@@ -71,7 +71,7 @@ def _models(kind: Any) -> Iterator[type[BaseModel]]:
 
 def _default(schema: dict[str, Any]) -> str:
     value = schema.get("default", "no default")
-    # That of a section is in lines of its own.
+    # The defaults of a section are in separate lines.
     return "a section" if isinstance(value, dict) else repr(value)
 
 
@@ -80,7 +80,7 @@ def _shown(value: object) -> str:
 
 
 def _bounds_of(kind: type[BaseModel], name: str, schema: dict[str, Any]) -> list[str]:
-    # A schema does not have those that stand beside a validator of our own.
+    # A schema lacks the bounds beside a custom validator.
     beside = [one for one in kind.model_fields[name].metadata if isinstance(one, BaseMetadata)]
     return list(_bounds(schema)) or [repr(one) for one in beside]
 

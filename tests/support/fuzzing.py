@@ -18,14 +18,14 @@ import pytest
 from support.paths import TESTS
 from support.processes.waiting import WAIT_TIMEOUT_S
 
-#: Rounds draw from consecutive seeds; a round that finds something prints its own.
+#: Rounds use consecutive seeds; a round with a failure prints its seed.
 SEED_MAX = 2**32
 
 
 def fuzz(
     folder: Path, seconds: float, seed: int, clock: Callable[[], float] = time.monotonic
 ) -> int:
-    """Run rounds until the time is used up or something is found; return the exit status."""
+    """Run rounds until the time is used up or a failure is found; return the exit status."""
     end_s = clock() + seconds
     while (left_s := end_s - clock()) > 0.0:
         sys.stdout.write(f"seed {seed}, {left_s:.0f} s left\n")
@@ -46,7 +46,7 @@ def _files(folder: Path) -> list[str]:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Take the time that a round may last."""
+    """Set the time limit of a round."""
     parser.addoption("--fuzz-seconds", type=float, help="begin no test after so many seconds")
 
 
@@ -55,7 +55,7 @@ class _Round:
         self._seed, self._end_s = seed, end_s
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        # A short budget reaches every test sooner or later.
+        # Over several rounds a short budget reaches every test.
         random.Random(self._seed).shuffle(items)
 
     @pytest.hookimpl(tryfirst=True)
@@ -71,7 +71,7 @@ class _Round:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Watch over the time of a round."""
+    """Enforce the time limit of a round."""
     end_s = time.monotonic() + config.getoption("--fuzz-seconds")
     seed = int(config.getoption("--hypothesis-seed"))
     config.pluginmanager.register(_Round(seed, end_s))

@@ -1,4 +1,4 @@
-"""Writes the list of kernels that commands compile beforehand.
+"""Writes the list of kernels that commands compile in advance.
 
 ::
 

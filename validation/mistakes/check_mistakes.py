@@ -1,4 +1,4 @@
-"""Makes the mistakes of mistakes_catalogue.py and usage_mistakes.py; prints what is said.
+"""Makes the mistakes of mistakes_catalogue.py and usage_mistakes.py; prints the messages.
 
 ::
 
@@ -11,8 +11,8 @@
     # into the page
     python -m validation.mistakes.check_mistakes --before before.json --page docs/mistakes.md
 
-Exit status 1 when a mistake ends with another status than the catalogue expects, or without the
-words that must be said. To see another revision's answers, put its folders into PYTHONPATH.
+Exit status 1 when a mistake ends with another status than expected by the catalogue, or without a
+part of the expected message. To test another revision, put its folders into PYTHONPATH.
 """
 
 import argparse
@@ -32,7 +32,7 @@ DUMP = ROOT / "examples" / "vid-sample"
 SENSORS_FILE = ROOT / "examples" / "sensors-vid-sample.toml"
 TIMEOUT_S = 600.0
 _PROGRESS = "compiling kernels, once:"
-#: Lines of a page between which the table stands.
+#: Lines of a page around the table.
 BEGIN, END = "<!-- mistakes: begin -->", "<!-- mistakes: end -->"
 
 
@@ -45,7 +45,7 @@ def converted(folder: Path) -> Sample:
 
 
 def run(folder: Path, arguments: tuple[str, ...]) -> tuple[int, str]:
-    """Run `multiradar` in a folder; return its status and what it says on standard error."""
+    """Run `multiradar` in a folder; return its status and standard error."""
     done = subprocess.run(
         [sys.executable, "-m", "multiradar", *arguments],
         cwd=folder, capture_output=True, text=True, timeout=TIMEOUT_S, check=False,
@@ -55,19 +55,19 @@ def run(folder: Path, arguments: tuple[str, ...]) -> tuple[int, str]:
 
 
 def tried(mistake: Mistake, sample: Sample) -> dict[str, object]:
-    """Make a mistake; return its name, the status, what was said, and whether both are right."""
+    """Make a mistake; return its name, status, message, and whether both are as expected."""
     with tempfile.TemporaryDirectory(prefix="multiradar-mistake-") as name:
-        mistake.made(sample, Path(name))
+        mistake.prepare(sample, Path(name))
         status, text = run(Path(name), mistake.command)
-    said = " ".join(text.split())
-    missing = [words for words in mistake.said if words not in said]
+    message = " ".join(text.split())
+    missing = [words for words in mistake.message if words not in message]
     missing += [
-        f"no word of {name}"
+        f"no message about {name}"
         for name in SENSORS
         if name not in mistake.sensors
-        and (f"multiradar: {name}: " in said or f"multiradar: {name} (" in said)
+        and (f"multiradar: {name}: " in message or f"multiradar: {name} (" in message)
     ]
-    wrong = status != mistake.status or bool(missing) or (mistake.status == 0 and bool(said))
+    wrong = status != mistake.status or bool(missing) or (mistake.status == 0 and bool(message))
     return {
         "name": mistake.name,
         "status": status,
@@ -80,7 +80,12 @@ def tried(mistake: Mistake, sample: Sample) -> dict[str, object]:
 def table(rows: list[dict[str, object]], before: list[dict[str, object]]) -> str:
     """Return the results as a Markdown table."""
     known = {row["name"]: row for row in before}
-    head = ["mistake", *(["status before", "said before"] if before else []), "status", "said"]
+    head = [
+        "mistake",
+        *(["status before", "message before"] if before else []),
+        "status",
+        "message",
+    ]
     lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
     for row in rows:
         cells = [str(row["name"])]
@@ -93,14 +98,14 @@ def table(rows: list[dict[str, object]], before: list[dict[str, object]]) -> str
 def _cells(row: dict[str, object] | None) -> list[str]:
     if row is None:
         return ["", ""]
-    said = "<br>".join(
+    message = "<br>".join(
         line.removeprefix("multiradar: ") for line in str(row["said"]).splitlines() if line
     )
-    return [str(row["status"]), said.replace("|", "\\|") or "nothing"]
+    return [str(row["status"]), message.replace("|", "\\|") or "nothing"]
 
 
 def into_page(page: Path, text: str) -> None:
-    """Put the table into a page, in place of the one there."""
+    """Replace the table of a page."""
     before, _, rest = page.read_text(encoding="utf-8").partition(BEGIN)
     _, _, after = rest.partition(END)
     page.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")

@@ -1,8 +1,8 @@
 """The mistakes that check_mistakes.py makes: one row each, in `CATALOGUE`.
 
 A row takes the converted sample (a table of measurements and the text of its sensors file), makes
-one mistake in a copy, and names the command, the exit status and words that must be said. To add a
-mistake, add a row; `made` may write any files into the folder it is given, where the command runs.
+one mistake in a copy, and defines the command, the exit status and parts of the expected message.
+To add a mistake, add a row; `prepare` may write any files into its folder, where the command runs.
 """
 
 import tomllib
@@ -21,7 +21,7 @@ FOOT_M = 0.3048
 NAUTICAL_MILE_M = 1852.0
 SECONDS_PER_DAY = 86_400.0
 
-#: The radar that most mistakes are made with; the sample has three others and ADS-B.
+#: The radar of most mistakes; the sample has three others and ADS-B.
 RADAR = "26-10"
 
 #: All sensors of the sample.
@@ -57,24 +57,24 @@ class Mistake:
     Attributes
     ----------
     name : str
-        What was done wrong.
-    made : callable
+        The mistake.
+    prepare : callable
         Writes the files of the command into a folder.
     command : tuple of str
         Arguments of `multiradar`, run in that folder.
     status : int
-        The exit status that is expected.
-    said : tuple of str
-        Words that must be on standard error.
+        The expected exit status.
+    message : tuple of str
+        Parts of the expected message on standard error.
     sensors : tuple of str
-        The sensors of the sample that a sentence may begin with; no other may be blamed.
+        The sensors of the sample that messages may name first; no other may be diagnosed.
     """
 
     name: str
-    made: Callable[[Sample, Path], None]
+    prepare: Callable[[Sample, Path], None]
     command: tuple[str, ...] = TRACK_RADARS
     status: int = 1
-    said: tuple[str, ...] = ()
+    message: tuple[str, ...] = ()
     sensors: tuple[str, ...] = (RADAR,)
 
 
@@ -84,13 +84,13 @@ def write(folder: Path, measurements: pl.DataFrame, sensors: str) -> None:
     (folder / "sensors.toml").write_text(sensors, encoding="utf-8")
 
 
-# ---------------------------------------------------------------- ways to make mistakes
+# ---------------------------------------------------------------- functions that make mistakes
 
 
 def plots(
     *sensors: str, anonymous: bool = False, **columns: pl.Expr
 ) -> Callable[[Sample, Path], None]:
-    """Return what replaces columns in the plots of some sensors; of all radars without one."""
+    """Return a function that replaces columns in the plots of sensors; of all radars if none."""
 
     def made(sample: Sample, folder: Path) -> None:
         chosen = pl.col("sensor_id").is_in(sensors) if sensors else pl.col("kind") == "radar"
@@ -104,7 +104,7 @@ def plots(
 
 
 def without_identity(frame: pl.DataFrame) -> pl.DataFrame:
-    """Return plots as of a primary radar: nothing but range and azimuth, and the height."""
+    """Return plots as of a primary radar: range, azimuth and height only."""
     radar = pl.col("kind") == "radar"
     names = ("track_number", "mode_s_address", "mode_3a", "latitude_deg", "longitude_deg")
     return frame.with_columns(
@@ -115,7 +115,7 @@ def without_identity(frame: pl.DataFrame) -> pl.DataFrame:
 def settings(
     *sensors: str, anonymous: bool = False, **values: Any
 ) -> Callable[[Sample, Path], None]:
-    """Return what replaces values of some sensors in the sensors file; a callable gets the old."""
+    """Return a function that replaces values in the sensors file; a callable gets the old value."""
 
     def made(sample: Sample, folder: Path) -> None:
         tables = tables_of(sample)
@@ -147,7 +147,7 @@ def text_of(tables: list[dict[str, Any]]) -> str:
 
 
 def moved(east_m: float, north_m: float) -> dict[str, Any]:
-    """Return what moves a site."""
+    """Return the values that move a site."""
     return {
         "latitude_deg": lambda one: one["latitude_deg"] + north_m / 111_195.0,
         "longitude_deg": lambda one: (
@@ -157,7 +157,7 @@ def moved(east_m: float, north_m: float) -> dict[str, Any]:
 
 
 def exchanged(first: str, second: str) -> Callable[[Sample, Path], None]:
-    """Return what exchanges the sites of two sensors."""
+    """Return a function that exchanges the sites of two sensors."""
 
     def made(sample: Sample, folder: Path) -> None:
         tables = {name_of(table): table for table in tables_of(sample)}
@@ -170,7 +170,7 @@ def exchanged(first: str, second: str) -> Callable[[Sample, Path], None]:
 
 
 def on_the_ground(sensor: str) -> Callable[[Sample, Path], None]:
-    """Return what gives a radar ground ranges in place of slant ranges."""
+    """Return a function that replaces slant ranges of a radar by ground ranges."""
 
     def made(sample: Sample, folder: Path) -> None:
         site = {name_of(table): table for table in tables_of(sample)}[sensor]
@@ -185,7 +185,7 @@ def on_the_ground(sensor: str) -> Callable[[Sample, Path], None]:
 
 
 def late_and_known(sensor: str, late_s: float) -> Callable[[Sample, Path], None]:
-    """Return what makes a clock late, and says so in the sensors file."""
+    """Return a function that delays a clock and configures its offset in the sensors file."""
     bias = {"time_offset_s": {"prior": late_s, "estimate": False}}
 
     def made(sample: Sample, folder: Path) -> None:
@@ -197,7 +197,7 @@ def late_and_known(sensor: str, late_s: float) -> Callable[[Sample, Path], None]
 
 
 def nameless(**identity: str) -> Callable[[Sample, Path], None]:
-    """Return what leaves plots of radars no identity but one value of a column for `RADAR`."""
+    """Return a function that removes identity from plots except one value for `RADAR`."""
 
     def made(sample: Sample, folder: Path) -> None:
         frame = without_identity(sample.measurements)
@@ -212,7 +212,7 @@ def nameless(**identity: str) -> Callable[[Sample, Path], None]:
 
 
 def renumbered(sensor: str, source: int) -> Callable[[Sample, Path], None]:
-    """Return what gives a sensor of the sensors file another source number."""
+    """Return a function that changes the source number of a sensor in the sensors file."""
     return settings(sensor, source=source)
 
 
@@ -227,7 +227,7 @@ def other_installation(sample: Sample, folder: Path) -> None:
 
 
 def other_sites(sample: Sample, folder: Path) -> None:
-    """Write the right numbers with the sites of another country, each moved by itself."""
+    """Write the right numbers with the sites of another country, each moved differently."""
     tables = tables_of(sample)
     for number, table in enumerate(one for one in tables if "source" in one):
         table |= {"latitude_deg": 40.0 + 0.5 * number, "longitude_deg": -4.0 + 1.5 * number**2}
@@ -235,7 +235,7 @@ def other_sites(sample: Sample, folder: Path) -> None:
 
 
 def only(*sensors: str) -> Callable[[Sample], Sample]:
-    """Return what leaves some sensors in the recording and in the sensors file."""
+    """Return a function that keeps only some sensors in the recording and the sensors file."""
 
     def kept(sample: Sample) -> Sample:
         tables = [table for table in tables_of(sample) if name_of(table) in sensors]
@@ -246,12 +246,12 @@ def only(*sensors: str) -> Callable[[Sample], Sample]:
 
 
 def alone(made: Callable[[Sample, Path], None], *sensors: str) -> Callable[[Sample, Path], None]:
-    """Return a mistake made where only some sensors are."""
+    """Return a mistake in a recording of only some sensors."""
     return lambda sample, folder: made(only(*sensors)(sample), folder)
 
 
 def doubled(*sensors: str) -> Callable[[Sample, Path], None]:
-    """Return what writes the plots of some sensors twice."""
+    """Return a function that writes the plots of some sensors twice."""
 
     def made(sample: Sample, folder: Path) -> None:
         frame = sample.measurements
@@ -267,12 +267,12 @@ def right(sample: Sample, folder: Path) -> None:
 
 
 def anonymous(sample: Sample, folder: Path) -> None:
-    """Make no mistake, with plots that name no aircraft."""
+    """Make no mistake, with plots that identify no aircraft."""
     write(folder, without_identity(sample.measurements), sample.sensors)
 
 
 def dump(**edits: Callable[[list[list[str]]], list[list[str]]]) -> Callable[[Sample, Path], None]:
-    """Return what edits the rows of files of the dump, and writes the sensors file, too."""
+    """Return a function that edits the rows of files of the dump, and writes the sensors file."""
 
     def made(sample: Sample, folder: Path) -> None:
         (folder / "dump").mkdir()
@@ -288,13 +288,13 @@ def dump(**edits: Callable[[list[list[str]]], list[list[str]]]) -> Callable[[Sam
 
 
 def column_times(column: str, factor: float) -> Callable[[list[list[str]]], list[list[str]]]:
-    """Return what multiplies a column of a file of the dump."""
+    """Return a function that multiplies a column of a file of the dump."""
 
     def edited(rows: list[list[str]]) -> list[list[str]]:
-        place = rows[0].index(column)
+        index = rows[0].index(column)
         for row in rows[1:]:
             try:
-                row[place] = f"{float(row[place]) * factor:.6f}"
+                row[index] = f"{float(row[index]) * factor:.6f}"
             except (ValueError, IndexError):
                 continue
         return rows
@@ -303,7 +303,7 @@ def column_times(column: str, factor: float) -> Callable[[list[list[str]]], list
 
 
 def other_separator(rows: list[list[str]]) -> list[list[str]]:
-    """Return rows with semicolons in place of tabulators, the heading as it was."""
+    """Return rows with semicolons instead of tabs, except the header."""
     return [rows[0], *([";".join(row)] for row in rows[1:])]
 
 
@@ -318,92 +318,100 @@ CATALOGUE: tuple[Mistake, ...] = (
     Mistake("none: with ADS-B", right, TRACK, status=0),
     Mistake("none: plots without identity", anonymous, status=0),
     # Ranges.
-    Mistake("ranges in kilometres", plots(RADAR, range_m=_RANGE / 1e3), said=(RADAR, "kilometres")),
+    Mistake(
+        "ranges in kilometres", plots(RADAR, range_m=_RANGE / 1e3), message=(RADAR, "kilometres")
+    ),
     Mistake(
         "ranges in nautical miles",
         plots(RADAR, range_m=_RANGE / NAUTICAL_MILE_M),
-        said=(RADAR, "nautical miles"),
+        message=(RADAR, "nautical miles"),
     ),
-    Mistake("ranges in feet", plots(RADAR, range_m=_RANGE / FOOT_M), said=(RADAR, "feet")),
+    Mistake("ranges in feet", plots(RADAR, range_m=_RANGE / FOOT_M), message=(RADAR, "feet")),
     Mistake(
         "ranges in kilometres, plots without identity",
         plots(RADAR, anonymous=True, range_m=_RANGE / 1e3),
-        said=(RADAR, "kilometres"),
+        message=(RADAR, "kilometres"),
     ),
     Mistake(
         "ranges of all radars in kilometres",
         plots(range_m=_RANGE / 1e3),
-        said=("kilometres",),
+        message=("kilometres",),
         sensors=SENSORS,
     ),
     Mistake(
         "ranges of the only radar in kilometres, plots without identity",
         alone(plots(anonymous=True, range_m=_RANGE / 1e3), RADAR),
-        said=(RADAR, "kilometres"),
+        message=(RADAR, "kilometres"),
     ),
     Mistake(
         "ground ranges in place of slant ranges",
         on_the_ground(RADAR),
-        said=(RADAR, "ground ranges"),
+        message=(RADAR, "ground ranges"),
     ),
-    Mistake("a range_max_m in kilometres", settings(RADAR, range_max_m=300), said=("range_max_m",)),
     Mistake(
-        "a range_max_m in nautical miles", settings(RADAR, range_max_m=162), said=("range_max_m",)
+        "a range_max_m in kilometres", settings(RADAR, range_max_m=300), message=("range_max_m",)
+    ),
+    Mistake(
+        "a range_max_m in nautical miles",
+        settings(RADAR, range_max_m=162),
+        message=("range_max_m",),
     ),
     # Azimuths.
     Mistake(
-        "azimuths in radians", plots(RADAR, azimuth_deg=_AZIMUTH * _RADIANS), said=("radians",)
+        "azimuths in radians", plots(RADAR, azimuth_deg=_AZIMUTH * _RADIANS), message=("radians",)
     ),
     Mistake(
         "azimuths in radians, plots without identity",
         plots(RADAR, anonymous=True, azimuth_deg=_AZIMUTH * _RADIANS),
-        said=(RADAR, "radians"),
+        message=(RADAR, "radians"),
     ),
     Mistake(
         "azimuths of the only radar in radians, plots without identity",
         alone(plots(RADAR, anonymous=True, azimuth_deg=_AZIMUTH * _RADIANS), RADAR),
-        said=(RADAR, "radians"),
+        message=(RADAR, "radians"),
     ),
     Mistake(
         "azimuths in milliradians",
         plots(RADAR, azimuth_deg=_AZIMUTH * _RADIANS * 1e3),
-        said=(RADAR, "milliradians"),
+        message=(RADAR, "milliradians"),
     ),
-    Mistake("azimuths in gradians", plots(RADAR, azimuth_deg=_AZIMUTH / 0.9), said=("gradians",)),
+    Mistake(
+        "azimuths in gradians", plots(RADAR, azimuth_deg=_AZIMUTH / 0.9), message=("gradians",)
+    ),
     Mistake(
         "azimuths anticlockwise",
         plots(RADAR, azimuth_deg=(360.0 - _AZIMUTH) % 360.0),
-        said=(RADAR, "anticlockwise"),
+        message=(RADAR, "anticlockwise"),
     ),
     Mistake(
         "azimuths anticlockwise from east",
         plots(RADAR, azimuth_deg=(450.0 - _AZIMUTH) % 360.0),
-        said=(RADAR, "anticlockwise"),
+        message=(RADAR, "anticlockwise"),
     ),
     Mistake(
         "azimuths of the only radar anticlockwise, plots without identity",
         alone(plots(anonymous=True, azimuth_deg=(360.0 - _AZIMUTH) % 360.0), RADAR),
-        said=(RADAR, "anticlockwise"),
+        message=(RADAR, "anticlockwise"),
     ),
     Mistake(
         "azimuths off by 90°",
         plots(RADAR, azimuth_deg=(_AZIMUTH + 90.0) % 360.0),
-        said=(RADAR, "off by +89.8°"),
+        message=(RADAR, "off by +89.8°"),
     ),
     Mistake(
         "azimuths off by 180°, plots without identity",
         plots(RADAR, anonymous=True, azimuth_deg=(_AZIMUTH + 180.0) % 360.0),
-        said=(RADAR, "off by +179.8°"),
+        message=(RADAR, "off by +179.8°"),
     ),
     Mistake(
         "azimuths from magnetic north (4°)",
         plots(RADAR, azimuth_deg=(_AZIMUTH - 4.0) % 360.0),
-        said=(RADAR, "magnetic"),
+        message=(RADAR, "magnetic"),
     ),
     Mistake(
         "range and azimuth exchanged",
         plots(RADAR, range_m=_AZIMUTH, azimuth_deg=_RANGE),
-        said=(RADAR, "exchanged"),
+        message=(RADAR, "exchanged"),
     ),
     # Sites.
     Mistake(
@@ -413,56 +421,58 @@ CATALOGUE: tuple[Mistake, ...] = (
             latitude_deg=lambda one: 6.0994,
             longitude_deg=lambda one: 46.4247,
         ),
-        said=(RADAR, "latitude_deg and longitude_deg", "exchanged"),
+        message=(RADAR, "latitude_deg and longitude_deg", "exchanged"),
     ),
     Mistake(
         "longitude of a site negative",
         settings(RADAR, longitude_deg=lambda one: -one["longitude_deg"]),
-        said=(RADAR, "longitude_deg", "sign"),
+        message=(RADAR, "longitude_deg", "sign"),
     ),
     Mistake(
         "latitude of a site negative",
         settings(RADAR, latitude_deg=lambda one: -one["latitude_deg"]),
-        said=(RADAR, "latitude_deg", "sign"),
+        message=(RADAR, "latitude_deg", "sign"),
     ),
     Mistake(
-        "a site off by 5 km", settings(RADAR, **moved(3e3, 4e3)), said=(RADAR, "site is probably 5")
+        "a site off by 5 km",
+        settings(RADAR, **moved(3e3, 4e3)),
+        message=(RADAR, "site is probably 5"),
     ),
     Mistake(
         "a site off by 5 km, plots without identity",
         settings(RADAR, anonymous=True, **moved(3e3, 4e3)),
-        said=(RADAR, "site is probably 5"),
+        message=(RADAR, "site is probably 5"),
     ),
     Mistake(
         "a site off by 50 km",
         settings(RADAR, **moved(-4e4, 3e4)),
-        said=(RADAR, "site is probably 50"),
+        message=(RADAR, "site is probably 50"),
     ),
     Mistake(
         "sites of two radars exchanged",
         exchanged(RADAR, "35-10"),
-        said=(RADAR, "35-10", "site"),
+        message=(RADAR, "35-10", "site"),
         sensors=(RADAR, "35-10"),
     ),
     Mistake(
         "the height of a site in feet",
         settings(RADAR, height_m=lambda one: one["height_m"] / FOOT_M),
-        said=(RADAR, "height_m of its site", "feet"),
+        message=(RADAR, "height_m of its site", "feet"),
     ),
     Mistake(
         "the height of a site in kilometres",
         settings(RADAR, height_m=lambda one: one["height_m"] / 1e3),
-        said=(RADAR, "height_m of its site", "kilometres"),
+        message=(RADAR, "height_m of its site", "kilometres"),
     ),
     Mistake(
         "a site off by 1.1 km",
         settings(RADAR, **moved(1.1e3, 0.0)),
-        said=(RADAR, "probably 1.1 km"),
+        message=(RADAR, "probably 1.1 km"),
     ),
     Mistake(
         "a range offset held at 0 by a prior_sigma of 1 m (it is 185 m)",
         settings(RADAR, bias={"range_offset_m": {"prior_sigma": 1.0}}),
-        said=(RADAR, "bias.range_offset_m", "increase prior_sigma"),
+        message=(RADAR, "bias.range_offset_m", "increase prior_sigma"),
     ),
     # Heights.
     Mistake(
@@ -470,37 +480,37 @@ CATALOGUE: tuple[Mistake, ...] = (
         plots(height_m=_HEIGHT * 0.93),
         status=0,
     ),
-    Mistake("heights in feet", plots(RADAR, height_m=_HEIGHT / FOOT_M), said=(RADAR, "feet")),
+    Mistake("heights in feet", plots(RADAR, height_m=_HEIGHT / FOOT_M), message=(RADAR, "feet")),
     Mistake(
         "heights in flight levels",
         plots(RADAR, height_m=_HEIGHT / FOOT_M / 100.0),
-        said=(RADAR, "flight levels"),
+        message=(RADAR, "flight levels"),
     ),
     # Times.
     Mistake(
-        "a clock off by 3 s", plots(RADAR, time_s=_TIME + 3.0), said=(RADAR, "clock", "s ahead")
+        "a clock off by 3 s", plots(RADAR, time_s=_TIME + 3.0), message=(RADAR, "clock", "s ahead")
     ),
     Mistake(
         "none: a clock off by 3 s, with bias.time_offset_s of 3 s",
         late_and_known(RADAR, 3.0),
         status=0,
     ),
-    Mistake("a clock off by 1 h", plots(RADAR, time_s=_TIME + 3600.0), said=(RADAR, "1 h")),
+    Mistake("a clock off by 1 h", plots(RADAR, time_s=_TIME + 3600.0), message=(RADAR, "1 h")),
     Mistake(
         "times of one radar of another day",
         plots(RADAR, time_s=_TIME + SECONDS_PER_DAY),
-        said=(RADAR, "2018-08-02"),
+        message=(RADAR, "2018-08-02"),
     ),
     Mistake(
         "times of one radar without their date",
         plots(RADAR, time_s=_TIME % SECONDS_PER_DAY),
-        said=(RADAR, "date"),
+        message=(RADAR, "date"),
     ),
     # Names.
     Mistake(
         "a wrong source number",
         renumbered("35-10", 34),
-        said=("35-10", "34-10", "sensors.toml"),
+        message=("35-10", "34-10", "sensors.toml"),
         sensors=("35-10",),
     ),
     Mistake(
@@ -518,7 +528,7 @@ CATALOGUE: tuple[Mistake, ...] = (
             ),
             folder,
         ),
-        said=("26-10", "27-10", "35-10", "36-10"),
+        message=("26-10", "27-10", "35-10", "36-10"),
         sensors=(RADAR, "35-10"),
     ),
     Mistake(
@@ -543,14 +553,14 @@ CATALOGUE: tuple[Mistake, ...] = (
             ),
         ),
         TRACK,
-        said=("adsb: the sensors file declares a radar under this id",),
+        message=("adsb: the sensors file declares a radar under this id",),
         sensors=("adsb",),
     ),
-    Mistake("sensors of another recording", other_installation, said=("another",)),
+    Mistake("sensors of another recording", other_installation, message=("another",)),
     Mistake(
         "the right numbers, the sites of another country",
         other_sites,
-        said=("site",),
+        message=("site",),
         sensors=SENSORS,
     ),
     Mistake(
@@ -560,18 +570,18 @@ CATALOGUE: tuple[Mistake, ...] = (
             sample.measurements.filter(pl.col("sensor_id") != "41-1"),
             sample.sensors,
         ),
-        said=("41-1", "no measurements"),
+        message=("41-1", "no measurements"),
         sensors=("41-1",),
     ),
     Mistake(
         "one track number for all aircraft of a radar",
         plots(RADAR, track_number=pl.lit(7)),
-        said=(RADAR, "track_number", "the same for all"),
+        message=(RADAR, "track_number", "the same for all"),
     ),
     Mistake(
         "one Mode S address for all aircraft of a radar, without track numbers",
         nameless(mode_s_address="4B1805"),
-        said=(RADAR, "mode_s_address", "the same for all"),
+        message=(RADAR, "mode_s_address", "the same for all"),
     ),
     Mistake(
         "none: Mode 3/A code 7000 for all aircraft of a radar, without track numbers",
@@ -582,12 +592,12 @@ CATALOGUE: tuple[Mistake, ...] = (
     Mistake(
         "a range offset fixed at 1000 m (it is 185 m)",
         settings(RADAR, bias={"range_offset_m": {"prior": 1000.0, "estimate": False}}),
-        said=(RADAR, "bias.range_offset_m", "estimate = false"),
+        message=(RADAR, "bias.range_offset_m", "estimate = false"),
     ),
     Mistake(
         "an azimuth offset with a wrong prior and its prior_sigma 100 times too small",
         settings(RADAR, bias={"azimuth_offset_deg": {"prior": 0.3, "prior_sigma": 0.005}}),
-        said=(RADAR, "bias.azimuth_offset_deg", "prior_sigma"),
+        message=(RADAR, "bias.azimuth_offset_deg", "prior_sigma"),
     ),
     Mistake(
         "none: both offsets fixed at about the right values",
@@ -604,48 +614,48 @@ CATALOGUE: tuple[Mistake, ...] = (
     Mistake(
         "range_sigma_m 100 times too large",
         settings(RADAR, range_sigma_m=4000),
-        said=(RADAR, "range_sigma_m"),
+        message=(RADAR, "range_sigma_m"),
     ),
     Mistake(
         "azimuth_sigma_deg 100 times too large",
         settings(RADAR, azimuth_sigma_deg=6.0),
-        said=(RADAR, "azimuth_sigma_deg"),
+        message=(RADAR, "azimuth_sigma_deg"),
     ),
     Mistake(
         "range_sigma_m 10 times too large",
         settings(RADAR, range_sigma_m=400),
-        said=(RADAR, "range_sigma_m"),
+        message=(RADAR, "range_sigma_m"),
     ),
     Mistake(
         "both sigmas 10 times too large",
         settings(RADAR, range_sigma_m=400, azimuth_sigma_deg=0.6),
-        said=(RADAR, "range_sigma_m and azimuth_sigma_deg are probably too large"),
+        message=(RADAR, "range_sigma_m and azimuth_sigma_deg are probably too large"),
     ),
     Mistake(
         "range_sigma_m 100 times too small",
         settings(RADAR, range_sigma_m=0.4),
-        said=(RADAR, "range_sigma_m"),
+        message=(RADAR, "range_sigma_m"),
     ),
     Mistake(
         "azimuth_sigma_deg in radians",
         settings(RADAR, azimuth_sigma_deg=0.00105),
-        said=(RADAR, "azimuth_sigma_deg"),
+        message=(RADAR, "azimuth_sigma_deg"),
     ),
     Mistake(
         "azimuth_sigma_deg in milliradians",
         settings(RADAR, azimuth_sigma_deg=1.05),
-        said=(RADAR, "azimuth_sigma_deg"),
+        message=(RADAR, "azimuth_sigma_deg"),
     ),
     Mistake(
         "rotation_period_s 12 in place of 4",
         settings("35-10", rotation_period_s=12.0),
-        said=("35-10", "rotation_period_s"),
+        message=("35-10", "rotation_period_s"),
         sensors=("35-10",),
     ),
     Mistake(
         "rotation_period_s in revolutions a minute",
         settings("35-10", rotation_period_s=15.0),
-        said=("35-10", "rotation_period_s"),
+        message=("35-10", "rotation_period_s"),
         sensors=("35-10",),
     ),
     # Kinds, copies.
@@ -661,60 +671,60 @@ CATALOGUE: tuple[Mistake, ...] = (
                 ]
             ),
         ),
-        said=(RADAR, "kind"),
+        message=(RADAR, "kind"),
     ),
-    Mistake("the plots of a radar twice", doubled(RADAR), said=(RADAR, "twice")),
+    Mistake("the plots of a radar twice", doubled(RADAR), message=(RADAR, "twice")),
     # Dumps.
     Mistake("none: the dump converted", dump(), CONVERT, status=0),
     Mistake(
         "convert: ranges in kilometres",
         dump(plots=column_times("range", 1e-3)),
         CONVERT,
-        said=("kilometres",),
+        message=("kilometres",),
         sensors=SENSORS,
     ),
     Mistake(
         "convert: azimuths in radians",
         dump(plots=column_times("azimuth", _RADIANS)),
         CONVERT,
-        said=("radians",),
+        message=("radians",),
         sensors=SENSORS,
     ),
     Mistake(
         "convert: azimuths in gradians",
         dump(plots=column_times("azimuth", 1 / 0.9)),
         CONVERT,
-        said=("gradians",),
+        message=("gradians",),
         sensors=SENSORS,
     ),
     Mistake(
-        "convert: another separator", dump(plots=other_separator), CONVERT, said=("plots.txt",)
+        "convert: another separator", dump(plots=other_separator), CONVERT, message=("plots.txt",)
     ),
     Mistake(
         "convert: azimuths in mils (6400 to a circle)",
         dump(plots=column_times("azimuth", 6400 / 360)),
         CONVERT,
-        said=("26-10: its azimuths are probably in mils (6400 to a circle)",),
+        message=("26-10: its azimuths are probably in mils (6400 to a circle)",),
         sensors=SENSORS,
     ),
     Mistake(
         "convert: azimuths in milliradians",
         dump(plots=column_times("azimuth", _RADIANS * 1e3)),
         CONVERT,
-        said=("26-10: its azimuths are probably in milliradians",),
+        message=("26-10: its azimuths are probably in milliradians",),
         sensors=SENSORS,
     ),
     Mistake(
         "convert: plots.txt cut short",
         dump(plots=lambda rows: rows[: len(rows) // 2]),
         CONVERT,
-        said=("plots.txt: probably cut short",),
+        message=("plots.txt: probably cut short",),
     ),
     Mistake(
         "convert: tracks.txt cut short",
         dump(tracks=lambda rows: rows[: len(rows) // 2]),
         CONVERT,
-        said=("tracks.txt: probably cut short",),
+        message=("tracks.txt: probably cut short",),
     ),
     Mistake(
         "none: a dump without its date",

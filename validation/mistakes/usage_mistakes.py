@@ -32,12 +32,12 @@ def as_it_is(sample: Sample, folder: Path) -> None:
 
 
 def sensors(change: Callable[[str], str]) -> Made:
-    """Return what changes the text of the sensors file."""
+    """Return a function that changes the text of the sensors file."""
     return lambda sample, folder: write(folder, sample.measurements, change(sample.sensors))
 
 
 def file(name: str, content: str | bytes) -> Made:
-    """Return what writes a file beside the sample."""
+    """Return a function that writes a file beside the sample."""
 
     def made(sample: Sample, folder: Path) -> None:
         as_it_is(sample, folder)
@@ -49,21 +49,21 @@ def file(name: str, content: str | bytes) -> Made:
 
 
 def cut(sample: Sample, folder: Path) -> None:
-    """Write a table of which the end is missing."""
+    """Write a truncated table."""
     as_it_is(sample, folder)
     path = folder / "measurements.parquet"
     path.write_bytes(path.read_bytes()[:10_000])
 
 
 def cut_archive(_sample: Sample, folder: Path) -> None:
-    """Write a packed file of which the end is missing."""
+    """Write a truncated compressed file."""
     rows = "".join(f"{k},{45.0 + k / 1e4},6.1,3c09df,9000\n" for k in range(20_000))
     packed = gzip.compress(f"timestamp,latitude,longitude,icao24,altitude\n{rows}".encode())
     (folder / "adsb.csv.gz").write_bytes(packed[: len(packed) // 2])
 
 
 def dump(change: Callable[[Path], None]) -> Made:
-    """Return what spoils a copy of the dump."""
+    """Return a function that damages a copy of the dump."""
 
     def made(sample: Sample, folder: Path) -> None:
         shutil.copytree(sample.dump, folder / "dump")
@@ -73,11 +73,11 @@ def dump(change: Callable[[Path], None]) -> Made:
 
 
 def tracks(change: Callable[[pl.DataFrame], pl.DataFrame]) -> Made:
-    """Return what writes tracks that follow the ADS-B reports, and changed reports."""
+    """Return a function that writes tracks equal to the ADS-B reports, and changed reports."""
 
     def made(sample: Sample, folder: Path) -> None:
-        heard = sample.measurements.filter(kind="adsb")
-        heard.select(
+        reports = sample.measurements.filter(kind="adsb")
+        reports.select(
             "time_s",
             pl.col("track_number").alias("track_id"),
             "latitude_deg",
@@ -90,13 +90,13 @@ def tracks(change: Callable[[pl.DataFrame], pl.DataFrame]) -> Made:
             state=pl.lit("confirmed"),
             sensor_id=pl.lit("26-10"),
         ).write_parquet(folder / "tracks.parquet")
-        change(heard).write_parquet(folder / "measurements.parquet")
+        change(reports).write_parquet(folder / "measurements.parquet")
 
     return made
 
 
 def _later(seconds: float) -> Callable[[pl.DataFrame], pl.DataFrame]:
-    return lambda heard: heard.with_columns(pl.col("time_s") + seconds)
+    return lambda reports: reports.with_columns(pl.col("time_s") + seconds)
 
 
 USAGE_MISTAKES: tuple[Mistake, ...] = (
@@ -290,7 +290,7 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
     ),
     Mistake(
         "a reference of another area",
-        tracks(lambda heard: heard.with_columns(pl.col("longitude_deg") + 5.0)),
+        tracks(lambda reports: reports.with_columns(pl.col("longitude_deg") + 5.0)),
         _EVALUATE,
         1,
         ("no track comes within 2000 m", "longitude"),
@@ -303,7 +303,7 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         ("expected the output of `track`, was the output of `convert`",),
     ),
     Mistake("no reference", nothing, ("evaluate", "tracks"), 2, ("missing reference: one of",)),
-    # Services that are not there.
+    # Services that are not running.
     Mistake(
         "a replay to a service that is not running",
         as_it_is,

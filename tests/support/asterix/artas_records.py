@@ -1,4 +1,4 @@
-"""What single records of ARTAS (categories 030, 252) say, worked out by hand, as `SINGLE` does."""
+"""Contents of single records of ARTAS (categories 030, 252), decoded by hand, as in `SINGLE`."""
 
 from support.asterix.single_records import TICK_S, TURN_DEG, bits, n, s, source
 

@@ -1,4 +1,4 @@
-"""A display on a multicast group: it hears system tracks, and the status of the service."""
+"""A display on a multicast group: receives system tracks and the status of the service."""
 
 import socket
 from typing import Any
@@ -14,7 +14,7 @@ EDITIONS = {62: "1.21", 63: "1.7", 65: "1.6"}
 
 
 def display(group: str, port: int) -> socket.socket:
-    """Return a socket that hears a group on loopback."""
+    """Return a socket that receives a group on loopback."""
     found = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     found.bind((group, port))
@@ -26,7 +26,7 @@ def display(group: str, port: int) -> socket.socket:
 
 
 def heard(listener: socket.socket) -> dict[int, list[dict[str, Any]]]:
-    """Read datagrams until the service says that it ended."""
+    """Read datagrams until the service reports its end."""
     records: dict[int, list[dict[str, Any]]] = {62: [], 63: [], 65: []}
     while not any("050" in one for one in records[65]):
         data = np.frombuffer(listener.recv(2000), np.uint8)

@@ -1,4 +1,4 @@
-"""A running service that listens to ASTERIX, as its senders and readers see it."""
+"""A running service that receives ASTERIX, for tests of senders and readers."""
 
 import socket
 from typing import Any
@@ -30,7 +30,7 @@ def status(application: Application) -> dict[str, Any]:
 
 
 def settled(application: Application, octets: int) -> dict[str, Any]:
-    """Wait until so many octets were heard and all of them have become something."""
+    """Wait until this many octets were received and all are accounted for."""
 
     def all_became_something() -> bool:
         heard = status(application)["asterix"]["listeners"].values()

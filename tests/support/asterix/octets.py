@@ -1,4 +1,4 @@
-"""ASTERIX blocks written by hand: octets as the standards print them, nothing of the decoder."""
+"""ASTERIX blocks written by hand from the standards, independent of the decoder."""
 
 import random
 import struct
@@ -11,7 +11,7 @@ def octets(text: str) -> bytes:
 
 
 def record(*items: tuple[int, str]) -> bytes:
-    """Write a record: places in the user application profile, ascending, and their octets."""
+    """Write a record: positions in the user application profile, ascending, and their octets."""
     length = (max(place for place, _ in items) + 6) // 7
     bits = [0] * (8 * length)
     for place, _ in items:
@@ -71,7 +71,7 @@ def plot_001(
 
 
 def north_mark(seconds: float, *, source: str = "14 82") -> bytes:
-    """Write a block of category 002: the antenna passes north."""
+    """Write a block of category 002: a north crossing."""
     return block(2, record((1, source), (2, "01"), (4, time_of_day(seconds))))
 
 
@@ -112,7 +112,7 @@ def pcap(packets: Iterable[tuple[float, bytes]]) -> bytes:
 
 
 def mutated(whole: bytes, generator: random.Random) -> bytes:
-    """Change, drop, add or cut octets, as a bad line or a bad disk would."""
+    """Change, drop, add or cut octets, as a bad link or disk would."""
     changed = bytearray(whole)
     for _ in range(generator.randint(1, 4)):
         place = generator.randrange(len(changed)) if changed else 0

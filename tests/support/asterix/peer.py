@@ -1,4 +1,4 @@
-"""libasterix, an independent decoder, made to say what `record_fields` says: leaves in order.
+"""libasterix, an independent decoder, with results in the form of `record_fields`: leaves in order.
 
 It is no dependency of the project: `pip install libasterix` in an environment of its own.
 """
@@ -28,7 +28,7 @@ PEER_EDITIONS = {
 }
 
 
-#: Items of category 010 whose last bit libasterix 0.36 takes for 1/16, the standard for 1/4 m/s(²).
+#: Items of category 010 with a last bit of 1/16 in libasterix 0.36, of 1/4 m/s(²) in the standard.
 _OTHER_UNITS = ("202/VX", "202/VY", "210/AX", "210/AY")
 
 
@@ -50,7 +50,7 @@ def peer_records(generated: Any, base: Any, layout: str, body: bytes) -> list[li
 
 
 def _either(base: Any, uap: Any, bits: Any) -> tuple[Any, Any] | None:
-    """Parse as a plot; as a track where the plot says that it is one."""
+    """Parse as a plot, or as a track where the plot is marked as one."""
     mode = base.ParsingMode.StrictParsing
     track = uap.cv_uaps["track"]._parse(mode, bits)
     if not isinstance(track, ValueError) and _leaf(base, track[0], "020", "TYP") == 1:
@@ -104,7 +104,7 @@ def _item(base: Any, item: Any, path: str) -> Iterator[Leaf]:
 
 
 def _ruled(base: Any, rule: Any) -> Any:
-    """Return what a rule holds; where it depends on other items, what it holds by default."""
+    """Return the content of a rule; its default where it depends on other items."""
     if isinstance(rule, base.RuleVariationContextFree):
         return rule.arg
     variation, _ = rule.cv_default_variation._parse(rule.bs)
@@ -128,7 +128,7 @@ def _value(base: Any, element: Any) -> int | float | str:
 
 
 def own_leaves(fields: dict[str, object]) -> list[Leaf]:
-    """Bring what `record_fields` says into the same form."""
+    """Convert the result of `record_fields` to the same form."""
     leaves = [leaf for name, value in fields.items() for leaf in _leaves(value, name)]
     return sorted(leaves, key=lambda leaf: leaf[0].split("/")[0])
 
@@ -159,7 +159,7 @@ def _alike(own: Leaf, peer: Leaf, other_units: tuple[str, ...]) -> bool:
     if path != other_path:
         return False
     if isinstance(mine, str) and isinstance(theirs, str):
-        # Codes of no letter are blanks here, question marks or nothing there.
+        # Codes without a letter are blanks here, question marks or nothing there.
         return _letters(mine) == _letters(theirs)
     if isinstance(mine, str) or isinstance(theirs, str):
         return False

@@ -24,7 +24,7 @@ def random_record(layout: Layout, generator: random.Random) -> bytes:
     ]
     parts = [_octets(profile[place], generator) for place in chosen]
     if len(layout.profiles) > 1 and 1 in chosen:
-        # The first bit of item 020 says which profile this is.
+        # The first bit of item 020 selects the profile.
         parts[1] = bytes([parts[1][0] & 0x7F | track << 7]) + parts[1][1:]
     return _presence(chosen) + b"".join(parts)
 

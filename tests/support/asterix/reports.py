@@ -16,7 +16,7 @@ SENDER = Sender(20, 250, 7)
 
 
 def reports(count: int = 1, **columns: Any) -> TrackReports:
-    """Tracks over (50° N, 15° E) at 08:00, seen by a radar, with all that can be known of them."""
+    """Tracks over (50° N, 15° E) at 08:00, detected by a radar, with all fields known."""
 
     def numbers(value: float) -> Any:
         return np.full(count, value)

@@ -13,12 +13,12 @@ AIRCRAFT = 6
 METRES_OF_MILE = 1852.0
 #: Sites of the sensors of `live_scene`, by area and system code.
 SITES = {(41, 10): (50.0, 14.0, 400.0), (41, 20): (49.2, 16.5, 300.0)}
-#: The second radar speaks category 001, with truncated times and north marks.
+#: The second radar sends category 001, with truncated times and north marks.
 OLD = (41, 20)
 
 
 def datagrams(start_s: float, turns: int) -> list[tuple[float, bytes]]:
-    """Return datagrams with the Unix times at which they are sent, in their order.
+    """Return datagrams in order with the Unix times at which they are sent.
 
     Each turn of a radar is one datagram: a north mark where it is the old one, and its plots.
     """
@@ -37,7 +37,7 @@ def datagrams(start_s: float, turns: int) -> list[tuple[float, bytes]]:
 
 
 def records(turns: int) -> int:
-    """Return how many plots `datagrams` holds."""
+    """Return the number of plots in `datagrams`."""
     return len(SITES) * AIRCRAFT * turns
 
 
@@ -63,7 +63,7 @@ def _plot(
     north_s: float,
     start_s: float,
 ) -> bytes:
-    """Write the plot of an aircraft in a turn: at the time when the antenna points at it."""
+    """Write the plot of an aircraft in a scan: at the time when the antenna points at it."""
     time_s = north_s
     for _ in range(3):
         range_m, azimuth_deg = _seen(site, number, time_s - start_s)

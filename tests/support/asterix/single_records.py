@@ -1,4 +1,4 @@
-"""What single records of others say, worked out by hand: the records are not in the project.
+"""Contents of single records from other projects, decoded by hand; the records are not included.
 
 Octets of the record, times the value of the last bit that the standard of that category and
 edition prints.
@@ -23,7 +23,7 @@ def bits(names: str, octet: int, width: int = 7) -> dict[str, int]:
     """Name the bits before FX, from the first; `-` is spare."""
     values, place = {}, width
     for word in names.split():
-        # `A3` takes three bits, `A3:` is a name.
+        # `A3` has three bits, `A3:` is a name.
         if ":" in word or word[-1] not in "23456":
             name, _, given = word.partition(":")
             count = int(given or 1)

@@ -1,4 +1,4 @@
-"""Outputs of the engine, made row by row for tests of what follows it."""
+"""Outputs of the engine, built row by row for tests of its consumers."""
 
 from collections.abc import Sequence
 from dataclasses import fields, replace
@@ -46,7 +46,7 @@ class Bias(NamedTuple):
 
 
 class Sample(NamedTuple):
-    """The end of an epoch at which states are sampled: none are."""
+    """The end of an epoch with no states."""
 
     time_s: float
     epoch: int

@@ -1,4 +1,4 @@
-"""A deterministic engine that estimates nothing: the twin of the real one for the live pipeline."""
+"""A deterministic fake engine without estimation, for tests of the live pipeline."""
 
 from collections.abc import Callable
 
@@ -19,7 +19,7 @@ EPOCH_S = 4.0
 
 
 class EngineCrashError(Exception):
-    """What the fake engine fails with."""
+    """Failure of the fake engine."""
 
 
 class FakeEngine:
@@ -49,7 +49,7 @@ class FakeEngine:
         return {"UPDATED": self._sequence}
 
     def push(self, batch: MeasurementBatch) -> EngineOutput:
-        """Turn each measurement into an update, and each new epoch into a bias record."""
+        """Convert each measurement to an update, and each new epoch to a bias record."""
         if self._crash is not None:
             self._crash(batch)
         biases: list[tuple[int, float]] = []
@@ -65,7 +65,7 @@ class FakeEngine:
 
     @property
     def waiting_from(self) -> int:
-        """Nothing waits."""
+        """Nothing is buffered."""
         return self._sequence
 
     def flush(self) -> EngineOutput:

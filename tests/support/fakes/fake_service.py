@@ -1,4 +1,4 @@
-"""A service without journal and engine, the twin of the real one for tests of the HTTP side."""
+"""A fake service without journal and engine, for tests of the HTTP side."""
 
 import threading
 from collections.abc import Callable, Sequence
@@ -78,7 +78,7 @@ def updates_of(track_id: int, count: int, same_time: int = 1) -> pl.DataFrame:
 
 @dataclass
 class FakeView:
-    """What can be read, as the test puts it in."""
+    """The readable state, set by the test."""
 
     live: pl.DataFrame = field(default_factory=lambda: live_tracks(10))
     updates: dict[int, pl.DataFrame] = field(default_factory=dict)
@@ -194,7 +194,7 @@ class FakeView:
 
 @dataclass
 class Submission:
-    """What one call of `submit` was given."""
+    """The arguments of one call of `submit`."""
 
     frame: pl.DataFrame
     source: str
@@ -204,7 +204,7 @@ class Submission:
 
 @dataclass
 class FakeService:
-    """Takes measurements into a list and acknowledges them at once, or as the test says."""
+    """Collects measurements and acknowledges them at once, or as set by the test."""
 
     view: FakeView = field(default_factory=FakeView)
     submissions: list[Submission] = field(default_factory=list)

@@ -20,14 +20,14 @@ ENTRY = StudyEntry(
     duration_s=10.0,
     filters=("joint", "two-stage", "ci"),
 )
-#: The same with nothing to choose.
+#: The same without options.
 FIXED = StudyEntry(
     name="fixed",
     title="A fixed study",
     purpose="Take no option.",
     module="support.fakes.fake_study",
 )
-#: The seed that the study fails on.
+#: The seed with which the study fails.
 FAILING_SEED = 13
 #: The seed of an interruption by Ctrl-C.
 STOPPED_SEED = 14

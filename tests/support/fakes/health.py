@@ -1,4 +1,4 @@
-"""Records of the health of radars, of which a test says what matters to it."""
+"""Records of radar health with the columns given by a test."""
 
 from collections.abc import Sequence
 from dataclasses import fields

@@ -27,13 +27,13 @@ Encoder = Callable[[str, list[list[str]]], bytes]
 
 
 def truth() -> dict[str, Any]:
-    """What is known of the sample."""
+    """The truth of the sample."""
     loaded: dict[str, Any] = json.loads((SAMPLE / "truth.json").read_text(encoding="utf-8"))
     return loaded
 
 
 def good_rows(folder: Path, broken: dict[str, set[int]]) -> dict[str, list[Row]]:
-    """Read the rows of a dump in the form of the sample, leaving out the broken lines."""
+    """Read the rows of a dump in the form of the sample, without the broken lines."""
     rows: dict[str, list[Row]] = {}
     for name in FILES:
         with (folder / name).open(encoding="cp1251", newline="") as file:
@@ -86,7 +86,7 @@ def expected_tracks(rows: dict[str, list[Row]]) -> dict[str, list[tuple[float, .
 
 
 def sorted_points(rows: Iterable[Row]) -> list[tuple[float, ...]]:
-    """Order rows by time, ties as they came."""
+    """Sort rows by time, ties in their order."""
     points = [
         tuple(float(row[name] or "nan") for name in ("time", "lat", "lon", "h")) for row in rows
     ]

@@ -73,7 +73,7 @@ def without(row: dict[str, Any], *names: str) -> dict[str, Any]:
 
 
 def array(*rows: object) -> bytes:
-    """Return rows as a JSON array; a row that is a str stands as it is."""
+    """Return rows as a JSON array; a row that is a str is inserted unchanged."""
     texts = [row if isinstance(row, str) else json.dumps(row) for row in rows]
     return ("[" + ",".join(texts) + "]").encode()
 
