@@ -1,1 +1,1 @@
-"""Recordings in, normalised measurements out: no sockets, no clock."""
+"""Conversion of recordings to normalised measurements, without sockets and clocks."""

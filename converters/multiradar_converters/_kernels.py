@@ -1,4 +1,4 @@
-"""Compiled writing of numbers as text, for `new4` and `plt`; the plain forms stand there."""
+"""Compiled formatting of numbers for `new4` and `plt`, which have the reference forms."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,7 +7,7 @@ from multiradar_compiled.kernels import in_loop, loop
 
 Bytes = NDArray[np.uint8]
 Words = NDArray[np.int64]
-#: Rows of time (s), latitude, longitude (degrees) and height (m, NaN: none); more may follow.
+#: Rows of time (s), latitude, longitude (degrees), height (m, NaN: none) and further columns.
 Points = NDArray[np.float64]
 
 
@@ -24,7 +24,7 @@ _NO_HEIGHT_FT = -777.0
 
 @in_loop
 def _put_digits(out: Bytes, i: int, value: np.uint64, count: int) -> int:
-    """Write the last `count` digits of a number (uint64: its division by ten is the cheap one)."""
+    """Write the last `count` digits of a number (uint64 has the fastest division by ten)."""
     for k in range(count):
         rest = value // _TEN
         out[i + count - 1 - k] = np.uint8(_ZERO + np.int64(value - rest * _TEN))
@@ -33,7 +33,7 @@ def _put_digits(out: Bytes, i: int, value: np.uint64, count: int) -> int:
 
 
 @in_loop
-def _put_whole(out: Bytes, i: int, value: np.uint64) -> int:
+def _put_integer(out: Bytes, i: int, value: np.uint64) -> int:
     """Write a number (uint64) without leading zeros."""
     count = 1
     power = _TEN
@@ -54,7 +54,7 @@ def _scaled(value: float, factor: float) -> tuple[bool, np.uint64]:
 def _put_trimmed(
     out: Bytes, i: int, value: float, factor: float, decimals_max: int, decimals_min: int
 ) -> int:
-    """Write a number with as many decimals as it has, between two bounds."""
+    """Write a number without trailing zeros, with decimals between two bounds."""
     negative, scaled = _scaled(value, factor)
     if negative:
         out[i] = _MINUS
@@ -64,7 +64,7 @@ def _put_trimmed(
     if rest == np.uint64(factor):
         whole += np.uint64(1)
         rest = np.uint64(0)
-    i = _put_whole(out, i, whole)
+    i = _put_integer(out, i, whole)
     out[i] = _POINT
     i = _put_digits(out, i + 1, rest, decimals_max)
     for _ in range(decimals_max - decimals_min):
@@ -76,7 +76,7 @@ def _put_trimmed(
 
 @in_loop
 def _put_padded(out: Bytes, i: int, value: float, factor: float, decimals: int, width: int) -> int:
-    """Write a number with a fixed number of decimals, blanks before it up to a width."""
+    """Write a number with fixed decimals, padded with blanks on the left."""
     negative, scaled = _scaled(value, factor)
     whole = np.uint64(np.int64(abs(value)))
     rest = scaled - whole * np.uint64(factor)
@@ -95,7 +95,7 @@ def _put_padded(out: Bytes, i: int, value: float, factor: float, decimals: int, 
     if negative:
         out[i] = _MINUS
         i += 1
-    i = _put_whole(out, i, whole)
+    i = _put_integer(out, i, whole)
     out[i] = _POINT
     return _put_digits(out, i + 1, rest, decimals)
 

@@ -1,21 +1,21 @@
-"""What the converters say no to.
+"""Errors of the converters.
 
 ::
 
     ConversionError             a recording that cannot be converted
     ├── ProfileError            a dump profile that cannot be used
-    ├── LayoutError             a file that is not laid out as its profile says
-    ├── OutputTakenError        the place to write to is taken
-    └── AccountingError         what was read does not add up: our own mistake, told loudly
+    ├── LayoutError             a file that does not match its layout
+    ├── OutputFolderExistsError the output folder exists already
+    └── AccountingError         counts do not add up: a bug of the converter
 """
 
 
 class ConversionError(Exception):
-    """A recording cannot be converted, told in one sentence."""
+    """A recording cannot be converted."""
 
 
 class ProfileError(ConversionError):
-    """A dump profile cannot be used; of a file with `source` and a sentence for each mistake."""
+    """A dump profile cannot be used; for a file with `source` and a message for each error."""
 
     def __init__(self, sentence: str, source: str = "", reasons: tuple[str, ...] = ()) -> None:
         self.source = source
@@ -24,12 +24,12 @@ class ProfileError(ConversionError):
 
 
 class LayoutError(ConversionError):
-    """A file is not laid out as its profile says."""
+    """A file does not match its layout."""
 
 
-class OutputTakenError(ConversionError):
-    """The place to write to is taken; nothing there was touched."""
+class OutputFolderExistsError(ConversionError):
+    """The output folder exists already; it was not changed."""
 
 
 class AccountingError(ConversionError):
-    """What was read is not what was accepted, rejected and blank: the converter is wrong."""
+    """Records read are not accepted + rejected + blank: a bug of the converter."""

@@ -1,7 +1,7 @@
-"""What a run that is stopped must not leave behind.
+"""Temporary files and folders to remove when the process is stopped by a signal.
 
-Whoever makes a file or a folder that is to vanish unless all goes well says so here, besides
-removing it on its own way out: a signal ends the process without that way out.
+Code that creates temporary files registers them here, in addition to its own clean-up, which a
+signal skips.
 """
 
 import os
@@ -12,48 +12,48 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-# Threads may go on writing to a folder while it is removed.
+# Threads may still write to a folder while it is removed.
 _TRIES = 20
 
-# In the order in which they came; a process has one set of files.
+# In order of registration; one set per process.
 _EXPECTED: dict[Path, None] = {}
 
 
 def register_leftover(path: Path) -> None:
-    """Have a file or folder removed when the process is stopped; to be said before it is made.
+    """Register a file or folder for removal when the process is stopped, before it is created.
 
     Parameters
     ----------
     path : Path
-        Of what is to be made.
+        Path of the file or folder.
     """
     _EXPECTED[path] = None
 
 
 def unregister_leftover(path: Path) -> None:
-    """Take it back: it is gone, or it has another name by now.
+    """Undo the registration: the file was removed or renamed.
 
     Parameters
     ----------
     path : Path
-        As it was told.
+        As registered.
     """
     _EXPECTED.pop(path, None)
 
 
 @contextmanager
 def temporary_folder(prefix: str) -> Iterator[Path]:
-    """Give a folder among the temporary ones, which is removed at the end or when stopped.
+    """Provide a temporary folder, which is removed at the end or when the process is stopped.
 
     Parameters
     ----------
     prefix : str
-        Beginning of its name.
+        Prefix of its name.
 
     Yields
     ------
     Path
-        The folder, for this user alone.
+        The folder, accessible to this user only.
     """
     path = Path(tempfile.gettempdir()) / f"{prefix}{secrets.token_hex(8)}"
     register_leftover(path)
@@ -66,9 +66,9 @@ def temporary_folder(prefix: str) -> Iterator[Path]:
 
 
 def remove_leftovers() -> None:
-    """Remove all that is expected to be removed, the latest first."""
+    """Remove all registered files and folders, the latest first."""
     for path in reversed(tuple(_EXPECTED)):
-        # Threads go on writing to it by its name; under another one they cannot.
+        # Renamed first, so that threads cannot write to it by its name.
         renamed = path.with_name(f"{path.name}.removed")
         with suppress(OSError):
             path.rename(renamed)

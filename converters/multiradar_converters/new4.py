@@ -1,12 +1,12 @@
-"""`.new4` files: one measurement a line, four columns separated by tabs (IMM UrO RAN report, 2.6).
+"""`.new4` files: a measurement per line, four columns separated by tabs (IMM UrO RAN report, 2.6).
 
 ::
 
     time<TAB>latitude<TAB>longitude<TAB>height<LF>
 
-Time in seconds (of day, going on past midnight, or since the Unix epoch, as in the recording),
-latitude and longitude in degrees WGS 84, height in metres, empty where there is none. Numbers have
-as many decimals as they need: 3 to 6 in time, 7 to 9 in degrees, 1 to 3 in height.
+Time in seconds (of day, continued past midnight, or since the Unix epoch, as in the recording),
+latitude and longitude in degrees WGS 84, height in metres, empty if absent. Decimals without
+trailing zeros: 3 to 6 in time, 7 to 9 in degrees, 1 to 3 in height.
 """
 
 from pathlib import Path
@@ -17,19 +17,19 @@ from numpy.typing import NDArray
 from multiradar_converters import _kernels
 from multiradar_converters.errors import LayoutError
 
-#: No line is longer: sign, digits, point, decimals and separator of each of four columns.
+#: Maximum length of a line: sign, digits, point, decimals and separator of each of four columns.
 LINE_BYTES_MAX = 112
 
 _COLUMNS = 4
 
 
 def format_lines(points: NDArray[np.float64]) -> bytes:
-    """Write measurements as lines.
+    """Format measurements as lines.
 
     Parameters
     ----------
     points : float64[n, 4]
-        Time (s), latitude and longitude (degrees WGS 84), height (m, NaN where there is none);
+        Time (s), latitude and longitude (degrees WGS 84), height (m, NaN if absent);
         further columns are ignored.
 
     Returns
@@ -53,12 +53,12 @@ def read(path: Path) -> NDArray[np.float64]:
     Returns
     -------
     float64[n, 4]
-        Time (s), latitude, longitude (degrees), height (m, NaN where there is none).
+        Time (s), latitude, longitude (degrees), height (m, NaN if absent).
 
     Raises
     ------
     LayoutError
-        A line has other than four numbers.
+        A line does not have four numbers.
     """
     rows: list[tuple[float, ...]] = []
     for number, line in enumerate(path.read_text(encoding="ascii").splitlines(), start=1):

@@ -1,7 +1,7 @@
-"""The output folder: it appears under its name only when it is complete.
+"""The output folder, which is created atomically.
 
-Work happens in `.NAME.partial-PID` beside it, which is locked while its process lives and renamed
-at the end. What a killed run left is recognised by its free lock and removed by the next run.
+It is written as `.NAME.partial-PID` beside its path, locked while the process is alive, and renamed
+at the end. The next run recognises a leftover of a killed run by its free lock and removes it.
 """
 
 import fcntl
@@ -11,26 +11,26 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from multiradar_converters.errors import ConversionError, OutputTakenError
+from multiradar_converters.errors import ConversionError, OutputFolderExistsError
 from multiradar_converters.leftovers import register_leftover, unregister_leftover
 
 _LOCK = ".lock"
 
 
 class OutputFolder:
-    """Context in which an output folder comes to be; leaving it by an error leaves nothing.
+    """Context that creates an output folder; an error leaves nothing behind.
 
     Parameters
     ----------
     target : Path
-        The folder to make; must not exist.
+        The folder to create; must not exist.
 
     Raises
     ------
-    OutputTakenError
+    OutputFolderExistsError
         On entering or finishing: the target exists.
     ConversionError
-        On entering: the folder above it does not exist or cannot be written to.
+        On entering: the parent folder does not exist or cannot be written to.
     """
 
     def __init__(self, target: Path) -> None:
@@ -39,13 +39,13 @@ class OutputFolder:
         self._lock: int | None = None
 
     def finish(self) -> None:
-        """Give the folder its name."""
+        """Rename the folder to its final name."""
         (self.path / _LOCK).unlink()
-        self._refuse_if_taken()
+        self._check_free()
         self.path.rename(self._target)
 
     def __enter__(self) -> Self:
-        self._refuse_if_taken()
+        self._check_free()
         if not self._target.parent.is_dir():
             msg = (
                 f"{self._target}: expected a folder {self._target.parent} to make it in, found none"
@@ -58,14 +58,14 @@ class OutputFolder:
             self._lock = os.open(self.path / _LOCK, os.O_CREAT | os.O_RDWR, 0o600)
             fcntl.flock(self._lock, fcntl.LOCK_EX)
         except BaseException as error:
-            # An interruption, too: without its lock no later run would remove the folder.
+            # Also on an interruption: without its lock no later run would remove the folder.
             if isinstance(error, FileExistsError):
                 unregister_leftover(self.path)
             else:
                 self.__exit__(None, None, None)
             if not isinstance(error, OSError):
                 raise
-            msg = f"{self._target}: cannot be made: {error.strerror}"
+            msg = f"{self._target}: cannot be created: {error.strerror}"
             raise ConversionError(msg) from error
         return self
 
@@ -80,10 +80,10 @@ class OutputFolder:
         shutil.rmtree(self.path, ignore_errors=True)
         unregister_leftover(self.path)
 
-    def _refuse_if_taken(self) -> None:
+    def _check_free(self) -> None:
         if os.path.lexists(self._target):
             msg = f"{self._target}: already exists; choose another output directory or remove it"
-            raise OutputTakenError(msg)
+            raise OutputFolderExistsError(msg)
 
 
 def _prefix(target: Path) -> str:
@@ -91,12 +91,12 @@ def _prefix(target: Path) -> str:
 
 
 def _remove_abandoned(target: Path) -> None:
-    """Remove what killed runs for the same target left."""
+    """Remove leftovers of killed runs for the same target."""
     for path in target.parent.glob(f"{_prefix(target)}*"):
         try:
             lock = os.open(path / _LOCK, os.O_RDWR)
         except OSError:
-            # Without a lock it is being made or finished at this moment, or it is not ours.
+            # Without a lock file it is being created or renamed, or belongs to another program.
             continue
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -1,4 +1,4 @@
-"""Tables written as they come, in frames of one size: their bytes depend on nothing else."""
+"""Parquet tables written in frames of fixed size, so that their bytes depend on the rows alone."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,7 +20,7 @@ def write_frames(path: Path, frames: Iterator[pl.DataFrame], schema: pl.Schema) 
     path : Path
         The file.
     frames : iterator of DataFrame
-        Its rows, in frames of `FRAME_ROWS`, the last one shorter (see `even_blocks`).
+        Its rows in frames of `FRAME_ROWS`; the last one is shorter (see `even_blocks`).
     schema : Schema
         Its columns.
 
@@ -54,7 +54,7 @@ def write_frames(path: Path, frames: Iterator[pl.DataFrame], schema: pl.Schema) 
             engine="streaming",
         )
     except pl.exceptions.PolarsError:
-        # What failed is the generator; polars tells only the text of it.
+        # The generator failed; polars reports only the text of its error.
         if failure:
             raise failure[0] from None
         raise
@@ -62,12 +62,12 @@ def write_frames(path: Path, frames: Iterator[pl.DataFrame], schema: pl.Schema) 
 
 
 def even_blocks(blocks: Iterator[NDArray[np.int64]]) -> Iterator[NDArray[np.int64]]:
-    """Cut rows into blocks of `FRAME_ROWS`, the last one shorter.
+    """Regroup rows into blocks of `FRAME_ROWS`; the last one is shorter.
 
     Parameters
     ----------
     blocks : iterator of int64[n, w]
-        Rows, however they are cut.
+        Rows in blocks of any size.
 
     Yields
     ------

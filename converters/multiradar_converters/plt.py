@@ -1,6 +1,6 @@
-"""OziExplorer track files, version 2.1: what `.plt` files hold.
+"""OziExplorer track files (`.plt`), version 2.1.
 
-Latin-1 text, lines end in CR LF::
+Latin-1 text with CR LF line ends::
 
     OziExplorer Track Point File Version 2.1
     WGS 84
@@ -10,9 +10,9 @@ Latin-1 text, lines end in CR LF::
     number of points
     latitude,longitude,code,altitude,days, date, time       (a line for each point)
 
-Code 1 starts a new segment, 0 goes on. Altitude in feet, -777 where there is none. Days are
-counted from 1899-12-30 (25569 = 1970-01-01). Date and time texts are for people: `01-Aug-18`,
-`08:00:00`, English whatever the locale.
+Code 1 starts a new segment, 0 continues it. Altitude in feet, -777 if absent. Days are counted from
+1899-12-30 (25569 = 1970-01-01). Date and time are also written as text, in English: `01-Aug-18`,
+`08:00:00`.
 """
 
 import math
@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 
 from multiradar_converters import _kernels
 
-#: No point line is longer: two padded degrees, code, altitude, days, date, time, separators.
+#: Maximum length of a point line: two padded degrees, code, altitude, days, date, time, separators.
 LINE_BYTES_MAX = 112
 
-#: A pause longer than this starts a new segment.
+#: A gap longer than this starts a new segment, s.
 SEGMENT_GAP_S = 600.0
 
 #: Colours of lines, as BGR integers: red, blue, green.
@@ -33,12 +33,12 @@ COLOURS = {"ads": 0x0000FF, "mr": 0xFF0000, "r": 0x008000}
 
 
 def format_header(name: str, points: int, colour: int = 0x0000FF) -> bytes:
-    """Write the six lines before the points.
+    """Format the six header lines.
 
     Parameters
     ----------
     name : str
-        Name of the track; commas become blanks, what Latin-1 lacks a question mark.
+        Name of the track; commas become blanks, characters not in Latin-1 question marks.
     points : int
         Number of points.
     colour : int
@@ -64,18 +64,17 @@ def format_header(name: str, points: int, colour: int = 0x0000FF) -> bytes:
 def format_points(
     points: NDArray[np.float64], unix_start_s: float = 0.0, before_s: float = math.nan
 ) -> bytes:
-    """Write points as lines.
+    """Format points as lines.
 
     Parameters
     ----------
     points : float64[n, 4]
-        Time (s), latitude and longitude (degrees WGS 84), height (m, NaN where there is none);
+        Time (s), latitude and longitude (degrees WGS 84), height (m, NaN if absent);
         further columns are ignored.
     unix_start_s : float
-        What added to a time makes it Unix time, s.
+        Added to times to give Unix time, s.
     before_s : float
-        Unix time of the point before the first of these; NaN when there is none, which starts a
-        segment.
+        Unix time of the previous point; NaN if there is none, which starts a segment.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""`report.json` of a conversion, put together and written in one way whatever was converted."""
+"""`report.json` of all conversions."""
 
 import json
 from collections import Counter
@@ -16,24 +16,24 @@ from multiradar_schemas.report import Report
 
 @dataclass(frozen=True)
 class Converted:
-    """What a conversion has to report.
+    """Content of the report of a conversion.
 
     Attributes
     ----------
     command : str
         Its name.
     inputs : list of (str, int, dict)
-        Of each file its name, its size, bytes, and what became of its records, by name of `Counts`.
+        Of each file its name, its size in bytes, and the fields of `Counts` of its records.
     rejected_by_code : mapping
-        Refused records by code.
+        Rejected records by code.
     measurements : int
         Rows of `measurements.parquet`.
     settings, figures : dict
-        The user's choices, and what else is known.
+        Options, and further figures.
     duplicates : int
-        Records that were accepted as their files were read and then found to be there twice.
+        Records that were accepted while reading and later found to be duplicates.
     outputs : list of dict
-        Files beside `measurements.parquet` and `rejects.ndjson`, and their rows.
+        Files besides `measurements.parquet` and `rejects.ndjson`, and their rows.
     """
 
     command: str
@@ -47,14 +47,14 @@ class Converted:
 
 
 def write_report(path: Path, converted: Converted) -> dict[str, object]:
-    """Write a report and return what it says.
+    """Write and return a report.
 
     Parameters
     ----------
     path : Path
         The file.
     converted : Converted
-        What there is to report.
+        Its content.
 
     Returns
     -------
@@ -87,7 +87,7 @@ def write_report(path: Path, converted: Converted) -> dict[str, object]:
 
 
 def extremes(time_s: NDArray[np.float64]) -> tuple[float | None, float | None]:
-    """Return the first and the last of times, s; none where there is none."""
+    """Return the first and the last time, s; None without times."""
     if not len(time_s):
         return None, None
     return float(np.min(time_s)), float(np.max(time_s))

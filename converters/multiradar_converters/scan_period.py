@@ -1,9 +1,9 @@
-"""The scan period of a rotating radar, found from nothing but the times and azimuths of its plots.
+"""Scan period of a rotating radar from the times and azimuths of its plots.
 
-An antenna that turns with frequency f points at azimuth 2πft + φ: with the right f the phases
-2πft − azimuth of all plots agree, whatever aircraft they are of. The sum of unit vectors of these
-phases is taken over stretches of the recording, in which a clock that runs unevenly does no harm,
-and is largest at the right f. Longer stretches then make it sharper.
+An antenna rotating at frequency f points at azimuth 2πft + φ. At the true f the phases
+2πft − azimuth of all plots agree, for any aircraft. The sum of the unit vectors of these phases,
+over intervals short enough to tolerate clock drift, is largest at the true f. Longer intervals then
+refine it.
 """
 
 import math
@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 
 #: Scan periods of surveillance radars, s.
 PERIOD_MIN_S, PERIOD_MAX_S = 1.0, 30.0
-#: Fewer plots do not say it.
+#: Minimum number of plots.
 PLOTS_MIN = 30
-#: More do not say it better.
+#: Maximum number of plots used; more do not improve the estimate.
 PLOTS_MAX = 20_000
-#: Nor do fewer pairs of plots within a stretch: by chance they agree at one of so many frequencies.
+#: Minimum number of pairs of plots within an interval; fewer agree by chance at some frequency.
 PAIRS_MIN = 400
-#: How well phases must agree: 1 for all alike, about 1 / sqrt(plots of a stretch) for none.
+#: Minimum agreement of phases: 1 if all are equal, about 1 / sqrt(plots per interval) if random.
 AGREEMENT_MIN = 0.5
-#: Of peaks so high, relative to the highest, the slowest is meant: from plots of one direction, any
-#: multiple of the frequency explains them as well.
+#: Among peaks of at least this height relative to the highest, the lowest frequency is selected:
+#: plots in one direction fit any multiple of the frequency as well.
 _PEAK_MIN = 0.9
 _STRETCHES_S = (60.0, 240.0, 1200.0)
 #: Steps of frequency in the width of a peak.
@@ -32,7 +32,7 @@ Floats = NDArray[np.float64]
 
 
 def scan_period_s(time_s: Floats, azimuth_deg: Floats) -> float:
-    """Find the scan period.
+    """Estimate the scan period.
 
     Parameters
     ----------
@@ -44,12 +44,12 @@ def scan_period_s(time_s: Floats, azimuth_deg: Floats) -> float:
     Returns
     -------
     float
-        Scan period, s; NaN where the plots are too few or do not come from a rotating antenna.
+        Scan period, s; NaN if there are too few plots or the antenna does not rotate.
 
     Notes
     -----
-    To about 0.01 % of the period over some minutes of plots whose times are true to 0.1 s. Antennas
-    that turn counter-clockwise, or look where they like, have none.
+    Accurate to about 0.01 % with some minutes of plots whose times are accurate to 0.1 s. Antennas
+    that rotate counter-clockwise or are steered electronically have none.
     """
     known = np.isfinite(time_s) & np.isfinite(azimuth_deg)
     order = np.argsort(time_s[known], kind="stable")[:PLOTS_MAX]
@@ -81,7 +81,7 @@ def _pairs(times: Floats, stretch_s: float) -> float:
 
 
 def _agreement(times: Floats, phases: Floats, frequencies: Floats, stretch_s: float) -> Floats:
-    # Root mean square, over stretches, of how long the mean unit vector of the phases is.
+    # RMS, over intervals, of the length of the mean unit vector of the phases.
     stretch = (times // stretch_s).astype(np.int64)
     begins = np.flatnonzero(np.diff(stretch, prepend=-1))
     counts = np.diff(np.append(begins, len(times)))
@@ -89,12 +89,12 @@ def _agreement(times: Floats, phases: Floats, frequencies: Floats, stretch_s: fl
     for k, frequency in enumerate(frequencies.tolist()):
         vectors = np.exp(1j * (2.0 * np.pi * frequency * times - phases))
         sums = np.add.reduceat(vectors, begins)
-        # Less what vectors without any order add up to.
+        # Minus the expectation for random vectors.
         powers[k] = np.sum(np.abs(sums) ** 2 - counts)
     return np.sqrt(np.maximum(powers, 0.0) / max(1.0, float(np.sum(counts**2 - counts))))
 
 
-# Where the top of a peak lies, in steps from the highest of three values: that of a parabola.
+# Position of a peak by parabolic interpolation, in steps from the highest of three values.
 def _between(agreement: Floats, best: int) -> float:
     if not 0 < best < len(agreement) - 1:
         return 0.0

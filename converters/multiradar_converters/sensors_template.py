@@ -1,7 +1,7 @@
-"""`sensors.toml` as a conversion writes it: what the recording says, the rest to be filled in.
+"""`sensors.toml` of a conversion: values from the recording, and fields to fill in.
 
-What the recording tells is there; what only the owner of the radar knows is `nan`, which is
-refused with the line of every such field; every other key is a comment with its default.
+Values that the recording does not contain are `nan`, which is rejected with the line of every such
+field. Every other key is a comment with its default.
 """
 
 import math
@@ -19,35 +19,35 @@ _HEADER = """\
 # Sensors found in the recording. Fill in what is nan (position of the antenna, WGS 84), check the
 # rest, and uncomment what differs from its default. Angles are in degrees, lengths in metres.
 """
-#: Where the place of what is no radar is from.
+#: Source of the position of a sensor other than a radar.
 MIDDLE_OF_REPORTS = "the middle of its reports, for a plane to track in"
-#: Places of a value before its comment.
+#: Width of a key and value before the comment.
 _WIDTH = 31
 _KILOMETRE_M = 1000.0
 
 
 @dataclass(frozen=True, slots=True)
 class FoundSensor:
-    """What a recording says of one sensor.
+    """A sensor found in a recording.
 
     Attributes
     ----------
     identifier, kind : str
         As in `sensors.toml`.
     found : str
-        What was found, such as "7651 plots".
+        Description, such as "7651 plots".
     numbers : sequence of (str, int)
-        Keys and values of the numbers by which the recording names it.
+        Keys and values of its numbers in the recording.
     site : (float, float, float), optional
-        Latitude and longitude, degrees, and height, m, where the recording says them.
+        Latitude and longitude, degrees, and height, m, if the recording contains them.
     site_source : str
-        Where the site is from.
+        Source of the site.
     rotation_period_s : float
-        Scan period, s; NaN where it is not known.
+        Scan period, s; NaN if unknown.
     period_source : str
-        Where that is from.
+        Source of the scan period.
     range_max_m : float
-        Slant range of the farthest plot, m; 0 where there is none.
+        Slant range of the farthest plot, m; 0 without plots.
     """
 
     identifier: str
@@ -67,12 +67,12 @@ def sensors_text(sensors: Sequence[FoundSensor]) -> str:
     Parameters
     ----------
     sensors : sequence of FoundSensor
-        What was found.
+        Sensors found.
 
     Returns
     -------
     str
-        TOML; it can be used as soon as no field of it is nan.
+        TOML; usable when no field is nan.
     """
     return "".join([_HEADER, *(_table(one) for one in sensors)])
 

@@ -261,7 +261,7 @@ def asterix_gateway(
         raise ConfigurationError(f"settings: asterix.editions: {error}") from error
     options = LiveOptions(
         names=names_by_source(sensors),
-        turns=scan_periods_by_source(sensors),
+        scan_periods=scan_periods_by_source(sensors),
         editions=editions,
         all_targets=wanted.all_targets,
         duplicate_window_s=wanted.duplicate_window_s,

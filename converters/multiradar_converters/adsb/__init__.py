@@ -1,1 +1,1 @@
-"""Trajectories of aircraft that others heard by ADS-B: JSON, CSV and readsb traces."""
+"""ADS-B trajectories from receivers and networks: JSON, CSV and readsb traces."""

@@ -1,4 +1,4 @@
-"""The conversion of trajectories: files in, one folder out."""
+"""Conversion of ADS-B trajectories: files in, one folder out."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -7,10 +7,10 @@ from typing import TextIO
 import numpy as np
 
 from multiradar_converters.adsb import table
-from multiradar_converters.adsb.judging import Judge
+from multiradar_converters.adsb.consistency import ConsistencyCheck
 from multiradar_converters.adsb.options import Options
 from multiradar_converters.adsb.reading import roles
-from multiradar_converters.adsb.reading.batches import Batch, Refused
+from multiradar_converters.adsb.reading.batches import Batch, RejectedRecord
 from multiradar_converters.adsb.reading.files import Source, open_source
 from multiradar_converters.adsb.reading.time_forms import of_day
 from multiradar_converters.adsb.report import FileAccount, report_json
@@ -32,25 +32,25 @@ def convert(
     Parameters
     ----------
     files : sequence of Path
-        Files; all with dates, or all without.
+        Files; all with dates or all without.
     out : Path
-        The folder to make.
+        The folder to create.
     options : Options
-        The user's choices.
+        Options.
     advance : callable
-        Told the bytes that were read, from time to time.
+        Called with the number of bytes read, from time to time.
 
     Returns
     -------
     dict
-        What `report.json` says.
+        Content of `report.json`.
 
     Raises
     ------
-    OutputTakenError
+    OutputFolderExistsError
         `out` exists.
     LayoutError
-        A file cannot be read, or none of its records can be taken.
+        A file cannot be read, or none of its records is accepted.
     AccountingError
         A record is unaccounted for.
     """
@@ -87,50 +87,52 @@ def _check_dates(path: Path, forms: set[bool]) -> None:
 def _read(source: Source, options: Options, sorter: TimeSorter, rejects: TextIO) -> FileAccount:
     account = FileAccount(source.file, source.form, source.layout.figures())
     without_date = of_day(source.layout.time)
-    judge = Judge(source.file, without_date)
+    check = ConsistencyCheck(source.file, without_date)
     for batch in source.batches:
         if not (without_date or account.accepted):
             _check_date(source.file, batch, options)
-        stands = judge.judge(batch)
+        valid = check.push(batch)
         for name, role in _UNREADABLE.items():
             word = batch.words[role - roles.FIRST_WORD]
-            account.unreadable[name] += int((word[stands] == roles.UNREADABLE).sum())
-        sorter.add(table.records_of(batch.numbers[:, stands], batch.words[:, stands]))
+            account.unreadable[name] += int((word[valid] == roles.UNREADABLE).sum())
+        sorter.add(table.records_of(batch.numbers[:, valid], batch.words[:, valid]))
         account.read += batch.found
-        account.accepted += int(stands.sum())
-        for refused in sorted(batch.refused, key=lambda each: each.place):
-            _reject(refused, source, account, rejects)
+        account.accepted += int(valid.sum())
+        for rejected in sorted(batch.rejected, key=lambda each: each.place):
+            _reject(rejected, source, account, rejects)
     account.check()
     account.size, account.text_bytes = source.unpacked.packed_bytes, source.unpacked.text_bytes
     account.blank = source.lines.blank if source.lines is not None else 0
-    account.repeated, account.stale = judge.repeated, judge.stale
-    account.backwards, account.jumps = judge.backwards, judge.jumps
+    account.repeated, account.stale = check.repeated, check.stale
+    account.backwards, account.jumps = check.backwards, check.jumps
     return account
 
 
 def _check_date(file: str, batch: Batch, options: Options) -> None:
-    """Compare the date that the user tells with that of the first records."""
-    told = dates_of(np.sort(batch.numbers[roles.TIME]).tolist()[:1])
-    if options.date is None or told is None or options.date in told:
+    """Compare the date in the options with that of the first records."""
+    dates = dates_of(np.sort(batch.numbers[roles.TIME]).tolist()[:1])
+    if options.date is None or dates is None or options.date in dates:
         return
-    msg = f"{file}: expected no --date, or its own ({told[0]}), was {options.date}"
+    msg = f"{file}: expected no --date, or its own ({dates[0]}), was {options.date}"
     raise LayoutError(msg)
 
 
-def _reject(refused: Refused, source: Source, account: FileAccount, rejects: TextIO) -> None:
+def _reject(
+    rejected: RejectedRecord, source: Source, account: FileAccount, rejects: TextIO
+) -> None:
     by_line = source.lines is not None
     record = Reject(
         file=source.file,
-        line=refused.place if by_line else None,
-        offset=None if by_line else refused.place,
-        reason=refused.reason,
-        code=refused.code,
-        raw=refused.raw.decode("utf-8", "backslashreplace"),
+        line=rejected.place if by_line else None,
+        offset=None if by_line else rejected.place,
+        reason=rejected.reason,
+        code=rejected.code,
+        raw=rejected.raw.decode("utf-8", "backslashreplace"),
     )
     rejects.write(record.model_dump_json(exclude_none=True) + "\n")
-    account.rejected[refused.code] += 1
-    place = f"{'line' if by_line else 'byte'} {refused.place}"
-    account.examples.setdefault(refused.code, f"{place}: {refused.reason}")
+    account.rejected[rejected.code] += 1
+    place = f"{'line' if by_line else 'byte'} {rejected.place}"
+    account.examples.setdefault(rejected.code, f"{place}: {rejected.reason}")
 
 
 def _check_some_accepted(accounts: list[FileAccount]) -> None:
@@ -140,7 +142,7 @@ def _check_some_accepted(accounts: list[FileAccount]) -> None:
         if account.rejected:
             code, count = account.rejected.most_common(1)[0]
             msg = (
-                f"{account.file}: none of {account.rejected.total()} records can be taken; {count} "
-                f"of them for {code}, the first at {account.examples[code]}"
+                f"{account.file}: none of {account.rejected.total()} records are accepted; {count} "
+                f"of them rejected as {code}, the first at {account.examples[code]}"
             )
             raise LayoutError(msg)

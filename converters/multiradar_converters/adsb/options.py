@@ -1,4 +1,4 @@
-"""What a user can choose about a conversion."""
+"""Options of a conversion."""
 
 import datetime as dt
 from dataclasses import dataclass
@@ -6,16 +6,16 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Options:
-    """Choices; the defaults find out what they can.
+    """Options; the defaults detect as much as possible.
 
     Attributes
     ----------
     date : date or None
-        The day on which recordings without dates begin.
+        First day of recordings without dates.
     """
 
     date: dt.date | None = None
 
     def settings(self) -> dict[str, object]:
-        """Return the choices that shape the output, for `report.json`."""
+        """Return the options that affect the output, for `report.json`."""
         return {"date": None if self.date is None else self.date.isoformat()}

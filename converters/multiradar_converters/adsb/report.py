@@ -13,28 +13,28 @@ from multiradar_schemas.measurements.reject import RejectCode
 
 @dataclass
 class FileAccount:
-    """What became of the records of a file.
+    """Disposition of the records of a file.
 
     Attributes
     ----------
     file, form : str
-        Its name, and how it is written.
+        Its name and form.
     size, text_bytes : int
         Its size, and that of its text, bytes.
     layout : dict
-        What was found out about its columns.
+        Detected columns.
     read : int
-        Records that were found, and pieces of text that are none.
+        Records, including text that is not a record.
     accepted, repeated, stale, backwards, jumps : int
-        Counts of reports; repeated and stale ones are among the rejected.
+        Counts of reports; rejected includes repeated and stale ones.
     unreadable : dict
-        Values that were left out, by role.
+        Unreadable values that were omitted, by role.
     blank : int
         Blank lines.
     rejected : Counter
         Records by code.
     examples : dict
-        The first reason of each code, with its place.
+        First example of each code, with its place.
     """
 
     file: str
@@ -54,16 +54,16 @@ class FileAccount:
     examples: dict[RejectCode, str] = field(default_factory=dict)
 
     def check(self) -> None:
-        """Compare what was read with what became of it.
+        """Check that read = accepted + rejected + blank.
 
         Raises
         ------
         AccountingError
             A record is unaccounted for.
         """
-        became = self.accepted + self.rejected.total()
-        if became != self.read:
-            msg = f"{self.file}: read {self.read} records, but accounted for {became}"
+        accounted = self.accepted + self.rejected.total()
+        if accounted != self.read:
+            msg = f"{self.file}: read {self.read} records, but accounted for {accounted}"
             raise AccountingError(msg)
 
     def counts(self) -> dict[str, int]:
@@ -93,18 +93,18 @@ class FileAccount:
 def report_json(
     path: Path, accounts: list[FileAccount], written: Written, options: Options
 ) -> dict[str, object]:
-    """Write the report and return what it says.
+    """Write and return the report.
 
     Parameters
     ----------
     path : Path
         The file.
     accounts : list of FileAccount
-        What became of each file.
+        Accounts of the files.
     written : Written
-        What the table holds.
+        Figures of the table.
     options : Options
-        The user's choices.
+        Options.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""`sensors.toml`: who sent the positions, and a place to track at."""
+"""`sensors.toml`: sources of the positions, and a reference position for tracking."""
 
 import numpy as np
 
@@ -16,12 +16,12 @@ def sensors_toml(written: Written) -> str:
     Parameters
     ----------
     written : Written
-        What the table holds.
+        Figures of the table.
 
     Returns
     -------
     str
-        TOML that can be loaded as it is.
+        TOML that can be loaded without changes.
     """
     found = []
     for kind, count in written.kinds.items():

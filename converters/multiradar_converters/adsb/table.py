@@ -1,16 +1,15 @@
 """`measurements.parquet` of trajectories: the usual columns, geometric height, callsign, flags.
 
-Reports on their way are records of seven words (`records_of`), which `vid.spool` puts in order of
-time on disk:
+Reports are records of seven words (`records_of`), which `vid.spool` sorts by time on disk:
 
 ===== =========================================================================================
-word  what it holds (f: bits of a float64)
+word  content (f: bits of a float64)
 ===== =========================================================================================
 0     f time, s
 1, 2  f latitude and longitude, degrees
 3, 4  f barometric and geometric height, m; NaN for none
 5     address (24 bits), code + 1 (13), on the ground (1), kind (1), from the lowest bit on
-6     callsign, a byte a letter; -1 for none
+6     callsign, a byte per character; -1 for none
 ===== =========================================================================================
 """
 
@@ -31,7 +30,7 @@ from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
 
 RECORD_WORDS = 7
 
-#: Columns of this table; `track` and the others read the first ones.
+#: Columns of this table; `track` and other commands read the first ones.
 SCHEMA = pl.Schema(
     {
         **PLAIN_SCHEMA,
@@ -40,7 +39,7 @@ SCHEMA = pl.Schema(
     }
 )
 
-#: Reports of one time that are compared at once: bounds the memory.
+#: Maximum reports of one time that are compared; bounds the memory.
 SAME_TIME_MAX = 1 << 18
 
 _CODE_AT, _CODE_BITS, _GROUND_AT, _KIND_AT = 24, 13, 37, 38
@@ -50,12 +49,12 @@ _FLAGS = (None, "on_ground", "height_geometric", "on_ground,height_geometric")
 
 @dataclass
 class Written:
-    """What the table holds.
+    """Figures of the table.
 
     Attributes
     ----------
     rows, repeated : int
-        Rows, and reports that were left out because one equals them.
+        Rows, and omitted duplicate reports.
     kinds : dict of str to int
         Rows by kind.
     heights : dict of str to int
@@ -67,7 +66,7 @@ class Written:
     first_s, last_s : float
         Times, s; NaN without rows.
     middle : float64[3]
-        Sum of the unit vectors to the positions, for each kind.
+        Sum of the unit vectors of the positions, for each kind.
     """
 
     rows: int = 0
@@ -130,7 +129,7 @@ def write(path: Path, blocks: Iterator[Records], unix_start_s: float) -> Written
     Returns
     -------
     Written
-        What it holds.
+        Its figures.
     """
     written = Written()
     frames = (_frame(block, unix_start_s, written) for block in even_blocks(_once(blocks, written)))
@@ -139,11 +138,11 @@ def write(path: Path, blocks: Iterator[Records], unix_start_s: float) -> Written
 
 
 def _once(blocks: Iterator[Records], written: Written) -> Iterator[Records]:
-    """Leave out reports that equal one of the same time, wherever they stood."""
+    """Remove duplicate reports of the same time, in any order."""
     held = np.empty((0, RECORD_WORDS), dtype=np.int64)
     for block in blocks:
         both = np.concatenate([held, block])
-        # Reports of the last time may go on in the next block.
+        # Reports of the last time may continue in the next block.
         cut = int(np.searchsorted(times(both), times(both)[-1], side="left"))
         if len(both) - cut > SAME_TIME_MAX:
             cut = len(both)

@@ -1,1 +1,1 @@
-"""ASTERIX recordings become measurements: blocks, records, items, fields."""
+"""Conversion of ASTERIX recordings to measurements: blocks, records, items, fields."""

@@ -1,4 +1,4 @@
-"""The conversion of ASTERIX recordings: files in, one folder out."""
+"""Conversion of ASTERIX recordings: files in, one folder out."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -15,20 +15,20 @@ from multiradar_converters.asterix.decoding.editions import source_name
 from multiradar_converters.asterix.decoding.gathering import Broken, Gathered, gather
 from multiradar_converters.asterix.decoding.timing import (
     KINDS,
+    AntennaStatus,
     Timed,
-    Turned,
     into_days,
     time_targets,
 )
 from multiradar_converters.asterix.framing.containers import read_blocks
 from multiradar_converters.asterix.layout.columns import Flags, Integers, Numbers
 from multiradar_converters.asterix.options import Options
-from multiradar_converters.asterix.records import ToldRecords
+from multiradar_converters.asterix.records import RecordDump
 from multiradar_converters.asterix.report import (
     SYSTEM_TRACKS_FILE,
     FileAccount,
     Findings,
-    Sweep,
+    PlotFigures,
     report_json,
 )
 from multiradar_converters.asterix.sensors import SensorNames, sensors_toml
@@ -39,7 +39,7 @@ from multiradar_converters.scan_period import scan_period_s
 from multiradar_converters.vid.times import unix_start
 from multiradar_schemas.measurements.reject import Reject, RejectCode
 
-#: Octets of a broken block that are kept in the quarantine.
+#: Octets of an undecodable block that are retained in the quarantine.
 RAW_OCTETS_MAX = 4096
 
 FAR_OFF = "a time more than an hour from those around it"
@@ -47,7 +47,7 @@ FAR_OFF = "a time more than an hour from those around it"
 
 @dataclass
 class _Part:
-    """Measurements of one file on their way into the table."""
+    """Measurements of one file for the table."""
 
     rows: dict[str, Numbers | Integers]
     numbers: dict[str, Numbers] = field(default_factory=dict)
@@ -61,25 +61,25 @@ def convert(
     Parameters
     ----------
     files : sequence of Path
-        Recordings, in the order of their times.
+        Recordings in order of time.
     out : Path
-        The folder to make.
+        The folder to create.
     options : Options
-        The user's choices.
+        Options.
     advance : callable
-        Told the octets that were read, from time to time.
+        Called with the number of octets read, from time to time.
 
     Returns
     -------
     dict
-        What `report.json` says.
+        Content of `report.json`.
 
     Raises
     ------
-    OutputTakenError
+    OutputFolderExistsError
         `out` exists.
     LayoutError
-        A file cannot be read, or none of them holds a block that can be.
+        A file cannot be read, or none contains a decodable block.
     AccountingError
         An octet or record is unaccounted for.
     """
@@ -111,15 +111,15 @@ def convert(
 
 
 def _check_some_known(findings: Findings) -> None:
-    """Refuse recordings of which no block can be read: they are of another kind."""
+    """Reject recordings without a decodable block."""
     if any(account.octets["decoded"] + account.octets["skipped"] for account in findings.files):
         return
     for account in findings.files:
         if account.broken:
             first = min(account.broken, key=lambda one: one.offset)
             msg = (
-                f"{account.file}: expected ASTERIX blocks, found none that can be read; at offset "
-                f"{first.offset}: {first.reason}"
+                f"{account.file}: expected ASTERIX blocks, found none that can be decoded; "
+                f"at offset {first.offset}: {first.reason}"
             )
             raise LayoutError(msg)
     names = ", ".join(account.file for account in findings.files)
@@ -129,9 +129,9 @@ def _check_some_known(findings: Findings) -> None:
 
 def _system_tracks(gathered: Gathered, options: Options, findings: Findings) -> pl.DataFrame:
     made = system_table.frame(gathered.tracks, unix_start(options.date))
-    told = sum(part.height for _, part in gathered.tracks)
-    if told > made.height:
-        findings.left_out["system_track_without_time"] += told - made.height
+    total = sum(part.height for _, part in gathered.tracks)
+    if total > made.height:
+        findings.left_out["system_track_without_time"] += total - made.height
     return made
 
 
@@ -139,9 +139,9 @@ def _gathered(path: Path, options: Options, folder: Path) -> Gathered:
     blocks = read_blocks(path)
     if not options.records:
         return gather(blocks, options.editions)
-    told = ToldRecords(blocks)
-    gathered = gather(blocks, options.editions, watch=told.add)
-    told.append_to(folder / "records.ndjson")
+    dump = RecordDump(blocks)
+    gathered = gather(blocks, options.editions, watch=dump.add)
+    dump.append_to(folder / "records.ndjson")
     return gathered
 
 
@@ -151,7 +151,7 @@ def _reject(gathered: Gathered, broken: Broken) -> Reject:
     return Reject(
         file=gathered.blocks.file,
         offset=broken.offset,
-        reason=broken.reason + (f"; the first {RAW_OCTETS_MAX} octets are kept" if cut else ""),
+        reason=broken.reason + (f"; the first {RAW_OCTETS_MAX} octets are retained" if cut else ""),
         code=broken.code,
         raw=octets[:RAW_OCTETS_MAX].tobytes().hex(),
     )
@@ -160,7 +160,7 @@ def _reject(gathered: Gathered, broken: Broken) -> Reject:
 def _of_file(
     gathered: Gathered, options: Options, findings: Findings
 ) -> tuple[FileAccount, _Part | None]:
-    """Time the reports of a file, refuse what cannot be; count all of it."""
+    """Assign times to the reports of a file, reject invalid ones, and count."""
     account = FileAccount(
         file=gathered.blocks.file,
         form=gathered.blocks.form,
@@ -175,19 +175,19 @@ def _of_file(
     for source, status in gathered.status.items():
         findings.status.setdefault(source_name(source), {}).update(status)
     findings.skipped.update(gathered.skipped)
-    timed, turned = time_targets(gathered, options.turns())
-    _remember(findings, turned)
+    timed, antennas = time_targets(gathered, options.scan_periods())
+    _retain(findings, antennas)
     if timed is None:
         return account, None
     return account, _measured(timed, account, options, findings)
 
 
-def _remember(findings: Findings, turned: dict[int, Turned]) -> None:
-    """Keep what the file with most north marks says of each antenna."""
-    for source, one in turned.items():
-        before = findings.turned.get(source)
+def _retain(findings: Findings, antennas: dict[int, AntennaStatus]) -> None:
+    """Retain the antenna status of the file with most north marks."""
+    for source, one in antennas.items():
+        before = findings.antennas.get(source)
         if before is None or (one.north_marks, one.sectors) > (before.north_marks, before.sectors):
-            findings.turned[source] = one
+            findings.antennas[source] = one
 
 
 def _measured(
@@ -204,10 +204,10 @@ def _measured(
     findings.left_out.update(left_out)
     findings.flags.update(flags)
     far_off = (known & ~kept, RejectCode.OUT_OF_RANGE, FAR_OFF)
-    refusals = [*untimed(timed), far_off, misplaced(timed, kept & measured)]
+    rejections = [*untimed(timed), far_off, misplaced(timed, kept & measured)]
     own = kept & measured
-    for wrong, code, reason in refusals:
-        _refuse(account, timed, wrong, code, reason)
+    for wrong, code, reason in rejections:
+        _reject_reports(account, timed, wrong, code, reason)
         own &= ~wrong
     return _part(timed, np.flatnonzero(own), time_s + unix_start(options.date), findings)
 
@@ -231,7 +231,7 @@ def _part(timed: Timed, own: Integers, time_s: Numbers, findings: Findings) -> _
     )
 
 
-def _refuse(
+def _reject_reports(
     account: FileAccount, timed: Timed, wrong: Flags, code: RejectCode, reason: str
 ) -> None:
     rows = timed.rows
@@ -243,7 +243,7 @@ def _refuse(
 def _frames(
     parts: list[_Part], options: Options, findings: Findings
 ) -> tuple[list[pl.DataFrame], SensorNames]:
-    """Drop what came before, name the sensors, make tables."""
+    """Remove duplicates, assign sensor ids, build tables."""
     if not parts:
         return [], SensorNames(options.sensors, Counter())
     rows = {name: np.concatenate([part.rows[name] for part in parts]) for name in parts[0].rows}
@@ -269,7 +269,7 @@ def _frames(
     findings.first_s, findings.last_s = extremes(kept["time_s"])
     for place, name in enumerate(ids):
         own = places.ravel() == place
-        findings.sweeps[name] = Sweep(
+        findings.plot_figures[name] = PlotFigures(
             scan_period_s(kept["time_s"][own], kept["azimuth_deg"][own]),
             float(np.max(np.nan_to_num(kept["range_m"][own]), initial=0.0)),
         )

@@ -1,4 +1,4 @@
-"""What a user can choose about a conversion."""
+"""Options of a conversion."""
 
 import datetime as dt
 from dataclasses import dataclass, field
@@ -9,19 +9,19 @@ from multiradar_schemas.sensors.sensor import SensorsFile
 
 @dataclass(frozen=True)
 class Options:
-    """Choices; the defaults find out what they can.
+    """Options; the defaults detect as much as possible.
 
     Attributes
     ----------
     sensors : SensorsFile or None
-        Sensors, which give their ids to the numbers in the recording.
+        Sensors, for their ids by SAC and SIC.
     date : date or None
-        The day on which the recording begins.
+        First day of the recording.
     editions : Editions
-        Editions that the user chose; those found are added.
+        Selected editions; detected ones are added.
     all_targets : bool
-        Whether test targets, simulated ones, fixed transponders and reports without a detection
-        become measurements too.
+        Whether to include test targets, simulated targets, fixed transponders and reports without
+        detection.
     records : bool
         Whether to write `records.ndjson`.
     """
@@ -32,8 +32,8 @@ class Options:
     all_targets: bool = False
     records: bool = False
 
-    def turns(self) -> dict[int, float]:
-        """Return the times of a turn that `sensors` states, s, by source."""
+    def scan_periods(self) -> dict[int, float]:
+        """Return the scan periods in `sensors`, s, by source."""
         return {
             one.sac << 8 | one.sic: one.rotation_period_s
             for one in (self.sensors.sensor if self.sensors else ())
@@ -41,7 +41,7 @@ class Options:
         }
 
     def settings(self) -> dict[str, object]:
-        """Return the choices that shape the output, for `report.json`."""
+        """Return the options that affect the output, for `report.json`."""
         chosen = {
             f"{category:03d}"
             if source is None

@@ -1,4 +1,4 @@
-"""`records.ndjson`: every field of every record, a line each, in the order of the file."""
+"""`records.ndjson`: every field of every record, a line per record, in file order."""
 
 import json
 from pathlib import Path
@@ -10,8 +10,8 @@ from multiradar_converters.asterix.layout.fields import record_fields
 from multiradar_converters.asterix.layout.program import Walked
 
 
-class ToldRecords:
-    """Collects what the records of a file say.
+class RecordDump:
+    """Collects the fields of the records of a file.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ class ToldRecords:
         self._lines: list[tuple[int, str]] = []
 
     def add(self, walked: Walked, rows: Rows) -> None:
-        """Read records of one layout."""
+        """Add records of one layout."""
         layout = walked.program.layout
         for order, offset, source, starts in zip(
             rows.order.tolist(),
@@ -44,6 +44,6 @@ class ToldRecords:
             self._lines.append((order, json.dumps(line, ensure_ascii=False)))
 
     def append_to(self, path: Path) -> None:
-        """Write the lines at the end of a file."""
+        """Append the lines to a file."""
         with path.open("a", encoding="utf-8", newline="\n") as file:
             file.writelines(f"{line}\n" for _, line in sorted(self._lines))

@@ -6,19 +6,19 @@ from pathlib import Path
 
 from multiradar_converters.asterix.decoding.editions import source_name
 from multiradar_converters.asterix.decoding.gathering import Broken
-from multiradar_converters.asterix.decoding.timing import Turned
+from multiradar_converters.asterix.decoding.timing import AntennaStatus
 from multiradar_converters.asterix.options import Options
 from multiradar_converters.errors import AccountingError
 from multiradar_converters.report_file import Converted, write_report
 from multiradar_schemas.measurements.reject import RejectCode
 
-#: Tracks of another processor, where the recording has some.
+#: System tracks in the recording, if any.
 SYSTEM_TRACKS_FILE = "system_tracks.parquet"
 
 
 @dataclass
 class FileAccount:
-    """What became of the octets and records of a file."""
+    """Disposition of the octets and records of a file."""
 
     file: str
     form: str
@@ -29,20 +29,20 @@ class FileAccount:
     blocks_broken: int = 0
 
     def check(self) -> None:
-        """Compare what was read with what became of it.
+        """Check that all octets are accounted for.
 
         Raises
         ------
         AccountingError
             An octet is unaccounted for.
         """
-        became = sum(self.octets.values())
-        if became != self.size:
-            msg = f"{self.file}: read {self.size} octets, but accounted for {became}"
+        accounted = sum(self.octets.values())
+        if accounted != self.size:
+            msg = f"{self.file}: read {self.size} octets, but accounted for {accounted}"
             raise AccountingError(msg)
 
     def counts(self) -> dict[str, int]:
-        """Return records: a broken block, of which nobody knows the records, counts as one."""
+        """Return record counts; an undecodable block counts as one record."""
         rejected = len(self.broken)
         return {
             "read": self.records + self.blocks_broken,
@@ -52,8 +52,8 @@ class FileAccount:
 
 
 @dataclass(frozen=True)
-class Sweep:
-    """What the plots of a sensor show: scan period, s (NaN: none), and the farthest range, m."""
+class PlotFigures:
+    """Figures from the plots of a sensor: scan period, s (NaN: none), and maximum range, m."""
 
     period_s: float
     range_max_m: float
@@ -61,19 +61,19 @@ class Sweep:
 
 @dataclass
 class Findings:
-    """All that a conversion counted."""
+    """Counts of a conversion."""
 
     files: list[FileAccount] = field(default_factory=list)
     records: Counter[tuple[int, int]] = field(default_factory=Counter)
     items: Counter[tuple[int, int, str]] = field(default_factory=Counter)
-    turned: dict[int, Turned] = field(default_factory=dict)
+    antennas: dict[int, AntennaStatus] = field(default_factory=dict)
     time_origins: Counter[str] = field(default_factory=Counter)
     skipped: Counter[int] = field(default_factory=Counter)
     left_out: Counter[str] = field(default_factory=Counter)
     flags: Counter[str] = field(default_factory=Counter)
     measurements: dict[str, int] = field(default_factory=dict)
     middles: dict[str, tuple[float, float]] = field(default_factory=dict)
-    sweeps: dict[str, Sweep] = field(default_factory=dict)
+    plot_figures: dict[str, PlotFigures] = field(default_factory=dict)
     first_s: float | None = None
     last_s: float | None = None
     duplicates: int = 0
@@ -83,7 +83,7 @@ class Findings:
 
 
 def report_json(path: Path, findings: Findings, options: Options) -> dict[str, object]:
-    """Write the report and return what it says.
+    """Write and return the report.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def report_json(path: Path, findings: Findings, options: Options) -> dict[str, o
     findings : Findings
         The counts.
     options : Options
-        The user's choices.
+        Options.
 
     Returns
     -------
@@ -146,7 +146,7 @@ def _figures(findings: Findings, options: Options) -> dict[str, object]:
         "sensor_status": findings.status,
         "first_s": findings.first_s,
         "last_s": findings.last_s,
-        "antennas": {source_name(s): _antenna(t) for s, t in sorted(findings.turned.items())},
+        "antennas": {source_name(s): _antenna(t) for s, t in sorted(findings.antennas.items())},
     }
 
 
@@ -156,10 +156,10 @@ def _tracks(findings: Findings) -> list[dict[str, object]]:
     return [{"file": SYSTEM_TRACKS_FILE, "rows": findings.system_tracks}]
 
 
-def _antenna(turned: Turned) -> dict[str, object]:
-    known = turned.turn_s == turned.turn_s
+def _antenna(status: AntennaStatus) -> dict[str, object]:
+    known = status.period_s == status.period_s
     return {
-        "north_marks": turned.north_marks,
-        "sectors": turned.sectors,
-        "turn_s": round(turned.turn_s, 4) if known else None,
+        "north_marks": status.north_marks,
+        "sectors": status.sectors,
+        "turn_s": round(status.period_s, 4) if known else None,
     }

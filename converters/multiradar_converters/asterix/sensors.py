@@ -1,4 +1,4 @@
-"""Names of sensors, and `sensors.toml`."""
+"""Sensor identifiers, and `sensors.toml`."""
 
 import math
 from collections import Counter
@@ -15,12 +15,12 @@ from multiradar_schemas.sensors.sensor import SensorsFile
 
 
 class SensorNames:
-    """Identifiers of sources by what they measure.
+    """Sensor identifiers by source and kind of measurement.
 
     Parameters
     ----------
     sensors : SensorsFile or None
-        Sensors that the user described.
+        Configured sensors.
     counts : Counter
         Measurements by source and kind.
     """
@@ -34,7 +34,7 @@ class SensorNames:
         }
 
     def of(self, source: int, kind: str) -> str:
-        """Return the id: as the user says, else `SAC-SIC`, with the kind if it is not the first."""
+        """Return the configured id, else `SAC-SIC`, with the kind if it is not the first."""
         name = source_name(source)
         if (name, kind) in self._known:
             return self._known[name, kind]
@@ -50,14 +50,14 @@ def sensors_toml(names: SensorNames, findings: Findings) -> str:
     names : SensorNames
         The sources.
     findings : Findings
-        What the recording says of them.
+        Findings of the recording.
 
     Returns
     -------
     str
-        TOML; it can be used once the positions of radars that do not report theirs are filled in.
-        Other sensors have the middle of their reports, for a recording without radars needs a
-        place to track at.
+        TOML; usable once the positions of radars that do not report theirs are filled in. Other
+        sensors have the middle of their reports as position, because a recording without radars
+        needs a reference position for tracking.
     """
     return sensors_text(
         [_found(names, findings, source, kind) for source, kind in sorted(names.counts)]
@@ -74,16 +74,16 @@ def _found(names: SensorNames, findings: Findings, source: int, kind: str) -> Fo
         return FoundSensor(
             identifier, kind, found, numbers, (latitude, longitude, 0.0), MIDDLE_OF_REPORTS
         )
-    turned, sweep = findings.turned.get(source), findings.sweeps[identifier]
-    stated = turned is not None and not math.isnan(turned.turn_s)
+    antenna, figures = findings.antennas.get(source), findings.plot_figures[identifier]
+    stated = antenna is not None and not math.isnan(antenna.period_s)
     return FoundSensor(
         identifier,
         kind,
         found,
         numbers,
-        None if turned is None else turned.site,
+        None if antenna is None else antenna.site,
         "item 034/120: to about 10 m, height above mean sea level",
-        turned.turn_s if turned is not None and stated else sweep.period_s,
+        antenna.period_s if antenna is not None and stated else figures.period_s,
         "service messages" if stated else "measured from its plots",
-        sweep.range_max_m,
+        figures.range_max_m,
     )

@@ -1,4 +1,4 @@
-"""`system_tracks.parquet`: tracks of another processor, by time."""
+"""`system_tracks.parquet`: system tracks of another SDPS, by time."""
 
 from pathlib import Path
 
@@ -15,19 +15,19 @@ _DAY_S = 86_400.0
 
 
 def frame(parts: list[tuple[Rows, pl.DataFrame]], start_s: float) -> pl.DataFrame:
-    """Make the table of the system tracks of a file.
+    """Return the table of the system tracks of a file.
 
     Parameters
     ----------
     parts : list of (Rows, DataFrame)
-        Where the records stand, and what `read_system_tracks` says of them.
+        Location of the records, and the result of `read_system_tracks`.
     start_s : float
         Added to times, s.
 
     Returns
     -------
     DataFrame
-        Columns of `SCHEMA`, in the order of the file; records without a time are left out.
+        Columns of `SCHEMA`, in file order; records without a time are omitted.
     """
     if not parts:
         return pl.DataFrame(schema=SCHEMA)
@@ -46,7 +46,7 @@ def frame(parts: list[tuple[Rows, pl.DataFrame]], start_s: float) -> pl.DataFram
 
 
 def write(path: Path, frames: list[pl.DataFrame]) -> int:
-    """Write the table by time, equal rows once; return its rows. No table where there are none."""
+    """Write the table by time without duplicates; return its rows. No file without rows."""
     whole = pl.concat([pl.DataFrame(schema=SCHEMA), *frames])
     whole = whole.unique(maintain_order=True).sort("time_s", maintain_order=True)
     if whole.height:

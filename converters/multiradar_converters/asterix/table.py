@@ -16,10 +16,10 @@ from multiradar_converters.asterix.decoding.timing import KINDS
 from multiradar_converters.asterix.layout.columns import Flags, Integers, Numbers
 from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
 
-#: Columns of this table; `track` and the others read the first ones.
+#: Columns of this table; `track` and other commands read the first ones.
 SCHEMA = pl.Schema({**PLAIN_SCHEMA, "flags": pl.String()})
 
-#: Records of equal octets and times no further apart are one record.
+#: Records with equal octets within this time are duplicates, s.
 SAME_S = 1.0
 
 _HEIGHTS_M = (-1000.0, 40_000.0)
@@ -28,12 +28,12 @@ _HEIGHTS_M = (-1000.0, 40_000.0)
 def frame(
     columns: dict[str, Numbers], sensor_ids: list[str] | pl.Series, whole: dict[str, Integers]
 ) -> pl.DataFrame:
-    """Make the table of a file.
+    """Return the table of a file.
 
     Parameters
     ----------
     columns : dict of float64[n]
-        The numbers by name; NaN where there is none.
+        The numbers by name; NaN if absent.
     sensor_ids : list of str or Series
         Sensor of each row.
     whole : dict of int64[n]
@@ -61,21 +61,21 @@ def frame(
 
 
 def repeated(same: Integers, source: Integers, time_s: Numbers, window_s: float = SAME_S) -> Flags:
-    """Find records that came before: equal octets, one source, times close together.
+    """Find duplicate records: equal octets, same source, times close together.
 
     Parameters
     ----------
     same : int64[n]
-        Equal for records of equal octets.
+        Equal for records with equal octets.
     source : int64[n]
-        Who reports.
+        Source.
     time_s : float64[n]
         Times, s.
 
     Returns
     -------
     bool[n]
-        Whether each repeats one; of equal records the first in time counts, then the first given.
+        Whether each is a duplicate; of equal records the first in time, then in order, is kept.
     """
     order = np.lexsort((time_s, source, same))
     again = np.zeros(len(order), dtype=np.bool_)

@@ -1,1 +1,1 @@
-"""Measurements in the project's own forms: JSON, NDJSON and Arrow bodies in, a table out."""
+"""Parsing of normalised measurements: JSON, NDJSON and Arrow bodies in, a table out."""

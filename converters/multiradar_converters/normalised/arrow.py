@@ -1,9 +1,9 @@
 """Arrow bodies: an IPC stream with columns of `MEASUREMENT_SCHEMA`, in any order.
 
-Optional columns may be missing. Text may be utf8, large_utf8, utf8_view or a dictionary of texts;
-a number may be any integer or float type where a float belongs, any integer type where an integer
-belongs. The time may also be the column `time_ns` (integer) or `time` (a time stamp with zone)
-instead of `time_s`. Null means missing; NaN and infinities are refused, row by row.
+Optional columns may be missing. Text may be utf8, large_utf8, utf8_view or a dictionary of texts.
+Float columns accept any integer or float type, integer columns any integer type. The time may also
+be the column `time_ns` (integer) or `time` (a timestamp with zone) instead of `time_s`. Null means
+missing. Rows with NaN or infinities are rejected.
 """
 
 import io
@@ -28,8 +28,8 @@ from multiradar_schemas.measurements.directions import without_empty_directions
 from multiradar_schemas.measurements.gates import PHYSICAL_GATES, Gate, rejections
 from multiradar_schemas.measurements.reject import RejectCode
 
-#: Text of all rows together, as a multiple of the body: dictionaries and views can name one long
-#: text in every row.
+#: Maximum total text, as a multiple of the body: dictionaries and views can repeat one long text in
+#: every row.
 TEXT_EXPANSION_MAX = 16
 
 _FILE_MAGIC = b"ARROW1"
@@ -47,7 +47,7 @@ _INTEGERS = (
     pl.UInt32,
     pl.UInt64,
 )
-#: What each type of column may be made from.
+#: Accepted input types by column type.
 _ACCEPTED: dict[pl.DataType, tuple[str, tuple[type[pl.DataType], ...]]] = {
     pl.String(): ("text", (pl.String, pl.Categorical, pl.Enum)),
     pl.Float64(): ("numbers", (pl.Float32, pl.Float64, *_INTEGERS)),
@@ -63,19 +63,19 @@ def parse_arrow(body: bytes, *, rows_max: int = ROWS_MAX) -> Parsed:
     body : bytes
         The stream, without compression.
     rows_max : int
-        Most measurements that are taken at once.
+        Maximum number of measurements.
 
     Returns
     -------
     Parsed
-        The rows taken and the rows refused; one bad row does not spoil its neighbours.
+        Accepted and rejected rows; an invalid row does not affect the others.
 
     Raises
     ------
     BodyError
-        When the body is no such stream or a column has another type (MALFORMED_ARROW), a column is
-        not known (UNKNOWN_FIELD) or missing (MISSING_FIELD), or there are too many rows or too much
-        text (TOO_LARGE).
+        When the body is not an Arrow stream or a column has the wrong type (MALFORMED_ARROW), a
+        column is unknown (UNKNOWN_FIELD) or missing (MISSING_FIELD), or there are too many rows or
+        too much text (TOO_LARGE).
     """
     if body.startswith(_FILE_MAGIC):
         raise _malformed("expected an Arrow IPC stream, was an Arrow file")
@@ -144,14 +144,14 @@ def _typed(frame: pl.DataFrame) -> pl.DataFrame:
 
 
 def _column(column: pl.Series) -> pl.Series:
-    """Return a column in the type of the schema, or refuse its type."""
+    """Return a column in the type of the schema; raise BodyError for an unsupported type."""
     if column.name == "time":
         return _instants(column)
     wanted = pl.Int64() if column.name == "time_ns" else MEASUREMENT_SCHEMA[column.name]
     expected, accepted = _ACCEPTED[wanted]
     if column.dtype != pl.Null() and not isinstance(column.dtype, accepted):
         raise _wrong_type(column, expected)
-    # Only an integer can be too large for its column; it becomes null here and is refused as such.
+    # Only an integer can overflow; it becomes null here and its row is rejected.
     return column.cast(wanted, strict=False)
 
 

@@ -1,13 +1,13 @@
-"""The layout of an Arrow IPC stream, checked before any reader believes it.
+"""Validation of the layout of an Arrow IPC stream before it is read.
 
 Arrow columnar format 1.5, "IPC Streaming Format": messages of 0xFFFFFFFF, the length of the
 metadata (int32), the metadata (a flatbuffer `Message`, padded), and the body with the buffers of
 the columns; the first message is a `Schema`, the others are `RecordBatch` or `DictionaryBatch`;
 a length of 0 ends the stream.
 
-A reader allocates what the metadata says. A message of a kilobyte can say 2^60 rows, and the failed
-allocation ends the whole process, not just the call. So every length that an allocation depends
-on is compared here with the bytes that are really there.
+A reader allocates the sizes in the metadata. A message of a kilobyte can declare 2^60 rows, and the
+failed allocation aborts the process. So every length that determines an allocation is compared here
+with the bytes present.
 """
 
 import struct
@@ -42,7 +42,7 @@ _TYPE_NAMES = {
 
 
 class ArrowLayoutError(ValueError):
-    """The stream is not laid out as its metadata says, or holds what measurements never need."""
+    """The stream contradicts its metadata, or has features that measurements never need."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,9 +56,9 @@ class Column:
     kind : int
         Number of its type in the Arrow metadata.
     value_bytes : int
-        Bytes of a value of fixed width, of an offset of a text, or of an index of a dictionary.
+        Bytes of a fixed-width value, of a text offset, or of a dictionary index.
     dictionary : int or None
-        Identifier of the dictionary that its values are taken from.
+        Identifier of its dictionary.
     """
 
     name: str
@@ -68,14 +68,14 @@ class Column:
 
 
 def check_layout(stream: bytes, rows_max: int) -> int:
-    """Compare every length in a stream with the bytes that are there.
+    """Compare every length in a stream with the bytes present.
 
     Parameters
     ----------
     stream : bytes
         The stream.
     rows_max : int
-        Most rows that it may have, and most entries of one of its dictionaries.
+        Maximum rows, and maximum entries of a dictionary.
 
     Returns
     -------
@@ -85,7 +85,7 @@ def check_layout(stream: bytes, rows_max: int) -> int:
     Raises
     ------
     ArrowLayoutError
-        At the first length that does not fit, or at a compressed or nested column.
+        At the first inconsistent length, or at a compressed or nested column.
     """
     try:
         return _check(stream, rows_max)
@@ -226,7 +226,7 @@ def _batch(header: Table, body: bytes, columns: list[Column], rows_max: int) -> 
 
 
 class _Buffers:
-    """The buffers of a batch, in the order in which its columns use them."""
+    """The buffers of a batch, in the order of its columns."""
 
     def __init__(
         self,
@@ -245,9 +245,9 @@ class _Buffers:
     def check(self, column: Column, rows: int, null_count: int) -> None:
         if column.kind == _NULL and column.dictionary is None:
             return
-        self._take(column, (rows + 7) // 8 if null_count else 0)
+        self._next_buffer(column, (rows + 7) // 8 if null_count else 0)
         if column.dictionary is not None or column.kind in (_INTEGER, _FLOAT, _TIMESTAMP):
-            self._take(column, rows * column.value_bytes)
+            self._next_buffer(column, rows * column.value_bytes)
         elif column.kind == _UTF8_VIEW:
             self._check_views(column, rows)
         else:
@@ -257,7 +257,7 @@ class _Buffers:
         if next(self._places, None) is not None or next(self._variadic, None) is not None:
             raise ArrowLayoutError("expected a buffer for each column only, was more")
 
-    def _take(self, column: Column, least: int) -> bytes:
+    def _next_buffer(self, column: Column, least: int) -> bytes:
         place = next(self._places, None)
         if place is None:
             raise ArrowLayoutError(f"column {column.name[:60]!r}: expected a buffer, was none")
@@ -268,10 +268,10 @@ class _Buffers:
         return self._body[offset : offset + length]
 
     def _check_offsets(self, column: Column, rows: int) -> None:
-        buffer = self._take(column, (rows + 1) * column.value_bytes if rows else 0)
+        buffer = self._next_buffer(column, (rows + 1) * column.value_bytes if rows else 0)
         form = np.dtype("<i4" if column.kind == _UTF8 else "<i8")
         offsets = np.frombuffer(buffer, form, min(rows + 1, len(buffer) // form.itemsize))
-        data = self._take(column, 0)
+        data = self._next_buffer(column, 0)
         if len(offsets) == 0:
             return
         if offsets[0] < 0 or offsets[-1] > len(data) or np.any(offsets[1:] < offsets[:-1]):
@@ -279,10 +279,10 @@ class _Buffers:
             raise ArrowLayoutError(f"column {column.name[:60]!r}: {msg}")
 
     def _check_views(self, column: Column, rows: int) -> None:
-        self._take(column, rows * _VIEW_BYTES)
+        self._next_buffer(column, rows * _VIEW_BYTES)
         count = next(self._variadic, (-1,))[0]
         if not 0 <= count <= len(self._body):
             msg = f"expected a count of text buffers, was {count}"
             raise ArrowLayoutError(f"column {column.name[:60]!r}: {msg}")
         for _ in range(count):
-            self._take(column, 0)
+            self._next_buffer(column, 0)

@@ -1,7 +1,8 @@
-"""Reading of flatbuffer tables, every offset checked; the metadata of Arrow is written in them.
+"""Reading of flatbuffer tables, the format of Arrow metadata, with every offset checked.
 
-A table begins with a signed offset back to its vtable; the vtable (16-bit words) holds its own
-length, the table's length, and for each slot the offset of the value from the table, 0 when absent.
+A table begins with a signed offset back to its vtable. The vtable (16-bit words) contains its own
+length, the length of the table, and for each slot the offset of the value from the table, 0 if
+absent.
 """
 
 import struct
@@ -18,7 +19,7 @@ class FlatbufferError(ValueError):
 
 
 class Table:
-    """One table inside a buffer; slots are numbered from 0."""
+    """A table inside a buffer; slots are numbered from 0."""
 
     def __init__(self, buffer: bytes, place: int) -> None:
         self._buffer = buffer
@@ -28,26 +29,26 @@ class Table:
 
     @classmethod
     def root(cls, buffer: bytes) -> "Table":
-        """Return the table that a buffer begins with a pointer to."""
+        """Return the table that the pointer at the beginning of a buffer refers to."""
         return cls(buffer, unpack(_UNSIGNED_32, buffer, 0))
 
     def scalar(self, slot: int, form: str, default: int = 0) -> int:
-        """Return an integer, in the notation of `struct`, or its default when absent."""
+        """Return an integer of a `struct` format, or its default when absent."""
         place = self._slot(slot)
         return default if place is None else unpack(struct.Struct(f"<{form}"), self._buffer, place)
 
     def table(self, slot: int) -> "Table | None":
-        """Return the table that a slot points to."""
+        """Return the table at a slot."""
         place = self._target(slot)
         return None if place is None else Table(self._buffer, place)
 
     def text(self, slot: int) -> str:
-        """Return the text that a slot points to, empty when absent."""
+        """Return the text at a slot, empty when absent."""
         count, place = self._vector(slot, 1)
         try:
             return self._buffer[place : place + count].decode("utf-8")
         except UnicodeDecodeError as error:
-            raise FlatbufferError("expected UTF-8 text in the metadata, was not") from error
+            raise FlatbufferError("expected UTF-8 in the metadata, was not") from error
 
     def tables(self, slot: int) -> Iterator["Table"]:
         """Yield the tables of a vector."""
@@ -56,7 +57,7 @@ class Table:
             yield Table(self._buffer, entry + unpack(_UNSIGNED_32, self._buffer, entry))
 
     def structs(self, slot: int, form: str) -> list[tuple[int, ...]]:
-        """Return a vector of structs of integers, in the notation of `struct`."""
+        """Return a vector of structs of integers of a `struct` format."""
         layout = struct.Struct(f"<{form}")
         count, place = self._vector(slot, layout.size)
         return list(layout.iter_unpack(self._buffer[place : place + count * layout.size]))
@@ -84,12 +85,12 @@ class Table:
 
 
 def unpack(layout: struct.Struct, buffer: bytes, place: int) -> int:
-    """Return one integer at a place of a buffer.
+    """Return the integer at an offset of a buffer.
 
     Raises
     ------
     FlatbufferError
-        When the place is outside.
+        When the offset is outside.
     """
     if place < 0 or place + layout.size > len(buffer):
         msg = f"expected an offset inside {len(buffer)} bytes, was {place}"

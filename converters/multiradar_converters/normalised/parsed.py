@@ -1,4 +1,4 @@
-"""What comes out of a message: the rows taken, and the rows refused with their place."""
+"""Result of parsing a message: accepted rows, and rejected rows with their index."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,10 +10,10 @@ from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.measurement import Measurement
 from multiradar_schemas.measurements.reject import RejectCode
 
-#: Column that says where a row stood in its message.
+#: Column with the index of a row in its message.
 INDEX_COLUMN = "index"
 
-#: Most measurements of one message, unless told otherwise.
+#: Default maximum of measurements per message.
 ROWS_MAX = 100_000
 
 #: Columns of `Parsed.frame`.
@@ -25,7 +25,7 @@ _ROW_SCHEMA = {
     "time": pl.Datetime("us", "UTC"),
 }
 
-#: The time in seconds, whichever of its three forms a row has.
+#: The time in seconds, from any of its three forms.
 SECONDS = pl.coalesce(
     "time_s", pl.col("time_ns") / 1e9, pl.col("time").dt.timestamp("us") / 1e6
 ).alias("time_s")
@@ -33,18 +33,18 @@ SECONDS = pl.coalesce(
 
 @dataclass(frozen=True, slots=True)
 class ParsedReject:
-    """One row that was refused.
+    """A rejected row.
 
     Attributes
     ----------
     index : int
-        Place of the row in its message, from 0; in NDJSON the line, blank ones counted.
+        Index of the row in its message, from 0; for NDJSON the line, including blank lines.
     code : RejectCode
-        Why, as a stable code.
+        Stable code.
     reason : str
-        Why, as a sentence.
+        Reason in words.
     raw : str
-        What stood there; of a table, the row as JSON.
+        Original content; for a table, the row as JSON.
     """
 
     index: int
@@ -60,9 +60,9 @@ class Parsed:
     Attributes
     ----------
     frame : DataFrame
-        The rows taken: `MEASUREMENT_SCHEMA`, and `index` (UInt32), the place in the message.
+        Accepted rows: `MEASUREMENT_SCHEMA`, and `index` (UInt32), the index in the message.
     rejected : list of ParsedReject
-        The rows refused, by ascending index.
+        Rejected rows, by ascending index.
     """
 
     frame: pl.DataFrame
@@ -70,19 +70,19 @@ class Parsed:
 
 
 def rows_frame(rows: Sequence[Measurement], index: Sequence[int] | None = None) -> pl.DataFrame:
-    """Return checked measurements as a table of `PARSED_SCHEMA`.
+    """Return validated measurements as a table of `PARSED_SCHEMA`.
 
     Parameters
     ----------
     rows : sequence of Measurement
         The measurements.
     index : sequence of int, optional
-        Their places in the message; 0, 1, 2, … when not given.
+        Their indices in the message; default 0, 1, 2, …
 
     Returns
     -------
     DataFrame
-        One row each, the time in seconds whichever way it was given.
+        A row each, with the time in seconds.
     """
     frame = pl.DataFrame([row.__dict__ for row in rows], schema=_ROW_SCHEMA)
     places = pl.int_range(pl.len()) if index is None else pl.Series(index, dtype=pl.UInt32)
@@ -93,7 +93,7 @@ def rows_frame(rows: Sequence[Measurement], index: Sequence[int] | None = None) 
 
 
 def check_rows_max(rows: int, rows_max: int) -> None:
-    """Refuse a message with more rows than a configured limit.
+    """Reject a message with more rows than a limit.
 
     Raises
     ------

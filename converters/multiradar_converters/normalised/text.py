@@ -1,11 +1,11 @@
 """JSON and NDJSON bodies.
 
 JSON is RFC 8259 in UTF-8 without a byte order mark: an array of measurement objects. NDJSON is one
-such object a line, lines ended by LF or CR LF, blank lines ignored.
+such object per line, with LF or CR LF line ends; blank lines are ignored.
 
-A body without a fault takes the fast path: one compiled call checks it whole. Any fault at all
-sends it through the slow path, row by row, which keeps the good rows and names each bad one. The
-fast path takes nothing that the slow path would refuse.
+A valid body takes the fast path: one compiled call validates it. A body with any error takes the
+slow path, row by row, which accepts the valid rows and reports each invalid one. The fast path
+accepts nothing that the slow path would reject.
 """
 
 import io
@@ -29,18 +29,18 @@ from multiradar_schemas.errors import BodyError
 from multiradar_schemas.measurements.measurement import MEASUREMENT, Measurement, RadarMeasurement
 from multiradar_schemas.measurements.reject import RejectCode
 
-#: Digits from which an integer is read as a float: no field holds one so long, and reading it
-#: exactly takes a time that grows with the square of its length.
+#: Integers with more digits are read as floats: no field accepts them, and exact parsing takes
+#: quadratic time.
 INTEGER_DIGITS_MAX = 30
 
 _ROWS: TypeAdapter[list[Measurement]] = TypeAdapter(Annotated[list[Measurement], FailFast()])
 _WHITESPACE = " \t\n\r"
 _BLANKS = re.compile(r"[ \t\n\r]*")
-#: Names of all fields; every kind of measurement has the same.
+#: Names of all fields, the same for every kind of measurement.
 _FIELDS = frozenset(RadarMeasurement.model_fields)
 _TEXTS = ("mode_3a", "mode_s_address", "callsign", "time")
 _TEXTS_ALWAYS = 2  # sensor_id and kind
-#: Most quotation marks of a valid row.
+#: Maximum quotation marks of a valid row.
 _MARKS_MAX = 2 * (len(_FIELDS) + _TEXTS_ALWAYS + len(_TEXTS))
 
 
@@ -52,12 +52,12 @@ def parse_json(body: bytes, *, rows_max: int = ROWS_MAX) -> Parsed:
     body : bytes
         The array, UTF-8.
     rows_max : int
-        Most measurements that are taken at once.
+        Maximum number of measurements.
 
     Returns
     -------
     Parsed
-        The rows taken and the rows refused; one bad row does not spoil its neighbours.
+        Accepted and rejected rows; an invalid row does not affect the others.
 
     Raises
     ------
@@ -72,20 +72,20 @@ def parse_json(body: bytes, *, rows_max: int = ROWS_MAX) -> Parsed:
 
 
 def parse_ndjson(body: bytes, *, rows_max: int = ROWS_MAX) -> Parsed:
-    """Read measurements, one JSON object a line.
+    """Read measurements, one JSON object per line.
 
     Parameters
     ----------
     body : bytes
-        The lines, UTF-8; the last one may lack its end. Blank lines are ignored.
+        The lines, UTF-8; the last line end is optional. Blank lines are ignored.
     rows_max : int
-        Most measurements that are taken at once.
+        Maximum number of measurements.
 
     Returns
     -------
     Parsed
-        The rows taken and the rows refused; the index is that of the line, from 0, blank lines
-        counted. A line that is no JSON or no UTF-8 is a row refused.
+        Accepted and rejected rows; the index is that of the line, from 0, including blank lines. A
+        line that is not JSON or not UTF-8 is a rejected row.
 
     Raises
     ------
@@ -103,14 +103,14 @@ def parse_ndjson(body: bytes, *, rows_max: int = ROWS_MAX) -> Parsed:
         return Parsed(rows_frame(rows, [index for index, _ in lines]), [])
     collected = _Collected()
     for index, line in lines:
-        _take_line(collected, index, line)
+        _read_line(collected, index, line)
     return collected.parsed()
 
 
 def _fast(body: bytes, rows_max: int) -> list[Measurement] | None:
-    """Return the rows of a body without a fault, or nothing."""
-    # Checked first, because the compiled parser would build millions of rows, or an error for each
-    # of millions of unknown keys, before it says no.
+    """Return the rows of a valid body, or None."""
+    # Checked first: the compiled parser would build millions of rows, or an error for each of
+    # millions of unknown keys, before it fails.
     objects = body.count(b"{")
     if objects > rows_max or body.count(b'"') > _MARKS_MAX * objects:
         return None
@@ -118,12 +118,12 @@ def _fast(body: bytes, rows_max: int) -> list[Measurement] | None:
         rows = _ROWS.validate_json(body)
     except ValidationError:
         return None
-    return None if _names_a_key_twice(body, rows) else rows
+    return None if _has_duplicate_key(body, rows) else rows
 
 
 def _fast_lines(body: bytes, lines: Sequence[bytes], rows_max: int) -> list[Measurement] | None:
-    # Joined by commas, lines could mend each other. They cannot when each begins with its brace,
-    # ends with one, and there are no other opening braces: a valid row has none inside.
+    # Lines joined by commas could complete each other. They cannot if each begins and ends with a
+    # brace and there are no other opening braces: a valid row has none inside.
     if body.count(b"{") != len(lines):
         return None
     if not all(line.startswith(b"{") and line.endswith(b"}") for line in lines):
@@ -131,12 +131,12 @@ def _fast_lines(body: bytes, lines: Sequence[bytes], rows_max: int) -> list[Meas
     return _fast(b"[%s]" % b",".join(lines), rows_max)
 
 
-def _names_a_key_twice(body: bytes, rows: Sequence[Measurement]) -> bool:
-    """Tell whether an object of a body that was found valid names a key twice.
+def _has_duplicate_key(body: bytes, rows: Sequence[Measurement]) -> bool:
+    """Return whether an object of a valid body has a duplicate key.
 
-    The compiled parser keeps the last of two values and says nothing. In a valid row no key and no
-    text contains a quotation mark, not even an escaped one, so keys and texts that were kept
-    account for two marks each. A value that was dropped leaves at least the marks of its key over.
+    The compiled parser silently keeps the last of two values. In a valid row no key and no text
+    contains a quotation mark, not even an escaped one, so each key and text accounts for two marks.
+    A dropped value leaves at least the marks of its key.
     """
     kept = sum(len(row.model_fields_set) for row in rows)
     kept += _TEXTS_ALWAYS * len(rows)
@@ -146,25 +146,25 @@ def _names_a_key_twice(body: bytes, rows: Sequence[Measurement]) -> bool:
 
 
 class _Collected:
-    """Rows of the slow path, good and bad."""
+    """Rows of the slow path, accepted and rejected."""
 
     def __init__(self) -> None:
         self._rows: list[Measurement] = []
         self._index: list[int] = []
         self._rejected: list[ParsedReject] = []
 
-    def take(self, index: int, value: Any, raw: str) -> None:
-        fault = _fault_of_form(value)
+    def add(self, index: int, value: Any, raw: str) -> None:
+        fault = _shape_fault(value)
         if fault is not None:
-            self.refuse(index, *fault, raw)
+            self.reject(index, *fault, raw)
             return
         try:
             row = MEASUREMENT.validate_python(value)
         except ValidationError as error:
             details = error.errors(include_url=False)[0]
-            # The kind chose the model; it is no place in the message.
+            # The kind selected the model; it is not part of the location.
             known_kind = details["loc"][:1] == (value.get("kind"),)
-            self.refuse(
+            self.reject(
                 index,
                 *explain({**details, "loc": details["loc"][1:] if known_kind else details["loc"]}),
                 raw,
@@ -173,14 +173,14 @@ class _Collected:
         self._rows.append(row)
         self._index.append(index)
 
-    def refuse(self, index: int, code: RejectCode, reason: str, raw: str) -> None:
+    def reject(self, index: int, code: RejectCode, reason: str, raw: str) -> None:
         self._rejected.append(ParsedReject(index, code, reason, raw))
 
     def parsed(self) -> Parsed:
         return Parsed(rows_frame(self._rows, self._index), self._rejected)
 
 
-def _fault_of_form(value: Any) -> tuple[RejectCode, str] | None:
+def _shape_fault(value: Any) -> tuple[RejectCode, str] | None:
     if isinstance(value, _Duplicated):
         return RejectCode.DUPLICATE_KEY, f"expected each key once, was twice {shown(value.key)}"
     if not isinstance(value, dict):
@@ -193,7 +193,7 @@ def _fault_of_form(value: Any) -> tuple[RejectCode, str] | None:
 
 
 class _Duplicated:
-    """An object that names a key twice."""
+    """An object with a duplicate key."""
 
     def __init__(self, key: str) -> None:
         self.key = key
@@ -238,7 +238,7 @@ def _slow_array(text: str, rows_max: int) -> Parsed:
     while not closed:
         value, end = _value(text, place)
         check_rows_max(index + 1, rows_max)
-        collected.take(index, value, text[place:end])
+        collected.add(index, value, text[place:end])
         index += 1
         place = _skip(text, end)
         closed = text[place : place + 1] == "]"
@@ -261,7 +261,7 @@ def _value(text: str, place: int) -> tuple[Any, int]:
     try:
         return _DECODER.raw_decode(text, place)
     except json.JSONDecodeError as error:
-        reason = f"expected JSON, was not at character {error.pos}: {error.msg}"
+        reason = f"not valid JSON at character {error.pos}: {error.msg}"
         raise BodyError(RejectCode.MALFORMED_JSON, reason) from error
     except RecursionError as error:
         reason = f"expected JSON of few levels, was deeper at character {place}"
@@ -281,16 +281,16 @@ def _at(text: str, place: int) -> str:
     )
 
 
-def _take_line(collected: _Collected, index: int, line: bytes) -> None:
+def _read_line(collected: _Collected, index: int, line: bytes) -> None:
     raw = line.rstrip(b"\r").decode("utf-8", "backslashreplace")
     try:
         text = _decoded(line).strip(_WHITESPACE)
         value, end = _value(text, 0)
     except BodyError as error:
-        collected.refuse(index, error.code, error.reason, raw)
+        collected.reject(index, error.code, error.reason, raw)
         return
     if end != len(text):
         reason = f"expected one object a line, was followed by {_at(text, end)}"
-        collected.refuse(index, RejectCode.MALFORMED_JSON, reason, raw)
+        collected.reject(index, RejectCode.MALFORMED_JSON, reason, raw)
         return
-    collected.take(index, value, raw)
+    collected.add(index, value, raw)

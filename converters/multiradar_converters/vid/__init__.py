@@ -1,1 +1,1 @@
-"""Text dumps of VID recordings: three files become aircraft folders and one table."""
+"""Text dumps of VID recordings: three files are converted to aircraft folders and one table."""

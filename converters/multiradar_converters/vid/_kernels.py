@@ -1,7 +1,7 @@
-"""Compiled bookkeeping of records: small numbers for large ones, days, dealing, naming.
+"""Compiled operations on records: interning, unwrapping of times, partitioning, plot association.
 
-Rows on their way between passes are *records*: rows of int64 words, of which some hold the bits
-of a float64. Word 0 is always the time.
+Between passes, rows are *records*: rows of int64 words, some of which contain the bits of a
+float64. Word 0 is always the time.
 """
 
 import numpy as np
@@ -15,16 +15,16 @@ Flags = NDArray[np.bool_]
 
 # Nothing here allocates, see `text._kernels`.
 
-#: So many rows in a row, far from those before them but not from one another, follow a gap.
+#: Consecutive rows, far in time from the previous rows but near one another, that indicate a gap.
 AGREEING_ROWS = 5
 
 _DAY_S = 86_400.0
 _HALF_DAY_S = 43_200.0
-# What is far in time, s.
+# Threshold of "far in time", s.
 _FAR_S = 3600.0
-# Jumps that are taken back within so many rows were errors of the recorder's clock.
+# Jumps that are reversed within so many rows were errors of the recorder's clock.
 _RETURN_ROWS = 1000
-# Places in the state of `judge_times`.
+# Indices in the state of `mark_outliers`.
 _LAST, _RAW, _BEFORE, _SINCE = 2, 3, 4, 5
 _HALF = np.uint64(0xFFFF_FFFF)
 _SHIFT = np.uint64(32)
@@ -35,7 +35,7 @@ _MIX_LOW, _MIX_HIGH, _MIX_LAST = np.uint64(2654435761), np.uint64(2246822519), n
 
 @in_loop
 def _hash(key: int, salt: int, bits: int) -> np.int64:
-    """Spread a key over 2**bits places; products of 32-bit halves do not overflow."""
+    """Hash a key to 2**bits bins; products of 32-bit halves do not overflow."""
     word = np.uint64(key)
     low = (word & _HALF) * _MIX_LOW
     high = (word >> _SHIFT) * _MIX_HIGH + np.uint64(salt)
@@ -55,27 +55,27 @@ def intern(
     known_max: int,
     numbers: Words,
 ) -> tuple[int, int]:
-    """Give every distinct key a small number, in order of first appearance.
+    """Assign numbers to distinct keys in order of first appearance.
 
     Parameters
     ----------
     keys : int64[n]
         Keys, not negative.
     bits : int
-        The table has 2**bits places.
+        The table has 2**bits slots.
     table_keys, table_numbers : int64[2**bits]
-        Open-addressing table, changed in place; a free place holds the key -1.
+        Open-addressing table, updated in place; a free slot has the key -1.
     known : int
         Distinct keys so far.
     known_max : int
-        Where to stop.
+        Limit at which to stop.
     numbers : int64[n]
         Filled with the number of each key.
 
     Returns
     -------
     tuple of int
-        Keys done (fewer than n when `known_max` is reached) and distinct keys.
+        Keys processed (fewer than n when `known_max` is reached) and distinct keys.
     """
     places = 1 << bits
     last_key = -1
@@ -100,10 +100,10 @@ def intern(
 
 @in_loop
 def _nearest(time: float, reference: float, of_day: bool) -> float:
-    """Move a time of day by whole days to where it is nearest to a reference.
+    """Shift a time of day by whole days to the day nearest to a reference.
 
-    By a day back only shortly before the midnight at which the recording began. Times that go on
-    past 86 400 by themselves, and dates, stay as they are.
+    A shift by a day back occurs only shortly before the midnight at which the recording began.
+    Times that continue past 86 400, and dates, are unchanged.
     """
     if not of_day:
         return time
@@ -116,10 +116,10 @@ def _nearest(time: float, reference: float, of_day: bool) -> float:
 
 @in_loop
 def _landing(time: float, state: Numbers, of_day: bool) -> float:
-    """Return where the first of several rows that agree lies, after a gap in the recording.
+    """Return the time of the first of several consistent rows after a gap in the recording.
 
-    A day passes only where the time of day falls by more than half a day, and not where times are
-    soon back at those from which they jumped.
+    The day advances only if the time of day decreases by more than half a day, and not if times
+    soon return to those before the jump.
     """
     current, before = state[_LAST], state[_BEFORE]
     if not of_day or time >= _DAY_S:
@@ -135,43 +135,43 @@ def _landing(time: float, state: Numbers, of_day: bool) -> float:
 
 
 @in_loop
-def _follow(state: Numbers, time: float, raw: float) -> None:
-    """Enter a row that was taken."""
+def _accept(state: Numbers, time: float, raw: float) -> None:
+    """Update the state with an accepted row."""
     state[0], state[1], state[_LAST] = state[1], state[_LAST], time
     state[_RAW] = raw
     state[_SINCE] += 1.0
 
 
 @loop
-def judge_times(times: Numbers, state: Numbers, of_day: bool, kept: Flags) -> tuple[int, int]:
-    """Let times of day go on past midnight, in place and in the order of the file; find outliers.
+def mark_outliers(times: Numbers, state: Numbers, of_day: bool, kept: Flags) -> tuple[int, int]:
+    """Unwrap times of day past midnight, in place and in file order, and mark outliers.
 
-    The reference is the median of the last three rows taken. A row within an hour of it, or of
-    the last row, is taken. Others wait: once `AGREEING_ROWS` of them in a row lie within an hour
-    of one another, the recording had a gap and goes on with them; before that, a row that does
-    not agree with those waiting, but with the reference or with neither, refuses those waiting.
+    The reference is the median of the last three accepted rows. A row within an hour of it, or of
+    the last row, is accepted. Other rows are pending: once `AGREEING_ROWS` consecutive ones lie
+    within an hour of one another, the recording had a gap and they are accepted. Before that, a row
+    that agrees with the reference or with neither, but not with the pending rows, rejects these.
 
     Parameters
     ----------
     times : float64[n]
-        Times as in the file, s. Changed: those of rows taken to times of the recording, those of
-        rows refused to the time, as in the file, of the last row taken before.
+        Times of the file, s. Changed: accepted rows to times of the recording, rejected rows to the
+        file time of the last accepted row before.
     state : float64[6]
-        Last three times, s (NaN before the first row of all), the last as in the file, the time
-        before the last jump (NaN: none), rows since then. Changed.
+        Last three times, s (NaN before the first row), the last file time, the time before the last
+        jump (NaN: none), rows since then. Updated.
     of_day : bool
-        Whether these are times of day.
+        Whether the times are times of day.
     kept : bool[n]
-        Filled: whether a row is taken.
+        Filled: whether a row is accepted.
 
     Returns
     -------
     tuple of int
-        Rows decided, and how many of these were refused. Rows after them wait for what follows,
-        fewer than `AGREEING_ROWS`; begin with them, and the same state, the next time.
+        Rows decided, and how many of these were rejected. Fewer than `AGREEING_ROWS` rows after
+        them are pending; start the next call with them and the same state.
     """
     begin = 0
-    refused = 0
+    rejected = 0
     chain = 0.0
     for k in range(len(times)):
         time = times[k]
@@ -186,10 +186,10 @@ def judge_times(times: Numbers, state: Numbers, of_day: bool, kept: Flags) -> tu
             for j in range(begin, k):
                 kept[j] = False
                 times[j] = state[_RAW]
-                refused += 1
+                rejected += 1
             begin = k
         if taken:
-            _follow(state, near, time)
+            _accept(state, near, time)
             times[k] = near
             kept[k] = True
             begin = k + 1
@@ -202,30 +202,30 @@ def judge_times(times: Numbers, state: Numbers, of_day: bool, kept: Flags) -> tu
             state[_SINCE] = 0.0
             for j in range(begin, k + 1):
                 chain = _nearest(times[j], chain, of_day)
-                _follow(state, chain + moved, times[j])
+                _accept(state, chain + moved, times[j])
                 times[j] = chain + moved
                 kept[j] = True
             begin = k + 1
-    return begin, refused
+    return begin, rejected
 
 
 @loop
-def count_places(places: Words, counts: Words) -> None:
-    """Add to `counts` how often each place is named."""
+def count_bins(places: Words, counts: Words) -> None:
+    """Add the number of records in each bin to `counts`."""
     for k in range(len(places)):
         counts[places[k]] += 1
 
 
 @loop
 def spread(keys: Words, salt: int, bits: int, places: Words) -> None:
-    """Fill `places` with the place of each key among 2**bits; other salts mix other keys."""
+    """Fill `places` with the bin of each key, of 2**bits; the salt changes which keys collide."""
     for k in range(len(keys)):
         places[k] = _hash(keys[k], salt, bits)
 
 
 @loop
 def distribute(records: Words, places: Words, starts: Words, out: Words) -> None:
-    """Put each record where its place goes on; stable, `starts` moves along."""
+    """Move each record to the next position of its bin; stable; `starts` is advanced."""
     words = records.shape[1]
     for k in range(len(places)):
         place = places[k]
@@ -237,7 +237,7 @@ def distribute(records: Words, places: Words, starts: Words, out: Words) -> None
 
 @loop
 def is_sorted(times: Numbers) -> bool:
-    """Tell whether times never fall."""
+    """Return whether times are non-decreasing."""
     k = 1
     while k < len(times) and times[k] >= times[k - 1]:
         k += 1
@@ -261,24 +261,24 @@ def name_plots(
     best_global: Words,
     matched: Words,
 ) -> None:
-    """Let every reference of a track name its plot: same key, same sensor if possible, nearest.
+    """Associate every reference of a track with a plot: same key, same sensor if possible, nearest.
 
     Parameters
     ----------
     plot_key, plot_sensor : int64[n]
         Source and plot number as one key; number of the sensor.
     plot_time : float64[n]
-        Times, s, not falling.
+        Times, s, non-decreasing.
     reference_key, reference_sensor, reference_time, reference_global : [m]
-        The same of the track rows, and their aircraft.
+        The same for the track rows, and their aircraft.
     tolerance_s : float
-        No plot further away in time is meant.
+        Maximum time difference, s.
     bits, heads, chain : int, int64[2**bits], int64[n]
-        Room for the table.
+        Scratch for the hash table.
     best_distance, best_global : float64[n], int64[n]
-        Changed in place: the aircraft whose row lies nearest in time to each plot.
+        Updated in place: the aircraft whose row is nearest in time to each plot.
     matched : int64[m]
-        Filled with the plot of each reference, -1 if there is none.
+        Filled with the plot of each reference, -1 for none.
     """
     slot_s = 2.0 * tolerance_s
     heads[:] = -1

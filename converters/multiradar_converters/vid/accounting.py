@@ -1,4 +1,4 @@
-"""What became of every line and byte: accounts of files, and the rejects themselves."""
+"""Accounting of every line and byte of a file, and rejected lines."""
 
 from collections import Counter
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ from multiradar_schemas.measurements.reject import Reject, RejectCode
 
 @dataclass(frozen=True)
 class RejectedLine:
-    """A broken line on its way to `rejects.ndjson`; lines count from 1 in their file."""
+    """A rejected line for `rejects.ndjson`; lines are numbered from 1."""
 
     line: int
     code: RejectCode
@@ -22,12 +22,12 @@ class RejectedLine:
 
 @dataclass
 class Account:
-    """What became of the lines and bytes of one file."""
+    """Disposition of the lines and bytes of a file."""
 
     file: str
     size: int
     table: str = ""
-    # The greatest time of its rows.
+    # Latest time of its rows.
     last_s: float | None = None
     bytes_read: int = 0
     lines: int = 0
@@ -35,47 +35,47 @@ class Account:
     blank: int = 0
     accepted: int = 0
     rejected: Counter[RejectCode] = field(default_factory=Counter)
-    # The first rejected line of each code.
+    # First rejected line of each code.
     examples: dict[RejectCode, RejectedLine] = field(default_factory=dict)
 
     def reject(self, line: RejectedLine) -> None:
-        """Enter a refused line."""
+        """Record a rejected line."""
         self.rejected[line.code] += 1
         self.examples.setdefault(line.code, line)
 
     def see(self, last_s: float) -> None:
-        """Enter the time of a row."""
+        """Record the time of a row."""
         self.last_s = last_s if self.last_s is None else max(self.last_s, last_s)
 
     def check_some_accepted(self) -> None:
-        """Refuse a file whose every line was refused.
+        """Reject a file without any accepted line.
 
         Raises
         ------
         LayoutError
-            Names the commonest reason.
+            With the most frequent reason.
         """
         if self.accepted or not self.rejected:
             return
         code, count = self.rejected.most_common(1)[0]
         first = self.examples[code]
         msg = (
-            f"{self.file}: none of {self.rejected.total()} lines can be taken; {count} of them for "
-            f"{code}, the first in line {first.line}: {first.reason}"
+            f"{self.file}: none of {self.rejected.total()} lines are accepted; {count} of them "
+            f"rejected as {code}, the first in line {first.line}: {first.reason}"
         )
         raise LayoutError(msg)
 
     def check(self) -> None:
-        """Compare what was read with what became of it.
+        """Check that lines and bytes read are accounted for.
 
         Raises
         ------
         AccountingError
             A line or byte is unaccounted for.
         """
-        became = self.header + self.blank + self.accepted + self.rejected.total()
-        if self.lines != became:
-            msg = f"{self.file}: read {self.lines} lines, but accounted for {became}"
+        accounted = self.header + self.blank + self.accepted + self.rejected.total()
+        if self.lines != accounted:
+            msg = f"{self.file}: read {self.lines} lines, but accounted for {accounted}"
             raise AccountingError(msg)
         if self.bytes_read != self.size:
             msg = (
@@ -100,7 +100,7 @@ class Account:
 
 
 class RejectsFile:
-    """`rejects.ndjson`, written as the lines are refused."""
+    """`rejects.ndjson`, written while lines are rejected."""
 
     def __init__(self, path: Path) -> None:
         self._file = path.open("w", encoding="utf-8", newline="\n")

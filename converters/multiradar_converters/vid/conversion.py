@@ -1,11 +1,12 @@
-"""The conversion of a dump: four passes, each in bounded memory, into a folder that is complete.
+"""Conversion of a dump in four passes with bounded memory.
 
 1. plots are read and sorted by time on disk;
-2. ADS-B reports likewise, and dealt to their aircraft;
-3. rows of tracks are dealt to their aircraft, and those that name a plot sorted by time;
-4. plots, now named, and reports go to the table, the plots to the aircraft that name them.
+2. ADS-B reports likewise, and partitioned by aircraft;
+3. track rows are partitioned by aircraft, and those that reference a plot are sorted by time;
+4. plots, associated with tracks, and reports are written to the table, and the plots partitioned by
+   aircraft.
 
-Then the points dealt to each aircraft are sorted and written, a bucket of aircraft at a time.
+Then the points of each aircraft are sorted and written, a bucket of aircraft at a time.
 """
 
 import datetime as dt
@@ -21,11 +22,11 @@ from multiradar_converters.errors import ConversionError, LayoutError
 from multiradar_converters.output_folder import OutputFolder
 from multiradar_converters.vid import fields
 from multiradar_converters.vid.accounting import Account, RejectsFile
-from multiradar_converters.vid.ahead import ahead
 from multiradar_converters.vid.fields import Table
 from multiradar_converters.vid.naming import NamedPlots, PlotNamer
 from multiradar_converters.vid.numbering import Numbering
 from multiradar_converters.vid.options import Options
+from multiradar_converters.vid.prefetch import prefetch
 from multiradar_converters.vid.records import (
     NAMING_WORDS,
     PLOT_WORDS,
@@ -46,9 +47,9 @@ from multiradar_converters.vid.survey import DumpFile, survey
 from multiradar_converters.vid.table import table_rows, write_table
 from multiradar_converters.vid.text.detection import first_times
 from multiradar_converters.vid.text.reading import Progress, read_rows
-from multiradar_converters.vid.text.sieve import Rows
+from multiradar_converters.vid.text.time_filter import Rows
 from multiradar_converters.vid.times import (
-    Clockwork,
+    TimeUnwrapper,
     agreed_start,
     agreeing,
     begins_before_midnight,
@@ -64,11 +65,11 @@ from multiradar_converters.vid.track_files import (
     plots_file,
 )
 
-#: How often each byte of a dump counts as progress.
+#: How often each byte of a dump is counted as progress.
 PASSES = 3
 
-# What the system says when what is written does not fit or cannot be stored.
-_NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS})
+# System errors of a full or read-only disk.
+_DISK_FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS})
 
 _NUMBERS_MAX = 1 << 31
 _SENSOR_BITS = 31
@@ -84,32 +85,32 @@ def convert(
     dump : Path
         Folder with the three text files.
     out : Path
-        Folder to make; must not exist.
+        Folder to create; must not exist.
     options : Options
-        The user's choices.
+        Options.
     progress : callable
-        Told of bytes done; a byte counts `PASSES` times: when it is read, joined and written.
+        Called with bytes processed; a byte counts `PASSES` times: read, joined and written.
 
     Returns
     -------
     dict
-        What `report.json` says.
+        Content of `report.json`.
 
     Raises
     ------
-    OutputTakenError
-        `out` exists; nothing was touched.
+    OutputFolderExistsError
+        `out` exists; nothing was changed.
     LayoutError
-        A file is missing or not laid out as expected; `out` does not exist.
+        A file is missing or does not match its layout; `out` does not exist.
     AccountingError
         A line or byte is unaccounted for; `out` does not exist.
     ConversionError
-        There is no room for `out`; it does not exist.
+        The disk is full; `out` does not exist.
     """
     try:
         return _converted(dump, out, options, progress)
     except OSError as error:
-        if error.errno not in _NO_ROOM:
+        if error.errno not in _DISK_FULL:
             raise
         msg = f"{out}: cannot be written: {error.strerror}"
         raise ConversionError(msg) from error
@@ -131,7 +132,7 @@ def _converted(dump: Path, out: Path, options: Options, progress: Progress) -> d
 
 
 class _Conversion:
-    """One run: what is known of the dump grows from pass to pass."""
+    """State of a conversion, extended from pass to pass."""
 
     def __init__(
         self,
@@ -167,7 +168,7 @@ class _Conversion:
         self._plots_repeated = 0
         # First and last time of each block of the table.
         self._times_s: list[float] = []
-        # Of all files, or of none: a dump of dates and times of day is one of dates.
+        # For all files or none: a dump with dates and times of day counts as one with dates.
         self._of_day = all(file.layout.time_form == "seconds-of-day" for file in files)
         self._unix_start_s = unix_start(options.date)
         work = folder / ".work"
@@ -180,7 +181,7 @@ class _Conversion:
         self._work = work
 
     def _check_date(self, files: list[DumpFile], date: dt.date | None) -> None:
-        """Refuse a date other than that of the dump."""
+        """Reject a date other than that of the dump."""
         for file in files:
             if date is None or file.layout.time_form == "seconds-of-day":
                 continue
@@ -191,11 +192,11 @@ class _Conversion:
                 raise LayoutError(msg)
 
     def run(self) -> dict[str, object]:
-        """Do all passes; return the report."""
-        self._read(fields.PLOTS, self._take_plots)
+        """Run all passes; return the report."""
+        self._read(fields.PLOTS, self._add_plots)
         self._accounts[0].check_some_accepted()
-        self._read(fields.REPORTS, self._take_reports)
-        self._read(fields.TRACKS, self._take_tracks)
+        self._read(fields.REPORTS, self._add_reports)
+        self._read(fields.TRACKS, self._add_tracks)
         source_of_sensor, names = self._sensor_names()
         self._check_sensor(names)
         self._figures.reserve(len(names))
@@ -206,7 +207,7 @@ class _Conversion:
         rows = write_table(
             self._folder / "measurements.parquet",
             self._shown(
-                table_rows(ahead(named, self._pool), self._reports.sorted()),
+                table_rows(prefetch(named, self._pool), self._reports.sorted()),
                 len(self._plots) + reports,
             ),
             [f"{source}-{sensor}" for source, sensor in names],
@@ -234,7 +235,7 @@ class _Conversion:
         return report_json(self._folder / "report.json", findings, self._options)
 
     def _check_sensor(self, names: list[tuple[int, int]]) -> None:
-        """Refuse to write only the tracks of a sensor that is not in the dump."""
+        """Reject a selected sensor that is not in the dump."""
         only, found = self._options.sensor_only, sorted({sensor for _, sensor in names})
         if only is not None and only not in found:
             known = ", ".join(map(str, found))
@@ -242,18 +243,18 @@ class _Conversion:
             raise LayoutError(msg)
 
     def close(self) -> None:
-        """Close the working files, whatever has happened."""
+        """Close the working files."""
         self._buckets.close()
         for sorter in (self._plots, self._reports, self._namings):
             sorter.close()
 
-    def _read(self, table: Table, take: Callable[[Rows], None]) -> None:
+    def _read(self, table: Table, add: Callable[[Rows], None]) -> None:
         file = self._files.get(table.name)
         if file is None:
             return
         account = Account(file.path.name, file.size, table.name)
         self._accounts.append(account)
-        clock = Clockwork(
+        clock = TimeUnwrapper(
             file.layout.time_form,
             start=agreed_start(self._first_times[table.name], file.layout.time_form),
             from_before_midnight=self._from_before_midnight,
@@ -274,13 +275,13 @@ class _Conversion:
             time += moved_s
             if len(rows):
                 account.see(float(time.max()) + (self._unix_start_s if self._of_day else 0.0))
-            take(rows)
+            add(rows)
 
     def _sensor_numbers(self, rows: Rows) -> NDArray[np.int64]:
         source, sensor = rows.integer(fields.SOURCE), rows.integer(fields.SENSOR)
         return self._sensors.number((source << _SENSOR_BITS) | sensor)
 
-    def _take_plots(self, rows: Rows) -> None:
+    def _add_plots(self, rows: Rows) -> None:
         records = np.empty((len(rows), PLOT_WORDS), dtype=np.int64)
         bits = records.view(np.float64)
         for word, role in enumerate(
@@ -293,7 +294,7 @@ class _Conversion:
         )
         self._plots.add(records)
 
-    def _take_reports(self, rows: Rows) -> None:
+    def _add_reports(self, rows: Rows) -> None:
         aircraft = rows.integer(fields.GLOBAL)
         columns = [
             rows.number(role)
@@ -312,7 +313,7 @@ class _Conversion:
         if "ads" in self._options.kinds:
             self._buckets.add(points(columns, pack_track(aircraft, 0)))
 
-    def _take_tracks(self, rows: Rows) -> None:
+    def _add_tracks(self, rows: Rows) -> None:
         aircraft = rows.integer(fields.GLOBAL)
         self._aircraft.number(aircraft)
         source, sensor = rows.integer(fields.SOURCE), rows.integer(fields.SENSOR)
@@ -339,7 +340,7 @@ class _Conversion:
         self._buckets.add(records if wanted.all() else records[wanted])
 
     def _sensor_names(self) -> tuple[NDArray[np.int64], list[tuple[int, int]]]:
-        """Return the number of the source of each sensor, and the dump's own names."""
+        """Return the number of the source of each sensor, and its names in the dump."""
         keys = self._sensors.keys()
         source = keys >> _SENSOR_BITS
         sensor = keys & ((1 << _SENSOR_BITS) - 1)
@@ -352,7 +353,7 @@ class _Conversion:
         source_of_sensor: NDArray[np.int64],
         names: list[tuple[int, int]],
     ) -> Iterator[NamedPlots]:
-        """Pass named plots on; deal them to the aircraft that name them on the way."""
+        """Yield plots associated with tracks, and partition them by aircraft."""
         only = self._options.sensor_only
         file_of_sensor = plots_file(source_of_sensor)
         in_files = np.array([only in (None, sensor) for _, sensor in names], dtype=np.bool_)
@@ -370,7 +371,7 @@ class _Conversion:
             yield named
 
     def _shown(self, blocks: Iterator[Records], count: int) -> Iterator[Records]:
-        """Pass blocks on, telling of progress as if the dump were read once more."""
+        """Yield blocks, reporting progress as if the dump were read once more."""
         for block in blocks:
             self._times_s += [times(block)[0], times(block)[-1]] if len(block) else []
             yield block
@@ -392,7 +393,7 @@ class _Conversion:
         return written
 
     def _chosen(self) -> NDArray[np.int64] | None:
-        """Return the track numbers to write files for, in order; None for all of them."""
+        """Return the track numbers to write files for, in order; None for all."""
         least, most = self._options.ads_measurements_min, self._options.aircraft_max
         if least == 0 and most is None:
             return None
@@ -401,13 +402,13 @@ class _Conversion:
         reports[: len(self._reports_of)] = self._reports_of
         enough = reports >= least
         aircraft, reports = aircraft[enough], reports[enough]
-        # The largest ADS-B tracks first; of equal ones the lower number.
+        # The tracks with most ADS-B reports first; for equal counts the lower number.
         order = np.lexsort((aircraft, -reports))
         return np.sort(aircraft[order][:most])
 
 
 def _repeated(named: NamedPlots) -> int:
-    """Count plots that equal one before in every field."""
+    """Count plots that equal an earlier one in every field."""
     time = times(named.plots)
     same = np.concatenate([[False], time[1:] == time[:-1], [False]])
     candidates = named.plots[same[1:] | same[:-1]]

@@ -1,7 +1,7 @@
 """The fields of the three dump files: their roles, units and bounds.
 
-A *role* is the number under which kernels know a field. Roles below `FIRST_INTEGER` are decimal
-numbers and index the rows of the array of numbers; the others index the array of integers.
+A *role* is the index of a field in kernels. Roles below `FIRST_INTEGER` are decimal numbers and
+index the rows of the array of numbers; the others index the array of integers.
 """
 
 import math
@@ -15,13 +15,13 @@ INTEGERS = 6
 ROLES = NUMBERS + INTEGERS
 IGNORED = -1
 
-#: Missing integer; a missing number is NaN.
+#: Absent integer; an absent number is NaN.
 ABSENT = -1
 
 #: Fields that may be empty.
 OPTIONAL_ROLES = frozenset({HEIGHT, CODE})
 
-#: Names of the layout, by role.
+#: Default names, by role.
 NAMES = (
     "time",
     "lat",
@@ -37,26 +37,26 @@ NAMES = (
     "address",
 )
 
-#: What the bounds are counted in, by role of a number.
+#: Units of the bounds, by role of a number.
 UNITS = ("s", "°", "°", "m", "m", "°")
 
-#: Largest whole number in a field: what fits 31 bits.
+#: Maximum integer in a field: 31 bits.
 INTEGER_MAX = 2**31 - 1
 
-#: Times of day may go on past midnight, for a month; larger ones are wrong.
+#: Times of day may continue past midnight, for up to a month.
 TIME_OF_DAY_MAX_S = 31 * 86_400.0
 
-#: What is this large is seconds since the Unix epoch (1973 on).
+#: From this value on, times are seconds since the Unix epoch (1973).
 UNIX_TIME_MIN_S = 1e8
 
-#: Bounds of the numbers, both ends allowed (azimuth 360 and range 0 are not).
+#: Bounds of the numbers, inclusive (azimuth 360 and range 0 are excluded).
 LOW = (0.0, -90.0, -180.0, -1000.0, math.nextafter(0.0, 1.0), 0.0)
 HIGH = (1e11, 90.0, 180.0, 40_000.0, 1e6, math.nextafter(360.0, 0.0))
 
 
 @dataclass(frozen=True)
 class Table:
-    """One of the three files: its name in profiles and the roles it has to have."""
+    """One of the three files: its name in profiles and its required roles."""
 
     name: str
     roles: tuple[int, ...]

@@ -1,8 +1,8 @@
-"""Which aircraft a plot belongs to: the rows of tracks name plots by source and number.
+"""Association of plots with aircraft: track rows reference plots by source and number.
 
-Plot numbers wrap, so of several plots with the number the one nearest in time is meant, one of
-the sensor that the track row states before one of another, and none further away than a
-tolerance. Both sides come ordered by time, so a window of a few tolerances is all that is held.
+Plot numbers wrap, so the plot nearest in time within a tolerance is selected, with priority for the
+sensor of the track row. Both inputs are ordered by time, so only a window of a few tolerances is in
+memory.
 """
 
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ from multiradar_converters.vid.records import (
     times,
 )
 
-#: Rows near the edge of a window wait for the next one; more than any rounding of a time.
+#: Rows near the edge of a window wait for the next one; exceeds any rounding of a time, s.
 _MARGIN_S = 1.0
 
 _WINDOW_RECORDS_MIN = 1 << 16
@@ -29,16 +29,16 @@ _WINDOW_RECORDS_MIN = 1 << 16
 
 @dataclass(frozen=True)
 class NamedPlots:
-    """Plots whose names are settled.
+    """Plots with final association.
 
     Attributes
     ----------
     plots : int64[n, 7]
         Records of plots, by time.
     aircraft : int64[n]
-        Track number of the row nearest in time that names the plot, -1 when none does.
+        Track number of the row nearest in time that references the plot, -1 for none.
     pair_plot, pair_aircraft : int64[m]
-        Each plot (its place above) with each aircraft that names it, once.
+        Each plot (index above) with each aircraft that references it, once.
     """
 
     plots: Records
@@ -49,7 +49,7 @@ class NamedPlots:
 
 @dataclass
 class NamingCounts:
-    """What became of the namings."""
+    """Counts of the references."""
 
     found: int = 0
     lost: int = 0
@@ -58,14 +58,14 @@ class NamingCounts:
 
 
 class PlotNamer:
-    """Lets track rows name plots, in one pass over both.
+    """Associates track rows with plots, in a single pass.
 
     Parameters
     ----------
     source_of_sensor : int64[s]
         Number of the source of each sensor.
     tolerance_s : float
-        No plot further away in time is meant.
+        Maximum time difference, s.
     """
 
     def __init__(self, source_of_sensor: NDArray[np.int64], tolerance_s: float) -> None:
@@ -78,7 +78,7 @@ class PlotNamer:
         self._pairs: list[NDArray[np.int64]] = []
 
     def run(self, plots: Iterator[Records], namings: Iterator[Records]) -> Iterator[NamedPlots]:
-        """Yield all plots by time, named.
+        """Yield all plots by time, with their association.
 
         Parameters
         ----------
@@ -88,8 +88,8 @@ class PlotNamer:
         waiting: Records = np.empty((0, NAMING_WORDS), dtype=np.int64)
         more = True
         while more:
-            more = self._take_plots(plots)
-            # Without plots to come everything is in reach and everything gets settled.
+            more = self._read_plots(plots)
+            # Without further plots everything is in reach and final.
             reach = np.inf
             if more:
                 reach = float(times(self._plots)[-1]) - self._tolerance_s - _MARGIN_S
@@ -100,7 +100,7 @@ class PlotNamer:
             yield from self._settle(settled)
 
     def _name_up_to(self, reach: float, waiting: Records, namings: Iterator[Records]) -> Records:
-        """Let all namings up to a time name their plots; return the first that are beyond."""
+        """Associate all references up to a time; return the first ones beyond it."""
         while True:
             if not len(waiting):
                 block = next(namings, None)
@@ -114,8 +114,8 @@ class PlotNamer:
             if len(waiting):
                 return waiting
 
-    def _take_plots(self, plots: Iterator[Records]) -> bool:
-        """Take in at least as many plots as are held; return whether there may be more."""
+    def _read_plots(self, plots: Iterator[Records]) -> bool:
+        """Read at least as many plots as are in memory; return whether there may be more."""
         parts = [self._plots]
         wanted = max(_WINDOW_RECORDS_MIN, len(self._plots))
         taken = 0
@@ -183,7 +183,7 @@ class PlotNamer:
 
 
 def _distinct(values: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the distinct values in order (np.unique hashes them first: six times slower here)."""
+    """Return the distinct values in order (np.unique hashes them first, six times slower here)."""
     values = np.sort(values, kind="stable")
     keep = np.ones(len(values), dtype=np.bool_)
     keep[1:] = values[1:] != values[:-1]

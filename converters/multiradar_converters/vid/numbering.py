@@ -1,4 +1,4 @@
-"""Small numbers for things that are found while reading: sensors, aircraft."""
+"""Numbering of sensors and aircraft found while reading."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,14 +10,14 @@ _BITS_FIRST = 10
 
 
 class Numbering:
-    """Gives every distinct key a number, in order of first appearance.
+    """Numbers distinct keys in order of first appearance.
 
     Parameters
     ----------
     what : str
-        What is numbered, for the error.
+        Name of the numbered things, for the error.
     count_max : int
-        How many there may be.
+        Maximum number of keys.
     """
 
     def __init__(self, what: str, count_max: int) -> None:
@@ -34,12 +34,12 @@ class Numbering:
         Raises
         ------
         LayoutError
-            There are more than there may be.
+            There are more keys than the maximum.
         """
         numbers = np.empty(len(keys), dtype=np.int64)
         done = 0
         while done < len(keys):
-            # Half full at most, so that a search ends soon.
+            # At most half full, so that searches are short.
             limit = 1 << (self._bits - 1)
             count, self._known = _kernels.intern(
                 keys[done:], self._bits, self._keys, self._numbers, self._known, limit,

@@ -1,39 +1,39 @@
-"""What a user can choose about a conversion."""
+"""Options of a conversion."""
 
 import datetime as dt
 from dataclasses import dataclass, field
 
 from multiradar_converters.vid.profile import Profile
 
-#: Kinds of track files: ADS-B tracks, the recording system's multiradar tracks, its mono-radar
-#: tracks, radar plots that these name.
+#: Kinds of track files: ADS-B tracks, multiradar tracks of the recording system, its mono-radar
+#: tracks, radar plots that these reference.
 TRACK_KINDS = ("ads", "multiradar", "monoradar", "plots")
 
 
 @dataclass(frozen=True)
 class Options:
-    """Choices; the defaults convert everything.
+    """Options; the defaults convert everything.
 
     Attributes
     ----------
     aircraft_max : int or None
-        AZN_TRACKS_MAX: at most so many aircraft, those with most ADS-B reports.
+        AZN_TRACKS_MAX: maximum number of aircraft, those with most ADS-B reports.
     ads_measurements_min : int
-        AZN_TRACKS_MIN_MEASUR: only aircraft with so many ADS-B reports.
+        AZN_TRACKS_MIN_MEASUR: minimum number of ADS-B reports of an aircraft.
     sensor_only : int or None
-        RADAR_SENSOR_ONLY: only plots and mono-radar rows of this kind of sensor.
+        RADAR_SENSOR_ONLY: only plots and mono-radar rows of this sensor number.
     track_measurements_min : int
-        TRACKS_MIN_MEASUR: shorter tracks are not written.
+        TRACKS_MIN_MEASUR: minimum number of points of a track.
     kinds : tuple of str
-        Which kinds of track files to write.
+        Kinds of track files to write.
     date : date or None
-        The day of the recording.
+        First day of the recording.
     allow_missing : bool
         Whether tracks.txt or plots_ads.txt may be missing.
     profile : Profile
-        What the recording calls things.
+        Names and units of the dump.
     threads : int
-        Threads that parse and write; the output does not depend on it.
+        Threads that parse and write; the output does not depend on their number.
     """
 
     aircraft_max: int | None = None
@@ -47,7 +47,7 @@ class Options:
     threads: int = 2
 
     def settings(self) -> dict[str, object]:
-        """Return the choices that shape the output, for `report.json`."""
+        """Return the options that affect the output, for `report.json`."""
         return {
             "aircraft_max": self.aircraft_max,
             "ads_measurements_min": self.ads_measurements_min,

@@ -1,4 +1,4 @@
-"""Dump profiles: what a recording calls things, in a TOML file of the user's own.
+"""Dump profiles: names, units and format of a dump, in a TOML file.
 
 Every key is optional; the defaults read the layout of `docs/converter.md`::
 
@@ -6,8 +6,8 @@ Every key is optional; the defaults read the layout of `docs/converter.md`::
     form = "auto"                 # columns, pairs
     separator = "auto"            # tab, semicolon, comma, blank (runs of blanks)
     time = "auto"                 # seconds-of-day, iso8601, unix
-    multiradar_source = 240       # the source whose rows are the recording system's own multiradar
-    naming_tolerance_s = 60.0     # how far a plot may lie from the track row that names it
+    multiradar_source = 240       # source of the multiradar tracks of the recording system
+    naming_tolerance_s = 60.0     # maximum time between a plot and the track row that references it
 
     [files]
     tracks = "tracks.txt"
@@ -17,12 +17,12 @@ Every key is optional; the defaults read the layout of `docs/converter.md`::
     [units]
     range = "m"                   # m, km, NM, ft
     height = "m"                  # m, km, ft, FL
-    azimuth = "degree"            # degree, radian, ACP (4096 a turn)
+    azimuth = "degree"            # degree, radian, ACP (4096 per revolution)
 
     [columns.plots]               # also [columns.tracks], [columns.plots_ads]
-    range = "rho"                 # the dump's name; "" where the dump has no h or no code
+    range = "rho"                 # name in the dump; "" if the dump has no h or no code
 
-    [headers]                     # for files without a header line: the names of their columns
+    [headers]                     # names of the columns of files without a header line
     plots = ["time", "source", …]
 """
 
@@ -80,7 +80,7 @@ class Units(_Strict):
 
 
 class Profile(_Strict):
-    """What a recording calls things; see the module for each key."""
+    """Names, units and format of a dump; see the module for each key."""
 
     encoding: str = "auto"
     form: Literal["auto", "columns", "pairs"] = "auto"
@@ -94,7 +94,7 @@ class Profile(_Strict):
     headers: dict[str, list[str]] = Field(default_factory=dict)
 
     def column_names(self, table: Table) -> tuple[str, ...]:
-        """Return what the dump calls each role of a table; empty where the dump lacks it."""
+        """Return the name of each role of a table in the dump; empty if the dump lacks it."""
         own = self.columns.get(table.name, {})
         return tuple(own.get(NAMES[role], NAMES[role]) for role in table.roles)
 
@@ -115,7 +115,7 @@ def load_profile(path: Path | None) -> Profile:
     Raises
     ------
     ProfileError
-        The file cannot be read, or a key or value in it has no meaning.
+        The file cannot be read, or has an invalid key or value.
     """
     if path is None:
         return Profile()
@@ -131,7 +131,7 @@ def load_profile(path: Path | None) -> Profile:
 
 
 def _wrong_names(profile: Profile, lines: Mapping[Location, int]) -> Iterator[str]:
-    """Yield what is wrong with names of tables, fields and encodings."""
+    """Yield errors in names of tables, fields and encodings."""
     tables = {table.name: table for table in TABLES}
     for section, names in (("columns", profile.columns), ("headers", profile.headers)):
         for name in names:

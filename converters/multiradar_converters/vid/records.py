@@ -1,11 +1,11 @@
-"""Records: rows of int64 words on their way between passes; word 0 holds the bits of the time.
+"""Records between passes: rows of int64 words; word 0 has the bits of the time.
 
 ======== ===== =====================================================================
-record   words what they hold (f: bits of a float64)
+record   words content (f: bits of a float64)
 ======== ===== =====================================================================
 plot     7     f time, f range, f azimuth, f lat, f lon, f height, identity
 report   6     f time, f lat, f lon, f height, address, aircraft
-naming   3     f time, identity (of the plot that a track row names), aircraft
+naming   3     f time, identity (of the plot that a track row references), aircraft
 point    5     f time, f lat, f lon, f height, aircraft and file
 ======== ===== =====================================================================
 
@@ -27,7 +27,7 @@ _CODE_BITS = 13
 _PLOT_BITS = 31
 _FILE_BITS = 32
 
-#: Sensors beyond this number do not fit an identity; no air traffic system has as many.
+#: Maximum number of sensors that fits an identity.
 SENSORS_MAX = 1 << 15
 
 
@@ -37,7 +37,7 @@ def times(records: Records) -> Column:
 
 
 def decimal(records: Records, word: int) -> Column:
-    """Return a word that holds bits of float64, as a view."""
+    """Return a word as float64, as a view."""
     return records.view(np.float64)[:, word]
 
 
@@ -59,7 +59,7 @@ def plot_of(identity: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def code_of(identity: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the code, -1 where there is none."""
+    """Return the code, -1 for none."""
     return (identity & ((1 << _CODE_BITS) - 1)) - 1
 
 
@@ -79,7 +79,7 @@ def split_track(track: int) -> tuple[int, int]:
 
 
 def points(columns: Sequence[Column], track: NDArray[np.int64]) -> Records:
-    """Make records of points.
+    """Return records of points.
 
     Parameters
     ----------

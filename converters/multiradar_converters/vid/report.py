@@ -14,7 +14,7 @@ from multiradar_converters.vid.track_files import Written
 
 @dataclass(frozen=True)
 class Findings:
-    """All that a conversion counted."""
+    """Counts of a conversion."""
 
     accounts: list[Account]
     written: Written
@@ -29,7 +29,7 @@ class Findings:
 
 
 def report_json(path: Path, findings: Findings, options: Options) -> dict[str, object]:
-    """Write the report and return what it says.
+    """Write and return the report.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def report_json(path: Path, findings: Findings, options: Options) -> dict[str, o
     findings : Findings
         The counts.
     options : Options
-        The user's choices.
+        Options.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""`sensors.toml` of a dump: every sensor of it, its position left to fill in."""
+"""`sensors.toml` of a dump: all its sensors, with positions to fill in."""
 
 import math
 from dataclasses import dataclass, field
@@ -17,14 +17,14 @@ _RANGE, _AZIMUTH, _SWEEP = 1, 2, 3
 
 @dataclass
 class SensorFigures:
-    """What the plots say about each sensor, by its number.
+    """Figures of the plots of each sensor, by its number.
 
     Attributes
     ----------
     plots, named : int64[s]
-        Plots, and those of them that a track row names.
+        Plots, and those referenced by a track row.
     range_max_m : float64[s]
-        Longest range, m.
+        Maximum range, m.
     """
 
     plots: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
@@ -33,14 +33,14 @@ class SensorFigures:
     _first: list[list[Records]] = field(default_factory=list)
 
     def reserve(self, sensors: int) -> None:
-        """Make room for so many sensors."""
+        """Extend the arrays to a number of sensors."""
         self.plots = np.zeros(sensors, dtype=np.int64)
         self.named = np.zeros(sensors, dtype=np.int64)
         self.range_max_m = np.zeros(sensors)
         self._first = [[] for _ in range(sensors)]
 
     def add(self, named: NamedPlots) -> None:
-        """Take plots into account."""
+        """Add plots to the figures."""
         sensor = sensor_of(named.plots[:, -1])
         for number in np.flatnonzero(self.plots < PLOTS_MAX).tolist():
             own = named.plots[sensor == number]
@@ -51,7 +51,7 @@ class SensorFigures:
         np.maximum.at(self.range_max_m, sensor, decimal(named.plots, _RANGE))
 
     def scan_period_s(self, number: int) -> float:
-        """Return the scan period that the first plots of a sensor show, s; NaN for none."""
+        """Return the scan period from the first plots of a sensor, s; NaN for none."""
         if not self._first[number]:
             return math.nan
         plots = np.concatenate(self._first[number])
@@ -68,16 +68,16 @@ def sensors_toml(
     names : list of (source, sensor)
         Sensors by number.
     figures : SensorFigures
-        What the plots say about them.
+        Figures of their plots.
     reports : int
         Number of ADS-B reports.
     multiradar_source : int
-        The source that is no radar.
+        The source that is not a radar.
 
     Returns
     -------
     str
-        TOML; it can be used once the position of each radar is filled in.
+        TOML; usable once the position of each radar is filled in.
     """
     radars = sorted(
         (name, number) for number, name in enumerate(names) if name[0] != multiradar_source
@@ -86,7 +86,7 @@ def sensors_toml(
         FoundSensor(
             identifier=f"{source}-{sensor}",
             kind="radar",
-            found=_said(figures, number),
+            found=_description(figures, number),
             numbers=(("source", source), ("sensor", sensor)),
             rotation_period_s=figures.scan_period_s(number),
             range_max_m=float(figures.range_max_m[number]),
@@ -97,8 +97,8 @@ def sensors_toml(
     return sensors_text([*found, adsb])
 
 
-def _said(figures: SensorFigures, number: int) -> str:
-    """Tell what the plots say about a sensor."""
+def _description(figures: SensorFigures, number: int) -> str:
+    """Describe the plots of a sensor."""
     plots, named = int(figures.plots[number]), int(figures.named[number])
     if not plots:
         return "no plots, seen in tracks only"

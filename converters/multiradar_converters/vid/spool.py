@@ -1,4 +1,4 @@
-"""Records on disk between passes: sorted by time whatever their order, or dealt into buckets."""
+"""Records on disk between passes: sorted by time, or partitioned into buckets."""
 
 import io
 import itertools
@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from multiradar_converters.vid import _kernels
 from multiradar_converters.vid.records import Records, times
 
-#: Records that are sorted at once, for each sorter.
+#: Records sorted in memory, per sorter.
 RUN_RECORDS = 1 << 18
 
-#: Memory of a merge: pieces of all runs that overlap in time.
+#: Memory of a merge, bytes: pieces of all runs that overlap in time.
 _MERGE_BYTES = 24 << 20
 _PIECE_RECORDS_MAX = 1 << 16
 _PIECE_RECORDS_MIN = 256
@@ -25,15 +25,15 @@ _WORD_BYTES = 8
 
 
 class TimeSorter:
-    """Takes records in any order and gives them back by time; equal times keep their order.
+    """Sorts records by time on disk; stable.
 
-    Records are gathered into runs, each run sorted and appended to one file. Runs of a file that
-    is nearly in order overlap little, so few of them are read at a time.
+    Records are collected into runs, each run is sorted and appended to one file. Runs of a nearly
+    ordered input overlap little, so few of them are read at a time.
 
     Parameters
     ----------
     path : Path
-        The file to work in; deleted at the end.
+        The working file; deleted at the end.
     words : int
         Words of a record.
     run_records : int
@@ -49,7 +49,7 @@ class TimeSorter:
         self._runs: list[_Run] = []
 
     def add(self, records: Records) -> None:
-        """Take records."""
+        """Add records."""
         while len(records):
             room = len(self._waiting) - self._count
             taken = records[:room]
@@ -63,7 +63,7 @@ class TimeSorter:
         return sum(run.count for run in self._runs) + self._count
 
     def sorted(self) -> Iterator[Records]:
-        """Yield all records by time, in blocks that are never empty; then forget them."""
+        """Yield all records by time, in non-empty blocks; then discard them."""
         self._close_run()
         self._waiting = np.empty((0, self._words), dtype=np.int64)
         try:
@@ -72,7 +72,7 @@ class TimeSorter:
             self.close()
 
     def close(self) -> None:
-        """Close and delete the file; nothing comes back after this."""
+        """Close and delete the file."""
         self._file.close()
         self._path.unlink(missing_ok=True)
 
@@ -104,7 +104,7 @@ class TimeSorter:
                 active.append(front)
                 active.sort(key=lambda each: each.run.index)
                 continue
-            block = _join([front.take(horizon) for front in active])
+            block = _join([front.split(horizon) for front in active])
             for front in active:
                 if not len(front.records):
                     front.load(self._file, piece)
@@ -113,7 +113,7 @@ class TimeSorter:
                 yield block
 
     def _piece_records(self) -> int:
-        """Return how much of a run to load at once, so that all that overlap fit."""
+        """Return the piece of a run to load at a time, so that all overlapping runs fit."""
         ends = [(run.first, 0, 1) for run in self._runs] + [(run.last, 1, -1) for run in self._runs]
         overlap = max(itertools.accumulate(step for _, _, step in sorted(ends)), default=1)
         fitting = _MERGE_BYTES // (overlap * self._words * _WORD_BYTES)
@@ -130,7 +130,7 @@ class _Run:
 
 
 class _Front:
-    """The part of a run that is in memory."""
+    """The part of a run in memory."""
 
     def __init__(self, run: _Run, words: int) -> None:
         self.run = run
@@ -154,8 +154,8 @@ class _Front:
         read_exactly(file.fileno(), self.records, offset)
         self._done += count
 
-    def take(self, horizon: tuple[float, int]) -> Records:
-        """Cut off what comes before (time, index of a run) in the order of time and run."""
+    def split(self, horizon: tuple[float, int]) -> Records:
+        """Remove and return the records before (time, index of a run), ordered by time and run."""
         time, index = horizon
         if self.horizon is not None and self.run.index == index:
             cut = len(self.records)
@@ -175,14 +175,14 @@ def _join(parts: list[Records]) -> Records:
 
 
 class Buckets:
-    """Deals records to 2**bits files by their last word, keeping their order in each.
+    """Partitions records into 2**bits files by their last word; stable.
 
     Parameters
     ----------
     folder : Path
-        Made; whoever reads the files deletes them.
+        Created; the reader of the files deletes them.
     bits : int
-        The number of files is 2**bits; they are open at once.
+        The number of files is 2**bits; all are open at the same time.
     salt : int
         Changes which keys share a file.
     """
@@ -197,14 +197,14 @@ class Buckets:
         self.counts = np.zeros(1 << bits, dtype=np.int64)
 
     def add(self, records: Records) -> None:
-        """Take records; their last word deals them."""
+        """Add records, partitioned by their last word."""
         places = np.empty(len(records), dtype=np.int64)
         _kernels.spread(np.ascontiguousarray(records[:, -1]), self._salt, self._bits, places)
-        dealt, ends = deal(records, places, 1 << self._bits)
+        partitioned, ends = partition(records, places, 1 << self._bits)
         begin = 0
         for number, end in enumerate(ends.tolist()):
             if end > begin:
-                write_all(self._files[number].fileno(), dealt[begin:end])
+                write_all(self._files[number].fileno(), partitioned[begin:end])
                 self.counts[number] += end - begin
             begin = end
 
@@ -214,31 +214,31 @@ class Buckets:
             file.close()
 
     def remove(self) -> None:
-        """Remove the folder, whose files have been used up."""
+        """Remove the folder, whose files have been consumed."""
         self._folder.rmdir()
 
 
-def deal(
+def partition(
     records: Records, places: NDArray[np.int64], count: int
 ) -> tuple[Records, NDArray[np.int64]]:
-    """Order records by place, keeping their order within each.
+    """Group records by bin; stable.
 
     Parameters
     ----------
     records : int64[n, w]
         The records.
     places : int64[n]
-        Place of each, 0 <= place < count.
+        Bin of each, 0 <= bin < count.
     count : int
-        Number of places.
+        Number of bins.
 
     Returns
     -------
     tuple of int64[n, w] and int64[count]
-        The records, and where each place ends among them.
+        The records, and the end of each bin among them.
     """
     counts = np.zeros(count, dtype=np.int64)
-    _kernels.count_places(places, counts)
+    _kernels.count_bins(places, counts)
     ends = np.cumsum(counts)
     out = np.empty_like(records)
     _kernels.distribute(records, places, ends - counts, out)
@@ -258,7 +258,7 @@ def read_exactly(descriptor: int, records: Records, offset: int) -> None:
     Raises
     ------
     OSError
-        The file is shorter: somebody else has changed it.
+        The file is shorter: another process changed it.
     """
     left = records.data.cast("B")
     while left:

@@ -1,4 +1,4 @@
-"""The files of a dump: which are there, and how each is laid out."""
+"""The files of a dump and their layouts."""
 
 import dataclasses
 import datetime as dt
@@ -14,7 +14,7 @@ from multiradar_converters.vid.text.layout import FileLayout, TimeForm
 
 @dataclass(frozen=True)
 class DumpFile:
-    """One file of the dump."""
+    """A file of the dump."""
 
     path: Path
     size: int
@@ -22,24 +22,24 @@ class DumpFile:
 
 
 def survey(dump: Path, options: Options) -> list[DumpFile]:
-    """Find the files of a dump and their layouts.
+    """Find the files of a dump and detect their layouts.
 
     Parameters
     ----------
     dump : Path
         The folder.
     options : Options
-        The user's choices.
+        Options.
 
     Returns
     -------
     list of DumpFile
-        In the order in which they are read.
+        In the order of reading.
 
     Raises
     ------
     LayoutError
-        The folder or a file is missing, or not laid out as expected.
+        The folder or a file is missing, or does not match its layout.
     """
     if not dump.is_dir():
         msg = f"{dump}: expected a folder with the text files of a dump"
@@ -65,7 +65,7 @@ def _file(path: Path, layout: FileLayout) -> DumpFile:
 
 
 def _with_times(dump: Path, files: list[DumpFile], date: dt.date | None) -> list[DumpFile]:
-    """Compare the forms of times; a file whose rows do not tell has that of the others."""
+    """Compare the forms of times; a file without rows gets that of the others."""
     forms: set[TimeForm] = {file.layout.time_form for file in files if file.layout.time_form}
     if "seconds-of-day" in forms and len(forms) > 1 and date is None:
         msg = f"{dump}: some files have times of day, others dates: expected the date of the day"
@@ -80,6 +80,6 @@ def _with_times(dump: Path, files: list[DumpFile], date: dt.date | None) -> list
 
 
 def dump_bytes(dump: Path, options: Options) -> int:
-    """Return how many bytes the files of a dump have together; those that are missing, none."""
+    """Return the total size of the existing files of a dump, bytes."""
     paths = (dump / options.profile.files.of(table) for table in TABLES)
     return sum(path.stat().st_size for path in paths if path.is_file())

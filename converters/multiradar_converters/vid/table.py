@@ -1,4 +1,4 @@
-"""`measurements.parquet`: every plot and every ADS-B row, by time, in frames of one size."""
+"""`measurements.parquet`: all plots and ADS-B rows, by time, in frames of fixed size."""
 
 import functools
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
 #: Sensor of ADS-B rows.
 ADSB_ID = "adsb"
 
-# Words of a row on its way into the table: six numbers, sensor, code, address, aircraft.
+# Words of a row of the table: six numbers, sensor, code, address, aircraft.
 _WORDS = 10
 _SENSOR, _CODE, _ADDRESS, _AIRCRAFT = 6, 7, 8, 9
 _ADSB_SENSOR = -1
@@ -30,7 +30,7 @@ _CODES = 4096
 
 
 def table_rows(named: Iterator[NamedPlots], reports: Iterator[Records]) -> Iterator[Records]:
-    """Merge named plots and ADS-B reports by time; a plot comes before a report of its time.
+    """Merge associated plots and ADS-B reports by time; plots precede reports of the same time.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def table_rows(named: Iterator[NamedPlots], reports: Iterator[Records]) -> Itera
         last = float(times(rows)[-1])
         parts = [rows]
         while True:
-            # Plots of this same time may follow, and they come first.
+            # Further plots of the same time may follow, and they come first.
             cut = int(np.searchsorted(times(waiting), last, side="left"))
             parts.append(waiting[:cut])
             waiting = waiting[cut:]
@@ -130,7 +130,7 @@ def _frame(rows: Records, sensor_ids: list[str], unix_start_s: float) -> pl.Data
             (5, "height_m"),
         )
     }
-    # The last name of each list stands for number -1.
+    # The last name of each list is for number -1.
     texts = {
         "sensor_id": _picked(sensor_names, np.where(adsb, len(sensor_ids), sensor)),
         "kind": _picked(pl.Series(["radar", "adsb"]), adsb),
@@ -158,7 +158,7 @@ def _picked(names: pl.Series, places: NDArray[np.generic]) -> pl.Series:
 
 @functools.cache
 def _code_names() -> pl.Series:
-    """Return all codes as text, then a null."""
+    """Return all codes as text, followed by a null."""
     return pl.Series([*(f"{code:04o}" for code in range(_CODES)), None], dtype=pl.String)
 
 

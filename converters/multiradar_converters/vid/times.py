@@ -1,4 +1,4 @@
-"""Times of the dump made times of the recording: past midnight, and since 1970 with a date."""
+"""Conversion of dump times to recording times: continued past midnight, Unix time with a date."""
 
 import datetime as dt
 import math
@@ -10,24 +10,24 @@ from numpy.typing import NDArray
 from multiradar_converters.vid import _kernels
 from multiradar_converters.vid.text.layout import TimeForm
 
-#: What counts as shortly before or after midnight.
+#: Interval that counts as shortly before or after midnight, s.
 LATE_S = 3600.0
 
 _DAY_S = 86_400.0
 
 
-class Clockwork:
-    """Turns the times of one file, taken in its order, into times of the recording.
+class TimeUnwrapper:
+    """Converts the times of a file, in file order, to times of the recording.
 
     Parameters
     ----------
     form : str or None
-        What the times of the file are.
+        Time format of the file.
     start : float
-        What its first rows agree on, as in the file, s; NaN where it has none.
+        Consensus of its first rows, in file time, s; NaN for none.
     from_before_midnight : bool
-        Whether the recording begins shortly before a midnight: a file whose first rows come
-        shortly after one then begins on the second day.
+        Whether the recording begins shortly before midnight: a file whose first rows are shortly
+        after midnight then begins on the second day.
     """
 
     def __init__(self, form: TimeForm | None, *, start: float, from_before_midnight: bool) -> None:
@@ -38,30 +38,30 @@ class Clockwork:
 
     @property
     def last_s(self) -> float:
-        """Time of the last row taken, as in the file, s."""
+        """File time of the last accepted row, s."""
         return float(self._state[3])
 
     def run(self, times: NDArray[np.float64], kept: NDArray[np.bool_]) -> tuple[int, int]:
-        """Move times to those of the recording, s, in place; see `_kernels.judge_times`."""
-        decided, refused = _kernels.judge_times(times, self._state, self._of_day, kept)
-        return int(decided), int(refused)
+        """Convert times to those of the recording, s, in place; see `_kernels.mark_outliers`."""
+        decided, rejected = _kernels.mark_outliers(times, self._state, self._of_day, kept)
+        return int(decided), int(rejected)
 
 
 def agreed_start(times: Sequence[float], form: TimeForm | None) -> float:
-    """Return the time at which a file begins, whatever single rows say.
+    """Return the start time of a file, robust to outliers.
 
     Parameters
     ----------
     times : sequence of float
-        Times of its first rows as in the file, s.
+        File times of its first rows, s.
     form : str or None
-        What they are.
+        Their format.
 
     Returns
     -------
     float
-        The first time of the first rows in a row that agree, or of the most that do; NaN if
-        there are none.
+        First time of the first consecutive rows that agree, or of the largest such group; NaN
+        without rows.
     """
     best, best_count, begin = math.nan, 0, 0
     for k in range(1, len(times) + 1):
@@ -76,20 +76,20 @@ def agreed_start(times: Sequence[float], form: TimeForm | None) -> float:
 
 
 def agreeing(times: Sequence[float], form: TimeForm | None) -> list[float]:
-    """Return those of the first times of a file that are near to what these agree on."""
+    """Return the first times of a file that are near their consensus."""
     start = agreed_start(times, form)
     return [time for time in times if _distance(time, start, form) <= LATE_S]
 
 
 def _distance(time: float, other: float, form: TimeForm | None) -> float:
-    """Return how far apart two times are, s; times of day may lie about a midnight."""
+    """Return the difference of two times, s; times of day are compared across midnight."""
     away = abs(time - other)
     over_midnight = form == "seconds-of-day" and max(time, other) < _DAY_S
     return min(away, _DAY_S - away) if over_midnight else away
 
 
 def begins_before_midnight(first_times: Iterable[float]) -> bool:
-    """Tell whether a recording begins shortly before a midnight.
+    """Return whether a recording begins shortly before midnight.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def begins_before_midnight(first_times: Iterable[float]) -> bool:
 
 
 def dates_of(times: Iterable[float]) -> tuple[dt.date, dt.date] | None:
-    """Return the days on which a file with dates may be said to begin.
+    """Return the possible first days of a file with dates.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def dates_of(times: Iterable[float]) -> tuple[dt.date, dt.date] | None:
     Returns
     -------
     tuple of two dates or None
-        The same day twice, unless a midnight is near; None without times.
+        The same day twice, except near midnight; None without times.
     """
     start = agreed_start(list(times), None)
     if math.isnan(start):
@@ -129,7 +129,7 @@ def dates_of(times: Iterable[float]) -> tuple[dt.date, dt.date] | None:
 
 
 def unix_start(date: dt.date | None) -> float:
-    """Return the Unix time at which a day begins, s; 0 without a date."""
+    """Return the Unix time of the begin of a day, s; 0 without a date."""
     if date is None:
         return 0.0
     return (date - dt.date(1970, 1, 1)).days * _DAY_S

@@ -1,7 +1,7 @@
-"""The files of each aircraft: points dealt into buckets, each bucket sorted and written.
+"""Track files of each aircraft: points partitioned into buckets, each bucket sorted and written.
 
-A bucket that fits is sorted in memory. One that does not is dealt again; one that holds a single
-huge track is sorted on disk. So memory does not depend on the number or length of tracks.
+A bucket that fits is sorted in memory. A larger one is partitioned again; one with a single huge
+track is sorted on disk. So memory does not depend on the number or length of tracks.
 """
 
 import math
@@ -26,28 +26,28 @@ from multiradar_converters.vid.records import (
     split_track,
     times,
 )
-from multiradar_converters.vid.spool import Buckets, TimeSorter, deal
+from multiradar_converters.vid.spool import Buckets, TimeSorter, partition
 
-#: Points that are sorted in memory at once, for each thread.
+#: Maximum points sorted in memory, per thread.
 BUCKET_POINTS_MAX = 400_000
 
-#: Points aimed at for a bucket.
+#: Target number of points of a bucket.
 BUCKET_POINTS = 300_000
 
 _BITS_MAX = 7
 _BITS_AGAIN = 4
-_DEALT_AGAIN_MAX = 6
+_REPARTITIONS_MAX = 6
 _LINES_AT_ONCE = 1 << 15
 
 
 @dataclass(frozen=True)
 class TrackFileNames:
-    """Numbers and names of the files of an aircraft: 0 is `ads`, then two for each source."""
+    """Numbers and names of the files of an aircraft: 0 is `ads`, then two per source."""
 
     sources: tuple[int, ...]
 
     def stem(self, file: int) -> str:
-        """Return the name without its ending, such as `41_mr`."""
+        """Return the name without extension, such as `41_mr`."""
         if file == 0:
             return "ads"
         place, plots = divmod(file - 1, 2)
@@ -55,18 +55,18 @@ class TrackFileNames:
 
 
 def monoradar_file(source: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the file of track rows of sources given by number (not by the dump's name)."""
+    """Return the file of track rows of sources, by number (not by the name in the dump)."""
     return 1 + 2 * source
 
 
 def plots_file(source: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the file of plots of sources given by number."""
+    """Return the file of plots of sources, by number."""
     return 2 + 2 * source
 
 
 @dataclass
 class Written:
-    """What was written, and what was not."""
+    """Counts of tracks written and skipped."""
 
     tracks: Counter[str] = field(default_factory=Counter)
     points: Counter[str] = field(default_factory=Counter)
@@ -74,7 +74,7 @@ class Written:
     short_points: Counter[str] = field(default_factory=Counter)
 
     def add(self, other: "Written") -> None:
-        """Take over another part's counts."""
+        """Add the counts of another part."""
         for mine, others in (
             (self.tracks, other.tracks),
             (self.points, other.points),
@@ -91,17 +91,17 @@ class TrackWriter:
     Attributes
     ----------
     folder : Path
-        Where the folders of the aircraft go.
+        Parent of the folders of aircraft.
     names : TrackFileNames
         Names of the files.
     measurements_min : int
-        Tracks with fewer points are not written.
+        Minimum number of points of a track.
     unix_start_s : float
-        What added to a time makes it Unix time (for `.plt`).
+        Added to times to give Unix time (for `.plt`).
     chosen : int64[a] or None
         Aircraft to write, in order; None for all.
     points_max : int
-        Points sorted in memory at once.
+        Maximum points sorted in memory.
     """
 
     folder: Path
@@ -114,7 +114,7 @@ class TrackWriter:
     def write(
         self, buckets: Buckets, pool: Executor, done: Callable[[], None] = lambda: None
     ) -> Written:
-        """Write all tracks of closed buckets, which are emptied; say when each is done."""
+        """Write all tracks of closed buckets, which are emptied; call `done` after each."""
         total = Written()
         for part in pool.map(self._spooled, buckets.paths):
             total.add(part)
@@ -130,8 +130,8 @@ class TrackWriter:
             points = self._of_chosen(np.fromfile(path, dtype=np.int64).reshape(-1, POINT_WORDS))
             path.unlink()
             self._in_memory(points, written)
-        elif depth < _DEALT_AGAIN_MAX:
-            self._dealt_again(path, depth, written)
+        elif depth < _REPARTITIONS_MAX:
+            self._repartitioned(path, depth, written)
         else:
             self._single(path, written)
         return written
@@ -145,7 +145,7 @@ class TrackWriter:
         numbering = Numbering("tracks", len(points) + 1)
         places = numbering.number(np.ascontiguousarray(points[:, 4]))
         tracks = numbering.keys()
-        points, ends = deal(points, places, len(tracks))
+        points, ends = partition(points, places, len(tracks))
         begin = 0
         for track, end in zip(tracks.tolist(), ends.tolist(), strict=True):
             part = points[begin:end]
@@ -154,19 +154,19 @@ class TrackWriter:
                 part = part[np.argsort(times(part), kind="stable")]
             self._track(track, len(part), iter((part,)), written)
 
-    def _dealt_again(self, path: Path, depth: int, written: Written) -> None:
-        """Deal a bucket again into smaller ones; the salt takes apart what shared a place."""
+    def _repartitioned(self, path: Path, depth: int, written: Written) -> None:
+        """Partition a bucket into smaller ones; the salt separates keys that shared a bin."""
         again = Buckets(path.with_name(f"{path.name}-{depth}"), _BITS_AGAIN, salt=1 + depth)
         for points in _read(path):
             again.add(points)
         again.close()
         path.unlink()
         for part in again.paths:
-            written.add(self._spooled(part, _DEALT_AGAIN_MAX if _alone(part) else depth + 1))
+            written.add(self._spooled(part, _REPARTITIONS_MAX if _alone(part) else depth + 1))
         path.with_name(f"{path.name}-{depth}").rmdir()
 
     def _single(self, path: Path, written: Written) -> None:
-        """Write tracks of which one alone is too long for memory."""
+        """Write tracks one of which is too long for memory."""
         tracks: Counter[int] = Counter()
         for points in map(self._of_chosen, _read(path)):
             values, counts = np.unique(points[:, 4], return_counts=True)
@@ -188,7 +188,7 @@ class TrackWriter:
             return
         written.tracks[stem] += 1
         written.points[stem] += length
-        # Plain calls of the system: there may be hundreds of thousands of files.
+        # System calls: there may be hundreds of thousands of files.
         path = f"{self.folder}/{aircraft}"
         with suppress(FileExistsError):
             os.mkdir(path)
@@ -209,14 +209,14 @@ class TrackWriter:
 
 
 def bucket_bits(input_bytes: int) -> int:
-    """Return how finely to deal the points of a dump of so many bytes."""
+    """Return the number of bits of buckets for a dump of given size."""
     # A line of a dump is some 60 bytes, and nearly every line becomes a point.
     buckets = input_bytes // (60 * BUCKET_POINTS) + 1
     return min(_BITS_MAX, buckets.bit_length())
 
 
 def _alone(path: Path) -> bool:
-    """Tell whether all points of a bucket belong to one track."""
+    """Return whether all points of a bucket belong to one track."""
     tracks = {int(value) for points in _read(path) for value in np.unique(points[:, 4])[:2]}
     return len(tracks) <= 1
 

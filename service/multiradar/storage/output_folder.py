@@ -10,7 +10,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from multiradar.errors import InputError, OutputExistsError
-from multiradar_converters.errors import ConversionError, OutputTakenError
+from multiradar_converters.errors import ConversionError, OutputFolderExistsError
 from multiradar_converters.output_folder import OutputFolder
 
 
@@ -61,7 +61,7 @@ def check_new(path: Path) -> None:
 def _translated() -> Iterator[None]:
     try:
         yield
-    except OutputTakenError as error:
+    except OutputFolderExistsError as error:
         raise OutputExistsError(str(error)) from error
     except ConversionError as error:
         raise InputError(str(error)) from error

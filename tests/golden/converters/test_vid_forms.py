@@ -159,7 +159,7 @@ def test_of_two_plots_in_reach_the_nearer_is_named_whatever_their_order(tmp_path
     }
     dumps.run(dumps.write_dump(tmp_path / "dump", rows, dumps.columns()), tmp_path / "out")
     table = pl.read_parquet(tmp_path / "out" / "measurements.parquet")
-    # Each plot is named by a row one second away and by another one; the files tell both.
+    # Each plot is referenced by a row one second away and by another one; the files have both.
     assert table.select("time_s", "track_number").rows() == [(1000.0, 9), (1030.0, 6)]
     assert dumps.read_new4(tmp_path / "out" / "7" / "26_r.new4")[0][0] == 1000.0
     assert dumps.read_new4(tmp_path / "out" / "9" / "26_r.new4")[0][0] == 1000.0

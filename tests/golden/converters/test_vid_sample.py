@@ -178,7 +178,7 @@ def test_the_skeleton_loads_once_positions_are_filled_in(converted: Path) -> Non
     )
     path.write_text(commented, encoding="utf-8")
     assert commented != filled
-    told = load_sensors(path).sensor
-    for one, other in zip(told, sensors.sensor, strict=True):
+    reported = load_sensors(path).sensor
+    for one, other in zip(reported, sensors.sensor, strict=True):
         assert one.estimated_biases() == other.estimated_biases()
         assert one.model_copy(update={"bias": other.bias}) == other

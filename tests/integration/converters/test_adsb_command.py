@@ -42,7 +42,7 @@ def converted(
 ) -> Path:
     status, out = command(tmp_path, *contents, options=options)
     assert status == expected
-    said = told(out).counts
+    said = reported(out).counts
     assert said.read == said.accepted + said.rejected + said.duplicate
     assert len(rejects(out)) == said.rejected
     assert len(rows(out)) == said.accepted
@@ -53,7 +53,7 @@ def rows(out: Path) -> list[dict[str, Any]]:
     return pl.read_parquet(out / "measurements.parquet").to_dicts()
 
 
-def told(out: Path) -> Report:
+def reported(out: Path) -> Report:
     return Report.model_validate_json((out / "report.json").read_bytes())
 
 
@@ -93,7 +93,7 @@ def test_a_report_becomes_a_measurement(tmp_path: Path) -> None:
             "flags": None,
         }
     ]
-    said = told(out)
+    said = reported(out)
     assert (said.counts.read, said.counts.accepted) == (1, 1)
     figures: dict[str, Any] = said.figures
     assert figures["files"]["file-0"]["form"] == "list"
@@ -114,7 +114,7 @@ FORMS: dict[str, Callable[[list[dict[str, Any]]], bytes]] = {
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_every_form_says_the_same(form: str, tmp_path: Path) -> None:
+def test_every_form_gives_the_same_result(form: str, tmp_path: Path) -> None:
     reports = [report(k, squawk="7000", onground=False) for k in range(20)]
     reports[7] |= {"callsign": None, "altitude": None, "squawk": None}
     out = converted(tmp_path, FORMS[form](reports))
@@ -163,7 +163,7 @@ def test_a_day_without_a_date_goes_on_past_midnight_and_takes_one(tmp_path: Path
     assert first == BEGIN_S - 8 * 3600 + 86_398
 
 
-def test_a_wrong_date_and_files_of_two_kinds_of_time_are_refused(
+def test_a_wrong_date_and_files_of_two_kinds_of_time_are_rejected(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     status, _ = command(tmp_path, json_list([report()]), options=("--date", "2018-08-03"))
@@ -203,7 +203,7 @@ def test_the_position_counts_at_the_time_it_was_heard(tmp_path: Path) -> None:
     assert [row["time_s"] for row in rows(out)] == [BEGIN_S + 0.4]
     (again,) = rejects(out)
     assert again.code == RejectCode.DUPLICATE
-    assert "once more" in again.reason
+    assert "repeats the position" in again.reason
 
 
 def test_a_time_of_the_position_that_is_odd_costs_its_row_and_one_of_another_kind_the_run(
@@ -219,38 +219,38 @@ def test_a_time_of_the_position_that_is_odd_costs_its_row_and_one_of_another_kin
     assert "expected dates in both or none of 'timestamp'" in failure(other, capsys, content)
 
 
-def test_an_old_position_under_a_new_time_is_refused(tmp_path: Path) -> None:
+def test_an_old_position_under_a_new_time_is_rejected(tmp_path: Path) -> None:
     reports = [report(0), report(1, latitude=47.0), report(2, latitude=47.0), report(3)]
-    # Who stands, or does not tell how fast it flies, may well be where it was.
+    # A stationary aircraft, or one without ground speed, may still be at the same position.
     standing = [report(k, icao24="3c0001", groundspeed=2.0, latitude=46.0) for k in range(3)]
     silent = [report(k, icao24="3c0002", groundspeed=None, latitude=46.0) for k in range(3)]
     on_ground = [report(k, icao24="3c0003", onground=True, latitude=46.0) for k in range(3)]
     out = converted(tmp_path, json_list([*reports, *standing, *silent, *on_ground]))
-    refused = rejects(out)
-    assert [json.loads(one.raw)["timestamp"] for one in refused] == [
+    rejected = rejects(out)
+    assert [json.loads(one.raw)["timestamp"] for one in rejected] == [
         (BEGIN_S + 1) * 1000,
         (BEGIN_S + 2) * 1000,
     ]
-    assert {one.code for one in refused} == {RejectCode.DUPLICATE}
-    assert told(out).figures["stale"] == 2
+    assert {one.code for one in rejected} == {RejectCode.DUPLICATE}
+    assert reported(out).figures["stale"] == 2
     assert [row["flags"] for row in rows(out) if row["mode_s_address"] == "3c0003"] == [
         "on_ground"
     ] * 3
-    assert told(out).figures["on_ground"] == 3
+    assert reported(out).figures["on_ground"] == 3
 
 
 def test_times_backwards_and_jumps_are_counted_and_the_table_is_in_order(tmp_path: Path) -> None:
     reports = [report(0), report(10), report(5), report(11, latitude=48.0)]
     out = converted(tmp_path, json_list(reports))
     assert [row["time_s"] - BEGIN_S for row in rows(out)] == [0.0, 5.0, 10.0, 11.0]
-    figures = told(out).figures
+    figures = reported(out).figures
     assert (figures["backwards"], figures["jumps"]) == (1, 1)
 
 
 def test_a_file_given_twice_counts_once(tmp_path: Path) -> None:
     content = json_list([report(k) for k in range(30)])
     out = converted(tmp_path, content, packed(content))
-    counts = told(out).counts
+    counts = reported(out).counts
     assert (counts.read, counts.accepted, counts.duplicate) == (60, 30, 30)
 
 
@@ -275,8 +275,8 @@ BROKEN: list[tuple[dict[str, Any], RejectCode, str]] = [
     ({"altitude": 200_000}, RejectCode.OUT_OF_RANGE, "altitude: expected -1000 to 40000 m"),
     ({"icao24": "3c64"}, RejectCode.NOT_A_NUMBER, "expected six hexadecimal digits, was '3c64'"),
     ({"icao24": "~3c6444"}, RejectCode.NOT_A_NUMBER, "expected six hexadecimal digits"),
-    ({"icao24": "000000"}, RejectCode.OUT_OF_RANGE, "000000 is the address of nobody"),
-    ({"icao24": "FFFFFF"}, RejectCode.OUT_OF_RANGE, "ffffff is the address of nobody"),
+    ({"icao24": "000000"}, RejectCode.OUT_OF_RANGE, "000000 is not an aircraft address"),
+    ({"icao24": "FFFFFF"}, RejectCode.OUT_OF_RANGE, "ffffff is not an aircraft address"),
     ({"onground": "perhaps"}, RejectCode.WRONG_TYPE, "expected true or false, was 'perhaps'"),
 ]
 
@@ -290,12 +290,12 @@ def test_a_broken_record_is_kept_with_its_place_and_the_next_one_is_read(
     content = json_list([good[0], bad, good[2]])
     out = converted(tmp_path, content)
     assert [row["time_s"] - BEGIN_S for row in rows(out)] == [0.0, 2.0]
-    (refused,) = rejects(out)
-    assert (refused.code, refused.file) == (code, "file-0")
-    assert reason in refused.reason
-    assert refused.offset is not None
-    assert content[refused.offset :].startswith(refused.raw.encode())
-    assert json.loads(refused.raw).keys() == bad.keys()
+    (rejected,) = rejects(out)
+    assert (rejected.code, rejected.file) == (code, "file-0")
+    assert reason in rejected.reason
+    assert rejected.offset is not None
+    assert content[rejected.offset :].startswith(rejected.raw.encode())
+    assert json.loads(rejected.raw).keys() == bad.keys()
 
 
 def test_addresses_in_capitals_are_taken_and_odd_codes_and_callsigns_left_out(
@@ -307,11 +307,11 @@ def test_addresses_in_capitals_are_taken_and_odd_codes_and_callsigns_left_out(
         ("3c64ab", None, None),
         ("3c6444", "1234", "KLM1"),
     ]
-    figures: dict[str, Any] = told(out).figures
+    figures: dict[str, Any] = reported(out).figures
     assert figures["files"]["file-0"]["unreadable"] == {"callsign": 1, "code": 1}
 
 
-def test_lines_of_csv_are_refused_by_their_number(tmp_path: Path) -> None:
+def test_lines_of_csv_are_rejected_by_their_number(tmp_path: Path) -> None:
     lines = csv_table([report(k) for k in range(6)]).splitlines()
     lines[2] = lines[2].removesuffix(b",DLH8JW")
     lines[3] = b'"' + lines[3]
@@ -322,7 +322,7 @@ def test_lines_of_csv_are_refused_by_their_number(tmp_path: Path) -> None:
         (4, RejectCode.WRONG_FIELD_COUNT),
         (5, RejectCode.MALFORMED_LINE),
     ]
-    assert told(out).counts.blank == 1
+    assert reported(out).counts.blank == 1
 
 
 def test_a_packed_file_that_is_cut_short_gives_what_came_before_and_status_1(
@@ -339,14 +339,14 @@ def test_a_packed_file_that_is_cut_short_gives_what_came_before_and_status_1(
 
 
 @pytest.mark.parametrize("form", ["list", "csv", "lines"])
-def test_text_that_ends_within_a_record_is_told(form: str, tmp_path: Path) -> None:
+def test_text_that_ends_within_a_record_is_reported(form: str, tmp_path: Path) -> None:
     content = FORMS[form]([report(k) for k in range(10)])
     # A line of CSV may be short for other reasons.
     out = converted(tmp_path, content[:-40], expected=EXIT_DONE if form == "csv" else EXIT_FAILED)
     assert len(rows(out)) == 9
-    (refused,) = rejects(out)
+    (rejected,) = rejects(out)
     expected = RejectCode.WRONG_FIELD_COUNT if form == "csv" else RejectCode.TRUNCATED
-    assert refused.code == expected
+    assert rejected.code == expected
 
 
 def test_a_quote_too_few_does_not_swallow_the_rest_of_the_file(tmp_path: Path) -> None:
@@ -369,11 +369,11 @@ def test_a_record_that_is_too_long_may_be_the_last(tmp_path: Path) -> None:
     assert [(one.code, one.line) for one in rejects(out)] == [(RejectCode.TOO_LARGE, 3)]
 
 
-def test_what_follows_a_list_is_told(tmp_path: Path) -> None:
+def test_what_follows_a_list_is_reported(tmp_path: Path) -> None:
     content = json_list([report(0)])
     out = converted(tmp_path, content + b"\n" + content)
-    (refused,) = rejects(out)
-    assert (refused.code, refused.offset) == (RejectCode.MALFORMED_JSON, len(content) + 1)
+    (rejected,) = rejects(out)
+    assert (rejected.code, rejected.offset) == (RejectCode.MALFORMED_JSON, len(content) + 1)
 
 
 def test_text_that_packs_very_well_is_read_to_its_end(tmp_path: Path) -> None:
@@ -395,7 +395,7 @@ def test_a_trace_becomes_measurements(tmp_path: Path) -> None:
         [5.0, 47.04, 8.5, 1200, None, None, 0, 0, None, "tisb_icao", None],
         [6.0, 47.05],
         "point",
-        # Python reads it as 10, nobody else does.
+        # Only Python reads it as 10.
         ["1_0", 47.06, 8.5, None],
     ]
     out = converted(tmp_path, packed(trace(points)))
@@ -416,7 +416,7 @@ def test_a_trace_becomes_measurements(tmp_path: Path) -> None:
     ]
 
 
-def test_a_trace_of_nobody_beside_others_is_refused_point_by_point(tmp_path: Path) -> None:
+def test_a_trace_without_aircraft_address_is_rejected_point_by_point(tmp_path: Path) -> None:
     out = converted(tmp_path, trace([POINT]), trace([POINT], icao="~2a1b3c"), trace([]))
     assert len(rows(out)) == 1
     assert [one.code for one in rejects(out)] == [RejectCode.NOT_A_NUMBER]
@@ -432,30 +432,33 @@ UNKNOWN: list[tuple[bytes, str]] = [
     (b"\x1f\x8b" + b"\0" * 50, "expected a whole packed file, was a damaged one"),
     (packed(json_list([report()]))[:-5] + b"wrong", "was a damaged one: Error -3"),
     (b"a,b\n1,2\n", "expected a column for the time (timestamp, time, time_s, datetime), found a"),
-    (b"[]", "expected JSON objects, one a record, found none"),
-    (b"[1, 2, 3]", "expected JSON objects, one a record, found none"),
+    (b"[]", "expected JSON objects, one per record, found none"),
+    (b"[1, 2, 3]", "expected JSON objects, one per record, found none"),
     (b'{"trace":[[0,1,2,3]]}', "expected icao and timestamp before the points of a trace"),
-    (ALTERED, "the unit of 'alt' is not known: expected altitude or alt_baro (ft)"),
+    (ALTERED, "the unit of 'alt' is unknown: expected altitude or alt_baro (ft)"),
     (
         json_list([report(altitude=..., geoaltitude=1000)]),
-        "the unit of 'geoaltitude' is not known: expected altitude (ft) or baroaltitude (m)",
+        "the unit of 'geoaltitude' is unknown: expected altitude (ft) or baroaltitude (m)",
     ),
     (json_list([report(lat=47.0)]), "expected one column for the latitude, was 'latitude' and"),
     (json_list([report(timestamp="noon")]), "expected times in the column 'timestamp'"),
     (json_list([report(timestamp=5e9)]), "expected times in the column 'timestamp'"),
-    (json_list([report(latitude=None)]), "none of 1 records can be taken; 1 of them for MISSING"),
+    (
+        json_list([report(latitude=None)]),
+        "none of 1 records are accepted; 1 of them rejected as MISSING",
+    ),
     (json_columns([report()])[:-5], "expected JSON columns, each an object by row"),
 ]
 
 
 @pytest.mark.parametrize(("content", "sentence"), UNKNOWN)
-def test_what_cannot_be_read_is_told_in_one_sentence(
+def test_what_cannot_be_read_is_reported_in_one_sentence(
     content: bytes, sentence: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert sentence in failure(tmp_path, capsys, content)
 
 
-def test_a_file_that_is_missing_and_one_that_is_none_are_told(
+def test_a_missing_file_and_a_folder_are_reported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for path in (tmp_path / "missing.json", tmp_path):
@@ -464,7 +467,7 @@ def test_a_file_that_is_missing_and_one_that_is_none_are_told(
     assert run(["convert", "adsb", "x", "--out", "y", "--date", "noon"]) == EXIT_USAGE
 
 
-def test_what_is_packed_to_fill_memories_is_refused(
+def test_a_decompression_bomb_is_rejected(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bomb = packed(b"[" + json.dumps(report()).encode() + b" " * (96 << 20))

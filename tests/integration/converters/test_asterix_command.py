@@ -94,15 +94,15 @@ def test_a_broken_block_is_quarantined_with_its_place_and_the_next_one_is_read(
     offset = len(block(48, plot_048(1.0)))
     assert (first.offset, first.raw) == (offset, bad.hex())
     assert "category 048 of 20-130" in first.reason
-    assert "item 130/SRL: goes on past the end of the block" in first.reason
-    assert (second.offset, second.reason) == (offset + len(bad), "category 033 is not known")
+    assert "item 130/SRL: extends past the end of the block" in first.reason
+    assert (second.offset, second.reason) == (offset + len(bad), "category 033 is unknown")
     figures: dict[str, Any] = report(out).figures
     octets = figures["bytes"]["recording-0"]
     assert octets["decoded"] + octets["quarantined"] + octets["framing"] == len(whole)
     assert octets["quarantined"] == len(bad) + 5
 
 
-def test_blocks_of_artas_without_a_table_are_counted_and_passed_over(tmp_path: Path) -> None:
+def test_blocks_of_artas_without_a_table_are_counted_and_skipped(tmp_path: Path) -> None:
     other = block(31, b"\x80\x01\x02")
     whole = other + block(48, plot_048(1.0)) + other
     out = converted(tmp_path, whole)
@@ -126,7 +126,7 @@ def test_datagrams_of_a_replay_file_are_read_with_all_their_blocks(tmp_path: Pat
     assert sum(octets[name] for name in ("decoded", "framing", "quarantined")) == len(whole)
 
 
-def test_a_replay_file_tells_no_time_of_day(tmp_path: Path) -> None:
+def test_a_replay_file_reports_no_time_of_day(tmp_path: Path) -> None:
     """Its clock begins at 0 whatever the time was: nothing may be restored by it."""
     whole = rply([(0, block(1, plot_001(5.0))), (9, block(1, plot_001(6.0)))])
     out = converted(tmp_path, whole, status=EXIT_FAILED)
@@ -172,19 +172,19 @@ def test_the_recorders_clock_restores_times_of_radars_without_service_messages(
     assert [row["time_s"] for row in rows(out)] == [39_999.5]
 
 
-def test_a_plot_whose_time_nothing_tells_is_refused(tmp_path: Path) -> None:
+def test_a_plot_without_any_time_is_rejected(tmp_path: Path) -> None:
     (one,) = rejects(out := converted(tmp_path, block(1, plot_001(5.0)), status=EXIT_FAILED))
     assert rows(out) == []
     assert one.code == "MISSING_FIELD"
-    assert "the time modulo 512 s alone" in one.reason
+    assert "only the time modulo 512 s" in one.reason
 
 
-def test_a_plot_without_a_time_needs_the_turn_of_the_antenna(tmp_path: Path) -> None:
-    """One north mark tells no turn; the sensors file may."""
+def test_a_plot_without_a_time_needs_the_scan_period(tmp_path: Path) -> None:
+    """One north mark gives no scan period; the sensors file may."""
     whole = north_mark(100.0) + block(1, plot_001(None, azimuth_deg=90.0))
     out = converted(tmp_path, whole, status=EXIT_FAILED)
     (one,) = rejects(out)
-    assert "when the antenna passed the azimuth" in one.reason
+    assert "the antenna passage" in one.reason
     sensors = tmp_path / "sensors.toml"
     sensors.write_text(
         '[[sensor]]\nkind = "radar"\nsac = 20\nsic = 130\nlatitude_deg = 39.0\n'
@@ -195,7 +195,7 @@ def test_a_plot_without_a_time_needs_the_turn_of_the_antenna(tmp_path: Path) -> 
     assert [row["time_s"] for row in rows(out)] == [101.0]
 
 
-def test_a_time_of_day_beyond_a_day_is_told(tmp_path: Path) -> None:
+def test_a_time_of_day_beyond_a_day_is_reported(tmp_path: Path) -> None:
     out = converted(tmp_path, block(48, plot_048(90_000.0)), status=EXIT_FAILED)
     assert [one.reason for one in rejects(out)] == ["a time of day of 24 h or more"]
 
@@ -259,7 +259,7 @@ def test_doubtful_codes_and_heights_are_flags(
     ("descriptor", "name"),
     [("00", "no_detection"), ("50", "simulated"), ("42", "fixed_transponder"), ("41 80", "test")],
 )
-def test_what_is_no_aircraft_is_left_out_unless_asked_for(
+def test_reports_other_than_aircraft_are_omitted_by_default(
     tmp_path: Path, descriptor: str, name: str
 ) -> None:
     whole = block(48, plot_048(1.0, descriptor=descriptor))
@@ -290,16 +290,18 @@ def test_multilateration_and_adsb_become_positions(tmp_path: Path) -> None:
     assert second["callsign"] == "DLF123H"
 
 
-def test_an_edition_is_found_by_what_fits_or_taken_as_told(tmp_path: Path) -> None:
+def test_an_edition_is_detected_or_selected(tmp_path: Path) -> None:
     old = record((1, "0005"), (2, "40 54"), (3, "1c293e"), (4, "006e4cc9 ffe606d6"), (5, "496c2e"))
     out = converted(tmp_path, block(21, old))
     (row,) = rows(out)
     assert (row["mode_s_address"], row["time_s"]) == ("496c2e", 0x1C293E / 128)
     figures: dict[str, Any] = report(out).figures
     assert figures["editions"] == {"021": {"0-5": "0.26"}}
-    (tmp_path / "told").mkdir()
-    told = converted(tmp_path / "told", block(21, old), options=("--edition", "0-5/021=0.25"))
-    assert rows(told) == [row]
+    (tmp_path / "reported").mkdir()
+    reported = converted(
+        tmp_path / "reported", block(21, old), options=("--edition", "0-5/021=0.25")
+    )
+    assert rows(reported) == [row]
 
 
 def system_track(seconds: float, *, number: str = "13de", status: str = "04") -> bytes:
@@ -367,7 +369,7 @@ def test_system_tracks_without_a_time_are_counted(tmp_path: Path) -> None:
     assert figures["left_out"]["system_track_without_time"] == 1
 
 
-def test_the_biases_of_another_processor_are_told(tmp_path: Path) -> None:
+def test_the_biases_of_another_sdps_are_reported(tmp_path: Path) -> None:
     def status(azimuth: str) -> bytes:
         return block(
             63, record((1, "0005"), (4, "1482"), (6, "ffcb"), (7, "000b 0080"), (8, azimuth))
@@ -392,7 +394,7 @@ def test_the_biases_of_another_processor_are_told(tmp_path: Path) -> None:
     [("00", "confirmed"), ("02", "tentative"), ("01 40", "ended"), ("01 80", "simulated"),
      ("01 01 01 80", "coasting")],
 )  # fmt: skip
-def test_the_state_of_a_system_track_is_told(tmp_path: Path, status: str, state: str) -> None:
+def test_the_state_of_a_system_track_is_reported(tmp_path: Path, status: str, state: str) -> None:
     out = converted(tmp_path, block(62, system_track(5.0, status=status)))
     assert pl.read_parquet(out / "system_tracks.parquet")["state"].to_list() == [state]
 
@@ -456,7 +458,7 @@ def test_an_edition_that_cannot_be_read_is_wrong_usage(
     assert "expected" in capsys.readouterr().err
 
 
-def test_a_pipe_is_refused_instead_of_waited_for(
+def test_a_pipe_is_rejected_instead_of_waited_for(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out, pipe = tmp_path / "out", tmp_path / "pipe"

@@ -14,11 +14,11 @@ ROWS = 4000
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory: pytest.TempPathFactory) -> tuple[check.RecordingChannel, Path]:
-    """What a user was told of a recording, and the file in which it stands."""
+def reported(tmp_path_factory: pytest.TempPathFactory) -> tuple[check.RecordingChannel, Path]:
+    """System tracks sent to a user for a recording, and the file with them."""
     folder = tmp_path_factory.mktemp("output")
     frame = recording(ROWS, step_s=0.09)
-    # An aircraft that nobody hears after three minutes, and one that is seen by one radar alone.
+    # An aircraft without plots after three minutes, and one detected by a single radar.
     time_s = frame["time_s"] - frame["time_s"].min()
     gone = (frame["track_number"] == 3) & (time_s > 180.0)
     alone = (frame["track_number"] == 4) & (frame["sensor_id"] != "41-10")
@@ -29,9 +29,9 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> tuple[check.RecordingChann
 
 
 def test_our_reader_reads_every_field_to_its_resolution(
-    told: tuple[check.RecordingChannel, Path],
+    reported: tuple[check.RecordingChannel, Path],
 ) -> None:
-    user, path = told
+    user, path = reported
     found = check.compared(user, check.own_records(path))
     assert {name: worst for name, (_, worst) in found.items() if worst > check.ROUNDING} == {}
     said = set(found)
@@ -43,9 +43,9 @@ def test_our_reader_reads_every_field_to_its_resolution(
 
 
 def test_libasterix_reads_every_field_to_its_resolution(
-    told: tuple[check.RecordingChannel, Path],
+    reported: tuple[check.RecordingChannel, Path],
 ) -> None:
     pytest.importorskip("asterix.base", reason="libasterix is not installed")
-    user, path = told
+    user, path = reported
     found = check.compared(user, check.peer_records(path, sys.executable))
     assert {name: worst for name, (_, worst) in found.items() if worst > check.ROUNDING} == {}

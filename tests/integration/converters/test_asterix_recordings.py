@@ -61,7 +61,7 @@ def alike(found: object, expected: object) -> bool:
 
 
 @pytest.mark.parametrize("name", RECORDS)
-def test_a_single_record_says_what_its_octets_say(name: str) -> None:
+def test_a_single_record_has_the_values_of_its_octets(name: str) -> None:
     category, edition, expected = RECORDS[name]
     data = np.fromfile(FOLDER / "single-records" / name, dtype=np.uint8)
     begins, ends, gaps = split(data, 0, 0)

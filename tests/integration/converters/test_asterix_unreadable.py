@@ -1,4 +1,4 @@
-"""`multiradar convert asterix` of what is no whole file of blocks."""
+"""`multiradar convert asterix` with damaged or foreign files."""
 
 import gzip
 from pathlib import Path
@@ -35,7 +35,7 @@ def cut_short(out: Path) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("recorder", [False, True])
-def test_a_file_that_ends_inside_a_block_is_said_and_what_was_read_is_kept(
+def test_a_file_that_ends_inside_a_block_is_reported_and_read_up_to_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], *, recorder: bool
 ) -> None:
     first, second = block(48, plot_048(1.0)), block(48, plot_048(2.0))
@@ -61,7 +61,7 @@ def test_octets_after_the_last_block_are_not_a_file_that_was_cut(
     assert cut_short(out) == {}
 
 
-def test_a_missing_file_is_told_and_leaves_nothing(
+def test_a_missing_file_is_reported_and_leaves_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
@@ -76,15 +76,15 @@ def test_a_missing_file_is_told_and_leaves_nothing(
         # The same octets in every process that collects this.
         (
             gzip.compress(block(48, plot_048(1.0)), mtime=0),
-            "was one packed by gzip; unpack it first",
+            "was compressed by gzip; decompress it first",
         ),
-        (b"These are no blocks. " * 99, "expected ASTERIX blocks, found none that can be read"),
+        (b"These are no blocks. " * 99, "expected ASTERIX blocks, found none that can be decoded"),
         (b"", "expected ASTERIX blocks, found none"),
         (b"\xcd" * 2200, "expected ASTERIX blocks, found none"),
     ],
     ids=["packed", "text", "empty", "header"],
 )
-def test_what_is_no_recording_is_told_and_leaves_nothing(
+def test_a_foreign_file_is_reported_and_leaves_nothing(
     tmp_path: Path, content: bytes, sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "recording"

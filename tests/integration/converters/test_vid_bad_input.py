@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from multiradar_converters.errors import LayoutError, OutputTakenError, ProfileError
+from multiradar_converters.errors import LayoutError, OutputFolderExistsError, ProfileError
 from multiradar_converters.vid.profile import load_profile
 from multiradar_converters.vid.text import blocks
 from support.inputs import dumps
@@ -51,7 +51,7 @@ def recode(path: Path, encoding: str) -> None:
     path.write_bytes(path.read_bytes().decode("ascii").encode(encoding))
 
 
-def test_a_folder_that_is_none_is_named(tmp_path: Path) -> None:
+def test_a_path_that_is_not_a_folder_is_named(tmp_path: Path) -> None:
     with pytest.raises(LayoutError, match="expected a folder"):
         dumps.run(tmp_path / "nowhere", tmp_path / "out")
 
@@ -68,7 +68,7 @@ def test_missing_files_may_be_allowed_but_not_plots(tmp_path: Path, dump: Path) 
 
 
 @pytest.mark.parametrize("kind", ["folder", "file", "dangling link"])
-def test_an_output_that_exists_is_refused_untouched(tmp_path: Path, dump: Path, kind: str) -> None:
+def test_an_output_that_exists_is_rejected_untouched(tmp_path: Path, dump: Path, kind: str) -> None:
     out = tmp_path / "out"
     if kind == "folder":
         out.mkdir()
@@ -78,7 +78,7 @@ def test_an_output_that_exists_is_refused_untouched(tmp_path: Path, dump: Path, 
     else:
         out.symlink_to(tmp_path / "nowhere")
     before = sorted(tmp_path.rglob("*"))
-    with pytest.raises(OutputTakenError, match="exists"):
+    with pytest.raises(OutputFolderExistsError, match="exists"):
         dumps.run(dump, out)
     assert sorted(tmp_path.rglob("*")) == before
 
@@ -170,7 +170,7 @@ def test_a_header_repeated_within_a_file_is_a_header(tmp_path: Path, dump: Path)
         ("sensor", "1\x000", "ENCODING"),
     ],
 )
-def test_absurd_values_are_refused_by_name(
+def test_absurd_values_are_rejected_by_name(
     tmp_path: Path, dump: Path, field: str, text: str, code: str
 ) -> None:
     path = dump / "plots.txt"
@@ -188,7 +188,7 @@ def test_absurd_values_are_refused_by_name(
     assert report["counts"]["accepted"] == 89
 
 
-def test_text_in_windows_1251_is_told_as_it_was(tmp_path: Path, dump: Path) -> None:
+def test_text_in_windows_1251_is_quoted_unchanged(tmp_path: Path, dump: Path) -> None:
     path = dump / "tracks.txt"
     path.write_bytes(path.read_bytes() + "сбой записи\r\n".encode("cp1251"))
     dumps.run(dump, tmp_path / "out")
@@ -213,7 +213,7 @@ def test_text_in_windows_1251_is_told_as_it_was(tmp_path: Path, dump: Path) -> N
         ("= 1", "not valid TOML"),
     ],
 )
-def test_a_profile_without_meaning_is_refused_by_key(tmp_path: Path, text: str, said: str) -> None:
+def test_an_invalid_profile_is_rejected_by_key(tmp_path: Path, text: str, said: str) -> None:
     path = tmp_path / "profile.toml"
     path.write_text(text)
     with pytest.raises(ProfileError, match=said):
@@ -233,7 +233,7 @@ def test_a_profile_without_meaning_is_refused_by_key(tmp_path: Path, text: str, 
         ("utf-8", "борт".encode(), "борт"),
     ],
 )
-def test_a_refused_line_is_written_in_the_encoding_of_its_file(
+def test_a_rejected_line_is_written_in_the_encoding_of_its_file(
     tmp_path: Path, dump: Path, encoding: str, broken: bytes, raw: str
 ) -> None:
     path = dump / "plots.txt"

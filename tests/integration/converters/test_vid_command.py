@@ -20,7 +20,7 @@ def command(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
     return run_command("convert", "vid", *arguments)
 
 
-def test_it_prints_its_report_and_refuses_to_do_it_twice(tmp_path: Path) -> None:
+def test_it_prints_its_report_and_rejects_to_do_it_twice(tmp_path: Path) -> None:
     dump = dumps.write_dump(tmp_path / "dump", dumps.part_of_sample(200), dumps.columns())
     done = command(dump, tmp_path / "out", "--date", "2018-08-01", "--json")
     assert (done.returncode, done.stderr) == (0, "")
@@ -73,21 +73,21 @@ def test_the_bytes_do_not_depend_on_threads_or_repetition(tmp_path: Path) -> Non
 
 def test_progress_reaches_its_end(tmp_path: Path) -> None:
     dump = dumps.write_dump(tmp_path / "dump", dumps.part_of_sample(3000), dumps.columns())
-    told: list[int] = []
-    convert(dump, tmp_path / "out", Options(), told.append)
+    reported: list[int] = []
+    convert(dump, tmp_path / "out", Options(), reported.append)
     total = PASSES * sum((dump / name).stat().st_size for name in dumps.FILES)
     # Each step may lose the fraction of a byte.
-    assert total - len(told) - 400 <= sum(told) <= total
-    assert min(told) >= 0
+    assert total - len(reported) - 400 <= sum(reported) <= total
+    assert min(reported) >= 0
 
 
-def test_plots_that_are_all_refused_end_the_run_with_the_commonest_reason(tmp_path: Path) -> None:
+def test_plots_that_are_all_rejected_end_the_run_with_the_commonest_reason(tmp_path: Path) -> None:
     part = dumps.part_of_sample(30)
     rows = [[*row[:5], "400", *row[6:]] for row in part["plots.txt"]]
     dumps.write_dump(tmp_path / "bad", {**part, "plots.txt": [["x"], *rows]}, dumps.columns())
     done = command(tmp_path / "bad", tmp_path / "out")
     assert (done.returncode, done.stdout) == (1, "")
-    assert "none of 31 lines can be taken; 30 of them for OUT_OF_RANGE" in done.stderr
+    assert "none of 31 lines are accepted; 30 of them rejected as OUT_OF_RANGE" in done.stderr
     assert "azimuth: expected 0 to 360" in done.stderr
     assert done.stderr.count("\n") == 1
     assert not (tmp_path / "out").exists()

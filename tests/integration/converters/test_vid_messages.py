@@ -1,4 +1,4 @@
-"""What a user is told: which folder, which key, which reason."""
+"""Error messages: folder, key, reason."""
 
 import errno
 import os
@@ -23,7 +23,7 @@ def test_a_missing_parent_folder_is_named(tmp_path: Path, dump: Path) -> None:
         dumps.run(dump, tmp_path / "c" / "base")
 
 
-def test_a_full_disk_is_told_with_the_output(
+def test_a_full_disk_is_reported_with_the_output(
     tmp_path: Path, dump: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(*_: object) -> None:
@@ -38,16 +38,16 @@ def test_a_full_disk_is_told_with_the_output(
 @pytest.mark.parametrize(
     ("make", "was"), [(Path.mkdir, "folder"), (os.mkfifo, "special file")], ids=["folder", "FIFO"]
 )
-def test_what_is_not_a_file_is_called_so(tmp_path: Path, dump: Path, make: Any, was: str) -> None:
+def test_a_path_that_is_not_a_file_is_reported(
+    tmp_path: Path, dump: Path, make: Any, was: str
+) -> None:
     (dump / "plots.txt").unlink()
     make(dump / "plots.txt")
     with pytest.raises(LayoutError, match=rf"plots\.txt: expected a file, was a {was}"):
         dumps.run(dump, tmp_path / "out")
 
 
-def test_a_missing_file_that_may_be_missing_is_told_with_the_option(
-    tmp_path: Path, dump: Path
-) -> None:
+def test_a_missing_optional_file_is_reported_with_the_option(tmp_path: Path, dump: Path) -> None:
     (dump / "plots_ads.txt").unlink()
     with pytest.raises(LayoutError, match="--allow-missing"):
         dumps.run(dump, tmp_path / "out")
@@ -87,7 +87,7 @@ def test_the_skeleton_speaks_of_sensors_without_plots_and_of_one_plot(tmp_path: 
         ("[headers]\nplots = 'time'", r"headers\.plots: expected a list, was 'time'"),
     ],
 )
-def test_a_wrong_key_of_a_profile_is_told_as_expected_and_was(
+def test_a_wrong_key_of_a_profile_is_reported_with_expected_and_actual_value(
     tmp_path: Path, text: str, said: str
 ) -> None:
     path = tmp_path / "profile.toml"
@@ -97,7 +97,7 @@ def test_a_wrong_key_of_a_profile_is_told_as_expected_and_was(
 
 
 @pytest.mark.parametrize("form", ["columns", "pairs"])
-def test_rubbish_before_the_first_row_is_refused_and_the_rest_read(
+def test_rubbish_before_the_first_row_is_rejected_and_the_rest_read(
     tmp_path: Path, form: str
 ) -> None:
     encode = dumps.columns() if form == "columns" else dumps.pairs()
@@ -128,7 +128,7 @@ def test_nul_bytes_are_not_called_utf_16(tmp_path: Path, dump: Path) -> None:
 
 def test_the_columns_of_a_binary_file_are_cut_and_printable(tmp_path: Path, dump: Path) -> None:
     (dump / "plots.txt").write_bytes(bytes(range(1, 256)) * 100)
-    with pytest.raises(LayoutError) as told:
+    with pytest.raises(LayoutError) as reported:
         dumps.run(dump, tmp_path / "out")
-    assert len(str(told.value)) < 350
-    assert str(told.value).isprintable()
+    assert len(str(reported.value)) < 350
+    assert str(reported.value).isprintable()

@@ -42,7 +42,7 @@ FORMS = {
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_damaged_files_are_refused_or_accounted_for(form: str, tmp_path: Path) -> None:
+def test_damaged_files_are_rejected_or_accounted_for(form: str, tmp_path: Path) -> None:
     generator = random.Random(form)
     path = tmp_path / "file"
     for number in range(COUNT):

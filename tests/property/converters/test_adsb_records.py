@@ -162,7 +162,7 @@ def said(batch: Batch) -> list[Any]:
         batch.numbers.view(np.int64).tolist(),
         batch.words.tolist(),
         batch.places.tolist(),
-        [(one.place, one.code, one.reason, one.raw) for one in batch.refused],
+        [(one.place, one.code, one.reason, one.raw) for one in batch.rejected],
     ]
 
 
@@ -204,7 +204,7 @@ def test_objects_read_the_same_both_ways(
         ]
         objects.append("{" + ",".join(pairs) + "}")
     elements = Elements(0)
-    pieces = elements.take("\n".join(objects).encode("utf-8", "replace"))
+    pieces = elements.push("\n".join(objects).encode("utf-8", "replace"))
     assert_both_forms_agree(pieces, layout(time, time), read_objects, cells.object_cells)
 
 
@@ -216,7 +216,7 @@ def test_lines_read_the_same_both_ways(records: tuple[TimeForm, Table], separato
     time, table = records
     text = "\n".join(separator.decode().join(row) for row in table).encode("utf-8", "replace")
     lines = Lines()
-    pieces = [*lines.take(text), *lines.take(b"", at_end=True)]
+    pieces = [*lines.push(text), *lines.push(b"", at_end=True)]
     found = layout(time, time, separator)
     assert_both_forms_agree(pieces, found, read_columns, cells.line_cells)
 
@@ -230,14 +230,14 @@ def test_plain_records_are_read_by_the_compiled_form_alone(records: list[dict[st
         record["longitude"] = round(record["longitude"], 9)
         record["altitude"] = record["altitude"] and round(record["altitude"], 2)
         record["callsign"] = None
-    (piece,) = Elements(0).take("\n".join(map(json.dumps, records)).encode())
+    (piece,) = Elements(0).push("\n".join(map(json.dumps, records)).encode())
 
-    def refuse(_: bytes) -> dict[int, str]:
+    def reject(_: bytes) -> dict[int, str]:
         pytest.fail("left to the plain form")
 
     exponents = [k for k in range(len(records)) if b"e-" in piece.raw(k)]
     if not exponents and not any(r["icao24"].lower() in ("000000", "ffffff") for r in records):
-        batch = batch_of(piece, layout("unix-ms", "unix-ms"), refuse, read_objects)
+        batch = batch_of(piece, layout("unix-ms", "unix-ms"), reject, read_objects)
         assert batch.numbers[1].tolist() == [record["latitude"] for record in records]
 
 
@@ -260,7 +260,7 @@ def test_elements_are_those_of_the_list_however_it_is_cut(
     elements = Elements(1)
     found = []
     for block in cut(text[1:], places):
-        for piece in elements.take(block):
+        for piece in elements.push(block):
             assert not piece.faults
             for k in range(len(piece.begins)):
                 raw = piece.raw(k)
@@ -275,12 +275,12 @@ def test_elements_are_those_of_the_list_however_it_is_cut(
 @given(st.binary(max_size=400), st.lists(st.integers(0, 10**6), max_size=8))
 @settings(max_examples=80)
 def test_any_bytes_are_cut_the_same_however_they_come(text: bytes, places: list[int]) -> None:
-    def told(blocks: list[bytes]) -> list[Any]:
+    def reported(blocks: list[bytes]) -> list[Any]:
         elements, lines = Elements(0), Lines()
-        pieces = [piece for block in blocks for piece in elements.take(block)]
+        pieces = [piece for block in blocks for piece in elements.push(block)]
         left = elements.finish("end")
-        rows = [piece for block in blocks for piece in lines.take(block)]
-        rows += lines.take(b"", at_end=True)
+        rows = [piece for block in blocks for piece in lines.push(block)]
+        rows += lines.push(b"", at_end=True)
         return [
             [
                 (int(piece.places[k]), piece.raw(k))
@@ -290,4 +290,4 @@ def test_any_bytes_are_cut_the_same_however_they_come(text: bytes, places: list[
             for each in (pieces, rows)
         ] + [left, elements.rest, lines.lines, lines.blank]
 
-    assert told(cut(text, places)) == told([text] if text else [])
+    assert reported(cut(text, places)) == reported([text] if text else [])

@@ -83,7 +83,7 @@ def test_one_by_one_is_the_same_too() -> None:
 
 
 def test_what_comes_live_is_what_the_recording_gives(tmp_path: Path) -> None:
-    """Where times are told nothing needs to be looked ahead for: the same measurements."""
+    """Where times are reported nothing needs to be looked ahead for: the same measurements."""
     sent = traffic(random.Random(7), timed=1.0)
     (live,) = decoded(sent, [])
     recording = tmp_path / "recording.pcap"

@@ -98,14 +98,14 @@ def test_mutated_files_as_a_whole_are_accounted_for(tmp_path: Path) -> None:
     for k in range(max(BLOCKS // 40, 1)):
         content = mutated(whole["gps" if k % 2 else "capture"], generator)
         if content[:4] == whole["capture"][:4] and content[20:24] != whole["capture"][20:24]:
-            # Another link type is refused as a whole.
+            # Another link type is rejected as a whole.
             continue
         path.write_bytes(content)
         gathered = gather(read_blocks(path), Editions())
         assert sum(gathered.octets.values()) == len(content)
 
 
-def test_runs_of_one_octet_are_passed_over(tmp_path: Path) -> None:
+def test_runs_of_one_octet_are_skipped(tmp_path: Path) -> None:
     """What a bad disk leaves: some octets look like blocks at every place."""
     path = tmp_path / "run"
     good = SEEDS[0] * 3

@@ -11,7 +11,7 @@ from support.asterix.reports import SENDER, read_tracks, reports
 ANY = st.floats(-1e300, 1e300) | st.sampled_from([np.nan, np.inf, -np.inf])
 POSITIVE = st.floats(0.0, 1e300) | st.just(np.nan)
 WHOLE = st.integers(-1, (1 << 24) - 1)
-#: Items by the number that they tell: the column, the unit in SI, the size of the last bit.
+#: Items by number: the column, the unit in SI, the LSB.
 LEVEL_M, FOOT_M = 30.48, 0.3048
 NUMBERS = {
     "136": ("measured_height_m", LEVEL_M, 0.25),
@@ -51,12 +51,12 @@ def test_every_record_can_be_read(
     identity: tuple[int, int, int],
 ) -> None:
     code, address, sensor = identity
-    told = reports(
+    reported = reports(
         2, **numbers, **spread, latitude_deg=place[0], longitude_deg=place[1], mode_3a=code,
         mode_s_address=address, sensor=sensor,
     )  # fmt: skip
-    object.__setattr__(told, "time_s", place[2])
-    records = track_records(told, SENDER)
+    object.__setattr__(reported, "time_s", place[2])
+    records = track_records(reported, SENDER)
     first, second = read_tracks(records)
     assert (first["040"], second["040"]) == (0, 1)
     assert {**first, "040": 1} == second

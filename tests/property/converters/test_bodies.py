@@ -1,4 +1,4 @@
-"""Whatever bytes come in: each row is taken or refused, and the ways of reading agree."""
+"""For any bytes, each row is accepted or rejected, and both paths agree."""
 
 import json
 import random
@@ -57,7 +57,7 @@ def places(parsed: Parsed) -> list[int]:
 
 
 @given(st.lists(rows(), max_size=6))
-def test_every_row_is_taken_or_refused(messages: list[dict[str, Any]]) -> None:
+def test_every_row_is_taken_or_rejected(messages: list[dict[str, Any]]) -> None:
     parsed = parse_json(array(*messages))
     assert places(parsed) == list(range(len(messages)))
     lines = "\n".join(json.dumps(message) for message in messages).encode()
@@ -103,28 +103,28 @@ def test_json_and_arrow_give_the_values_that_were_sent(messages: list[dict[str, 
 def outcome(parse: Callable[[bytes], Parsed], body: bytes) -> str:
     try:
         parsed = parse(body)
-    except BodyError as refusal:
-        return f"refused: {refusal}"
+    except BodyError as rejection:
+        return f"rejected: {rejection}"
     found = places(parsed)
     return "taken" if found == sorted(set(found)) else "lost"
 
 
 @given(st.binary(max_size=200))
-def test_any_bytes_are_rows_or_a_coded_refusal(body: bytes) -> None:
+def test_any_bytes_are_rows_or_a_coded_rejection(body: bytes) -> None:
     for parse in (parse_json, parse_ndjson, parse_arrow):
         said = outcome(parse, body)
-        assert said.startswith(("taken", "refused"))
+        assert said.startswith(("taken", "rejected"))
         assert said.isprintable()
 
 
 @settings(max_examples=200)
 @given(st.integers(0, 2**32), st.integers(1, 4))
-def test_damaged_json_is_rows_or_a_coded_refusal(seed: int, damages: int) -> None:
+def test_damaged_json_is_rows_or_a_coded_rejection(seed: int, damages: int) -> None:
     generator = random.Random(seed)
     body = bytearray(array(radar(), adsb(), radar(time_s=7)))
     for _ in range(damages):
         body[generator.randrange(len(body))] = generator.choice(b'{}[]",:\\0x\xff\x00 ')
     for parse in (parse_json, parse_ndjson):
         said = outcome(parse, bytes(body))
-        assert said.startswith(("taken", "refused"))
+        assert said.startswith(("taken", "rejected"))
         assert said.isprintable()

@@ -1,4 +1,4 @@
-"""The compiled reading of lines equals the plain one, whatever stands in them."""
+"""The compiled and the reference parser agree for any line."""
 
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
@@ -14,7 +14,7 @@ from multiradar_converters.vid import fields
 from multiradar_converters.vid.accounting import Account, RejectsFile
 from multiradar_converters.vid.profile import Profile
 from multiradar_converters.vid.text.detection import detect
-from multiradar_converters.vid.text.lines import Line, RefusedError, parse_line
+from multiradar_converters.vid.text.lines import Line, RejectedError, parse_line
 from multiradar_converters.vid.text.reading import read_rows
 from support.inputs import dumps
 
@@ -100,8 +100,8 @@ def read_both(folder: Path, name: str, encoder: str, lines: list[bytes]) -> tupl
     for number, line in enumerate(path.read_bytes().split(b"\n")[header:-1], start=header + 1):
         try:
             row = parse_line(line, layout)
-        except RefusedError as refused:
-            plain_rejects.append((number, str(refused.code), refused.reason))
+        except RejectedError as rejected:
+            plain_rejects.append((number, str(rejected.code), rejected.reason))
             continue
         if not isinstance(row, Line):
             plain_rows.append((row.numbers, row.integers))
@@ -116,7 +116,7 @@ def read_both(folder: Path, name: str, encoder: str, lines: list[bytes]) -> tupl
 
 
 def _used(rows: list[Any], roles: list[int]) -> list[list[str]]:
-    """Keep the roles of a table; text tells NaN and -0.0 apart as numbers do not."""
+    """Keep the roles of a table; text reports NaN and -0.0 apart as numbers do not."""
     return [
         [
             repr(numbers[role]) if role < fields.FIRST_INTEGER else repr(integers[role - 6])

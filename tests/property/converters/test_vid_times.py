@@ -1,4 +1,4 @@
-"""Times of day: a wrong one moves nothing but itself, whatever the blocks; gaps are gaps."""
+"""Times of day: an outlier affects no other row, for any blocks; gaps are recognised."""
 
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -14,7 +14,7 @@ from multiradar_converters.vid.accounting import Account, RejectsFile
 from multiradar_converters.vid.profile import Profile
 from multiradar_converters.vid.text.detection import detect, first_times
 from multiradar_converters.vid.text.reading import read_rows
-from multiradar_converters.vid.times import Clockwork, agreed_start
+from multiradar_converters.vid.times import TimeUnwrapper, agreed_start
 from support.inputs import dumps
 
 DAY = 86400.0
@@ -33,7 +33,8 @@ def read(folder: Path, times: list[str], block_bytes: int = 1 << 16) -> tuple[li
     with ThreadPoolExecutor(1) as pool, RejectsFile(folder / "rejects.ndjson") as rejects:
         blocks = read_rows(
             path, layout, pool=pool, account=account, rejects=rejects, progress=lambda _: None,
-            clock=Clockwork(form, start=start, from_before_midnight=False), block_bytes=block_bytes,
+            clock=TimeUnwrapper(form, start=start, from_before_midnight=False),
+            block_bytes=block_bytes,
         )  # fmt: skip
         found = [time for rows in blocks for time in rows.number(fields.TIME).tolist()]
     assert account.accepted == len(found)
@@ -71,7 +72,7 @@ def test_a_file_without_rows_has_no_beginning() -> None:
 
 @pytest.mark.parametrize("wrong", ["79814.556", "9814.556", "116214.556", "99999999", "39814"])
 @pytest.mark.parametrize("place", [0, 1, 20, 39, 40])
-def test_one_wrong_time_is_refused_and_moves_no_other_row(
+def test_one_wrong_time_is_rejected_and_moves_no_other_row(
     tmp_path: Path, wrong: str, place: int
 ) -> None:
     right = steady(29814.0, 40)
@@ -83,7 +84,7 @@ def test_one_wrong_time_is_refused_and_moves_no_other_row(
         assert f"was {float(wrong):.3f} s" in reject["reason"]
 
 
-def test_a_few_wrong_times_in_a_row_that_agree_are_refused(tmp_path: Path) -> None:
+def test_a_few_wrong_times_in_a_row_that_agree_are_rejected(tmp_path: Path) -> None:
     found, rejects = read(tmp_path, [*steady(29800), *steady(79800, 4), *steady(29811)])
     assert found == numbers([*steady(29800), *steady(29811)])
     assert [reject["line"] for reject in rejects] == [22, 23, 24, 25]
@@ -134,7 +135,7 @@ def test_disorder_of_minutes_about_midnight_is_unwrapped(tmp_path: Path) -> None
     broken=st.sets(st.integers(0, 60)),
     block_bytes=st.sampled_from([64, 100, 256, 1000]),
 )
-def test_judgement_does_not_depend_on_the_blocks(
+def test_rejection_does_not_depend_on_the_blocks(
     tmp_path: Path, parts: list[tuple[int, int]], broken: set[int], block_bytes: int
 ) -> None:
     times = [time for begin, count in parts for time in steady(begin, count)]

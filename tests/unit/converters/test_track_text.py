@@ -96,7 +96,7 @@ def test_a_plt_header_stays_six_lines_of_latin_1() -> None:
     assert lines[5:] == ["7", ""]
 
 
-def test_new4_reads_back_what_it_writes_and_refuses_other_text(tmp_path: Path) -> None:
+def test_new4_reads_back_what_it_writes_and_rejects_other_text(tmp_path: Path) -> None:
     path = tmp_path / "a.new4"
     points = np.array([[1.5, 1.5, 1.5, math.nan], [2.0, 2.0, 2.0, 9.0]])
     path.write_bytes(new4.format_lines(points))

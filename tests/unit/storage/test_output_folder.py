@@ -102,7 +102,7 @@ def test_a_folder_that_cannot_be_written_to_is_named(
 
     monkeypatch.setattr(Path, "mkdir", reject)
     with (
-        pytest.raises(InputError, match="out: cannot be made: Permission denied"),
+        pytest.raises(InputError, match="out: cannot be created: Permission denied"),
         new_folder(tmp_path / "out"),
     ):
         pytest.fail("nothing may be written")

@@ -1,1 +1,1 @@
-"""Text of ADS-B files into columns: records, cells, numbers and times."""
+"""Parsing of ADS-B files into columns: records, cells, numbers and times."""

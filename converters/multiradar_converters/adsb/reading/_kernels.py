@@ -1,8 +1,8 @@
-"""Compiled reading of records; the plain form is `plain.read_cells`.
+"""Compiled parsing of records; the reference form is `plain.read_cells`.
 
-A record that is anything but plainly right is noted in `odd` and left to the plain form, which
-says what is wrong with it, or that it is right after all. The text of a call ends in a byte that
-belongs to no value, so every scan stops there.
+A record that is not obviously valid is marked in `odd` and left to the reference form, which
+accepts it or reports the error. The text of a call ends in a byte that belongs to no value, so
+every search stops there.
 """
 
 import numpy as np
@@ -38,7 +38,7 @@ _CALLSIGN_MAX = 8
 
 @in_loop
 def _none(text: Bytes, i: int, end: int) -> bool:
-    """Tell whether nothing stands there: no byte, or null, nan, None, NA."""
+    """Return whether a value is absent: empty, or null, nan, None, NA."""
     size = end - i
     if size == 0:
         return True
@@ -64,7 +64,7 @@ def _moment(text: Bytes, i: int, end: int) -> tuple[float, bool]:
     year, month, day = _digits(text, i, 4), _digits(text, i + 5, 2), _digits(text, i + 8, 2)
     hour, minute = _digits(text, i + 11, 2), _digits(text, i + 14, 2)
     second = _digits(text, i + 17, 2)
-    # Days 29 to 31 are left to the plain form unless every month has them.
+    # Days 29 to 31 are left to the reference form unless every month has them.
     if year < 0 or month < 1 or month > 12 or day < 1 or day > 30 or (day > 28 and month == 2):
         return 0.0, False
     if hour < 0 or hour > 23 or minute < 0 or minute > 59 or second < 0 or second > 59:
@@ -95,7 +95,7 @@ def _moment(text: Bytes, i: int, end: int) -> tuple[float, bool]:
 
 @in_loop
 def _code(text: Bytes, i: int, end: int) -> tuple[int, bool]:
-    """Read up to four octal digits, as a table may write them: 0021, 21, 21.0."""
+    """Read up to four octal digits in the forms of tables: 0021, 21, 21.0."""
     value = 0
     digits = 0
     while i < end and 48 <= int(text[i]) <= 55 and digits < 4:
@@ -109,7 +109,7 @@ def _code(text: Bytes, i: int, end: int) -> tuple[int, bool]:
 
 @in_loop
 def _callsign(text: Bytes, i: int, end: int) -> tuple[int, bool]:
-    """Pack up to eight letters and digits, blanks around them left out; 0 for none."""
+    """Pack up to eight letters and digits without surrounding blanks; 0 for none."""
     while i < end and int(text[i]) == _BLANK:
         i += 1
     while end > i and int(text[end - 1]) == _BLANK:
@@ -127,7 +127,7 @@ def _callsign(text: Bytes, i: int, end: int) -> tuple[int, bool]:
 
 @in_loop
 def _truth(text: Bytes, i: int, end: int) -> tuple[int, bool]:
-    """Read true or false: a word or 1 or 0."""
+    """Read a boolean: a word, or 1 or 0."""
     c = int(text[i])
     size = end - i
     if size == 1 and (c in (48, 49)):
@@ -141,11 +141,11 @@ def _truth(text: Bytes, i: int, end: int) -> tuple[int, bool]:
 
 
 @in_loop
-def _take(
+def _read_value(
     text: Bytes, i: int, end: int, role: int, worded: Flags, scale: Numbers, divisor:
     Numbers, numbers: Numbers, words: Words, row: int,
 ) -> bool:  # fmt: skip
-    """Read a value into its place; tell whether it is plainly right."""
+    """Read a value into its array; return whether it is valid."""
     if _none(text, i, end):
         return True
     if role < FIRST_WORD:
@@ -176,14 +176,14 @@ def _take(
 
 @in_loop
 def _is_literal(text: Bytes, i: int, end: int) -> bool:
-    """Tell whether JSON may write this without quotes: a number without an exponent, or a word."""
+    """Return whether a text is a JSON literal: a number without exponent, or a word."""
     c, size = int(text[i]), end - i
     if c in (116, 102):
         return _truth(text, i, end)[1]
     if size >= 3 and c in (110, 78):
         second, third = int(text[i + 1]), int(text[i + 2])
         if size == 3:
-            # NaN is written by many, though it is no JSON.
+            # NaN is common, though it is not JSON.
             return c == 78 and second == 97 and third == 78
         return size == 4 and c == 110 and second == 117 and third == 108 and int(text[i + 3]) == 108
     if c == _MINUS:
@@ -208,7 +208,7 @@ def _object(
     text: Bytes, i: int, end: int, keys: Bytes, lengths: Words, roles: Words, hints: Words,
     worded: Flags, scale: Numbers, divisor: Numbers, numbers: Numbers, words: Words, row: int,
 ) -> bool:  # fmt: skip
-    """Read one JSON object without lists or objects in it; tell whether it is plainly right."""
+    """Read a flat JSON object; return whether it is valid."""
     if int(text[i]) != _OPEN:
         return False
     i += 1
@@ -222,7 +222,7 @@ def _object(
         i += 1
         begin = i
         while int(text[i]) != _QUOTE:
-            # A line feed cannot stand in a text; the sentinel of a call is one.
+            # A line feed cannot occur in a text; the sentinel of a call is one.
             if int(text[i]) == _BACKSLASH or int(text[i]) < _BLANK or i >= end:
                 return False
             i += 1
@@ -275,7 +275,7 @@ def _object(
             if seen & (1 << role):
                 return False
             seen |= 1 << role
-            if not _take(text, begin, i, role, worded, scale, divisor, numbers, words, row):
+            if not _read_value(text, begin, i, role, worded, scale, divisor, numbers, words, row):
                 return False
         if quoted:
             i += 1
@@ -302,26 +302,26 @@ def read_objects(
     text : uint8[n]
         The text.
     begins, ends : int64[r]
-        Where each object begins and ends.
+        Begin and end of each object.
     keys : uint8[k, w]
-        Names that are used.
+        Used names.
     lengths, roles : int64[k]
         Length and role of each.
     hints : int64[p]
-        Which name stood at each place of the object before (changed in place; a guess only).
+        Name at each position of the previous object, as a guess; updated in place.
     worded : bool[7]
-        Which numbers are written as dates and times of day.
+        Which numbers are dates or times of day.
     scale, divisor : float64[7]
-        Factor to SI of each number, and what it is divided by before.
+        Factor to SI of each number, and the divisor applied before.
     numbers, words : float64[7, r], int64[5, r]
-        Filled where a value stands.
+        Filled where a value is present.
     odd : bool[r]
-        Filled: what is left to the plain form.
+        Filled: records left to the reference form.
 
     Returns
     -------
     int
-        How many are odd.
+        Number of odd records.
     """
     count = 0
     for row in range(len(begins)):
@@ -340,14 +340,14 @@ def read_columns(
     text: Bytes, begins: Words, ends: Words, separator: int, roles: Words, worded: Flags,
     scale: Numbers, divisor: Numbers, numbers: Numbers, words: Words, odd: Flags,
 ) -> int:  # fmt: skip
-    """Read lines of columns; as `read_objects`, but for these.
+    """Read lines of columns; as `read_objects`, except for these parameters.
 
     Parameters
     ----------
     separator : int
-        The byte between two columns.
+        Separator of columns, a byte.
     roles : int64[c]
-        Role of each column, -1 for one that is not used.
+        Role of each column, -1 if unused.
     """
     count = 0
     columns = len(roles)
@@ -368,7 +368,7 @@ def read_columns(
             stop = i
             while stop > begin and int(text[stop - 1]) == _BLANK:
                 stop -= 1
-            if roles[column] >= 0 and not _take(
+            if roles[column] >= 0 and not _read_value(
                 text, begin, stop, roles[column], worded, scale, divisor, numbers, words, row
             ):
                 good = False

@@ -1,4 +1,4 @@
-"""Compiled cutting of text into records."""
+"""Compiled splitting of text into records."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ Words = NDArray[np.int64]
 _BACKSLASH, _QUOTE, _COMMA, _LF, _CR = 92, 34, 44, 10, 13
 _OPEN, _CLOSE, _OPEN_LIST, _CLOSE_LIST = 123, 125, 91, 93
 
-#: Places in the state of `split_elements`.
+#: Indices in the state of `split_elements`.
 DEPTH, IN_TEXT, ESCAPED, BEGIN, DONE, LOST, LONG = range(7)
 STATE_WORDS = 7
 _SCALAR = -1
@@ -19,7 +19,7 @@ _SCALAR = -1
 
 @in_loop
 def is_blank(c: int) -> bool:
-    """Tell whether a byte is a blank of JSON."""
+    """Return whether a byte is JSON whitespace."""
     return c in (32, 9, 10, 13)
 
 
@@ -35,24 +35,23 @@ def split_elements(
     text : uint8[n]
         The text.
     start, stop : int
-        Where to begin and end; the text before `start` was seen in the call before.
+        Begin and end; the text before `start` was processed in the previous call.
     opening : int
-        The bracket with which elements begin: where one is lost, the next one is what follows
-        the other bracket, blanks or commas, and this one.
+        Opening bracket of elements. After a lost element, the next one follows the closing bracket,
+        blanks or commas, and this bracket.
     longest : int
-        Bytes of an element at most.
+        Maximum length of an element, bytes.
     state : int64[STATE_WORDS]
         Depth (-1: within a number or a word), whether within quotes, whether after a backslash,
-        where the element begins (-1: none), whether the list has ended, whether an
-        element is lost (2: after its bracket), and whether the one that begins is too long.
-        Changed in place.
+        begin of the element (-1: none), whether the list has ended, whether an element is lost (2:
+        after its bracket), and whether the current element is too long. Updated in place.
     begins, ends : int64[r]
         Filled.
 
     Returns
     -------
     tuple of int
-        Where reading stopped, and the elements found.
+        Where parsing stopped, and the number of elements.
     """
     depth, in_text, escaped = state[DEPTH], state[IN_TEXT], state[ESCAPED]
     begin, lost = state[BEGIN], state[LOST]
@@ -100,7 +99,7 @@ def split_elements(
                 ends[count] = i
                 count += 1
                 begin, depth = -1, 0
-                # Seen again as what it is.
+                # Processed again in the new state.
                 i -= 1
             elif c in (_OPEN, _OPEN_LIST):
                 begin, depth = i, 1
@@ -119,21 +118,21 @@ def split_elements(
 
 @loop
 def split_lines(text: Bytes, start: int, stop: int, begins: Words, ends: Words) -> tuple[int, int]:
-    """Find lines that end in a line feed, without it and a carriage return before it.
+    """Find complete lines, without LF or CR LF.
 
     Parameters
     ----------
     text : uint8[n]
         The text.
     start, stop : int
-        Where to begin and end.
+        Begin and end.
     begins, ends : int64[r]
         Filled.
 
     Returns
     -------
     tuple of int
-        Where the line after the last one begins, and the lines found.
+        Begin of the line after the last one, and the number of lines.
     """
     room = len(begins)
     count = 0

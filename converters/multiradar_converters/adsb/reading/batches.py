@@ -1,4 +1,4 @@
-"""Records read into columns, by the compiled form where it can."""
+"""Parsing of records into columns, by the compiled form where possible."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from multiradar_converters.adsb.reading import _kernels, plain, roles
 from multiradar_converters.adsb.reading.layout import Layout
 from multiradar_converters.adsb.reading.splitting import Piece
-from multiradar_converters.vid.text.lines import RefusedError
+from multiradar_converters.vid.text.lines import RejectedError
 from multiradar_schemas.measurements.reject import RejectCode
 
 Numbers = NDArray[np.float64]
@@ -17,8 +17,8 @@ Words = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Refused:
-    """A record that cannot be taken; its place is a byte of JSON or a line of CSV."""
+class RejectedRecord:
+    """A rejected record; its place is a byte offset of JSON or a line of CSV."""
 
     place: int
     code: RejectCode
@@ -28,27 +28,27 @@ class Refused:
 
 @dataclass
 class Batch:
-    """Some records of a file.
+    """A batch of records of a file.
 
     Attributes
     ----------
     numbers, words : float64[7, n], int64[5, n]
-        Values by role (see `roles`), in SI.
+        Values by role (see `roles`), in SI units.
     places : int64[n]
-        Where each stands.
+        Place of each record.
     raw : callable
-        Returns what stands there.
-    refused : list of Refused
-        Records that are not among them.
+        Returns the original text of a record.
+    rejected : list of RejectedRecord
+        Rejected records.
     found : int
-        Records that there were, and pieces of text that are none.
+        Number of records, including text that is not a record.
     """
 
     numbers: Numbers
     words: Words
     places: Words
     raw: Callable[[int], bytes]
-    refused: list[Refused] = field(default_factory=list)
+    rejected: list[RejectedRecord] = field(default_factory=list)
     found: int = 0
 
 
@@ -86,17 +86,17 @@ def batch_of(
     piece : Piece
         The records.
     layout : Layout
-        How they are laid out.
+        Their layout.
     cells_of : callable
-        The plain form: values by role of a record as it stands; raises RefusedError.
+        The reference form: text by role of a record; raises RejectedError.
     fast : callable or None
-        The compiled form, which leaves to the plain one what is odd; the result does not depend
-        on it.
+        The compiled form, which leaves odd records to the reference form; the result does not
+        depend on it.
 
     Returns
     -------
     Batch
-        Records that may be taken, and those that may not.
+        Accepted and rejected records.
     """
     count = len(piece.begins)
     numbers = np.full((roles.NUMBERS, count), np.nan)
@@ -104,13 +104,15 @@ def batch_of(
     odd = np.ones(count, dtype=np.bool_)
     if fast is not None:
         fast(piece, layout, numbers, words, odd)
-    refused = [Refused(each.place, each.code, each.reason, each.raw) for each in piece.faults]
+    rejected = [
+        RejectedRecord(each.place, each.code, each.reason, each.raw) for each in piece.faults
+    ]
     kept = np.ones(count, dtype=np.bool_)
     for k in np.flatnonzero(odd).tolist():
         try:
             row = plain.read_cells(cells_of(piece.raw(k)), layout)
-        except RefusedError as error:
-            refused.append(_refused(piece, k, error))
+        except RejectedError as error:
+            rejected.append(_rejected_record(piece, k, error))
             kept[k] = False
         else:
             numbers[:, k], words[:, k] = row.numbers, row.words
@@ -118,7 +120,7 @@ def batch_of(
         row = plain.Row(tuple(numbers[:, k].tolist()), tuple(words[:, k].tolist()))
         fault = plain.fault_of(row, layout)
         if fault is not None:
-            refused.append(_refused(piece, k, fault))
+            rejected.append(_rejected_record(piece, k, fault))
             kept[k] = False
     numbers, words = numbers[:, kept], words[:, kept]
     own = np.flatnonzero(kept)
@@ -126,9 +128,9 @@ def batch_of(
     numbers[roles.TIME] = np.where(np.isnan(position), numbers[roles.TIME], position)
     found = count + len(piece.faults)
     return Batch(
-        numbers, words, piece.places[own], lambda k: piece.raw(int(own[k])), refused, found
+        numbers, words, piece.places[own], lambda k: piece.raw(int(own[k])), rejected, found
     )
 
 
-def _refused(piece: Piece, record: int, error: RefusedError) -> Refused:
-    return Refused(int(piece.places[record]), error.code, error.reason, piece.raw(record))
+def _rejected_record(piece: Piece, record: int, error: RejectedError) -> RejectedRecord:
+    return RejectedRecord(int(piece.places[record]), error.code, error.reason, piece.raw(record))

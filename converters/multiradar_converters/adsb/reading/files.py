@@ -1,4 +1,4 @@
-"""Files of trajectories read into columns: JSON lists, JSON lines, JSON columns, CSV, traces.
+"""Parsing of trajectory files into columns: JSON lists, JSON lines, JSON columns, CSV, traces.
 
 =========== =====================================================================================
 form        what it is
@@ -6,11 +6,11 @@ form        what it is
 list        `[{"timestamp": 1533101250000, "icao24": "3003ae", …}, …]`
 lines       such objects one after another
 columns     `{"timestamp": {"0": 1533101250000, …}, …}`, as pandas writes tables; held in memory
-csv         a line of names, then a line a record; comma, semicolon or tab
+csv         a line of names, then a line per record; comma, semicolon or tab
 trace       a trace of readsb or tar1090, see `trace`
 =========== =====================================================================================
 
-The content tells the form, not the name.
+The form is detected from the content, not from the name.
 """
 
 import codecs
@@ -36,13 +36,13 @@ from multiradar_converters.adsb.reading.splitting import (
 )
 from multiradar_converters.adsb.reading.unpacking import Unpacked, read_text
 from multiradar_converters.errors import LayoutError
-from multiradar_converters.vid.text.lines import RefusedError
+from multiradar_converters.vid.text.lines import RejectedError
 from multiradar_schemas.measurements.reject import RejectCode
 
-#: Text of JSON columns, which cannot be read piece by piece, bytes.
+#: Maximum size of JSON columns, which cannot be read piece by piece, bytes.
 COLUMNS_BYTES_MAX = 1 << 26
 
-#: First records that tell the layout of a file.
+#: Number of first records from which the layout is detected.
 _SAMPLES = 200
 _COLUMNS = re.compile(rb'\s*\{\s*"(?:[^"\\]|\\.)*"\s*:\s*\{')
 _SEPARATORS = (b",", b";", b"\t")
@@ -50,16 +50,16 @@ _SEPARATORS = (b",", b";", b"\t")
 
 @dataclass
 class Source:
-    """A file that is being read.
+    """An open file.
 
     Attributes
     ----------
     file : str
         Its name.
     form : str
-        How it is written.
+        Its form.
     layout : Layout
-        What its records hold.
+        Layout of its records.
     unpacked : Unpacked
         Counts bytes.
     batches : iterator of Batch
@@ -77,24 +77,24 @@ class Source:
 
 
 def open_source(path: Path, progress: Callable[[int], None]) -> Source:
-    """Begin to read a file.
+    """Open a file.
 
     Parameters
     ----------
     path : Path
         The file.
     progress : callable
-        Told the bytes read.
+        Called with the number of bytes read.
 
     Returns
     -------
     Source
-        Its layout, and its records to come.
+        Its layout and its records.
 
     Raises
     ------
     LayoutError
-        It cannot be read, or is nothing that is known.
+        It cannot be read, or its form is unknown.
     """
     unpacked = Unpacked(path)
     blocks = read_text(unpacked, progress)
@@ -119,7 +119,7 @@ def open_source(path: Path, progress: Callable[[int], None]) -> Source:
 
 
 def _before(unpacked: Unpacked, head: bytes) -> int:
-    """Return the byte of the file at which a head begins."""
+    """Return the byte offset of a head in the file."""
     return unpacked.text_bytes - len(head)
 
 
@@ -154,7 +154,7 @@ def _element_pieces(
     elements: Elements, blocks: Iterator[bytes], unpacked: Unpacked, form: str
 ) -> Iterator[Piece]:
     for block in blocks:
-        yield from elements.take(block)
+        yield from elements.push(block)
     if unpacked.damage or form == "lines" or elements.ended:
         why = unpacked.damage or "the text ends within a record"
     else:
@@ -182,13 +182,13 @@ def _layout_of_objects(file: str, pieces: list[Piece]) -> Layout:
     for raw in itertools.islice(raws, _SAMPLES):
         try:
             pairs = cells.object_pairs(raw)
-        except RefusedError:
-            # It will be told with its place when it is read.
+        except RejectedError:
+            # Reported with its place when the record is read.
             continue
         for name, value in pairs:
             names.setdefault(name, []).append(cells.json_text(value))
     if not names:
-        msg = f"{file}: expected JSON objects, one a record, found none"
+        msg = f"{file}: expected JSON objects, one per record, found none"
         raise LayoutError(msg)
     return lay_out(file, list(names), names)
 
@@ -231,7 +231,7 @@ def _of_columns(file: str, unpacked: Unpacked, head: bytes, blocks: Iterator[byt
     pieces: list[Piece] = []
     row = 0
     for group in _grouped(lines):
-        for piece in elements.take(group):
+        for piece in elements.push(group):
             count = len(piece.begins)
             places = row + np.arange(count)
             pieces.append(Piece(piece.text, piece.begins, piece.ends, places, piece.faults))
@@ -250,7 +250,7 @@ def _csv(file: str, unpacked: Unpacked, head: bytes, blocks: Iterator[bytes]) ->
         raise LayoutError(msg)
     lines = Lines()
     pieces = _line_pieces(lines, itertools.chain([head], blocks), unpacked)
-    # Lines that are too long may stand before the names.
+    # Overlong lines may precede the names.
     before: list[Fault] = []
     header = None
     for piece in pieces:
@@ -276,15 +276,15 @@ def _sampled(file: str, piece: Piece, separator: bytes) -> tuple[list[str], dict
     """Read the names of the columns, and their values in the first lines."""
     try:
         names = cells.split_line(piece.raw(0), separator)
-    except RefusedError as error:
+    except RejectedError as error:
         msg = f"{file}: expected JSON, or CSV with a line of names, was neither: {error.reason}"
         raise LayoutError(msg) from error
     samples: dict[str, list[str]] = {name: [] for name in names}
     for k in range(1, min(len(piece.begins), _SAMPLES)):
         try:
             fields = cells.split_line(piece.raw(k), separator)
-        except RefusedError:
-            # It will be told with its place when it is read.
+        except RejectedError:
+            # Reported with its place when the record is read.
             continue
         for name, text in zip(names, fields, strict=False):
             samples[name].append(text)
@@ -293,10 +293,10 @@ def _sampled(file: str, piece: Piece, separator: bytes) -> tuple[list[str], dict
 
 def _line_pieces(lines: Lines, blocks: Iterator[bytes], unpacked: Unpacked) -> Iterator[Piece]:
     for block in blocks:
-        yield from lines.take(block)
+        yield from lines.push(block)
     if unpacked.damage:
         yield _fault_piece(
             Fault(lines.lines + 1, lines.carry, RejectCode.TRUNCATED, unpacked.damage)
         )
     else:
-        yield from lines.take(b"", at_end=True)
+        yield from lines.push(b"", at_end=True)

@@ -1,4 +1,4 @@
-"""How the records of a file are laid out."""
+"""Layout of the records of a file."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,7 +17,7 @@ from multiradar_converters.adsb.reading.roles import (
 from multiradar_converters.adsb.reading.time_forms import DIVISOR, TimeForm, of_day, time_form
 from multiradar_converters.errors import LayoutError
 
-#: Places of a JSON object at which a guess is kept of what stands there.
+#: Number of members of a JSON object whose names are guessed from the previous object.
 _HINTS = 64
 
 _WORDED = ("iso8601", "clock")
@@ -25,18 +25,18 @@ _WORDED = ("iso8601", "clock")
 
 @dataclass
 class Layout:
-    """What the columns of a file are, for both ways of reading.
+    """Columns of a file, for both forms of parsing.
 
     Attributes
     ----------
     chosen : Chosen
-        The columns that are used.
+        The used columns.
     time, position_time : TimeForm
         Forms of the times.
     columns : tuple of int
-        Role of each column of a CSV file, -1 for one that is not used; empty for JSON.
+        Role of each column of a CSV file, -1 if unused; empty for JSON.
     separator : bytes
-        What stands between two columns.
+        Separator of columns.
     """
 
     chosen: Chosen
@@ -66,17 +66,18 @@ class Layout:
         self.divisor[TIME] = DIVISOR[self.time]
         self.divisor[POSITION_TIME] = DIVISOR[self.position_time]
         self.worded = np.zeros(NUMBERS, dtype=np.bool_)
-        # What is no ISO 8601 the compiled form leaves to the plain one: times of day, too.
+        # The compiled form leaves text other than ISO 8601 to the reference form, also times of
+        # day.
         self.worded[TIME] = self.time in _WORDED
         self.worded[POSITION_TIME] = self.position_time in _WORDED
         self.roles = {name: role for role, name in self.chosen.names.items()}
 
     def name_of(self, role: int) -> str:
-        """Return what the file calls a role."""
+        """Return the name of a role in the file."""
         return self.chosen.names.get(role, ROLE_NAMES[role])
 
     def figures(self) -> dict[str, object]:
-        """Return what was found, for `report.json`."""
+        """Return the detected layout, for `report.json`."""
         names = {ROLE_NAMES[role]: name for role, name in sorted(self.chosen.names.items())}
         return {"columns": names, "time": self.time}
 
@@ -87,18 +88,18 @@ def lay_out(
     samples: Mapping[str, Sequence[str]],
     separator: bytes | None = None,
 ) -> Layout:
-    """Find the layout of a file from its first records.
+    """Detect the layout of a file from its first records.
 
     Parameters
     ----------
     file : str
         Its name, for messages.
     found : list of str
-        Names of its columns, in their order.
+        Names of its columns, in order.
     samples : mapping
-        Values of the first records by name, as they stand.
+        Text of the values of the first records, by name.
     separator : bytes or None
-        What stands between two columns of a CSV file.
+        Separator of columns of a CSV file.
 
     Returns
     -------
@@ -108,17 +109,17 @@ def lay_out(
     Raises
     ------
     LayoutError
-        A column is missing, or its form or unit is not known.
+        A column is missing, or its form or unit is unknown.
     """
     chosen = choose_columns(file, found)
     name = chosen.names[TIME]
     time = time_form(file, name, samples.get(name, ()))
     position_name = chosen.names.get(POSITION_TIME)
     position_time = time
-    told = [text for text in samples.get(position_name or "", ()) if text]
-    # Of a column that is empty but for a row or two, these are refused, not the file.
-    if position_name is not None and 2 * len(told) >= len(samples[name]):
-        position_time = time_form(file, position_name, told)
+    present = [text for text in samples.get(position_name or "", ()) if text]
+    # If a column is nearly empty, its few rows are rejected, not the file.
+    if position_name is not None and 2 * len(present) >= len(samples[name]):
+        position_time = time_form(file, position_name, present)
         if of_day(position_time) != of_day(time):
             msg = (
                 f"{file}: expected dates in both or none of {name!r} and {position_name!r}, was "

@@ -1,4 +1,4 @@
-"""The plain reading of one record: what the compiled form must equal, and who explains rejects."""
+"""Reference parsing of a record; it must equal the compiled form and explains rejects."""
 
 import datetime as dt
 import math
@@ -21,7 +21,7 @@ from multiradar_converters.adsb.reading.time_forms import (
     TimeForm,
     of_day,
 )
-from multiradar_converters.vid.text.lines import RefusedError
+from multiradar_converters.vid.text.lines import RejectedError
 from multiradar_schemas.measurements.measurement import (
     HEIGHT_MAX_M,
     HEIGHT_MIN_M,
@@ -34,7 +34,7 @@ Flags = NDArray[np.bool_]
 
 NAN = float("nan")
 
-#: What counts as nothing.
+#: Texts of absent values.
 NONE_TEXTS = frozenset({"", "null", "Null", "none", "None", "NA"})
 
 _NON_FINITE = re.compile(r"[+-]?(?:inf|infinity|nan)", re.IGNORECASE)
@@ -45,19 +45,19 @@ _TRUTH = {"1": 1, "0": 0, "true": 1, "True": 1, "false": 0, "False": 0}
 _GROUND = "ground"
 _EPOCH = dt.datetime(1970, 1, 1, tzinfo=dt.UTC)
 
-#: Kinds of report, by number; only traces tell them.
+#: Kinds of report, by number; only traces contain them.
 KINDS = ("adsb", "mlat")
 
-# Feeds tell a position for some minutes after it was heard, and clocks differ by some seconds.
+# Feeds repeat a position for some minutes after its reception, and clocks differ by some seconds.
 _AGE_MAX_S, _AHEAD_MAX_S = 3600.0, 60.0
 _NEEDED = (roles.TIME, roles.LATITUDE, roles.LONGITUDE)
-# It and 0 are the address of nobody.
+# This address and 0 are not assigned to aircraft.
 _BROADCAST = 0xFFFFFF
 
 
 @dataclass(frozen=True)
 class Row:
-    """A record: numbers by role in SI (NaN: absent), whole numbers by role (see `roles`)."""
+    """A record: numbers by role in SI units (NaN: absent), integers by role (see `roles`)."""
 
     numbers: tuple[float, ...]
     words: tuple[int, ...]
@@ -69,19 +69,19 @@ def read_cells(cells: Mapping[int, str], layout: Layout) -> Row:
     Parameters
     ----------
     cells : mapping of int to str
-        Text of each role that stands there.
+        Text of each role present.
     layout : Layout
-        How the file is laid out.
+        Layout of the file.
 
     Returns
     -------
     Row
-        Values in SI. Whether they can be is judged by `fault_of`.
+        Values in SI units; `fault_of` checks their plausibility.
 
     Raises
     ------
-    RefusedError
-        A value is none of its kind.
+    RejectedError
+        A value is malformed.
     """
     numbers = [NAN] * roles.NUMBERS
     words = [roles.ABSENT] * roles.WORDS
@@ -102,19 +102,19 @@ def read_cells(cells: Mapping[int, str], layout: Layout) -> Row:
 
 
 def possible(numbers: NDArray[np.float64], words: NDArray[np.int64], layout: Layout) -> Flags:
-    """Tell which records may be taken; `fault_of` says what is wrong with the others.
+    """Return which records are acceptable; `fault_of` returns the errors of the others.
 
     Parameters
     ----------
     numbers, words : float64[7, n], int64[5, n]
         Values by role.
     layout : Layout
-        How the file is laid out.
+        Layout of the file.
 
     Returns
     -------
     bool[n]
-        False where a value is missing or beyond its bounds.
+        False if a value is missing or out of bounds.
     """
     address = words[roles.ADDRESS - roles.FIRST_WORD]
     good: Flags = (address > 0) & (address < _BROADCAST)
@@ -128,43 +128,43 @@ def possible(numbers: NDArray[np.float64], words: NDArray[np.int64], layout: Lay
     return good
 
 
-def fault_of(row: Row, layout: Layout) -> RefusedError | None:
-    """Find what is wrong with a record.
+def fault_of(row: Row, layout: Layout) -> RejectedError | None:
+    """Return the error of a record.
 
     Parameters
     ----------
     row : Row
         The record.
     layout : Layout
-        How the file is laid out.
+        Layout of the file.
 
     Returns
     -------
-    RefusedError or None
-        The first value that is missing or beyond its bounds; None where all are good.
+    RejectedError or None
+        Error of the first value that is missing or out of bounds; None if all are valid.
     """
     address = row.words[roles.ADDRESS - roles.FIRST_WORD]
     missing = [roles.ADDRESS] if address < 0 else []
     missing += [role for role in _NEEDED if math.isnan(row.numbers[role])]
     if missing:
         reason = f"{layout.name_of(missing[0])}: expected a value, found none"
-        return RefusedError(RejectCode.MISSING_FIELD, reason)
+        return RejectedError(RejectCode.MISSING_FIELD, reason)
     if address in (0, _BROADCAST):
-        reason = f"{layout.name_of(roles.ADDRESS)}: {address:06x} is the address of nobody"
-        return RefusedError(RejectCode.OUT_OF_RANGE, reason)
+        reason = f"{layout.name_of(roles.ADDRESS)}: {address:06x} is not an aircraft address"
+        return RejectedError(RejectCode.OUT_OF_RANGE, reason)
     for role, low, high, unit in _bounds(layout):
         value = row.numbers[role]
         if value < low or value > high:
             name = layout.name_of(role)
             reason = f"{name}: expected {low:.10g} to {high:.10g} {unit}, was {value:.10g}"
-            return RefusedError(RejectCode.OUT_OF_RANGE, reason)
+            return RejectedError(RejectCode.OUT_OF_RANGE, reason)
     age_s = row.numbers[roles.TIME] - row.numbers[roles.POSITION_TIME]
     if not of_day(layout.time) and (age_s < -_AHEAD_MAX_S or age_s > _AGE_MAX_S):
         reason = (
             f"{layout.name_of(roles.POSITION_TIME)}: expected at most {_AGE_MAX_S:.0f} s before "
             f"and {_AHEAD_MAX_S:.0f} s after the time, was {age_s:.3f} s before"
         )
-        return RefusedError(RejectCode.OUT_OF_RANGE, reason)
+        return RejectedError(RejectCode.OUT_OF_RANGE, reason)
     return None
 
 
@@ -187,11 +187,11 @@ def time_bounds(form: TimeForm) -> tuple[float, float]:
 def _number(text: str, name: str) -> float:
     if DECIMAL.fullmatch(text) is None:
         code = RejectCode.NON_FINITE if _NON_FINITE.fullmatch(text) else RejectCode.NOT_A_NUMBER
-        raise RefusedError(code, f"{name}: expected a number, was {text[:40]!r}")
+        raise RejectedError(code, f"{name}: expected a number, was {text[:40]!r}")
     value = float(text)
     if abs(value) == float("inf"):
         reason = f"{name}: expected a finite number, was {text[:40]!r}"
-        raise RefusedError(RejectCode.NON_FINITE, reason)
+        raise RejectedError(RejectCode.NON_FINITE, reason)
     return value
 
 
@@ -202,11 +202,11 @@ def _time(text: str, form: TimeForm, name: str, divisor: float) -> float:
         match = CLOCK.fullmatch(text)
         if match is None:
             reason = f"{name}: expected hh:mm:ss, was {text[:40]!r}"
-            raise RefusedError(RejectCode.NOT_A_NUMBER, reason)
+            raise RejectedError(RejectCode.NOT_A_NUMBER, reason)
         hour, minute, second = int(match[1]), int(match[2]), float(match[3])
         if hour > 23 or minute > 59 or second >= 61.0:
             reason = f"{name}: expected a time of day that exists, was {text!r}"
-            raise RefusedError(RejectCode.OUT_OF_RANGE, reason)
+            raise RejectedError(RejectCode.OUT_OF_RANGE, reason)
         return hour * 3600 + minute * 60 + second
     return _number(text, name) / divisor
 
@@ -215,14 +215,14 @@ def _moment(text: str, name: str) -> float:
     match = ISO_8601.fullmatch(text)
     if match is None:
         reason = f"{name}: expected an ISO 8601 date and time, was {text[:40]!r}"
-        raise RefusedError(RejectCode.NOT_A_NUMBER, reason)
+        raise RejectedError(RejectCode.NOT_A_NUMBER, reason)
     year, month, day, hour, minute, second = (int(part) for part in match.groups()[:6])
     fraction, sign, offset_hour, offset_minute = match.groups()[6:]
     try:
         moment = dt.datetime(year, month, day, hour, minute, second, tzinfo=dt.UTC)
     except ValueError as error:
         reason = f"{name}: expected a date and time that exist, was {text!r}"
-        raise RefusedError(RejectCode.OUT_OF_RANGE, reason) from error
+        raise RejectedError(RejectCode.OUT_OF_RANGE, reason) from error
     whole = round((moment - _EPOCH).total_seconds())
     if sign is not None:
         offset = int(offset_hour) * 3600 + int(offset_minute) * 60
@@ -234,14 +234,14 @@ def _moment(text: str, name: str) -> float:
 def _address(text: str, name: str) -> int:
     if _ADDRESS.fullmatch(text) is None:
         reason = f"{name}: expected six hexadecimal digits, was {text[:40]!r}"
-        raise RefusedError(RejectCode.NOT_A_NUMBER, reason)
+        raise RejectedError(RejectCode.NOT_A_NUMBER, reason)
     return int(text, 16)
 
 
 def _truth(text: str, name: str) -> int:
     if text not in _TRUTH:
         reason = f"{name}: expected true or false, was {text[:40]!r}"
-        raise RefusedError(RejectCode.WRONG_TYPE, reason)
+        raise RejectedError(RejectCode.WRONG_TYPE, reason)
     return _TRUTH[text]
 
 

@@ -1,6 +1,6 @@
-"""What a column can be: its role, the names it goes by, and the factor to SI.
+"""Roles of columns: their names and factors to SI units.
 
-Names are compared without regard to capitals. A name tells the unit of its column:
+Names are compared without case. A name determines the unit of its column:
 
 ========================= =====================================================================
 role, unit                names
@@ -22,8 +22,8 @@ on the ground, boolean    `onground`, `on_ground`
 time of the position      `last_position`, `lastposupdate`, `time_position`
 ========================= =====================================================================
 
-`altitude`, `geoaltitude`, `groundspeed` in feet and knots are those of the Python library traffic;
-`baroaltitude`, `geoaltitude`, `velocity` in metres those of the OpenSky Network's tables; `lat`,
+`altitude`, `geoaltitude`, `groundspeed` in feet and knots are the names of the Python library
+traffic; `baroaltitude`, `geoaltitude`, `velocity` in metres those of the OpenSky Network; `lat`,
 `alt_baro`, `alt_geom`, `gs` those of readsb and tar1090.
 """
 
@@ -35,7 +35,7 @@ FOOT_M = 0.3048
 KNOT_MPS = 1852.0 / 3600.0
 
 TIME, LATITUDE, LONGITUDE, HEIGHT, GEOMETRIC, SPEED, POSITION_TIME = range(7)
-#: Roles from here on are whole numbers.
+#: Roles from here on are integers.
 FIRST_WORD = 7
 ADDRESS, CODE, CALLSIGN, GROUND, KIND = range(FIRST_WORD, FIRST_WORD + 5)
 NUMBERS, WORDS = 7, 5
@@ -46,7 +46,7 @@ ROLE_NAMES = (
     "kind",
 )  # fmt: skip
 
-#: Values of whole numbers that are not there, and of those that cannot be read.
+#: Integers that are absent, and that cannot be read.
 ABSENT, UNREADABLE = -1, -2
 
 _BOTH = 0.0
@@ -69,7 +69,7 @@ COLUMNS: dict[str, tuple[int, float]] = {
     **dict.fromkeys(("last_position", "lastposupdate", "time_position"), (POSITION_TIME, 1.0)),
 }
 
-#: Names of heights that do not tell their unit.
+#: Names of heights with an unknown unit.
 _UNIT_UNKNOWN = ("alt", "height", "h", "elevation", "geo_alt", "baro_alt")
 
 _NEEDED = (TIME, LATITUDE, LONGITUDE, ADDRESS)
@@ -77,7 +77,7 @@ _NEEDED = (TIME, LATITUDE, LONGITUDE, ADDRESS)
 
 @dataclass(frozen=True)
 class Chosen:
-    """The columns of a file that are used.
+    """The used columns of a file.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class Chosen:
 
 
 def choose_columns(file: str, found: list[str]) -> Chosen:
-    """Find out what the columns of a file are.
+    """Assign roles to the columns of a file.
 
     Parameters
     ----------
@@ -104,12 +104,12 @@ def choose_columns(file: str, found: list[str]) -> Chosen:
     Returns
     -------
     Chosen
-        Those that are used.
+        The used columns.
 
     Raises
     ------
     LayoutError
-        A column that is needed is missing, or two say the same, or a unit is unknown.
+        A required column is missing, two columns have the same role, or a unit is unknown.
     """
     names: dict[int, str] = {}
     scale: dict[int, float] = {}
@@ -126,12 +126,12 @@ def choose_columns(file: str, found: list[str]) -> Chosen:
         names[role], scale[role] = name, factor
     for role in _NEEDED:
         if role not in names:
-            _refuse_missing(file, role, found)
-    _refuse_unknown_units(file, names, found)
+            _reject_missing(file, role, found)
+    _reject_unknown_units(file, names, found)
     if scale.get(GEOMETRIC) == _BOTH:
         if HEIGHT not in scale:
             msg = (
-                f"{file}: the unit of {names[GEOMETRIC]!r} is not known: expected altitude (ft) or "
+                f"{file}: the unit of {names[GEOMETRIC]!r} is unknown: expected altitude (ft) or "
                 "baroaltitude (m) beside it, found neither"
             )
             raise LayoutError(msg)
@@ -139,20 +139,20 @@ def choose_columns(file: str, found: list[str]) -> Chosen:
     return Chosen(names, scale)
 
 
-def _refuse_missing(file: str, role: int, found: list[str]) -> None:
+def _reject_missing(file: str, role: int, found: list[str]) -> None:
     known = ", ".join(name for name, (other, _) in COLUMNS.items() if other == role)
     shown = ", ".join(name[:40] for name in found[:20])
     msg = f"{file}: expected a column for the {ROLE_NAMES[role]} ({known}), found {shown or 'none'}"
     raise LayoutError(msg)
 
 
-def _refuse_unknown_units(file: str, names: dict[int, str], found: list[str]) -> None:
+def _reject_unknown_units(file: str, names: dict[int, str], found: list[str]) -> None:
     if HEIGHT in names:
         return
     for name in found:
         if name.strip().lower() in _UNIT_UNKNOWN:
             msg = (
-                f"{file}: the unit of {name!r} is not known: expected altitude or alt_baro (ft), "
+                f"{file}: the unit of {name!r} is unknown: expected altitude or alt_baro (ft), "
                 "baroaltitude or height_m (m)"
             )
             raise LayoutError(msg)

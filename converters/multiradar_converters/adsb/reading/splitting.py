@@ -1,8 +1,8 @@
-"""Text in blocks cut into records, each with its place; what is no record is told, too.
+"""Splitting of text blocks into records with their places, and into faults.
 
-A record that is longer than `RECORD_BYTES_MAX`, because a quote or a brace is missing, is given up
-with its first `KEPT_BYTES_MAX` bytes; behind these, reading goes on after the next `}` that `{`
-follows.
+A record longer than `RECORD_BYTES_MAX`, because of a missing quote or brace, is rejected with its
+first `KEPT_BYTES_MAX` bytes. After these, parsing continues behind the next `}` that is followed by
+`{`.
 """
 
 from dataclasses import dataclass
@@ -23,17 +23,17 @@ from multiradar_converters.adsb.reading._splitting_kernels import (
 )
 from multiradar_schemas.measurements.reject import RejectCode
 
-#: No record is longer, bytes; of what is longer so many are kept.
+#: Maximum length of a record, and bytes retained of a longer one.
 RECORD_BYTES_MAX = 1 << 16
 KEPT_BYTES_MAX = 4096
 
-#: Records of a piece: bounds the memory.
+#: Records per piece; bounds the memory.
 PIECE_RECORDS = 1 << 15
 
 
 @dataclass(frozen=True)
 class Fault:
-    """Text that is no record."""
+    """Text that is not a record."""
 
     place: int
     raw: bytes
@@ -43,18 +43,18 @@ class Fault:
 
 @dataclass(frozen=True)
 class Piece:
-    """Some records.
+    """A number of records.
 
     Attributes
     ----------
     text : uint8[n]
-        Text that holds them, a line feed at its end.
+        Text with a line feed at the end.
     begins, ends : int64[r]
-        Where each begins and ends in it.
+        Begin and end of each record in the text.
     places : int64[r]
-        Place of each in its file: byte of a JSON text from 0, line of a CSV file from 1.
+        Place of each in the file: byte of a JSON text from 0, line of a CSV file from 1.
     faults : list of Fault
-        What is no record.
+        Text that is not a record.
     """
 
     text: NDArray[np.uint8]
@@ -64,19 +64,19 @@ class Piece:
     faults: list[Fault]
 
     def raw(self, record: int) -> bytes:
-        """Return a record as it stands."""
+        """Return the text of a record."""
         return self.text[self.begins[record] : self.ends[record]].tobytes()
 
 
 class Elements:
-    """Cuts a JSON list, or JSON lines, into its elements.
+    """Splits a JSON list, or JSON lines, into elements.
 
     Parameters
     ----------
     place : int
-        Byte of the file at which the text given first begins, after the bracket of the list.
+        Byte offset of the first text in the file, after the bracket of the list.
     opening : bytes
-        The bracket with which the elements begin.
+        Opening bracket of elements.
     """
 
     def __init__(self, place: int, opening: bytes = b"{") -> None:
@@ -90,11 +90,11 @@ class Elements:
 
     @property
     def ended(self) -> bool:
-        """Whether the list has been closed; what follows is none of its elements."""
+        """Whether the list has been closed; text after it belongs to no element."""
         return bool(self._state[DONE])
 
-    def take(self, block: bytes) -> list[Piece]:
-        """Return the elements that end in a block of text."""
+    def push(self, block: bytes) -> list[Piece]:
+        """Process a block of text; return the elements that end in it."""
         if self.ended:
             self._rest(block)
             return []
@@ -103,7 +103,7 @@ class Elements:
         seen = len(self._carry)
         pieces: list[Piece] = []
         while seen < size and not self.ended:
-            begins, ends = _room()
+            begins, ends = _scratch()
             seen, count = _splitting_kernels.split_elements(
                 text, seen, size, self._opening, RECORD_BYTES_MAX, self._state, begins, ends
             )
@@ -116,13 +116,13 @@ class Elements:
         return pieces
 
     def finish(self, why: str) -> Fault | None:
-        """Return what is left of an element at the end of the text, and why it is cut."""
+        """Return the incomplete element at the end of the text, with a reason."""
         if not self._carry:
             return None
         return Fault(self._place, self._carry[:KEPT_BYTES_MAX], RejectCode.TRUNCATED, why)
 
     def _rest(self, text: bytes) -> None:
-        """Keep the first of what follows the list."""
+        """Retain the first text after the list."""
         if not self.rest:
             blanks = len(text) - len(text.lstrip())
             self.rest_place = self._place + blanks
@@ -130,7 +130,7 @@ class Elements:
         self._place += len(text)
 
     def _give_up(self, text: NDArray[np.uint8], faults: list[Fault]) -> int:
-        """Tell of an element that is too long; return where reading goes on."""
+        """Report an overlong element; return where parsing continues."""
         begin = int(self._state[BEGIN])
         raw = text[begin : begin + KEPT_BYTES_MAX].tobytes()
         faults.append(_overlong(self._place + begin, raw))
@@ -152,7 +152,7 @@ class Elements:
 
 
 class Lines:
-    """Cuts text into lines; blank ones are counted."""
+    """Splits text into lines; blank lines are counted."""
 
     def __init__(self) -> None:
         self._carry = b""
@@ -162,11 +162,11 @@ class Lines:
 
     @property
     def carry(self) -> bytes:
-        """The beginning of a line that has not ended."""
+        """The beginning of an incomplete line."""
         return (self._overlong or self._carry)[:KEPT_BYTES_MAX]
 
-    def take(self, block: bytes, *, at_end: bool = False) -> list[Piece]:
-        """Return the lines that end in a block of text; `at_end` ends the last one."""
+    def push(self, block: bytes, *, at_end: bool = False) -> list[Piece]:
+        """Process a block of text; return the lines that end in it. `at_end` ends the last line."""
         if self._overlong:
             _, mark, block = block.partition(b"\n")
             if not mark and not at_end:
@@ -182,7 +182,7 @@ class Lines:
         seen = 0
         pieces: list[Piece] = []
         while seen < size:
-            begins, ends = _room()
+            begins, ends = _scratch()
             after, count = _splitting_kernels.split_lines(text, seen, size, begins, ends)
             if not count:
                 break
@@ -190,7 +190,7 @@ class Lines:
             seen = after
         rest = data[seen:]
         if len(rest) > RECORD_BYTES_MAX:
-            # What follows up to the end of the line is dropped.
+            # The rest of the line is dropped.
             self._overlong = rest[: RECORD_BYTES_MAX + 1]
         else:
             self._carry = rest
@@ -217,5 +217,5 @@ def _overlong(place: int, raw: bytes) -> Fault:
     return Fault(place, raw[:KEPT_BYTES_MAX], RejectCode.TOO_LARGE, reason)
 
 
-def _room() -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _scratch() -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return np.empty(PIECE_RECORDS, dtype=np.int64), np.empty(PIECE_RECORDS, dtype=np.int64)

@@ -1,12 +1,12 @@
-"""Forms of time, found by what most of the first rows of a column say.
+"""Time formats, detected from the majority of the first rows of a column.
 
 =================== ===========================================================================
-form                what stands there
+form                text
 =================== ===========================================================================
 seconds-of-day      a number up to 31 days
 unix-s, -ms, -us,   a number: seconds, milliseconds, microseconds or nanoseconds since
 -ns                 1970-01-01, between 1990 and 2100
-iso8601             2018-08-01T08:00:00.5Z, 2018-08-01 08:00:00+00:00; UTC where no offset stands
+iso8601             2018-08-01T08:00:00.5Z, 2018-08-01 08:00:00+00:00; UTC without an offset
 clock               08:00:00.5, a time of day
 =================== ===========================================================================
 """
@@ -20,12 +20,12 @@ from multiradar_converters.errors import LayoutError
 
 TimeForm = Literal["seconds-of-day", "unix-s", "unix-ms", "unix-us", "unix-ns", "iso8601", "clock"]
 
-#: A recording without a date may last so long, s.
+#: Maximum duration of a recording without a date, s.
 OF_DAY_MAX_S = 31 * 86_400.0
 #: 1990-01-01 and 2100-01-01, Unix time, s.
 UNIX_MIN_S, UNIX_MAX_S = 631_152_000.0, 4_102_444_800.0
 
-#: What a number is divided by to give seconds.
+#: Divisor of a number to give seconds.
 DIVISOR: dict[str, float] = {
     "seconds-of-day": 1.0,
     "unix-s": 1.0,
@@ -45,29 +45,29 @@ CLOCK = re.compile(r"([0-9]{2}):([0-9]{2}):([0-9]{2}(?:\.[0-9]{1,9})?)")
 
 
 def of_day(form: TimeForm) -> bool:
-    """Tell whether times of a form have no date."""
+    """Return whether a form has no date."""
     return form in ("seconds-of-day", "clock")
 
 
 def time_form(file: str, column: str, texts: Sequence[str]) -> TimeForm:
-    """Find the form of the times of a column.
+    """Detect the form of the times of a column.
 
     Parameters
     ----------
     file, column : str
         Names, for messages.
     texts : sequence of str
-        The times of the first rows, as they stand; empty ones are passed over.
+        Text of the times of the first rows; empty ones are skipped.
 
     Returns
     -------
     TimeForm
-        The form that most of them have.
+        The form of the majority.
 
     Raises
     ------
     LayoutError
-        Most of them have none.
+        The majority has no known form.
     """
     said = [text for text in texts if text]
     forms = Counter(_form(text) for text in said)

@@ -1,11 +1,11 @@
-"""Traces of readsb and tar1090 (`trace_full_ADDRESS.json`): one aircraft, one point a list.
+"""Traces of readsb and tar1090 (`trace_full_ADDRESS.json`): one aircraft, one list per point.
 
 ::
 
     {"icao": "3c6444", "r": "D-AIBD", …, "timestamp": 1609275898.495, "trace": [point, …]}
 
 ======= ==========================================================================
-place   what it holds
+index   content
 ======= ==========================================================================
 0       seconds after `timestamp`
 1, 2    latitude and longitude, degrees
@@ -13,14 +13,14 @@ place   what it holds
 4       ground speed, kt, or null
 5       track, degrees, or null
 6       bits: 1 a gap before this point, 2 a new flight, 4 geometric rate of climb,
-        8 place 3 is a geometric altitude
+        8 index 3 is a geometric altitude
 7       rate of climb, ft/min, or null
 8       an object with `flight`, `squawk` and more, or null
 9       source of the position, such as `adsb_icao` or `mlat` (since 2022)
 10      geometric altitude, ft, or null (since 2022)
 ======= ==========================================================================
 
-An address with `~` before it is none of an aircraft (TIS-B); its points are refused. So are
+An address with a leading `~` is not an aircraft address (TIS-B); its points are rejected. So are
 positions whose source is neither ADS-B nor multilateration.
 """
 
@@ -35,17 +35,17 @@ from multiradar_converters.adsb.reading.layout import Layout
 from multiradar_converters.adsb.reading.roles import FOOT_M, KNOT_MPS, Chosen
 from multiradar_converters.adsb.reading.time_forms import DECIMAL
 from multiradar_converters.errors import LayoutError
-from multiradar_converters.vid.text.lines import RefusedError
+from multiradar_converters.vid.text.lines import RejectedError
 from multiradar_schemas.measurements.reject import RejectCode
 
 TRACE = re.compile(rb'"trace"\s*:\s*\[')
 
-_PLACES_MIN = 4
+_POINT_VALUES_MIN = 4
 _FLAGS, _DETAILS, _SOURCE, _GEOMETRIC = 6, 8, 9, 10
 _ALTITUDE_IS_GEOMETRIC = 8
 _OF_ADSB = ("adsb", "adsr")
 
-#: What the points hold, as a layout.
+#: Layout of the points.
 LAYOUT = Layout(
     Chosen(
         names={
@@ -67,24 +67,24 @@ LAYOUT = Layout(
 
 
 def trace_reader(file: str, head: bytes) -> Callable[[bytes], dict[int, str]]:
-    """Return what reads a point.
+    """Return the parser of points.
 
     Parameters
     ----------
     file : str
         Name of the file, for messages.
     head : bytes
-        What stands before the first point.
+        Text before the first point.
 
     Returns
     -------
     callable
-        Takes a point as it stands and returns values by role; raises RefusedError.
+        Returns the values of a point by role; raises RejectedError.
 
     Raises
     ------
     LayoutError
-        The head does not tell the address and the time.
+        The head has no address or time.
     """
     match = TRACE.search(head)
     try:
@@ -106,10 +106,10 @@ def trace_reader(file: str, head: bytes) -> Callable[[bytes], dict[int, str]]:
 def _point(raw: bytes, begin_s: float, address: str) -> dict[int, str]:
     point = json_value(raw)
     if not isinstance(point, list):
-        raise RefusedError(RejectCode.WRONG_TYPE, "expected a point of a trace, which is a list")
-    if len(point) < _PLACES_MIN:
-        reason = f"expected at least {_PLACES_MIN} values in a point, was {len(point)}"
-        raise RefusedError(RejectCode.WRONG_FIELD_COUNT, reason)
+        raise RejectedError(RejectCode.WRONG_TYPE, "expected a point of a trace, which is a list")
+    if len(point) < _POINT_VALUES_MIN:
+        reason = f"expected at least {_POINT_VALUES_MIN} values in a point, was {len(point)}"
+        raise RejectedError(RejectCode.WRONG_FIELD_COUNT, reason)
     cells = {
         roles.TIME: _moment(json_text(point[0]), begin_s),
         roles.LATITUDE: json_text(point[1]),
@@ -119,8 +119,8 @@ def _point(raw: bytes, begin_s: float, address: str) -> dict[int, str]:
     }
     altitude = json_text(point[3])
     flags = json_text(_at(point, _FLAGS))
-    told = flags.isascii() and flags.isdecimal()
-    if told and int(flags[:6]) & _ALTITUDE_IS_GEOMETRIC and altitude != "ground":
+    is_integer = flags.isascii() and flags.isdecimal()
+    if is_integer and int(flags[:6]) & _ALTITUDE_IS_GEOMETRIC and altitude != "ground":
         cells[roles.GEOMETRIC] = altitude
     else:
         cells[roles.HEIGHT] = altitude
@@ -135,7 +135,7 @@ def _point(raw: bytes, begin_s: float, address: str) -> dict[int, str]:
 
 
 def _moment(text: str, begin_s: float) -> str:
-    # What is no number is told as it stands.
+    # Text that is not a number is kept for the error message.
     return repr(begin_s + float(text)) if DECIMAL.fullmatch(text) else text
 
 
@@ -145,7 +145,7 @@ def _kind(point: list[object]) -> str:
         return "mlat"
     if source and not source.startswith(_OF_ADSB):
         reason = f"expected a position of ADS-B or multilateration, was of {source[:40]!r}"
-        raise RefusedError(RejectCode.UNKNOWN_KIND, reason)
+        raise RejectedError(RejectCode.UNKNOWN_KIND, reason)
     return "adsb"
 
 

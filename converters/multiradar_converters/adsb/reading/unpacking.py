@@ -1,8 +1,8 @@
-"""Text of a file in blocks, whether it is packed by gzip or plain; what it may grow to is bounded.
+"""Text of a file in blocks, plain or compressed by gzip, with bounded expansion.
 
-Gzip is found by its first two octets, 1F 8B, not by the name: readsb packs its traces under the
-name `.json`. Several packed parts one after another are one text. A packed file that is cut short
-gives what came before; a damaged one is refused, for what came before may be wrong, too.
+Gzip is detected by its first two octets, 1F 8B, not by the name: readsb compresses its traces under
+the name `.json`. Concatenated gzip members are one text. A truncated file yields the text before
+the end; a damaged one is rejected, because the text before may be wrong, too.
 """
 
 import zlib
@@ -12,18 +12,18 @@ from pathlib import Path
 
 from multiradar_converters.errors import LayoutError
 
-#: Text taken at once, bytes.
+#: Text read at a time, bytes.
 BLOCK_BYTES = 1 << 20
 
-#: A packed file may unpack to so many times its size and so much beside. Trajectories shrink
-#: to a tenth or a twentieth; what grows more is made to fill memories and disks.
+#: Maximum expansion ratio and additional allowance. Trajectories compress 10 to 20 times; higher
+#: ratios indicate a decompression bomb.
 EXPANSION_MAX = 100
 EXPANSION_FREE_BYTES = 1 << 26
 
 _READ_BYTES = 1 << 18
 _GZIP = b"\x1f\x8b"
 _WINDOW_OF_GZIP = 31
-# Other packings by their first octets, to name them.
+# Other compression formats by their first octets, for messages.
 _OTHERS = {
     b"\x28\xb5\x2f\xfd": "Zstandard",
     b"BZh": "bzip2",
@@ -37,16 +37,16 @@ _OTHERS = {
 
 @dataclass
 class Unpacked:
-    """A file on its way out.
+    """State of a file being decompressed.
 
     Attributes
     ----------
     path : Path
         The file.
     packed_bytes, text_bytes : int
-        What was read of it, and what came out, so far.
+        Bytes read and bytes produced so far.
     damage : str
-        Why the text ends before its end; empty while it does not.
+        Reason why the text is truncated; empty if it is not.
     """
 
     path: Path
@@ -61,19 +61,19 @@ def read_text(unpacked: Unpacked, progress: Callable[[int], None]) -> Iterator[b
     Parameters
     ----------
     unpacked : Unpacked
-        Names the file; filled.
+        State; updated.
     progress : callable
-        Told the bytes read from the file.
+        Called with the number of bytes read from the file.
 
     Yields
     ------
     bytes
-        Text, never empty, at most `BLOCK_BYTES`.
+        Text, 1 to `BLOCK_BYTES` bytes.
 
     Raises
     ------
     LayoutError
-        The file cannot be read, is packed otherwise or damaged, or grows beyond all bounds.
+        The file cannot be read, has another compression, is damaged, or expands too much.
     """
     path = unpacked.path
     if path.exists() and not path.is_file():
@@ -82,7 +82,7 @@ def read_text(unpacked: Unpacked, progress: Callable[[int], None]) -> Iterator[b
     try:
         with path.open("rb") as file:
             first = file.read(_READ_BYTES)
-            _refuse_others(path, first)
+            _reject_other_formats(path, first)
             chunks = _chunks(first, file.read, unpacked, progress)
             blocks = _unzipped(chunks, unpacked) if first.startswith(_GZIP) else chunks
             for block in blocks:
@@ -93,7 +93,7 @@ def read_text(unpacked: Unpacked, progress: Callable[[int], None]) -> Iterator[b
         raise LayoutError(msg) from error
 
 
-def _refuse_others(path: Path, first: bytes) -> None:
+def _reject_other_formats(path: Path, first: bytes) -> None:
     for mark, name in _OTHERS.items():
         if first.startswith(mark):
             msg = f"{path}: expected JSON or CSV, plain or packed by gzip, was {name}"

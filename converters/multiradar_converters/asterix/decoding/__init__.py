@@ -1,1 +1,1 @@
-"""Records into target reports, service messages, system tracks and sensor status."""
+"""Decoding of records to target reports, service messages, system tracks and sensor status."""

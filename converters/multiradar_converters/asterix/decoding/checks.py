@@ -1,4 +1,4 @@
-"""Which reports are measurements of aircraft, which cannot be, and why."""
+"""Selection of reports that are measurements of aircraft, and reasons for rejection."""
 
 from collections import Counter
 
@@ -12,25 +12,25 @@ from multiradar_schemas.measurements.reject import RejectCode
 _RANGE_MAX_M = 1e6
 _RADAR = KINDS.index("radar")
 
-#: Reports, and why they are refused.
-Refusal = tuple[Flags, RejectCode, str]
+#: Reports, and the code and reason of their rejection.
+Rejection = tuple[Flags, RejectCode, str]
 
 
-def untimed(timed: Timed) -> list[Refusal]:
-    """Tell why reports have no time.
+def untimed(timed: Timed) -> list[Rejection]:
+    """Return the reasons why reports have no time.
 
     Parameters
     ----------
     timed : Timed
-        Reports; those whose time is NaN are told.
+        Reports; those with time NaN are classified.
 
     Returns
     -------
     list of (bool[n], RejectCode, str)
-        Each of them is in one.
+        Each of them is in exactly one.
     """
     open_rows = np.isnan(timed.targets.time_s)
-    beyond = open_rows & ~np.isnan(timed.said_s)
+    beyond = open_rows & ~np.isnan(timed.reported_s)
     truncated = open_rows & ~beyond & ~np.isnan(timed.targets.truncated_s)
     left = open_rows & ~beyond & ~truncated
     radar = timed.kind == _RADAR
@@ -39,41 +39,41 @@ def untimed(timed: Timed) -> list[Refusal]:
         (
             truncated,
             RejectCode.MISSING_FIELD,
-            "the time modulo 512 s alone (item 141), and nothing that tells the rest: no service "
-            "message of the radar, no recorder's clock, no other sensor's time",
+            "only the time modulo 512 s (item 141), and nothing to resolve it: no service "
+            "message of the radar, no recorder's clock, no time of another sensor",
         ),
         (
             left & radar,
             RejectCode.MISSING_FIELD,
-            "no time; nor is it known when the antenna passed the azimuth (a north mark or sector, "
-            "and the turn), or when it was received",
+            "no time; and neither the antenna passage (north mark or sector, scan period) nor the "
+            "time of reception is known",
         ),
         (
             left & ~radar,
             RejectCode.MISSING_FIELD,
-            "no time, and it is not known when it was received",
+            "no time, and the time of reception is unknown",
         ),
     ]
 
 
 def aircraft(timed: Timed, *, all_targets: bool) -> tuple[Flags, Counter[str], Counter[str]]:
-    """Tell which reports are measurements of aircraft.
+    """Select the reports that are measurements of aircraft.
 
     Parameters
     ----------
     timed : Timed
         The reports.
     all_targets : bool
-        Whether test targets and the like are.
+        Whether to include test targets and the like.
 
     Returns
     -------
     measured : bool[n]
-        Whether each is.
+        Whether each is selected.
     left_out : Counter
-        How many are not, by what they are.
+        Counts of the others, by kind.
     flags : Counter
-        How many of those that are have each flag.
+        Counts of selected reports, by flag.
     """
     targets = timed.targets
     radar = timed.kind == _RADAR
@@ -91,10 +91,10 @@ def aircraft(timed: Timed, *, all_targets: bool) -> tuple[Flags, Counter[str], C
     return measured, left_out, flags
 
 
-def misplaced(timed: Timed, measured: Flags) -> Refusal:
-    """Tell which measurements have a position that cannot be."""
+def misplaced(timed: Timed, measured: Flags) -> Rejection:
+    """Return the measurements with an impossible position."""
     targets = timed.targets
     near = (targets.range_m > 0.0) & (targets.range_m <= _RANGE_MAX_M)
     on_earth = (np.abs(targets.latitude_deg) <= 90.0) & (np.abs(targets.longitude_deg) <= 180.0)
     possible = np.where(timed.kind == _RADAR, near, on_earth)
-    return measured & ~possible, RejectCode.OUT_OF_RANGE, "a position that cannot be"
+    return measured & ~possible, RejectCode.OUT_OF_RANGE, "an impossible position"

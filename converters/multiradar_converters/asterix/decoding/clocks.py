@@ -1,10 +1,11 @@
-"""Times of the records of a file: truncated ones restored, missing ones found, past midnight.
+"""Times of the records of a file: resolves truncated times, derives missing ones.
 
-A radar of category 001 gives the time of day modulo 512 s (item 141), or none. The reference is
-the last time of day that the same source gave (service messages, mostly), moved on by the
-recorder's clock where the file has one; else the recorder's clock; else any other source's time.
-Without item 141 the time is when the antenna passed the plot's azimuth: the last north mark or
-sector, and the turn. At midnight the time of day, and with it the truncated time, begins anew.
+A radar of category 001 reports the time of day modulo 512 s (item 141), or no time. The reference
+is the last time of day of the same source (mostly from service messages), advanced by the
+recorder's clock if the file has one; else the recorder's clock; else the time of any other source.
+Without item 141 the time is that of the antenna passage at the azimuth of the plot, from the last
+north mark or sector and the scan period. At midnight the time of day, and with it the truncated
+time, restarts.
 """
 
 from dataclasses import dataclass
@@ -16,31 +17,31 @@ from multiradar_converters.asterix.layout.columns import Integers, Numbers
 
 _DAY_S = 86_400.0
 _TRUNCATED_S = 512.0
-_TURN_DEG = 360.0
+_REVOLUTION_DEG = 360.0
 
-#: Where a time comes from, by number.
+#: Origin of a time, by number.
 ORIGINS = ("none", "record", "truncated", "antenna", "recorder")
 NONE, RECORD, TRUNCATED, ANTENNA, RECORDER = range(5)
 
 
 @dataclass(frozen=True)
 class Marks:
-    """Times of day that sources gave, in the order of the file.
+    """Times of day reported by sources, in file order.
 
     Attributes
     ----------
     order : int64[n]
-        Place in the file.
+        Position in the file.
     source : int64[n]
-        Who gave it.
+        Source.
     time_s : float64[n]
         Time of day.
     received_s : float64[n]
-        Recorder's time of day, NaN where the file has none.
+        Recorder's time of day, NaN if absent.
     sector_deg : float64[n]
-        Azimuth that the antenna crossed; NaN where it is none of these messages.
-    turn_s : float64[n]
-        Time of a turn of the antenna; NaN where it is not known.
+        Azimuth crossed by the antenna; NaN for other messages.
+    period_s : float64[n]
+        Scan period of the antenna; NaN if unknown.
     """
 
     order: Integers
@@ -48,29 +49,29 @@ class Marks:
     time_s: Numbers
     received_s: Numbers
     sector_deg: Numbers
-    turn_s: Numbers
+    period_s: Numbers
 
 
 def nearest_day(time_s: Numbers, reference_s: Numbers | float, period_s: float = _DAY_S) -> Numbers:
-    """Move times by whole periods to where they are nearest to a reference."""
+    """Shift times by whole periods to the nearest ones to a reference."""
     return time_s + period_s * np.round((reference_s - time_s) / period_s)
 
 
 def restored(truncated_s: Numbers, reference_s: Numbers) -> Numbers:
-    """Restore times of day that were written modulo 512 s.
+    """Resolve times of day that are truncated modulo 512 s.
 
     Parameters
     ----------
     truncated_s : float64[n]
-        What was written, s; NaN for none.
+        Truncated times, s; NaN for none.
     reference_s : float64[n]
-        About when it was, time of day or any whole number of days from it, s; NaN for none.
+        Approximate time of day, plus any whole number of days, s; NaN for none.
 
     Returns
     -------
     float64[n]
-        Of the times of day that are written so, the nearest to the reference, also over midnight
-        (a day is no multiple of 512 s); NaN where either is not known.
+        The matching time of day nearest to the reference, also across midnight (a day is not a
+        multiple of 512 s); NaN if either is unknown.
     """
     last = np.ceil((_DAY_S - truncated_s) / _TRUNCATED_S) - 1.0
     nearest = np.full(len(truncated_s), np.nan)
@@ -95,27 +96,27 @@ def times_of(
     received_s: Numbers,
     marks: Marks,
 ) -> tuple[Numbers, Integers]:
-    """Give every record a time of day.
+    """Assign a time of day to every record.
 
     Parameters
     ----------
     order, source : int64[n]
-        Place in the file, and who reports.
+        Position in the file, and source.
     time_s, truncated_s : float64[n]
-        Time of day, and modulo 512 s, as the record says, s; NaN where it does not.
+        Time of day, and time modulo 512 s, of the record, s; NaN if absent.
     azimuth_deg : float64[n]
         Azimuth of the plot; NaN for none.
     received_s : float64[n]
         Recorder's time of day, s; NaN for none.
     marks : Marks
-        Times of day that sources gave.
+        Times of day reported by sources.
 
     Returns
     -------
     time_s : float64[n]
-        Times of day, s; NaN where nothing tells it.
+        Times of day, s; NaN if unknown.
     origin : int64[n]
-        Where each comes from, see `ORIGINS`.
+        Origin of each, see `ORIGINS`.
     """
     result = np.where(time_s < _DAY_S, time_s, np.nan)
     origin = np.where(np.isnan(result), NONE, RECORD)
@@ -142,7 +143,7 @@ def _first_known(choices: tuple[tuple[Numbers, int], ...]) -> tuple[Numbers, Int
 
 
 def _before(order: Integers, known: Integers) -> NDArray[np.int64]:
-    """Return the last of `known` that is not after each place, else the first."""
+    """Return the last of `known` at or before each position, else the first."""
     return np.maximum(np.searchsorted(known, order, side="right") - 1, 0)
 
 
@@ -170,6 +171,6 @@ def _by_antenna(order: Integers, source: Integers, azimuth_deg: Numbers, marks: 
             continue
         rows = np.flatnonzero(source == one)
         last = own[_before(order[rows], marks.order[own])]
-        angle = nearest_day(azimuth_deg[rows] - marks.sector_deg[last], 0.0, _TURN_DEG)
-        times[rows] = marks.time_s[last] + angle / _TURN_DEG * marks.turn_s[last]
+        angle = nearest_day(azimuth_deg[rows] - marks.sector_deg[last], 0.0, _REVOLUTION_DEG)
+        times[rows] = marks.time_s[last] + angle / _REVOLUTION_DEG * marks.period_s[last]
     return times

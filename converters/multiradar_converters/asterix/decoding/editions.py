@@ -1,4 +1,4 @@
-"""Which edition a sensor writes: as the user says, else the newest that fits its blocks."""
+"""Edition of the blocks of a sensor: as selected, else the newest that fits."""
 
 import re
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ from multiradar_converters.asterix.layout.notation import Layout
 from multiradar_converters.asterix.layout.program import program_of, walk
 from multiradar_converters.errors import ProfileError
 
-#: Blocks of a sensor and category that are tried.
+#: Maximum blocks of a sensor and category that are tried.
 TRIED_MAX = 200
 
 _DAY_S = 86_400.0
@@ -29,11 +29,11 @@ class Editions:
     Attributes
     ----------
     chosen : dict
-        Layouts that the user chose, by category, and by category and source.
+        Selected layouts, by category, and by category and source.
     found : dict
-        Layout of every category and source met.
+        Layout of every category and source found.
     misfits : dict
-        Blocks tried, and how badly each layout fitted them, by category and source.
+        Blocks tried, and misfits of each layout, by category and source.
     """
 
     chosen: dict[tuple[int, Source | None], Layout] = field(default_factory=dict)
@@ -42,37 +42,37 @@ class Editions:
         default_factory=dict
     )
 
-    def learn(self, blocks: Blocks, sources: Integers, *, go_on: bool = False) -> None:
-        """Find the layout of every category and source that is new.
+    def detect(self, blocks: Blocks, sources: Integers, *, revise: bool = False) -> None:
+        """Detect the layout of every new category and source.
 
         Parameters
         ----------
         blocks : Blocks
             The blocks.
         sources : int64[n]
-            Who wrote each.
-        go_on : bool
-            Whether more blocks may correct what few said before, as they come one after another.
+            Source of each.
+        revise : bool
+            Whether further blocks may revise a detection from few blocks, for live input.
         """
         pairs, place = _pairs(blocks, sources)
         for number, (category, source) in enumerate(pairs):
             known = (category, source) in self.found
             tried = self.misfits.get((category, source), (TRIED_MAX, []))[0]
-            if layouts_of(category) and (not known or (go_on and tried < TRIED_MAX)):
+            if layouts_of(category) and (not known or (revise and tried < TRIED_MAX)):
                 own = np.flatnonzero(place == number)
                 self.found[category, source] = self._layout(blocks, category, source, own)
 
     def layouts(self, blocks: Blocks, sources: Integers) -> tuple[list[Layout], Integers]:
-        """Return layouts, and which of them each block has, int64[n]; -1 for none."""
+        """Return layouts, and the index of the layout of each block, int64[n]; -1 for none."""
         pairs, place = _pairs(blocks, sources)
         found = [self.found.get(pair) for pair in pairs]
-        # By name: a layout is deep, and its hash takes its time.
+        # By name, because hashing a layout is slow.
         used = {one.name: one for one in found if one is not None}
         numbers = [-1 if one is None else list(used).index(one.name) for one in found]
         return list(used.values()), np.array(numbers, dtype=np.int64)[place]
 
     def names(self) -> dict[str, dict[str, str]]:
-        """Return the newest edition of each layout found, by category and sensor."""
+        """Return the newest edition of each detected layout, by category and sensor."""
         names: dict[str, dict[str, str]] = {}
         for (category, source), layout in sorted(self.found.items()):
             names.setdefault(f"{category:03d}", {})[source_name(source)] = layout.editions[0]
@@ -98,12 +98,12 @@ class Editions:
 
 
 def parse_editions(texts: list[str]) -> Editions:
-    """Read choices such as `021=0.26` or `20-130/001=1.1`.
+    """Parse selections such as `021=0.26` or `20-130/001=1.1`.
 
     Raises
     ------
     ProfileError
-        A choice is written otherwise, or names an edition that cannot be read.
+        A selection is malformed, or names an unsupported edition.
     """
     editions = Editions()
     for text in texts:
@@ -124,26 +124,26 @@ def parse_editions(texts: list[str]) -> Editions:
 
 
 def source_name(source: Source) -> str:
-    """Return `SAC-SIC`, or `unnamed` for records that name no source."""
+    """Return `SAC-SIC`, or `unnamed` for records without a source."""
     return f"{source >> 8}-{source & 255}" if source >= 0 else "unnamed"
 
 
 def sources_of(blocks: Blocks) -> Integers:
-    """Return the source that the first record of each block names, -1 for none."""
+    """Return the source of the first record of each block, -1 for none."""
     sources = np.empty(len(blocks.begins), dtype=np.int64)
     _kernels.read_sources(blocks.data, blocks.begins + 3, blocks.ends, sources)
     return sources
 
 
 def _pairs(blocks: Blocks, sources: Integers) -> tuple[list[tuple[int, Source]], Integers]:
-    """Return the categories and sources that there are, and which of them each block has."""
+    """Return the categories and sources, and their index for each block."""
     keys = blocks.data[blocks.begins].astype(np.int64) << 32 | (sources + 1)
     distinct, place = np.unique(keys, return_inverse=True)
     return [(key >> 32, (key & 0xFFFFFFFF) - 1) for key in distinct.tolist()], place
 
 
 def _misfit(blocks: Blocks, layout: Layout, some: Integers) -> tuple[int, int]:
-    """Count blocks that do not fit a layout, then values that cannot be."""
+    """Count blocks that do not fit a layout, and impossible values."""
     program = program_of(layout)
     walked = walk(program, blocks.data, blocks.begins[some] + 3, blocks.ends[some])
     columns = Columns(walked, blocks.data)

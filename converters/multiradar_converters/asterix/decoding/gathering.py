@@ -1,4 +1,4 @@
-"""One file decoded: its blocks walked layout by layout, a part at a time, into columns."""
+"""Decodes the blocks of a file, layout by layout and in bounded parts, into columns."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -19,24 +19,24 @@ from multiradar_converters.asterix.layout.notation import Layout
 from multiradar_converters.asterix.layout.program import REASONS, Walked, program_of, walk
 from multiradar_schemas.measurements.reject import RejectCode
 
-#: Categories of another processor: its tracks, and what it says of its sensors.
+#: Categories of another SDPS: system tracks and sensor status.
 SYSTEM_TRACKS, SENSOR_STATUS = 62, 63
 
-#: Categories in which ARTAS speaks to its users (031: of its sensors) and which no table describes;
-#: none of them is a measurement. Their blocks are counted and passed over.
+#: Categories of ARTAS user messages (031: sensors) without a table; none contains measurements.
+#: Their blocks are counted and skipped.
 SKIPPED = (31,)
 
-#: Blocks walked through at once: bounds the memory.
+#: Blocks decoded at a time; bounds the memory.
 BLOCKS_AT_ONCE = 1 << 14
 
-# Records of one block are fewer; so a block's place times this, and the record's place in it, order
-# the records of a file.
+# Exceeds the records of a block, so that block index times this plus the index of the record in the
+# block orders the records of a file.
 _RECORDS_OF_BLOCK = 1 << 16
 
 
 @dataclass(frozen=True)
 class Broken:
-    """A block, or octets that are none, on their way to `rejects.ndjson`."""
+    """An undecodable block, or octets outside blocks, for `rejects.ndjson`."""
 
     offset: int
     octets: int
@@ -49,18 +49,18 @@ class Broken:
 
 @dataclass(frozen=True)
 class Rows:
-    """Where records stand.
+    """Location of records.
 
     Attributes
     ----------
     order : int64[n]
-        Place among the records of the file.
+        Order among the records of the file.
     source : int64[n]
-        Who wrote them.
+        Source.
     begin, end : int64[n]
-        Their octets in the data of the file.
+        Octets in the data of the file.
     offset : int64[n]
-        Their place in the file.
+        Offset in the file.
     received_s : float64[n]
         Recorder's time, s; NaN for none.
     """
@@ -75,28 +75,28 @@ class Rows:
 
 @dataclass
 class Gathered:
-    """What a file holds.
+    """Decoded content of a file.
 
     Attributes
     ----------
     blocks : Blocks
-        Its blocks.
+        The blocks.
     targets, services : list
-        Rows of records with what they say, by category.
+        Rows and columns of records, by category.
     tracks : list
-        Rows of system tracks with what they say.
+        Rows and columns of system tracks.
     status : dict
-        What each source last said of its sensors.
+        Last sensor status of each source.
     records : Counter
         Records by category and source.
     items : Counter
         Items by category, source and name.
     octets : Counter
-        Octets by what became of them: framing, decoded, skipped, quarantined.
+        Octets by disposition: framing, decoded, skipped, quarantined.
     skipped : Counter
-        Blocks passed over by category.
+        Skipped blocks by category.
     broken : list of Broken
-        What could not be decoded.
+        Undecodable octets.
     """
 
     blocks: Blocks
@@ -126,17 +126,17 @@ def gather(
     editions : Editions
         Layouts; those of new sources are added.
     at_once : int
-        So many blocks at a time; the result does not depend on it but for the lists' lengths.
+        Blocks decoded at a time; only the lengths of the lists depend on it.
     watch : callable or None
-        Told the records of each category and source in turn.
+        Called with the records of each category and source.
 
     Returns
     -------
     Gathered
-        Columns, counts, and what is broken.
+        Columns, counts and undecodable octets.
     """
     sources = sources_of(blocks)
-    editions.learn(blocks, sources)
+    editions.detect(blocks, sources)
     return decode_blocks(blocks, sources, editions.layouts(blocks, sources), at_once, watch)
 
 
@@ -149,25 +149,25 @@ def decode_blocks(
     *,
     measurements_only: bool = False,
 ) -> Gathered:
-    """Decode blocks whose layouts are known.
+    """Decode blocks with known layouts.
 
     Parameters
     ----------
     blocks : Blocks
         The blocks.
     sources : int64[n]
-        Who wrote each block.
+        Source of each block.
     layouts : list of Layout, int64[n]
-        Layouts, and which of them each block has; -1 for none.
+        Layouts, and the index of the layout of each block; -1 for none.
     at_once, watch
         As in `gather`.
     measurements_only : bool
-        Leave out items, and what another processor says.
+        Omit item counts, and the data of another SDPS.
 
     Returns
     -------
     Gathered
-        Columns, counts, and what is broken.
+        Columns, counts and undecodable octets.
     """
     gathered = Gathered(blocks)
     gathered.octets["framing"] = blocks.framing
@@ -178,7 +178,7 @@ def decode_blocks(
         reason = f"the file ends inside a block: {last.octets} of its {blocks.cut} octets"
         gathered.broken[-1] = replace(last, code=RejectCode.TRUNCATED, reason=reason)
     known, numbers = layouts
-    _pass_over(gathered, np.flatnonzero(numbers < 0))
+    _skip(gathered, np.flatnonzero(numbers < 0))
     for first in range(0, len(numbers), at_once):
         part = numbers[first : first + at_once]
         for number in np.unique(part[part >= 0]).tolist():
@@ -198,8 +198,8 @@ def decode_blocks(
     return gathered
 
 
-def _pass_over(gathered: Gathered, own: Integers) -> None:
-    """Count blocks of categories that are passed over, quarantine those that are not known."""
+def _skip(gathered: Gathered, own: Integers) -> None:
+    """Count skipped categories; quarantine unknown ones."""
     blocks = gathered.blocks
     for block in own.tolist():
         begin, end = int(blocks.begins[block]), int(blocks.ends[block])
@@ -208,7 +208,7 @@ def _pass_over(gathered: Gathered, own: Integers) -> None:
             gathered.skipped[category] += 1
             gathered.octets["skipped"] += end - begin
             continue
-        reason = f"category {category:03d} is not known"
+        reason = f"category {category:03d} is unknown"
         gathered.broken.append(
             Broken(
                 int(blocks.offsets[block]),
@@ -224,7 +224,7 @@ def _pass_over(gathered: Gathered, own: Integers) -> None:
 def _decode(
     gathered: Gathered, own: Integers, sources: Integers, layout: Layout
 ) -> tuple[Walked, Rows]:
-    """Walk through blocks of one layout; those that do not fit are broken."""
+    """Decode blocks of one layout; those that do not fit are quarantined."""
     blocks = gathered.blocks
     begins, ends = blocks.begins[own], blocks.ends[own]
     walked = walk(program_of(layout), blocks.data, begins + 3, ends)
@@ -285,7 +285,7 @@ def _rows(blocks: Blocks, own: Integers, sources: Integers, walked: Walked) -> R
     begin = walked.records[:, 1]
     return Rows(
         order=block * _RECORDS_OF_BLOCK + np.arange(len(block)) - first,
-        # In category 001 only the first record of a block names the source.
+        # In category 001 only the first record of a block has the source.
         source=np.where(area < 0, sources[walked.records[:, 0]], area << 8 | system),
         begin=begin,
         end=walked.records[:, 2],

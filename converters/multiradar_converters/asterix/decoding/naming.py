@@ -1,4 +1,4 @@
-"""Columns of numbers as text: codes, addresses, callsigns."""
+"""Text columns from integers: codes, addresses, callsigns."""
 
 import re
 from collections.abc import Callable
@@ -15,7 +15,7 @@ _CALLSIGN = re.compile(CALLSIGN_PATTERN)
 
 
 def named(values: Integers, name: Callable[[int], str | None]) -> pl.Series:
-    """Name every distinct number once."""
+    """Convert integers to text, each distinct value once."""
     distinct, places = np.unique(values, return_inverse=True)
     names = pl.Series([name(value) for value in distinct.tolist()], dtype=pl.String)
     return names.gather(pl.Series(places.astype(np.uint32)))
@@ -27,14 +27,14 @@ def code_names(codes: Integers) -> pl.Series:
 
 
 def address_names(addresses: Integers) -> pl.Series:
-    """Return six hexadecimal digits; null for none, and for 0, which is nobody's address."""
+    """Return six hexadecimal digits; null for none, and for 0, which is not an aircraft address."""
     return named(addresses, lambda value: None if value <= 0 else f"{value:06x}")
 
 
 def callsign_names(callsigns: Integers) -> pl.Series:
-    """Return eight letters of six bits without blanks around them; null for none.
+    """Return callsigns of six-bit characters without surrounding blanks; null for none.
 
-    Null also with a blank inside, for which senders and damage put what is no letter.
+    Also null with an embedded blank, the substitute for invalid characters.
     """
     return named(callsigns, _callsign)
 

@@ -1,4 +1,4 @@
-"""Sensor status (063) of another processor: the biases that it estimates, as it wrote them."""
+"""Sensor status (063) of another SDPS: its bias estimates, unconverted."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,8 +7,8 @@ from multiradar_converters.asterix.layout.columns import Flags
 from multiradar_converters.asterix.layout.fields import Value, record_fields
 from multiradar_converters.asterix.layout.program import Walked
 
-#: What each item says, by name and field: ms, 1, NM, degree.
-_SAID = {
+#: Names of the fields of each item: ms, 1, NM, degree.
+_FIELDS = {
     ("070", ""): "time_stamping_bias_ms",
     ("080", "SRG"): "ssr_range_gain",
     ("080", "SRB"): "ssr_range_bias_nm",
@@ -21,21 +21,21 @@ _SAID = {
 
 
 def last_status(walked: Walked, own: Flags, data: NDArray[np.uint8]) -> dict[str, dict[str, float]]:
-    """Return what the last record of each sensor says.
+    """Return the last status of each sensor.
 
     Parameters
     ----------
     walked : Walked
         Records of category 063.
     own : bool[n]
-        Which of them count.
+        Selected records.
     data : uint8[b]
         Their octets.
 
     Returns
     -------
     dict
-        Figures by sensor (`SAC-SIC` of item 050); only those that the record has.
+        Figures by sensor (`SAC-SIC` of item 050); absent figures are omitted.
     """
     status = {}
     for starts in walked.starts[own]:
@@ -48,7 +48,7 @@ def last_status(walked: Walked, own: Flags, data: NDArray[np.uint8]) -> dict[str
 
 def _figures(fields: dict[str, Value]) -> dict[str, float]:
     figures = {}
-    for (item, name), said in _SAID.items():
+    for (item, name), said in _FIELDS.items():
         value = fields.get(item)
         if isinstance(value, dict):
             value = value.get(name)

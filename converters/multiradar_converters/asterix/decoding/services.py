@@ -1,4 +1,4 @@
-"""Service messages of radars (002, 034): their clock, north marks, sectors, the antenna's turn."""
+"""Service messages of radars (002, 034): clock, north marks, sectors, scan period."""
 
 from dataclasses import dataclass
 
@@ -7,27 +7,27 @@ import numpy as np
 from multiradar_converters.asterix.layout.columns import Columns, Integers, Numbers
 
 NORTH, SECTOR = 1, 2
-_TURN_S = 360.0
-# Turns of surveillance radars.
+_REVOLUTION_DEG = 360.0
+# Scan periods of surveillance radars, s.
 _PERIOD_MIN_S, _PERIOD_MAX_S = 1.0, 30.0
 
 
 @dataclass(frozen=True)
 class Services:
-    """Service messages, a row each.
+    """Service messages, a row per message.
 
     Attributes
     ----------
     message : int64[n]
         Type: 1 north mark, 2 sector crossed.
     time_s : float64[n]
-        Time of day, s; NaN where there is none.
+        Time of day, s; NaN if absent.
     sector_deg : float64[n]
-        Azimuth that the antenna crossed, 0 at a north mark; NaN where it is none of these.
+        Azimuth crossed by the antenna, 0 at a north mark; NaN for other messages.
     period_s : float64[n]
-        Stated time of a turn; NaN where there is none.
+        Reported scan period, s; NaN if absent.
     site : float64[n, 3]
-        Stated latitude and longitude, degree, and height of the antenna, m; NaN for none.
+        Reported latitude and longitude, degree, and height of the antenna, m; NaN if absent.
     """
 
     message: Integers
@@ -38,7 +38,7 @@ class Services:
 
 
 def read_services(category: int, columns: Columns) -> Services | None:
-    """Read service messages; None for categories that have none."""
+    """Read service messages; None for categories without them."""
     if category not in (2, 34):
         return None
     message = columns.integers("000")
@@ -53,10 +53,12 @@ def read_services(category: int, columns: Columns) -> Services | None:
     )
 
 
-def turn_s(message: Integers, time_s: Numbers, sector_deg: Numbers, stated_s: Numbers) -> float:
-    """Find the time of a turn of one antenna.
+def antenna_period_s(
+    message: Integers, time_s: Numbers, sector_deg: Numbers, stated_s: Numbers
+) -> float:
+    """Return the scan period of an antenna.
 
-    From north marks, else from sectors, else as the radar states it.
+    From north marks, else from sectors, else as reported by the radar.
 
     Parameters
     ----------
@@ -67,12 +69,12 @@ def turn_s(message: Integers, time_s: Numbers, sector_deg: Numbers, stated_s: Nu
     sector_deg : float64[n]
         Azimuth crossed, degree.
     stated_s : float64[n]
-        Stated time of a turn.
+        Reported scan period, s.
 
     Returns
     -------
     float
-        Median time of a turn, s; NaN where nothing tells it.
+        Median scan period, s; NaN if unknown.
     """
     north = np.diff(time_s[(message == NORTH) & ~np.isnan(time_s)])
     north = north[(north >= _PERIOD_MIN_S) & (north <= _PERIOD_MAX_S)]
@@ -80,10 +82,10 @@ def turn_s(message: Integers, time_s: Numbers, sector_deg: Numbers, stated_s: Nu
         return float(np.median(north))
     known = ~np.isnan(time_s) & ~np.isnan(sector_deg)
     passed = np.diff(time_s[known])
-    swept = np.diff(sector_deg[known]) % _TURN_S
+    swept = np.diff(sector_deg[known]) % _REVOLUTION_DEG
     good = (passed > 0.0) & (swept > 0.0) & (swept < 180.0) & (passed < _PERIOD_MAX_S)
     if good.sum() >= 3:
-        return float(_TURN_S * passed[good].sum() / swept[good].sum())
+        return float(_REVOLUTION_DEG * passed[good].sum() / swept[good].sum())
     stated = stated_s[stated_s > 0.0]
     if len(north) or not len(stated):
         return float(north[0]) if len(north) else float("nan")

@@ -1,4 +1,4 @@
-"""System tracks (062) of another processor, as a reference: `system_tracks.parquet`.
+"""System tracks (062) of another SDPS, as a reference: `system_tracks.parquet`.
 
 time 070 · track number 040 · position 105 · velocity 185 · Mode 3/A code 060 · address 380/ADR ·
 callsign 245, else 380/ID · flight level 136 (measured), else 135 (calculated) · state 080
@@ -49,7 +49,7 @@ def read_system_tracks(columns: Columns) -> pl.DataFrame:
     Returns
     -------
     DataFrame
-        The columns of `SCHEMA` but the sensor; times of day, s.
+        The columns of `SCHEMA` without the sensor; times of day, s.
     """
     east, north = columns.numbers("185", "VX"), columns.numbers("185", "VY")
     measured, calculated = columns.numbers("136"), columns.numbers("135", "CTB")
@@ -78,7 +78,7 @@ def read_system_tracks(columns: Columns) -> pl.DataFrame:
 
 def _states(columns: Columns) -> Integers:
     state = np.zeros(len(columns), dtype=np.int64)
-    # A later one goes before those above it.
+    # A later state takes precedence.
     for name, flags in (
         ("tentative", columns.flags("080", "CNF")),
         ("coasting", columns.flags("080+3", "CST")),

@@ -1,4 +1,4 @@
-"""Target reports: what categories 001, 048, 020 and 021 say of an aircraft.
+"""Target reports: items of categories 001, 048, 020 and 021.
 
 ===========================  =====================  ================  ===========================
                              001, 048               020               021
@@ -12,7 +12,7 @@ callsign                     240                    245               170
 test, simulated, fixed, SPI  020                    020               040 (SPI: 0.26 only)
 ===========================  =====================  ================  ===========================
 
-A code or flight level that is garbled or not validated is not taken; a flag says so.
+A garbled or not validated code or flight level is omitted and flagged.
 """
 
 from collections.abc import Callable
@@ -42,26 +42,26 @@ FLAGS = (
     "no_detection",
 )
 _BIT = {name: 1 << bit for bit, name in enumerate(FLAGS)}
-#: Flags of reports that are no aircraft, or not seen this turn.
+#: Flags of reports that are not aircraft, or not detected in this scan.
 NOT_AIRCRAFT = ("test", "simulated", "fixed_transponder", "no_detection")
 
 
 @dataclass(frozen=True)
 class Targets:
-    """Target reports, a row each.
+    """Target reports, a row per report.
 
     Attributes
     ----------
     kind : str
         radar, mlat or adsb.
     time_s : float64[n]
-        Time of day, s; NaN where there is none.
+        Time of day, s; NaN if absent.
     truncated_s : float64[n]
-        Time of day modulo 512 s; NaN where there is none.
+        Time of day modulo 512 s; NaN if absent.
     range_m, azimuth_deg, latitude_deg, longitude_deg, height_m : float64[n]
-        NaN where there is none.
+        NaN if absent.
     code, address, callsign : int64[n]
-        Mode 3/A code, Mode S address, eight letters of six bits; -1 where there is none.
+        Mode 3/A code, Mode S address, callsign of six-bit characters; -1 if absent.
     flags : int64[n]
         Bits, see `FLAGS`.
     """
@@ -103,7 +103,7 @@ def read_targets(category: int, columns: Columns) -> Targets | None:
     Returns
     -------
     Targets or None
-        None where the category has no target reports that are measurements.
+        None if the category has no target reports that are measurements.
     """
     reader = _READERS.get(category)
     return None if reader is None else reader(columns)
@@ -121,7 +121,7 @@ def _marked(*parts: tuple[str, Flags]) -> Integers:
 
 
 def _code(columns: Columns, node: str) -> tuple[Integers, Integers]:
-    """Return codes without doubtful ones, and flags."""
+    """Return valid codes, and flags."""
     garbled, unsure = columns.flags(node, "G"), columns.flags(node, "V")
     code = columns.integers(node, "MODE3A")
     flags = _marked(("code_garbled", garbled), ("code_not_validated", unsure))
@@ -129,7 +129,7 @@ def _code(columns: Columns, node: str) -> tuple[Integers, Integers]:
 
 
 def _level(columns: Columns, node: str, field: str) -> tuple[Numbers, Integers]:
-    """Return heights by flight level without doubtful ones, and flags."""
+    """Return heights from valid flight levels, and flags."""
     garbled, unsure = columns.flags(node, "G"), columns.flags(node, "V")
     height = columns.numbers(node, field) * _METRES_OF_LEVEL
     flags = _marked(("height_garbled", garbled), ("height_not_validated", unsure))
@@ -137,7 +137,7 @@ def _level(columns: Columns, node: str, field: str) -> tuple[Numbers, Integers]:
 
 
 def _or_geometric(height: Numbers, feet: Numbers) -> tuple[Numbers, Integers]:
-    """Fill in geometric heights where there is no other."""
+    """Fill in geometric heights where no other is available."""
     missing = np.isnan(height) & ~np.isnan(feet)
     return np.where(missing, feet * METRES_OF_FOOT, height), _marked(("height_geometric", missing))
 
@@ -221,7 +221,7 @@ def _category_021(columns: Columns) -> Targets:
         ("spi", columns.flags("040", "SPI") | (columns.integers("200", "SS") == 3)),
         ("on_ground", columns.flags(kinds, "GBS")),
     )
-    # A fine position that cannot be is one written to another scale; the coarse one is right.
+    # An impossible high-resolution position has another scale; the coarse one is correct.
     fine = columns.present(place) & (np.abs(columns.numbers(place, "LAT")) <= _LATITUDE_MAX_DEG)
     return Targets(
         kind="adsb",

@@ -1,4 +1,4 @@
-"""The records of one file with their times: target reports and service messages in order."""
+"""Times of the records of a file: target reports and service messages in order."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from multiradar_converters.asterix.decoding.clocks import Marks, times_of
 from multiradar_converters.asterix.decoding.gathering import Gathered, Rows
-from multiradar_converters.asterix.decoding.services import Services, turn_s
+from multiradar_converters.asterix.decoding.services import Services, antenna_period_s
 from multiradar_converters.asterix.decoding.targets import Targets
 from multiradar_converters.asterix.layout import _kernels
 from multiradar_converters.asterix.layout.columns import Flags, Integers, Numbers
-from multiradar_converters.vid.times import Clockwork, agreed_start, begins_before_midnight
+from multiradar_converters.vid.times import TimeUnwrapper, agreed_start, begins_before_midnight
 
 #: Kinds of measurement, by number.
 KINDS = ("radar", "mlat", "adsb")
@@ -23,39 +23,39 @@ _FIRST_ROWS = 200
 
 @dataclass(frozen=True)
 class Timed:
-    """All target reports of a file, in its order.
+    """All target reports of a file, in file order.
 
     Attributes
     ----------
     rows : Rows
-        Where they stand.
+        Location of the records.
     kind : int64[n]
         Kind of each, see `KINDS`.
     targets : Targets
-        What they say; `time_s` is the restored time of day.
-    said_s : float64[n]
-        Time of day as the report says it; NaN where it does not.
+        The reports; `time_s` is the resolved time of day.
+    reported_s : float64[n]
+        Time of day in the report; NaN if absent.
     origin : int64[n]
-        Where each time comes from, see `clocks.ORIGINS`.
+        Origin of each time, see `clocks.ORIGINS`.
     same : int64[n]
-        Equal for records of equal octets.
+        Equal for records with equal octets.
     """
 
     rows: Rows
     kind: Integers
     targets: Targets
-    said_s: Numbers
+    reported_s: Numbers
     origin: Integers
     same: Integers
 
 
 @dataclass(frozen=True)
-class Turned:
-    """What the service messages of a source say: turn of the antenna, s, and its site."""
+class AntennaStatus:
+    """Antenna status from the service messages of a source: scan period, s, and site."""
 
     north_marks: int
     sectors: int
-    turn_s: float
+    period_s: float
     site: tuple[float, float, float] | None
 
 
@@ -70,46 +70,48 @@ _NO_TARGETS = Targets(
 
 
 def time_targets(
-    gathered: Gathered, turns: Mapping[int, float] | None = None
-) -> tuple[Timed | None, dict[int, Turned]]:
-    """Give the target reports of a file their times of day.
+    gathered: Gathered, scan_periods: Mapping[int, float] | None = None
+) -> tuple[Timed | None, dict[int, AntennaStatus]]:
+    """Assign times of day to the target reports of a file.
 
     Parameters
     ----------
     gathered : Gathered
         The file.
-    turns : mapping, optional
-        Time of a turn by source, s, where the file does not tell it.
+    scan_periods : mapping, optional
+        Scan periods by source, s, if the file does not contain them.
 
     Returns
     -------
     timed : Timed or None
-        The reports; None if there are none.
-    turned : dict
-        What the service messages say, by source.
+        The reports; None without reports.
+    antennas : dict
+        Antenna status by source.
     """
     service_rows, services = services_in_order(gathered)
-    turned = _turned(service_rows, services)
+    antennas = _antennas(service_rows, services)
     if not gathered.targets:
-        return None, turned
+        return None, antennas
     rows, kind, targets = targets_in_order(gathered)
-    known = {source: one.turn_s for source, one in turned.items() if one.turn_s == one.turn_s}
+    known = {
+        source: one.period_s for source, one in antennas.items() if one.period_s == one.period_s
+    }
     marks = marks_of(rows, targets, service_rows, services)
-    turn_s = by_source(marks.source, dict(turns or {}) | known)
-    return timed(gathered, rows, kind, targets, replace(marks, turn_s=turn_s)), turned
+    period_s = by_source(marks.source, dict(scan_periods or {}) | known)
+    return timed(gathered, rows, kind, targets, replace(marks, period_s=period_s)), antennas
 
 
 def timed(gathered: Gathered, rows: Rows, kind: Integers, targets: Targets, marks: Marks) -> Timed:
-    """Give target reports their times of day.
+    """Assign times of day to target reports.
 
     Parameters
     ----------
     gathered : Gathered
-        Where they come from.
+        The decoded file.
     rows, kind, targets
-        The reports, as `targets_in_order` returns them.
+        The reports, as from `targets_in_order`.
     marks : Marks
-        Times of day that sources gave.
+        Times of day reported by sources.
 
     Returns
     -------
@@ -131,25 +133,25 @@ def timed(gathered: Gathered, rows: Rows, kind: Integers, targets: Targets, mark
 
 
 def by_source(source: Integers, values: Mapping[int, float]) -> Numbers:
-    """Return a value for each row by its source; NaN where there is none."""
+    """Return the value of the source of each row; NaN if absent."""
     distinct, place = np.unique(source, return_inverse=True)
     return np.array([values.get(one, np.nan) for one in distinct.tolist()], np.float64)[place]
 
 
 def into_days(time_s: Numbers, source: Integers) -> Flags:
-    """Let times of day go on past midnight, in place, each source on its own.
+    """Unwrap times of day past midnight, in place and per source.
 
     Parameters
     ----------
     time_s : float64[n]
-        Times of day in the order of a file, s. Changed.
+        Times of day in file order, s. Changed.
     source : int64[n]
-        Who reports.
+        Source.
 
     Returns
     -------
     bool[n]
-        Whether each is kept: not an hour away from those of its source around it.
+        Whether each is kept: within an hour of neighbouring rows of its source.
     """
     kept = np.zeros(len(time_s), dtype=np.bool_)
     sources = np.unique(source).tolist()
@@ -161,16 +163,16 @@ def into_days(time_s: Numbers, source: Integers) -> Flags:
     for one in sources:
         own = np.flatnonzero(source == one)
         times, taken = time_s[own], np.zeros(len(own), dtype=np.bool_)
-        clockwork = Clockwork("seconds-of-day", start=starts[one], from_before_midnight=before)
+        clockwork = TimeUnwrapper("seconds-of-day", start=starts[one], from_before_midnight=before)
         decided, _ = clockwork.run(times, taken)
-        # Fewer rows than can tell of a gap are left at the end: they disagree with all before.
+        # Too few rows at the end to indicate a gap: they disagree with all previous rows.
         taken[decided:] = False
         time_s[own], kept[own] = times, taken
     return kept
 
 
 def _joined(rows: list[Rows]) -> tuple[Rows, NDArray[np.int64]]:
-    """Put rows into the order of the file; return the permutation too."""
+    """Sort rows in file order; return the permutation too."""
     order = np.argsort(np.concatenate([one.order for one in rows]), kind="stable")
     values = {
         one.name: np.concatenate([getattr(part, one.name) for part in rows])[order]
@@ -180,7 +182,7 @@ def _joined(rows: list[Rows]) -> tuple[Rows, NDArray[np.int64]]:
 
 
 def targets_in_order(gathered: Gathered) -> tuple[Rows, Integers, Targets]:
-    """Return all target reports in the order of the file: where they stand, kind, content."""
+    """Return all target reports in file order: location, kind, content."""
     parts = [targets for _, _, targets in gathered.targets]
     if not parts:
         return _NO_ROWS, np.empty(0, dtype=np.int64), _NO_TARGETS
@@ -195,7 +197,7 @@ def targets_in_order(gathered: Gathered) -> tuple[Rows, Integers, Targets]:
 
 
 def services_in_order(gathered: Gathered) -> tuple[Rows, Services]:
-    """Return all service messages in the order of the file: where they stand, and content."""
+    """Return all service messages in file order: location and content."""
     if not gathered.services:
         return _NO_ROWS, _NO_SERVICES
     parts = [services for _, _, services in gathered.services]
@@ -208,7 +210,7 @@ def services_in_order(gathered: Gathered) -> tuple[Rows, Services]:
 
 
 def marks_of(rows: Rows, targets: Targets, service_rows: Rows, services: Services) -> Marks:
-    """Collect the times of day that sources gave; turns are not known yet."""
+    """Collect the times of day reported by sources; scan periods are not known yet."""
     order = np.concatenate([service_rows.order, rows.order])
     time_s = np.concatenate([services.time_s, targets.time_s])
     sector = np.concatenate([services.sector_deg, np.full(len(rows.order), np.nan)])
@@ -220,18 +222,18 @@ def marks_of(rows: Rows, targets: Targets, service_rows: Rows, services: Service
         time_s=time_s[place],
         received_s=np.concatenate([service_rows.received_s, rows.received_s])[place] % _DAY_S,
         sector_deg=sector[place],
-        turn_s=np.full(len(place), np.nan),
+        period_s=np.full(len(place), np.nan),
     )
 
 
-def _turned(rows: Rows, services: Services) -> dict[int, Turned]:
-    turned = {}
+def _antennas(rows: Rows, services: Services) -> dict[int, AntennaStatus]:
+    antennas = {}
     for source in np.unique(rows.source).tolist():
         own = np.flatnonzero(rows.source == source)
         times = services.time_s[own]
         given = ~np.isnan(times)
         times[given] = np.unwrap(times[given], period=_DAY_S)
-        # Two networks bring the same message twice.
+        # Two networks deliver the same message twice.
         repeated = np.zeros(len(own), dtype=np.bool_)
         repeated[1:] = (times[1:] == times[:-1]) & (
             services.message[own][1:] == services.message[own][:-1]
@@ -239,12 +241,12 @@ def _turned(rows: Rows, services: Services) -> dict[int, Turned]:
         own, times = own[~repeated], times[~repeated]
         sites = services.site[own][~np.isnan(services.site[own]).any(axis=1)]
         latitude, longitude, height = sites[-1].tolist() if len(sites) else (0.0, 0.0, 0.0)
-        turned[source] = Turned(
+        antennas[source] = AntennaStatus(
             north_marks=int((services.message[own] == 1).sum()),
             sectors=int((services.message[own] == 2).sum()),
-            turn_s=turn_s(
+            period_s=antenna_period_s(
                 services.message[own], times, services.sector_deg[own], services.period_s[own]
             ),
             site=(latitude, longitude, height) if len(sites) else None,
         )
-    return turned
+    return antennas

@@ -1,9 +1,9 @@
-"""Compiled cutting of many datagrams into blocks."""
+"""Compiled splitting of datagrams into blocks."""
 
 from multiradar_compiled.kernels import loop
 from multiradar_converters.asterix.layout._kernels import Octets, Places, Words, split_blocks
 
-# The least octets of a block that is believed.
+# Minimum octets of a valid block.
 _BLOCK_OCTETS_MIN = 4
 
 
@@ -20,23 +20,23 @@ def split_datagrams(
     blocks: Words,
     gaps: Words,
 ) -> tuple[int, int, int]:
-    """Cut datagrams into blocks; a block never goes on in the next datagram.
+    """Split datagrams into blocks; a block never continues in the next datagram.
 
     Parameters
     ----------
     data : uint8[b]
         The bytes.
     begins, ends : int64[n]
-        Where each datagram begins and ends.
+        Begin and end of each datagram.
     nodes, profiles, layouts, categories, starts
         As for `split_blocks`.
     blocks, gaps : int64[m, 3]
-        Filled: begin, end and datagram of each block, and of bytes that are no block.
+        Filled: begin, end and datagram of each block, and of bytes outside blocks.
 
     Returns
     -------
     tuple of int
-        Datagrams done (fewer than n when there is no room for the next), blocks, gaps.
+        Datagrams processed (fewer than n when the arrays are full), blocks, gaps.
     """
     count = 0
     gap_count = 0

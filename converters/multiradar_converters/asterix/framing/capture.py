@@ -1,4 +1,4 @@
-"""Captures of network traffic: the payloads of UDP datagrams (see `internet`).
+"""Network captures: payloads of UDP datagrams (see `internet`).
 
 =========  ======================================================================================
 pcap       header of 24 octets (magic number, link type in the last four), then packets: seconds,
@@ -36,7 +36,7 @@ _INTERFACE, _OLD_PACKET, _SIMPLE_PACKET, _PACKET = 1, 2, 3, 6
 
 
 def is_capture(data: NDArray[np.uint8]) -> bool:
-    """Tell whether a file begins like a capture."""
+    """Return whether a file begins like a capture."""
     magic = bytes(data[:4])
     return magic in _PCAP or magic == _PCAPNG
 
@@ -54,16 +54,16 @@ def payloads(data: NDArray[np.uint8], name: str) -> tuple[list[Payload], list[Ga
     Returns
     -------
     payloads : list of Payload
-        In the order of the file; one put together from fragments where its last one stands.
+        In file order; a reassembled one is at the position of its final fragment.
     gaps : list of (offset, octets, reason)
-        Octets that cannot be read as packets.
+        Octets that cannot be parsed as packets.
     framing : int
         All other octets.
 
     Raises
     ------
     LayoutError
-        The packets are of a link that is not known.
+        The link type is unknown.
     """
     raw = data.tobytes()
     packets, gaps = _pcapng(raw) if raw[:4] == _PCAPNG else _pcap(raw)
@@ -75,7 +75,7 @@ def payloads(data: NDArray[np.uint8], name: str) -> tuple[list[Payload], list[Ga
         raise LayoutError(msg)
     for packet in packets:
         if packet.link not in LINKS:
-            gaps.append((packet.offset, packet.octets, f"link type {packet.link} is not known"))
+            gaps.append((packet.offset, packet.octets, f"link type {packet.link} is unknown"))
             continue
         payload = datagram_of(raw, packet, fragments)
         if payload is not None:
@@ -100,11 +100,11 @@ def datagrams(
     Returns
     -------
     datagrams : Datagrams
-        Their payloads; those put together from fragments stand after the octets of the file.
+        Their payloads; reassembled ones are after the octets of the file.
     offsets : int64[n]
-        Where each stands in the file.
+        Offset of each in the file.
     gaps, framing
-        As `payloads` returns them.
+        As from `payloads`.
     """
     found, gaps, framing = payloads(data, name)
     extra = b"".join(payload.joined for payload in found)
@@ -120,7 +120,7 @@ def datagrams(
 def _pcap(raw: bytes) -> tuple[list[Packet], list[Gap]]:
     order, fraction = _PCAP[raw[:4]]
     if len(raw) < 24:
-        return [], [(0, len(raw), "the header of the capture is cut off")]
+        return [], [(0, len(raw), "the header of the capture is truncated")]
     (link,) = struct.unpack_from(f"{order}I", raw, 20)
     packets = []
     at = 24
@@ -130,7 +130,7 @@ def _pcap(raw: bytes) -> tuple[list[Packet], list[Gap]]:
             break
         packets.append(Packet(at + 16, kept, seconds + parts * fraction, link & 0xFFFF))
         at += 16 + kept
-    return packets, [(at, len(raw) - at, "a packet is cut off")] if at < len(raw) else []
+    return packets, [(at, len(raw) - at, "a packet is truncated")] if at < len(raw) else []
 
 
 def _pcapng(raw: bytes) -> tuple[list[Packet], list[Gap]]:
@@ -152,19 +152,19 @@ def _pcapng(raw: bytes) -> tuple[list[Packet], list[Gap]]:
         elif kind in (_PACKET, _OLD_PACKET, _SIMPLE_PACKET):
             packet = _packet(body, kind, at + 8, order, links)
             if packet is None:
-                gaps.append((at + 8, len(body), "a packet of no interface that is described"))
+                gaps.append((at + 8, len(body), "a packet of an undescribed interface"))
             else:
                 packets.append(packet)
         at += length
     if at < len(raw):
-        gaps.append((at, len(raw) - at, "a packet is cut off"))
+        gaps.append((at, len(raw) - at, "a packet is truncated"))
     return packets, gaps
 
 
 def _packet(
     body: bytes, kind: int, begin: int, order: str, links: list[tuple[int, float]]
 ) -> Packet | None:
-    """Read the block of a packet; None where it is of no known interface, or too short."""
+    """Read the block of a packet; None if its interface is unknown or it is too short."""
     if kind == _SIMPLE_PACKET:
         if len(body) < 4 or not links:
             return None
@@ -182,7 +182,7 @@ def _packet(
 
 
 def _resolution(options: bytes, order: str) -> float:
-    """Return the step of the times of an interface, s: option 9, else 1 µs."""
+    """Return the time resolution of an interface, s: option 9, else 1 µs."""
     at = 0
     while at + 4 <= len(options):
         code, length = struct.unpack_from(f"{order}2H", options, at)

@@ -1,15 +1,15 @@
-"""The files that hold ASTERIX: what is a block in them, and what is framing.
+"""ASTERIX file formats: blocks and framing.
 
 ==================  =============================================================================
-`.ast` `.raw` …     blocks one after another
+`.ast` `.raw` …     concatenated blocks
 `.gps`              a header of 2 200 octets (0xCD), then blocks, each followed by ten octets, of
                     which the 7th to the 9th are the time of day of its reception in 1/128 s
 `.pcap` `.pcapng`   packets; see `capture`
 `.rply`             datagrams with the time between them; see `replay_file`
 ==================  =============================================================================
 
-The first octets of a file tell which it is. A block is a category (one octet), its length with
-these three octets (two octets, high one first) and records.
+The format is detected from the first octets. A block is a category (one octet), its length
+including these three octets (two octets, big-endian) and records.
 """
 
 from dataclasses import dataclass, replace
@@ -30,7 +30,7 @@ from multiradar_converters.asterix.layout import _kernels
 from multiradar_converters.asterix.layout.program import catalogue
 from multiradar_converters.errors import LayoutError
 
-# No block: category 031 is not known, and none begins with such a length.
+# Not a block: category 031 is unknown, and no block begins with such a length.
 _GZIP = b"\x1f\x8b\x08"
 _HEADER = 2200
 _HEADER_OCTET = 0xCD
@@ -55,20 +55,20 @@ class Blocks:
     form : str
         blocks, gps, capture or rply.
     data : uint8[b]
-        The octets; after those of the file, payloads put together from fragments.
+        The octets of the file, followed by reassembled payloads.
     begins, ends : int64[n]
-        Where each block begins and ends in `data`.
+        Begin and end of each block in `data`.
     offsets : int64[n]
-        Where it begins in the file.
+        Offset of each block in the file.
     received_s : float64[n]
-        When it was received, s of day or Unix time; NaN if that is not recorded.
+        Time of reception, s of day or Unix time; NaN if not recorded.
     gaps : list of (offset, octets, reason)
-        Octets that are no block.
+        Octets outside blocks.
     framing : int
-        Octets that belong to the form of the file.
+        Octets of the file format.
     cut : int
-        Length of the block in which the file ends, of which the last gap is what is there; 0 where
-        it ends in none.
+        Length of the truncated block at the end of the file, of which the last gap is the present
+        part; 0 for none.
     """
 
     file: str
@@ -85,7 +85,7 @@ class Blocks:
 
 
 def read_blocks(path: Path) -> Blocks:
-    """Cut a file into blocks.
+    """Split a file into blocks.
 
     Parameters
     ----------
@@ -95,18 +95,18 @@ def read_blocks(path: Path) -> Blocks:
     Returns
     -------
     Blocks
-        Its blocks, and what is none.
+        Its blocks and gaps.
 
     Raises
     ------
     LayoutError
-        The file cannot be read, is packed, or is a capture of a kind that is not known.
+        The file cannot be read, is compressed, or is a capture of unknown type.
     """
     return _read(path)[0]
 
 
 def read_datagrams(path: Path) -> tuple[Blocks, Datagrams]:
-    """Read a recording, and the datagrams of it that can be sent again.
+    """Read a recording, and its datagrams for replay.
 
     Parameters
     ----------
@@ -118,13 +118,13 @@ def read_datagrams(path: Path) -> tuple[Blocks, Datagrams]:
     Blocks
         As `read_blocks`.
     Datagrams
-        The datagrams of a network; of other recordings each block is one. Times are those of the
-        recorder; NaN where it wrote none.
+        The recorded datagrams; in other recordings each block is one. Times are those of the
+        recorder; NaN if absent.
 
     Raises
     ------
     LayoutError
-        The file cannot be read, is packed, or is a capture of a kind that is not known.
+        The file cannot be read, is compressed, or is a capture of unknown type.
     """
     blocks, datagrams = _read(path)
     if datagrams is None:
@@ -133,7 +133,7 @@ def read_datagrams(path: Path) -> tuple[Blocks, Datagrams]:
 
 
 def _read(path: Path) -> tuple[Blocks, Datagrams | None]:
-    """Return the blocks, and the datagrams of a network in which they came."""
+    """Return the blocks, and the recorded datagrams, if any."""
     data = _octets(path)
     if capture.is_capture(data):
         return _from_capture(path, data)
@@ -163,11 +163,11 @@ def _without_datagrams(path: Path, data: NDArray[np.uint8]) -> Blocks:
 def _cut(
     data: NDArray[np.uint8], begins: NDArray[np.int64], gaps: list[tuple[int, int, str]]
 ) -> int:
-    """Return the length of the block in which a file ends, 0 where what is there is none."""
+    """Return the length of the truncated block at the end of a file, 0 for none."""
     if not gaps or gaps[-1][0] + gaps[-1][1] < len(data):
         return 0
     at, there, _ = gaps[-1]
-    # Other octets at the end, such as padding, are seldom of a category that the file has.
+    # Other octets at the end, such as padding, rarely match a category of the file.
     if there < _BLOCK_HEAD or data[at] not in data[begins]:
         return 0
     length = int(data[at + 1]) << 8 | int(data[at + 2])
@@ -184,13 +184,13 @@ def _octets(path: Path) -> NDArray[np.uint8]:
         msg = f"{path}: cannot be read: {error.strerror}"
         raise LayoutError(msg) from error
     if data[:3].tobytes() == _GZIP:
-        msg = f"{path}: expected a recording, was one packed by gzip; unpack it first"
+        msg = f"{path}: expected a recording, was compressed by gzip; decompress it first"
         raise LayoutError(msg)
     return data
 
 
 def _is_gps(path: Path, data: NDArray[np.uint8]) -> bool:
-    """Tell whether a file has the header; if only its name says so, whether that explains more."""
+    """Return whether a file has the header or, by its name only, whether that fits better."""
     if len(data) < _HEADER:
         return False
     if bool((data[:_HEADER] == _HEADER_OCTET).all()):
@@ -204,23 +204,23 @@ def _is_gps(path: Path, data: NDArray[np.uint8]) -> bool:
 def split(
     data: NDArray[np.uint8], at: int, trailer: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], list[tuple[int, int, str]]]:
-    """Cut octets into blocks.
+    """Split octets into blocks.
 
     Parameters
     ----------
     data : uint8[b]
         The octets.
     at : int
-        Where the first block begins.
+        Begin of the first block.
     trailer : int
-        Octets after each block that do not belong to it.
+        Trailer octets after each block.
 
     Returns
     -------
     begins, ends : int64[n]
         The blocks.
     gaps : list of (offset, octets, reason)
-        Octets that are no block.
+        Octets outside blocks.
     """
     blocks = np.empty((_BLOCKS_AT_ONCE, 2), dtype=np.int64)
     holes = np.empty((_BLOCKS_AT_ONCE, 2), dtype=np.int64)
@@ -249,23 +249,23 @@ def split(
 def blocks_of_datagrams(
     datagrams: Datagrams, offsets: NDArray[np.int64], file: str = "", form: str = "datagrams"
 ) -> tuple[Blocks, CutDatagrams]:
-    """Cut datagrams into blocks.
+    """Split datagrams into blocks.
 
     Parameters
     ----------
     datagrams : Datagrams
         The datagrams.
     offsets : int64[n]
-        Where each stands in its file.
+        Offset of each in its file.
     file, form : str
         Name and form of that file.
 
     Returns
     -------
     blocks : Blocks
-        Their blocks, as if the datagrams were all of the file.
+        Their blocks, as if the datagrams were the whole file.
     cut : CutDatagrams
-        Which datagram each came in.
+        The datagram of each block.
     """
     cut = split_datagrams(datagrams)
     moved = offsets - datagrams.begins
@@ -301,7 +301,7 @@ def _from_replay_file(path: Path, data: NDArray[np.uint8]) -> tuple[Blocks, Data
     blocks = replace(
         blocks,
         size=len(data),
-        # It tells how long after one another they came, not when.
+        # It has the intervals between datagrams, not their times.
         received_s=np.full(len(blocks.begins), np.nan),
         gaps=gaps + blocks.gaps,
         framing=framing,

@@ -1,4 +1,4 @@
-"""Datagrams: what a network brings at once, several blocks in each."""
+"""Datagrams with several blocks each."""
 
 from dataclasses import dataclass
 
@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from multiradar_converters.asterix.framing import _datagram_kernels
 from multiradar_converters.asterix.layout.program import catalogue
 
-#: Blocks and gaps noted at once; the largest datagram (65 507 octets over IPv4) has fewer. What the
-#: fragments of a damaged capture make may be larger: it gets more room.
+#: Capacity for blocks and gaps; the largest datagram (65 507 octets over IPv4) has fewer. A
+#: datagram reassembled from a damaged capture may be larger and gets more.
 _NOTED = 1 << 15
 
 NO_BLOCK = "no block begins here"
@@ -24,9 +24,9 @@ class Datagrams:
     data : uint8[b]
         The octets.
     begins, ends : int64[n]
-        Where each begins and ends in `data`.
+        Begin and end of each in `data`.
     received_s : float64[n]
-        When it came, s: Unix time, time of day, or since the first; NaN if that is not known.
+        Time of reception, s: Unix time, time of day, or since the first; NaN if unknown.
     """
 
     data: NDArray[np.uint8]
@@ -45,9 +45,9 @@ class CutDatagrams:
     Attributes
     ----------
     begins, ends, datagram : int64[n]
-        Where each block begins and ends in the data, and the datagram that it came in.
+        Begin and end of each block in the data, and its datagram.
     gaps : int64[m, 3]
-        Begin, end and datagram of octets that are no block.
+        Begin, end and datagram of octets outside blocks.
     """
 
     begins: NDArray[np.int64]
@@ -57,7 +57,7 @@ class CutDatagrams:
 
 
 def split_datagrams(datagrams: Datagrams) -> CutDatagrams:
-    """Cut datagrams into blocks, each datagram on its own.
+    """Split datagrams into blocks, each datagram separately.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def split_datagrams(datagrams: Datagrams) -> CutDatagrams:
     known = catalogue()
     starts = np.empty(known.nodes_max, dtype=np.int32)
     largest = int((datagrams.ends - datagrams.begins).max(initial=0))
-    # A block has four octets at least, and between gaps there are blocks.
+    # A block has at least four octets, and between gaps there are blocks.
     noted = max(_NOTED, largest)
     blocks = np.empty((noted, 3), dtype=np.int64)
     holes = np.empty((noted, 3), dtype=np.int64)

@@ -1,9 +1,9 @@
-"""Packets of a link, and the UDP datagrams that IP carries in them.
+"""Link-layer packets, and UDP datagrams over IP.
 
 =====  ==========================================================================================
 links  Ethernet (1) with VLAN tags (0x8100, 0x88A8), raw IP (12, 14, 101, 228, 229), Linux cooked
        (113, 276), loopback of BSD (0, 108)
-IP     versions 4 and 6; fragments of a datagram are put together by source, destination and
+IP     versions 4 and 6; fragments of a datagram are reassembled by source, destination and
        identification; other extensions of version 6 are not read
 =====  ==========================================================================================
 """
@@ -11,7 +11,7 @@ IP     versions 4 and 6; fragments of a datagram are put together by source, des
 import struct
 from dataclasses import dataclass
 
-#: Octets before the packet, and the place of its type from its beginning; None where it has none.
+#: Octets before the packet, and the offset of its type; None if it has none.
 LINKS = {
     1: (14, -2),
     113: (16, -2),
@@ -24,7 +24,7 @@ _IP = (0x0800, 0x86DD)
 _IPV6_OCTETS, _IPV6_FRAGMENT, _FRAGMENT_OCTETS = 40, 44, 8
 _UDP = 17
 _UDP_OCTETS = 8
-#: Fragments of so many datagrams wait for the rest at once.
+#: Maximum number of incomplete datagrams.
 _WAITING_MAX = 256
 
 Gap = tuple[int, int, str]
@@ -32,7 +32,7 @@ Gap = tuple[int, int, str]
 
 @dataclass(frozen=True)
 class Payload:
-    """What a datagram carries: its place in the file, or what its fragments joined make."""
+    """Payload of a datagram: its location in the file, or the reassembled octets."""
 
     offset: int
     octets: int
@@ -42,7 +42,7 @@ class Payload:
 
 @dataclass(frozen=True)
 class Packet:
-    """Where a packet stands in its file, when it came, and the type of its link."""
+    """Location of a packet in its file, its time, and its link type."""
 
     offset: int
     octets: int
@@ -51,7 +51,7 @@ class Packet:
 
 
 class Fragments:
-    """Fragments of datagrams that wait for the rest."""
+    """Fragments of incomplete datagrams."""
 
     def __init__(self) -> None:
         self._waiting: dict[bytes, dict[int, tuple[int, int, bool]]] = {}
@@ -60,10 +60,10 @@ class Fragments:
     def add(
         self, key: bytes, place: int, piece: tuple[int, int, bool], raw: bytes
     ) -> tuple[int, bytes] | None:
-        """Add a piece (offset, octets, whether more follow); return the whole once it is there."""
+        """Add a fragment (offset, octets, more follow); return the datagram once complete."""
         pieces = self._waiting.setdefault(key, {})
         if place in pieces:
-            self._lost.append((piece[0], piece[1], "a fragment that came before"))
+            self._lost.append((piece[0], piece[1], "a duplicate fragment"))
             return None
         pieces[place] = piece
         if len(self._waiting) > _WAITING_MAX:
@@ -80,7 +80,7 @@ class Fragments:
         return None
 
     def left(self) -> list[Gap]:
-        """Return the fragments whose datagrams never became whole."""
+        """Return the fragments of incomplete datagrams."""
         for key in list(self._waiting):
             self._drop(key)
         return self._lost
@@ -92,7 +92,7 @@ class Fragments:
 
 @dataclass(frozen=True)
 class _Carried:
-    """What IP carries: where it stands, and of which datagram it is what part."""
+    """IP payload: its location, and which part of which datagram it is."""
 
     begin: int
     end: int
@@ -102,21 +102,21 @@ class _Carried:
 
 
 def datagram_of(raw: bytes, packet: Packet, fragments: Fragments) -> Payload | None:
-    """Find the payload of a packet.
+    """Return the payload of a packet.
 
     Parameters
     ----------
     raw : bytes
         The file.
     packet : Packet
-        Its packet.
+        The packet.
     fragments : Fragments
-        Those of packets before.
+        Fragments of previous packets.
 
     Returns
     -------
     Payload or None
-        None if it is no UDP, or not yet whole.
+        None if it is not UDP, or not yet complete.
     """
     at, end = _network(raw, packet)
     carried = None
@@ -147,7 +147,7 @@ def _of_version_4(raw: bytes, at: int, end: int) -> _Carried | None:
         return None
     header = (raw[at] & 15) * 4
     total, identification, flags = struct.unpack_from(">3H", raw, at + 2)
-    # Cards that cut datagrams themselves leave the length 0 to them.
+    # Network cards with segmentation offload leave the length 0.
     end = min(end, at + total) if total else end
     begin = at + header
     if header < 20 or end <= begin or raw[at + 9] != _UDP:
@@ -178,7 +178,7 @@ def _udp_length(raw: bytes, begin: int, end: int) -> int:
 
 
 def _network(raw: bytes, packet: Packet) -> tuple[int, int]:
-    """Return begin and end of what the link carries; nothing where it is not IP."""
+    """Return begin and end of the IP packet of a link-layer packet; empty if it is not IP."""
     octets, place = LINKS[packet.link]
     at, end = packet.offset + octets, packet.offset + packet.octets
     if place is None:

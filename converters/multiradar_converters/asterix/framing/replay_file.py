@@ -1,12 +1,12 @@
-"""`.rply` recordings of Asterix Display Analyser: datagrams with the time between them.
+"""`.rply` recordings of Asterix Display Analyser: datagrams with the intervals between them.
 
 ======  ========================================================================================
-0..3    octets of the datagram (signed, low octet first)
-4..7    time since the datagram before, ms (signed, low octet first)
+0..3    octets of the datagram (signed, little-endian)
+4..7    time since the previous datagram, ms (signed, little-endian)
 8…      the datagram
 ======  ========================================================================================
 
-There is no header and no time of day. The program is public; its reader tells the layout.
+There is no header and no time of day. The layout is that of the reader of the public program.
 """
 
 import struct
@@ -23,7 +23,7 @@ _BLOCK_HEAD = 3
 
 
 def is_replay_file(data: NDArray[np.uint8]) -> bool:
-    """Tell whether a file begins like such a recording: a head, then a block that fits."""
+    """Return whether a file begins like such a recording: a head, then a block that fits."""
     raw = data[: _HEAD.size + _BLOCK_HEAD].tobytes()
     octets = _datagram_octets(raw, 0)
     if not octets or len(raw) < _HEAD.size + _BLOCK_HEAD:
@@ -35,7 +35,7 @@ def is_replay_file(data: NDArray[np.uint8]) -> bool:
 
 
 def read_replay_file(data: NDArray[np.uint8]) -> tuple[Datagrams, list[tuple[int, int, str]], int]:
-    """Find the datagrams.
+    """Read the datagrams.
 
     Parameters
     ----------
@@ -45,11 +45,11 @@ def read_replay_file(data: NDArray[np.uint8]) -> tuple[Datagrams, list[tuple[int
     Returns
     -------
     datagrams : Datagrams
-        The datagrams; times since the first.
+        The datagrams; times are since the first.
     gaps : list of (offset, octets, reason)
-        Octets after which no datagram can be found any more.
+        Octets after the last readable datagram.
     framing : int
-        Octets of sizes and times.
+        Octets of lengths and times.
     """
     raw = data.tobytes()
     begins: list[int] = []
@@ -65,7 +65,7 @@ def read_replay_file(data: NDArray[np.uint8]) -> tuple[Datagrams, list[tuple[int
         ends.append(begin + octets)
         times.append(now_ms / 1000.0)
         at = begin + octets
-    gaps = [(at, len(raw) - at, "no datagram begins here, or it is cut off")]
+    gaps = [(at, len(raw) - at, "no datagram begins here, or it is truncated")]
     return (
         Datagrams(
             data,
@@ -79,7 +79,7 @@ def read_replay_file(data: NDArray[np.uint8]) -> tuple[Datagrams, list[tuple[int
 
 
 def _datagram_octets(raw: bytes, at: int) -> int:
-    """Return the octets of the datagram whose head stands here; 0 if none does."""
+    """Return the length of the datagram whose head is here; 0 for none."""
     if at + _HEAD.size > len(raw):
         return 0
     octets, pause_ms = _HEAD.unpack_from(raw, at)

@@ -1,1 +1,1 @@
-"""Layouts of categories and editions, and the compiled walk through them."""
+"""Layouts of categories and editions, and their compiled parser."""

@@ -1,7 +1,7 @@
-"""Compiled walk through blocks, records and items, and the reading of bits.
+"""Compiled parsing of blocks, records and items, and reading of bits.
 
-A *program* describes a layout in arrays, a row for each *node*: an item, a sub-item or a further
-part of an extended item. Where a record's nodes begin is noted in a row of `starts`.
+A *program* describes a layout in arrays, a row per *node*: an item, a sub-item or a further part of
+an extended item. The begins of the nodes of a record are a row of `starts`.
 """
 
 import numpy as np
@@ -16,16 +16,17 @@ Octets = NDArray[np.uint8]
 
 # Kinds of nodes.
 FIXED, EXTENDED, LIST, REPETITIVE, EXPLICIT, COMPOUND, RFS, PART = 0, 1, 2, 3, 4, 5, 6, 7
-# Columns of a program: kind; octets; children or parts; the first of them; whether FX ends it.
+# Columns of a program: kind; octets; number of children or parts; the first; whether it ends with
+# FX.
 KIND, OCTETS, COUNT, FIRST, MORE = 0, 1, 2, 3, 4
-# Why a block cannot be decoded.
+# Reasons why a block cannot be decoded.
 FITS, TOO_SHORT, NO_ITEM, ZERO_LENGTH, EMPTY_RECORD, LONG_FIELD_SPECIFICATION = 0, 1, 2, 3, 4, 5
-# No profile has more places.
+# Maximum number of items of a profile.
 PLACES_MAX = 64
 _FX, _SEVEN = 1, 7
-# Blocks in a row that are believed though their records do not fit.
+# Maximum consecutive blocks accepted although their records do not fit.
 _HOPS_MAX = 3
-# After bytes that are none, blocks of at most so many octets are found again, by the first records:
+# After invalid bytes, blocks of at most so many octets are found again, by their first records;
 # bounds the search.
 _FOUND_MAX, _TRIED_MAX = 4096, 16
 
@@ -34,7 +35,7 @@ _FOUND_MAX, _TRIED_MAX = 4096, 16
 def _extended_end(
     data: Octets, at: int, end: int, node: int, program: Words, starts: Places
 ) -> tuple[int, int]:
-    """Pass an extended item; octets after the last part that the table knows are passed too."""
+    """Skip an extended item, including octets after the last part in the table."""
     place = at + program[node, OCTETS]
     if place > end:
         return TOO_SHORT, at
@@ -66,7 +67,7 @@ def _list_end(data: Octets, at: int, end: int, octets: int) -> tuple[int, int]:
 def _simple_end(
     data: Octets, at: int, end: int, node: int, program: Words, starts: Places
 ) -> tuple[int, int]:
-    """Pass an item that is not compound; return the reason why not, and where it ends."""
+    """Skip an item that is not compound; return the error, and its end."""
     starts[node] = at
     kind = program[node, KIND]
     octets = program[node, OCTETS]
@@ -93,7 +94,7 @@ def _simple_end(
 def _compound_end(
     data: Octets, at: int, end: int, node: int, program: Words, starts: Places
 ) -> tuple[int, int, int]:
-    """Pass a compound item; return reason, end and the node that is wrong."""
+    """Skip a compound item; return the error, its end, and the invalid node."""
     starts[node] = at
     place = at
     count = program[node, COUNT]
@@ -132,7 +133,7 @@ def _item_end(
 def _random_end(
     data: Octets, at: int, end: int, node: int, profile: Words, program: Words, starts: Places
 ) -> tuple[int, int, int]:
-    """Pass items in random order, each after its number."""
+    """Skip items in random order, each preceded by its number."""
     starts[node] = at
     if at >= end:
         return TOO_SHORT, at, node
@@ -156,7 +157,7 @@ def _random_end(
 def _record_end(
     data: Octets, at: int, end: int, profiles: Words, chooser: int, program: Words, starts: Places
 ) -> tuple[int, int, int]:
-    """Pass a record; return reason, end (or where it is wrong) and node (-1: none)."""
+    """Skip a record; return the error, its end (or that of the error) and node (-1: none)."""
     starts[:] = -1
     place = at
     more = 1
@@ -202,31 +203,32 @@ def walk(
     records: Words,
     faults: Words,
 ) -> tuple[int, int]:
-    """Walk through blocks of one layout.
+    """Parse blocks of one layout.
 
     Parameters
     ----------
     data : uint8[b]
         The bytes.
     begins, ends : int64[n]
-        Where the records of each block begin and end.
+        Begin and end of the records of each block.
     profiles : int64[2, places]
-        Node of each place of the field specification, -1 where there is none.
+        Node of each position of the field specification, -1 for none.
     chooser : int
-        The node whose first bit chooses the second profile; -1 for none.
+        The node whose first bit selects the second profile; -1 for none.
     program : int64[nodes, 5]
         The layout.
     starts : int32[m, nodes]
-        Filled: where each node of each record begins, -1 where it is absent.
+        Filled: begin of each node of each record, -1 if absent.
     records : int64[m, 3]
         Filled: block, begin and end of each record.
     faults : int64[n, 3]
-        Filled: reason, place and node (-1: none, -2 - k: place k of the profile) of each block.
+        Filled: reason, position and node (-1: none, -2 - k: position k of the profile) of each
+        block.
 
     Returns
     -------
     tuple of int
-        Blocks done (fewer than n when `starts` is full) and records.
+        Blocks processed (fewer than n when `starts` is full) and records.
     """
     count = 0
     for block in range(len(begins)):
@@ -265,13 +267,13 @@ def read_bits(
     data : uint8[b]
         The bytes.
     places : int32[n]
-        Where the part begins; negative where it is absent.
+        Begin of the part; negative if absent.
     begin, bits : int
         First bit in the part, and their number.
     signed : bool
-        Whether they are two's complement.
+        Whether the field is two's complement.
     absent : int
-        What to enter where there is none.
+        Value of absent fields.
     out : int64[n]
         Filled.
     """
@@ -306,35 +308,35 @@ def split_blocks(
     blocks: Words,
     gaps: Words,
 ) -> tuple[int, int, int]:
-    """Cut a stream into blocks; pass over bytes that are none.
+    """Split a stream into blocks; skip invalid bytes.
 
-    A block is believed where its length fits into what is left and its records fit a layout of its
-    category. One whose records do not is believed, too, where blocks lead on from its end to one
-    whose records do, or to the end of the bytes, and no two blocks that fit stand within it; but
-    not after bytes that are no block.
+    A block is accepted if its length fits into the remaining bytes and its records fit a layout of
+    its category. A block whose records do not fit is accepted, too, if consecutive blocks from its
+    end reach one whose records fit, or the end of the bytes, and no two fitting blocks lie within
+    it; but not after invalid bytes.
 
     Parameters
     ----------
     data : uint8[b]
         The bytes.
     at : int
-        Where to begin.
+        Begin.
     trailer : int
-        Octets that the recorder wrote after each block.
+        Trailer octets after each block.
     nodes, profiles, layouts, categories : int64 [n, 5], [l, 2, places], [l, 3], [256, 2]
-        All layouts: nodes one after another; profiles; first node, end of its nodes and chooser of
-        each layout; first layout of each category and their number.
+        All layouts: concatenated nodes; profiles; first node, end of nodes and chooser of each
+        layout; first layout of each category and their number.
     starts : int32[n]
-        Room for the nodes of one layout.
+        Scratch for the nodes of one layout.
     blocks : int64[n, 2]
         Filled: begin and end of each block.
     gaps : int64[m, 2]
-        Filled: begin and end of bytes that are no block.
+        Filled: begin and end of invalid bytes.
 
     Returns
     -------
     tuple of int
-        Blocks, gaps, and where it stopped: the end, or an array is full.
+        Blocks, gaps, and the end position: earlier than the end if an array is full.
     """
     count = 0
     gap_count = 0
@@ -347,7 +349,7 @@ def split_blocks(
         elif lost < 0:
             believed = _fits(
                 data, at, end, nodes, profiles, layouts, categories, starts, False
-            ) or _leads_on(data, at, end, trailer, nodes, profiles, layouts, categories, starts)
+            ) or _is_followed(data, at, end, trailer, nodes, profiles, layouts, categories, starts)
         else:
             believed = _fits(data, at, end, nodes, profiles, layouts, categories, starts, True)
         if not believed:
@@ -376,7 +378,7 @@ def split_blocks(
 
 @in_loop
 def _block_end(data: Octets, at: int, trailer: int) -> int:
-    """Return where the block ends, 0 if none begins here."""
+    """Return the end of the block, 0 if none begins here."""
     if at + 3 > len(data):
         return 0
     length = int(data[at + 1]) << 8 | int(data[at + 2])
@@ -397,9 +399,9 @@ def _fits(
     starts: Places,
     bounded: bool,
 ) -> bool:
-    """Tell whether the records of a block fit a layout of its category.
+    """Return whether the records of a block fit a layout of its category.
 
-    Bounded, only the first ones are tried, and of blocks that are not too long.
+    If `bounded`, only the first records are tried, and only in blocks that are not too long.
     """
     if bounded and end - at > _FOUND_MAX:
         return False
@@ -427,7 +429,7 @@ def _fits(
 
 
 @loop
-def _leads_on(
+def _is_followed(
     data: Octets,
     at: int,
     end: int,
@@ -438,7 +440,7 @@ def _leads_on(
     categories: Words,
     starts: Places,
 ) -> bool:
-    """Tell whether a block whose records do not fit has a true length all the same."""
+    """Return whether the length of a block whose records do not fit is plausible."""
     place = end + trailer
     for _ in range(_HOPS_MAX):
         if place == len(data):
@@ -449,7 +451,7 @@ def _leads_on(
         if _fits(data, place, next_end, nodes, profiles, layouts, categories, starts, False):
             break
         place = next_end + trailer
-    # Two blocks one after the other within it: a length that is wrong took them along.
+    # Two consecutive blocks within it: its length is wrong.
     for place in range(at + 1, end):
         for step in range(2):
             next_end = _block_end(data, place, trailer)
@@ -465,16 +467,16 @@ def _leads_on(
 
 @loop
 def read_sources(data: Octets, begins: Words, ends: Words, out: Words) -> None:
-    """Read item 010 of the first record of each block: area code times 256 and system code.
+    """Read item 010 of the first record of each block: 256 × SAC + SIC.
 
     Parameters
     ----------
     data : uint8[b]
         The bytes.
     begins, ends : int64[n]
-        Where the records of each block begin and end.
+        Begin and end of the records of each block.
     out : int64[n]
-        Filled; -1 where the first record does not begin with it.
+        Filled; -1 if the first record does not begin with it.
     """
     for k in range(len(begins)):
         at = begins[k]
@@ -489,7 +491,7 @@ def read_sources(data: Octets, begins: Words, ends: Words, out: Words) -> None:
 
 @loop
 def hash_records(data: Octets, begins: Words, ends: Words, out: Words) -> None:
-    """Fill `out` with a number made of the octets of each record (FNV-1a, 64 bits)."""
+    """Fill `out` with the FNV-1a hash (64 bits) of the octets of each record."""
     for k in range(len(begins)):
         value = np.uint64(14695981039346656037)
         for at in range(begins[k], ends[k]):

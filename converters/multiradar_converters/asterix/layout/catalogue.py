@@ -1,4 +1,4 @@
-"""All layouts: which categories and editions can be read."""
+"""All layouts: supported categories and editions."""
 
 import functools
 
@@ -51,12 +51,12 @@ _TABLES = (
 
 @functools.cache
 def layouts() -> tuple[Layout, ...]:
-    """Return all layouts; those of a category together, the newest first."""
+    """Return all layouts, grouped by category, the newest first."""
     return tuple(read_layout(*table) for table in _TABLES)
 
 
 def layouts_of(category: int) -> tuple[Layout, ...]:
-    """Return the layouts of a category, the newest first; none if it is not known."""
+    """Return the layouts of a category, the newest first; empty if it is unknown."""
     return tuple(layout for layout in layouts() if layout.category == category)
 
 
@@ -66,7 +66,7 @@ def layout_of(category: int, edition: str) -> Layout:
     Raises
     ------
     KeyError
-        No table describes it.
+        There is no table for it.
     """
     for layout in layouts_of(category):
         if edition in layout.editions:

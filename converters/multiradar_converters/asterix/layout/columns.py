@@ -17,7 +17,7 @@ _VALUE = "VALUE"
 
 @dataclass(frozen=True)
 class Columns:
-    """Reads fields of walked records.
+    """Reads fields of parsed records.
 
     Attributes
     ----------
@@ -34,11 +34,11 @@ class Columns:
         return len(self.walked.records)
 
     def has(self, node: str) -> bool:
-        """Tell whether the edition has an item, part or sub-item."""
+        """Return whether the edition has an item, part or sub-item."""
         return node in self.walked.program.places
 
     def present(self, node: str) -> Flags:
-        """Tell which records have it, bool[n]."""
+        """Return which records have a node, bool[n]."""
         if not self.has(node):
             return np.zeros(len(self), dtype=np.bool_)
         present: Flags = np.zeros(len(self), dtype=np.bool_)
@@ -46,7 +46,7 @@ class Columns:
         return present
 
     def integers(self, node: str, field: str = _VALUE, absent: int = -1) -> Integers:
-        """Read a field as it stands, int64[n]; `absent` where there is none."""
+        """Read a field as raw integers, int64[n]; `absent` if missing."""
         out = np.full(len(self), absent, dtype=np.int64)
         described = self.walked.program.fields.get((node, field))
         if described is None:
@@ -64,11 +64,11 @@ class Columns:
         return out
 
     def flags(self, node: str, field: str) -> Flags:
-        """Tell where a bit is set, bool[n]."""
+        """Return where a bit is set, bool[n]."""
         return np.asarray(self.integers(node, field, 0) == 1, dtype=np.bool_)
 
     def numbers(self, node: str, field: str = _VALUE) -> Numbers:
-        """Read a field in its unit, float64[n]; NaN where there is none."""
+        """Read a field in its unit, float64[n]; NaN if absent."""
         described = self.walked.program.fields.get((node, field))
         if described is None:
             return np.full(len(self), np.nan)

@@ -1,4 +1,4 @@
-"""Every field of a record by name: what the tables say, for people and for checks."""
+"""All fields of a record by name, for `records.ndjson` and for checks."""
 
 from collections.abc import Iterator
 from fractions import Fraction
@@ -29,14 +29,14 @@ def record_fields(
     data : uint8[b]
         The bytes.
     starts : int32[n]
-        Where the nodes of the record begin.
+        Begin of the nodes of the record.
 
     Returns
     -------
     dict
-        Items by name in the order of the record; an item is a dict of its fields by name, or what
-        its only field says; list and repetitive items are lists of these; compound items are dicts
-        of their sub-items; explicit items are hexadecimal digits, the length left out.
+        Items by name in the order of the record. An item is a dict of its fields by name, or the
+        value of its only field; list and repetitive items are lists of these; compound items are
+        dicts of their sub-items; explicit items are hexadecimal digits without the length.
     """
     items = program.layout.items()
     present = [name for name in items if starts[program.places[name]] >= 0]
@@ -120,7 +120,7 @@ def _value(field: Field, shifted: int) -> Value:
 
 
 def letters(raw: int, bits: int) -> str:
-    """Read letters of six bits, as ICAO Annex 10 codes them."""
+    """Decode six-bit characters of ICAO Annex 10."""
     return "".join(_letter(raw >> k & 63) for k in range(bits - 6, -1, -6))
 
 

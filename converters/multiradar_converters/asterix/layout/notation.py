@@ -1,23 +1,23 @@
-"""The notation in which `categories` writes down the items of the ASTERIX standards.
+"""The notation of the items of the ASTERIX standards in `categories`.
 
-A line is an item, in the order of the category's user application profile (UAP); `-` is a number
-of the profile that names no item; `== plot` begins a profile of its own. After the name comes the
-kind, after `#` the title. Sub-items of a compound item follow indented.
+A line is an item, in the order of the user application profile (UAP) of the category; `-` is an
+unused number of the profile; `== plot` begins a separate profile. The kind follows the name, the
+title follows `#`. Sub-items of a compound item are indented.
 
 =============  ==================================================================================
 fixed          fields that fill whole octets
-extended       octets of which the last bit (FX) tells whether the next part, after `|`, follows;
-               a part that ends with `nofx` has no such bit
-list           the same part again and again while FX is set
-repetitive     a number (one octet), then so many times the fields
-explicit       a length (one octet, counted in), then octets that the category does not describe
-compound       bits (seven an octet, and FX) that tell which of the sub-items follow
-rfs            a number, then so many items, each after its number in the profile
+extended       octets whose last bit (FX) indicates that the next part, after `|`, follows; a part
+               that ends with `nofx` has no such bit
+list           the same part, repeated while FX is set
+repetitive     a count (one octet), then the fields so many times
+explicit       a length (one octet, included), then octets that the category does not describe
+compound       bits (seven per octet, and FX) that indicate which sub-items follow
+rfs            a count, then so many items, each preceded by its number in the profile
 =============  ==================================================================================
 
 A field is `NAME:BITS`; `-:BITS` are spare bits. After the bits: `s` signed (two's complement),
-`o` octal digits, `x` hexadecimal digits, `c` letters of six bits, `a` ASCII; `*45/1024deg`: the
-value of the last bit, and its unit.
+`o` octal digits, `x` hexadecimal digits, `c` six-bit characters, `a` ASCII; `*45/1024deg`: the
+value of the least significant bit (LSB), and its unit.
 """
 
 import re
@@ -40,18 +40,18 @@ _NO_FX = "nofx"
 
 @dataclass(frozen=True)
 class Field:
-    """Some bits of a part: their place, and how they are read.
+    """A bit field of a part: position and interpretation.
 
     Attributes
     ----------
     name : str
         Name as in the standard; empty for spare bits.
     begin, bits : int
-        First bit, from 0 at the part's first octet, and their number.
+        First bit, from 0 at the first octet of the part, and number of bits.
     form : str
         unsigned, signed, octal, hexadecimal, icao or ascii.
     numerator, denominator : int
-        Value of the last bit, in `unit`.
+        Value of the LSB, in `unit`.
     """
 
     name: str
@@ -65,7 +65,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Part:
-    """Whole octets and their fields; `more` says whether an FX bit ends them."""
+    """Whole octets and their fields; `more` if they end with an FX bit."""
 
     octets: int
     fields: tuple[Field, ...]
@@ -74,7 +74,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Item:
-    """An item or sub-item; `parts` are those of an extended one, else at most one."""
+    """An item or sub-item; an extended item has several `parts`, others at most one."""
 
     name: str
     kind: str
@@ -88,7 +88,7 @@ Profile = tuple[Item | None, ...]
 
 @dataclass(frozen=True)
 class Layout:
-    """A category as some of its editions write it.
+    """The layout of a category in some of its editions.
 
     Attributes
     ----------
@@ -97,8 +97,8 @@ class Layout:
     editions : tuple of str
         The editions, the newest first.
     profiles : tuple of profiles
-        Items by place in the field specification. Of two profiles, the first is that of plots and
-        the second that of tracks.
+        Items by position in the field specification. Of two profiles, the first is for plots and
+        the second for tracks.
     """
 
     category: int
@@ -116,26 +116,26 @@ class Layout:
 
 
 def read_layout(category: int, editions: tuple[str, ...], text: str) -> Layout:
-    """Read a table.
+    """Parse a table.
 
     Parameters
     ----------
     category : int
         The category.
     editions : tuple of str
-        The editions that it describes, the newest first.
+        Its editions, the newest first.
     text : str
         The table.
 
     Returns
     -------
     Layout
-        The same as objects.
+        The layout.
 
     Raises
     ------
     ValueError
-        The table breaks a rule of the notation.
+        The table violates the notation.
     """
     profiles: list[list[Item | None]] = []
     members: list[Item | None] = []
@@ -155,7 +155,7 @@ def read_layout(category: int, editions: tuple[str, ...], text: str) -> Layout:
 
 
 def replaced(text: str, line: str) -> str:
-    """Return a table with another line for the item, or indented sub-item, that the line names."""
+    """Return a table with the line of an item, or indented sub-item, replaced."""
     name = line[: line.index(" ", len(line) - len(line.lstrip()))]
     lines = [line if old.startswith(f"{name} ") else old for old in text.splitlines()]
     if lines == text.splitlines():

@@ -1,4 +1,4 @@
-"""Layouts as arrays for the compiled walk, and the walk through blocks."""
+"""Layouts as arrays for the compiled parser, and parsing of blocks."""
 
 import functools
 from dataclasses import dataclass
@@ -20,23 +20,23 @@ _KINDS = {
     "rfs": _kernels.RFS,
 }
 _ABSENT = -1
-# In category 001, the first bit of this item tells a track from a plot.
+# In category 001, the first bit of this item distinguishes tracks from plots.
 _CHOOSER = "020"
-#: Records walked through at once: bounds the memory.
+#: Records parsed at a time; bounds the memory.
 RECORDS_MAX = 1 << 16
 
 REASONS = {
-    _kernels.TOO_SHORT: "goes on past the end of the block",
+    _kernels.TOO_SHORT: "extends past the end of the block",
     _kernels.NO_ITEM: "the edition has no such item",
     _kernels.ZERO_LENGTH: "has the length 0",
-    _kernels.EMPTY_RECORD: "the field specification names no item",
+    _kernels.EMPTY_RECORD: "the field specification is empty",
     _kernels.LONG_FIELD_SPECIFICATION: "the field specification does not end",
 }
 
 
 @dataclass(frozen=True)
 class Program:
-    """A layout for `_kernels.walk`.
+    """A layout as arrays for `_kernels.walk`.
 
     Attributes
     ----------
@@ -47,9 +47,9 @@ class Program:
     names : tuple of str
         Names of the nodes, such as `040`, `130/SRL` or `020+1` for a second part.
     profiles : int64[p, places]
-        Node of each place of the field specification, -1 for none.
+        Node of each position of the field specification, -1 for none.
     chooser : int
-        Node whose first bit chooses the second profile; -1 for none.
+        Node whose first bit selects the second profile; -1 for none.
     """
 
     layout: Layout
@@ -60,7 +60,7 @@ class Program:
 
     @functools.cached_property
     def places(self) -> dict[str, int]:
-        """Return the number of each node by its name."""
+        """Return the number of each node by name."""
         return {name: number for number, name in enumerate(self.names)}
 
     @functools.cached_property
@@ -75,7 +75,7 @@ class Program:
         return found
 
     def wrong_item(self, node: int) -> str:
-        """Name the item at which a walk stopped; empty where it was in none."""
+        """Return the name of the item at which parsing failed; empty for none."""
         if node >= 0:
             return self.names[node].partition("+")[0]
         return f"number {-1 - node} of the field specification" if node < _ABSENT else ""
@@ -92,9 +92,9 @@ class Walked:
     records : int64[m, 3]
         Block, begin and end of each record.
     starts : int32[m, n]
-        Where each node of each record begins, -1 where it is absent.
+        Begin of each node of each record, -1 if absent.
     faults : int64[b, 3]
-        Reason (0: none), place and node of each block.
+        Reason (0: none), position and node of each block.
     """
 
     program: Program
@@ -104,7 +104,7 @@ class Walked:
 
 
 class _Assembly:
-    """Nodes as they are laid out: items first, then sub-items and parts, each next to its own."""
+    """Nodes in order: items first, then sub-items and parts, grouped by item."""
 
     def __init__(self) -> None:
         self.rows: list[list[int]] = []
@@ -119,7 +119,7 @@ class _Assembly:
         return self.add(name, _ABSENT, 0, 0, 0, 0)
 
     def fill(self, node: int, name: str, item: Item) -> None:
-        """Enter an item in its row, its parts and members after all rows so far."""
+        """Fill the row of an item; append its parts and members."""
         kind = _KINDS[item.kind]
         parts, members = item.parts, item.members
         first: Part | None = parts[0] if parts else None
@@ -162,7 +162,7 @@ def program_of(layout: Layout) -> Program:
 
 @dataclass(frozen=True)
 class Catalogue:
-    """All layouts for `_kernels.split_blocks`, which describes the arrays."""
+    """All layouts as arrays for `_kernels.split_blocks`, which describes them."""
 
     nodes: NDArray[np.int64]
     profiles: NDArray[np.int64]
@@ -203,7 +203,7 @@ def walk(
     ends: NDArray[np.int64],
     records_max: int = RECORDS_MAX,
 ) -> Walked:
-    """Walk through blocks of one layout.
+    """Parse blocks of one layout.
 
     Parameters
     ----------
@@ -212,14 +212,14 @@ def walk(
     data : uint8[b]
         The bytes.
     begins, ends : int64[n]
-        Where the records of each block begin (after its three octets) and end.
+        Begin (after the three octets of the header) and end of the records of each block.
     records_max : int
-        At least so many records can be noted at once; a block alone may have more.
+        Minimum capacity for records; a single block may have more.
 
     Returns
     -------
     Walked
-        Records and faults; a block with a fault has no record.
+        Records and faults; a block with a fault has no records.
     """
     faults = np.zeros((len(begins), 3), dtype=np.int64)
     records, starts = [], []
@@ -238,7 +238,7 @@ def walk(
             some,
             faults[done:],
         )
-        # A record has two octets at least, a block at most 65 532.
+        # A record has at least two octets, a block at most 65 532.
         capacity = records_max if passed else max(capacity, 1 << 15)
         some[:count, 0] += done
         records.append(some[:count].copy())

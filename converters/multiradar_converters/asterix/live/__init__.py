@@ -1,1 +1,1 @@
-"""ASTERIX from a network, batch after batch."""
+"""Decoding of live ASTERIX datagrams in batches."""

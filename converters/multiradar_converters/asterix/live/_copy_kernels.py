@@ -1,4 +1,4 @@
-"""Compiled search for records that came before."""
+"""Compiled search for duplicate records."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ Numbers = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 
-#: Records that are remembered of those that share the low bits of their keys.
+#: Associativity: retained records per value of the low bits of the key.
 WAYS = 8
 
 
@@ -23,21 +23,21 @@ def find_copies(
     known_s: Numbers,
     again: Flags,
 ) -> None:
-    """Tell which records came before, and remember all of them.
+    """Mark duplicate records, and retain all records.
 
     Parameters
     ----------
     keys : int64[n]
         Equal for equal records.
     time_s : float64[n]
-        When each came, s.
+        Time of reception, s.
     window_s : float64[n]
-        A record repeats one that came at most so long before or after, s.
+        Maximum time difference of duplicates, s.
     known_keys, known_s : int64[m], float64[m]
-        What is remembered: `WAYS` places for each value of the low bits; changed. m / WAYS is a
-        power of two.
+        Retained records: `WAYS` entries per value of the low bits; updated. m / WAYS is a power of
+        two.
     again : bool[n]
-        Filled: whether each repeats one. Where there are too many, the oldest is forgotten.
+        Filled: whether each is a duplicate. If all entries are in use, the oldest is replaced.
     """
     mask = len(known_keys) // WAYS - 1
     for k in range(len(keys)):

@@ -1,4 +1,4 @@
-"""What a batch of datagrams said, and what became of its octets and records."""
+"""Result of a batch of datagrams, with the disposition of its octets and records."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -13,13 +13,13 @@ from multiradar_converters.asterix.layout.columns import Flags, Integers
 from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
 from multiradar_schemas.measurements.reject import RejectCode
 
-#: What may become of a target report.
-FATES = ("measurement", "duplicate", "left_out", "refused")
+#: Dispositions of a target report.
+DISPOSITIONS = ("measurement", "duplicate", "left_out", "refused")
 
 
 @dataclass(frozen=True)
 class RejectedOctets:
-    """Octets of a datagram that are no measurement, and why."""
+    """Rejected octets of a datagram, with the reason."""
 
     datagram: int
     offset: int
@@ -30,21 +30,21 @@ class RejectedOctets:
 
 @dataclass
 class LiveBatch:
-    """What datagrams said.
+    """Result of decoding datagrams.
 
     Attributes
     ----------
     frame : DataFrame
-        Measurements, columns of `PLAIN_SCHEMA`, in the order of their reception.
+        Measurements, columns of `PLAIN_SCHEMA`, in the order of reception.
     datagram : int64[m]
-        The datagram that each came in.
+        The datagram of each measurement.
     rejected : list of RejectedOctets
-        What was rejected.
+        Rejected octets.
     octets : dict of int64[n]
         Octets of each datagram that were decoded, skipped and quarantined.
     records : dict of int64[n]
-        Target reports of each datagram that became a measurement, or were a duplicate, left_out
-        (no aircraft, or no position) or rejected.
+        Target reports of each datagram by disposition: measurement, duplicate, left_out (no
+        aircraft or no position), refused (rejected).
     categories : Counter
         Records by category.
     """
@@ -58,16 +58,16 @@ class LiveBatch:
 
 
 def new_batch(gathered: Gathered, datagrams: Datagrams, cut: CutDatagrams) -> LiveBatch:
-    """Account for the octets of datagrams; their target reports are still to be told.
+    """Account for the octets of datagrams; the target reports are added later.
 
     Parameters
     ----------
     gathered : Gathered
-        Their blocks, decoded.
+        Their decoded blocks.
     datagrams : Datagrams
         The datagrams.
     cut : CutDatagrams
-        Which datagram each block came in.
+        The datagram of each block.
 
     Returns
     -------
@@ -83,20 +83,20 @@ def new_batch(gathered: Gathered, datagrams: Datagrams, cut: CutDatagrams) -> Li
         datagram=np.empty(0, np.int64),
         rejected=rejected,
         octets=_octets(gathered, rejected, cut.datagram, len(datagrams)),
-        records={name: np.zeros(len(datagrams), np.int64) for name in FATES},
+        records={name: np.zeros(len(datagrams), np.int64) for name in DISPOSITIONS},
         categories=categories,
     )
 
 
 def unreadable(datagrams: Datagrams, reason: str) -> LiveBatch:
-    """Refuse datagrams as a whole.
+    """Reject whole datagrams.
 
     Parameters
     ----------
     datagrams : Datagrams
         The datagrams.
     reason : str
-        One sentence.
+        Reason in words.
 
     Returns
     -------
@@ -124,20 +124,20 @@ def unreadable(datagrams: Datagrams, reason: str) -> LiveBatch:
             "skipped": nothing,
             "quarantined": datagrams.ends - datagrams.begins,
         },
-        records=dict.fromkeys(FATES, nothing),
+        records=dict.fromkeys(DISPOSITIONS, nothing),
         categories=Counter(),
     )
 
 
 class Tally:
-    """Counts what became of records, by the datagram that they came in."""
+    """Counts the disposition of records by datagram."""
 
     def __init__(self, batch: LiveBatch, datagrams: Datagrams) -> None:
         self._batch = batch
         self._datagrams = datagrams
 
     def datagram(self, rows: Rows) -> Integers:
-        """Return the datagram of each record; empty ones hold none."""
+        """Return the datagram of each record; empty ones have none."""
         return np.searchsorted(self._datagrams.begins, rows.begin, side="right") - 1
 
     def count(self, rows: Rows, own: Flags, name: str) -> None:
@@ -145,10 +145,10 @@ class Tally:
         places = self.datagram(rows)[own]
         self._batch.records[name] += np.bincount(places, minlength=len(self._datagrams))
 
-    def refuse(
+    def reject(
         self, rows: Rows, wrong: Flags, code: RejectCode, reason: Callable[[int], str]
     ) -> None:
-        """Refuse records, for a reason by their source; their octets are kept."""
+        """Reject records, with a reason depending on their source; their octets are retained."""
         if not wrong.any():
             return
         self.count(rows, wrong, "refused")
@@ -166,7 +166,7 @@ class Tally:
 
 
 def _broken(gathered: Gathered, datagrams: Datagrams) -> list[RejectedOctets]:
-    """Return blocks that do not fit, and octets that are none."""
+    """Return blocks that do not fit, and octets outside blocks."""
     rejected = []
     for one in gathered.broken:
         place = int(np.searchsorted(datagrams.begins, one.offset, side="right")) - 1
@@ -183,7 +183,7 @@ def _broken(gathered: Gathered, datagrams: Datagrams) -> list[RejectedOctets]:
 def _octets(
     gathered: Gathered, rejected: list[RejectedOctets], datagram: Integers, count: int
 ) -> dict[str, Integers]:
-    """Return what became of the octets of each datagram."""
+    """Return the disposition of the octets of each datagram."""
     blocks = gathered.blocks
     lengths = blocks.ends - blocks.begins
     skipped = np.isin(blocks.data[blocks.begins], SKIPPED)

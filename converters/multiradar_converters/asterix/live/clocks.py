@@ -1,8 +1,8 @@
-"""What radars said of their clocks and antennas so far, where records come one after another.
+"""Clocks and antennas of radars from live records.
 
-The times of a recording are found with all of it at hand; those of a network with what came
-before. Until a radar has told a time of day, its clock is taken to be that of the reception. All of
-this is a function of the records alone, not of how many came at once.
+Times of a recording are resolved with all of it available, live times only with earlier records.
+Until a radar has reported a time of day, its clock is assumed to be that of the reception. The
+result is a function of the records alone, independent of the batches.
 """
 
 from collections import deque
@@ -13,102 +13,102 @@ import numpy as np
 
 from multiradar_converters.asterix.decoding.clocks import Marks
 from multiradar_converters.asterix.decoding.gathering import Rows
-from multiradar_converters.asterix.decoding.services import NORTH, Services, turn_s
+from multiradar_converters.asterix.decoding.services import NORTH, Services, antenna_period_s
 from multiradar_converters.asterix.decoding.targets import Targets
 from multiradar_converters.asterix.decoding.timing import marks_of
 from multiradar_converters.asterix.layout.columns import Flags, Integers, Numbers
 
 _DAY_S = 86_400.0
-#: Service messages of an antenna that its turn is found from: eight turns of 32 sectors.
+#: Service messages from which a scan period is estimated: eight revolutions of 32 sectors.
 MESSAGES_KEPT = 256
-# Sectors between two searches for the turn where there are no north marks.
+# Sectors between estimates of the scan period without north marks.
 _SECTORS_BETWEEN = 8
 
-# Message, time, sector and stated turn.
+# Message, time, sector and reported scan period.
 _Message = tuple[int, float, float, float]
 
 
 @dataclass
 class _Antenna:
-    """Messages of one antenna, and its turn."""
+    """Messages and scan period of an antenna."""
 
-    turn_s: float = np.nan
+    period_s: float = np.nan
     stated_s: float = np.nan
     messages: deque[_Message] = field(default_factory=lambda: deque(maxlen=MESSAGES_KEPT))
     sectors: int = 0
 
-    def hear(self, message: _Message) -> float:
-        """Take a message; return the turn as it is known then, s."""
+    def push(self, message: _Message) -> float:
+        """Add a message; return the current scan period, s."""
         kind, time_s, sector, stated = message
         if np.isnan(time_s):
-            return self.turn_s
+            return self.period_s
         if self.messages:
             time_s += _DAY_S * round((self.messages[-1][1] - time_s) / _DAY_S)
-        # Two networks bring a message twice: no turn takes as little as lies between the two.
+        # Two networks deliver a message twice; the interval between them is too short for a scan.
         self.messages.append((kind, time_s, sector, stated))
         self.sectors += 1
         if kind == NORTH or self.sectors >= _SECTORS_BETWEEN:
             self.sectors = 0
-            kinds, times, sectors, turns = (
+            kinds, times, sectors, stated_s = (
                 np.array(part) for part in zip(*self.messages, strict=True)
             )
-            found = turn_s(kinds, times, sectors, turns)
-            self.turn_s = self.stated_s if np.isnan(found) else found
-        return self.turn_s
+            found = antenna_period_s(kinds, times, sectors, stated_s)
+            self.period_s = self.stated_s if np.isnan(found) else found
+        return self.period_s
 
 
 class LiveClocks:
-    """Times of day that known radars gave so far; owned by one thread.
+    """Times of day reported by known radars; owned by one thread.
 
     Parameters
     ----------
     known : int64[n]
-        The sources whose words count: bounds the memory.
-    turns : mapping
-        Times of a turn that are stated, s, by source.
+        The sources to use; bounds the memory.
+    scan_periods : mapping
+        Configured scan periods, s, by source.
     """
 
-    def __init__(self, known: Integers, turns: Mapping[int, float]) -> None:
+    def __init__(self, known: Integers, scan_periods: Mapping[int, float]) -> None:
         self._known = known
         self._antennas = {
-            source: _Antenna(turns.get(source, np.nan), turns.get(source, np.nan))
+            source: _Antenna(scan_periods.get(source, np.nan), scan_periods.get(source, np.nan))
             for source in known.tolist()
         }
-        # The last mark of each source, and its last of a sector; rows of `Marks`.
+        # The last mark of each source, and its last sector mark; rows of `Marks`.
         self._last: dict[int, tuple[float, ...]] = {}
         self._last_sector: dict[int, tuple[float, ...]] = {}
 
     def marks(self, rows: Rows, targets: Targets, service_rows: Rows, services: Services) -> Marks:
-        """Return the times of day that count for reports, and remember those that came with them.
+        """Return the times of day for reports, and retain those of this batch.
 
         Parameters
         ----------
         rows, targets
-            Target reports, in their order; all of known sources.
+            Target reports in order; all of known sources.
         service_rows, services
-            Service messages, in their order.
+            Service messages in order.
 
         Returns
         -------
         Marks
-            Marks from before (order below 0) and those among these records.
+            Earlier marks (order below 0) and those among these records.
         """
         marks = marks_of(rows, targets, service_rows, services)
         place = np.searchsorted(service_rows.order, marks.order)
         of_service = ~np.isnan(marks.sector_deg)
-        turn = np.full(len(marks.order), np.nan)
-        turn[of_service] = self._hear(service_rows, services)[place[of_service]]
-        marks = _taken(replace(marks, turn_s=turn), np.isin(marks.source, self._known))
+        period_s = np.full(len(marks.order), np.nan)
+        period_s[of_service] = self._update(service_rows, services)[place[of_service]]
+        marks = _selected(replace(marks, period_s=period_s), np.isin(marks.source, self._known))
         before = self._before(rows)
-        self._remember(marks)
+        self._retain(marks)
         together = {
             one.name: np.concatenate([getattr(before, one.name), getattr(marks, one.name)])
             for one in fields(Marks)
         }
         return Marks(**together)
 
-    def _hear(self, rows: Rows, services: Services) -> Numbers:
-        turns = np.full(len(rows.order), np.nan)
+    def _update(self, rows: Rows, services: Services) -> Numbers:
+        scan_periods = np.full(len(rows.order), np.nan)
         for k, (source, *message) in enumerate(
             zip(
                 rows.source.tolist(),
@@ -121,11 +121,11 @@ class LiveClocks:
         ):
             antenna = self._antennas.get(source)
             if antenna is not None:
-                turns[k] = antenna.hear((message[0], message[1], message[2], message[3]))
-        return turns
+                scan_periods[k] = antenna.push((message[0], message[1], message[2], message[3]))
+        return scan_periods
 
     def _before(self, rows: Rows) -> Marks:
-        """Return what is remembered of the sources of reports, or when they first came."""
+        """Return the retained marks of the sources of reports, or their first reception."""
         found = []
         sources, first = np.unique(rows.source, return_index=True)
         for source, place in zip(sources.tolist(), first.tolist(), strict=True):
@@ -140,8 +140,8 @@ class LiveClocks:
         order, source = (table[:, k].astype(np.int64) for k in (0, 1))
         return Marks(order, source, *table[:, 2:].T)
 
-    def _remember(self, marks: Marks) -> None:
-        table = np.stack([marks.time_s, marks.received_s, marks.sector_deg, marks.turn_s], axis=1)
+    def _retain(self, marks: Marks) -> None:
+        table = np.stack([marks.time_s, marks.received_s, marks.sector_deg, marks.period_s], axis=1)
         backwards = marks.source[::-1]
         for kept, own in (
             (self._last, np.ones(len(backwards), np.bool_)),
@@ -153,5 +153,5 @@ class LiveClocks:
                 kept[source] = tuple(table[len(table) - 1 - place].tolist())
 
 
-def _taken(marks: Marks, own: Flags) -> Marks:
+def _selected(marks: Marks, own: Flags) -> Marks:
     return Marks(**{one.name: getattr(marks, one.name)[own] for one in fields(Marks)})

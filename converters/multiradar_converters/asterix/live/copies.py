@@ -1,4 +1,4 @@
-"""Records of the last moments, to find the copies that a second network brings."""
+"""Recent records, to find duplicates delivered by a second network."""
 
 import numpy as np
 
@@ -8,55 +8,55 @@ from multiradar_converters.asterix.layout.columns import Flags, Integers, Number
 from multiradar_converters.asterix.live import _copy_kernels
 from multiradar_converters.asterix.table import SAME_S
 
-#: Records that are remembered (8 MiB): those of 25 s at 20 000 records/s.
-REMEMBERED = 1 << 19
+#: Records retained (8 MiB): 25 s at 20 000 records/s.
+CAPACITY = 1 << 19
 # Spreads sources over all bits of a key (the golden ratio of 64 bits).
 _SPREAD = np.int64(-7046029254386353131)
 
 
 class RecentRecords:
-    """Remembers records; owned by one thread.
+    """Retains recent records; owned by one thread.
 
     Parameters
     ----------
     window_s : float
-        Equal records of one source that tell a time, received at most so far apart, are one, s.
-        Without a time of their own they may be equal each turn: then `SAME_S` at most.
-    remembered : int
-        So many records at most; a power of two.
+        Equal records of a source with a time, received within this time, are duplicates, s.
+        Records without a time may be equal in every scan: for them at most `SAME_S`.
+    capacity : int
+        Maximum number of records; a power of two.
     """
 
-    def __init__(self, window_s: float, remembered: int = REMEMBERED) -> None:
+    def __init__(self, window_s: float, capacity: int = CAPACITY) -> None:
         self._window_s = window_s
-        self._keys = np.zeros(remembered, dtype=np.int64)
-        self._received_s = np.full(remembered, -np.inf)
+        self._keys = np.zeros(capacity, dtype=np.int64)
+        self._received_s = np.full(capacity, -np.inf)
 
     def copies(self, reports: Timed) -> Flags:
-        """Tell which reports came before; remember all of them."""
-        told = np.isin(reports.origin, (clocks.RECORD, clocks.TRUNCATED))
-        window_s = np.where(told, self._window_s, min(self._window_s, SAME_S))
+        """Return which reports are duplicates; retain all of them."""
+        timed = np.isin(reports.origin, (clocks.RECORD, clocks.TRUNCATED))
+        window_s = np.where(timed, self._window_s, min(self._window_s, SAME_S))
         return self.repeated(reports.same, reports.rows.source, reports.rows.received_s, window_s)
 
     def repeated(
         self, same: Integers, source: Integers, received_s: Numbers, window_s: Numbers
     ) -> Flags:
-        """Tell which records came before; remember all of them.
+        """Return which records are duplicates; retain all of them.
 
         Parameters
         ----------
         same : int64[n]
-            Equal for records of equal octets.
+            Equal for records with equal octets.
         source : int64[n]
-            Who wrote them.
+            Source.
         received_s : float64[n]
-            When they came, s.
+            Time of reception, s.
         window_s : float64[n]
-            How far apart copies of each may come, s.
+            Maximum time difference of duplicates of each, s.
 
         Returns
         -------
         bool[n]
-            Whether each repeats one before it.
+            Whether each is a duplicate.
         """
         again = np.zeros(len(same), dtype=np.bool_)
         _copy_kernels.find_copies(
@@ -69,6 +69,6 @@ class RecentRecords:
         )
         return again
 
-    def forget(self) -> None:
-        """Remember nothing."""
+    def clear(self) -> None:
+        """Discard all records."""
         self._received_s[:] = -np.inf

@@ -1,9 +1,8 @@
-"""ASTERIX from a network: datagrams in, measurements out, batch after batch.
+"""Live ASTERIX: datagrams in, measurements out, in batches.
 
-The blocks, layouts, items and checks are those of a recording; what differs is that nothing after
-a record is known when its turn comes. What it takes from before: the clocks of radars and the
-turns of their antennas, editions, and the records of the last moments, of which a second network
-brings copies. The date comes from the reception.
+Blocks, layouts, items and checks are those of recordings, but nothing after a record is known when
+it is decoded. State from earlier data: clocks and scan periods of radars, editions, and recent
+records, of which a second network may deliver duplicates. The date is that of the reception.
 """
 
 from collections.abc import Mapping
@@ -14,7 +13,7 @@ import numpy as np
 import polars as pl
 
 from multiradar_converters.asterix import table
-from multiradar_converters.asterix.decoding.checks import Refusal, aircraft, misplaced, untimed
+from multiradar_converters.asterix.decoding.checks import Rejection, aircraft, misplaced, untimed
 from multiradar_converters.asterix.decoding.editions import Editions, source_name, sources_of
 from multiradar_converters.asterix.decoding.gathering import Gathered, Rows, decode_blocks
 from multiradar_converters.asterix.decoding.targets import Targets
@@ -35,7 +34,7 @@ from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
 from multiradar_schemas.measurements.reject import RejectCode
 
 _DAY_S = 86_400.0
-#: A time of day may lie so far ahead of its reception, s; beyond, it is of the day before.
+#: Maximum time of day ahead of its reception, s; beyond, it belongs to the previous day.
 AHEAD_MAX_S = 3600.0
 
 
@@ -45,27 +44,27 @@ _ANY_BLOCK = bytes.fromhex("300006800000")
 
 @dataclass(frozen=True)
 class LiveOptions:
-    """What is known beforehand.
+    """Configuration of live decoding.
 
     Attributes
     ----------
     names : mapping
-        Identifiers of sensors by source (area code times 256 and system code) and kind.
-    turns : mapping
-        Times of a turn of antennas by source, s, where they are known.
+        Identifiers of sensors by source (256 × SAC + SIC) and kind.
+    scan_periods : mapping
+        Scan periods by source, s, if known.
     editions : Editions
-        Editions that the user chose.
+        Selected editions.
     all_targets : bool
-        Whether test targets and the like are measurements.
+        Whether to include test targets and the like.
     duplicate_window_s : float
-        Equal records of one source received at most so far apart are one, s; where they tell no
-        time, at most a second apart.
+        Equal records of a source received within this time are duplicates, s; records without time
+        only within 1 s.
     behind_max_s : float
-        Times that lie farther behind their reception are rejected, s.
+        Maximum age of a time of day at reception, s; older records are rejected.
     """
 
     names: Mapping[tuple[int, str], str]
-    turns: Mapping[int, float] = field(default_factory=dict)
+    scan_periods: Mapping[int, float] = field(default_factory=dict)
     editions: Editions = field(default_factory=Editions)
     all_targets: bool = False
     duplicate_window_s: float = 10.0
@@ -78,14 +77,14 @@ class LiveDecoder:
     Parameters
     ----------
     options : LiveOptions
-        What is known beforehand.
+        Configuration.
     """
 
     def __init__(self, options: LiveOptions) -> None:
         self._options = options
         sources = sorted({source for source, _ in options.names})
         self._known = np.array(sources, dtype=np.int64)
-        self._clocks = LiveClocks(self._known, options.turns)
+        self._clocks = LiveClocks(self._known, options.scan_periods)
         self._recent = RecentRecords(options.duplicate_window_s)
 
     def decode(self, datagrams: Datagrams) -> LiveBatch:
@@ -94,19 +93,19 @@ class LiveDecoder:
         Parameters
         ----------
         datagrams : Datagrams
-            The datagrams, received at Unix times.
+            The datagrams, with Unix times of reception.
 
         Returns
         -------
         LiveBatch
-            Every octet and every target report is in one of its counts.
+            Every octet and target report is in one of its counts.
         """
         blocks, cut = blocks_of_datagrams(datagrams, datagrams.begins)
         sources = sources_of(blocks)
-        # Of others nothing is remembered: there may be sixty thousand of them.
+        # Unknown sources are not retained: there may be up to 65 536 of them.
         named = np.where(np.isin(sources, self._known), sources, -1)
         editions = self._options.editions
-        editions.learn(blocks, named, go_on=True)
+        editions.detect(blocks, named, revise=True)
         gathered = decode_blocks(
             blocks, sources, editions.layouts(blocks, named), measurements_only=True
         )
@@ -114,20 +113,20 @@ class LiveDecoder:
         try:
             self._reports(gathered, datagrams, batch)
         except Exception:
-            # What failed may be decoded again, and must not be its own copy.
-            self._recent.forget()
+            # After a failure the records may be decoded again, and must not count as duplicates.
+            self._recent.clear()
             raise
         return batch
 
     def _reports(self, gathered: Gathered, datagrams: Datagrams, batch: LiveBatch) -> None:
-        """Time the target reports, and tell measurements from what is none."""
+        """Assign times to target reports, and select measurements."""
         service_rows, services = services_in_order(gathered)
         rows, kind, targets = targets_in_order(gathered)
         known = np.isin(rows.source, self._known)
         tally = Tally(batch, datagrams)
-        tally.refuse(rows, ~known, RejectCode.UNKNOWN_SENSOR, _unknown)
-        rows, kind = _rows_taken(rows, known), kind[known]
-        targets = _targets_taken(targets, known)
+        tally.reject(rows, ~known, RejectCode.UNKNOWN_SENSOR, _unknown)
+        rows, kind = _select_rows(rows, known), kind[known]
+        targets = _select_targets(targets, known)
         marks = self._clocks.marks(rows, targets, service_rows, services)
         reports = timed(gathered, rows, kind, targets, marks)
         copies = self._recent.copies(reports)
@@ -140,14 +139,14 @@ class LiveDecoder:
         for wrong, code, reason in [
             *untimed(reports), behind, misplaced(reports, own), *unnamed
         ]:  # fmt: skip
-            tally.refuse(rows, own & wrong, code, partial(_same, reason))
+            tally.reject(rows, own & wrong, code, partial(_same, reason))
             own &= ~wrong
         tally.count(rows, own, "measurement")
         batch.datagram = tally.datagram(rows)[own]
         batch.frame = _frame(reports, np.flatnonzero(own), time_s, ids)
 
-    def _dated(self, reports: Timed) -> tuple[Numbers, Refusal]:
-        """Return Unix times, s: the day follows from the reception; and what is too old."""
+    def _dated(self, reports: Timed) -> tuple[Numbers, Rejection]:
+        """Return Unix times, s, with the day of the reception, and reports that are too old."""
         received_s, of_day = reports.rows.received_s, reports.targets.time_s
         days = np.floor((received_s + AHEAD_MAX_S - of_day) / _DAY_S)
         time_s = of_day + days * _DAY_S
@@ -158,12 +157,12 @@ class LiveDecoder:
             f"a time of day more than {behind_max_s:g} s before its reception",
         )
 
-    def _ids(self, reports: Timed) -> tuple[pl.Series, list[Refusal]]:
-        """Name the sensors; sources are known, but perhaps not for what they measure."""
+    def _ids(self, reports: Timed) -> tuple[pl.Series, list[Rejection]]:
+        """Return sensor ids; a known source may not be configured for the kind of measurement."""
         pairs = reports.rows.source * len(KINDS) + reports.kind
         distinct, place = np.unique(pairs, return_inverse=True)
         ids: list[str | None] = []
-        unnamed: list[Refusal] = []
+        unnamed: list[Rejection] = []
         for number, pair in enumerate(distinct.tolist()):
             source, kind = pair // len(KINDS), KINDS[pair % len(KINDS)]
             ids.append(self._options.names.get((source, kind)))
@@ -174,7 +173,7 @@ class LiveDecoder:
 
 
 def warm_up() -> None:
-    """Have the compiled loops ready before the first datagram comes."""
+    """Compile the kernels before the first datagram."""
     octets = np.frombuffer(_ANY_BLOCK, dtype=np.uint8)
     none, size = np.zeros(1, np.int64), np.array([len(octets)])
     decoder = LiveDecoder(LiveOptions({(0, "radar"): "0-0"}))
@@ -189,11 +188,11 @@ def _same(reason: str, _source: int) -> str:
     return reason
 
 
-def _rows_taken(rows: Rows, own: Flags) -> Rows:
+def _select_rows(rows: Rows, own: Flags) -> Rows:
     return Rows(**{one.name: getattr(rows, one.name)[own] for one in fields(Rows)})
 
 
-def _targets_taken(targets: Targets, own: Flags) -> Targets:
+def _select_targets(targets: Targets, own: Flags) -> Targets:
     names = [one.name for one in fields(Targets) if one.name != "kind"]
     return replace(targets, **{name: getattr(targets, name)[own] for name in names})
 

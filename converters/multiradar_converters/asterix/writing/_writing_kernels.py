@@ -1,4 +1,4 @@
-"""Compiled writing of records: the walk of `_kernels` the other way round.
+"""Compiled writing of records, the inverse of `_kernels.walk`.
 
 References
 ----------
@@ -22,7 +22,7 @@ from multiradar_converters.asterix.layout._kernels import (
 
 Flags = NDArray[np.bool_]
 
-# Columns of the fields that are written: first bit in the part; bits; row of the values.
+# Columns of written fields: first bit in the part; bits; row of the values.
 BEGIN, BITS, ROW = 0, 1, 2
 _FX, _SEVEN = 1, 7
 
@@ -38,7 +38,7 @@ def _write_part(
     ranges: Words,
     out: Octets,
 ) -> int:
-    """Write the octets of a part; return where they end."""
+    """Write the octets of a part; return their end."""
     end: int = at + program[node, OCTETS]
     for place in range(at, end):
         out[place] = 0
@@ -67,7 +67,7 @@ def _write_simple(
     ranges: Words,
     out: Octets,
 ) -> int:
-    """Write a fixed item, or an extended one as far as its parts are present."""
+    """Write a fixed item, or the present parts of an extended item."""
     end = _write_part(k, node, at, values, program, fields, ranges, out)
     if program[node, 0] == EXTENDED:
         for part in range(program[node, FIRST], program[node, FIRST] + program[node, COUNT]):
@@ -80,7 +80,7 @@ def _write_simple(
 
 @in_loop
 def _write_specification(k: int, nodes: Words, at: int, present: Flags, out: Octets) -> int:
-    """Write which of some nodes follow, seven an octet; return where the octets end."""
+    """Write the presence bits of nodes, seven per octet; return the end of the octets."""
     last = -1
     for place in range(len(nodes)):
         if nodes[place] >= 0 and present[nodes[place], k]:
@@ -106,28 +106,28 @@ def write_records(
     out: Octets,
     ends: Words,
 ) -> int:
-    """Write records one after another.
+    """Write concatenated records.
 
     Parameters
     ----------
     present : bool[nodes, m]
-        Which nodes each record has; a compound item has one of its sub-items at least.
+        Nodes present in each record; a compound item has at least one sub-item.
     values : int64[rows, m]
-        Values of the fields, as they stand in the record.
+        Raw values of the fields.
     profile : int64[places]
-        Node of each place of the field specification, -1 where there is none.
+        Node of each position of the field specification, -1 for none.
     children : int64[nodes, c]
-        Sub-items of each compound item, -1 where there is none.
+        Sub-items of each compound item, -1 for none.
     program : int64[nodes, 5]
         The layout, as for `_kernels.walk`.
     fields : int64[f, 3]
-        Fields that are written, those of a node together: first bit, bits, row of `values`.
+        Written fields, grouped by node: first bit, bits, row of `values`.
     ranges : int64[nodes, 2]
-        First of the fields of each node, and the end of them.
+        First field of each node, and the end.
     out : uint8[b]
-        Filled; room for the longest records.
+        Filled; large enough for the longest records.
     ends : int64[m]
-        Filled: where each record ends.
+        Filled: end of each record.
 
     Returns
     -------

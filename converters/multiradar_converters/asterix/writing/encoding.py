@@ -1,6 +1,6 @@
-"""Records of a layout from columns: the tables of the reader, read the other way round.
+"""Encoding of records from columns, with the layout tables of the decoder.
 
-A field is described once, in `categories`: its place and bits, and what its last bit is worth.
+A field is described once, in `categories`: position, bits and LSB.
 """
 
 import functools
@@ -25,7 +25,7 @@ from multiradar_converters.asterix.layout.notation import Field, Layout
 from multiradar_converters.asterix.layout.program import program_of
 from multiradar_converters.asterix.writing import _writing_kernels as kernels
 
-#: A block, with its three octets of header, fits into a datagram that is not cut up on the way.
+#: A block of this size, header included, fits into a datagram without fragmentation.
 BLOCK_OCTETS_MAX = 1400
 HEADER_OCTETS = 3
 
@@ -34,14 +34,14 @@ _VALUE = "VALUE"
 
 @dataclass(frozen=True)
 class Written:
-    """Records, one after another.
+    """Concatenated records.
 
     Attributes
     ----------
     data : uint8[b]
         Their octets.
     ends : int64[m]
-        Where each ends.
+        End of each.
     """
 
     data: NDArray[np.uint8]
@@ -50,16 +50,16 @@ class Written:
 
 @dataclass
 class Records:
-    """Records of one layout that are being filled, item by item.
+    """Records of one layout, filled item by item.
 
     Attributes
     ----------
     layout : Layout
-        What they are records of: items that are fixed, extended or compound can be written.
+        Their layout; fixed, extended and compound items can be written.
     count : int
-        How many records.
+        Number of records.
     left_out : dict
-        How many values were too large for their item and left out with it, by item.
+        Number of values that were too large for their item and omitted with it, by item.
     """
 
     layout: Layout
@@ -75,18 +75,18 @@ class Records:
     def put(
         self, node: str, fields: Mapping[str, ArrayLike] | ArrayLike, where: ArrayLike = True
     ) -> None:
-        """Fill an item, a sub-item or a further part with whole numbers as they stand.
+        """Fill an item, a sub-item or a further part with raw integers.
 
         Parameters
         ----------
         node : str
             Such as `040`, `380/ADR` or `080+1` for a second part.
         fields : mapping of int array_like, or int array_like
-            Values by field, one for all records or (m,); fields that are not named are 0. Not a
-            mapping: the only field. What is more than the bits of the field is cut off.
+            Values by field, one for all records or (m,); other fields are 0. Not a mapping: the
+            only field. Excess bits are truncated.
         where : bool array_like
-            Which records have it. A compound item is there where a sub-item is, and a part where
-            one after it is.
+            Which records have it. A compound item is present if a sub-item is, and a part if a
+            later part is.
 
         Raises
         ------
@@ -116,13 +116,12 @@ class Records:
         node : str
             As for `put`.
         fields : mapping of array_like, or array_like
-            Numbers in the unit of the field; NaN where there is none: the record is then without.
+            Numbers in the unit of the field; with NaN the item is omitted.
         where : bool array_like
             Which records have it.
         clamped : bool
-            Whether a number that is too large is written as the largest there is (where the
-            standard says "maximum value or above"); otherwise the record is without the item, and
-            that is counted.
+            Whether a number that is too large is written as the maximum (if the standard says
+            "maximum value or above"); otherwise the item is omitted, and that is counted.
         """
         known = np.broadcast_to(np.asarray(where, dtype=np.bool_), self.count).copy()
         whole: dict[str, ArrayLike] = {}
@@ -140,7 +139,7 @@ class Records:
         self.put(node, whole, known & fitting)
 
     def written(self) -> Written:
-        """Return the octets of the records; each has an item at least."""
+        """Return the octets of the records; each has at least one item."""
         program = self._program
         rows = sorted(self._fields)
         fields = np.array([row[1:] for row in rows], dtype=np.int64).reshape(-1, 3)
@@ -173,21 +172,21 @@ class Records:
 
 
 def raw_of(described: Field, numbers: Numbers) -> tuple[Integers, Flags]:
-    """Turn numbers in the unit of a field into whole numbers as they stand in a record.
+    """Convert numbers in the unit of a field to raw integers.
 
     Parameters
     ----------
     described : Field
         The field.
     numbers : float64[n]
-        In its unit; no NaN.
+        In its unit; without NaN.
 
     Returns
     -------
     raw : int64[n]
-        The nearest, at most the largest and at least the smallest that the field holds.
+        Rounded and clamped to the range of the field.
     fits : bool[n]
-        Whether the number lies between these.
+        Whether the number is within the range.
     """
     least = -(1 << (described.bits - 1)) if described.form == "signed" else 0
     most = (1 << (described.bits - (described.form == "signed"))) - 1
@@ -197,7 +196,7 @@ def raw_of(described: Field, numbers: Numbers) -> tuple[Integers, Flags]:
 
 
 def blocks(category: int, written: Written, octets_max: int = BLOCK_OCTETS_MAX) -> list[bytes]:
-    """Cut records into blocks.
+    """Group records into blocks.
 
     Parameters
     ----------
@@ -206,7 +205,7 @@ def blocks(category: int, written: Written, octets_max: int = BLOCK_OCTETS_MAX) 
     written : Written
         The records.
     octets_max : int
-        A block is not longer, unless one record alone is.
+        Maximum size of a block, unless a single record is longer.
 
     Returns
     -------
@@ -227,7 +226,7 @@ def blocks(category: int, written: Written, octets_max: int = BLOCK_OCTETS_MAX) 
 
 @functools.cache
 def _children(layout: Layout) -> NDArray[np.int64]:
-    # Sub-items of each node that is compound; nodes of items that cannot be written have none.
+    # Sub-items of each compound node; nodes of items that cannot be written have none.
     program = program_of(layout)
     compound = program.nodes[:, KIND] == COMPOUND
     width = int(program.nodes[compound, COUNT].max()) if compound.any() else 1
@@ -241,7 +240,7 @@ def _children(layout: Layout) -> NDArray[np.int64]:
 
 @functools.cache
 def _octets_max(layout: Layout) -> int:
-    # All nodes that can be written, and a field specification for every seven of them.
+    # All writable nodes, and an octet of field specification for every seven of them.
     program = program_of(layout)
     plain = np.isin(program.nodes[:, KIND], (FIXED, EXTENDED, PART))
     compound = program.nodes[:, KIND] == COMPOUND

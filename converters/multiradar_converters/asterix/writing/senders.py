@@ -1,4 +1,4 @@
-"""Who sends our own records, and when."""
+"""Sender and time of day of written records."""
 
 from dataclasses import dataclass
 
@@ -11,12 +11,12 @@ TICKS_PER_SECOND = 128
 
 @dataclass(frozen=True)
 class Sender:
-    """Who sends: items 010 and 015.
+    """Sender: items 010 and 015.
 
     Attributes
     ----------
     sac, sic : int
-        Area code and identification code.
+        SAC and SIC.
     service : int
         Service identification.
     """
@@ -26,11 +26,11 @@ class Sender:
     service: int
 
     def sign(self, records: Records) -> None:
-        """Enter it in records."""
+        """Fill the items in records."""
         records.put("010", {"SAC": self.sac, "SIC": self.sic})
         records.put("015", self.service)
 
 
 def ticks_of_day(time_s: float) -> int:
-    """Return the time of day in 1/128 s; what rounds to midnight is 0."""
+    """Return the time of day in 1/128 s; 0 if rounded to midnight."""
     return round(time_s % DAY_S * TICKS_PER_SECOND) % round(DAY_S * TICKS_PER_SECOND)

@@ -1,4 +1,4 @@
-"""Recordings as datagrams that can be sent again, when they came or as if they came now."""
+"""Recordings as datagrams for replay, with original or current times."""
 
 import dataclasses
 from dataclasses import dataclass, replace
@@ -22,7 +22,7 @@ Octets = NDArray[np.uint8]
 _DAY_S = 86_400.0
 _TRUNCATED_S = 512.0
 _TICKS_PER_S = 128
-# A clock that is far ahead must not move all others into the past.
+# Quantile: a clock that is far ahead must not shift all others into the past.
 _NOT_AHEAD = 0.99
 _TIME_BITS = 24
 _TRUNCATED_ITEM = "141"
@@ -30,7 +30,7 @@ _TRUNCATED_ITEM = "141"
 
 @dataclass(frozen=True)
 class _Times:
-    """Where times stand in a recording, and what they say, in its order."""
+    """Positions and values of the times in a recording, in order."""
 
     begins: Integers
     time_s: Numbers
@@ -46,19 +46,19 @@ def _no_times() -> _Times:
 
 @dataclass(frozen=True)
 class Sending:
-    """Datagrams to be sent.
+    """Datagrams to send.
 
     Attributes
     ----------
     datagrams : Datagrams
-        In the order in which they are sent.
+        In sending order.
     due_s : float64[n]
-        When each is due, s since the first; never falling.
+        Due time of each, s since the first; non-decreasing.
     begin_s : float
-        Time of day at which the first is due, so late that but one record in a hundred tells a time
-        that has not come yet when it is sent, s; NaN if none tells a time.
+        Time of day at which the first is due, so late that at most 1 % of the records have a time
+        in the future when they are sent, s; NaN without times.
     left_out : int
-        Octets of the recording that are neither framing nor sent, for they are no block.
+        Octets of the recording that are neither framing nor sent, because they are not blocks.
     """
 
     datagrams: Datagrams
@@ -68,7 +68,7 @@ class Sending:
     _times: _Times = dataclasses.field(default_factory=_no_times)
 
     def moved(self, shift_s: int) -> "Sending":
-        """Return the same, times of day in the records moved by whole seconds; 0 moves nothing."""
+        """Return a copy with the times of day in the records shifted by whole seconds."""
         if not shift_s:
             return self
         data = _moved(self.datagrams, self._times, shift_s)
@@ -86,8 +86,8 @@ def read_sending(path: Path) -> Sending:
     Returns
     -------
     Sending
-        Its datagrams, or its blocks one by one. They are due as the recorder tells, else as their
-        records do.
+        Its datagrams, or its single blocks. Due times are those of the recorder, else those of the
+        records.
 
     Raises
     ------
@@ -97,14 +97,14 @@ def read_sending(path: Path) -> Sending:
     blocks, datagrams = read_datagrams(path)
     times = _times(blocks)
     sent = int((datagrams.ends - datagrams.begins).sum())
-    told = blocks.size - blocks.framing
+    content = blocks.size - blocks.framing
     due_s = _due(datagrams, times)
     begin_s = _begin(datagrams, due_s, times)
-    return Sending(datagrams, due_s, begin_s, max(told - sent, 0), times)
+    return Sending(datagrams, due_s, begin_s, max(content - sent, 0), times)
 
 
 def _times(blocks: Blocks) -> _Times:
-    """Find all times of day, whole ones and those modulo 512 s."""
+    """Find all times of day, complete and modulo 512 s."""
     whole: list[Integers] = []
     truncated: list[Integers] = []
     records: list[Integers] = []
@@ -123,12 +123,12 @@ def _times(blocks: Blocks) -> _Times:
                 records.append(walked.records[starts >= 0, 1])
 
     gathered = gather(blocks, Editions(), watch=watch)
-    begins, time_s = _told(gathered)
+    begins, time_s = _record_times(gathered)
     return _Times(begins, time_s, _together(whole), _together(truncated), _together(records))
 
 
-def _told(gathered: Gathered) -> tuple[Integers, Numbers]:
-    """Return where records with a time begin, and their times of day, in the order of the file."""
+def _record_times(gathered: Gathered) -> tuple[Integers, Numbers]:
+    """Return the begins of records with a time, and their times of day, in file order."""
     rows, services = services_in_order(gathered)
     timed, _turned = time_targets(gathered)
     order, begins, time_s = [rows.order], [rows.begin], [services.time_s]
@@ -147,17 +147,17 @@ def _together(parts: list[Integers]) -> Integers:
 
 
 def _due(datagrams: Datagrams, times: _Times) -> Numbers:
-    """Return when each datagram is due, s since the first."""
+    """Return the due time of each datagram, s since the first."""
     at_s = datagrams.received_s.copy()
     if np.isnan(at_s).any():
         at_s[:] = np.nan
-        # Backwards: of several times in a datagram, the first counts.
+        # Backwards, so that the first of several times in a datagram is used.
         at_s[_datagram(datagrams, times)[::-1]] = times.time_s[::-1]
     known = np.flatnonzero(~np.isnan(at_s))
     if not len(known):
         return np.zeros(len(at_s))
     steps = np.diff(at_s[known], prepend=at_s[known[0]])
-    # Over midnight a time of day begins anew.
+    # At midnight the time of day restarts.
     steps = np.where(steps < -_DAY_S / 2, steps + _DAY_S, steps)
     reached = np.maximum.accumulate(np.cumsum(steps))
     before = np.searchsorted(known, np.arange(len(at_s)), side="right") - 1
@@ -173,17 +173,17 @@ def _begin(datagrams: Datagrams, due_s: Numbers, times: _Times) -> float:
 
 
 def _datagram(datagrams: Datagrams, times: _Times) -> Integers:
-    """Return the datagram in which each time stands."""
+    """Return the datagram of each time."""
     by_place = np.argsort(datagrams.begins, kind="stable")
     return by_place[np.searchsorted(datagrams.begins[by_place], times.begins, side="right") - 1]
 
 
 def _moved(datagrams: Datagrams, times: _Times, shift_s: int) -> Octets:
-    """Return the octets with all times of day moved."""
+    """Return the octets with all times of day shifted."""
     data = datagrams.data.copy()
     day = int(_DAY_S) * _TICKS_PER_S
     old = _number(data, times.whole, 3)
-    # What is no time of day stays what it is.
+    # Invalid times of day are unchanged.
     _put(data, times.whole, 3, np.where(old < day, (old + shift_s * _TICKS_PER_S) % day, old))
     by_place = np.argsort(times.begins, kind="stable")
     begins = times.begins[by_place]

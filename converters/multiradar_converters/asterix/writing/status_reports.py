@@ -1,8 +1,8 @@
-"""Status of our own: of the sensors (063, edition 1.7) and of the service (065, edition 1.6).
+"""Status records: sensors (063, edition 1.7) and service (065, edition 1.6).
 
-The standard corrects with what 063 says: range = (measured - SRB) / (1 + SRG), azimuth = measured -
-081. So a bias is *measured minus true*, and the gain is what the range grows by. Of the time
-stamping bias (070) it prints no formula; it is written by the same rule: stamp minus true time.
+The standard corrects with 063: range = (measured - SRB) / (1 + SRG), azimuth = measured - 081. So a
+bias is *measured minus true*, and the gain is the relative increase of range. For the time stamping
+bias (070) it has no formula; the same rule is used: time stamp minus true time.
 """
 
 from dataclasses import dataclass
@@ -26,24 +26,24 @@ SERVICE_ENDED, SERVICE_RESTARTED = 7, 9
 
 @dataclass(frozen=True)
 class SensorReports:
-    """Sensors at one time, a row each.
+    """Status of sensors at one time, a row per sensor.
 
     Attributes
     ----------
     time_s : float
         The time.
     sensor : int64[n]
-        Area code times 256 and identification code.
+        256 × SAC + SIC.
     condition : int64[n]
         Part CON of item 060.
     silent : bool[n]
-        Whether no plots come.
+        Whether there are no plots.
     time_offset_s : float64[n]
         Time stamping bias, NaN for none.
     range_gain, range_offset_m, azimuth_offset_deg : float64[n]
         Biases of the radar; NaN for none, range gain and offset together.
     secondary, primary : bool[n]
-        Whether it gives secondary plots, and primary ones: whose biases these are.
+        Whether it provides secondary and primary plots, to which the biases apply.
     """
 
     time_s: float
@@ -62,7 +62,7 @@ class SensorReports:
 
 
 def sensor_records(reports: SensorReports, sender: Sender) -> Records:
-    """Write the status of sensors: records of category 063, one a sensor."""
+    """Return the sensor status: records of category 063, one per sensor."""
     records = Records(layout_of(SENSOR_CATEGORY, SENSOR_EDITION), len(reports))
     sender.sign(records)
     records.put("030", ticks_of_day(reports.time_s))
@@ -83,9 +83,9 @@ def sensor_records(reports: SensorReports, sender: Sender) -> Records:
 
 
 def status_record(time_s: float, sender: Sender, *, overload: bool) -> Records:
-    """Write the state of the whole: a record of category 065, message type 1.
+    """Return the SDPS status: a record of category 065, message type 1.
 
-    What was overloaded is degraded, too.
+    An overload is reported as degraded, too.
     """
     records = _service_record(time_s, sender, SDPS_STATUS)
     records.put("040", {"NOGO": DEGRADED if overload else OPERATIONAL, "OVL": overload})
@@ -93,14 +93,14 @@ def status_record(time_s: float, sender: Sender, *, overload: bool) -> Records:
 
 
 def batch_record(time_s: float, sender: Sender) -> Records:
-    """Write that all tracks of a turn have been sent: a record of 065, message type 2."""
+    """Return an end of batch, after all tracks of a period: a record of 065, message type 2."""
     records = _service_record(time_s, sender, END_OF_BATCH)
     records.put("020", 0)
     return records
 
 
 def service_record(time_s: float, sender: Sender, report: int) -> Records:
-    """Write what became of the service (`SERVICE_ENDED` …): a record of 065, message type 3."""
+    """Return a service status (`SERVICE_ENDED` …): a record of 065, message type 3."""
     records = _service_record(time_s, sender, SERVICE_STATUS)
     records.put("050", report)
     return records

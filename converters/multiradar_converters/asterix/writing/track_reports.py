@@ -1,23 +1,22 @@
-"""System tracks of our own as records of category 062, edition 1.21 (and all before it since 1.12).
+"""System tracks as records of category 062, edition 1.21 (compatible with 1.12 and later).
 
 ======================  =====================================================================
 070 105 040 015 010     always
 100 500/APC 500/COV     with a Cartesian plane
 185                     velocity at the aircraft: x east, y true north
-060 380/ADR 380/ID      code, address and callsign heard
+060 380/ADR 380/ID      code, address and callsign received
 080                     MON MRH SRC CNF, TSE TSB AFF, CST PSR SSR MDS ADS, MLAT
 136                     flight level as last measured
 130 or 135              height of the track: geometric, or barometric without QNH
 220 200                 rate of climb; modes of movement, where one of them is known
-290                     TRK, and PSR SSR MDS ES MLT of what updated the track
+290                     TRK, and PSR SSR MDS ES MLT of the updating sources
 295                     MFL and MDA: ages of flight level and code
-340                     the last plot of a radar, its biases taken off
+340                     last plot of a radar, corrected for biases
 500/APW ATV AGA ABA     one standard deviation
 ======================  =====================================================================
 
-Numbers come in SI units and degrees; NaN and -1 say that there is none. A number that an item
-cannot hold leaves the item out; ages and accuracies become the largest there is, which the standard
-calls "maximum value or above".
+Numbers are in SI units and degrees; NaN and -1 mean absent. An item is omitted if its number is out
+of range; ages and accuracies are clamped, which the standard calls "maximum value or above".
 """
 
 from dataclasses import dataclass, fields
@@ -32,80 +31,80 @@ from multiradar_converters.asterix.writing.senders import Sender, ticks_of_day
 
 CATEGORY, EDITION = 62, "1.21"
 
-#: What can update a track, in the order of the columns of ages; ADS-B counts as 1090 MHz extended
+#: Sources of track updates, in the order of the columns of ages; ADS-B counts as 1090 MHz extended
 #: squitter.
 SOURCES = ("PSR", "SSR", "MDS", "ES", "MLT")
-#: What item 080 calls a source that is older than the threshold: part and bit.
+#: Part and bit of item 080 for a source older than the threshold.
 _OLD = (("080+3", "PSR"), ("080+3", "SSR"), ("080+3", "MDS"), ("080+3", "ADS"), ("080+5", "MLAT"))
 
 #: Values of item 080/SRC and of 340/TYP.
 NO_SOURCE, TRIANGULATION = 0, 3
-#: Value of the parts of item 200 that are not known.
+#: Value of unknown parts of item 200.
 UNDETERMINED = 3
 
 FOOT_M = 0.3048
 FLIGHT_LEVEL_M = 30.48
 NAUTICAL_MILE_M = 1852.0
 FOOT_PER_MINUTE_MPS = FOOT_M / 60.0
-#: Radius of a circle on which a degree is as long as one of latitude, to 0.6 %.
+#: Length of a degree of latitude, to 0.6 %.
 DEGREE_M = 111_132.0
-_LONGITUDE_TURN = 1 << 26
-_AZIMUTH_TURN = 1 << 16
+_LONGITUDE_STEPS = 1 << 26
+_AZIMUTH_STEPS = 1 << 16
 
 
 @dataclass(frozen=True)
 class TrackReports:
-    """Tracks at one time, a row each.
+    """Tracks at one time, a row per track.
 
     Attributes
     ----------
     time_s : float
-        The time; the time of day is what is left over of days.
+        The time, s; the time of day is its remainder by days.
     number : int64[n]
         Track number, 0 to 65535.
     latitude_deg, longitude_deg : float64[n]
-        WGS 84 position at the time.
+        WGS 84 position at that time.
     x_m, y_m : float64[n]
         The same in the Cartesian plane; NaN without one.
     velocity_east_mps, velocity_north_mps : float64[n]
         Velocity at the aircraft.
     mode_3a, mode_s_address, callsign : int64[n]
-        -1 for none; the callsign as eight letters of six bits.
+        -1 for none; the callsign as eight six-bit characters.
     code_changed : bool[n]
-        Whether the code is another one than in the last report.
+        Whether the code differs from the last report.
     measured_height_m : float64[n]
         Pressure altitude last measured.
     barometric_m, geometric_m : float64[n]
-        Height of the track: by pressure, or above the ellipsoid; one of them at most.
+        Height of the track, barometric or above the ellipsoid; at most one of them.
     climb_mps : float64[n]
         Rate of climb.
     turning, speeding, climbing : int64[n]
-        Parts TRANS, LONG and VERT of item 200; 3 for what is not known.
+        Parts TRANS, LONG and VERT of item 200; 3 for unknown.
     monosensor, tentative, first, last, implausible, coasting : bool[n]
         Bits MON, CNF, TSB, TSE, AFF and CST of item 080.
     track_age_s : float64[n]
-        Since the track began.
+        Time since initiation.
     age_s : float64[n, 5]
-        Since each of `SOURCES` updated it; NaN for never.
+        Time since the last update by each of `SOURCES`; NaN for never.
     height_age_s, code_age_s : float64[n]
-        Since a height, and a code, was measured; NaN for never.
+        Time since the last height, and code; NaN for never.
     old_s : float
-        What is older counts as missing in item 080.
+        Threshold of item 080 for the age of sources.
     sensor : int64[n]
-        Area code times 256 and identification code of the radar whose plot came last; -1 when it
-        was no radar's, or has no codes.
+        256 × SAC + SIC of the radar of the last plot; -1 if it is not from a radar, or without
+        SAC and SIC.
     range_m, azimuth_deg : float64[n]
-        That plot, biases taken off.
+        That plot, corrected for biases.
     plot_height_m : float64[n]
         Its Mode C.
     plot_mode_3a, plot_type : int64[n]
-        Its code, -1 for none, and its kind as in item 340/TYP.
+        Its code, -1 for none, and its type as in item 340/TYP.
     variance_east_m2, variance_north_m2, covariance_m2 : float64[n]
         Covariance of the position, on true axes at the aircraft.
     variance_x_m2, variance_y_m2, covariance_xy_m2 : float64[n]
-        The same on those of the Cartesian plane; NaN without one.
+        The same on the axes of the Cartesian plane; NaN without one.
     velocity_sigma_mps, height_sigma_m : float64[n]
-        Standard deviations, that of the velocity on each axis.
+        Standard deviations; that of the velocity per axis.
     """
 
     time_s: float
@@ -156,8 +155,8 @@ class TrackReports:
     def __len__(self) -> int:
         return len(self.number)
 
-    def take(self, rows: Integers | Flags) -> Self:
-        """Return the chosen rows."""
+    def select(self, rows: Integers | Flags) -> Self:
+        """Return selected rows."""
         columns: dict[str, Any] = {one.name: getattr(self, one.name) for one in fields(self)}
         chosen: dict[str, Any] = {
             name: value[rows] if isinstance(value, np.ndarray) else value
@@ -167,25 +166,25 @@ class TrackReports:
 
 
 def track_records(reports: TrackReports, sender: Sender) -> Records:
-    """Write system tracks.
+    """Return system tracks as records.
 
     Parameters
     ----------
     reports : TrackReports
         The tracks.
     sender : Sender
-        Who sends.
+        Sender.
 
     Returns
     -------
     Records
-        Of category 062, one a track, in their order.
+        Of category 062, one per track, in order.
     """
     records = Records(layout_of(CATEGORY, EDITION), len(reports))
     sender.sign(records)
     records.put("070", ticks_of_day(reports.time_s))
     records.put("040", reports.number)
-    _write_place(records, reports)
+    _write_position(records, reports)
     _write_identity(records, reports)
     _write_status(records, reports)
     _write_ages(records, reports)
@@ -196,12 +195,12 @@ def track_records(reports: TrackReports, sender: Sender) -> Records:
     return records
 
 
-def _write_place(records: Records, reports: TrackReports) -> None:
-    latitude = np.rint(reports.latitude_deg * (_LONGITUDE_TURN / 360.0))
-    # Half a turn is written as minus half a turn.
-    half = _LONGITUDE_TURN // 2
-    longitude = np.rint(reports.longitude_deg * (_LONGITUDE_TURN / 360.0)) + half
-    records.put("105", {"LAT": latitude, "LON": np.mod(longitude, _LONGITUDE_TURN) - half})
+def _write_position(records: Records, reports: TrackReports) -> None:
+    latitude = np.rint(reports.latitude_deg * (_LONGITUDE_STEPS / 360.0))
+    # +180 degrees is written as -180 degrees.
+    half = _LONGITUDE_STEPS // 2
+    longitude = np.rint(reports.longitude_deg * (_LONGITUDE_STEPS / 360.0)) + half
+    records.put("105", {"LAT": latitude, "LON": np.mod(longitude, _LONGITUDE_STEPS) - half})
     records.measure("100", {"X": reports.x_m, "Y": reports.y_m})
     records.measure("185", {"VX": reports.velocity_east_mps, "VY": reports.velocity_north_mps})
 
@@ -210,7 +209,7 @@ def _write_identity(records: Records, reports: TrackReports) -> None:
     code = {"CH": reports.code_changed, "MODE3A": reports.mode_3a}
     records.put("060", code, reports.mode_3a >= 0)
     records.put("380/ADR", reports.mode_s_address, reports.mode_s_address >= 0)
-    # Not in item 245 as well: the standard says that it shall not be used where 380/ID can be.
+    # Not in item 245: the standard forbids it where 380/ID can be used.
     records.put("380/ID", reports.callsign, reports.callsign >= 0)
 
 
@@ -227,7 +226,7 @@ def _write_status(records: Records, reports: TrackReports) -> None:
     )
     second = {"TSE": reports.last, "TSB": reports.first, "AFF": reports.implausible}
     records.put("080+1", second)
-    # Written so that a source that was never heard counts as old.
+    # Written so that a source without any update counts as old.
     old = {name: ~(reports.age_s[:, k] <= reports.old_s) for k, (_, name) in enumerate(_OLD)}
     fourth = {name: old[name] for part, name in _OLD if part == "080+3"}
     records.put("080+3", {"CST": reports.coasting, **fourth})
@@ -236,7 +235,7 @@ def _write_status(records: Records, reports: TrackReports) -> None:
 
 
 def _seen_by(old: dict[str, Flags]) -> Integers:
-    # Item 080/SDS: by primary radars and others, by others only, by primary ones only, by none.
+    # Item 080/SDS: primary radars and others, others only, primary only, none.
     primary = ~old["PSR"]
     others = ~(old["SSR"] & old["MDS"] & old["ADS"] & old["MLAT"])
     return np.select([primary & others, others, primary], [0, 1, 2], 3)
@@ -266,10 +265,10 @@ def _write_movement(records: Records, reports: TrackReports) -> None:
 def _write_plot(records: Records, reports: TrackReports) -> None:
     known = (reports.sensor >= 0) & ~np.isnan(reports.range_m)
     records.put("340/SID", {"SAC": reports.sensor >> 8, "SIC": reports.sensor & 255}, known)
-    turns = np.rint(np.nan_to_num(reports.azimuth_deg) * (_AZIMUTH_TURN / 360.0))
+    steps = np.rint(np.nan_to_num(reports.azimuth_deg) * (_AZIMUTH_STEPS / 360.0))
     distance = reports.range_m / NAUTICAL_MILE_M
-    # A fixed item holds both numbers, and a whole turn is no azimuth.
-    azimuth = np.mod(turns, _AZIMUTH_TURN) * (360.0 / _AZIMUTH_TURN)
+    # A fixed item has both numbers, and 360 degrees is not an azimuth.
+    azimuth = np.mod(steps, _AZIMUTH_STEPS) * (360.0 / _AZIMUTH_STEPS)
     records.measure("340/POS", {"RHO": distance, "THETA": azimuth}, known)
     level = reports.plot_height_m / FLIGHT_LEVEL_M
     records.measure("340/MDC", {"LMC": level}, known)
@@ -287,7 +286,7 @@ def _write_accuracy(records: Records, reports: TrackReports) -> None:
     root = np.sign(covariance) * np.sqrt(np.abs(covariance))
     records.measure("500/COV", root, clamped=True)
     north_deg = np.sqrt(reports.variance_north_m2) / DEGREE_M
-    # At a pole there is no longitude to be wrong by: the largest value says so.
+    # At a pole the longitude is undefined: the maximum value.
     shrinking = np.maximum(np.cos(np.radians(reports.latitude_deg)), 1e-9)
     east_deg = np.sqrt(reports.variance_east_m2) / (DEGREE_M * shrinking)
     both("500/APW", ("LAT", "LON"), north_deg, east_deg)

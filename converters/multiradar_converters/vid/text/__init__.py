@@ -1,1 +1,1 @@
-"""The text of a dump: lines in, columns of accepted rows out."""
+"""Parsing of the text of a dump: lines in, columns of accepted rows out."""

@@ -1,8 +1,8 @@
-"""Compiled reading of dump lines; the plain form is `lines.parse_line`.
+"""Compiled parsing of dump lines; the reference form is `lines.parse_line`.
 
-The text of a call consists of whole lines, so its last byte is the line's end mark and every scan
-stops there. A line that is anything but plainly right is noted in `odd` and left to the plain
-form, which says what is wrong with it (or that it is right after all: an exponent, 17 digits).
+The text of a call consists of whole lines, so its last byte is a line end and every search stops
+there. A line that is not obviously valid is marked in `odd` and left to the reference form, which
+accepts it (for example with an exponent or 17 digits) or reports the error.
 """
 
 import numpy as np
@@ -14,13 +14,14 @@ Bytes = NDArray[np.uint8]
 Words = NDArray[np.int64]
 Numbers = NDArray[np.float64]
 
-# None of these functions allocates, so none needs numba's counting of references: with it, every
-# field costs several atomic operations for each array passed along (64 ns a field instead of 9).
+# These functions do not allocate, so they need no reference counting by numba, which costs several
+# atomic operations per field and array (64 ns per field instead of 9).
 
 _TAB, _CR, _BLANK, _PLUS, _MINUS, _POINT, _EQUALS, _SEMICOLON = 9, 13, 32, 43, 45, 46, 61, 59
 _TIME, _HEIGHT, _FIRST_INTEGER, _CODE, _ADDRESS = 0, 3, 6, 10, 11
 _INTEGER_MAX = 2**31 - 1
-# Up to here an integer and a power of ten are exact as float64, so their quotient is rounded once.
+# Limit up to which integers and powers of ten are exact in float64, so their quotient is rounded
+# once.
 _EXACT_MAX = 2**53
 _DECIMALS_MAX = 22
 _POWERS = 10.0 ** np.arange(_DECIMALS_MAX + 1)
@@ -28,7 +29,7 @@ _POWERS = 10.0 ** np.arange(_DECIMALS_MAX + 1)
 
 @in_loop
 def _decimal(text: Bytes, i: int) -> tuple[float, int, int]:
-    """Return value, decimals (-1 without a point), place after it; a place of -1 is a failure."""
+    """Return value, decimals (-1 without a point) and position after it, -1 on failure."""
     c = int(text[i])
     negative = c == _MINUS
     if negative or c == _PLUS:
@@ -59,7 +60,7 @@ def _decimal(text: Bytes, i: int) -> tuple[float, int, int]:
 
 @in_loop
 def _digits(text: Bytes, i: int, count: int) -> int:
-    """Return the number of exactly `count` digits at a place, -1 if they are not digits."""
+    """Return the number of exactly `count` digits, -1 if they are not digits."""
     value = 0
     for k in range(count):
         digit = int(text[i + k]) - 48
@@ -90,7 +91,7 @@ def _days_from_civil(year: int, month: int, day: int) -> int:
 
 @in_loop
 def _iso_time(text: Bytes, i: int, stop: int) -> tuple[float, int]:
-    """Read YYYY-MM-DDThh:mm:ss[.fff][Z]; all else is left to the plain form."""
+    """Read YYYY-MM-DDThh:mm:ss[.fff][Z]; other forms are left to the reference form."""
     if i + 20 > stop or int(text[i + 4]) != 45 or int(text[i + 7]) != 45:
         return 0.0, -1
     if int(text[i + 10]) != 84 or int(text[i + 13]) != 58 or int(text[i + 16]) != 58:
@@ -98,7 +99,7 @@ def _iso_time(text: Bytes, i: int, stop: int) -> tuple[float, int]:
     year, month, day = _digits(text, i, 4), _digits(text, i + 5, 2), _digits(text, i + 8, 2)
     hour, minute = _digits(text, i + 11, 2), _digits(text, i + 14, 2)
     second = _digits(text, i + 17, 2)
-    # Days 29 to 31 are left to the plain form unless every month has them.
+    # Days 29 to 31 are left to the reference form unless every month has them.
     if (
         year < 0
         or month < 1
@@ -129,7 +130,7 @@ def _iso_time(text: Bytes, i: int, stop: int) -> tuple[float, int]:
 
 @in_loop
 def _code(text: Bytes, i: int) -> tuple[int, int]:
-    """Return four octal digits as a number and the place after them, -1 on failure."""
+    """Return four octal digits as a number and the position after them, -1 on failure."""
     value = 0
     for k in range(4):
         digit = int(text[i + k]) - 48
@@ -141,7 +142,7 @@ def _code(text: Bytes, i: int) -> tuple[int, int]:
 
 @in_loop
 def _address(text: Bytes, i: int) -> tuple[int, int]:
-    """Return six hexadecimal digits as a number and the place after them, -1 on failure."""
+    """Return six hexadecimal digits as a number and the position after them, -1 on failure."""
     value = 0
     for k in range(6):
         c = int(text[i + k])
@@ -158,8 +159,8 @@ def _address(text: Bytes, i: int) -> tuple[int, int]:
 
 
 @in_loop
-def _whole(text: Bytes, i: int) -> tuple[int, int]:
-    """Return a whole number without a sign and the place after it, -1 on failure."""
+def _unsigned(text: Bytes, i: int) -> tuple[int, int]:
+    """Return an unsigned integer and the position after it, -1 on failure."""
     begin = i
     value = 0
     while True:
@@ -180,7 +181,7 @@ def _value(
     text: Bytes, i: int, stop: int, role: int, iso: bool, low: Numbers, high: Numbers, scale:
     Numbers, numbers: Numbers, integers: Words, row: int,
 ) -> int:  # fmt: skip
-    """Read one value into its place; return the place after it, -1 when it is odd."""
+    """Read a value into its array; return the position after it, -1 when it is odd."""
     if role < _FIRST_INTEGER:
         if role == _TIME and iso:
             number, after = _iso_time(text, i, stop)
@@ -198,7 +199,7 @@ def _value(
     elif role == _ADDRESS:
         whole, after = _address(text, i)
     else:
-        whole, after = _whole(text, i)
+        whole, after = _unsigned(text, i)
     if after < 0:
         return -1
     integers[role - _FIRST_INTEGER, row] = whole
@@ -207,13 +208,13 @@ def _value(
 
 @in_loop
 def _breaks(c: int) -> bool:
-    """Tell whether a byte separates pairs."""
+    """Return whether a byte separates pairs."""
     return c in (_BLANK, _TAB, _SEMICOLON)
 
 
 @in_loop
 def _ends(text: Bytes, i: int, terminator: int) -> bool:
-    """Tell whether a line ends here (its mark, or a carriage return before it)."""
+    """Return whether a line ends here (LF, or CR before it)."""
     c = int(text[i])
     return c == terminator or (c == _CR and int(text[i + 1]) == terminator)
 
@@ -223,7 +224,7 @@ def _column_line(
     text: Bytes, i: int, stop: int, terminator: int, separator: int, roles: Words, iso: bool, low:
     Numbers, high: Numbers, scale: Numbers, numbers: Numbers, integers: Words, row: int,
 ) -> tuple[bool, int]:  # fmt: skip
-    """Read one line of columns; return whether it was plainly right and where reading stopped."""
+    """Parse a line of columns; return whether it is valid and where parsing stopped."""
     runs = separator == _BLANK
     columns = len(roles)
     for column in range(columns):
@@ -273,7 +274,7 @@ def _pair_line(
     hints: Words, required: int, iso: bool, low: Numbers, high: Numbers, scale: Numbers, numbers:
     Numbers, integers: Words, row: int,
 ) -> tuple[bool, int]:  # fmt: skip
-    """Read one line of pairs; return whether it was plainly right and where reading stopped."""
+    """Parse a line of pairs; return whether it is valid and where parsing stopped."""
     numbers[_HEIGHT, row] = np.nan
     integers[_CODE - _FIRST_INTEGER, row] = -1
     seen = 0
@@ -334,7 +335,7 @@ def _pair_line(
 
 @in_loop
 def _skip_to_end(text: Bytes, i: int, terminator: int) -> int:
-    """Return the place after the end mark of the line."""
+    """Return the position after the line end."""
     while int(text[i]) != terminator:
         i += 1
     return i + 1
@@ -342,7 +343,7 @@ def _skip_to_end(text: Bytes, i: int, terminator: int) -> int:
 
 @in_loop
 def _only_blanks(text: Bytes, i: int, terminator: int) -> bool:
-    """Tell whether nothing but blanks stands before the end of the line."""
+    """Return whether only blanks precede the line end."""
     while int(text[i]) == _BLANK or int(text[i]) == _TAB:
         i += 1
     return _ends(text, i, terminator)
@@ -354,34 +355,34 @@ def parse_columns(
     low: Numbers, high: Numbers, scale: Numbers, numbers: Numbers, integers: Words, begins: Words,
     odd: Words,
 ) -> tuple[int, int, int, int, int]:  # fmt: skip
-    """Read lines of columns until the text or the room in the arrays ends.
+    """Parse lines of columns until the end of the text or of the arrays.
 
     Parameters
     ----------
     text : uint8[n]
-        Whole lines; ``text[stop - 1]`` is an end mark.
+        Whole lines; ``text[stop - 1]`` is a line end.
     start, stop : int
-        Where to begin and end.
+        Begin and end.
     terminator, separator : int
-        Bytes that end a line and that separate fields (32: runs of blanks and tabs).
+        Line end and separator of fields, as bytes (32: runs of blanks and tabs).
     roles : int64[c]
         Role of each column, -1 for one to skip.
     iso : bool
-        Whether times are dates and times of day.
+        Whether times are ISO 8601.
     low, high, scale : float64[6]
-        Bounds (SI, both allowed) and factor to SI of each number.
+        Bounds (SI, inclusive) and factor to SI of each number.
     numbers, integers : float64[6, r], int64[6, r]
-        Filled, a column for each line that is not blank.
+        Filled, a column per non-blank line.
     begins : int64[r]
-        Filled with where the line of each column begins.
+        Filled with the begin of the line of each column.
     odd : int64[r, 4]
-        Filled, a row for each line left to the plain form: its column in the arrays, its number
-        within this call (from 0), where it begins and where it ends (end mark excluded).
+        Filled, a row per line left to the reference form: its column in the arrays, its number
+        within this call (from 0), its begin and end (line end excluded).
 
     Returns
     -------
     tuple of int
-        Where reading stopped, rows, odd lines, lines, blank lines.
+        Where parsing stopped, rows, odd lines, lines, blank lines.
     """
     room = numbers.shape[1]
     row = 0
@@ -420,18 +421,18 @@ def parse_pairs(
     hints: Words, required: int, iso: bool, low: Numbers, high: Numbers, scale: Numbers, numbers:
     Numbers, integers: Words, begins: Words, odd: Words,
 ) -> tuple[int, int, int, int, int]:  # fmt: skip
-    """Read lines of pairs; as `parse_columns`, but for these.
+    """Parse lines of pairs; as `parse_columns`, except for these parameters.
 
     Parameters
     ----------
     keys : uint8[k, w]
         Names of the known keys.
     lengths, roles : int64[k]
-        Length of each name, and the role it stands for.
+        Length and role of each name.
     hints : int64[p]
-        Which key stood at each place of the line before (changed in place; a guess only).
+        Key at each position of the previous line, as a guess; updated in place.
     required : int
-        Set of roles, as bits, that a line has to have.
+        Required roles of a line, as bits.
     """
     room = numbers.shape[1]
     row = 0

@@ -1,38 +1,38 @@
-"""A file in blocks of whole lines, whatever its size and whatever the length of its lines."""
+"""Reads a file of any size in blocks of whole lines."""
 
 import io
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-#: Text read at once.
+#: Bytes read at a time.
 BLOCK_BYTES = 2 << 20
 
-#: Lines of a block; more of them, which must be rubbish, come in smaller blocks.
+#: Maximum lines of a block; more lines, which cannot be records, are split into smaller blocks.
 BLOCK_LINES_MAX = 1 << 16
 
 _SMALL_BLOCK_BYTES = 1 << 16
 
-#: What is kept of a line longer than a block.
+#: Bytes retained of a line longer than a block.
 LONG_LINE_KEPT_BYTES = 4096
 
 
 @dataclass(frozen=True)
 class Block:
-    """Whole lines of a file, or one line that is special.
+    """Whole lines of a file, or one special line.
 
     Attributes
     ----------
     text : bytes-like
-        The lines with their end marks; for a special line what is kept of it, without.
+        The lines with their line ends; for a special line the retained bytes, without.
     size : int
-        Bytes of the file it stands for.
+        Bytes of the file that it represents.
     unterminated : bool
-        Whether it is the last line of the file, its end mark missing.
+        Whether it is the last line of the file without a line end.
     overlong : bool
-        Whether it is one line longer than a block.
+        Whether it is a line longer than a block.
     before : bytes
-        For an unterminated line, the line before it.
+        For an unterminated line, the previous line.
     """
 
     text: bytearray | bytes
@@ -52,16 +52,16 @@ def read_blocks(
     path : Path
         The file.
     start : int
-        Where to begin, bytes.
+        Byte offset of the begin.
     terminator : int
-        The byte that ends a line.
+        Line end, a byte.
     block_bytes : int
-        How much to read at once.
+        Bytes to read at a time.
 
     Yields
     ------
     Block
-        Blocks in the order of the file; their sizes add up to what was there to read.
+        Blocks in file order; their sizes add up to the bytes read.
     """
     mark = bytes((terminator,))
     with path.open("rb", buffering=0) as file:
@@ -86,7 +86,7 @@ def read_blocks(
             else:
                 long_line, rest = _long_line(file, bytes(buffer), mark, block_bytes)
                 yield long_line
-        # After a long line there may be whole lines among what is left.
+        # There may be whole lines after a long line.
         end = rest.rfind(mark) + 1
         if end:
             before = rest[rest.rfind(mark, 0, end - 1) + 1 : end - 1]
@@ -96,7 +96,7 @@ def read_blocks(
 
 
 def _blocks(text: bytearray | bytes, mark: bytes) -> Iterator[Block]:
-    """Yield whole lines as one block, or as many small ones if they are very many."""
+    """Yield whole lines as one block, or as many small ones if there are very many lines."""
     if text.count(mark) <= BLOCK_LINES_MAX:
         yield Block(text, len(text))
         return
@@ -109,10 +109,10 @@ def _blocks(text: bytearray | bytes, mark: bytes) -> Iterator[Block]:
         begin = end
 
 
-def _long_line(file: io.FileIO, begun: bytes, mark: bytes, block_bytes: int) -> tuple[Block, bytes]:
-    """Read on to the end of a line without keeping it; return it and what came after."""
-    size = len(begun)
-    kept = begun[:LONG_LINE_KEPT_BYTES]
+def _long_line(file: io.FileIO, start: bytes, mark: bytes, block_bytes: int) -> tuple[Block, bytes]:
+    """Read to the end of a line without keeping it; return its block and the bytes after it."""
+    size = len(start)
+    kept = start[:LONG_LINE_KEPT_BYTES]
     while True:
         more = file.read(block_bytes)
         if not more:

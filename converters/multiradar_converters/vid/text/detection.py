@@ -1,4 +1,4 @@
-"""Finding out how a file of a dump is laid out, from its first lines and the profile."""
+"""Detection of the layout of a dump file from its first lines and the profile."""
 
 import codecs
 import dataclasses
@@ -22,18 +22,18 @@ from multiradar_converters.vid.text.layout import (
     Form,
     TimeForm,
 )
-from multiradar_converters.vid.text.lines import RefusedError, Row, parse_line, split_columns
+from multiradar_converters.vid.text.lines import RejectedError, Row, parse_line, split_columns
 
-#: What is read of a file to find out its layout.
+#: Bytes of a file from which its layout is detected.
 HEAD_BYTES = 1 << 18
 
-#: Lines looked at for the form of the times.
+#: Number of lines from which the time format is detected.
 _TRIAL_LINES = 200
 
 _PAIR = re.compile(rb"[^=\s;]+=")
 _WORD_BREAKS = re.compile(r"[\s;,=]+")
 
-#: Lines of rubbish that may stand before the header.
+#: Maximum lines before the header.
 _LEADING_LINES_MAX = 10
 
 _WIDE_MARKS = (
@@ -45,7 +45,7 @@ _WIDE_MARKS = (
 
 
 def detect(path: Path, table: Table, profile: Profile) -> FileLayout:
-    """Find out how a file is laid out.
+    """Detect the layout of a file.
 
     Parameters
     ----------
@@ -54,12 +54,12 @@ def detect(path: Path, table: Table, profile: Profile) -> FileLayout:
     table : Table
         Which of the three it is.
     profile : Profile
-        What is known of the dump.
+        Profile of the dump.
 
     Returns
     -------
     FileLayout
-        The layout; its form of times is None where no row tells.
+        The layout; its time format is None without readable rows.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def detect(path: Path, table: Table, profile: Profile) -> FileLayout:
     _check_text(path, head)
     mark = len(codecs.BOM_UTF8) if head.startswith(codecs.BOM_UTF8) else 0
     terminator = LF if b"\n" in head or b"\r" not in head else CR
-    start, line = _telling_line(head, mark, terminator, profile.column_names(table))
+    start, line = _header_line(head, mark, terminator, profile.column_names(table))
     if not line:
         msg = f"{path.name}: expected a header line or lines of name=value, the file is empty"
         raise LayoutError(msg)
@@ -122,7 +122,7 @@ def _check_text(path: Path, head: bytes) -> None:
 
 
 def _first_line(head: bytes, start: int, terminator: int) -> tuple[int, bytes]:
-    """Return where the first line that is not blank begins, and the line without its end."""
+    """Return the begin of the first non-blank line, and the line without its end."""
     end_mark = bytes((terminator,))
     while start < len(head):
         end = head.find(end_mark, start)
@@ -134,10 +134,10 @@ def _first_line(head: bytes, start: int, terminator: int) -> tuple[int, bytes]:
     return start, b""
 
 
-def _telling_line(
+def _header_line(
     head: bytes, start: int, terminator: int, names: tuple[str, ...]
 ) -> tuple[int, bytes]:
-    """Return the first of the first lines that names the columns; else the first line of all."""
+    """Return the first line that names the columns, else the first line."""
     first = start, line = _first_line(head, start, terminator)
     wanted = {name.casefold() for name in names if name}
     for _ in range(_LEADING_LINES_MAX):
@@ -168,7 +168,7 @@ def _encoding(head: bytes, profile: Profile) -> str:
 
 
 def _separator(line: bytes, names: tuple[str, ...], encoding: str, profile: Profile) -> int:
-    """Return the separator given, or the first under which the header has all the names."""
+    """Return the given separator, or the first with which the header has all names."""
     if profile.separator != "auto":
         return SEPARATORS[profile.separator]
     if not names:
@@ -191,7 +191,7 @@ def _named(table: Table, names: tuple[str, ...]) -> list[tuple[str, int]]:
 
 def _columns(path: Path, table: Table, names: tuple[str, ...], given: list[str]) -> tuple[int, ...]:
     expected = dict(_named(table, names))
-    # Capitals do not matter where the exact name is not there.
+    # Without an exact match, case is ignored.
     folded = {name.casefold(): name for name in expected if name not in given}
     given = [name if name in expected else folded.get(name.casefold(), name) for name in given]
     missing = [name for name in expected if name not in given]
@@ -209,14 +209,14 @@ def _columns(path: Path, table: Table, names: tuple[str, ...], given: list[str])
 
 
 def _shown(names: list[str]) -> str:
-    """Return names for a message: the first of them, without control characters."""
+    """Return the first names for a message, without control characters."""
     text = ", ".join(names[:20])[:100]
     shown = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
     return shown if len(names) <= 20 and len(", ".join(names)) <= 100 else f"{shown} …"
 
 
 def with_times(layout: FileLayout, form: TimeForm | None) -> FileLayout:
-    """Return a layout with the form of its times and their bounds; None is not known yet."""
+    """Return a layout with the time format and bounds of times; None if not known yet."""
     low, high = list(fields.LOW), list(fields.HIGH)
     if form == "seconds-of-day":
         high[fields.TIME] = fields.TIME_OF_DAY_MAX_S
@@ -226,7 +226,7 @@ def with_times(layout: FileLayout, form: TimeForm | None) -> FileLayout:
 
 
 def first_times(path: Path, layout: FileLayout) -> list[float]:
-    """Return the times of the first rows of a file that can be read.
+    """Return the times of the first readable rows of a file.
 
     Parameters
     ----------
@@ -238,7 +238,7 @@ def first_times(path: Path, layout: FileLayout) -> list[float]:
     Returns
     -------
     list of float
-        Times as they stand there, s.
+        Times of the file, s.
     """
     with path.open("rb") as file:
         head = file.read(HEAD_BYTES)
@@ -247,7 +247,7 @@ def first_times(path: Path, layout: FileLayout) -> list[float]:
 
 
 def _time_form(layout: FileLayout, head: bytes) -> TimeForm | None:
-    """Return the form of most of the first rows, of equally many the first; None without rows."""
+    """Return the time format of the majority of the first rows; None without rows."""
     iso = dataclasses.replace(layout, time_form="iso8601")
     found: Counter[TimeForm] = Counter()
     for line in _trial_lines(layout, head):
@@ -268,6 +268,6 @@ def _trial_lines(layout: FileLayout, head: bytes) -> list[bytes]:
 def _row(line: bytes, layout: FileLayout) -> Row | None:
     try:
         row = parse_line(line, layout)
-    except RefusedError:
+    except RejectedError:
         return None
     return row if isinstance(row, Row) else None

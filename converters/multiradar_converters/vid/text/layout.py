@@ -1,4 +1,4 @@
-"""How one file of a dump is laid out: its form, separator, columns, units and times."""
+"""Layout of a dump file: its form, separator, columns, units and times."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -7,7 +7,7 @@ from multiradar_converters.vid.fields import Table
 
 TAB, LF, CR, BLANK, COMMA, SEMICOLON = 9, 10, 13, 32, 44, 59
 
-#: Names of the separators in profiles; a blank stands for a run of blanks and tabs.
+#: Names of the separators in profiles; `blank` is a run of blanks and tabs.
 SEPARATORS = {"tab": TAB, "semicolon": SEMICOLON, "comma": COMMA, "blank": BLANK}
 
 Form = Literal["columns", "pairs"]
@@ -16,34 +16,34 @@ TimeForm = Literal["seconds-of-day", "iso8601", "unix"]
 
 @dataclass(frozen=True)
 class FileLayout:
-    """The layout of one file, found or given.
+    """The layout of a file, detected or given.
 
     Attributes
     ----------
     table : Table
         Which of the three files it is.
     names : tuple of str
-        What the dump calls each role of the table, in the order of `table.roles`.
+        Name of each role of the table in the dump, in the order of `table.roles`.
     form : str
         Columns under a header, or pairs of name and value.
     terminator : int
-        The byte that ends a line.
+        Line end, a byte.
     separator : int
-        The byte between columns.
+        Separator of columns, a byte.
     columns : tuple of int
         Role of each column.
     keys, key_roles : tuple
-        Known names of pairs, as bytes of the file, and their roles.
+        Known names of pairs, as bytes, and their roles.
     header : bytes or None
-        The header line, without its end mark.
+        The header line without its line end.
     data_offset : int
-        Where the first line of data begins, bytes.
+        Byte offset of the first line of data.
     time_form : str or None
-        What the times are; None where no row tells.
+        Time format; None if unknown.
     encoding : str
-        Of names and of raw text in rejects.
+        Encoding of names and of raw text in rejects.
     low, high, scale : tuple of float
-        Bounds in SI, both allowed, and the factor to SI of each number, by role.
+        Bounds in SI (inclusive), and factor to SI of each number, by role.
     """
 
     table: Table
@@ -64,9 +64,9 @@ class FileLayout:
 
     @property
     def iso_time(self) -> bool:
-        """Whether times are written as dates and times of day."""
+        """Whether times are ISO 8601."""
         return self.time_form == "iso8601"
 
     def name_of(self, role: int) -> str:
-        """Return what the dump calls a role."""
+        """Return the name of a role in the dump."""
         return self.names[self.table.roles.index(role)]

@@ -1,4 +1,4 @@
-"""The plain reading of one line: what the compiled form must equal, and who explains rejects."""
+"""Reference parsing of a line; it must equal the compiled form and explains rejects."""
 
 import datetime as dt
 import re
@@ -26,7 +26,7 @@ _BLANKS = re.compile(rb"[ \t]+")
 
 
 class Line(Enum):
-    """Lines that hold no record."""
+    """Lines without a record."""
 
     BLANK = "blank"
     HEADER = "header"
@@ -34,14 +34,14 @@ class Line(Enum):
 
 @dataclass(frozen=True)
 class Row:
-    """A record that was accepted: numbers by role (NaN: absent), integers by role (-1: absent)."""
+    """An accepted record: numbers by role (NaN: absent), integers by role (-1: absent)."""
 
     numbers: tuple[float, ...]
     integers: tuple[int, ...]
 
 
-class RefusedError(Exception):
-    """A line cannot be taken; carries the stable code."""
+class RejectedError(Exception):
+    """A record is rejected, with a stable code."""
 
     def __init__(self, code: RejectCode, reason: str) -> None:
         self.code = code
@@ -50,24 +50,24 @@ class RefusedError(Exception):
 
 
 def parse_line(line: bytes, layout: FileLayout) -> Row | Line:
-    """Read one line without its end mark.
+    """Parse a line without its line end.
 
     Parameters
     ----------
     line : bytes
         The line.
     layout : FileLayout
-        How its file is laid out.
+        Layout of its file.
 
     Returns
     -------
     Row or Line
-        The record, or what else the line is.
+        The record, or the kind of a line without a record.
 
     Raises
     ------
-    RefusedError
-        The line is broken; says how.
+    RejectedError
+        The line is malformed.
     """
     line = line.rstrip(b"\r")
     if not line.strip(b" \t\r"):
@@ -75,7 +75,7 @@ def parse_line(line: bytes, layout: FileLayout) -> Row | Line:
     if layout.header is not None and line == layout.header:
         return Line.HEADER
     if b"\0" in line:
-        raise RefusedError(RejectCode.ENCODING, "expected text, found a NUL byte")
+        raise RejectedError(RejectCode.ENCODING, "expected text, found a NUL byte")
     values = _columns(line, layout) if layout.form == "columns" else _pairs(line, layout)
     numbers = [float("nan")] * fields.NUMBERS
     integers = [fields.ABSENT] * fields.INTEGERS
@@ -90,21 +90,21 @@ def parse_line(line: bytes, layout: FileLayout) -> Row | Line:
     return Row(tuple(numbers), tuple(integers))
 
 
-def looks_cut(line: bytes, before: bytes) -> bool:
-    """Tell whether a last line without an end mark looks cut within its last field.
+def is_truncated(line: bytes, before: bytes) -> bool:
+    """Return whether a last line without a line end is probably truncated in its last field.
 
-    A number that lost some of its digits is still a number, so the line is compared with the one
-    before: its last field is empty or has fewer decimals, or (in pairs) a field is missing.
+    A number without its last digits is still a number, so the line is compared with the previous
+    one: its last field is empty or has fewer decimals, or (in pairs) a field is missing.
 
     Parameters
     ----------
     line, before : bytes
-        The last line and the line before it.
+        The last line and the previous line.
 
     Returns
     -------
     bool
-        True where the line cannot be trusted to be whole.
+        True if the line may be incomplete.
     """
     key, decimals = _last_field(line)
     key_before, decimals_before = _last_field(before) if before else (key, -1)
@@ -125,7 +125,7 @@ def _last_field(line: bytes) -> tuple[bytes, int]:
 
 
 def split_columns(line: bytes, separator: int) -> list[bytes]:
-    """Split a line at its separator; blanks around a field do not belong to it."""
+    """Split a line at its separator; blanks around fields are removed."""
     if separator == BLANK:
         return _BLANKS.split(line.strip(b" \t"))
     return [field.strip(b" ") for field in line.split(bytes((separator,)))]
@@ -135,12 +135,12 @@ def _columns(line: bytes, layout: FileLayout) -> dict[int, bytes]:
     found = split_columns(line, layout.separator)
     expected = len(layout.columns)
     if layout.separator == BLANK and len(found) == expected - 1 and line[-1:] in (b" ", b"\t"):
-        # The separator after the last field but one stands, so an empty last one may be meant.
+        # With a separator after the last field but one, an empty last field may be intended.
         found.append(b"")
     if len(found) != expected:
-        look = "the line looks cut short" if len(found) < expected else "some are too many"
-        reason = f"expected {expected} fields, was {len(found)}: {look}"
-        raise RefusedError(RejectCode.WRONG_FIELD_COUNT, reason)
+        cause = "the line is truncated" if len(found) < expected else "too many fields"
+        reason = f"expected {expected} fields, was {len(found)}: {cause}"
+        raise RejectedError(RejectCode.WRONG_FIELD_COUNT, reason)
     return {role: text for role, text in zip(layout.columns, found, strict=True) if role >= 0}
 
 
@@ -151,12 +151,12 @@ def _pairs(line: bytes, layout: FileLayout) -> dict[int, bytes]:
         key, equals, value = token.partition(b"=")
         if not equals or not key:
             reason = f"expected name=value, was {_shown(token)}"
-            raise RefusedError(RejectCode.MALFORMED_LINE, reason)
+            raise RejectedError(RejectCode.MALFORMED_LINE, reason)
         role = roles.get(key)
         if role is None:
             continue
         if role in values:
-            raise RefusedError(RejectCode.DUPLICATE_KEY, f"{_shown(key)} stands there twice")
+            raise RejectedError(RejectCode.DUPLICATE_KEY, f"{_shown(key)} is repeated")
         values[role] = value
     return values
 
@@ -164,7 +164,7 @@ def _pairs(line: bytes, layout: FileLayout) -> dict[int, bytes]:
 def _check_may_be_empty(role: int, layout: FileLayout) -> None:
     if role not in fields.OPTIONAL_ROLES:
         reason = f"{layout.name_of(role)}: expected a value, found none"
-        raise RefusedError(RejectCode.MISSING_FIELD, reason)
+        raise RejectedError(RejectCode.MISSING_FIELD, reason)
 
 
 def _number(text: bytes, role: int, layout: FileLayout) -> float:
@@ -174,16 +174,16 @@ def _number(text: bytes, role: int, layout: FileLayout) -> float:
     elif _DECIMAL.fullmatch(text):
         value = float(text)
     elif _NON_FINITE.fullmatch(text):
-        raise RefusedError(
+        raise RejectedError(
             RejectCode.NON_FINITE, f"{name}: expected a finite number, was {_shown(text)}"
         )
     else:
-        raise RefusedError(
+        raise RejectedError(
             RejectCode.NOT_A_NUMBER, f"{name}: expected a number, was {_shown(text)}"
         )
     value = value * layout.scale[role] + 0.0
     if value in (float("inf"), float("-inf")):
-        raise RefusedError(
+        raise RejectedError(
             RejectCode.NON_FINITE, f"{name}: expected a finite number, was {_shown(text)}"
         )
     low, high = layout.low[role], layout.high[role]
@@ -191,7 +191,7 @@ def _number(text: bytes, role: int, layout: FileLayout) -> float:
         reason = (
             f"{name}: expected {low:.9g} to {high:.9g} {fields.UNITS[role]}, was {_shown(text)}"
         )
-        raise RefusedError(RejectCode.OUT_OF_RANGE, reason)
+        raise RejectedError(RejectCode.OUT_OF_RANGE, reason)
     return value
 
 
@@ -199,7 +199,7 @@ def _iso_time(text: bytes, name: str) -> float:
     match = _ISO_TIME.fullmatch(text)
     if match is None:
         reason = f"{name}: expected an ISO 8601 date and time, was {_shown(text)}"
-        raise RefusedError(RejectCode.NOT_A_NUMBER, reason)
+        raise RejectedError(RejectCode.NOT_A_NUMBER, reason)
     year, month, day, hour, minute, second = (int(part) for part in match.groups()[:6])
     fraction, sign, offset_hour, offset_minute = match.groups()[6:]
     try:
@@ -209,7 +209,7 @@ def _iso_time(text: bytes, name: str) -> float:
         days = None
     if days is None or second > 60:
         reason = f"{name}: expected a date and time that exist, was {_shown(text)}"
-        raise RefusedError(RejectCode.OUT_OF_RANGE, reason)
+        raise RejectedError(RejectCode.OUT_OF_RANGE, reason)
     whole = days * 86_400 + hour * 3600 + minute * 60 + second
     if sign is not None:
         offset = int(offset_hour) * 3600 + int(offset_minute) * 60
@@ -226,16 +226,16 @@ def _integer(text: bytes, role: int, layout: FileLayout) -> int:
         return _coded(_ADDRESS, text, 16, f"{name}: expected six hexadecimal digits")
     if not _WHOLE.fullmatch(text):
         code = RejectCode.NON_FINITE if _NON_FINITE.fullmatch(text) else RejectCode.NOT_A_NUMBER
-        raise RefusedError(code, f"{name}: expected a whole number, was {_shown(text)}")
+        raise RejectedError(code, f"{name}: expected a whole number, was {_shown(text)}")
     if int(text) > fields.INTEGER_MAX:
         reason = f"{name}: expected at most {fields.INTEGER_MAX}, was {_shown(text)}"
-        raise RefusedError(RejectCode.OUT_OF_RANGE, reason)
+        raise RejectedError(RejectCode.OUT_OF_RANGE, reason)
     return int(text)
 
 
 def _coded(pattern: re.Pattern[bytes], text: bytes, base: int, expectation: str) -> int:
     if not pattern.fullmatch(text):
-        raise RefusedError(RejectCode.NOT_A_NUMBER, f"{expectation}, was {_shown(text)}")
+        raise RejectedError(RejectCode.NOT_A_NUMBER, f"{expectation}, was {_shown(text)}")
     return int(text, base)
 
 

@@ -1,4 +1,4 @@
-"""Reading one file of a dump: lines in, columns of accepted rows out, every line accounted for."""
+"""Reads a dump file: lines in, columns of accepted rows out, with accounting of every line."""
 
 import codecs
 from collections import deque
@@ -14,21 +14,21 @@ from multiradar_converters.vid.accounting import Account, RejectedLine, RejectsF
 from multiradar_converters.vid.text import _kernels
 from multiradar_converters.vid.text.blocks import BLOCK_BYTES, Block, read_blocks
 from multiradar_converters.vid.text.layout import FileLayout
-from multiradar_converters.vid.text.lines import Line, RefusedError, looks_cut, parse_line
-from multiradar_converters.vid.text.sieve import Parsed, Rows, Sieve
-from multiradar_converters.vid.times import Clockwork
+from multiradar_converters.vid.text.lines import Line, RejectedError, is_truncated, parse_line
+from multiradar_converters.vid.text.time_filter import Parsed, Rows, TimeFilter
+from multiradar_converters.vid.times import TimeUnwrapper
 from multiradar_schemas.measurements.reject import RejectCode
 
-#: Called with the number of bytes that have been read since the last call.
+#: Called with the number of bytes read since the last call.
 Progress = Callable[[int], None]
 
-#: Blocks that may be in work at once: the memory of reading is a few times this.
+#: Maximum blocks being parsed at a time; the memory is a few times this.
 _IN_WORK_MAX = 4
 
-#: No record is shorter, so a block of n bytes holds at most n / this rows at once.
+#: Minimum length of a record, so a block of n bytes has at most n / this rows.
 _ROW_BYTES_MIN = 16
 
-#: Places of a line of pairs at which a guess is kept of what stands there.
+#: Number of pairs of a line whose keys are guessed from the previous line.
 _HINTS = 32
 
 
@@ -57,34 +57,34 @@ def read_rows(
     account: Account,
     rejects: RejectsFile,
     progress: Progress,
-    clock: Clockwork | None = None,
+    clock: TimeUnwrapper | None = None,
     block_bytes: int = BLOCK_BYTES,
 ) -> Iterator[Rows]:
-    """Read the accepted rows of a file, in its order.
+    """Read the accepted rows of a file, in file order.
 
     Parameters
     ----------
     path : Path
         The file.
     layout : FileLayout
-        How it is laid out.
+        Its layout.
     pool : Executor
         Threads that parse blocks.
     account : Account
-        Filled.
+        Updated.
     rejects : RejectsFile
-        Takes the broken lines, in the order of the file.
+        Receives the rejected lines, in file order.
     progress : Progress
-        Told of bytes read.
-    clock : Clockwork or None
-        Moves times to those of the recording and refuses outliers; None leaves them alone.
+        Called with bytes read.
+    clock : TimeUnwrapper or None
+        Unwraps times and rejects outliers; None leaves times unchanged.
     block_bytes : int
-        How much to read at once.
+        Bytes to read at a time.
 
     Yields
     ------
     Rows
-        Never empty.
+        Non-empty.
 
     Raises
     ------
@@ -96,19 +96,19 @@ def read_rows(
         _enter_head(path, layout, account, rejects)
     tables = _Tables(layout)
     in_work: deque[Future[Parsed]] = deque()
-    sieve = Sieve(layout, clock, account, rejects)
+    time_filter = TimeFilter(layout, clock, account, rejects)
     for block in read_blocks(path, layout.data_offset, layout.terminator, block_bytes):
         in_work.append(pool.submit(_parse_block, block, layout, tables))
         if len(in_work) == _IN_WORK_MAX:
-            yield from _taken(in_work.popleft().result(), sieve, account, progress)
+            yield from _accepted(in_work.popleft().result(), time_filter, account, progress)
     while in_work:
-        yield from _taken(in_work.popleft().result(), sieve, account, progress)
-    sieve.finish()
+        yield from _accepted(in_work.popleft().result(), time_filter, account, progress)
+    time_filter.finish()
     account.check()
 
 
 def _enter_head(path: Path, layout: FileLayout, account: Account, rejects: RejectsFile) -> None:
-    """Enter the header and what stands before it into the account."""
+    """Account for the header and the lines before it."""
     with path.open("rb") as file:
         head = file.read(layout.data_offset)
     mark = bytes((layout.terminator,))
@@ -126,9 +126,11 @@ def _enter_head(path: Path, layout: FileLayout, account: Account, rejects: Rejec
             account.reject(rejected)
 
 
-def _taken(parsed: Parsed, sieve: Sieve, account: Account, progress: Progress) -> list[Rows]:
-    """Enter a block into the account; return its rows."""
-    rows = sieve.take(parsed)
+def _accepted(
+    parsed: Parsed, time_filter: TimeFilter, account: Account, progress: Progress
+) -> list[Rows]:
+    """Account for a block; return its rows."""
+    rows = time_filter.push(parsed)
     account.bytes_read += parsed.size
     account.lines += parsed.lines
     account.blank += parsed.blank
@@ -174,7 +176,7 @@ def _parse_block(block: Block, layout: FileLayout, tables: _Tables) -> Parsed:
 def _settle(
     rows: Rows, odd: NDArray[np.int64], text: bytes | bytearray, layout: FileLayout, parsed: Parsed
 ) -> Rows:
-    """Let the plain form decide about the odd lines; return the rows that stand."""
+    """Parse odd lines with the reference form; return the accepted rows."""
     if not len(odd):
         return rows
     keep = np.ones(len(rows), dtype=np.bool_)
@@ -189,12 +191,12 @@ def _settle(
 def _decide(
     raw: bytes, line: int, *, place: int, rows: Rows, layout: FileLayout, parsed: Parsed
 ) -> bool:
-    """Let the plain form take or refuse a line; return whether its row stands."""
+    """Parse a line with the reference form; return whether it is accepted."""
     raw = raw.removesuffix(b"\r")
     try:
         found = parse_line(raw, layout)
-    except RefusedError as refused:
-        parsed.rejected.append(RejectedLine(line, refused.code, refused.reason, raw))
+    except RejectedError as error:
+        parsed.rejected.append(RejectedLine(line, error.code, error.reason, raw))
         return False
     if isinstance(found, Line):
         parsed.blank += found is Line.BLANK
@@ -206,12 +208,12 @@ def _decide(
 
 
 def _parse_special(block: Block, layout: FileLayout, parsed: Parsed) -> None:
-    """Take a line that is longer than a block, or the last one without an end mark."""
+    """Process a line longer than a block, or the last line without a line end."""
     parsed.lines = 1
     raw = bytes(block.text)
     if block.overlong:
         reason = (
-            f"expected a line of at most {BLOCK_BYTES} bytes, was {block.size}; its begin is kept"
+            f"expected a line of at most {BLOCK_BYTES} bytes, was {block.size}; the begin is kept"
         )
         parsed.rejected.append(RejectedLine(0, RejectCode.TOO_LARGE, reason, raw))
         return
@@ -220,7 +222,7 @@ def _parse_special(block: Block, layout: FileLayout, parsed: Parsed) -> None:
         np.empty((fields.INTEGERS, 1), dtype=np.int64),
         np.zeros(1, dtype=np.int64),
     )
-    if looks_cut(raw, block.before):
+    if is_truncated(raw, block.before):
         reason = "the file ends within this line"
         parsed.rejected.append(RejectedLine(0, RejectCode.TRUNCATED, reason, raw))
     elif _decide(raw, 0, place=0, rows=rows, layout=layout, parsed=parsed):

@@ -21,11 +21,11 @@ def conversion_errors() -> Iterator[None]:
         The input cannot be read; no output folder was created.
     """
     # Imported here: help must be fast.
-    from multiradar_converters.errors import ConversionError, OutputTakenError
+    from multiradar_converters.errors import ConversionError, OutputFolderExistsError
 
     try:
         yield
-    except OutputTakenError as error:
+    except OutputFolderExistsError as error:
         raise OutputExistsError(str(error)) from error
     except ConversionError as error:
         raise InputError(str(error)) from error

@@ -89,7 +89,7 @@ class Channel:
         known = self._told[reports.number]
         # Who knows a track is told once when it ends, or leaves what is wanted.
         rows = wanted | known
-        chosen = reports.take(rows)
+        chosen = reports.select(rows)
         number, last = chosen.number, ~wanted[rows]
         before = self._code[number]
         changed = known[rows] & (before != _NO_CODE) & (before != chosen.mode_3a)

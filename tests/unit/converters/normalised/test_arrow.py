@@ -66,7 +66,7 @@ def test_the_same_table_in_any_encoding_gives_the_same_rows(body: bytes) -> None
 
 
 @pytest.mark.parametrize("kind", [pa.float16(), pa.float32()])
-def test_a_time_that_has_lost_its_seconds_is_refused(kind: pa.DataType) -> None:
+def test_a_time_that_has_lost_its_seconds_is_rejected(kind: pa.DataType) -> None:
     times = pa.array([0.0, 4.0], pa.float64()).cast(kind)
     with pytest.raises(BodyError, match=r"'time_s': expected float64 or integers, was float") as e:
         parse_arrow(pyarrow_stream(FRAME.to_arrow().set_column(0, "time_s", times)))
@@ -122,7 +122,7 @@ def test_each_bad_row_is_named_and_the_others_pass() -> None:
     assert '"sensor_id": "41-10"' in parsed.rejected[0].raw
 
 
-def test_an_integer_too_large_for_its_column_is_refused_not_dropped() -> None:
+def test_an_integer_too_large_for_its_column_is_rejected_not_dropped() -> None:
     table = FRAME.to_arrow().set_column(10, "track_number", pa.array([2**64 - 1, 3], pa.uint64()))
     parsed = parse_arrow(pyarrow_stream(table))
     assert [(reject.index, reject.code) for reject in parsed.rejected] == [
@@ -192,27 +192,27 @@ def test_an_integer_too_large_for_its_column_is_refused_not_dropped() -> None:
         ),
     ],
 )
-def test_a_body_that_cannot_be_used_is_refused_whole(body: bytes, code: str, named: str) -> None:
-    with pytest.raises(BodyError) as refusal:
+def test_a_body_that_cannot_be_used_is_rejected_whole(body: bytes, code: str, named: str) -> None:
+    with pytest.raises(BodyError) as rejection:
         parse_arrow(body)
-    assert refusal.value.code == code
-    assert named in str(refusal.value)
+    assert rejection.value.code == code
+    assert named in str(rejection.value)
 
 
 def test_the_limit_of_rows_holds_at_the_limit_and_one_above() -> None:
     assert len(parse_arrow(stream(FRAME), rows_max=2).frame) == 2
-    with pytest.raises(BodyError) as refusal:
+    with pytest.raises(BodyError) as rejection:
         parse_arrow(stream(FRAME), rows_max=1)
-    assert refusal.value.code is RejectCode.TOO_LARGE
+    assert rejection.value.code is RejectCode.TOO_LARGE
 
 
-def test_one_long_text_named_by_every_row_is_refused() -> None:
+def test_one_long_text_named_by_every_row_is_rejected() -> None:
     indices = pa.array([0] * 5000, pa.int32())
     text = pa.DictionaryArray.from_arrays(indices, pa.array(["x" * 50_000]))
     table = pa.table({"time_s": [1.0] * 5000, "kind": text, "sensor_id": text})
-    with pytest.raises(BodyError) as refusal:
+    with pytest.raises(BodyError) as rejection:
         parse_arrow(pyarrow_stream(table))
-    assert refusal.value.code is RejectCode.TOO_LARGE
+    assert rejection.value.code is RejectCode.TOO_LARGE
 
 
 FORGERIES = """
@@ -242,7 +242,7 @@ def test_forged_streams_never_end_the_process() -> None:
     assert run.stdout == "alive\n", run.stderr[-2000:]
 
 
-def test_any_forged_length_is_refused_before_anything_is_read() -> None:
+def test_any_forged_length_is_rejected_before_anything_is_read() -> None:
     """The rows of the batch and the values of each column, also of one without a buffer."""
     body = stream(pl.concat([FRAME] * 21).with_columns(height_m=pl.lit(None, pl.Null())))
     rows = struct.pack("<q", 42)
@@ -254,7 +254,7 @@ def test_any_forged_length_is_refused_before_anything_is_read() -> None:
             check_layout(forged, 2**31)
 
 
-def test_every_cut_of_a_stream_is_refused_or_falls_between_messages() -> None:
+def test_every_cut_of_a_stream_is_rejected_or_falls_between_messages() -> None:
     body = stream(FRAME)
     accepted = set()
     for length in random.Random(7).sample(range(len(body)), 200):

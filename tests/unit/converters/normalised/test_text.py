@@ -136,10 +136,10 @@ def test_lines_cannot_mend_each_other() -> None:
         (b"\xef\xbb\xbf[]", "MALFORMED_JSON"),
     ],
 )
-def test_a_body_that_is_no_array_is_refused_whole(body: bytes, code: str) -> None:
-    with pytest.raises(BodyError) as refusal:
+def test_a_body_that_is_no_array_is_rejected_whole(body: bytes, code: str) -> None:
+    with pytest.raises(BodyError) as rejection:
         parse_json(body)
-    assert refusal.value.code == code
+    assert rejection.value.code == code
 
 
 @pytest.mark.parametrize("good", [True, False])
@@ -149,9 +149,9 @@ def test_the_limit_of_rows_holds_at_the_limit_and_one_above(good: bool) -> None:
     lines = b"\n".join([json.dumps(row).encode()] * 4)
     assert parse_ndjson(lines, rows_max=4) is not None
     for parse, body in ((parse_json, array(*[row] * 5)), (parse_ndjson, lines + b"\n3")):
-        with pytest.raises(BodyError) as refusal:
+        with pytest.raises(BodyError) as rejection:
             parse(body, rows_max=4)
-        assert refusal.value.code is RejectCode.TOO_LARGE
+        assert rejection.value.code is RejectCode.TOO_LARGE
 
 
 def test_the_three_forms_of_time_agree() -> None:
@@ -182,7 +182,7 @@ def test_no_rows_are_no_fault() -> None:
     assert parse_ndjson(b"\r\n \n").frame.schema == PARSED_SCHEMA
 
 
-def test_very_many_unknown_keys_are_one_refusal() -> None:
+def test_very_many_unknown_keys_are_one_rejection() -> None:
     keys = ",".join(f'"key{number}":{number}' for number in range(200_000))
     parsed = parse_json(b"[{" + keys.encode() + b"}]")
     assert [reject.code for reject in parsed.rejected] == [RejectCode.UNKNOWN_FIELD]

@@ -14,7 +14,7 @@ from multiradar_converters.vid.records import (
 )
 
 
-def test_as_many_keys_as_there_may_be_have_numbers_and_one_more_is_refused() -> None:
+def test_keys_beyond_the_maximum_are_rejected() -> None:
     numbering = Numbering("sensors", 3)
     assert numbering.number(np.array([70, 5, 70, 9])).tolist() == [0, 1, 0, 2]
     assert numbering.keys().tolist() == [70, 5, 9]

@@ -113,7 +113,7 @@ def test_silent_tracks_coast_and_are_told_once_more_when_they_are_given_up() -> 
     frame = recording(3000)
     time_s = frame["time_s"] - START_S
     rounds = followed(frame.filter((frame["track_number"] != 3) | (time_s < 30.0)), period_s=4.0)
-    silent = [one.take(one.mode_s_address == 0x4B0003) for one in rounds]
+    silent = [one.select(one.mode_s_address == 0x4B0003) for one in rounds]
     silent = [one for one in silent if len(one)]
     assert [one.first[0] for one in silent] == [True] + [False] * (len(silent) - 1)
     assert [one.last[0] for one in silent] == [False] * (len(silent) - 1) + [True]
@@ -125,7 +125,7 @@ def test_silent_tracks_coast_and_are_told_once_more_when_they_are_given_up() -> 
     assert age_s[-1] == pytest.approx(TRACKING.drop_after_s, abs=8.0)
     sigma_m = np.sqrt([one.variance_north_m2[0] for one in silent])
     assert (np.diff(sigma_m[coasting]) > 0.0).all()
-    others = [one.take(one.mode_s_address != 0x4B0003) for one in rounds]
+    others = [one.select(one.mode_s_address != 0x4B0003) for one in rounds]
     assert not any(one.last.any() for one in others)
 
 

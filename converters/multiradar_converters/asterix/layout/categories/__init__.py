@@ -1,1 +1,1 @@
-"""The items of each ASTERIX category and edition, one module a category, in `notation`."""
+"""The items of each ASTERIX category and edition in `notation`, one module per category."""

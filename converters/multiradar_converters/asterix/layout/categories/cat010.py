@@ -1,7 +1,7 @@
 """ASTERIX category 010, surface movements: SUR.ET1.ST05.2000-STD-07.
 
-Editions 0.31 and 1.1 are laid out alike. Edition 0.24 is that of one maker of multilateration
-(Sensis), with a user application profile of its own.
+Editions 0.31 and 1.1 have the same layout. Edition 0.24 is that of a multilateration manufacturer
+(Sensis), with a different user application profile.
 """
 
 EDITIONS = ("1.1", "0.31")

@@ -1,14 +1,14 @@
 """ASTERIX category 030, air situation pictures: the tracks of ARTAS, and those of STR.
 
-EUROCONTROL's standard of ARTAS is not at hand. Editions 6.2 and 7.0 are as public decoders write
-them: order and lengths by goasterix (7.0), bits and units by the definition files of Croatia
-Control (6.2), which have the same order. X and Y of item 100 are in 1/64 NM; where SF of item 080
-is set, a user asked for 1/32 NM, and both count twice. AUI of item 050 is as jASTERIX reads it; the
-definition files leave its last three bits unused. Item 110 has no unit there and stays as it is
-written. RE1 is the expansion field at place 25, RE that at the end.
+The ARTAS standard of EUROCONTROL is not available. Editions 6.2 and 7.0 follow public decoders:
+order and lengths by goasterix (7.0), bits and units by the definition files of Croatia Control
+(6.2), which have the same order. X and Y of item 100 are in 1/64 NM; if SF of item 080 is set, the
+user requested 1/32 NM, and both count twice. AUI of item 050 is as in jASTERIX; the definition
+files leave its last three bits unused. Item 110 has no unit there and is not converted. RE1 is the
+expansion field at position 25, RE that at the end.
 
-Edition 5.1-str is that of the French STR, by goasterix alone: the same category, another order.
-Its items 050, 080, 130 and SPE mean something else than those of ARTAS; 130 has no unit there.
+Edition 5.1-str is that of the French STR, by goasterix alone: the same category with another order.
+Its items 050, 080, 130 and SPE differ in meaning from those of ARTAS; 130 has no unit there.
 """
 
 EDITIONS = ("7.0", "6.2")

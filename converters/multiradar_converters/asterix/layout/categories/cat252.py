@@ -1,10 +1,10 @@
 """ASTERIX category 252, connections and services of ARTAS: edition 7.0.
 
-EUROCONTROL's standard of ARTAS is not at hand; order, bits and units are those of the public
-definition files of Croatia Control. Messages of a connection (FAMILY of item 035 is 1) have an
-order of their own, 7.0-connection; all others are of 7.0. A block has the layout of its source: of
-a source that writes both, `--edition` or the number of blocks that fit decides. Item 230 is
-described for two radars.
+The ARTAS standard of EUROCONTROL is not available; order, bits and units are those of the public
+definition files of Croatia Control. Connection messages (FAMILY of item 035 is 1) have a separate
+order, 7.0-connection; all others have 7.0. A block has the layout of its source; for a source that
+writes both, `--edition` or the number of fitting blocks decides. Item 230 is described for two
+radars.
 """
 
 EDITIONS = ("7.0",)

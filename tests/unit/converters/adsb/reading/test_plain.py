@@ -1,4 +1,4 @@
-"""What may be taken of a record: both judgements agree on the bounds themselves."""
+"""Acceptance of records: both forms agree on the bounds."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ LAYOUT = lay_out(
 )
 
 
-def judged(role: int, value: float) -> tuple[bool, str | None]:
+def evaluated(role: int, value: float) -> tuple[bool, str | None]:
     """Return whether a record with this value may be taken, and what is wrong with it."""
     numbers = [plain.NAN] * roles.NUMBERS
     for known, number in ((roles.TIME, BEGIN_S), (roles.LATITUDE, 47.0), (roles.LONGITUDE, 8.0)):
@@ -46,13 +46,13 @@ def test_the_bounds_themselves_are_taken_and_what_lies_beyond_is_not(
     role: int, low: float, high: float
 ) -> None:
     for value in (low, high):
-        assert judged(role, value) == (True, None)
+        assert evaluated(role, value) == (True, None)
     whole = role >= roles.FIRST_WORD
     below, above = (
         (low - 1, high + 1) if whole else (np.nextafter(low, -np.inf), np.nextafter(high, np.inf))
     )
     for value in (below, above):
-        good, reason = judged(role, value)
+        good, reason = evaluated(role, value)
         assert not good
         assert reason is not None
         assert reason.startswith(LAYOUT.name_of(role))

@@ -1,4 +1,4 @@
-"""Times of records: truncated ones restored, missing ones found, the antenna's turn."""
+"""Times of records: resolution of truncated times, missing times, scan period."""
 
 import numpy as np
 import pytest
@@ -13,16 +13,16 @@ from multiradar_converters.asterix.decoding.clocks import (
     nearest_day,
     times_of,
 )
-from multiradar_converters.asterix.decoding.services import NORTH, SECTOR, turn_s
+from multiradar_converters.asterix.decoding.services import NORTH, SECTOR, antenna_period_s
 from multiradar_converters.asterix.decoding.timing import into_days
 from multiradar_converters.asterix.table import repeated
 
 NAN = float("nan")
 
 
-def marks(*rows: tuple[int, int, float, float, float], turn: float = NAN) -> Marks:
+def marks(*rows: tuple[int, int, float, float, float], period_s: float = NAN) -> Marks:
     """Make marks of order, source, time, reception, sector."""
-    table = np.array([(*row, turn) for row in rows], dtype=np.float64).reshape(-1, 6)
+    table = np.array([(*row, period_s) for row in rows], dtype=np.float64).reshape(-1, 6)
     whole = table[:, :2].astype(np.int64)
     return Marks(whole[:, 0], whole[:, 1], table[:, 2], table[:, 3], table[:, 4], table[:, 5])
 
@@ -52,7 +52,7 @@ def test_the_records_own_time_goes_first() -> None:
     assert timed(marks((1, 7, 50.0, NAN, 0.0)), time_s=40.0, truncated_s=3.0) == (40.0, RECORD)
 
 
-def test_a_time_that_is_none_of_a_day_is_none() -> None:
+def test_an_invalid_time_of_day_is_absent() -> None:
     assert timed(marks(), time_s=86_400.0)[1] == NONE
     assert timed(marks())[1] == NONE
 
@@ -85,14 +85,14 @@ def test_another_radars_time_is_the_reference_where_there_is_no_other() -> None:
 
 
 @pytest.mark.parametrize(("azimuth", "time"), [(90.0, 101.0), (350.0, 100.0 - 1 / 9)])
-def test_without_any_time_the_antenna_tells_it(azimuth: float, time: float) -> None:
-    known = marks((1, 7, 100.0, NAN, 0.0), turn=4.0)
+def test_without_any_time_the_antenna_reports_it(azimuth: float, time: float) -> None:
+    known = marks((1, 7, 100.0, NAN, 0.0), period_s=4.0)
     found, origin = timed(known, azimuth_deg=azimuth)
     assert found == pytest.approx(time)
     assert origin == ANTENNA
 
 
-def test_without_a_turn_the_recorders_clock_tells_it() -> None:
+def test_without_a_scan_period_the_recorders_clock_is_used() -> None:
     known = marks((1, 7, 100.0, 100.5, 0.0))
     assert timed(known, azimuth_deg=90.0, received_s=102.0) == (102.0, RECORDER)
 
@@ -114,24 +114,24 @@ def test_times_are_moved_to_the_nearest_period() -> None:
     assert nearest_day(np.array([1.0, 86_399.0]), 86_400.0).tolist() == [86_401.0, 86_399.0]
 
 
-def turned(*rows: tuple[int, float, float, float]) -> float:
+def scan_period(*rows: tuple[int, float, float, float]) -> float:
     message, time, sector, stated = (np.array(column) for column in zip(*rows, strict=True))
-    return turn_s(message, time, sector, stated)
+    return antenna_period_s(message, time, sector, stated)
 
 
-def test_north_marks_tell_the_turn_though_some_are_missing() -> None:
+def test_the_scan_period_follows_from_north_marks_though_some_are_missing() -> None:
     times = [k * 4.0 for k in range(10) if k not in (3, 7)]
-    assert turned(*((NORTH, time, 0.0, NAN) for time in times)) == 4.0
+    assert scan_period(*((NORTH, time, 0.0, NAN) for time in times)) == 4.0
 
 
-def test_sectors_tell_the_turn_where_there_are_too_few_north_marks() -> None:
+def test_the_scan_period_follows_from_sectors_if_north_marks_are_too_few() -> None:
     rows = [(SECTOR, 100.0 + k * 0.25, 22.5 * k % 360, NAN) for k in range(1, 10)]
-    assert turned(*rows) == pytest.approx(4.0)
+    assert scan_period(*rows) == pytest.approx(4.0)
 
 
-def test_the_stated_turn_counts_where_nothing_is_measured() -> None:
-    assert turned((NORTH, 100.0, 0.0, 5.0)) == 5.0
-    assert np.isnan(turned((NORTH, 100.0, 0.0, NAN)))
+def test_the_reported_scan_period_is_used_without_marks() -> None:
+    assert scan_period((NORTH, 100.0, 0.0, 5.0)) == 5.0
+    assert np.isnan(scan_period((NORTH, 100.0, 0.0, NAN)))
 
 
 def test_a_time_an_hour_from_the_others_of_its_source_is_not_kept() -> None:
@@ -156,9 +156,9 @@ def test_equal_octets_of_one_source_within_a_second_are_one_record() -> None:
 def test_sectors_that_repeat_or_go_back_in_time_do_not_count() -> None:
     rows = [(SECTOR, 100.0 + k * 0.25, 22.5 * k % 360, NAN) for k in range(1, 10)]
     repeated_sector = (SECTOR, 102.375, 202.5, NAN)
-    assert turned(*rows, repeated_sector) == pytest.approx(4.0)
+    assert scan_period(*rows, repeated_sector) == pytest.approx(4.0)
     # The clock steps back by 0.1 s between two sectors, and goes on from there.
     stepped = [(SECTOR, time - 0.6, sector, NAN) for _, time, sector, _ in rows]
     later = [(SECTOR, time, (sector + 225.0) % 360, NAN) for _, time, sector, _ in stepped]
     whole = [*rows, *((kind, time + 2.0, sector, said) for kind, time, sector, said in later)]
-    assert turned(*whole) == pytest.approx(4.0)
+    assert scan_period(*whole) == pytest.approx(4.0)

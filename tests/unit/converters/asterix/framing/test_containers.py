@@ -1,4 +1,4 @@
-"""Files cut into blocks: each octet belongs to a block, the framing, or a gap that is told."""
+"""Files are split into blocks: each octet belongs to a block, the framing, or a reported gap."""
 
 from pathlib import Path
 
@@ -84,7 +84,7 @@ def test_a_gps_recording_gives_the_time_of_reception(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("ending", [".gps", ".GPS"])
-def test_a_gps_recording_with_another_header_is_told_by_its_name(
+def test_a_gps_recording_with_another_header_is_reported_by_its_name(
     tmp_path: Path, ending: str
 ) -> None:
     path = tmp_path / f"recording{ending}"
@@ -128,17 +128,17 @@ def test_fragments_are_put_together_in_either_order(tmp_path: Path, turned: bool
     assert cut(read(tmp_path, pcap(packets))) == [ONE, TWO]
 
 
-def test_a_fragment_without_its_rest_is_told(tmp_path: Path) -> None:
+def test_a_fragment_without_its_rest_is_reported(tmp_path: Path) -> None:
     first, _ = fragments(ONE + TWO)
     blocks = read(tmp_path, pcap([(1.0, first), (2.0, datagram(NORTH))]))
     assert cut(blocks) == [NORTH]
     assert [reason for *_, reason in blocks.gaps] == ["fragments of this datagram are missing"]
 
 
-def test_a_capture_that_is_cut_off_gives_what_is_there(tmp_path: Path) -> None:
+def test_a_truncated_capture_is_read_up_to_its_end(tmp_path: Path) -> None:
     blocks = read(tmp_path, pcap([(1.0, datagram(ONE)), (2.0, datagram(TWO))])[:-3])
     assert cut(blocks) == [ONE]
-    assert [reason for *_, reason in blocks.gaps] == ["a packet is cut off"]
+    assert [reason for *_, reason in blocks.gaps] == ["a packet is truncated"]
 
 
 def test_a_capture_of_the_next_generation(tmp_path: Path) -> None:
@@ -165,13 +165,13 @@ def test_a_capture_of_the_next_generation(tmp_path: Path) -> None:
     assert blocks.received_s.tolist() == pytest.approx([5.25])
 
 
-def test_an_unknown_link_is_refused_by_name(tmp_path: Path) -> None:
+def test_an_unknown_link_is_rejected_by_name(tmp_path: Path) -> None:
     whole = bytearray(pcap([(1.0, datagram(ONE))]))
     whole[20] = 147
     with pytest.raises(LayoutError, match="was link type 147"):
         read(tmp_path, bytes(whole))
 
 
-def test_a_missing_file_is_told(tmp_path: Path) -> None:
+def test_a_missing_file_is_reported(tmp_path: Path) -> None:
     with pytest.raises(LayoutError, match="cannot be read"):
         read_blocks(tmp_path / "missing")

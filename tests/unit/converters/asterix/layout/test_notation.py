@@ -1,4 +1,4 @@
-"""The tables of the standards: read as they are written, and all of them whole."""
+"""The tables of the standards are complete and parsed correctly."""
 
 import pytest
 
@@ -33,7 +33,7 @@ def test_a_field_is_read_with_its_form_scale_and_unit() -> None:
         ("010 fixed SAC:8\n    SUB fixed V:8", "below a compound"),
     ],
 )
-def test_a_table_that_breaks_a_rule_is_refused(text: str, said: str) -> None:
+def test_a_table_that_breaks_a_rule_is_rejected(text: str, said: str) -> None:
     with pytest.raises(ValueError, match=said):
         read_layout(48, ("1.0",), text)
 
@@ -86,6 +86,6 @@ def test_editions_are_found(category: int, edition: str) -> None:
     assert edition in layout_of(category, edition).editions
 
 
-def test_an_unknown_edition_is_told() -> None:
+def test_an_unknown_edition_is_reported() -> None:
     with pytest.raises(KeyError, match=r"048 9\.9"):
         layout_of(48, "9.9")

@@ -118,7 +118,7 @@ def test_items_in_random_order_are_read() -> None:
         (record((1, "0102")) + record((1, "14")), _kernels.TOO_SHORT, "010", 7),
     ],
 )
-def test_a_block_that_does_not_fit_is_refused_with_item_and_place(
+def test_a_block_that_does_not_fit_is_rejected_with_item_and_place(
     body: bytes, reason: int, item: str, place: int
 ) -> None:
     assert fault(body) == (reason, item, place)

@@ -38,7 +38,7 @@ def times(batch: LiveBatch) -> list[float]:
 
 
 def balanced(batch: LiveBatch, sent: Datagrams) -> bool:
-    """Tell whether every octet of every datagram has become something."""
+    """Return whether every octet of every datagram is accounted for."""
     became = np.stack(list(batch.octets.values())).sum(axis=0)
     return bool((became == sent.ends - sent.begins).all())
 
@@ -57,9 +57,7 @@ def test_a_plot_becomes_a_measurement_dated_by_its_reception() -> None:
     ("letters", "callsign"),
     [("10 c2 38 a5 78 20", None), ("10 c2 38 29 78 20", "DLH8JW"), ("82 08 20 82 08 20", None)],
 )
-def test_a_plot_keeps_its_callsign_and_loses_what_is_none(
-    letters: str, callsign: str | None
-) -> None:
+def test_an_invalid_callsign_is_omitted(letters: str, callsign: str | None) -> None:
     items = [(1, "14 82"), (2, time_of_day(43_200.0)), (3, "40"), (4, "32 00 40 00"), (9, letters)]
     batch = decoder().decode(datagrams((NOON_S + 0.4, block(48, record(*items)))))
     assert batch.frame["callsign"].to_list() == [callsign]
@@ -81,7 +79,7 @@ def test_the_date_is_right_about_midnight(of_day: float, received: float, time: 
 
 @pytest.mark.parametrize("passed", [-1.5, 0.25, 2.5])
 def test_a_truncated_time_is_right_about_midnight(passed: float) -> None:
-    """It begins anew with the day, which is no multiple of 512 s."""
+    """It begins again with the day, which is no multiple of 512 s."""
     one = decoder()
     one.decode(datagrams((MIDNIGHT_S - 3.9, north_mark(DAY_S - 4.0))))
     plot = block(1, plot_001(passed % DAY_S % 512))
@@ -101,7 +99,7 @@ def test_without_a_north_mark_the_reception_is_the_reference() -> None:
     assert times(batch) == [NOON_S]
 
 
-def test_north_marks_of_batches_before_tell_the_turn() -> None:
+def test_the_scan_period_follows_from_north_marks_of_earlier_batches() -> None:
     one = decoder()
     for turn in range(4):
         one.decode(datagrams((NOON_S + 4.0 * turn, north_mark(43_200.0 + 4.0 * turn))))
@@ -109,15 +107,15 @@ def test_north_marks_of_batches_before_tell_the_turn() -> None:
     assert times(one.decode(datagrams((NOON_S + 13.5, plot)))) == [NOON_S + 13.0]
 
 
-def test_the_sensors_file_tells_the_turn_until_north_marks_do() -> None:
-    one = decoder(turns={RADAR: 8.0})
+def test_the_sensors_file_reports_the_turn_until_north_marks_do() -> None:
+    one = decoder(scan_periods={RADAR: 8.0})
     one.decode(datagrams((NOON_S, north_mark(43_200.0))))
     plot = block(1, plot_001(None, azimuth_deg=90.0))
     assert times(one.decode(datagrams((NOON_S + 2.5, plot)))) == [NOON_S + 2.0]
 
 
-def test_a_message_that_tells_no_azimuth_does_not_hide_the_last_north_mark() -> None:
-    one = decoder(turns={RADAR: 8.0})
+def test_a_message_that_reports_no_azimuth_does_not_hide_the_last_north_mark() -> None:
+    one = decoder(scan_periods={RADAR: 8.0})
     one.decode(datagrams((NOON_S, north_mark(43_200.0))))
     stopped = block(2, record((1, "1482"), (2, "08"), (4, time_of_day(43_201.0))))
     one.decode(datagrams((NOON_S + 1.0, stopped)))
@@ -125,7 +123,7 @@ def test_a_message_that_tells_no_azimuth_does_not_hide_the_last_north_mark() -> 
     assert times(one.decode(datagrams((NOON_S + 2.5, plot)))) == [NOON_S + 2.0]
 
 
-def test_north_marks_of_two_networks_tell_one_turn() -> None:
+def test_north_marks_of_two_networks_give_one_scan_period() -> None:
     one = decoder()
     for turn in range(4):
         mark = north_mark(43_200.0 + 4.0 * turn)
@@ -161,7 +159,7 @@ def test_of_two_sources_equal_octets_are_two_records() -> None:
     assert batch.frame["sensor_id"].to_list() == ["20-130", "20-130", "20-1", "20-1"]
 
 
-def test_a_failure_forgets_what_it_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failure_discards_retained_records(monkeypatch: pytest.MonkeyPatch) -> None:
     one, sent = decoder(), datagrams((NOON_S, block(48, plot_048(43_200.0))))
     with monkeypatch.context() as patch:
         patch.setattr(live, "_frame", lambda *_: 1 / 0)
@@ -186,14 +184,14 @@ def test_copies_are_found_as_a_plain_search_finds_them(seed: int) -> None:
     ):
         expected.append(now_s - last.get(key, -np.inf) <= window)
         last[key] = now_s
-    recent, found = RecentRecords(1.0, remembered=4096), []
+    recent, found = RecentRecords(1.0, capacity=4096), []
     for cut in np.array_split(np.arange(3000), 17):
         found += recent.repeated(same[cut], source[cut], received_s[cut], window_s[cut]).tolist()
     assert found == expected
 
 
-def test_where_there_are_too_many_the_oldest_is_forgotten() -> None:
-    recent = RecentRecords(1.0, remembered=8)
+def test_where_there_are_too_many_the_oldest_is_discarded() -> None:
+    recent = RecentRecords(1.0, capacity=8)
     keys, none = np.arange(12), np.zeros(12, np.int64)
     assert not recent.repeated(keys, none, np.arange(12.0), np.full(12, 100.0)).any()
     again = recent.repeated(keys[::-1].copy(), none, np.full(12, 12.0), np.full(12, 100.0))
@@ -206,7 +204,7 @@ def test_a_fixed_code_without_a_time_comes_again_every_turn() -> None:
     assert [len(batch.frame) for batch in batches] == [1, 1, 1]
 
 
-def test_a_time_long_before_the_reception_is_refused() -> None:
+def test_a_time_long_before_the_reception_is_rejected() -> None:
     sent = datagrams((NOON_S, block(48, plot_048(43_200.0 - 4000.0))))
     batch = decoder().decode(sent)
     (rejected,) = batch.rejected
@@ -215,7 +213,7 @@ def test_a_time_long_before_the_reception_is_refused() -> None:
     assert len(decoder(behind_max_s=5000.0).decode(sent).frame) == 1
 
 
-def test_an_unknown_source_is_refused_with_its_octets() -> None:
+def test_an_unknown_source_is_rejected_with_its_octets() -> None:
     plot = plot_048(43_200.0, source="0307")
     sent = datagrams((NOON_S, block(48, plot_048(43_200.0)) + block(48, plot)))
     batch = decoder().decode(sent)
@@ -226,7 +224,7 @@ def test_an_unknown_source_is_refused_with_its_octets() -> None:
     assert len(batch.frame) == 1
 
 
-def test_a_source_that_measures_something_else_is_refused() -> None:
+def test_a_source_that_measures_something_else_is_rejected() -> None:
     report = record((1, "1482"), (6, "21b8c5 0844cb"), (11, "3c660c"), (12, "546000"), (16, "15b8"))
     (rejected,) = decoder().decode(datagrams((NOON_S, block(21, report)))).rejected
     assert rejected.code == "UNKNOWN_KIND"
@@ -240,7 +238,7 @@ def test_other_categories_are_counted_and_nothing_more() -> None:
     batch = decoder().decode(sent)
     assert batch.categories == {62: 1}
     assert batch.octets["skipped"].tolist() == [len(artas), 0]
-    assert [one.reason for one in batch.rejected] == ["category 033 is not known"]
+    assert [one.reason for one in batch.rejected] == ["category 033 is unknown"]
     assert balanced(batch, sent)
 
 
@@ -258,7 +256,7 @@ def test_other_categories_are_counted_and_nothing_more() -> None:
     ],
     ids=("empty", "one", "no length", "long", "zeros", "ones", "cut", "trailing"),
 )
-def test_hostile_datagrams_are_refused_and_the_next_one_is_read(content: bytes) -> None:
+def test_hostile_datagrams_are_rejected_and_the_next_one_is_read(content: bytes) -> None:
     good = block(48, plot_048(43_200.0))
     sent = datagrams((NOON_S, content), (NOON_S, good))
     batch = decoder().decode(sent)
@@ -285,16 +283,16 @@ def test_the_edition_of_a_source_is_right_though_blocks_come_alone(chosen: list[
         assert batch.frame["latitude_deg"].to_list() == pytest.approx([39.0 + 0.001 * number])
 
 
-def test_what_few_blocks_said_of_an_edition_is_corrected_by_more() -> None:
+def test_an_edition_detected_from_few_blocks_is_revised_by_more() -> None:
     """A block that fits two layouts counts for the newest until another fits one alone."""
     both = block(21, record((1, "1482"), (5, "3c660c")))
     blocks, _ = blocks_of_datagrams(datagrams((NOON_S, both)), np.zeros(1, np.int64))
     more, _ = blocks_of_datagrams(datagrams((NOON_S, old_report(0))), np.zeros(1, np.int64))
     source = np.array([RADAR])
     editions = Editions()
-    editions.learn(blocks, source, go_on=True)
+    editions.detect(blocks, source, revise=True)
     assert editions.found[21, RADAR].editions[0] == "2.7"
-    editions.learn(more, source, go_on=True)
+    editions.detect(more, source, revise=True)
     assert editions.found[21, RADAR].editions[0] == "0.26"
     one = decoder(names={(RADAR, "adsb"): "20-130"}, editions=Editions())
     one.decode(datagrams((NOON_S, both)))
@@ -302,7 +300,7 @@ def test_what_few_blocks_said_of_an_edition_is_corrected_by_more() -> None:
     assert batch.frame["latitude_deg"].to_list() == pytest.approx([39.0])
 
 
-def test_of_unknown_sources_nothing_is_remembered() -> None:
+def test_of_unknown_sources_nothing_is_retained() -> None:
     """There may be sixty thousand of them, each with its clock and its editions."""
     editions = parse_editions([])
     one = decoder(editions=editions)

@@ -53,7 +53,7 @@ def test_datagrams_of_a_replay_file_are_sent_after_their_pauses(tmp_path: Path) 
     assert sent.due_s.tolist() == [0.0, 0.25, 1.25]
 
 
-def test_blocks_are_sent_as_the_recorder_tells_over_midnight(tmp_path: Path) -> None:
+def test_blocks_are_sent_as_the_recorder_reports_over_midnight(tmp_path: Path) -> None:
     sent = sending(tmp_path, gps([(DAY_S - 1.0, ONE), (0.5, TWO), (0.25, ONE)]))
     assert payloads(sent) == [ONE, TWO, ONE]
     assert sent.due_s.tolist() == [0.0, 1.5, 1.5]
@@ -74,7 +74,7 @@ def test_no_octet_is_changed_unless_times_are_moved(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("shift_s", [1, 3600, 50_000, 86_000])
 def test_moved_times_of_day_are_read_back_moved(tmp_path: Path, shift_s: int) -> None:
-    """Whole and truncated ones, over midnight too, where truncated ones begin anew."""
+    """Whole and truncated ones, over midnight too, where truncated ones begin again."""
     parts = [
         part
         for turn in range(200)
@@ -92,6 +92,6 @@ def test_moved_times_of_day_are_read_back_moved(tmp_path: Path, shift_s: int) ->
     assert moved.begin_s == 70_000.0
 
 
-def test_what_is_no_time_of_day_is_not_moved(tmp_path: Path) -> None:
+def test_an_invalid_time_of_day_is_not_shifted(tmp_path: Path) -> None:
     content = block(48, plot_048(90_000.0))
     assert payloads(sending(tmp_path, content, 10)) == [content]

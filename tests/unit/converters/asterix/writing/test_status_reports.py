@@ -51,12 +51,12 @@ def test_biases_are_those_that_the_formula_of_the_standard_takes_off() -> None:
     gain, offset_m, turned_deg = 0.0008, 185.0, -0.19
     true_m, true_deg = 240_000.0, 123.4
     measured_m = true_m * (1.0 + gain) + offset_m
-    told = sensors(
+    reported = sensors(
         range_gain=np.array([gain]),
         range_offset_m=np.array([offset_m]),
         azimuth_offset_deg=np.array([turned_deg]),
     )
-    (record,) = read(63, "1.7", sensor_records(told, SENDER).written())
+    (record,) = read(63, "1.7", sensor_records(reported, SENDER).written())
     straight = measured_m - record["080"]["SRB"] * MILE_M
     # Half a unit of the offset (1/128 NM) and, at this range, of the gain (10⁻⁵).
     assert straight / (1.0 + record["080"]["SRG"]) == pytest.approx(true_m, abs=7.3 + 1.2)
@@ -65,8 +65,8 @@ def test_biases_are_those_that_the_formula_of_the_standard_takes_off() -> None:
 
 def test_biases_are_those_of_the_plots_that_a_radar_gives() -> None:
     def items(*, secondary: bool, primary: bool) -> set[str]:
-        told = sensors(secondary=np.array([secondary]), primary=np.array([primary]))
-        (record,) = read(63, "1.7", sensor_records(told, SENDER).written())
+        reported = sensors(secondary=np.array([secondary]), primary=np.array([primary]))
+        (record,) = read(63, "1.7", sensor_records(reported, SENDER).written())
         return set(record) & {"080", "081", "090", "091", "092"}
 
     assert items(secondary=True, primary=False) == {"080", "081"}
@@ -75,9 +75,9 @@ def test_biases_are_those_of_the_plots_that_a_radar_gives() -> None:
     assert items(secondary=False, primary=False) == set()
 
 
-def test_what_is_not_estimated_is_absent_and_silence_is_told() -> None:
+def test_what_is_not_estimated_is_absent_and_silence_is_reported() -> None:
     nothing = np.array([np.nan])
-    told = sensors(
+    reported = sensors(
         time_offset_s=nothing,
         range_gain=nothing,
         range_offset_m=nothing,
@@ -85,7 +85,7 @@ def test_what_is_not_estimated_is_absent_and_silence_is_told() -> None:
         condition=np.array([NOT_CONNECTED]),
         silent=np.array([True]),
     )
-    (record,) = read(63, "1.7", sensor_records(told, SENDER).written())
+    (record,) = read(63, "1.7", sensor_records(reported, SENDER).written())
     assert set(record) == {"010", "015", "030", "050", "060"}
     assert (record["060"]["CON"], record["060"]["NPW"]) == (3, 1)
 

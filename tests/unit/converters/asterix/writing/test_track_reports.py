@@ -16,8 +16,8 @@ UNIT_DEG = 180 / 2**25
 
 
 def test_a_track_is_written_as_the_tables_of_the_standard_say() -> None:
-    told = replace(reports(number=0x1234), first=np.array([True]))
-    octets = track_records(told, SENDER).written().data.tobytes()
+    reported = replace(reports(number=0x1234), first=np.array([True]))
+    octets = track_records(reported, SENDER).written().data.tobytes()
     # Worked out by hand from the tables of edition 1.21.
     expected = (
         "bb 5f ed 06"  # 010 015 070 105 185, 060 380 040 080 290, 200 295 136 135 220, 500 340
@@ -38,7 +38,7 @@ def test_a_track_is_written_as_the_tables_of_the_standard_say() -> None:
     assert octets == bytes.fromhex(expected)
 
 
-def test_a_callsign_is_told_as_derived_from_the_aircraft_and_not_twice() -> None:
+def test_a_callsign_is_reported_as_derived_from_the_aircraft_and_not_twice() -> None:
     called = packed_callsigns(pl.Series(["DLH8JW", None, "ABCD1234"]))
     first, second, third = read_tracks(track_records(reports(3, callsign=called), SENDER))
     # The standard says that 245 shall not be used, since 380/ID says the same.
@@ -68,7 +68,7 @@ def test_what_is_not_known_is_absent() -> None:
     assert record["080"]["SDS"] == 3
 
 
-def test_a_height_by_geometry_is_told_as_such() -> None:
+def test_a_height_by_geometry_is_reported_as_such() -> None:
     geometric = reports(barometric_m=np.nan, measured_height_m=np.nan, geometric_m=9144.0)
     (record,) = read_tracks(track_records(geometric, SENDER))
     assert record["130"] == pytest.approx(30_000.0)
@@ -136,7 +136,7 @@ def test_ages_and_accuracies_beyond_their_items_are_the_largest_there_is() -> No
     assert records.left_out == {}
 
 
-def test_a_whole_turn_is_no_azimuth() -> None:
+def test_360_degrees_is_not_an_azimuth() -> None:
     (record,) = read_tracks(track_records(reports(azimuth_deg=359.9999), SENDER))
     assert record["340"]["POS"]["THETA"] == 0.0
 

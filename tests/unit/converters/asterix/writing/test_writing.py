@@ -1,4 +1,4 @@
-"""Records are written as the reader reads them, whatever their fields say."""
+"""Written records are read back unchanged, for any values of their fields."""
 
 import numpy as np
 import pytest
@@ -107,7 +107,7 @@ def test_what_an_item_cannot_hold_is_left_out_and_counted_or_is_the_largest() ->
     assert records.left_out == {"185": 1}
 
 
-def test_blocks_hold_whole_records_and_are_no_longer_than_told() -> None:
+def test_blocks_have_whole_records_and_at_most_the_maximum_size() -> None:
     ends = np.cumsum([100, 200, 97, 500, 10, 10])
     data = np.arange(ends[-1], dtype=np.int64).astype(np.uint8)
     cut = blocks(62, Written(data, ends), octets_max=400)
@@ -117,7 +117,7 @@ def test_blocks_hold_whole_records_and_are_no_longer_than_told() -> None:
     assert blocks(62, Written(data[:0], ends[:0])) == []
 
 
-def test_an_item_that_there_is_not_is_told() -> None:
+def test_an_unknown_item_is_reported() -> None:
     with pytest.raises(KeyError):
         Records(layout_of(62, "1.21"), 1).put("041", 1)
     with pytest.raises(KeyError):

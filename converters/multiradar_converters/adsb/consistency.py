@@ -1,49 +1,50 @@
-"""Reports that say what an earlier one of the same aircraft said.
+"""Consistency of the reports of an aircraft: repeated and stale positions, jumps.
 
-Feeds of positions tell every second what they know, so a position that was heard once comes again
-under later times until the next one is heard. While the aircraft flies on, such a report is wrong
-by the way flown since.
+Feeds output the last known position every second, so a position that was received once is repeated
+with later times until the next reception. While the aircraft moves, the error of such a report is
+the distance flown since.
 
 =================== ===========================================================================
 a report            is
 =================== ===========================================================================
-same position and   `REPEATED`: refused
+same position and   `REPEATED`: rejected
 time as the last
-same position, and  `STALE`: refused. Ground speed times the time since the position was first
-more than `STALE_M` told gives the way
+same position, and  `STALE`: rejected. The distance is the ground speed times the time since the
+more than `STALE_M` position was first reported
 flown since
-same position       good: it stands, or its speed is not told
-farther away than   good, but counted as a jump. Times are often whole seconds, so a second
-`SPEED_MAX_MPS`     more or less may lie between two
+same position       good: the aircraft is stationary, or its speed is unknown
+farther away than   good, but counted as a jump. Times often have a resolution of 1 s, which is
+`SPEED_MAX_MPS`     allowed for
 times the time
-earlier than the    good, but counted as backwards: files are often flight by flight, and the
-last                table is put in order of time
+earlier than the    good, but counted as backwards: files are often ordered by flight, and the
+last                table is sorted by time
 =================== ===========================================================================
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar_converters.adsb import _judging_kernels
-from multiradar_converters.adsb._judging_kernels import GOOD, REPEATED
+from multiradar_converters.adsb import _consistency_kernels
+from multiradar_converters.adsb._consistency_kernels import GOOD, REPEATED
 from multiradar_converters.adsb.reading import roles
-from multiradar_converters.adsb.reading.batches import Batch, Refused
+from multiradar_converters.adsb.reading.batches import Batch, RejectedRecord
 from multiradar_converters.errors import LayoutError
 from multiradar_schemas.measurements.reject import RejectCode
 
-#: A position stands for so long a way, m: the resolution of ADS-B is 5 m, of tables up to 11 m.
+#: Minimum distance flown for a stale position, m: the resolution of ADS-B is 5 m, of tables up to
+#: 11 m.
 STALE_M = 20.0
-#: No aircraft that tells its position flies faster, m/s (Mach 2).
+#: Maximum speed of aircraft with ADS-B, m/s (Mach 2).
 SPEED_MAX_MPS = 600.0
 #: Resolution of times, s.
 STEP_S = 1.0
 
-#: Aircraft of one file, which are remembered: bounds the memory.
+#: Maximum number of aircraft per file; bounds the memory.
 AIRCRAFT_MAX = 1 << 20
 
 
-class Judge:
-    """Judges the reports of a file in its order.
+class ConsistencyCheck:
+    """Checks the reports of a file in file order.
 
     Parameters
     ----------
@@ -57,7 +58,7 @@ class Judge:
         self._file = file
         self._of_day = of_day
         self._rows: dict[int, int] = {}
-        self._state = np.full((1024, _judging_kernels.STATE_NUMBERS), np.nan)
+        self._state = np.full((1024, _consistency_kernels.STATE_NUMBERS), np.nan)
         self._midnight = np.array([np.nan, 0.0])
         self._counts = np.zeros(2, dtype=np.int64)
         self.repeated = 0
@@ -65,26 +66,26 @@ class Judge:
 
     @property
     def backwards(self) -> int:
-        """Reports whose time is before that of the report before."""
-        return int(self._counts[_judging_kernels.BACKWARDS])
+        """Number of reports earlier than the previous one."""
+        return int(self._counts[_consistency_kernels.BACKWARDS])
 
     @property
     def jumps(self) -> int:
-        """Reports farther from the one before than any aircraft flies."""
-        return int(self._counts[_judging_kernels.JUMPS])
+        """Number of reports farther from the previous one than an aircraft can fly."""
+        return int(self._counts[_consistency_kernels.JUMPS])
 
-    def judge(self, batch: Batch) -> NDArray[np.bool_]:
-        """Move times past midnight; refuse what is told again.
+    def push(self, batch: Batch) -> NDArray[np.bool_]:
+        """Unwrap times past midnight; reject repeated and stale reports.
 
         Parameters
         ----------
         batch : Batch
-            Reports; times are changed in place, and `refused` is added to.
+            Reports; times are changed in place, and `rejected` is extended.
 
         Returns
         -------
         bool[n]
-            Which reports stand.
+            Which reports are good.
 
         Raises
         ------
@@ -94,10 +95,10 @@ class Judge:
         numbers = batch.numbers
         time = np.ascontiguousarray(numbers[roles.TIME])
         if self._of_day:
-            _judging_kernels.past_midnight(time, self._midnight)
+            _consistency_kernels.past_midnight(time, self._midnight)
             numbers[roles.TIME] = time
-        verdict = np.zeros(len(time), dtype=np.int64)
-        _judging_kernels.judge_reports(
+        result = np.zeros(len(time), dtype=np.int64)
+        _consistency_kernels.check_reports(
             time,
             np.ascontiguousarray(numbers[roles.LATITUDE]),
             np.ascontiguousarray(numbers[roles.LONGITUDE]),
@@ -108,12 +109,12 @@ class Judge:
             SPEED_MAX_MPS,
             STEP_S,
             self._state,
-            verdict,
+            result,
             self._counts,
         )
-        for k in np.flatnonzero(verdict != GOOD).tolist():
-            batch.refused.append(self._refused(batch, k, int(verdict[k])))
-        return np.asarray(verdict == GOOD, dtype=np.bool_)
+        for k in np.flatnonzero(result != GOOD).tolist():
+            batch.rejected.append(self._rejected(batch, k, int(result[k])))
+        return np.asarray(result == GOOD, dtype=np.bool_)
 
     def _rows_of(self, addresses: NDArray[np.int64]) -> NDArray[np.int64]:
         distinct, places = np.unique(addresses, return_inverse=True)
@@ -126,11 +127,13 @@ class Judge:
             self._state = np.concatenate([self._state, np.full_like(self._state, np.nan)])
         return np.array(numbers, dtype=np.int64)[places.ravel()]
 
-    def _refused(self, batch: Batch, k: int, verdict: int) -> Refused:
-        if verdict == REPEATED:
+    def _rejected(self, batch: Batch, k: int, result: int) -> RejectedRecord:
+        if result == REPEATED:
             self.repeated += 1
-            reason = "the position and time of the report before it, once more"
+            reason = "repeats the position and time of the previous report"
         else:
             self.stale += 1
-            reason = "an old position under a new time: the aircraft has flown on since it was told"
-        return Refused(int(batch.places[k]), RejectCode.DUPLICATE, reason, batch.raw(k))
+            reason = (
+                "a stale position under a new time: the aircraft has moved since it was reported"
+            )
+        return RejectedRecord(int(batch.places[k]), RejectCode.DUPLICATE, reason, batch.raw(k))

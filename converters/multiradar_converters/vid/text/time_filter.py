@@ -1,4 +1,4 @@
-"""Rows on their way out of a file: those whose times are out of place are refused."""
+"""Rejects rows whose times are outliers within their file."""
 
 import datetime as dt
 from dataclasses import dataclass, field
@@ -10,10 +10,10 @@ from multiradar_converters.vid import fields
 from multiradar_converters.vid.accounting import Account, RejectedLine, RejectsFile
 from multiradar_converters.vid.text.layout import FileLayout
 from multiradar_converters.vid.text.lines import Row, parse_line
-from multiradar_converters.vid.times import Clockwork
+from multiradar_converters.vid.times import TimeUnwrapper
 from multiradar_schemas.measurements.reject import RejectCode
 
-# So many refused lines wait for a row before them to be decided, so that they come in order.
+# Maximum rejected lines waiting for a decision on an earlier row, so that rejects stay in order.
 _WAITING_REJECTS_MAX = 10_000
 
 
@@ -24,11 +24,11 @@ class Rows:
     Attributes
     ----------
     numbers : float64[6, n]
-        By role, SI and degrees; NaN where absent. Roles the table lacks are undefined.
+        By role, SI and degrees; NaN if absent. Roles that the table lacks are undefined.
     integers : int64[6, n]
-        By role less `FIRST_INTEGER`; -1 where absent.
+        By role minus `FIRST_INTEGER`; -1 if absent.
     begins : int64[n]
-        Where the line of each begins in the text of its block.
+        Begin of the line of each in the text of its block.
     """
 
     numbers: NDArray[np.float64]
@@ -36,7 +36,7 @@ class Rows:
     begins: NDArray[np.int64]
 
     def chosen(self, keep: NDArray[np.bool_] | slice) -> "Rows":
-        """Return some of the rows."""
+        """Return selected rows."""
         return Rows(self.numbers[:, keep], self.integers[:, keep], self.begins[keep])
 
     def number(self, role: int) -> NDArray[np.float64]:
@@ -55,7 +55,7 @@ class Rows:
 
 @dataclass
 class Parsed:
-    """What became of the lines of a block."""
+    """Result of parsing the lines of a block."""
 
     size: int
     text: bytearray | bytes
@@ -63,67 +63,71 @@ class Parsed:
     blank: int = 0
     header: int = 0
     rows: list[Rows] = field(default_factory=list)
-    # Numbers of the lines count within the block, from 0.
+    # Line numbers within the block, from 0.
     rejected: list[RejectedLine] = field(default_factory=list)
 
 
-class Sieve:
-    """Judges the times of the rows of a file, block by block, and writes its rejects in order.
+class TimeFilter:
+    """Checks the times of the rows of a file, block by block, and writes its rejects in order.
 
     Parameters
     ----------
     layout : FileLayout
-        How the file is laid out.
-    clock : Clockwork or None
-        Who judges; None lets every row pass.
+        Layout of the file.
+    clock : TimeUnwrapper or None
+        Unwraps times and marks outliers; None accepts every row.
     account : Account
-        Its rejected lines are filled; its lines are those of the blocks before.
+        Rejected lines are added; its line count is that of the previous blocks.
     rejects : RejectsFile
-        Takes the refused lines.
+        Receives the rejected lines.
     """
 
     def __init__(
-        self, layout: FileLayout, clock: Clockwork | None, account: Account, rejects: RejectsFile
+        self,
+        layout: FileLayout,
+        clock: TimeUnwrapper | None,
+        account: Account,
+        rejects: RejectsFile,
     ) -> None:
         self._layout = layout
         self._clock = clock
         self._account = account
         self._file = rejects
         self._rejects: list[RejectedLine] = []
-        # Rows that wait for those after them, and their lines.
+        # Rows pending a decision by later rows, and their lines.
         self._waiting: Rows | None = None
         self._lines: list[tuple[int, bytes]] = []
         self._last_s = 0.0
 
-    def take(self, parsed: Parsed) -> list[Rows]:
-        """Return rows that stand, none of them empty; some of them may be of blocks before."""
+    def push(self, parsed: Parsed) -> list[Rows]:
+        """Process a block; return accepted rows, which may belong to previous blocks."""
         before = self._account.lines
         self._rejects += [
             RejectedLine(before + 1 + each.line, each.code, each.reason, each.raw)
             for each in parsed.rejected
         ]
-        passed = [self._judged(rows, parsed.text) for rows in parsed.rows if len(rows)]
+        passed = [self._checked(rows, parsed.text) for rows in parsed.rows if len(rows)]
         self._write()
         return [rows for rows in passed if len(rows)]
 
     def finish(self) -> None:
-        """Refuse rows that wait in vain."""
+        """Reject pending rows at the end of the file."""
         for line, raw in self._lines:
-            self._refuse(line, raw, self._last_s)
+            self._reject(line, raw, self._last_s)
         self._lines = []
         self._write()
 
-    def _judged(self, rows: Rows, text: bytearray | bytes) -> Rows:
+    def _checked(self, rows: Rows, text: bytearray | bytes) -> Rows:
         if self._clock is None:
             return rows
         lines = self._lines
         if self._waiting is not None:
-            rows = _joined(self._waiting, rows)
+            rows = _concatenated(self._waiting, rows)
         times = rows.number(fields.TIME)
         kept = np.empty(len(rows), dtype=np.bool_)
-        decided, refused = self._clock.run(times, kept)
+        decided, rejected = self._clock.run(times, kept)
         self._waiting, self._lines = None, []
-        if decided == len(rows) and not refused:
+        if decided == len(rows) and not rejected:
             return rows
 
         def line_of(place: int) -> tuple[int, bytes]:
@@ -132,7 +136,7 @@ class Sieve:
             return self._line(text, int(rows.begins[place]))
 
         for place in np.flatnonzero(~kept[:decided]).tolist():
-            self._refuse(*line_of(place), float(times[place]))
+            self._reject(*line_of(place), float(times[place]))
         if decided < len(rows):
             self._waiting = rows.chosen(slice(decided, None))
             self._lines = [line_of(place) for place in range(decided, len(rows))]
@@ -145,7 +149,7 @@ class Sieve:
         raw = bytes(text[begin : len(text) if end < 0 else end])
         return self._account.lines + 1 + text.count(mark, 0, begin), raw.removesuffix(b"\r")
 
-    def _refuse(self, line: int, raw: bytes, near: float) -> None:
+    def _reject(self, line: int, raw: bytes, near: float) -> None:
         row = parse_line(raw, self._layout)
         time = row.numbers[fields.TIME] if isinstance(row, Row) else float("nan")
         name = self._layout.name_of(fields.TIME)
@@ -162,7 +166,7 @@ class Sieve:
         return f"{moment.isoformat(timespec='milliseconds' if decimals else 'seconds')}Z"
 
     def _write(self) -> None:
-        """Write the refused lines before the first row that waits."""
+        """Write the rejected lines before the first pending row."""
         end = self._lines[0][0] if self._lines else None
         if len(self._rejects) > _WAITING_REJECTS_MAX:
             end = None
@@ -177,7 +181,7 @@ class Sieve:
         self._rejects = later
 
 
-def _joined(first: Rows, then: Rows) -> Rows:
+def _concatenated(first: Rows, then: Rows) -> Rows:
     return Rows(
         np.concatenate([first.numbers, then.numbers], axis=1),
         np.concatenate([first.integers, then.integers], axis=1),

@@ -1,11 +1,11 @@
-"""Reports that repeat an earlier one are found whatever aircraft are mixed with them."""
+"""Repeated and stale reports are found among reports of other aircraft."""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
 
-from multiradar_converters.adsb.judging import SPEED_MAX_MPS, STALE_M, STEP_S, Judge
+from multiradar_converters.adsb.consistency import SPEED_MAX_MPS, STALE_M, STEP_S, ConsistencyCheck
 from multiradar_converters.adsb.reading import roles
 from multiradar_converters.adsb.reading.batches import Batch
 from multiradar_converters.errors import LayoutError
@@ -16,13 +16,13 @@ SAMPLES = 400
 
 @dataclass
 class Plain:
-    """The judgement of one aircraft's reports, as it is described."""
+    """Reference consistency check of the reports of one aircraft."""
 
     last: tuple[float, float, float] | None = None
     since: float = 0.0
     backwards: int = 0
     jumps: int = 0
-    refused: list[str] = field(default_factory=list)
+    rejected: list[str] = field(default_factory=list)
 
     def stands(self, time: float, latitude: float, longitude: float, speed: float) -> bool:
         if self.last is None:
@@ -32,10 +32,10 @@ class Plain:
         self.backwards += time < before
         if (latitude, longitude) == (was_latitude, was_longitude):
             if time in (before, self.since):
-                self.refused.append("repeated")
+                self.rejected.append("repeated")
                 return False
             if time > self.since and speed * (time - self.since) > STALE_M:
-                self.refused.append("stale")
+                self.rejected.append("stale")
                 return False
             self.since = min(self.since, time)
         else:
@@ -59,7 +59,7 @@ def batch(reports: np.ndarray, address: np.ndarray) -> Batch:
 
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("size", [7, SAMPLES])
-def test_the_compiled_judgement_is_the_plain_one(seed: int, size: int) -> None:
+def test_the_compiled_check_equals_the_reference(seed: int, size: int) -> None:
     generator = np.random.Generator(np.random.PCG64(seed))
     reports = np.stack(
         [
@@ -71,7 +71,7 @@ def test_the_compiled_judgement_is_the_plain_one(seed: int, size: int) -> None:
         axis=1,
     )
     address = generator.integers(1, 6, SAMPLES)
-    judge = Judge("x", of_day=False)
+    check = ConsistencyCheck("x", of_day=False)
     plain = {number: Plain() for number in range(1, 6)}
     for begin in range(0, SAMPLES, size):
         part = slice(begin, begin + size)
@@ -80,28 +80,28 @@ def test_the_compiled_judgement_is_the_plain_one(seed: int, size: int) -> None:
             plain[number].stands(*row)
             for number, row in zip(address[part].tolist(), reports[part].tolist(), strict=True)
         ]
-        assert judge.judge(made).tolist() == expected
-        refused = [one.place for one in made.refused]
-        assert refused == [k for k, stands in enumerate(expected) if not stands]
-    told = [each.refused for each in plain.values()]
-    assert judge.stale == sum(each.count("stale") for each in told) > 0
-    assert judge.repeated == sum(each.count("repeated") for each in told) > 0
-    assert judge.backwards == sum(each.backwards for each in plain.values()) > 0
-    assert judge.jumps == sum(each.jumps for each in plain.values()) > 0
+        assert check.push(made).tolist() == expected
+        rejected = [one.place for one in made.rejected]
+        assert rejected == [k for k, stands in enumerate(expected) if not stands]
+    reported = [each.rejected for each in plain.values()]
+    assert check.stale == sum(each.count("stale") for each in reported) > 0
+    assert check.repeated == sum(each.count("repeated") for each in reported) > 0
+    assert check.backwards == sum(each.backwards for each in plain.values()) > 0
+    assert check.jumps == sum(each.jumps for each in plain.values()) > 0
 
 
 def test_aircraft_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("multiradar_converters.adsb.judging.AIRCRAFT_MAX", 3)
+    monkeypatch.setattr("multiradar_converters.adsb.consistency.AIRCRAFT_MAX", 3)
     reports = np.tile([1.6e9, 47.0, 8.0, 200.0], (4, 1))
-    judge = Judge("x", of_day=False)
-    assert judge.judge(batch(reports[:3], np.array([1, 2, 3]))).all()
+    check = ConsistencyCheck("x", of_day=False)
+    assert check.push(batch(reports[:3], np.array([1, 2, 3]))).all()
     with pytest.raises(LayoutError, match="expected at most 3 aircraft"):
-        judge.judge(batch(reports[:1], np.array([4])))
+        check.push(batch(reports[:1], np.array([4])))
 
 
-def test_many_aircraft_keep_what_is_known_of_them() -> None:
+def test_many_aircraft_keep_their_state() -> None:
     count = 3000
     reports = np.tile([1.6e9, 47.0, 8.0, 200.0], (count, 1))
-    judge = Judge("x", of_day=False)
-    assert judge.judge(batch(reports, np.arange(1, count + 1))).all()
-    assert not judge.judge(batch(reports, np.arange(1, count + 1))).any()
+    check = ConsistencyCheck("x", of_day=False)
+    assert check.push(batch(reports, np.arange(1, count + 1))).all()
+    assert not check.push(batch(reports, np.arange(1, count + 1))).any()

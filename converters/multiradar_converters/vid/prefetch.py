@@ -1,4 +1,4 @@
-"""Working one item ahead of whoever takes them."""
+"""Computes the next item of an iterator in another thread."""
 
 from collections.abc import Iterator
 from concurrent.futures import Executor
@@ -7,20 +7,20 @@ from typing import TypeVar
 Item = TypeVar("Item")
 
 
-def ahead(items: Iterator[Item], pool: Executor) -> Iterator[Item]:
-    """Yield the items, each made in another thread while the one before is in use.
+def prefetch(items: Iterator[Item], pool: Executor) -> Iterator[Item]:
+    """Yield the items, each computed in another thread while the previous one is in use.
 
     Parameters
     ----------
     items : iterator
-        Not used by anybody else.
+        Must not be used elsewhere.
     pool : Executor
-        Has a thread to spare.
+        Must have a free thread.
 
     Yields
     ------
     item
-        In their order; what making one raises is raised here.
+        In order; exceptions of the iterator are raised here.
     """
     waiting = pool.submit(next, items, None)
     while (item := waiting.result()) is not None:

@@ -1,4 +1,4 @@
-"""Compiled judgement of each aircraft's reports in the order of their file."""
+"""Compiled consistency check of the reports of each aircraft in file order."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,14 +8,14 @@ from multiradar_compiled.kernels import in_loop, loop
 Words = NDArray[np.int64]
 Numbers = NDArray[np.float64]
 
-#: What becomes of a report.
+#: Results for a report.
 GOOD, REPEATED, STALE = range(3)
 
-#: Places in the counts of `judge_reports`.
+#: Indices in the counts of `check_reports`.
 BACKWARDS, JUMPS = range(2)
 
-#: Places in the state of an aircraft: time of its last report, its position, and the time at
-#: which this position was first told.
+#: Indices in the state of an aircraft: time of the last report, its position, and the time at which
+#: this position was first reported.
 LAST, LATITUDE, LONGITUDE, SINCE = range(4)
 STATE_NUMBERS = 4
 
@@ -26,7 +26,7 @@ _DAY_S = 86_400.0
 
 @in_loop
 def _distance_m(latitude: float, longitude: float, other: float, other_longitude: float) -> float:
-    """Great-circle distance, degrees in; to half a percent."""
+    """Great-circle distance, m, of positions in degrees; accurate to 0.5 %."""
     half_north = np.radians(latitude - other) / 2.0
     half_east = np.radians(longitude - other_longitude) / 2.0
     chord = (
@@ -38,45 +38,45 @@ def _distance_m(latitude: float, longitude: float, other: float, other_longitude
 
 
 @loop
-def judge_reports(
+def check_reports(
     time: Numbers, latitude: Numbers, longitude: Numbers, speed: Numbers, ground: Words,
     aircraft: Words, stale_m: float, speed_max_mps: float, step_s: float, state: Numbers,
-    verdict: Words, counts: Words,
+    result: Words, counts: Words,
 ) -> None:  # fmt: skip
-    """Judge reports (see `judging.Judge`).
+    """Check reports (see `consistency.ConsistencyCheck`).
 
     Parameters
     ----------
     time, latitude, longitude, speed : float64[n]
         s, degrees, m/s (NaN: none).
     ground : int64[n]
-        1 on the ground.
+        1 if on the ground.
     aircraft : int64[n]
         Row of each in `state`.
     stale_m, speed_max_mps, step_s : float
-        Bounds.
+        Limits.
     state : float64[a, STATE_NUMBERS]
-        What is known of each aircraft (NaN: nothing); changed in place.
-    verdict : int64[n]
+        State of each aircraft (NaN: unknown); updated in place.
+    result : int64[n]
         Filled.
     counts : int64[2]
-        Reports before those before them, and jumps; added to.
+        Reports with decreasing time, and jumps; incremented.
     """
     for k in range(len(time)):
         known = state[aircraft[k]]
         passed = time[k] - known[LAST]
         same = latitude[k] == known[LATITUDE] and longitude[k] == known[LONGITUDE]
-        verdict[k] = GOOD
+        result[k] = GOOD
         if passed < 0.0:
             counts[BACKWARDS] += 1
         if same:
             since = time[k] - known[SINCE]
             if since == 0.0 or passed == 0.0:
-                verdict[k] = REPEATED
+                result[k] = REPEATED
                 continue
-            # A comparison with NaN, no ground speed, is false.
+            # Without ground speed (NaN) the comparison is false.
             if since > 0.0 and ground[k] != 1 and speed[k] * since > stale_m:
-                verdict[k] = STALE
+                result[k] = STALE
                 continue
             if since < 0.0:
                 known[SINCE] = time[k]
@@ -90,14 +90,14 @@ def judge_reports(
 
 @loop
 def past_midnight(time: Numbers, state: Numbers) -> None:
-    """Let times of day go on past midnight, either way.
+    """Unwrap times of day past midnight, in both directions.
 
     Parameters
     ----------
     time : float64[n]
         Times, s; changed in place.
     state : float64[2]
-        The last time as it stood (NaN: none), and the day; changed in place.
+        The last time of day (NaN: none), and the day; updated in place.
     """
     for k in range(len(time)):
         raw = time[k]
