@@ -22,6 +22,7 @@ from multiradar.tracking.forecast.forecast_scores import (
     Learnt,
     standardised,
 )
+from multiradar.tracking.forecast.pending import PendingForecasts
 from multiradar.tracking.forecast.state_samples import SAMPLE_TRACKS_MAX, drawn
 
 Floats = NDArray[np.float64]
@@ -47,14 +48,6 @@ PROBABILITY = 0.95
 NOTHING_LEARNT = ForecastScores(1, 0).learnt
 
 
-class _Made(NamedTuple):
-    # A forecast of one horizon.
-    due_s: float
-    horizon: int
-    mean: Floats
-    covariance: Floats
-
-
 class _Judged(NamedTuple):
     # One whose error is known.
     track_id: int
@@ -69,7 +62,7 @@ class FanScores:
 
     def __init__(self) -> None:
         self._scores = ForecastScores(1, 0)
-        self._waiting: dict[int, list[_Made]] = {}
+        self._pending = PendingForecasts.none(1)
         self._judged: list[_Judged] = []
         self._allowed, self._samples = 0.0, 0
         # How much larger than claimed the covariances of forecasts are, by horizon.
@@ -87,8 +80,8 @@ class FanScores:
 
     @property
     def waiting(self) -> int:
-        """Number of forecasts, each of one horizon, that wait for their time."""
-        return sum(len(made) for made in self._waiting.values())
+        """Number of pending forecasts, each of one horizon."""
+        return self._pending.rows
 
     def chosen(self, tracks: Sequence[int], epoch: int, plots: int) -> list[int]:
         """Return the tracks that are forecast at a sample, others each time.
@@ -118,12 +111,15 @@ class FanScores:
 
     def make(self, track_id: int, bundle: Bundle) -> None:
         """Forecast by a bundle with tracks, at all horizons, and wait for their times."""
-        if self.waiting + len(HORIZONS_S) > WAITING_MAX:
+        horizons = len(HORIZONS_S)
+        if self.waiting + horizons > WAITING_MAX:
             return
         fan = forecast(bundle.final_states(), HORIZONS_S, SETTINGS, bundle.manoeuvre_history)
-        due_s, mean, spread = fan.time_s + HORIZONS_S, fan.mean()[:, :2], fan.spread()[:, :2, :2]
-        made = zip(due_s.tolist(), range(len(HORIZONS_S)), mean, spread, strict=True)
-        self._waiting.setdefault(track_id, []).extend(_Made(*one) for one in made)
+        made = PendingForecasts(
+            np.full(horizons, track_id), fan.time_s + HORIZONS_S, np.arange(horizons),
+            fan.mean()[:, None, :2], fan.spread()[:, None, :2, :2], np.zeros((horizons, 3)),
+        )  # fmt: skip
+        self._pending = self._pending.followed_by(made)
 
     def judge(self, track_id: int, bundle: Bundle, time_s: float | None) -> None:
         """Compare forecasts whose time has come with where the bundle says that its aircraft was.
@@ -137,29 +133,28 @@ class FanScores:
         time_s : float or None
             Data time of now, s; None when this is the last that is heard of the track.
         """
-        waiting = self._waiting.get(track_id)
-        if not waiting or not len(bundle):
+        pending, due_s = self._pending, self._pending.due_s
+        own = pending.track_id == track_id
+        if not own.any() or not len(bundle):
             return
         begin_s, now_s = bundle.window_s
-        until_s = now_s
+        until_s, waiting = now_s, own
         if time_s is not None:
             # No plot comes any more that would be near enough.
             silent_s = max(now_s, time_s - GAP_MAX_S)
-            waiting = [one for one in waiting if not now_s < one.due_s < silent_s]
+            waiting = own & ~((now_s < due_s) & (due_s < silent_s))
             until_s = now_s - SETTLED_S
-            if min((one.due_s for one in waiting), default=np.inf) > now_s - ASKED_AFTER_S:
+            if np.min(due_s[waiting], initial=np.inf) > now_s - ASKED_AFTER_S:
                 until_s = -np.inf
-        self._waiting[track_id] = [one for one in waiting if one.due_s > until_s]
-        come = [one for one in waiting if begin_s <= one.due_s <= until_s]
-        plots_s = bundle.plots_s
-        made = [one for one in come if _is_told(plots_s, one.due_s)]
-        made.sort(key=lambda one: (one.due_s, one.horizon))
-        if made:
-            self._compare(track_id, made, bundle)
+        self._pending = pending.at(~own | (waiting & (due_s > until_s)))
+        made = pending.at(waiting & (begin_s <= due_s) & (due_s <= until_s))
+        made = made.at(_is_between(bundle.plots_s, made.due_s))
+        if made.rows:
+            self._compare(track_id, made.at(np.lexsort((made.horizon, made.due_s))), bundle)
 
     def forget(self, track_id: int) -> None:
         """Wait for nothing more of a track."""
-        self._waiting.pop(track_id, None)
+        self._pending = self._pending.at(self._pending.track_id != track_id)
 
     def settle(self) -> None:
         """Learn from all that was judged since the last time, in an order of its own."""
@@ -175,23 +170,23 @@ class FanScores:
         plan = self._scores.plan(HORIZONS_S, PROBABILITY)
         self._excess = plan.factor / plan.single
 
-    def _compare(self, track_id: int, made: list[_Made], bundle: Bundle) -> None:
-        path = bundle.path([one.due_s for one in made])
-        error = path.state[:, :2] - np.array([one.mean for one in made])
-        # A fan claims more than errors are where nobody manoeuvres: the part of them that the
-        # bundle still has is one of the errors as they are.
-        excess = self._excess[[one.horizon for one in made]][:, None]
-        covariance = excess[..., None] * np.array([one.covariance for one in made])
-        left = path.covariance[:, :2, :2]
-        scores, sizes = standardised(error[:, None], covariance[:, None], left)
+    def _compare(self, track_id: int, made: PendingForecasts, bundle: Bundle) -> None:
+        path = bundle.path(made.due_s)
+        error = path.state[:, None, :2] - made.mean
+        # A forecast ensemble claims more than errors are where no aircraft manoeuvres: the part of
+        # them that the bundle still has is one of the errors as they are.
+        excess = self._excess[made.horizon][:, None]
+        covariance = excess[..., None, None] * made.covariance
+        scores, sizes = standardised(error, covariance, path.covariance[:, :2, :2])
         scores *= excess
-        rows = zip(made, scores[:, 0].tolist(), sizes[:, 0].tolist(), strict=True)
-        self._judged += [_Judged(track_id, one.due_s, one.horizon, *row) for one, *row in rows]
+        columns = (made.due_s, made.horizon, scores[:, 0], sizes[:, 0])
+        rows = zip(*(column.tolist() for column in columns), strict=True)
+        self._judged += [_Judged(track_id, *row) for row in rows]
 
 
-# Whether a bundle is sure of a time: one between plots that are not too far apart.
-def _is_told(plots_s: Floats, time_s: float) -> bool:
-    after = int(np.searchsorted(plots_s, time_s))
-    if not 0 < after < len(plots_s):
-        return False
-    return bool(plots_s[after] - plots_s[after - 1] <= GAP_MAX_S)
+# Whether a bundle is sure of times: those between plots that are not too far apart.
+def _is_between(plots_s: Floats, time_s: Floats) -> NDArray[np.bool_]:
+    after = np.searchsorted(plots_s, time_s)
+    inside = (after > 0) & (after < len(plots_s))
+    gap_s = plots_s[np.where(inside, after, 1)] - plots_s[np.where(inside, after, 1) - 1]
+    return np.asarray(inside & (gap_s <= GAP_MAX_S))

@@ -14,6 +14,7 @@ from multiradar.tracking.forecast.forecast_scores import (
     Plan,
     standardised,
 )
+from multiradar.tracking.forecast.pending import PendingForecasts
 from multiradar.tracking.forecast.state_samples import SAMPLE_EVERY_S, SAMPLE_TRACKS_MAX, drawn
 from multiradar.tracking.outputs import EngineOutput, StateSample, TrackStates
 from multiradar.tracking.settings import TrackingSettings
@@ -29,22 +30,6 @@ LATER_EVERY = 2
 WAITING_MAX = int(
     SAMPLE_TRACKS_MAX * np.sum(np.ceil((HORIZONS_S + GAP_MAX_S) / SAMPLE_EVERY_S + 1.0))
 )
-
-
-class _Waiting(NamedTuple):
-    # Pending forecasts: one row each, j motion models.
-    track_id: NDArray[np.int64]
-    due_s: Floats
-    horizon: NDArray[np.int64]
-    mean: Floats
-    covariance: Floats
-    before: Floats
-
-    def at(self, rows: NDArray[np.bool_] | slice) -> "_Waiting":
-        return _Waiting(
-            self.track_id[rows], self.due_s[rows], self.horizon[rows], self.mean[rows],
-            self.covariance[rows], self.before[rows],
-        )  # fmt: skip
 
 
 class _Places(NamedTuple):
@@ -89,14 +74,14 @@ class ForecastCalibration:
         self.family = ForecastFamily(settings, keeps_modes=keeps_modes)
         motions = len(self.family.names)
         self._scores = ForecastScores(motions, self.family.first)
-        self._waiting = _nothing(motions)
+        self._pending = PendingForecasts.none(motions)
         self._seen: list[_Places] = []
         self._samples = 0
 
     @property
     def waiting(self) -> int:
         """Number of pending forecasts."""
-        return len(self._waiting.due_s)
+        return self._pending.rows
 
     @property
     def scores(self) -> ForecastScores:
@@ -145,7 +130,7 @@ class ForecastCalibration:
     def _gather(self, output: EngineOutput, first: int, last: int) -> None:
         # Only tracks with pending forecasts are needed.
         track_id = output.updates.track_id[first:last]
-        rows = first + np.flatnonzero(np.isin(track_id, self._waiting.track_id))
+        rows = first + np.flatnonzero(np.isin(track_id, self._pending.track_id))
         if len(rows):
             updates = output.updates
             self._seen.append(
@@ -153,10 +138,10 @@ class ForecastCalibration:
             )
 
     def _learn(self, until_s: float) -> None:
-        waiting, seen = self._waiting, self._seen
+        waiting, seen = self._pending, self._seen
         self._seen = []
         if not seen:
-            self._waiting = waiting.at(waiting.due_s + GAP_MAX_S >= until_s)
+            self._pending = waiting.at(waiting.due_s + GAP_MAX_S >= until_s)
             return
         places = _by_track(seen)
         begin, after, end = _first_from(places, waiting.track_id, waiting.due_s)
@@ -166,7 +151,7 @@ class ForecastCalibration:
         known = after < end
         self._score(waiting.at(known), places.time_s[after[known]], places.place[after[known]])
         late = waiting.due_s + GAP_MAX_S < until_s
-        self._waiting = waiting.at(~known & ~late)
+        self._pending = waiting.at(~known & ~late)
 
     def _begin(self, sample: StateSample) -> None:
         places = drawn(sample.states.track_id, sample.epoch)
@@ -176,7 +161,7 @@ class ForecastCalibration:
         means, covariances = self.family.forecast_all(states, HORIZONS_S)
         tracks, horizons = len(states), len(HORIZONS_S)
         now = np.column_stack([states.time_s, states.mean[:, :2]])
-        made = _Waiting(
+        made = PendingForecasts(
             np.repeat(states.track_id, horizons),
             (states.time_s[:, None] + HORIZONS_S).ravel(),
             np.tile(np.arange(horizons), tracks),
@@ -184,8 +169,7 @@ class ForecastCalibration:
             _by_row(covariances),
             np.repeat(now, horizons, axis=0),
         )
-        joined = (np.concatenate(pair) for pair in zip(self._waiting, made, strict=True))
-        self._waiting = _Waiting(*joined).at(slice(-WAITING_MAX, None))
+        self._pending = self._pending.followed_by(made).at(slice(-WAITING_MAX, None))
 
     def forecast_by(
         self, plan: Plan, states: TrackStates, place: int, ahead_s: Floats
@@ -223,7 +207,7 @@ class ForecastCalibration:
         least = 0.5 * plan.single * np.trace(np.linalg.solve(covariance, now), axis1=1, axis2=2)
         return means[0], covariance, np.maximum(plan.factor, least)
 
-    def _score(self, made: _Waiting, after_s: Floats, after: Floats) -> None:
+    def _score(self, made: PendingForecasts, after_s: Floats, after: Floats) -> None:
         apart_s = after_s - made.before[:, 0]
         near = apart_s <= GAP_MAX_S
         part = np.ones(len(apart_s))
@@ -272,12 +256,6 @@ def _by_row(values: Floats) -> Floats:
     # From (motions, tracks, times) to rows (tracks × times) with their motions.
     rows = np.moveaxis(values, 0, 2)
     return np.ascontiguousarray(rows.reshape(-1, *rows.shape[2:]))
-
-
-def _nothing(motions: int) -> _Waiting:
-    whole, real = np.empty(0, np.int64), np.empty(0)
-    means, covariances = np.empty((0, motions, 2)), np.empty((0, motions, 2, 2))
-    return _Waiting(whole, real, whole, means, covariances, np.empty((0, 3)))
 
 
 def _by_track(seen: list[_Places]) -> _Places:
