@@ -1,4 +1,4 @@
-"""Gaussian estimates: what makes a matrix a covariance, and how far an error is from its sigma."""
+"""Gaussian estimates: checks of covariances, and normalised squared errors (NEES, NIS)."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -8,19 +8,19 @@ from multiradar.estimation.array_checks import require_numbers
 
 #: Largest asymmetry, in units of the two standard deviations, that rounding may leave.
 ASYMMETRY_MAX = 1e-9
-#: Smallest eigenvalue of the correlation matrix that is told from zero in double precision.
+#: Smallest eigenvalue of a correlation matrix that differs from zero in double precision.
 EIGENVALUE_MIN = 1e-14
 
 
 def require_covariance(matrix: ArrayLike, name: str) -> NDArray[np.float64]:
-    """Return the matrix if it is a covariance, or say what is wrong with it.
+    """Return the matrix if it is a covariance; raise otherwise.
 
     Parameters
     ----------
     matrix : (..., n, n) array_like
         One matrix or several.
     name : str
-        What it is the covariance of, for the message.
+        Name of the quantity in the message.
 
     Returns
     -------
@@ -33,11 +33,11 @@ def require_covariance(matrix: ArrayLike, name: str) -> NDArray[np.float64]:
         If it is not square, has a number that is not finite, is not symmetric within
         `ASYMMETRY_MAX`, or is not positive definite.
     ShapeError
-        If it is no numbers.
+        If it is not numeric.
 
     Notes
     -----
-    Symmetry and definiteness are judged on the correlation matrix, so that metres and radians, or
+    Symmetry and definiteness are tested on the correlation matrix, so that metres and radians, or
     variances of 1e-12 and 1e+6, can stand side by side.
     """
     values = require_numbers(matrix, name)
@@ -65,7 +65,7 @@ def require_covariance(matrix: ArrayLike, name: str) -> NDArray[np.float64]:
 
 
 def symmetric_part(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (M + Mᵀ)/2: what an update leaves of a covariance after rounding.
+    """Return (M + Mᵀ)/2, which removes the asymmetry of rounding.
 
     Parameters
     ----------
@@ -79,8 +79,8 @@ def symmetric_part(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
 
     References
     ----------
-    IMM UrO RAN report (2016), equation (1.29), whose last form is symmetric but for rounding; that
-    rounding makes it diverge, and that this mends it, is the project's own finding.
+    IMM UrO RAN report (2016), equation (1.29), whose last form is symmetric but for rounding; the
+    divergence by rounding, and this remedy, are the project's own finding.
     """
     return (matrix + np.swapaxes(matrix, -1, -2)) / 2.0
 
@@ -93,19 +93,19 @@ def normalised_squared(error: ArrayLike, covariance: ArrayLike) -> NDArray[np.fl
     error : (..., n) ndarray
         Error, in any units.
     covariance : (..., n, n) ndarray
-        Its claimed covariance.
+        Its covariance by the filter.
 
     Returns
     -------
     (...) ndarray
-        χ² distributed with n degrees of freedom when the claim is true.
+        χ² distributed with n degrees of freedom if the covariance is consistent.
 
     Raises
     ------
     CovarianceError
-        If the covariance is none.
+        If the covariance is not valid.
     ShapeError
-        If the error is no numbers, or not of as many components as the covariance.
+        If the error is not numeric, or its components do not match the covariance.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""Compiled geodesy of the system plane; validation is in `system_plane`.
+"""Compiled geodesy of the system plane; arguments are checked in `system_plane`.
 
 Symbols (all in the frame of the plane's centre O: east, north, up; its origin on the ellipsoid)::
 
@@ -11,8 +11,8 @@ Symbols (all in the frame of the plane's centre O: east, north, up; its origin o
     u_e, u_n    slopes du/de and du/dn
     X, Z        coordinates of O from the axis and from the equator, m
 
-A foot whose normal leans more than 60° from the normal at O is outside the plane: the results
-there are NaN (or ok = False), and every caller's gate must be written so that NaN fails it.
+A foot whose normal is inclined by more than 60° to the normal at O is outside the plane: results
+there are NaN (or ok = False), and gates of callers must reject NaN.
 """
 
 import math
@@ -32,15 +32,15 @@ from multiradar_compiled.kernels import in_both, in_loop, kernel
 from multiradar_compiled.lane_kernels import Numbers, chosen, root
 
 #: Cosine of the largest angle between the normals at the foot and at O (60°). Beyond it one metre
-#: on the plane is more than two metres on the ground; at 90° the plane ends.
+#: in the plane is more than two metres on the ground; at 90° the plane ends.
 COSINE_MIN = 0.5
 
-# Places in the array of `plane_parameters`.
+# Indices of the array of `plane_parameters`.
 SIN, COS, LON, M_EE, M_NN, M_UU, M_NU, X, Z = range(9)
-# Places in the array of `site_parameters`: position, rows of the rotation, height, curvatures.
+# Indices of the array of `site_parameters`: position, rows of the rotation, height, curvatures.
 PE, PN, PU, EE, EN, EU, NE, NN, NU, UE, UN, UU, HEIGHT, C_NORTH, C_EAST = range(15)
 
-# Newton is quadratic from a start that is metres to a few kilometres off: 3 rounds are usual.
+# Newton converges quadratically from an error of metres to kilometres: 3 iterations are usual.
 _ROUNDS_MAX = 12
 _RANGE_TOLERANCE_M = 1e-6
 _ACROSS_TOLERANCE_M = 1e-4
@@ -49,9 +49,9 @@ _SINE_SLACK = 1e-12
 
 
 def plane_parameters(latitude: float, longitude: float) -> NDArray[np.float64]:
-    """Return what the kernels need to know of the plane's centre (rad), as one array.
+    """Return the parameters of a plane for the kernels, from its centre (rad).
 
-    The quadric is x' M x' = 1 with M = diag(1/a², 1/a², 1/b²), moved and turned to the frame of O
+    The quadric is x' M x' = 1 with M = diag(1/a², 1/a², 1/b²), transformed to the frame of O
     and divided by the length of its gradient there, so that the linear term is 2 u.
     """
     sine, cosine = math.sin(latitude), math.cos(latitude)
@@ -72,7 +72,7 @@ def plane_parameters(latitude: float, longitude: float) -> NDArray[np.float64]:
 def site_parameters(
     plane: NDArray[np.float64], latitude: float, longitude: float, height: float
 ) -> NDArray[np.float64]:
-    """Return what the kernels need to know of a radar's site (rad, m above the ellipsoid)."""
+    """Return the parameters of a radar site for the kernels (rad, m above the ellipsoid)."""
     centre_latitude = math.atan2(plane[SIN], plane[COS])
     rotation = enu_rotation(centre_latitude, plane[LON])
     centre = geodetic_to_ecef(centre_latitude, plane[LON], 0.0)
@@ -86,7 +86,7 @@ def site_parameters(
 
 @in_loop
 def wrap_angle(angle: float) -> float:
-    """Return the angle (rad) as one in [−π, π); NaN for what is no angle."""
+    """Return the angle (rad) wrapped to [−π, π); NaN for NaN and infinity."""
     if -math.pi <= angle < math.pi:
         return angle
     if not abs(angle) < math.inf:
@@ -116,9 +116,9 @@ def predict_polar(
 def line_of_sight(
     plane: NDArray[np.float64], site: NDArray[np.float64], e: Numbers, n: Numbers, h: float
 ) -> tuple[Numbers, Numbers, Numbers, Numbers, Numbers, Numbers, Numbers, Numbers]:
-    """Return what `predict_polar` does, for one foot or lanes of them; instead of the azimuth x, y.
+    """Return what `predict_polar` does, for one foot or lanes, with x, y in place of the azimuth.
 
-    These are the line of sight on the radar's horizon, east and north.
+    x and y are the east and north components of the line of sight on the radar's horizon.
     """
     m_ee, m_nn, m_uu, m_nu = plane[M_EE], plane[M_NN], plane[M_UU], plane[M_NU]
     b = 1.0 + m_nu * n
@@ -137,7 +137,7 @@ def line_of_sight(
     d_e = e + f * g_e - site[PE]
     d_n = n + f * g_n - site[PN]
     d_u = u + f * g_u - site[PU]
-    # Derivative of the gradient, its part along the normal (t, over |g|²) taken away below.
+    # Derivative of the gradient; its part along the normal (t, over |g|²) is subtracted below.
     k_ne, k_ue = m_nu * u_e, m_uu * u_e
     k_nn, k_un = m_nn + m_nu * u_n, m_nu + m_uu * u_n
     t_e = (g_e * m_ee + g_n * k_ne + g_u * k_ue) / (g * g)
@@ -157,7 +157,7 @@ def line_of_sight(
     x_n = site[EE] * b_e + site[EN] * b_n + site[EU] * b_u
     y_n = site[NE] * b_e + site[NN] * b_n + site[NU] * b_u
     ground_squared = x * x + y * y
-    # Straight above the radar, and not where nothing is known (NaN).
+    # Straight above the radar, and not for NaN.
     nothing = 0.0 * ground_squared
     squared = chosen(ground_squared, 0.0, ground_squared, 1.0)
     length = chosen(ground_squared, 0.0, slant, 1.0)
@@ -183,10 +183,10 @@ def locate_polar(
 ) -> tuple[bool, float, float]:
     """Return (ok, e, n): the foot of the point seen at this slant range and azimuth.
 
-    `height` is the point's, above the ellipsoid. The start is the closed form on the sphere that
-    touches the ellipsoid at the radar in the direction of the azimuth; Newton then removes what
-    the sphere lacks. Not ok: a range shorter than the difference of heights, a range or height
-    that is not a positive or finite number, a foot outside the plane, no convergence.
+    `height` is that of the point above the ellipsoid. The initial value is the closed form on the
+    sphere that touches the ellipsoid at the radar in the direction of the azimuth; Newton removes
+    the remaining error. Not ok: a range shorter than the difference of heights, a range not above
+    0, a number not finite, a foot outside the plane, or no convergence.
     """
     if not (slant > 0.0 and math.isfinite(slant + azimuth + height)):
         return False, math.nan, math.nan
@@ -205,8 +205,8 @@ def locate_polar(
     p_e = site[PE] + site[EE] * x + site[NE] * y + site[UE] * z
     p_n = site[PN] + site[EN] * x + site[NN] * y + site[UN] * z
     p_u = site[PU] + site[EU] * x + site[NU] * y + site[UU] * z
-    # Down to the foot along the gradient at the point, then along that at the foot so found; a
-    # round gains three digits. Above the radar, where the azimuth is loose, Newton needs them all.
+    # Down to the foot along the gradient at the point, then along that at the foot found; each
+    # iteration gains three digits, all needed above the radar, where the azimuth is inaccurate.
     e, n, u = p_e, p_n, p_u
     for _ in range(3):
         g_e = plane[M_EE] * e
@@ -217,7 +217,7 @@ def locate_polar(
     return _refine(plane, site, slant, azimuth, height, e, n)
 
 
-# Newton on (range, azimuth) from a near start.
+# Newton on (range, azimuth) from a close initial value.
 @kernel
 def _refine(
     plane: NDArray[np.float64],
@@ -250,14 +250,14 @@ def geodetic_to_plane(
 ) -> tuple[float, float]:
     """Return (e, n) of a geodetic position (rad); NaN outside the plane."""
     sine, cosine = math.sin(latitude), math.cos(latitude)
-    turn = longitude - plane[LON]
-    cosine_turn = math.cos(turn)
-    if not plane[COS] * cosine * cosine_turn + plane[SIN] * sine >= COSINE_MIN:
+    difference = longitude - plane[LON]
+    cosine_difference = math.cos(difference)
+    if not plane[COS] * cosine * cosine_difference + plane[SIN] * sine >= COSINE_MIN:
         return math.nan, math.nan
     radius = SEMI_MAJOR_AXIS_M / math.sqrt(1.0 - ECCENTRICITY_SQUARED * sine * sine)
-    x = radius * cosine * cosine_turn - plane[X]
+    x = radius * cosine * cosine_difference - plane[X]
     z = radius * (1.0 - ECCENTRICITY_SQUARED) * sine - plane[Z]
-    return radius * cosine * math.sin(turn), plane[COS] * z - plane[SIN] * x
+    return radius * cosine * math.sin(difference), plane[COS] * z - plane[SIN] * x
 
 
 @kernel
@@ -278,9 +278,9 @@ def local_matrix(
 ) -> tuple[float, float, float, float]:
     """Return d(true east, true north)/d(e, n) at a point `h` metres above the foot, row by row.
 
-    (east by e, east by n, north by e, north by n), true metres at the point's height along the
-    directions east and north there; NaN outside the plane. A velocity on the plane times this
-    matrix is the velocity over ground that the aircraft itself would measure.
+    (east by e, east by n, north by e, north by n), true metres at the height of the point along the
+    local directions east and north; NaN outside the plane. A velocity in the plane times this
+    matrix is the true ground velocity of the aircraft.
     """
     inside, _, g_e, g_n, g_u = _normal(plane, e, n)
     if not inside:
@@ -295,7 +295,7 @@ def local_matrix(
     j_e = north_y
     j_n = plane[COS] * north_z - plane[SIN] * north_x
     j_u = plane[SIN] * north_z + plane[COS] * north_x
-    # Derivatives of the point; what the normal takes away is along up and drops out below.
+    # Derivatives of the point; the part along the normal is along up and cancels below.
     u_e, u_n = -g_e / g_u, -g_n / g_u
     f = h / g
     a_e, a_n, a_u = 1.0 + f * plane[M_EE], f * plane[M_NU] * u_e, u_e + f * plane[M_UU] * u_e

@@ -1,4 +1,4 @@
-"""Straight ways over ground: where an aircraft is that keeps its speed and flies on."""
+"""Direct geodesic problem: position and heading after a distance flown straight."""
 
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ Floats = NDArray[np.float64]
 
 
 class PositionAndHeading(NamedTuple):
-    """Where ways begin or end, and which way they go: latitude, longitude, heading, rad."""
+    """Latitude, longitude and heading, rad."""
 
     latitude_rad: Floats
     longitude_rad: Floats
@@ -21,26 +21,26 @@ class PositionAndHeading(NamedTuple):
 def direct_geodesic(
     latitude_rad: ArrayLike, longitude_rad: ArrayLike, heading_rad: ArrayLike, distance_m: ArrayLike
 ) -> PositionAndHeading:
-    """Go straight on over ground.
+    """Return position and heading after a distance along the geodesic.
 
     Parameters
     ----------
     latitude_rad, longitude_rad : (n,) array_like
         Geodetic WGS 84 position, poles included.
     heading_rad : (n,) array_like
-        Direction, clockwise from true north.
+        Heading, clockwise from true north.
     distance_m : (n,) array_like
-        How far.
+        Distance over ground.
 
     Returns
     -------
     Way
-        Where that ends, the longitude in [-π, π], and the heading there, in [0, 2π).
+        End position, the longitude in [-π, π], and the heading there, in [0, 2π).
 
     Notes
     -----
-    The vertical goes along a great circle, as fast as the curvatures at the beginning say: within
-    a metre of the geodesic up to 30 km.
+    The vertical moves along a great circle at the rate given by the curvatures at the start:
+    accurate to a metre up to 30 km.
 
     References
     ----------
@@ -51,15 +51,14 @@ def direct_geodesic(
         np.asarray(distance_m, np.float64),
     )
     meridian_m, across_m = _radii(latitude)
-    # The vertical turns faster along the meridian than across it: that is the way it takes on the
-    # sphere of directions.
+    # Azimuth of the motion of the vertical: it rotates faster along the meridian than across it.
     to_east, to_north = np.sin(heading) / across_m, np.cos(heading) / meridian_m
     angle = (distance * np.hypot(to_east, to_north))[..., None]
-    turned = np.arctan2(to_east, to_north)
+    azimuth = np.arctan2(to_east, to_north)
     rotation = enu_rotation(latitude, longitude)
     forward = (
-        np.sin(turned)[..., None] * rotation[..., 0, :]
-        + np.cos(turned)[..., None] * rotation[..., 1, :]
+        np.sin(azimuth)[..., None] * rotation[..., 0, :]
+        + np.cos(azimuth)[..., None] * rotation[..., 1, :]
     )
     up = rotation[..., 2, :]
     there = up * np.cos(angle) + forward * np.sin(angle)
@@ -70,7 +69,7 @@ def direct_geodesic(
     meridian_m, across_m = _radii(end_latitude)
     end_heading = np.arctan2(level[..., 0] * across_m, level[..., 1] * meridian_m)
     end_heading = np.mod(end_heading, 2.0 * np.pi)
-    # The remainder of a tiny negative angle rounds to a whole turn.
+    # The remainder of a tiny negative angle rounds to 2π itself.
     end_heading = np.where(end_heading >= 2.0 * np.pi, 0.0, end_heading)
     return PositionAndHeading(end_latitude, end_longitude, end_heading)
 

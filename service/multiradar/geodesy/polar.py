@@ -1,4 +1,4 @@
-"""What a radar measures of a geodetic position: slant range, azimuth, elevation."""
+"""Slant range, azimuth and elevation of geodetic positions."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,7 +12,7 @@ def slant_range_azimuth(
     longitude_rad: ArrayLike,
     height_m: ArrayLike,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return slant range, azimuth and elevation of positions, seen from a radar.
+    """Return slant range, azimuth and elevation of positions relative to a radar.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def slant_range_azimuth(
     Returns
     -------
     range_m : ndarray
-        Length of the straight line, m. Refraction is not part of it.
+        Length of the straight line, m, without refraction.
     azimuth_rad : ndarray
         Direction of the line on the radar's horizon, clockwise from true north, rad, in [0, 2π).
     elevation_rad : ndarray
@@ -32,8 +32,8 @@ def slant_range_azimuth(
 
     Notes
     -----
-    This is the plain form through ECEF coordinates, without a plane; the kernels are tested
-    against it and against PROJ.
+    Reference implementation by ECEF coordinates, without a plane; the kernels are tested against it
+    and against PROJ.
     """
     rotation = enu_rotation(site[0], site[1])
     line = geodetic_to_ecef(latitude_rad, longitude_rad, height_m) - geodetic_to_ecef(*site)

@@ -1,7 +1,7 @@
-"""The stereographic plane in which other systems write Cartesian coordinates.
+"""The stereographic plane of Cartesian coordinates in other systems.
 
-The ellipsoid is laid on a sphere and the sphere on a plane, both true to angles; the scale is one
-at the centre. (The plane in which aircraft are estimated is another one: `system_plane`.)
+The ellipsoid is mapped to a sphere and the sphere to a plane, both conformally; the scale is one at
+the centre. (Aircraft are estimated in a different plane: `system_plane`.)
 """
 
 from dataclasses import dataclass, field
@@ -26,12 +26,12 @@ class StereographicPlane:
     Parameters
     ----------
     latitude_rad, longitude_rad : float
-        Geodetic position of the centre, where the scale is one; no pole.
+        Geodetic position of the centre, where the scale is one; not a pole.
 
     Raises
     ------
     ConfigurationError
-        If the centre is no position, or nearer than a degree to a pole.
+        If the centre is not a position, or within a degree of a pole.
 
     References
     ----------
@@ -68,18 +68,18 @@ class StereographicPlane:
         radius, exponent, factor, centre = self._sphere
         power = factor * _ratio(np.asarray(latitude_rad, np.float64)) ** exponent
         on_sphere = np.arcsin((power - 1.0) / (power + 1.0))
-        turn = np.asarray(longitude_rad, np.float64) - self.longitude_rad
-        turn = exponent * (np.mod(turn + np.pi, 2.0 * np.pi) - np.pi)
+        difference = np.asarray(longitude_rad, np.float64) - self.longitude_rad
+        difference = exponent * (np.mod(difference + np.pi, 2.0 * np.pi) - np.pi)
         sine, cosine = np.sin(on_sphere), np.cos(on_sphere)
         # Opposite the centre this is zero: the point is infinitely far.
         with np.errstate(divide="ignore", invalid="ignore"):
             stretch = (
                 2.0
                 * radius
-                / (1.0 + sine * np.sin(centre) + cosine * np.cos(centre) * np.cos(turn))
+                / (1.0 + sine * np.sin(centre) + cosine * np.cos(centre) * np.cos(difference))
             )
-            x = stretch * cosine * np.sin(turn)
-            y = stretch * (sine * np.cos(centre) - cosine * np.sin(centre) * np.cos(turn))
+            x = stretch * cosine * np.sin(difference)
+            y = stretch * (sine * np.cos(centre) - cosine * np.sin(centre) * np.cos(difference))
         return x, y
 
     def matrix(self, latitude_rad: ArrayLike, longitude_rad: ArrayLike) -> Floats:
@@ -91,7 +91,7 @@ class StereographicPlane:
         meridian_per_m = curvatures(0.0)[0] * root**3
         step_m = _STEP_RAD / meridian_per_m
         x_by_north, y_by_north = (there[0] - here[0]) / step_m, (there[1] - here[1]) / step_m
-        # True to angles: east lies a quarter turn clockwise of north on the plane, too.
+        # Conformal: east is perpendicular to north in the plane, too.
         return np.stack(
             [
                 np.stack([y_by_north, x_by_north], axis=-1),
@@ -102,8 +102,7 @@ class StereographicPlane:
 
 
 def _ratio(latitude: Floats) -> Floats:
-    # (1 + sin φ) / (1 - sin φ), made smaller as the ellipsoid is flatter than a sphere; finite at
-    # the poles by rounding.
+    # (1 + sin φ) / (1 - sin φ), corrected for the flattening; finite at the poles by rounding.
     sine = np.sin(latitude)
     flat = (1.0 - _ECCENTRICITY * sine) / (1.0 + _ECCENTRICITY * sine)
     return np.asarray(np.tan(np.pi / 4.0 + 0.5 * latitude) ** 2 * flat**_ECCENTRICITY)

@@ -1,12 +1,12 @@
-"""The system plane: the one flat picture of the Earth in which aircraft are estimated.
+"""The system plane: the map projection in which aircraft are estimated.
 
-The plane is the *orthographic* picture of the WGS 84 surface: the plane coordinates (east, north)
-of an aircraft are the east and north components, in the local frame at the centre O, of its foot
-on the ellipsoid. Nothing is approximated: a foot and a height give the exact position in space,
-with one square root and no trigonometry, and so the exact slant range and azimuth at any radar.
-What the plane does distort is scale far from O: a metre on the plane is 1 / cos(distance / R)
-metres on the ground along the direction away from O (0.2 % at 400 km). Speeds, headings and
-covariances are therefore turned into true metres at the aircraft before they leave the core.
+The plane is the *orthographic* projection of the WGS 84 surface: the plane coordinates (east,
+north) of an aircraft are the east and north components, in the local frame at the centre O, of its
+foot on the ellipsoid. Nothing is approximated: a foot and a height give the exact position in
+space, with one square root and no trigonometry, and so the exact slant range and azimuth at any
+radar. Only the scale is distorted far from O: a metre in the plane is 1 / cos(distance / R) metres
+on the ground along the direction away from O (0.2 % at 400 km). Speeds, headings and covariances
+are therefore converted to true metres at the aircraft before they leave the core.
 
 Signs: east, north and up positive; headings and azimuths clockwise from true north; longitude
 positive towards the east.
@@ -37,16 +37,16 @@ class SystemPlane:
     Attributes
     ----------
     parameters : (9,) float64
-        The centre as the kernels of `multiradar.geodesy._kernels` take it.
+        The parameters of the centre for `multiradar.geodesy._kernels`.
 
     Raises
     ------
     ConfigurationError
-        If the centre is no position on the Earth.
+        If the centre is not a position on the Earth.
 
     Notes
     -----
-    Valid for feet whose vertical leans at most 60° from that at O (about 6 600 km on the
+    Valid for feet whose vertical is inclined by at most 60° to that at O (about 6 600 km on the
     ground); the methods raise `OutsidePlaneError` beyond.
     """
 
@@ -67,12 +67,12 @@ class SystemPlane:
 
     @classmethod
     def for_sensors(cls, latitude_rad: ArrayLike, longitude_rad: ArrayLike) -> "SystemPlane":
-        """Choose the plane in whose middle the sensors lie.
+        """Return the plane centred on the sensors.
 
         Parameters
         ----------
         latitude_rad, longitude_rad : (m,) array_like
-            Sites; a sensor without a site has NaN and is passed over.
+            Sites; a sensor without a site has NaN and is skipped.
 
         Returns
         -------
@@ -82,19 +82,19 @@ class SystemPlane:
         Raises
         ------
         ConfigurationError
-            If no sensor has a site, or the sites lie all around the Earth.
+            If no sensor has a site, or the sites are distributed around the Earth.
         OutsidePlaneError
-            If a site is outside the plane all the same.
+            If a site is outside the plane.
         """
         latitude = np.atleast_1d(np.asarray(latitude_rad, np.float64))
         longitude = np.atleast_1d(np.asarray(longitude_rad, np.float64))
         sited = np.isfinite(latitude) & np.isfinite(longitude)
         if not sited.any():
-            raise ConfigurationError("expected a sensor with a site to lay the plane, was none")
+            raise ConfigurationError("system plane: expected a sensor with a site, was none")
         mean = enu_rotation(latitude[sited], longitude[sited])[:, 2].mean(axis=0)
         if np.linalg.norm(mean) < np.cos(np.radians(ANGLE_MAX_DEG)):
             raise ConfigurationError(
-                "expected sensors on one side of the Earth, were all around it"
+                "system plane: sensors are distributed around the Earth; no plane contains them"
             )
         plane = cls(
             float(np.arctan2(mean[2], np.hypot(mean[0], mean[1]))),
@@ -121,7 +121,7 @@ class SystemPlane:
         Raises
         ------
         OutsidePlaneError
-            If a position is farther than 60° from the centre, or is no number.
+            If a position is more than 60° from the centre, or not a number.
         """
         latitude, longitude = np.broadcast_arrays(
             np.asarray(latitude_rad, np.float64), np.asarray(longitude_rad, np.float64)
@@ -151,7 +151,7 @@ class SystemPlane:
         Raises
         ------
         OutsidePlaneError
-            If a foot is farther than 60° from the centre, or is no number.
+            If a foot is more than 60° from the centre, or not a number.
         """
         east, north, gradient = self._gradient(east_m, north_m)
         up = -(self.parameters[kernels.M_EE] * east**2 + self.parameters[kernels.M_NN] * north**2)
@@ -166,7 +166,7 @@ class SystemPlane:
     def local_matrix(
         self, east_m: ArrayLike, north_m: ArrayLike, height_m: ArrayLike = 0.0
     ) -> NDArray[np.float64]:
-        """Return how displacements on the plane turn into true ones at the aircraft.
+        """Return the matrix that converts displacements in the plane to true ones at the aircraft.
 
         Parameters
         ----------
@@ -184,7 +184,7 @@ class SystemPlane:
         Raises
         ------
         OutsidePlaneError
-            If a foot is farther than 60° from the centre, or is no number.
+            If a foot is more than 60° from the centre, or not a number.
         """
         east, north, gradient = self._gradient(east_m, north_m)
         length = np.linalg.norm(gradient, axis=-1)
@@ -228,15 +228,15 @@ class SystemPlane:
         Returns
         -------
         speed_mps : ndarray
-            Horizontal speed in true metres a second at the aircraft's height.
+            Horizontal speed at the height of the aircraft, m/s.
         heading_rad : ndarray
             Direction of the horizontal velocity, clockwise from true north *at the aircraft*,
-            rad, in [0, 2π); 0 when the speed is zero.
+            rad, in [0, 2π); 0 at speed zero.
 
         Raises
         ------
         OutsidePlaneError
-            If a foot is farther than 60° from the centre, or is no number.
+            If a foot is more than 60° from the centre, or not a number.
         """
         velocity = np.stack(np.broadcast_arrays(velocity_east_mps, velocity_north_mps), axis=-1)
         matrix = self.local_matrix(east_m, north_m, height_m)
@@ -247,12 +247,12 @@ class SystemPlane:
         return np.hypot(true[..., 0], true[..., 1]), heading
 
     def contains(self, east_m: ArrayLike, north_m: ArrayLike) -> NDArray[np.bool_]:
-        """Tell which plane coordinates are within the plane.
+        """Return which plane coordinates are within the plane.
 
         Parameters
         ----------
         east_m, north_m : array_like
-            Plane coordinates, m; what is no number is outside.
+            Plane coordinates, m; NaN is outside.
 
         Returns
         -------
@@ -265,12 +265,12 @@ class SystemPlane:
     def contains_geodetic(
         self, latitude_rad: ArrayLike, longitude_rad: ArrayLike
     ) -> NDArray[np.bool_]:
-        """Tell which geodetic positions have a foot within the plane.
+        """Return which geodetic positions have a foot within the plane.
 
         Parameters
         ----------
         latitude_rad, longitude_rad : array_like
-            Geodetic WGS 84 positions; what is no number is outside.
+            Geodetic WGS 84 positions; NaN is outside.
 
         Returns
         -------
@@ -279,7 +279,7 @@ class SystemPlane:
         """
         return np.asarray(self._cosine(latitude_rad, longitude_rad) >= kernels.COSINE_MIN)
 
-    # Of the angle between the verticals of positions and that of the centre.
+    # Cosine of the angle between the verticals of positions and that of the centre.
     def _cosine(self, latitude_rad: ArrayLike, longitude_rad: ArrayLike) -> NDArray[np.float64]:
         upright = enu_rotation(self.latitude_rad, self.longitude_rad)[2]
         return np.asarray(enu_rotation(latitude_rad, longitude_rad)[..., 2, :] @ upright)
@@ -302,7 +302,7 @@ class SystemPlane:
         m_ee, m_nn, m_uu, m_nu = self.parameters[kernels.M_EE : kernels.M_NU + 1]
         linear = 1.0 + m_nu * north
         constant = m_ee * east**2 + m_nn * north**2
-        # Infinite coordinates give inf − inf here; the check below names them.
+        # Infinite coordinates give inf − inf here; the check below reports them.
         with np.errstate(invalid="ignore"):
             discriminant = np.maximum(linear**2 - m_uu * constant, 0.0)
         upwards = np.sqrt(discriminant)
@@ -321,10 +321,10 @@ class SystemPlane:
     ) -> None:
         outside = ~(cosine >= kernels.COSINE_MIN)
         if np.any(outside):
-            place = int(np.argmax(outside))
+            first_outside = int(np.argmax(outside))
             raise OutsidePlaneError(
                 what,
-                (float(first.flat[place]), float(second.flat[place])),
+                (float(first.flat[first_outside]), float(second.flat[first_outside])),
                 (self.latitude_rad, self.longitude_rad),
                 ANGLE_MAX_DEG,
             )

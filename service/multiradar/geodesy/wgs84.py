@@ -17,14 +17,14 @@ SEMI_MINOR_AXIS_M = SEMI_MAJOR_AXIS_M * (1.0 - FLATTENING)
 #: Square of the first eccentricity, 1. Derived: f (2 − f).
 ECCENTRICITY_SQUARED = FLATTENING * (2.0 - FLATTENING)
 
-# Each round of Bowring's iteration gains about five digits near the surface: three reach rounding.
+# Each of Bowring's iterations gains about five digits near the surface: three reach rounding.
 _BOWRING_ROUNDS = 3
 
 
 def geodetic_to_ecef(
     latitude_rad: ArrayLike, longitude_rad: ArrayLike, height_m: ArrayLike
 ) -> NDArray[np.float64]:
-    """Turn geodetic coordinates into Earth-centred ones.
+    """Convert geodetic coordinates to Earth-centred ones.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def geodetic_to_ecef(
 def ecef_to_geodetic(
     position_m: ArrayLike,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Turn Earth-centred coordinates into geodetic ones.
+    """Convert Earth-centred coordinates to geodetic ones.
 
     Parameters
     ----------

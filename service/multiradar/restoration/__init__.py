@@ -1,1 +1,1 @@
-"""How one aircraft flew: what can be told of its path from the plots of some time."""
+"""Trajectory reconstruction: the path of one aircraft, from its plots over some time."""

@@ -1,7 +1,7 @@
 """Constant velocity, disturbed by white acceleration.
 
 The state of an aircraft on the system plane is ordered (east, north, velocity east, velocity
-north), metres and metres a second.
+north), m and m/s.
 """
 
 import numpy as np
@@ -15,17 +15,17 @@ STATE_SIZE = 4
 
 
 def transition(interval_s: ArrayLike) -> NDArray[np.float64]:
-    """Return the matrix that carries a state over an interval, equation (1.4).
+    """Return the transition matrix over an interval, equation (1.4).
 
     Parameters
     ----------
     interval_s : (...) array_like
-        Time from the old state to the new, s; negative goes back.
+        Time from the old state to the new, s; negative for the past.
 
     Returns
     -------
     (..., 4, 4) ndarray
-        A: position changes by velocity × interval, velocity stays.
+        A: position changes by velocity × interval, velocity is constant.
 
     References
     ----------
@@ -60,16 +60,16 @@ def process_noise(interval_s: ArrayLike, acceleration_density: float) -> NDArray
     TimeOrderError
         If an interval is negative or NaN.
     MotionParameterError
-        If the density is negative, NaN or far beyond any aircraft's.
+        If the density is negative, NaN or unreasonably large.
     ShapeError
-        If they are no numbers.
+        If they are not numeric.
 
     Notes
     -----
-    Exact for any interval: the integral of A(s) q Aᵀ(s), so that two intervals in a row give what
-    their sum gives, Q(s + t) = A(t) Q(s) Aᵀ(t) + Q(t). A piecewise constant acceleration, whose
-    terms are dt⁴/4, dt³/2 and dt², does not have this property: with it the result would depend on
-    how many plots fall into a second.
+    Exact for any interval: the integral of A(s) q Aᵀ(s), so that two successive intervals are
+    equivalent to their sum, Q(s + t) = A(t) Q(s) Aᵀ(t) + Q(t). A piecewise constant acceleration,
+    with the terms dt⁴/4, dt³/2 and dt², does not have this property: the result would depend on the
+    number of plots per second.
 
     References
     ----------

@@ -1,8 +1,8 @@
-"""What an unknown height does to the slant range.
+"""Effect of an unknown height on the slant range.
 
-An aircraft without Mode C is predicted at an assumed height; the range so predicted is wrong by
-the slope of the range with height times the error of the height. Azimuth does not depend on
-height to first order.
+An aircraft without Mode C is predicted at an assumed height; the error of the predicted range is
+the error of the height times the derivative of the range by the height. The azimuth does not depend
+on height to first order.
 """
 
 import numpy as np
@@ -32,8 +32,8 @@ def range_slope(
 
     Notes
     -----
-    Law of cosines on a sphere of the equatorial radius. Against the ellipsoid the slope is wrong
-    by at most 0.002 within 400 km, 6 m of range for 3 km of height.
+    Law of cosines on a sphere of the equatorial radius. Compared with the ellipsoid the slope is
+    accurate to 0.002 within 400 km, 6 m of range for 3 km of height.
 
     References
     ----------
@@ -55,7 +55,7 @@ def range_variance(
     Parameters
     ----------
     range_m, height_m, site_height_m : (...) array_like
-        As in `range_slope`, the height being the assumed one.
+        As in `range_slope`, with the assumed height.
     height_sigma_m : (...) array_like
         Standard deviation of the assumed height, m.
 
@@ -66,15 +66,15 @@ def range_variance(
 
     Notes
     -----
-    The error is the same, plot after plot, while the noise is new each time: many plots do not
-    average it out. Where this variance is not small against that of the noise (a hundredth of
-    it, say), the plot should not speak about range biases.
+    The error is the same at every plot, unlike the noise, so averaging over plots does not reduce
+    it. Where this variance is not small relative to the noise (a hundredth of it, say), the plot
+    should not contribute to range biases.
 
     References
     ----------
     Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and
-    Navigation", Wiley 2001, section 10.3: the variance to first order. That it is added to the
-    noise is the project's own.
+    Navigation", Wiley 2001, section 10.3: the variance to first order. Adding it to the noise is
+    the project's own.
     """
     slope = range_slope(range_m, height_m, site_height_m)
     return np.asarray((slope * np.asarray(height_sigma_m, np.float64)) ** 2)

@@ -107,7 +107,7 @@ def test_the_plane_of_sensors_lies_in_their_middle_across_the_date_line() -> Non
 def test_sensors_without_a_common_side_are_refused() -> None:
     with pytest.raises(ConfigurationError, match="was none"):
         SystemPlane.for_sensors([np.nan], [np.nan])
-    with pytest.raises(ConfigurationError, match="all around"):
+    with pytest.raises(ConfigurationError, match="distributed around the Earth"):
         SystemPlane.for_sensors([0.0, 0.0], [0.0, np.pi])
     with pytest.raises(OutsidePlaneError):
         SystemPlane.for_sensors(np.zeros(4), np.radians([0.0, 0.0, 0.0, 90.0]))

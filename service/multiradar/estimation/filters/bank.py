@@ -251,7 +251,7 @@ def find_filter_for(name: str, parameter_kinds: NDArray[np.integer[Any]]) -> Fil
     if timed and not definition.estimates_time_offsets:
         able = ", ".join(one.name for one in FILTERS.values() if one.estimates_time_offsets)
         raise ConfigurationError(
-            f"expected the filter {able} where a time_offset_s is estimated, was {name}"
+            f"filter: expected {able} where a time_offset_s is estimated, was {name}"
         )
     return definition
 

@@ -1,15 +1,15 @@
 """A trajectory from angles alone, or from angles and ranges, in information form.
 
-What is known is Y = P⁻¹ and y = Y χ, so that nothing known is Y = 0, and an angle adds Hᵀ σ⁻² H, of
-rank one, whatever its range would have been. Nothing stands in for an infinite variance.
+The information is Y = P⁻¹ and y = Y χ, so that Y = 0 without any, and an angle adds Hᵀ σ⁻² H, of
+rank one, whatever the range. No large variance stands for an infinite one.
 
 The state is position and velocity, in the plane or in space; the aircraft flies straight with white
-acceleration. Any number of sources, fixed or moving, one sight after the other, in the order of
-time.
+acceleration. There may be any number of sources, fixed or moving; sights are processed in the order
+of time.
 
-Whether the lines of sight cross is told with the estimate (condition (10)). That is what a position
-needs; a single source that does not manoeuvre sees its lines turn and yet learns no distance of an
-aircraft in straight flight, which the covariance then says.
+The estimate states whether the lines of sight intersect (condition (10)), which triangulation
+requires. The bearing of a single source that does not manoeuvre rotates without giving the distance
+of an aircraft in straight flight; the covariance then shows it.
 """
 
 from collections.abc import Sequence
@@ -24,14 +24,14 @@ from multiradar.estimation.measurement.sights import Sight
 
 Floats = NDArray[np.float64]
 
-#: Lines of sight cross when they are so many of their errors apart.
+#: Lines of sight intersect if their crossing angle exceeds this many of their sigmas.
 CROSSING_MIN = 3.0
-#: A distance is known when its sigma is below this share of it.
+#: A distance is observable if its sigma is below this fraction of it.
 DISTANCE_SHARE_MAX = 0.3
 
-# Smallest eigenvalue of the information, scaled to ones on its diagonal, that is told from zero.
+# Smallest eigenvalue of the information, scaled to a unit diagonal, that differs from zero.
 _REGULAR_MIN = 1e-13
-# Rounds of the intersection, and of the search after it; three are usual.
+# Iterations of the intersection, and of Gauss–Newton after it; three are usual.
 _LINEAR_ROUNDS = 4
 _ROUNDS_MAX = 20
 _SETTLED_SHARE = 1e-6
@@ -39,19 +39,19 @@ _SETTLED_SHARE = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BearingsState:
-    """What is known of an aircraft; leading axes are aircraft, or runs of a study.
+    """Information about an aircraft; leading axes are aircraft, or runs of a study.
 
     Attributes
     ----------
     time_s : float
-        Of the state.
+        Time of the state.
     information : (..., 2 d, 2 d) float64
         Y, of positions (m) and then velocities (m/s).
     vector : (..., 2 d) float64
         y = Y χ.
     crossing : (..., d, d) float64
-        Σ n nᵀ / σ² over the sights so far, n across the line of sight: singular while all of them
-        are parallel. A range adds the direction along the line.
+        Σ n nᵀ / σ² over the sights so far, n across the line of sight: singular while all are
+        parallel. A range adds the direction along the line.
 
     References
     ----------
@@ -75,7 +75,7 @@ class BearingsState:
 
     @property
     def crossing_strength(self) -> Floats:
-        """By how many of their errors the lines of sight cross: 0 for parallel ones, (...).
+        """Crossing angle of the lines of sight in units of their errors: 0 if parallel, (...).
 
         References
         ----------
@@ -86,7 +86,7 @@ class BearingsState:
 
     @property
     def lines_cross(self) -> NDArray[np.bool_]:
-        """Whether the lines of sight cross beyond the errors of the angles, (...).
+        """Whether the lines of sight intersect beyond the errors of the angles, (...).
 
         References
         ----------
@@ -95,7 +95,7 @@ class BearingsState:
         return np.asarray(self.crossing_strength > CROSSING_MIN)
 
     def estimate(self) -> tuple[Floats, Floats]:
-        """Return the state and what its errors are.
+        """Return the state and its covariance.
 
         Returns
         -------
@@ -107,7 +107,7 @@ class BearingsState:
         Raises
         ------
         BearingsError
-            If the sights so far determine no state.
+            If the sights so far do not determine a state.
 
         References
         ----------
@@ -116,24 +116,23 @@ class BearingsState:
         scale = _scale(self.information)
         scaled = self.information / scale[..., :, None] / scale[..., None, :]
         if not (np.linalg.eigvalsh(scaled)[..., 0] > _REGULAR_MIN).all():
-            raise BearingsError("NOT_OBSERVABLE", "expected sights that determine a state")
+            raise BearingsError("NOT_OBSERVABLE", "the sights do not determine a state")
         covariance = np.linalg.inv(scaled) / scale[..., :, None] / scale[..., None, :]
         mean = (covariance @ self.vector[..., None])[..., 0]
         return mean, symmetric_part(covariance)
 
 
 def initiate(sights: Sequence[Sight], times_s: ArrayLike, speed_sigma_mps: float) -> BearingsState:
-    """Begin a track from the first sights, all of which it needs to be located.
+    """Initiate a track from its first sights, all of which are used to locate it.
 
     Parameters
     ----------
     sights : sequence of Sight
-        Of two sources at least, or of one with a range; in the order of time.
+        From at least two sources, or from one with a range; in the order of time.
     times_s : (n,) array_like
-        When they were taken, s, ascending.
+        Their times, s, ascending.
     speed_sigma_mps : float
-        What is known of the velocity beforehand: nothing but this standard deviation about 0, for
-        each component, m/s.
+        Prior of the velocity: standard deviation of each component about 0, m/s.
 
     Returns
     -------
@@ -143,22 +142,21 @@ def initiate(sights: Sequence[Sight], times_s: ArrayLike, speed_sigma_mps: float
     Raises
     ------
     BearingsError
-        If the lines of sight do not cross beyond their errors, or cross behind a source.
+        If the lines of sight do not intersect beyond their errors, or intersect behind a source.
     TimeOrderError, ShapeError, MotionParameterError
-        If times go back, or the sights are none or not all of the plane or of space; the sigma of
-        the speed is not positive.
+        If times decrease; there are no sights, or they mix plane and space; the sigma of the speed
+        is not positive.
 
     Notes
     -----
-    First the lines are intersected (each angle a linear equation, weighted with its distance,
-    rounds of it), then the angles themselves are fitted by Gauss–Newton, which takes the lean out
-    that the measured angles leave in the linear equations. The aircraft is taken to fly straight
-    meanwhile.
+    First the lines are intersected iteratively (each angle a linear equation, weighted by its
+    distance), then the angles themselves are fitted by Gauss–Newton, which removes the bias of the
+    linear equations. The aircraft is assumed to fly straight meanwhile.
 
     References
     ----------
-    Nenartovich, Isakov, equations (9) and (12), for the linear equations; the start from nothing
-    and the rounds are the project's own.
+    Nenartovich, Isakov, equations (9) and (12), for the linear equations; initiation without a
+    prior and the iterations are the project's own.
     """
     times = _checked_times(sights, times_s)
     if not 0.0 < speed_sigma_mps < np.inf:
@@ -179,7 +177,7 @@ def initiate(sights: Sequence[Sight], times_s: ArrayLike, speed_sigma_mps: float
         if (moved <= _SETTLED_SHARE * np.sqrt(covariance[..., 0, 0])).all():
             break
     else:
-        raise BearingsError("NOT_OBSERVABLE", f"expected a place after {_ROUNDS_MAX} rounds")
+        raise BearingsError("NOT_OBSERVABLE", f"no position after {_ROUNDS_MAX} iterations")
     _require_ahead(sights, ago, mean)
     crossing = empty.crossing
     for sight, t in zip(sights, ago.tolist(), strict=True):
@@ -188,12 +186,12 @@ def initiate(sights: Sequence[Sight], times_s: ArrayLike, speed_sigma_mps: float
 
 
 def predict(state: BearingsState, time_s: float, acceleration_density: float) -> BearingsState:
-    """Move what is known on in time.
+    """Predict the information.
 
     Parameters
     ----------
     state : BearingsState
-        Before.
+        State before.
     time_s : float
         A time not before that of the state, s.
     acceleration_density : float
@@ -202,19 +200,19 @@ def predict(state: BearingsState, time_s: float, acceleration_density: float) ->
     Returns
     -------
     BearingsState
-        (I + M Q)⁻¹ M with M = Φ⁻ᵀ Y Φ⁻¹: also where Y is singular.
+        (I + M Q)⁻¹ M with M = Φ⁻ᵀ Y Φ⁻¹, also for singular Y.
 
     Raises
     ------
     TimeOrderError
-        If the time is before that of the state, or no number.
+        If the time is before that of the state, or not a number.
     MotionParameterError
-        If the density is negative or no number.
+        If the density is negative or not a number.
 
     References
     ----------
-    Nenartovich, Isakov, equations (6) and (7), in information form; (9) adds the informations
-    without moving them. The form is that of P. S. Maybeck, "Stochastic Models, Estimation, and
+    Nenartovich, Isakov, equations (6) and (7), in information form; (9) adds the information
+    without prediction. The form is that of P. S. Maybeck, "Stochastic Models, Estimation, and
     Control", volume 1, Academic Press 1979, section 5.7.
     """
     interval = time_s - state.time_s
@@ -237,14 +235,14 @@ def predict(state: BearingsState, time_s: float, acceleration_density: float) ->
 
 
 def update(state: BearingsState, sight: Sight) -> BearingsState:
-    """Add what a sight says at the time of the state.
+    """Update by a sight at the time of the state.
 
     Parameters
     ----------
     state : BearingsState
-        One that determines a place, at the time of the sight.
+        One that determines a position, at the time of the sight.
     sight : Sight
-        Angles, with a range or without.
+        Angles, with or without a range.
 
     Returns
     -------
@@ -254,13 +252,13 @@ def update(state: BearingsState, sight: Sight) -> BearingsState:
     Raises
     ------
     BearingsError
-        If the state determines no place, at which the angles could be linearised.
+        If the state determines no position for the linearisation of the angles.
     ShapeError
         If one is of the plane and the other of space.
 
     References
     ----------
-    Nenartovich, Isakov, equations (6), (11) and (12): the missing range has no part in the update.
+    Nenartovich, Isakov, equations (6), (11) and (12): a missing range does not enter the update.
     """
     if sight.dimensions != state.dimensions:
         raise ShapeError("sight", f"{state.dimensions} dimensions", (sight.dimensions,))
@@ -283,7 +281,7 @@ def update(state: BearingsState, sight: Sight) -> BearingsState:
 
 
 def is_observable(state: BearingsState, source_m: ArrayLike) -> NDArray[np.bool_]:
-    """Return whether lines of sight cross and the distance from a source is known.
+    """Return whether lines of sight intersect and the distance from a source is observable.
 
     Parameters
     ----------
@@ -295,7 +293,7 @@ def is_observable(state: BearingsState, source_m: ArrayLike) -> NDArray[np.bool_
     Returns
     -------
     (...) bool
-        `lines_cross`, and the worst sigma of the position at most `DISTANCE_SHARE_MAX` of the
+        `lines_cross`, and the largest sigma of the position at most `DISTANCE_SHARE_MAX` of the
         distance.
 
     Raises
@@ -305,8 +303,8 @@ def is_observable(state: BearingsState, source_m: ArrayLike) -> NDArray[np.bool_
 
     References
     ----------
-    Nenartovich, Isakov, condition (10); the share of the distance is the project's own, for what
-    (10) does not see.
+    Nenartovich, Isakov, condition (10); the limit on the distance is the project's own, for cases
+    that (10) does not detect.
     """
     d = state.dimensions
     mean, covariance = state.estimate()
@@ -333,20 +331,18 @@ def _nothing(sights: Sequence[Sight], d: int) -> tuple[Floats, Floats, Floats]:
     return np.zeros((*shape, 2 * d, 2 * d)), np.zeros((*shape, 2 * d)), np.zeros((*shape, d, d))
 
 
-# Condition (10), and what it does not see: one fixed source, whose line turns with the aircraft.
+# Condition (10), and a case it does not detect: one fixed source, whose bearing rotates.
 def _require_crossing(sights: Sequence[Sight], empty: BearingsState) -> None:
     if any(sight.range_m is not None for sight in sights):
         return
     sources = np.array([sight.source_m for sight in sights])
     if not np.ptp(sources, axis=0).any():
-        raise BearingsError("NOT_OBSERVABLE", "expected sources at two places, was one")
+        raise BearingsError("NOT_OBSERVABLE", "all sights come from one position")
     crossing = empty.crossing
     for sight in sights:
         crossing = crossing + _crossing(sight, None)
     if not replace(empty, crossing=crossing).lines_cross.all():
-        raise BearingsError(
-            "NOT_OBSERVABLE", "expected lines of sight that cross beyond their errors"
-        )
+        raise BearingsError("NOT_OBSERVABLE", "lines of sight are parallel within their errors")
 
 
 # n nᵀ / σ² of the angles; of a range, along the line of sight, in units of the distance.
@@ -362,15 +358,15 @@ def _crossing(sight: Sight, position: Floats | None) -> Floats:
     return np.asarray(found + weight[..., None, None] * along[..., :, None] * along[..., None, :])
 
 
-# Intersection of the lines of sight: ⟨n, p + v t − R⟩ = 0 with the error r σ, r from the round
-# before.
+# Intersection of the lines of sight: ⟨n, p + v t − R⟩ = 0 with the error r σ, r from the previous
+# iteration.
 def _intersected(sights: Sequence[Sight], ago: Floats, prior: Floats) -> Floats:
     d = sights[0].dimensions
     information, vector, _ = _nothing(sights, d)
     distances = [np.ones(vector.shape[:-1]) for _ in sights]
     mean = np.zeros(vector.shape)
     for round_ in range(_LINEAR_ROUNDS):
-        # The first round has no metre for its weights: the velocity waits for the second.
+        # The first iteration has no distances for its weights: the velocity is fixed at 0.
         information[...] = prior if round_ else np.diag(np.r_[np.zeros(d), np.full(d, 1e12)])
         vector[...] = 0.0
         for sight, t, distance in zip(sights, ago.tolist(), distances, strict=True):
@@ -387,7 +383,7 @@ def _intersected(sights: Sequence[Sight], ago: Floats, prior: Floats) -> Floats:
     return mean
 
 
-# Rows of the linear equations, their sigmas at a distance of 1 m, and what they equal.
+# Rows of the linear equations, their sigmas at a distance of 1 m, and their right-hand sides.
 def _linear_rows(sight: Sight) -> tuple[Floats, Floats, Floats]:
     rows, sigmas = sight.normals()
     known = rows @ sight.source_m
@@ -415,12 +411,12 @@ def _solved(information: Floats, vector: Floats) -> Floats:
     try:
         solution = np.linalg.solve(scaled, (vector / scale)[..., None])[..., 0]
     except np.linalg.LinAlgError as error:
-        reason = "expected sights that determine a place"
+        reason = "the sights do not determine a position"
         raise BearingsError("NOT_OBSERVABLE", reason) from error
     return np.asarray(solution / scale)
 
 
-# One round of Gauss–Newton over all sights.
+# One iteration of Gauss–Newton over all sights.
 def _fitted(
     sights: Sequence[Sight], ago: Floats, prior: Floats, mean: Floats, state: BearingsState
 ) -> BearingsState:
@@ -437,14 +433,14 @@ def _fitted(
     return replace(state, information=symmetric_part(information), vector=vector)
 
 
-# Lines also cross behind the sources, where nobody looks.
+# Lines may also intersect behind a source, opposite to the measured direction.
 def _require_ahead(sights: Sequence[Sight], ago: Floats, mean: Floats) -> None:
     d = sights[0].dimensions
     for sight, t in zip(sights, ago.tolist(), strict=True):
         line = mean[..., :d] + t * mean[..., d:] - sight.source_m
         ahead = line[..., 0] * np.sin(sight.azimuth_rad) + line[..., 1] * np.cos(sight.azimuth_rad)
         if not (ahead > 0.0).all():
-            raise BearingsError("BEHIND_SOURCE", "expected lines of sight that cross ahead")
+            raise BearingsError("BEHIND_SOURCE", "lines of sight intersect behind a source")
 
 
 def _scale(information: Floats) -> Floats:

@@ -1,22 +1,23 @@
-"""Compiled measurement model: what a sensor sees, and how its biases enter.
+"""Compiled measurement model: expected measurement, and derivatives by position and biases.
 
 Symbols: H = derivative of the measurement by east and north, W = covariance of its noise (upper
-triangle: 00 01 11), J = how the biases of the measuring sensor enter, D = derivative of the place
-by range and azimuth.
+triangle: 00 01 11), J = derivative by the biases of the sensor, D = derivative of the position by
+range and azimuth.
 
 A row of ``noises`` is: variance of range (m²), of azimuth (rad²), of a reported position on each
 axis (m²), and the height of the site (m). A row of ``sites`` is that of
-`multiradar.geodesy._kernels.site_parameters`; for the flat kinds its first two places are east and
-north of the radar (m), and the plane is not looked at.
+`multiradar.geodesy._kernels.site_parameters`; for the flat kinds its first two elements are east
+and north of the radar (m), and the plane is not used.
 
-A bearing has an azimuth and no range. Its first component is empty: measured and expected as 0,
-with no derivative and a variance of 1, so that it takes part in nothing, whatever a kernel does
-with both: the information of a bearing is of rank one, and no large variance stands for a range.
+A bearing has an azimuth and no range. Its first component is a placeholder: measured and expected
+as 0, with zero derivative and a variance of 1, so that it has no effect. The information of a
+bearing is of rank one; no large variance stands for a missing range.
 
-A direction is a bearing with an elevation. Its first component is the sine of that, which lanes
-have without an inverse: on the sphere that touches the ellipsoid at the source in the direction of
-the aircraft (Euler's radius), within 0.001° at 300 km. At a known height it tells the range along
-the line of sight. Its row of ``noises`` has the variance of the elevation first.
+A direction is a bearing with an elevation. Its first component is the sine of the elevation, which
+needs no inverse function in lanes: on the sphere that touches the ellipsoid at the source in the
+direction of the aircraft (Euler's radius), accurate to 0.001° at 300 km. At a known height it
+determines the range along the line of sight. Its row of ``noises`` has the variance of the
+elevation first.
 
 References
 ----------
@@ -44,7 +45,7 @@ Noise = NoiseOf[float]
 KIND_RADAR = 0
 KIND_POSITION = 1
 KIND_BEARING = 2
-# Range and azimuth on a flat plane; the place that such a plot points to, report, (1.11).
+# Range and azimuth on a flat plane; the position of such a plot, report, (1.11).
 KIND_FLAT_POLAR = 3
 KIND_FLAT_POSITION = 4
 # A bearing with an elevation; `MeasurementBatch.kind` calls both bearings.
@@ -55,7 +56,7 @@ PARAMETER_RANGE_GAIN = 2
 PARAMETER_TIME_OFFSET = 3
 # Twice the mean radius of the Earth.
 EARTH_DIAMETER_M = 12_742_000.0
-# Nearer than this, m, to the place of a radar on a flat plane there is no line of sight.
+# Minimum distance from a radar on a flat plane for a line of sight, m.
 LINE_OF_SIGHT_MIN_M = 1e-3
 
 
@@ -136,7 +137,7 @@ def expected_sight(
         w = (noise[0] + slope * slope * height_variance, none, broadcast_like(noise[1], east))
     elif kind == KIND_BEARING:
         _, x, y, _, _, az_e, az_n, ground = line_of_sight(plane, site, east, north, height)
-        # NaN where there is no line of sight, as in the azimuth.
+        # NaN where there is no line of sight, as for the azimuth.
         p0 = 0.0 * ground
         h = (none, none, az_e, az_n)
         w = (one, none, broadcast_like(noise[1], east))
@@ -154,7 +155,7 @@ def expected_sight(
         dx = east - site[0]
         dy = north - site[1]
         ground = root(dx * dx + dy * dy)
-        # At the very place of the radar what needs a line of sight is none (NaN).
+        # At the position of the radar itself the line of sight is undefined (NaN).
         across = chosen(ground, LINE_OF_SIGHT_MIN_M, ground, np.nan)
         ue = dx / across
         un = dy / across
@@ -178,7 +179,7 @@ def sine_of_direction(
 ) -> tuple[Numbers, Numbers]:
     """Return the sine of the elevation of a line of sight, and its derivative by the slant range.
 
-    The law of cosines in the triangle of the centre, the source and the aircraft.
+    By the law of cosines in the triangle of centre, source and aircraft.
     """
     across = ground * ground
     curvature = (site[C_NORTH] * y * y + site[C_EAST] * x * x) / across
@@ -191,9 +192,9 @@ def sine_of_direction(
 
 @in_both
 def sine_by_height(sine: Numbers, ground: Numbers) -> Numbers:
-    """Return the derivative of the sine of an elevation by the height of what is seen there.
+    """Return the derivative of the sine of an elevation by the height of the target.
 
-    Higher at one place on the ground it is seen steeper: cos²/slant, so cos³/ground.
+    At a fixed ground range it is cos²/slant = cos³/ground.
     """
     level = 1.0 - sine * sine
     slope: Numbers = level * root(level) / ground
@@ -204,7 +205,7 @@ def sine_by_height(sine: Numbers, ground: Numbers) -> Numbers:
 def locate_measurement(
     kind: int, plane: Floats, site: Floats, z0: float, z1: float, height: float
 ) -> tuple[bool, float, float]:
-    """Return (ok, east, north): the place that a measurement without errors comes from."""
+    """Return (ok, east, north): the position for a measurement without errors."""
     if is_bearing(kind):
         return False, np.nan, np.nan
     if kind in (KIND_RADAR, KIND_FLAT_POLAR) and not z0 > LINE_OF_SIGHT_MIN_M:
@@ -220,11 +221,11 @@ def locate_measurement(
 def bias_column(
     kind: int, parameter: int, site: Floats, p0: Numbers, p1: Numbers, rate0: float, rate1: float
 ) -> tuple[Numbers, Numbers]:
-    """Return one column of J: how a bias parameter enters the measurement.
+    """Return one column of J: derivative of the measurement by a bias parameter.
 
     ``p0``, ``p1`` are the measurement as predicted, the rates its derivative by time.
     """
-    # Time: the stamp is late by the offset, so the aircraft was measured where it was before.
+    # Time offset: the stamp is late, so the plot shows the earlier position of the aircraft.
     j0, j1 = broadcast_like(-rate0, p0), broadcast_like(-rate1, p0)
     if parameter != PARAMETER_TIME_OFFSET:
         j0, j1 = broadcast_like(1.0, p0), broadcast_like(0.0, p0)

@@ -1,4 +1,4 @@
-"""Angles that begin again after a turn."""
+"""Wrapping of angles."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,17 +10,17 @@ def wrapped(angle_rad: ArrayLike) -> NDArray[np.float64]:
     Parameters
     ----------
     angle_rad : array_like
-        Angles, rad; a difference of two azimuths above all, which must not be a turn too long.
+        Angles, rad, such as differences of azimuths.
 
     Returns
     -------
     ndarray
-        Angles, rad. Those that were in [−π, π) already are returned to the last bit.
+        Angles, rad. Those within [−π, π) are returned unchanged.
 
     References
     ----------
     D. E. Knuth, "The Art of Computer Programming", volume 1, section 1.2.4: the remainder modulo
-    2π, moved to begin at −π.
+    2π, shifted to start at −π.
     """
     angle = np.asarray(angle_rad, np.float64)
     turn = 2.0 * np.pi

@@ -1,4 +1,4 @@
-"""How the bias parameters of a radar enter its plot.
+"""Effect of the bias parameters of a radar on its plots.
 
 A bias is *measured minus true*. A plot is (slant range, azimuth); each kind of parameter adds a
 fixed multiple of itself, so that measured = true + J ς + noise with one column of J a parameter::
@@ -9,8 +9,8 @@ fixed multiple of itself, so that measured = true + J ς + noise with one column
     range gain      1       (range, 0)
     time offset     s       (−range rate, −azimuth rate)
 
-The signs of the time offset: a plot whose time stamp is τ late shows the aircraft where it was at
-the stamp minus τ, that is, short by τ times the rates.
+Sign of the time offset: a plot whose time stamp is late by τ shows the aircraft at the time of the
+stamp minus τ, so it lags by τ times the rates.
 """
 
 import numpy as np
@@ -24,7 +24,7 @@ from multiradar.estimation.measurement.sensors import (
 
 
 def known_kinds(kinds: ArrayLike) -> NDArray[np.int64]:
-    """Return kinds of bias parameters if all of them are known.
+    """Return kinds of bias parameters if all of them are defined.
 
     Parameters
     ----------
@@ -39,9 +39,9 @@ def known_kinds(kinds: ArrayLike) -> NDArray[np.int64]:
     Raises
     ------
     UnknownParameterError
-        If one is not among `PARAMETER_NAMES`: no whole number, or too large.
+        If one is not an index of `PARAMETER_NAMES`.
     ShapeError
-        If they are no numbers, or rows of unequal length.
+        If they are not numeric, or rows of unequal length.
 
     References
     ----------

@@ -1,15 +1,15 @@
-"""The cone above a radar, where its azimuth is not to be trusted.
+"""The cone of silence above a radar, where its azimuths are unreliable.
 
-Three reasons, each enough:
+There are three reasons:
 
-- The antenna's beam ends at 40° to 50° of elevation. What is reported above comes through side
-  lobes, with an azimuth that may be anything.
-- Near the axis an uncertainty δ of the position across the line of sight is no longer small against
-  the ground range g. The azimuth bends by δ²/g² rad, which the filter, linear, takes for an
-  error: with δ = 100 m at g = 3 km that is 0.06°, as much as the noise.
-- A wrong height h changes the ground range a plot points to by tan(elevation) times its error.
+- The antenna beam ends at 40° to 50° of elevation. Plots above come through side lobes, with
+  arbitrary azimuths.
+- Near the axis an uncertainty δ of the position across the line of sight is not small relative to
+  the ground range g. The azimuth is nonlinear by δ²/g² rad, an error for the linear filter: with
+  δ = 100 m at g = 3 km it is 0.06°, as much as the noise.
+- An error of the height h changes the ground range of a plot by tan(elevation) times that error.
 
-The rule is the ratio of ground range to height above the radar; 1 is an elevation of 45°.
+The criterion is the ratio of ground range to height above the radar; 1 is an elevation of 45°.
 """
 
 import numpy as np
@@ -41,17 +41,16 @@ def outside_cone(
     Returns
     -------
     (...) ndarray of bool
-        False inside the cone, and for numbers that are none. An aircraft lower than the radar is
-        in no cone.
+        False inside the cone, and for NaN. An aircraft below the radar is outside.
 
     Raises
     ------
     ConfigurationError
-        If the ratio is negative or no number.
+        If the ratio is negative or not a number.
 
     References
     ----------
-    The project's own rule, for the reasons at the head of this module.
+    The project's own criterion; see the module.
     """
     if not cone_ratio >= 0.0:
         raise ConfigurationError(f"cone ratio: expected 0 or more, was {cone_ratio}")

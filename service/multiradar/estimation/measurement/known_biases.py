@@ -1,4 +1,4 @@
-"""What a sensor would have measured without biases that are known, or estimated, of it."""
+"""Correction of measurements for known or estimated biases."""
 
 from typing import NamedTuple
 
@@ -24,12 +24,12 @@ class Measured(NamedTuple):
 
 
 def without_known_biases(measured: Measured, known: Floats) -> Measured:
-    """Return measurements with known biases taken off.
+    """Return measurements corrected for known biases.
 
     Parameters
     ----------
     measured : Measured
-        As the sensors said, (n,) each; NaN stays NaN.
+        As measured, (n,) each; NaN stays NaN.
     known : (n, 4) float64
         `SensorTable.known_bias` of the sensor of each measurement.
 
@@ -42,7 +42,7 @@ def without_known_biases(measured: Measured, known: Floats) -> Measured:
     References
     ----------
     IMM UrO RAN report (2016), equation (1.5) solved for the true measurement: measured = true +
-    offset, and gain · true besides for the range. Unlike J, the time offset is exact.
+    offset, plus gain · true for the range. Unlike J, the time offset is exact.
     """
     range_m, azimuth_rad = polar_without_biases(measured.range_m, measured.azimuth_rad, known)
     time_s = measured.time_s - known[:, PARAMETER_TIME_OFFSET]
@@ -52,12 +52,12 @@ def without_known_biases(measured: Measured, known: Floats) -> Measured:
 def polar_without_biases(
     range_m: Floats, azimuth_rad: Floats, biases: Floats
 ) -> tuple[Floats, Floats]:
-    """Return ranges and azimuths with biases taken off; times stay as they are.
+    """Return ranges and azimuths corrected for biases; times are unchanged.
 
     Parameters
     ----------
     range_m, azimuth_rad : (n,) float64
-        As the sensors said, m and rad; NaN stays NaN.
+        As measured, m and rad; NaN stays NaN.
     biases : (n, 4) float64
         Known or estimated biases of the sensor of each measurement.
 
@@ -71,5 +71,5 @@ def polar_without_biases(
     IMM UrO RAN report (2016), equation (1.5) solved for the true measurement.
     """
     offset, gain = biases[:, PARAMETER_RANGE_OFFSET], biases[:, PARAMETER_RANGE_GAIN]
-    turned = azimuth_rad - biases[:, PARAMETER_AZIMUTH_OFFSET]
-    return (range_m - offset) / (1.0 + gain), np.mod(turned, 2.0 * np.pi)
+    corrected = azimuth_rad - biases[:, PARAMETER_AZIMUTH_OFFSET]
+    return (range_m - offset) / (1.0 + gain), np.mod(corrected, 2.0 * np.pi)

@@ -1,12 +1,12 @@
-"""The linearised Cartesian form of a radar plot, as the report prints it.
+"""The linearised Cartesian form of a radar plot, as in the report.
 
-The plot is turned into coordinates first; biases and noise of range and azimuth are then carried
-over by the matrix C^ς taken at the estimated place of the aircraft. It is kept for the studies that
-compare with the report: with it the range biases come out four times worse than with the polar
-form, and are claimed 2.5 times too good, because the transformation is not linear in the azimuth.
+The plot is converted to coordinates first; biases and noise of range and azimuth are then
+transformed by the matrix C^ς at the estimated position of the aircraft. It serves the studies that
+compare with the report: errors of range biases are four times those of the polar form, and 2.5
+times their sigma, because the transformation is not linear in the azimuth.
 
-Coordinates are ordered (east, north), which is the order that the printed Ω fits, on a flat plane
-with the azimuth clockwise from north.
+Coordinates are ordered (east, north), as the Ω of the report requires, on a flat plane with the
+azimuth clockwise from north.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 def cartesian_plot(
     site_m: ArrayLike, range_m: ArrayLike, azimuth_rad: ArrayLike
 ) -> NDArray[np.float64]:
-    """Return the place on the flat plane that a plot points to.
+    """Return the position of a plot on the flat plane.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def cartesian_plot(
 
     References
     ----------
-    IMM UrO RAN report (2016), equation (1.10): z, on the axes that the Ω of (1.11) fits.
+    IMM UrO RAN report (2016), equation (1.10): z, on the axes of the Ω of (1.11).
     """
     direction = np.stack([np.sin(azimuth_rad), np.cos(azimuth_rad)], axis=-1)
     return np.asarray(site_m + np.asarray(range_m, np.float64)[..., None] * direction)

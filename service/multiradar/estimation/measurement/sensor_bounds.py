@@ -1,20 +1,21 @@
-"""Bounds of the numbers of a sensor: see `multiradar_schemas.sensors.bounds`, which has the same.
+"""Bounds of the parameters of a sensor, the same as in `multiradar_schemas.sensors.bounds`.
 
-The core knows no wire format, so it has its own copy, in degrees where the wire has degrees.
+The core is independent of wire formats, so it has its own copy, in degrees where the wire uses
+degrees.
 """
 
 from typing import NamedTuple
 
 
 class Bounds(NamedTuple):
-    """The least and the greatest value that is taken."""
+    """The least and the greatest allowed value."""
 
     least: float
     most: float
 
 
 class ParameterBounds(NamedTuple):
-    """Greatest magnitude, bounds of the sigma beforehand, and greatest drift of a parameter."""
+    """Greatest magnitude, bounds of the prior sigma, and greatest drift of a parameter."""
 
     value: float
     sigma: Bounds
@@ -27,7 +28,7 @@ HEIGHT_M = Bounds(-1000.0, 10_000.0)
 RANGE_SIGMA_M = Bounds(0.1, 1e4)
 AZIMUTH_SIGMA_DEG = Bounds(1e-4, 10.0)
 POSITION_SIGMA_M = Bounds(0.1, 1e4)
-#: No radar is meant that reaches less: such a number is of kilometres or nautical miles.
+#: A smaller maximum range is probably in kilometres or nautical miles.
 RANGE_MAX_M = Bounds(500.0, 1e6)
 ROTATION_PERIOD_S = Bounds(0.1, 3600.0)
 

@@ -27,21 +27,21 @@ PARAMETER_NAMES = ("range_offset_m", "azimuth_offset_deg", "range_gain", "time_o
 # The kinds of `MeasurementBatch.kind`; reported positions need neither a site nor biases.
 _KINDS = range(3)
 _REPORTED_POSITION, _BEARING = 1, 2
-# What each kind cannot have of the bias parameters.
+# Bias parameters that a kind of sensor cannot have.
 _FOREIGN = {
     _REPORTED_POSITION: range(len(PARAMETER_NAMES)),
     _BEARING: (PARAMETER_RANGE_OFFSET, PARAMETER_RANGE_GAIN),
 }
 _RADIAN_DEG = float(np.degrees(1.0))
-# A bound that was turned into radians may come back by a rounding greater.
+# Relative tolerance of bounds that were converted to radians.
 _ROUNDING = 1e-9
 
 
-#: Columns that stand still and level where nothing is said of them.
+#: Columns added later, with defaults: not moving, no elevations.
 LATER_FIELDS = ("moving", "elevation_sigma_rad")
 
 
-def _nothing_known() -> NDArray[np.float64]:
+def _no_known_bias() -> NDArray[np.float64]:
     return np.zeros((0, len(PARAMETER_NAMES)))
 
 
@@ -50,61 +50,60 @@ class SensorTable:
     """All sensors, sorted by identifier, and the bias vector they share.
 
     A bias is *measured minus true*. The bias vector stacks the named parameters of all sensors;
-    its columns are grouped by sensor, in the order of the sensors. What is known of a sensor
-    instead of being estimated is taken off its measurements before they are used
+    its columns are grouped by sensor, in the order of the sensors. Biases that are known instead of
+    estimated are corrected before the measurements are used
     (`multiradar.estimation.measurement.known_biases`).
 
     Attributes
     ----------
     ids : tuple of str
-        Identifiers, each once, sorted.
+        Unique identifiers, sorted.
     kinds : (m,) int8
-        What the sensor measures: the kinds of `MeasurementBatch.kind`.
+        Kind of measurement, as in `MeasurementBatch.kind`.
     latitude_rad, longitude_rad, height_m : (m,) float64
         WGS 84 site; NaN where the kind of sensor has none.
     range_sigma_m, azimuth_sigma_rad, position_sigma_m : (m,) float64
         Standard deviations of the random errors (position: per horizontal axis).
     range_max_m, rotation_period_s : (m,) float64
-        Instrumented range (infinite when unknown) and antenna turn time (NaN when unknown).
+        Instrumented range (infinite if unknown) and antenna rotation period (NaN if unknown).
     parameter_sensor : (c,) int32
         Sensor of each bias parameter.
     parameter_kind : (c,) int8
         `PARAMETER_RANGE_OFFSET` (m), `PARAMETER_AZIMUTH_OFFSET` (rad), `PARAMETER_RANGE_GAIN`
         (ratio) or `PARAMETER_TIME_OFFSET` (s).
     prior_mean, prior_sigma : (c,) float64
-        What is known of each parameter beforehand.
+        Prior of each parameter.
     drift : (c,) float64
         Random walk of each parameter: standard deviation after one second.
     aliases : tuple of (str, int)
-        Further names that measurements may use, with the index of the sensor.
+        Additional names in measurements, with the index of the sensor.
     known_bias : (m, 4) float64
-        Biases that are known, by kind of parameter; 0 where none is. Without it none is known.
+        Known biases by kind of parameter, 0 if unknown. By default none is known.
     self_reported : (m,) bool
-        Whether the sensor relays what aircraft say of themselves (ADS-B). Without it none does.
+        Whether the sensor relays self-reported positions (ADS-B). By default none does.
     asterix_codes : tuple of int
-        Area code times 256 and identification code under which ASTERIX names each sensor, −1 for
-        none. Without it none has any.
+        256 × SAC + SIC of each sensor in ASTERIX, −1 for none. By default none has any.
     moving : (m,) bool
-        Whether each of its bearings tells where the sensor was. Without it none moves.
+        Whether the sensor moves and reports its position with each bearing. By default none moves.
     elevation_sigma_rad : (m,) float64
-        Standard deviation of the random error of elevations; NaN for sensors that measure none.
-        Without it none does.
+        Standard deviation of the random error of elevations; NaN for sensors without elevations,
+        the default.
 
     Raises
     ------
     ShapeError
-        If the columns are not of one length, or the parameters are not grouped by sensor.
+        If the columns differ in length, or the parameters are not grouped by sensor.
     SensorPositionError
-        If a sensor that is no reporter of positions has no site.
+        If a radar or direction finder has no site.
     UnknownParameterError
         If a kind of bias parameter is unknown.
     PriorError
-        If a standard deviation of noise or of a prior, a drift, a prior mean or a known bias is no
-        number or outside the bounds of `multiradar.estimation.measurement.sensor_bounds`.
+        If a standard deviation of noise or of a prior, a drift, a prior mean or a known bias is not
+        a number or outside the bounds of `multiradar.estimation.measurement.sensor_bounds`.
     ConfigurationError
-        If another number is outside these bounds; if an identifier or a parameter is named twice; a
-        kind of sensor is unknown; a parameter belongs to a sensor that cannot have it, or is both
-        estimated and known.
+        If another number is outside these bounds, an identifier or a parameter occurs twice, a kind
+        of sensor is unknown, or a parameter is not applicable to its sensor, or both estimated and
+        known.
     """
 
     ids: tuple[str, ...]
@@ -123,7 +122,7 @@ class SensorTable:
     prior_sigma: NDArray[np.float64]
     drift: NDArray[np.float64]
     aliases: tuple[tuple[str, int], ...] = ()
-    known_bias: NDArray[np.float64] = field(default_factory=_nothing_known)
+    known_bias: NDArray[np.float64] = field(default_factory=_no_known_bias)
     self_reported: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, np.bool_))
     asterix_codes: tuple[int, ...] = ()
     moving: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, np.bool_))
@@ -155,15 +154,15 @@ class SensorTable:
 def _require_each_once(table: SensorTable) -> None:
     for sensor, times in Counter(table.ids).items():
         if times > 1:
-            raise ConfigurationError(f"sensor {sensor}: expected each id once, was {times} times")
+            raise ConfigurationError(f"sensor {sensor}: id occurs {times} times; give it once")
     named = zip(table.parameter_sensor.tolist(), table.parameter_kind.tolist(), strict=True)
     for (owner, kind), times in Counter(named).items():
         if not 0 <= kind < len(PARAMETER_NAMES):
             raise UnknownParameterError(kind, PARAMETER_NAMES)
         if times > 1:
             raise ConfigurationError(
-                f"sensor {table.ids[owner]}: expected {PARAMETER_NAMES[kind]} once, was {times} "
-                "times"
+                f"sensor {table.ids[owner]}: {PARAMETER_NAMES[kind]} occurs {times} times; "
+                "give it once"
             )
 
 
@@ -195,8 +194,7 @@ def _require_usable(table: SensorTable, row: int) -> None:
     sensor, kind = table.ids[row], int(table.kinds[row])
     if kind not in _KINDS:
         raise ConfigurationError(
-            f"sensor {sensor}: expected a kind of 0 (radar), 1 (positions) or 2 (bearings), "
-            f"was {kind}"
+            f"sensor {sensor}: kind: expected 0 (radar), 1 (positions) or 2 (bearings), was {kind}"
         )
     if kind != _REPORTED_POSITION:
         _require_site(table, row)
@@ -222,19 +220,19 @@ def _require_direction(table: SensorTable, row: int) -> None:
     sensor = table.ids[row]
     if table.moving[row] and table.kinds[row] != _BEARING:
         raise ConfigurationError(
-            f"sensor {sensor}: expected one of bearings where it is moving, was of kind "
+            f"sensor {sensor}: only a direction finder (kind 2) may be moving, was kind "
             f"{table.kinds[row]}"
         )
     own = table.parameter_kind[table.parameter_sensor == row]
     clock = PARAMETER_TIME_OFFSET in own or table.known_bias[row, PARAMETER_TIME_OFFSET] != 0.0
     if table.moving[row] and clock:
         name = PARAMETER_NAMES[PARAMETER_TIME_OFFSET]
-        raise ConfigurationError(f"sensor {sensor}: expected no {name} of one that moves, has one")
+        raise ConfigurationError(f"sensor {sensor}: {name} is not supported for a moving sensor")
     if np.isnan(table.elevation_sigma_rad[row]):
         return
     if table.kinds[row] == _REPORTED_POSITION:
         raise ConfigurationError(
-            f"sensor {sensor}: expected no elevation of a sensor of reported positions, has one"
+            f"sensor {sensor}: elevations are not supported for reported positions"
         )
     what = f"elevation_sigma_rad of sensor {sensor}"
     within = _radians(bounds.AZIMUTH_SIGMA_DEG)
@@ -260,12 +258,10 @@ def _require_known(table: SensorTable, row: int) -> None:
         foreign = kind in _FOREIGN.get(int(table.kinds[row]), ())
         if foreign and (kind in kinds or known != 0.0):
             what = "reported positions" if table.kinds[row] == _REPORTED_POSITION else "bearings"
-            raise ConfigurationError(
-                f"sensor {sensor}: expected no {name} of a sensor of {what}, has one"
-            )
+            raise ConfigurationError(f"sensor {sensor}: {name} is not supported for {what}")
         if kind in kinds and known != 0.0:
             raise ConfigurationError(
-                f"sensor {sensor}: expected {name} to be estimated or known, was both"
+                f"sensor {sensor}: {name} is both estimated and known; give one of them"
             )
         most = bounds.PARAMETERS[kind].value / _unit(kind)
         what = f"known {name} of sensor {sensor}"
@@ -297,6 +293,6 @@ def _require_within(
     what: str, value: float, within: Bounds, error: type[ConfigurationError] = ConfigurationError
 ) -> None:
     near = _ROUNDING * abs(within.least), _ROUNDING * abs(within.most)
-    # Written so that what is no number is outside.
+    # Written so that NaN is outside.
     if not within.least - near[0] <= value <= within.most + near[1]:
         raise error(f"{what}: expected {within.least:g} to {within.most:g}, was {value:g}")

@@ -1,10 +1,10 @@
-"""What is seen of an aircraft from a place: azimuth, perhaps elevation, perhaps range.
+"""Sights of an aircraft from a source: azimuth, optionally elevation, optionally range.
 
-Each component that is there is a measurement of rank one. A range that is missing is no number with
-a large variance: it adds nothing to the information (Nenartovich, Isakov, equation (11)).
+Each component present is a measurement of rank one. A missing range is not a number with a large
+variance: it adds no information (Nenartovich, Isakov, equation (11)).
 
 Flat axes: east and north, or east, north and up, m. Azimuth is clockwise from north, elevation
-above the plane through the source. The source of a sight is where it was at that moment, so sources
+above the plane through the source. A sight has the position of its source at that time, so sources
 may move.
 """
 
@@ -24,12 +24,12 @@ PLANE, SPACE = 2, 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sight:
-    """What one source sees at one moment; leading axes are aircraft, or runs of a study.
+    """Measurement of one source at one time; leading axes are aircraft, or runs of a study.
 
     Attributes
     ----------
     source_m : (2,) or (3,) array
-        East and north of the source then, m; with up, the sight is one in space.
+        East and north of the source at that time, m; with up for a sight in space.
     azimuth_rad : (...) array
         Measured azimuth.
     azimuth_sigma_rad : float
@@ -39,15 +39,15 @@ class Sight:
     elevation_sigma_rad : float, optional
         Standard deviation of its error; given with the elevation.
     range_m : (...) array, optional
-        Measured distance, where it is not missing.
+        Measured range, if any.
     range_sigma_m : float, optional
         Standard deviation of its error; given with the range.
 
     Raises
     ------
     ShapeError
-        If the source has not two or three coordinates, an angle or range is no finite number, an
-        elevation is measured in the plane, or a component has no standard deviation.
+        If the source does not have two or three coordinates, an angle or range is not finite, an
+        elevation is given in the plane, or a component has no standard deviation.
     PriorError
         If a standard deviation is not positive.
 
@@ -74,7 +74,7 @@ class Sight:
         object.__setattr__(self, "source_m", source)
         for name in ("azimuth", "elevation", "range"):
             unit = "m" if name == "range" else "rad"
-            _settle(self, f"{name}_{unit}", f"{name}_sigma_{unit}")
+            _check_component(self, f"{name}_{unit}", f"{name}_sigma_{unit}")
 
     @property
     def dimensions(self) -> int:
@@ -87,25 +87,25 @@ class Sight:
         return len(self.source_m)
 
     def residuals(self, position_m: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return what was measured minus what is expected from a position.
+        """Return measured minus expected components for a position.
 
         Parameters
         ----------
         position_m : (..., d) array
-            Where the aircraft is taken to be, m.
+            Assumed position of the aircraft, m.
 
         Returns
         -------
         residuals : (..., m) array
-            Of azimuth, elevation and range, those that are there; rad and m.
+            Of azimuth, elevation and range, as present; rad and m.
         slopes : (..., m, d) array
-            Derivative of what is expected by the position; 0 where it is not defined.
+            Derivative of the expected components by the position; 0 where undefined.
         sigmas : (m,) array
             Standard deviations.
 
         References
         ----------
-        Nenartovich, Isakov, equation (3); the derivative is taken at the position, not at the
+        Nenartovich, Isakov, equation (3), with the derivative at the position instead of the
         measured angle.
         """
         line = np.asarray(position_m, np.float64) - self.source_m
@@ -134,7 +134,7 @@ class Sight:
         return residuals, slopes, np.array(sigmas)
 
     def normals(self) -> tuple[Floats, Floats]:
-        """Return the planes on which the angles say that the aircraft is.
+        """Return the planes through the source and the aircraft that the angles define.
 
         Returns
         -------
@@ -168,12 +168,12 @@ class Sight:
         return np.concatenate([flat, np.zeros((*flat.shape[:-1], 1))], axis=-1)
 
 
-# A component and its sigma are there together, and are numbers.
-def _settle(sight: Sight, name: str, sigma_name: str) -> None:
+# A component and its sigma must be given together, and be numbers.
+def _check_component(sight: Sight, name: str, sigma_name: str) -> None:
     value: ArrayLike | None = getattr(sight, name)
     sigma: float | None = getattr(sight, sigma_name)
     if (value is None) != (sigma is None):
-        raise ShapeError(name, f"one with a {sigma_name}", (), "one of them alone")
+        raise ShapeError(name, f"a value with {sigma_name}", (), "one without the other")
     if value is None or sigma is None:
         return
     if not 0.0 < sigma < np.inf:

@@ -1,6 +1,6 @@
 """Compiled constant-velocity motion; the plain form is `multiradar.estimation.motion`.
 
-A covariance of four components is kept as its upper triangle, row by row: 00 01 02 03 11 12 13 22
+A covariance of four components is stored as its upper triangle, row by row: 00 01 02 03 11 12 13 22
 23 33. Components: east, north (m), and their rates (m/s).
 
 References
@@ -29,8 +29,8 @@ def moved_covariance(P: Packed, dt: float, density: Density) -> Packed:
     """Return A P Aᵀ + Q (report, (1.30)).
 
     ``density`` is that of the white acceleration on the plane, m²/s³: D00 D01 D11. Then Q has the
-    blocks D dt³/3, D dt²/2 and D dt; the interval may be cut anywhere. Where
-    nothing is left of a variance, rounding must not make it less.
+    blocks D dt³/3, D dt²/2 and D dt; the interval may be split anywhere. Rounding must not make a
+    variance negative.
     """
     q00, q01, q11 = density[0] * dt, density[1] * dt, density[2] * dt
     half = 0.5 * dt
@@ -51,7 +51,7 @@ def moved_covariance(P: Packed, dt: float, density: Density) -> Packed:
 
 @kernel
 def predict_motion(a: Floats, P: Floats, V: Floats, dt: float, density: Density) -> None:
-    """Move one aircraft on by dt: a ← A a, V ← A V, P ← A P Aᵀ + Q (report, (1.4), (1.30)).
+    """Predict one aircraft by dt: a ← A a, V ← A V, P ← A P Aᵀ + Q (report, (1.4), (1.30)).
 
     ``density`` as in `moved_covariance`.
     """
@@ -72,7 +72,7 @@ def move_aircraft(
 ) -> None:
     """Do as `predict_motion` for aircraft k.
 
-    Whole arrays and an index: a view of a row is counted, which costs as much as the arithmetic.
+    Whole arrays and an index: reference counting of a row view costs as much as the arithmetic.
     """
     means[k, 0] += dt * means[k, 2]
     means[k, 1] += dt * means[k, 3]

@@ -1,25 +1,24 @@
-"""Axes, course and climb angle: written here once for all motion in three dimensions.
+"""Axes, course and climb angle of all motion in three dimensions.
 
-Components are ordered (east, north, up), metres and metres a second. Vasiliev and Mattis count the
-course K from their axis X towards Y, the climb angle φ from the plane XY towards Z; here their X is
-north, their Y east and their Z up, so that the course is what it is everywhere in this project:
-clockwise from north. With the speed V,
+Components are ordered (east, north, up), m and m/s. Vasiliev and Mattis measure the course K from
+their axis X towards Y, the climb angle φ from the plane XY towards Z; here their X is north, their
+Y east and their Z up, so that the course is clockwise from north as everywhere. With the speed V,
 
     v_east = V cos φ sin K,    v_north = V cos φ cos K,    v_up = V sin φ.
 
 A state is either *Cartesian*, (east, north, up, v_east, v_north, v_up), or of the *velocity frame*,
 (east, north, up, V, K, φ).
 
-The triple (V, K, φ) has more than one way to say the same velocity. In its *canonical* form V is
-not negative, φ lies in [−π/2, π/2] and K in [−π, π). Equations (4) add Gaussian numbers to all
-three and leave that region now and then; what they then mean is the velocity that the formula above
-gives, which `canonical_frame` says canonically:
+Several triples (V, K, φ) represent the same velocity. In the *canonical* form V is not negative, φ
+lies in [−π/2, π/2] and K in [−π, π). Equations (4) add Gaussian numbers to all three and may leave
+that region; the triple then still represents the velocity of the formula above, which
+`canonical_frame` converts:
 
     V < 0          (V, K, φ) → (−V, K + π, −φ)         the aircraft flies backwards
     |φ| > π/2      (V, K, φ) → (V, K + π, π − φ)       it has flown over the top of a loop
 
-Neither changes the velocity, so nothing jumps. And neither changes the law of what follows: the
-next increments of V and φ are as likely with the other sign.
+Neither changes the velocity, so nothing jumps. Neither changes the distribution of the motion
+afterwards: the next increments of V and φ are equally likely with the other sign.
 """
 
 import numpy as np
@@ -88,11 +87,11 @@ def velocity_by_frame(frame: ArrayLike) -> Floats:
     Returns
     -------
     (..., 3, 3) ndarray
-        Columns: for a metre a second of speed, a radian of course, a radian of climb.
+        Columns: per m/s of speed, per radian of course, per radian of climb.
 
     References
     ----------
-    Vasiliev, Mattis, equation (7), with its rows in our order of axes.
+    Vasiliev, Mattis, equation (7), with rows in the order of axes used here.
     """
     speed, course, climb = np.moveaxis(np.asarray(frame, np.float64), -1, 0)
     sin_k, cos_k, sin_c, cos_c = np.sin(course), np.cos(course), np.sin(climb), np.cos(climb)
@@ -113,9 +112,9 @@ def canonical_frame(frame: ArrayLike) -> tuple[Floats, Floats]:
     Returns
     -------
     frame : (..., 3) ndarray
-        The canonical form. What was canonical is returned to the last bit.
+        The canonical form. Canonical triples are returned unchanged.
     signs : (..., 3) ndarray
-        Derivative of each component by its old self, 1 or −1: a covariance C becomes
+        Derivative of each component by its old value, 1 or −1: a covariance C becomes
         signs · C · signsᵀ element by element.
 
     References
@@ -127,7 +126,7 @@ def canonical_frame(frame: ArrayLike) -> tuple[Floats, Floats]:
     backwards = speed < 0.0
     climb = _wrapped(np.where(backwards, -climb, climb))
     over = np.abs(climb) > np.pi / 2.0
-    # Whole turns first: near the end of the range a small angle keeps its digits.
+    # Wrapped first, so that a small angle near the end of the range keeps its digits.
     climb = np.where(over, np.copysign(np.pi, climb) - climb, climb)
     course = _wrapped(np.where(backwards != over, course + np.pi, course))
     one = np.ones_like(speed)
@@ -137,8 +136,8 @@ def canonical_frame(frame: ArrayLike) -> tuple[Floats, Floats]:
     return np.stack([np.abs(speed), course, climb], -1), signs
 
 
-# In [−π, π), and to the last bit what was there already. Models of motion and of measurement do not
-# know each other, so each has its own.
+# In [−π, π); angles within are unchanged. Models of motion and of measurement are independent of
+# each other, so each has its own.
 def _wrapped(angle: Floats) -> Floats:
     turn = 2.0 * np.pi
     inside = (angle >= -np.pi) & (angle < np.pi)

@@ -1,4 +1,4 @@
-"""The two ways a motion model may write a state, and the way between them.
+"""The two coordinate systems of motion states, and the conversion between them.
 
 Axes, signs and the canonical form are those of `multiradar.estimation.motion.axes`.
 """
@@ -23,7 +23,7 @@ from multiradar.estimation.motion.inputs import forward_interval
 
 @dataclass(frozen=True, slots=True)
 class Coordinates:
-    """How a state is written.
+    """A coordinate system of states.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Coordinates:
     to_cartesian_jacobian : callable
         state → (..., 6, 6), the derivative of `to_cartesian`.
     from_cartesian : callable
-        The way back, canonical.
+        The inverse, in canonical form.
     canonical : callable
         (state, covariance) → the same estimate in canonical form.
     """
@@ -65,14 +65,14 @@ def cartesian_transition(state: ArrayLike, interval_s: float) -> Floats:
     Returns
     -------
     (..., 6) ndarray
-        The position has moved by velocity × interval.
+        The position changed by velocity × interval.
 
     Raises
     ------
     ShapeError
-        The state has another number of components.
+        The state has a wrong number of components.
     TimeOrderError
-        The interval is negative or no finite number.
+        The interval is negative or not finite.
 
     References
     ----------
@@ -89,14 +89,14 @@ def cartesian_jacobian(state: ArrayLike, interval_s: float) -> Floats:
     Parameters
     ----------
     state : (..., 6) array_like
-        Gives the number of aircraft.
+        Only its shape is used.
     interval_s : float
         T, s, not negative.
 
     Returns
     -------
     (..., 6, 6) ndarray
-        Identity, and T in the corner of position by velocity.
+        Identity, with T in the block of position by velocity.
 
     Raises
     ------
@@ -125,7 +125,7 @@ def frame_transition(state: ArrayLike, interval_s: float) -> Floats:
     Returns
     -------
     (..., 6) ndarray
-        The position has moved by velocity × interval.
+        The position changed by velocity × interval.
 
     Raises
     ------
@@ -147,14 +147,14 @@ def frame_jacobian(state: ArrayLike, interval_s: float) -> Floats:
     Parameters
     ----------
     state : (..., 6) array_like
-        Where it is taken.
+        State of the linearisation.
     interval_s : float
         T, s, not negative.
 
     Returns
     -------
     (..., 6, 6) ndarray
-        Identity, and T · I_xK of equation (7) in the corner of position by (V, K, φ).
+        Identity, with T · I_xK of equation (7) in the block of position by (V, K, φ).
 
     Raises
     ------
@@ -187,7 +187,7 @@ def frame_to_cartesian(state: ArrayLike) -> Floats:
     Raises
     ------
     ShapeError
-        The state has another number of components.
+        The state has a wrong number of components.
 
     References
     ----------
@@ -213,7 +213,7 @@ def cartesian_to_frame(state: ArrayLike) -> Floats:
     Raises
     ------
     ShapeError
-        The state has another number of components.
+        The state has a wrong number of components.
 
     References
     ----------
@@ -234,11 +234,11 @@ def _canonical_state(state: ArrayLike, covariance: ArrayLike) -> tuple[Floats, F
     values = component_array(state, "state", STATE_SIZE).copy()
     values[..., 3:], signs = canonical_frame(values[..., 3:])
     every = np.concatenate([np.ones_like(signs), signs], axis=-1)
-    turned = np.asarray(covariance, np.float64) * every[..., :, None] * every[..., None, :]
-    return values, turned
+    transformed = np.asarray(covariance, np.float64) * every[..., :, None] * every[..., None, :]
+    return values, transformed
 
 
-# A Cartesian state says itself in one way only.
+# The canonical form of a Cartesian state is the state itself.
 def _as_it_is(state: ArrayLike) -> Floats:
     return component_array(state, "state", STATE_SIZE).copy()
 

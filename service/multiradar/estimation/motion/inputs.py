@@ -1,4 +1,4 @@
-"""What motion models take: parameters that are not below zero, and time that goes on."""
+"""Checks of the arguments of motion models: parameters and intervals."""
 
 import math
 
@@ -7,28 +7,28 @@ from numpy.typing import ArrayLike
 from multiradar.errors import ConfigurationError, MotionParameterError, ShapeError, TimeOrderError
 from multiradar.estimation.array_checks import require_numbers, require_shape
 
-#: No parameter of a motion of aircraft is as large in SI units; the square of one is still finite.
+#: Maximum parameter of a motion model in SI units; its square is finite.
 PARAMETER_MAX = 1e12
-#: Nobody asks for a motion over a longer time, s; its cube is still finite.
+#: Maximum interval of a prediction, s; its cube is finite.
 INTERVAL_MAX_S = 1e9
 
 
 def require_not_negative(value: float, name: str) -> None:
-    """Say what is wrong with a parameter that is below 0, or above `PARAMETER_MAX`.
+    """Raise if a parameter is negative or above `PARAMETER_MAX`.
 
     Parameters
     ----------
     value : float
         The parameter, in any unit.
     name : str
-        What it is, for the message.
+        Its name in the message.
 
     Raises
     ------
     MotionParameterError
         If it is negative, above `PARAMETER_MAX` or NaN.
     ShapeError
-        If it is no number.
+        If it is not numeric.
     """
     number = float(require_shape(value, name, ()))
     if not (number >= 0.0 and math.isfinite(number)):
@@ -37,21 +37,21 @@ def require_not_negative(value: float, name: str) -> None:
 
 
 def require_positive(value: float, name: str) -> None:
-    """Say what is wrong with a parameter that is not above 0, or above `PARAMETER_MAX`.
+    """Raise if a parameter is not above 0, or above `PARAMETER_MAX`.
 
     Parameters
     ----------
     value : float
         The parameter, in any unit.
     name : str
-        What it is, for the message.
+        Its name in the message.
 
     Raises
     ------
     MotionParameterError
         If it is not above 0, above `PARAMETER_MAX` or NaN.
     ShapeError
-        If it is no number.
+        If it is not numeric.
     """
     number = float(require_shape(value, name, ()))
     if not (number > 0.0 and math.isfinite(number)):
@@ -72,7 +72,7 @@ def axis_parameters(values: ArrayLike, name: str) -> tuple[float, float, float]:
     values : (3,) array_like
         The parameters, in any unit.
     name : str
-        What they are, for the message.
+        Their name in the message.
 
     Returns
     -------
@@ -95,7 +95,7 @@ def axis_parameters(values: ArrayLike, name: str) -> tuple[float, float, float]:
 
 
 def forward_interval(interval_s: float) -> float:
-    """Return an interval that does not go back.
+    """Return an interval that is not negative.
 
     Parameters
     ----------
@@ -110,11 +110,11 @@ def forward_interval(interval_s: float) -> float:
     Raises
     ------
     TimeOrderError
-        If it is negative or no finite number.
+        If it is negative or not finite.
     ConfigurationError
         If it is longer than `INTERVAL_MAX_S`.
     ShapeError
-        If it is no number.
+        If it is not numeric.
     """
     interval = float(require_shape(interval_s, "interval of motion", ()))
     if not (interval >= 0.0 and math.isfinite(interval)):

@@ -10,34 +10,34 @@ J = ∂v/∂(V, K, φ) (`axes.velocity_by_frame`) the paper's covariance of the 
 
 with h = (v_east, v_north) and v_level = |h|, and the velocity's share of Q is T² D(v).
 
-**Where J degenerates.** u has no limit as V → 0, and k none as v_level → 0. The rule fills in what
-is not known by *every* direction, gradually, so that D is continuous everywhere, symmetric,
-positive semi-definite and bounded by trace D ≤ 3 a² + (v_K² + 2 v_φ²) V²:
+**Where J degenerates.** u has no limit as V → 0, and k none as v_level → 0. An undefined direction
+is gradually replaced by *all* directions, so that D is continuous everywhere, symmetric, positive
+semi-definite and bounded by trace D ≤ 3 a² + (v_K² + 2 v_φ²) V²:
 
     u uᵀ  becomes  v vᵀ/m + (1 − V²/m) I,             m = max(V², V_s²)
     k kᵀ  becomes  h hᵀ/n + (1 − v_level²/n) I,       n = max(v_level², κ² V²)
 
-with V_s = `slow_speed_mps` and κ = `STEEP_COSINE`. At V ≥ V_s and |φ| ≤ 84.26° this is the printed
-(7) to rounding. An aircraft at rest accelerates by a along each axis, as in model (2); one that
+with V_s = `slow_speed_mps` and κ = `STEEP_COSINE`. At V ≥ V_s and |φ| ≤ 84.26° this is (7) of the
+paper to rounding. An aircraft at rest accelerates by a along each axis, as in model (2); one that
 flies straight up pitches in any direction.
 
-**In the plane** (v_up = 0, no climb) the rule is one expression without a branch or a division by
-zero, the form that a compiled step uses; with m as above, in the order (east, north),
+**In the plane** (v_up = 0, no climb) this is one expression without a branch or a division by zero,
+used by the compiled step; with m as above, in the order (east, north),
 
     d_00 = a² (1 + (v_e² − V²)/m) + v_K² v_n²
     d_01 = (a²/m − v_K²) v_e v_n
     d_11 = a² (1 + (v_n² − V²)/m) + v_K² v_e²
 
-**Intervals.** As printed, the acceleration is constant over an interval and its sigma belongs to
+**Intervals.** In the paper the acceleration is constant over an interval and its sigma belongs to
 the interval: Q = [[0, 0], [0, T²]] ⊗ D, and two half intervals add half the variance of one. Plots
-of several radars come at irregular times; then the printed interval becomes a constant of the
+of several radars come at irregular times; the interval of the paper then becomes a constant of the
 model, T₀ = `nominal_interval_s`, D T₀ is the density of white acceleration, and
 
     Q = [[T³/3, T²/2], [T²/2, T]] ⊗ (T₀ D),
 
-the exact integral, whose sum over parts is that of the whole while the velocity stays. The variance
-of the velocity is the printed one at T = T₀. In a compiled step the parameters are the densities
-a² T₀ (m²/s³) and v_K² T₀ (rad²/s); with v_K² V² = a² it is the white acceleration of
+the exact integral, additive over parts of an interval at constant velocity. The variance of the
+velocity is that of the paper at T = T₀. The parameters of the compiled step are the densities
+a² T₀ (m²/s³) and v_K² T₀ (rad²/s); with v_K² V² = a² this is the white acceleration of
 constant velocity, with q = a² T₀.
 """
 
@@ -59,10 +59,10 @@ from multiradar.estimation.motion.inputs import (
     require_positive,
 )
 
-#: Below this speed a course is not known well enough to accelerate along it: slower than aeroplanes
-#: fly, and within what radars leave uncertain of a velocity.
+#: Below this speed the course is too uncertain for an acceleration along it: slower than aeroplanes
+#: fly, and within the uncertainty of velocities from radars.
 SLOW_SPEED_MPS = 10.0
-#: Below this cosine of the climb angle (above 84.26°) a course is as good as not defined.
+#: Below this cosine of the climb angle (above 84.26°) the course is practically undefined.
 STEEP_COSINE = 0.1
 
 
@@ -79,15 +79,15 @@ class VelocityFrameNoise:
     climb_rate_rad_per_s : float
         v_φ, standard deviation of the rate of the climb angle, rad/s.
     nominal_interval_s : float, optional
-        T₀, s, above 0: the interval that a, v_K and v_φ go with; None as printed, each interval
-        itself.
+        T₀, s, above 0: the interval to which a, v_K and v_φ refer; None: each interval itself, as
+        in the paper.
     slow_speed_mps : float
-        V_s, m/s, above 0: below it the course counts as less and less known.
+        V_s, m/s, above 0: below it the course is increasingly uncertain.
 
     Raises
     ------
     MotionParameterError
-        A parameter is negative or no finite number, or T₀ or V_s not above 0.
+        A parameter is negative or not finite, or T₀ or V_s not above 0.
 
     References
     ----------
@@ -130,13 +130,13 @@ class VelocityFrameNoise:
         Raises
         ------
         ShapeError
-            The state has another number of components.
+            The state has a wrong number of components.
         TimeOrderError
-            The interval is negative or no finite number.
+            The interval is negative or not finite.
 
         References
         ----------
-        Vasiliev, Mattis, equation (7), as printed or as a density: see the head of this module.
+        Vasiliev, Mattis, equation (7), as in the paper or as a density: see the module.
         """
         values = component_array(state, "state", STATE_SIZE)
         spread = acceleration_covariance(
@@ -163,25 +163,25 @@ def acceleration_covariance(
     Parameters
     ----------
     velocity : (..., 3) or (..., 2) array_like
-        East, north, up, m/s; with two components the aircraft moves on the plane.
+        East, north, up, m/s; two components for motion in the plane.
     acceleration_mps2, turn_rate_rad_per_s, climb_rate_rad_per_s : float
-        a (m/s²), v_K and v_φ (rad/s); not negative. On the plane v_φ has no part in it.
+        a (m/s²), v_K and v_φ (rad/s); not negative. In the plane v_φ is not used.
     slow_speed_mps : float
         V_s, m/s, above 0.
 
     Returns
     -------
     (..., 3, 3) or (..., 2, 2) ndarray
-        m²/s⁴. On the plane it is the corner (east, north) of that in space.
+        m²/s⁴. In the plane it is the block (east, north) of that in space.
 
     Raises
     ------
     ShapeError
-        The velocity has another number of components.
+        The velocity has a wrong number of components.
 
     References
     ----------
-    Vasiliev, Mattis, equation (7), with the rule of this module's head where it degenerates.
+    Vasiliev, Mattis, equation (7), modified where it degenerates: see the module.
     """
     values = np.asarray(velocity, np.float64)
     if values.ndim == 0 or values.shape[-1] != 2:
@@ -197,7 +197,7 @@ def acceleration_covariance(
 
 
 def held_or_white(spread: Floats, interval_s: float, nominal_interval_s: float | None) -> Floats:
-    """Return what accelerations of a covariance add to position and velocity over an interval.
+    """Return the covariance that accelerations add to position and velocity over an interval.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ def held_or_white(spread: Floats, interval_s: float, nominal_interval_s: float |
     interval_s : float
         T, s.
     nominal_interval_s : float, optional
-        T₀, s; None: the acceleration is constant over the interval, as printed.
+        T₀, s; None: the acceleration is constant over the interval, as in the paper.
 
     Returns
     -------
@@ -215,7 +215,7 @@ def held_or_white(spread: Floats, interval_s: float, nominal_interval_s: float |
 
     References
     ----------
-    Vasiliev, Mattis, equation (7), as printed; with T₀, Y. Bar-Shalom, X. R. Li, T. Kirubarajan,
+    Vasiliev, Mattis, equation (7); with T₀, Y. Bar-Shalom, X. R. Li, T. Kirubarajan,
     "Estimation with Applications to Tracking and Navigation", Wiley 2001, equation (6.2.2-4).
     """
     size = spread.shape[-1]
@@ -231,8 +231,8 @@ def held_or_white(spread: Floats, interval_s: float, nominal_interval_s: float |
     return result
 
 
-# x xᵀ / m + (1 − x²/m) I with m = max(x², floor): the direction of x as far as it is known. A floor
-# of 0 belongs to a velocity of 0; there any bounded value will do, and I is taken.
+# x xᵀ / m + (1 − x²/m) I with m = max(x², floor): the direction of x as far as it is defined. A
+# floor of 0 occurs only for a velocity of 0, where I is used.
 def _filled(vector: Floats, floor: float | Floats) -> Floats:
     squared = (vector**2).sum(axis=-1)
     largest = np.maximum(squared, floor)

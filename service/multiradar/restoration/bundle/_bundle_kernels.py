@@ -1,9 +1,9 @@
-"""Compiled step of a bundle: slide the window, take a plot, settle, branch, thin.
+"""Compiled step of a bundle: slide the window, add a plot, fit, branch, thin.
 
 References
 ----------
-IMM UrO RAN report (2016), section 2.2: the order of the steps. The project's own: branches are
-begun in cells of time, one for each kind of control, and not through the plot.
+IMM UrO RAN report (2016), section 2.2: the order of the steps. The project's own: branches start in
+cells of time, one for each kind of control, and not through the plot.
 """
 
 from math import ceil, exp, floor, log, sqrt
@@ -52,17 +52,18 @@ from multiradar_compiled.kernels import in_loop, loop
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# Where so many of the last plots are outliers of the best track, the newest one too, arcs lead to
-# it, and the tracks settle in more rounds.
-RECENT, SURPRISES_MIN, RESCUE_ROUNDS = 6, 3, 6
-# After so long without a plot one that is an outlier is enough for that, s: in this time a turn
-# goes farther than settling from straight flight finds.
+# Rescue: if at least `OUTLIERS_MIN` of the `RECENT` last plots, including the newest, are outliers
+# of the best track, arcs to the newest plot are added and the tracks are fitted with additional
+# iterations.
+RECENT, OUTLIERS_MIN, RESCUE_ROUNDS = 6, 3, 6
+# After a gap of this length, s, one outlier suffices: a turn then exceeds the convergence range of
+# a fit from straight flight.
 RARE_S = 8.0
-# A window holds so many plots, if they are no older than so many times its length.
+# A window keeps at least this many plots, if they are not older than this multiple of its length.
 WINDOW_PLOTS_MIN, LONGER = 6, 2.0
-# Cells that a gap between plots may leave to be begun at once.
+# Maximum number of cells opened after a gap between plots.
 CELLS_MAX = 4
-# Tracks that are compared with each other, for each that may stay.
+# Number of tracks that are compared, per track kept.
 CONSIDERED = 6
 
 
@@ -73,9 +74,9 @@ def push_plot(
     H2: Floats, g2: Floats, S: Floats, T: Floats, M: Floats, r: Floats, A: Floats, B: Floats,
     grid: Floats, traces: Floats, order: Integers, kept: Integers,
 ) -> tuple[int, int, float]:  # fmt: skip
-    """Take the plot in row last − 1; return the number of tracks, the first row, the anchor.
+    """Process the plot in row last − 1; return the number of tracks, the first row, the anchor.
 
-    Cells that open after `since_s` are those in which branches begin.
+    Branches start in the cells that open after `since_s`.
     """
     usual = (rules[LATERAL_MAX], rules[LONGITUDINAL_MAX])
     now_s = plots[last - 1, TIME]
@@ -94,15 +95,15 @@ def push_plot(
         first += 1
     recent = max(first, last - RECENT)
     outliers = count_outliers(tracks[0], anchor_s, plots, recent, last)
-    # The best track stays if it does not know the newest plot, for that may be wrong: where plots
-    # are rare, so many segments may begin between two of them that they would leave it no room.
+    # The best track is kept if the newest plot is an outlier of it, since that may be wrong: where
+    # plots are rare, the many segments that may start between two of them would displace it.
     kept_anyway = -1
     if count_outliers(tracks[0], anchor_s, plots, last - 1, last):
         kept_anyway = 0
-    if kept_anyway == 0 and (outliers >= SURPRISES_MIN or now_s - before_s >= RARE_S):
+    if kept_anyway == 0 and (outliers >= OUTLIERS_MIN or now_s - before_s >= RARE_S):
         rounds += RESCUE_ROUNDS
-        # Rather beyond the limits than lost.
-        if outliers >= SURPRISES_MIN:
+        # Wider limits rather than track loss.
+        if outliers >= OUTLIERS_MIN:
             for part in range(2):
                 rules[LATERAL_MAX + part] = rules[LATERAL_BEYOND + part]
         live = rescue(tracks, live, spare, anchor_s, plots, first, last, rules, g, g2)
@@ -114,7 +115,7 @@ def push_plot(
     parents = live
     live = branch(tracks, live, since_s, now_s, kinds, rules)
     for i in range(parents, live):
-        # Before it begins no plot tells of a segment.
+        # No plot informs about a segment that has not started.
         if tracks[i, SEGMENTS + SEGMENT_COUNT * (int(tracks[i, COUNT]) - 1) + BEGIN] < now_s:
             fit_track(
                 tracks[i], spare, anchor_s, plots, first, last, now_s, kinds, rules, rounds,
@@ -123,7 +124,7 @@ def push_plot(
     for part in range(2):
         rules[LATERAL_MAX + part] = usual[part]
     discard_unlikely(tracks, live, CONSIDERED * room, order, kept_anyway)
-    # Whole seconds: tracks are compared at the same times whatever their switches.
+    # Whole seconds: tracks are compared at the same times, independent of their switches.
     begin_s = ceil(now_s - rules[WINDOW_S])
     for k in range(len(grid)):
         grid[k] = begin_s + k
@@ -138,7 +139,7 @@ def push_plot(
 
 @in_loop
 def plot_expires(plots: Floats, first: int, last: int, window_s: float) -> bool:
-    """Return whether the oldest plot leaves the window: the fewer there are, the later."""
+    """Return whether the oldest plot leaves the window; later if plots are few."""
     count, age_s = last - first, plots[last - 1, TIME] - plots[first, TIME]
     old = age_s > window_s and (count > WINDOW_PLOTS_MIN or age_s > LONGER * window_s)
     return count > 2 and (old or count > WINDOW_PLOTS_MAX)
@@ -146,7 +147,7 @@ def plot_expires(plots: Floats, first: int, last: int, window_s: float) -> bool:
 
 @in_loop
 def sigma_of(plots: Floats, first: int, last: int) -> float:
-    """Return the standard deviation of a place that all plots of the window would tell, m."""
+    """Return the standard deviation of a position from all plots of the window together, m."""
     information = 0.0
     for row in range(first, last):
         a, b, c = plots[row, EAST_EAST], plots[row, EAST_NORTH], plots[row, NORTH_NORTH]
@@ -158,9 +159,9 @@ def sigma_of(plots: Floats, first: int, last: int) -> float:
 def branch(
     tracks: Floats, live: int, before_s: float, now_s: float, kinds: Floats, rules: Floats
 ) -> int:
-    """Begin a branch of each other kind in each cell of time that opens, and return the number."""
+    """Add branches of all other kinds in each cell of time that opens; return the track count."""
     cell_s = rules[CELL_S]
-    # A cell lies around its middle, and opens half a cell before it.
+    # A cell opens half a cell before its middle.
     cell = floor(now_s / cell_s + 0.5)
     opened = max(floor(before_s / cell_s + 0.5) + 1.0, cell - CELLS_MAX + 1.0)
     best, parents = -np.inf, live
@@ -184,8 +185,8 @@ def branch(
                         tracks[live, new + KIND] = other
                         tracks[live, new + LATERAL] = kinds[other, LATERAL_MEAN]
                         tracks[live, new + LONGITUDINAL] = kinds[other, LONGITUDINAL_MEAN]
-                        # What a segment that has not begun adds to `constants`, and its prior
-                        # to the determinant: the chance that it begins in this cell.
+                        # Contribution of a segment that has not started to `constants`, and of its
+                        # prior to the determinant: the probability that it starts in this cell.
                         tracks[live, WEIGHT] += kinds[kind, FOLLOWING + other] + log(
                             kinds[kind, ENDING] * cell_s
                         )
@@ -196,7 +197,7 @@ def branch(
 
 @in_loop
 def discard_unlikely(tracks: Floats, live: int, most: int, order: Integers, always: int) -> None:
-    """Take the weight of all but the best tracks, and one: there is no room for those."""
+    """Set the weight of all but the best tracks to zero, except of track `always`."""
     rank(tracks, live, order)
     for i in range(most, live):
         if order[i] != always:
@@ -208,7 +209,7 @@ def rescue(
     tracks: Floats, live: int, spare: Floats, anchor_s: float, plots: Floats, first: int,
     last: int, rules: Floats, a: Floats, b: Floats,
 ) -> int:  # fmt: skip
-    """Add the best arc from each track to the last plot, and return the number of tracks."""
+    """Add the best arc from each track to the last plot; return the number of tracks."""
     parents = live
     for i in range(parents):
         if live < len(tracks):
@@ -222,8 +223,8 @@ def rescue(
 
 @in_loop
 def compact(tracks: Floats, kept: Integers, order: Integers, chosen: int) -> None:
-    """Bring the tracks that stay to the front, the best first, by swapping rows."""
-    # order[i]: where the track that stood in row i is now; row by row the right one is swapped in.
+    """Move the tracks kept to the front, the best first, by swapping rows."""
+    # order[i]: present row of the track that was in row i.
     for i in range(len(order)):
         order[i] = i
     for i in range(chosen):

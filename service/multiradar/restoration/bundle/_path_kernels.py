@@ -1,12 +1,8 @@
-"""Compiled states of tracks at many times, and what their parameters leave uncertain of them.
+"""Compiled states of tracks at many times, with covariances from those of the parameters.
 
 Symbols: θ = parameters of a track, L = the Cholesky factor of H, the second derivatives of the
 functional by θ; J = derivatives of the state by θ, by differences. The covariance of the state is
 J H⁻¹ Jᵀ = Y Yᵀ with L Yᵀ = Jᵀ.
-
-References
-----------
-The project's own.
 """
 
 from math import cos, sin
@@ -41,8 +37,8 @@ def trace_with_spreads(
 ) -> None:  # fmt: skip
     """Write states (m, k, 4), covariances (m, k, 4, 4) and segments (m, k) of the first tracks.
 
-    `sound` (m) tells which of them have covariances: those whose H has a Cholesky factor. Of the
-    others all that is written is zero.
+    `sound` (m) marks the tracks with covariances: those whose H has a Cholesky factor. The output
+    of the others is zero.
     """
     last = len(plots)
     for i in range(many):
@@ -77,7 +73,7 @@ def trace_with_spreads(
 
 @in_loop
 def velocities(track: Floats, anchor_s: float, time_s: Floats, out: Floats) -> None:
-    """Write places and velocities (k, 4) of a track."""
+    """Write positions and velocities (k, 4) of a track."""
     trace(track, anchor_s, time_s, out)
     for k in range(len(time_s)):
         speed, heading = out[k, 2], out[k, 3]
@@ -87,7 +83,7 @@ def velocities(track: Floats, anchor_s: float, time_s: Floats, out: Floats) -> N
 
 @in_loop
 def spread(L: Floats, slopes: Floats, size: int, out: Floats) -> None:
-    """Write the covariance of a state; its slopes (4, p) become Y."""
+    """Write the covariance of a state; its slopes (4, p) are overwritten by Y."""
     for c in range(4):
         for j in range(size):
             value = slopes[c, j]
@@ -105,7 +101,7 @@ def spread(L: Floats, slopes: Floats, size: int, out: Floats) -> None:
 
 @in_loop
 def segment_at(track: Floats, time_s: float) -> int:
-    """Return the segment of a track that a time is in."""
+    """Return the segment of a track at a time."""
     i = 0
     while i < int(track[COUNT]) - 1 and track[SEGMENTS + SEGMENT_COUNT * (i + 1) + BEGIN] <= time_s:
         i += 1

@@ -1,11 +1,11 @@
 """Compiled arcs of constant speed through triples of plots of the initial window.
 
 Symbols: A, B, C = the three plots, κ = curvature of the circle through them, positive to the right,
-s = way along the circle from A.
+s = distance along the circle from A.
 
 References
 ----------
-IMM UrO RAN report (2016), section 2.2.1: which triples make an arc, and the deviations in time.
+IMM UrO RAN report (2016), section 2.2.1: triples that form an arc, and the deviations in time.
 """
 
 from math import asin, atan2, cos, hypot, sin
@@ -18,7 +18,7 @@ from multiradar_compiled.kernels import in_loop, loop
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# Columns of an arc: time, place, speed and heading at its beginning, lateral acceleration, and the
+# Columns of an arc: time, position, speed and heading at its start, lateral acceleration, and the
 # sum of the deviations in time over all plots.
 ARC_COUNT = 7
 # Columns of the limits.
@@ -30,7 +30,7 @@ LIMIT_COUNT = 6
 def triples(
     time_s: Floats, position_m: Floats, chosen: Integers, limits: Floats, arcs: Floats
 ) -> int:
-    """Write the arcs through all triples of chosen plots, and return how many there are."""
+    """Write the arcs through all triples of chosen plots; return their number."""
     count, many = 0, len(chosen)
     for i in range(many):
         for j in range(i + 1, many):
@@ -50,7 +50,7 @@ def triples(
 
 @in_loop
 def apart(position_m: Floats, i: int, j: int) -> float:
-    """Return the distance of two plots."""
+    """Return the distance between two plots."""
     return hypot(position_m[j, 0] - position_m[i, 0], position_m[j, 1] - position_m[i, 1])
 
 
@@ -58,7 +58,7 @@ def apart(position_m: Floats, i: int, j: int) -> float:
 def arc_through(
     time_s: Floats, position_m: Floats, i: int, j: int, k: int, limits: Floats, arc: Floats
 ) -> bool:
-    """Write the arc through three plots, and return whether there is one."""
+    """Write the arc through three plots; return whether there is one."""
     ab, bc, ac = apart(position_m, i, j), apart(position_m, j, k), apart(position_m, i, k)
     made = time_s[k] - time_s[j] >= limits[APART_S] and min(ab, bc, ac) >= limits[APART_M]
     if made:
@@ -67,12 +67,12 @@ def arc_through(
         p, q = position_m[k, 0] - east, position_m[k, 1] - north
         # 4 × area over the product of the sides.
         curvature = 2.0 * (y * (p - x) - x * (q - y)) / (ab * bc * ac)
-        # The heading of the chord, less half the angle it spans.
+        # The heading of the chord minus half the angle it spans.
         heading = atan2(x, y) - asin(min(max(0.5 * ab * curvature, -1.0), 1.0))
         least = limits[CURVATURE_LEAST]
-        b = way_along(x, y, heading, curvature, least)
-        c = way_along(p, q, heading, curvature, least)
-        # The straight line through the ways (0, b, c) at their times, by least squares.
+        b = distance_along(x, y, heading, curvature, least)
+        c = distance_along(p, q, heading, curvature, least)
+        # The straight line through the distances (0, b, c) over time, by least squares.
         t, u = time_s[j] - time_s[i], time_s[k] - time_s[i]
         mean_s, mean_m = (t + u) / 3.0, (b + c) / 3.0
         square = mean_s**2 + (t - mean_s) ** 2 + (u - mean_s) ** 2
@@ -80,7 +80,7 @@ def arc_through(
             mean_s * mean_m + (t - mean_s) * (b - mean_m) + (u - mean_s) * (c - mean_m)
         ) / square
         offset = mean_m - speed * mean_s
-        # Along the circle the motion is off by what the ways differ by.
+        # Deviations of the motion from the plots along the circle.
         off = max(abs(offset), abs(offset + speed * t - b), abs(offset + speed * u - c))
         made = (
             c > b > 0.0
@@ -92,16 +92,16 @@ def arc_through(
             arc[3], arc[4], arc[5] = speed, heading, curvature * speed * speed
             arc[6] = 0.0
             for row in range(len(time_s)):
-                way = way_along(
+                along = distance_along(
                     position_m[row, 0] - east, position_m[row, 1] - north, heading, curvature, least
                 )
-                arc[6] += abs(time_s[i] + (way - offset) / speed - time_s[row])
+                arc[6] += abs(time_s[i] + (along - offset) / speed - time_s[row])
     return bool(made)
 
 
 @in_loop
-def way_along(x: float, y: float, heading: float, curvature: float, least: float) -> float:
-    """Return the way along the circle to the passage nearest to a place, ± half a circle."""
+def distance_along(x: float, y: float, heading: float, curvature: float, least: float) -> float:
+    """Return the distance along the circle to its point nearest to a position, ± half a circle."""
     ahead = x * sin(heading) + y * cos(heading)
     right = x * cos(heading) - y * sin(heading)
     straight = abs(curvature) < least

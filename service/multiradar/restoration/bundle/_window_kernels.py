@@ -1,15 +1,15 @@
-"""Compiled slide of the window: plots that leave it become what is known at the anchor.
+"""Compiled slide of the window: plots that leave it are absorbed in the prior at the anchor.
 
 Symbols: θ = first six parameters (east, north, speed, heading, lateral and longitudinal
 acceleration), m, P = their mean and covariance without the plots of the window, F = derivatives of
-the state later by θ.
+the later state by θ.
 
-A plot that leaves moves the anchor to its time and corrects m, P, both linearised at smoothed θ.
-What this changes of the weight of a track is given back to it: sliding is no evidence.
+A plot that leaves moves the anchor to its time and updates m, P, both linearised at the smoothed θ.
+The weight of a track is preserved: sliding is not evidence.
 
 References
 ----------
-The project's own: a Kalman filter that trails behind by the length of the window.
+The project's own: a Kalman filter delayed by the length of the window.
 """
 
 from math import exp
@@ -56,7 +56,7 @@ from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]
 
-# A plot that is good with less chance tells nothing when it leaves.
+# Plots that are good with a lower probability are not absorbed.
 GOOD_MIN = 1e-3
 
 
@@ -65,7 +65,7 @@ def drop_plot(
     track: Floats, anchor_s: float, plots: Floats, row: int, kinds: Floats, rules: Floats,
     A: Floats, B: Floats,
 ) -> None:  # fmt: skip
-    """Let one plot leave the window: the anchor is at its time afterwards."""
+    """Remove the oldest plot from the window; the anchor is at its time afterwards."""
     time_s = plots[row, TIME]
     while int(track[COUNT]) > 1 and track[SEGMENTS + SEGMENT_COUNT + BEGIN] <= time_s:
         begin = track[SEGMENTS + SEGMENT_COUNT + BEGIN]
@@ -79,7 +79,7 @@ def drop_plot(
 
 @in_loop
 def move(track: Floats, t: float, rules: Floats, F: Floats, B: Floats) -> None:
-    """Move state, mean and covariance on by a time within the first segment."""
+    """Predict state, mean and covariance by a time within the first segment."""
     v, heading = track[SPEED], track[HEADING]
     u, w = track[SEGMENTS + LATERAL], track[SEGMENTS + LONGITUDINAL]
     (de, dn, v1, h1, e_v, e_h, e_u, e_w, n_v, n_h, n_u, n_w, h_v, h_w) = fly_with_slopes(
@@ -116,7 +116,7 @@ def move(track: Floats, t: float, rules: Floats, F: Floats, B: Floats) -> None:
                 total += B[i, k] * F[j, k]
             track[PRIOR_COVARIANCE + 6 * i + j] = total
             track[PRIOR_COVARIANCE + 6 * j + i] = total
-    # No flight is made of exact segments: along and across the same.
+    # Flights do not consist of exact segments: isotropic noise of the velocity.
     drift = rules[VELOCITY_DRIFT] * t
     track[PRIOR_COVARIANCE + 14] += drift
     track[PRIOR_COVARIANCE + 21] += drift / (v1 * v1)
@@ -124,7 +124,7 @@ def move(track: Floats, t: float, rules: Floats, F: Floats, B: Floats) -> None:
 
 @in_loop
 def start_next_segment(track: Floats, kinds: Floats) -> None:
-    """Let the second segment be the first: its controls are not known from the past."""
+    """Remove the first segment; the controls of the next have no information from the past."""
     count = int(track[COUNT])
     for i in range(1, count):
         at = SEGMENTS + SEGMENT_COUNT * i
@@ -144,7 +144,7 @@ def start_next_segment(track: Floats, kinds: Floats) -> None:
 
 @in_loop
 def correct(track: Floats, plots: Floats, row: int) -> None:
-    """Correct mean and covariance by a plot at the anchor."""
+    """Update mean and covariance by a plot at the anchor."""
     a, b, c = plots[row, EAST_EAST], plots[row, EAST_NORTH], plots[row, NORTH_NORTH]
     x = track[EAST] - plots[row, PLOT_EAST]
     y = track[NORTH] - plots[row, PLOT_NORTH]
@@ -163,7 +163,7 @@ def correct(track: Floats, plots: Floats, row: int) -> None:
         f0, f1 = i00 * x + i01 * y, i01 * x + i11 * y
         for i in range(6):
             track[PRIOR_MEAN + i] += track[at + 6 * i] * f0 + track[at + 6 * i + 1] * f1
-        # From the last column on, for the first two are those of the gain.
+        # Backwards, because the first two columns are those of the gain.
         for i in range(5, -1, -1):
             p0, p1 = track[at + 6 * i], track[at + 6 * i + 1]
             k0, k1 = p0 * i00 + p1 * i01, p0 * i01 + p1 * i11

@@ -1,7 +1,7 @@
-"""A bundle of trajectories of one aircraft, plot by plot.
+"""A bundle of trajectories of one aircraft: a multiple-hypothesis trajectory set, plot by plot.
 
-Each track is a motion of piecewise constant accelerations whose parameters, switches included, are
-those that fit plots and priors best; its weight is the probability of the plots with it. See
+Each track is a motion of piecewise constant accelerations whose parameters, including the switching
+times, fit plots and priors best; its weight is the probability of the plots given the track. See
 docs/restoration.md.
 """
 
@@ -43,23 +43,23 @@ from multiradar.restoration.control_tracks.tracks import (
 
 Floats = NDArray[np.float64]
 
-#: The initial window is so many times its length where it holds no arc: for slow aircraft, and
-#: radars that turn slowly.
+#: Multiples of the initial window, tried until it contains an arc: for slow aircraft and radars
+#: with long scan periods.
 _WIDER = (1.0, 1.5, 2.0, 3.0)
-#: After an attempt to begin anew in vain so long, s, before the next.
+#: Time between attempts to re-initialise, s.
 _PATIENCE_S = 8.0
 
 
 class Bundle:
-    """Trajectories of one aircraft with weights; takes its plots one at a time, in order.
+    """Weighted trajectories of one aircraft; plots are pushed one at a time, in order.
 
     Parameters
     ----------
     settings : BundleSettings
-        Rules of the bundle.
+        Parameters of the bundle.
     memory : Scratch, optional
-        What it works in, of `_scratch.scratch(settings)`; bundles that never work at the same time
-        may share one, which saves three quarters of the memory. Its own by default.
+        Scratch arrays, of `_scratch.scratch(settings)`; bundles that never work concurrently may
+        share them, which saves three quarters of the memory. Its own by default.
 
     References
     ----------
@@ -73,8 +73,8 @@ class Bundle:
         self._tracks = np.zeros((layout.CANDIDATES_MAX, layout.TRACK_COUNT))
         self._plots = np.zeros((2 * layout.INITIAL_PLOTS_MAX, layout.PLOT_COUNT))
         self._settling, self._memory = memory or scratch(settings)
-        # Rows of the window are first … last − 1; the anchor of the tracks is the time of the last
-        # plot that left it, or of the first there was.
+        # The window is the rows first … last − 1; the anchor of the tracks is the time of the last
+        # plot that left it, or of the first plot.
         self._first = self._last = self._live = 0
         self._anchor_s = np.nan
         self._restarts = 0
@@ -82,17 +82,17 @@ class Bundle:
         self._manoeuvre_history = ManoeuvreHistory()
 
     def __len__(self) -> int:
-        """Return the number of tracks: 0 before the first triple of plots that makes an arc."""
+        """Return the number of tracks: 0 before the first triple of plots that forms an arc."""
         return self._live
 
     @property
     def restarts(self) -> int:
-        """How often no track could follow the plots, and all began anew."""
+        """Number of re-initialisations after a track loss."""
         return self._restarts
 
     @property
     def manoeuvre_history(self) -> ManoeuvreHistory:
-        """How long the aircraft has flown straight, and has not."""
+        """Times of straight flight and of manoeuvres so far."""
         return self._manoeuvre_history
 
     @property
@@ -102,16 +102,16 @@ class Bundle:
 
     @property
     def window_s(self) -> tuple[float, float]:
-        """Times from which the tracks tell how the aircraft flew, and of the last plot.
+        """Start of the reconstructed path, and time of the last plot.
 
         Raises
         ------
         RestorationError
-            If there are no tracks yet.
+            If there are no tracks.
 
         References
         ----------
-        IMM UrO RAN report (2016), section 2.1: a running window.
+        IMM UrO RAN report (2016), section 2.1: a sliding window.
         """
         self._require_tracks()
         now_s = self._now_s()
@@ -129,28 +129,28 @@ class Bundle:
         covariance_m2: ArrayLike,
         shared_m2: ArrayLike | None = None,
     ) -> None:
-        """Take a plot.
+        """Process a plot.
 
         Parameters
         ----------
         time_s : float
-            When, not before the last one.
+            Time of the plot, not before the last one.
         position_m : (2,) array_like
-            East and north, less the biases of the radar.
+            East and north, corrected for the biases of the radar.
         covariance_m2 : (2, 2) array_like
-            Of the errors: noise of the radar, and what is not known of its biases.
+            Covariance of its errors: noise of the radar, and uncertainty of its biases.
         shared_m2 : (2, 2) array_like, optional
-            The part of it that other plots have in common with this one, as that of biases. Tracks
-            are weighed without it; it is added to the covariance of what they say.
+            The part common with other plots, such as that of biases. It does not enter the weights
+            of tracks; it is added to the covariance of estimates.
 
         Raises
         ------
         TimeOrderError
-            If it is earlier than the last one.
+            If it is earlier than the last plot.
         ShapeError
             If a number is not finite.
         CovarianceError
-            If a covariance is none.
+            If a covariance is not valid.
 
         References
         ----------
@@ -169,12 +169,12 @@ class Bundle:
             self._initiate()
 
     def push_all(self, plots: MeasurementTrack) -> None:
-        """Take plots one after the other.
+        """Process plots one after the other.
 
         Parameters
         ----------
         plots : MeasurementTrack
-            Not before those that were taken.
+            Not before the last plot.
 
         References
         ----------
@@ -189,12 +189,12 @@ class Bundle:
         Returns
         -------
         (m,) float64
-            Of sum one, the best first.
+            Probabilities with sum one, the best first.
 
         Raises
         ------
         RestorationError
-            If there are no tracks yet.
+            If there are no tracks.
 
         References
         ----------
@@ -216,7 +216,7 @@ class Bundle:
         Raises
         ------
         RestorationError
-            If there are no tracks yet.
+            If there are no tracks.
 
         References
         ----------
@@ -230,14 +230,14 @@ class Bundle:
         return tuple(found)
 
     def restored(self, time_s: ArrayLike, by: str = WEIGHTED) -> GeometricTrack:
-        """Return how the aircraft flew.
+        """Return the reconstructed path.
 
         Parameters
         ----------
         time_s : (k,) array_like
-            Ascending times, within `window_s` to be estimates of their own; after it, a forecast.
+            Ascending times within `window_s`; later ones are extrapolated.
         by : str
-            `best`: the best track. `weighted`: the mean of all by their weights.
+            `best`: the best track. `weighted`: the weighted mean of all.
 
         Returns
         -------
@@ -247,7 +247,7 @@ class Bundle:
         Raises
         ------
         RestorationError
-            If there are no tracks yet.
+            If there are no tracks.
         ValueError
             If `by` is neither.
 
@@ -271,19 +271,19 @@ class Bundle:
         Parameters
         ----------
         by : str
-            `best`: that of the best track. `weighted`: the mean over all tracks by their weights.
+            `best`: that of the best track. `weighted`: the weighted mean of all.
         time_s : float, optional
-            When; the time of the last plot if not given.
+            Time; that of the last plot by default.
 
         Returns
         -------
         Estimate
-            With accelerations.
+            Motion with accelerations.
 
         Raises
         ------
         RestorationError
-            If there are no tracks yet.
+            If there are no tracks.
         ShapeError
             If the time is not finite.
         ValueError
@@ -319,7 +319,7 @@ class Bundle:
         Raises
         ------
         RestorationError
-            If there are no tracks yet.
+            If there are no tracks.
         ValueError
             If `by` is neither.
 
@@ -332,7 +332,7 @@ class Bundle:
         return path_of(self._tracks, weights, self._window(), times, self._settling)
 
     def final_states(self) -> FinalStates:
-        """Return how the tracks end at the last plot, from where a forecast goes on.
+        """Return the states of the tracks at the last plot, from which a forecast starts.
 
         Returns
         -------
@@ -342,17 +342,17 @@ class Bundle:
         Raises
         ------
         RestorationError
-            If there are no tracks yet.
+            If there are no tracks.
         """
         return final_states_of(self._tracks, self.weights(), self._window(), self._settling)
 
     def copy(self) -> "Bundle":
-        """Return a bundle that says the same, with memory of its own.
+        """Return a copy of the bundle, with scratch arrays of its own.
 
         Returns
         -------
         Bundle
-            It may be read, and go on, while this one goes on.
+            An independent bundle.
         """
         other = Bundle(self._settings)
         other._live, other._anchor_s = self._live, self._anchor_s
@@ -369,7 +369,7 @@ class Bundle:
         if due and decided_s >= self._anchor_s:
             kinds = [kind_at(track, decided_s) for track in self._tracks[: self._live]]
             straight = self.weights() @ (np.array(kinds) == layout.STRAIGHT)
-            self._manoeuvre_history = self._manoeuvre_history.noted(decided_s, float(straight))
+            self._manoeuvre_history = self._manoeuvre_history.extended(decided_s, float(straight))
 
     def _window(self) -> Window:
         plots = self._plots[self._first : self._last]
@@ -387,8 +387,9 @@ class Bundle:
     def _require_tracks(self) -> None:
         if not self._live:
             raise RestorationError(
-                f"expected three plots {TRIPLE_APART_S:g} s and {TRIPLE_APART_M:g} m apart within "
-                f"{self._settings.window_s:g} s, was {self._last - self._first} plots without such"
+                f"no track: expected three plots {TRIPLE_APART_S:g} s and {TRIPLE_APART_M:g} m "
+                f"apart within {self._settings.window_s:g} s, was none among "
+                f"{self._last - self._first} plots"
             )
 
     def _append(
@@ -411,7 +412,7 @@ class Bundle:
         self._plots[self._last] = row
         self._last += 1
 
-    # Begin with the last plots, so many as make an arc.
+    # Initiate with the shortest window of last plots that contains an arc.
     def _initiate(self) -> None:
         rules, times = self._settings, self._plots[: self._last, layout.TIME]
         oldest = int(np.searchsorted(times[self._first :], times[-1] - rules.window_s))
@@ -424,7 +425,7 @@ class Bundle:
                 self._adopt(tracks, first)
                 return
 
-    # Where the best track does not know the last plots: others, if those are likelier, or silence.
+    # If the last plots are outliers of the best track: re-initialise if likelier, or drop it.
     def _check_track_loss(self) -> None:
         now_s = self._now_s()
         best = LossTest(self._tracks[0], self._anchor_s, self._plots, self._first, self._last)
@@ -442,15 +443,15 @@ class Bundle:
             self._live, self._first = 0, first
             self._restarts += 1
 
-    # First tracks are of one segment: that the aircraft may have begun or ended to turn before it
-    # was followed, they branch in the cells since then.
+    # Initial tracks have one segment. They branch in the cells since then, because a turn may have
+    # started or ended before initiation.
     def _adopt(self, tracks: Floats, first: int) -> None:
         self._tracks[: len(tracks)] = tracks
         self._live, self._first = len(tracks), first
         self._anchor_s = float(self._plots[first, layout.TIME])
         self._step(self._anchor_s)
 
-    # Take the newest plot; segments may begin after a time.
+    # Process the newest plot; segments may start after `since_s`.
     def _step(self, since_s: float) -> None:
         self._live, self._first, self._anchor_s = push_plot(
             self._tracks, self._live, self._settings.tracks_max, self._anchor_s, self._plots,
@@ -458,7 +459,7 @@ class Bundle:
             *self._settling, *self._memory,
         )  # fmt: skip
 
-    # Of a time before a longer silence than the window nothing is known.
+    # Tracks do not survive a gap longer than the window.
     def _has_gap(self) -> bool:
         if not self._live:
             return False

@@ -1,4 +1,4 @@
-"""What a bundle says: where the aircraft is and was, and how it manoeuvres."""
+"""Estimates of a bundle: motion and manoeuvres of the aircraft."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from multiradar.restoration.control_tracks.tracks import ControlTrack
 
 Floats = NDArray[np.float64]
 
-#: How one estimate is made of the tracks of a bundle.
+#: How the tracks of a bundle are combined to one estimate.
 BEST = "best"
 WEIGHTED = "weighted"
 
@@ -21,12 +21,12 @@ class Trajectory:
     Attributes
     ----------
     weight : float
-        Its probability beside the others.
+        Its probability.
     controls : ControlTrack
-        Segments from the beginning of the window on. The last may begin after the last plot: then
-        the aircraft is expected to do something else soon.
+        Segments from the start of the window. The last may start after the last plot, if a change
+        of motion is expected.
     kinds : tuple of str
-        Of `settings.KIND_NAMES`, one for each segment.
+        Names of `settings.KIND_NAMES`, one for each segment.
     """
 
     weight: float
@@ -41,11 +41,11 @@ class Estimate:
     Attributes
     ----------
     time_s : float
-        When.
+        Time of the state.
     state : (4,) float64
         East and north, m, and their rates, m/s.
     covariance : (4, 4) float64
-        Of the errors of `state`: that of each track, and what the tracks differ by.
+        Covariance of the errors of `state`: of each track, and of the differences between tracks.
     lateral_mps2, longitudinal_mps2 : float
         Accelerations to the right and forwards.
     kind_probability : (5,) float64

@@ -1,4 +1,4 @@
-"""How the tracks of a bundle end: the motion at the last plot, from which a forecast goes on."""
+"""States of the tracks of a bundle at the last plot, from which a forecast starts."""
 
 from dataclasses import dataclass
 
@@ -23,30 +23,30 @@ _CONTROLS = [layout.LATERAL, layout.LONGITUDINAL]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FinalStates:
-    """The tracks of a bundle at its last plot, the best first.
+    """States of the tracks of a bundle at its last plot, the best first.
 
-    A segment that would begin after the last plot is left out: no plot tells of it.
+    Segments that start after the last plot are omitted.
 
     Attributes
     ----------
     time_s : float
-        Of the last plot.
+        Time of the last plot.
     begin_s : float
-        When the tracks begin.
+        Start time of the tracks.
     weight : (m,) float64
-        Probabilities of the tracks, of sum one.
+        Probabilities of the tracks, with sum one.
     motion : (m, 6) float64
         East and north, m; speed, m/s; heading, rad; lateral and longitudinal acceleration, m/s².
     covariance : (m, 6, 6) float64
-        Of the errors of `motion`, linearised.
+        Covariance of the errors of `motion`, linearised.
     segment_kind : (m, s) int64
         Numbers of `settings.KIND_NAMES`, the first segment first; −1 where a track has no more.
     segment_begin_s : (m, s) float64
-        When each begins; infinite where there is none.
+        Start time of each; infinite where there is none.
     ending_rate : (5,) float64
-        Rates at which the bundle took segments of each kind to end, 1/s.
+        Rates at which segments of each kind end in the bundle, 1/s.
     shared_m2 : (2, 2) float64
-        The part of the covariance of each place that plots share.
+        Covariance of the position errors that are common to plots.
     """
 
     time_s: float
@@ -64,52 +64,52 @@ class FinalStates:
         return len(self.weight)
 
     def kind_at(self, time_s: float) -> Integers:
-        """Return the kind of the segment that each track is in at a time.
+        """Return the kind of the segment of each track at a time.
 
         Parameters
         ----------
         time_s : float
-            Before the beginning of the tracks it is that of their first segments.
+            Time; before the start of the tracks their first segments apply.
 
         Returns
         -------
         (m,) ndarray
             Numbers of `settings.KIND_NAMES`.
         """
-        begun = np.sum(self.segment_begin_s[:, 1:] <= time_s, axis=1)
-        return np.asarray(self.segment_kind[np.arange(len(self)), begun])
+        segment = np.sum(self.segment_begin_s[:, 1:] <= time_s, axis=1)
+        return np.asarray(self.segment_kind[np.arange(len(self)), segment])
 
 
 def final_states_of(
     tracks: Floats, weights: Floats, window: Window, memory: FitScratch
 ) -> FinalStates:
-    """Return how weighted tracks end.
+    """Return the states of weighted tracks at the last plot.
 
     Parameters
     ----------
     tracks : (m, TRACK_COUNT) ndarray
-        At least as many as weights; they stay as they are.
+        At least as many as weights; not changed.
     weights : (w,) ndarray
-        Of the first tracks, of sum one.
+        Weights of the first tracks, with sum one.
     window : Window
-        What they are judged by.
+        Plots and parameters of the functional.
     memory : FitScratch
-        To work in.
+        Scratch arrays.
 
     Returns
     -------
     FinalStates
-        At the last plot. A track whose covariance cannot be told weighs nothing.
+        At the last plot. A track without a covariance has weight 0.
 
     Raises
     ------
     TrajectoryError
-        If it can be told of none: `NO_COVARIANCE`.
+        If no track has a covariance: `NO_COVARIANCE`.
 
     References
     ----------
     The project's own: the covariance is J H⁻¹ Jᵀ with the derivatives J of the motion by the
-    parameters of the track, and H that of the functional; errors that plots share are added.
+    parameters of the track, and H that of the functional; common errors of plots are added.
     """
     anchor_s, plots, kinds, rules = window
     count, now_s = len(weights), float(plots[-1, layout.TIME])
@@ -119,16 +119,16 @@ def final_states_of(
     begin_s = np.full((count, layout.SEGMENTS_MAX), np.inf)
     for i in range(count):
         segments = segments_of(tracks[i])
-        begun = 1 + int(np.sum(segments[1:, layout.BEGIN] <= now_s))
-        kind[i, :begun] = segments[:begun, layout.KIND]
-        begin_s[i, :begun] = segments[:begun, layout.BEGIN]
+        started = 1 + int(np.sum(segments[1:, layout.BEGIN] <= now_s))
+        kind[i, :started] = segments[:started, layout.KIND]
+        begin_s[i, :started] = segments[:started, layout.BEGIN]
         begin_s[i, 0] = anchor_s
         moved = tracks[i].copy()
         fit_track(
             moved, memory.spare, anchor_s, plots, 0, len(plots), now_s, kinds, rules, 0,
             *memory[1:],
         )  # fmt: skip
-        motion[i] = _motion(moved, anchor_s, now_s, begun - 1)
+        motion[i] = _motion(moved, anchor_s, now_s, started - 1)
         sound[i] = moved[layout.WEIGHT] > -np.inf
         if not sound[i]:
             continue
@@ -136,9 +136,9 @@ def final_states_of(
         slopes = np.empty((len(columns), 6))
         for j, (column, step) in enumerate(zip(columns, steps, strict=True)):
             moved[column] = tracks[i, column] + step
-            ahead = _motion(moved, anchor_s, now_s, begun - 1)
+            ahead = _motion(moved, anchor_s, now_s, started - 1)
             moved[column] = tracks[i, column] - step
-            slopes[j] = (ahead - _motion(moved, anchor_s, now_s, begun - 1)) / (2.0 * step)
+            slopes[j] = (ahead - _motion(moved, anchor_s, now_s, started - 1)) / (2.0 * step)
             moved[column] = tracks[i, column]
         factor = np.tril(memory.H[: len(columns), : len(columns)])
         root = np.linalg.solve(factor, slopes)
@@ -151,7 +151,7 @@ def final_states_of(
     )  # fmt: skip
 
 
-def _motion(track: Floats, anchor_s: float, time_s: float, place: int) -> Floats:
+def _motion(track: Floats, anchor_s: float, time_s: float, segment: int) -> Floats:
     state = np.empty(4)
     state_at(track, anchor_s, time_s, state)
-    return np.append(state, segments_of(track)[place][_CONTROLS])
+    return np.append(state, segments_of(track)[segment][_CONTROLS])

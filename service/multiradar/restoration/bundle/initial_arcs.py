@@ -1,4 +1,4 @@
-"""Construction in the initial window: arcs of constant speed through three plots."""
+"""Initial window: arcs of constant speed through three plots."""
 
 from dataclasses import dataclass
 from math import comb
@@ -10,16 +10,16 @@ from multiradar.restoration.bundle._triple_kernels import ARC_COUNT, triples
 
 Floats = NDArray[np.float64]
 
-#: Three plots make an arc when any two of them are so far apart, and the motion along it is not
-#: farther from them at their times: section 2.2.1.
+#: Three plots form an arc if any two are this far apart, and the motion along it is within
+#: `TRIPLE_OFF_M` of them at their times: section 2.2.1.
 TRIPLE_APART_S = 8.0
 TRIPLE_APART_M = 800.0
 TRIPLE_OFF_M = 800.0
-#: Slower and faster nothing flies, m/s.
+#: Limits of the speed, m/s.
 SPEED_BOUNDS_MPS = (20.0, 700.0)
-#: A curvature below it, 1/m, is a straight line: 10 000 km of radius.
+#: Curvature below which an arc is a straight line, 1/m: a radius of 10 000 km.
 CURVATURE_MIN = 1e-7
-#: So many plots of the initial window are tried, evenly chosen among them: 6545 triples.
+#: Maximum number of plots of the initial window, evenly selected: 6545 triples.
 PLOTS_TRIED_MAX = 35
 _LIMITS = np.array([TRIPLE_APART_S, TRIPLE_APART_M, TRIPLE_OFF_M, *SPEED_BOUNDS_MPS, CURVATURE_MIN])
 
@@ -31,13 +31,13 @@ class Arc:
     Attributes
     ----------
     time_s : float
-        When it is at its beginning.
+        Time at its start.
     east_m, north_m, speed_mps, heading_rad : float
-        Place, speed and heading there.
+        Position, speed and heading at its start.
     lateral_mps2 : float
         Lateral acceleration, positive to the right.
     deviation_s : float
-        Sum over the plots of the window of the time between a plot and the passage at its place.
+        Sum over the plots of the window of |time of the plot − time of the arc at its position|.
     """
 
     time_s: float
@@ -50,7 +50,7 @@ class Arc:
 
 
 def arcs_through_triples(time_s: Floats, position_m: Floats) -> list[Arc]:
-    """Return the arcs through all triples of plots that make one.
+    """Return the arcs through all triples of plots that form one.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def arc_rows(time_s: Floats, position_m: Floats, tried_max: int) -> Floats:
     position_m : (n, 2) ndarray
         East and north, m.
     tried_max : int
-        So many of them at most are tried, evenly chosen.
+        Maximum number of plots, evenly selected.
 
     Returns
     -------

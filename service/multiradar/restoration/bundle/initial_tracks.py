@@ -1,4 +1,4 @@
-"""The first tracks of a bundle: the best motion of the initial window, as each kind of motion."""
+"""Initial tracks of a bundle: the best fit to the initial window for each kind of motion."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +15,14 @@ from multiradar.restoration.control_tracks.settings import BundleSettings
 
 Floats = NDArray[np.float64]
 
-#: What is known of place, speed and heading before any plot: standard deviations, m, m/s, rad.
+#: Prior standard deviations of position, speed and heading: m, m/s, rad.
 _STATE_SIGMAS = (2000.0, 2000.0, 100.0, 1.0)
-#: Probability of straight flight before anything is known.
+#: Prior probability of straight flight.
 _STRAIGHT_AT_FIRST = 0.6
-#: Share of turns and changes of speed of any size within the limits: standard deviations of their
-#: accelerations are a third of the limits. Who climbs from a runway speeds up by 4 m/s².
+#: Fraction of turns and changes of speed of any size within the limits: the standard deviations of
+#: their accelerations are a third of the limits. Departing aircraft accelerate by 4 m/s².
 _ANY_SIZE, _LIMIT_SHARE = 0.3, 1.0 / 3.0
-#: What an aircraft may do at first: kind, whether of any size, probability.
+#: Initial motion: kind, whether of any size, probability.
 _BEGINNINGS = (
     (layout.STRAIGHT, False, _STRAIGHT_AT_FIRST),
     *(
@@ -31,43 +31,43 @@ _BEGINNINGS = (
         for kind in range(1, layout.KINDS)
     ),
 )
-#: Rounds in which a first track settles; far more than it needs.
+#: Maximum iterations of the fit of an initial track, far more than needed.
 _ROUNDS = 20
-#: Plots of the initial window that make triples: 1140 of them.
+#: Maximum number of plots of the initial window for triples: 1140 triples.
 _PLOTS_TRIED_MAX = 20
-#: Rounds of weighing plots by how well they fit to a straight line.
+#: Iterations of the robust fit of a straight line.
 _LINE_ROUNDS = 4
 
 
 def first_tracks(plots: Floats, settings: BundleSettings, memory: FitScratch) -> Floats:
-    """Return the first tracks of a bundle.
+    """Return the initial tracks of a bundle.
 
     Parameters
     ----------
     plots : (n, PLOT_COUNT) ndarray
         Plots of the initial window, columns as in `_layout`.
     settings : BundleSettings
-        Rules of the bundle.
+        Parameters of the bundle.
     memory : FitScratch
-        To work in.
+        Scratch arrays.
 
     Returns
     -------
     (k, TRACK_COUNT) ndarray
-        Two for each kind of motion, one for straight flight, the best first, with the first plot's
-        time for their anchor; none where no triple of plots makes an arc.
+        Two for each kind of motion, one for straight flight, the best first, anchored at the time
+        of the first plot; none if no triple of plots forms an arc.
 
     References
     ----------
-    IMM UrO RAN report (2016), section 2.2.1, for the arc; that it is only where the search begins
+    IMM UrO RAN report (2016), section 2.2.1, for the arc; using it as an initial value of the fit
     is the project's own.
     """
     kinds, rules = settings.kinds(), settings.rules()
     anchor_s = float(plots[0, layout.TIME])
-    begun = _begun(plots, settings)
+    initial = _initial_values(plots, settings)
     found = []
-    for kind, wide, chance in _BEGINNINGS if len(begun) else ():
-        settled = begun.copy()
+    for kind, wide, chance in _BEGINNINGS if len(initial) else ():
+        settled = initial.copy()
         for track in settled:
             _begin_as(track, kind, settings.kinds()[kind, :4], memory)
             if wide:
@@ -84,10 +84,10 @@ def first_tracks(plots: Floats, settings: BundleSettings, memory: FitScratch) ->
     return np.asarray(tracks[np.argsort(-tracks[:, layout.WEIGHT], kind="stable")])
 
 
-# Where the search begins: the arc of the least deviations in time, the arc of the best weight (a
-# wrong plot beside the way deviates little in time), and a straight line (arcs do not know how
-# good each plot is).
-def _begun(plots: Floats, settings: BundleSettings) -> Floats:
+# Initial values of the fit: the arc of the least deviations in time, the arc of the best weight (a
+# wrong plot beside the path deviates little in time), and a straight line (arcs do not weight plots
+# by accuracy).
+def _initial_values(plots: Floats, settings: BundleSettings) -> Floats:
     arcs = arc_rows(
         plots[:, layout.TIME], plots[:, layout.PLOT_EAST : layout.PLOT_NORTH + 1], _PLOTS_TRIED_MAX
     )
@@ -110,8 +110,8 @@ def _begun(plots: Floats, settings: BundleSettings) -> Floats:
     return np.asarray(tracks[[0, int(np.argmin(misfits)), -1]])
 
 
-# Place, speed and heading at the first plot of the straight line that fits best: least squares,
-# weighed anew by the chance that each plot is good.
+# Position, speed and heading at the first plot of the best straight line: least squares,
+# iteratively reweighted by the probability that each plot is good.
 def _line(plots: Floats) -> Floats:
     since_s = plots[:, layout.TIME] - plots[0, layout.TIME]
     a, b, c = plots[:, layout.EAST_EAST], plots[:, layout.EAST_NORTH], plots[:, layout.NORTH_NORTH]
@@ -121,9 +121,9 @@ def _line(plots: Floats) -> Floats:
     powers = np.stack([np.ones_like(since_s), since_s], axis=-1)
     good = np.ones(len(plots))
     for _ in range(_LINE_ROUNDS):
-        weighed = good[:, None, None] * known
-        information = np.einsum("kp,kq,kij->piqj", powers, powers, weighed).reshape(4, 4)
-        vector = np.einsum("kp,kij,kj->pi", powers, weighed, seen - origin).ravel()
+        weighted = good[:, None, None] * known
+        information = np.einsum("kp,kq,kij->piqj", powers, powers, weighted).reshape(4, 4)
+        vector = np.einsum("kp,kij,kj->pi", powers, weighted, seen - origin).ravel()
         line = np.linalg.lstsq(information, vector, rcond=None)[0].reshape(2, 2)
         off = powers @ line + origin - seen
         half = 0.5 * np.einsum("ki,kij,kj->k", off, known, off)
@@ -132,7 +132,7 @@ def _line(plots: Floats) -> Floats:
     return np.array([*(line[0] + origin), speed, np.arctan2(line[1, 0], line[1, 1])])
 
 
-# Whatever the arc says of accelerations, a kind begins with what it knows; a turn as the arc.
+# Accelerations start at the means of the kind, except the lateral one of a turn, from the arc.
 def _begin_as(track: Floats, kind: int, controls: Floats, memory: FitScratch) -> None:
     mean_u, sigma_u, mean_w, sigma_w = controls
     track[layout.SEGMENTS + layout.KIND] = kind
@@ -146,7 +146,7 @@ def _begin_as(track: Floats, kind: int, controls: Floats, memory: FitScratch) ->
     write_information(track, memory.H, memory.H2)
 
 
-# The acceleration that a kind means may be of any size within the limits.
+# Widens the prior of the acceleration of a kind to any size within the limits.
 def _widen(track: Floats, kind: int, settings: BundleSettings, memory: FitScratch) -> None:
     turns = kind in (layout.RIGHT, layout.LEFT)
     limit = settings.lateral_max_mps2 if turns else settings.longitudinal_max_mps2

@@ -1,42 +1,42 @@
-"""How often an aircraft manoeuvres, by what it has flown."""
+"""Statistics of straight flight and manoeuvres of one aircraft."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-#: What an aircraft did is told so long after it, s: then plots have decided it.
+#: Delay after which the kind of motion is decided by plots, s.
 DECIDED_AFTER_S = 40.0
-#: It is noted so often, s.
+#: Sampling interval of the history, s.
 RECORDED_EVERY_S = 5.0
-#: Of a longer silence nothing is known but its end, s.
+#: Maximum time credited to one sample, s: longer gaps are unknown.
 SILENCE_MAX_S = 30.0
 
 
 @dataclass(frozen=True, slots=True)
 class ManoeuvreHistory:
-    """Times an aircraft has flown straight, and has not.
+    """Times of straight flight and of manoeuvres of one aircraft.
 
     Attributes
     ----------
     straight_s, manoeuvring_s : float
         Sums over the flight.
     until_s : float
-        To when they go; NaN before the first.
+        Time of the last sample; NaN before the first.
     """
 
     straight_s: float = 0.0
     manoeuvring_s: float = 0.0
     until_s: float = float("nan")
 
-    def noted(self, until_s: float, straight: float) -> "ManoeuvreHistory":
-        """Return the sums with the time since the last note.
+    def extended(self, until_s: float, straight: float) -> "ManoeuvreHistory":
+        """Return the sums including the time since the last sample.
 
         Parameters
         ----------
         until_s : float
-            Data time; nothing is noted before that of the last note.
+            Data time; earlier times than the last sample are ignored.
         straight : float
-            Chance that the aircraft flew straight then.
+            Probability of straight flight at that time.
 
         Returns
         -------
@@ -53,21 +53,21 @@ class ManoeuvreHistory:
         )
 
     def mean_straight_s(self, expected_s: float, manoeuvre_s: float, weight_s: float) -> float:
-        """Return how long straight flight of this aircraft lasts on average.
+        """Return the mean duration of straight flight of this aircraft.
 
         Parameters
         ----------
         expected_s : float
-            What is expected before anything is known.
+            Prior mean duration.
         manoeuvre_s : float
-            How long a manoeuvre lasts.
+            Mean duration of a manoeuvre.
         weight_s : float
-            So long a flight of what is expected is added to what was flown.
+            Weight of the prior, as a duration of flight.
 
         Returns
         -------
         float
-            Time straight over the number of manoeuvres.
+            Time of straight flight over the number of manoeuvres.
         """
         share = expected_s / (expected_s + manoeuvre_s)
         straight = self.straight_s + share * weight_s

@@ -16,7 +16,7 @@ from multiradar.restoration.control_tracks.shared_errors import shared_at
 
 Floats = NDArray[np.float64]
 
-# Those of a track of fewer segments are the first of them.
+# Tracks of fewer segments use the first of them.
 _COLUMNS, _STEPS = map(np.array, parameters_of(layout.SEGMENTS_MAX))
 
 
@@ -31,8 +31,8 @@ class Path:
     state : (k, 4) float64
         East and north, m, and their rates, m/s.
     covariance : (k, 4, 4) float64
-        Of the errors of `state`: that of each track, what the tracks differ by, and what errors of
-        the plots have in common.
+        Covariance of the errors of `state`: of each track, of the differences between tracks, and
+        of the common errors of plots.
     lateral_mps2, longitudinal_mps2 : (k,) float64
         Accelerations to the right and forwards.
     kind_probability : (k, 5) float64
@@ -48,16 +48,16 @@ class Path:
 
 
 class Window(NamedTuple):
-    """What tracks of a bundle are judged by.
+    """Plots and parameters of the functional of tracks.
 
     Attributes
     ----------
     anchor_s : float
-        The time of the anchor of the tracks.
+        Time of the anchor of the tracks.
     plots : (n, PLOT_COUNT) float64
         The plots of the window.
     kinds, rules : ndarray
-        As `BundleSettings` gives them.
+        Tables of `BundleSettings`.
     """
 
     anchor_s: float
@@ -74,15 +74,15 @@ def path_of(
     Parameters
     ----------
     tracks : (m, TRACK_COUNT) ndarray
-        At least as many as weights; they stay as they are.
+        At least as many as weights; not changed.
     weights : (w,) ndarray
-        Of the first tracks, of sum one.
+        Weights of the first tracks, with sum one.
     window : Window
-        What they are judged by.
+        Plots and parameters of the functional.
     time_s : (k,) ndarray
         Ascending times.
     memory : FitScratch
-        To work in.
+        Scratch arrays.
 
     Returns
     -------
@@ -96,8 +96,8 @@ def path_of(
 
     References
     ----------
-    IMM UrO RAN report (2016), section 2.2.5, for the mean. The covariance is the project's own:
-    that of each track by its parameters, the moments of the mixture, and shared errors.
+    IMM UrO RAN report (2016), section 2.2.5, for the mean. The covariance is the project's own: of
+    each track by its parameters, the moments of the mixture, and common errors.
     """
     many, count = len(weights), len(time_s)
     states, spreads = np.empty((many, count, 4)), np.empty((many, count, 4, 4))
@@ -130,7 +130,7 @@ def path_of(
 
 
 def sound_weights(weights: Floats, sound: NDArray[np.bool_]) -> Floats:
-    """Return weights with which tracks without a covariance count for nothing.
+    """Return weights with 0 for tracks without a covariance.
 
     Parameters
     ----------
@@ -138,23 +138,23 @@ def sound_weights(weights: Floats, sound: NDArray[np.bool_]) -> Floats:
         Of sum one.
     sound : (m,) bool ndarray
         Which tracks have a covariance: the second derivatives of their functional are positive
-        definite. What cannot be computed is no track.
+        definite.
 
     Returns
     -------
     (m,) ndarray
-        Of sum one; those given where all are sound.
+        Weights with sum one; unchanged if all are sound.
 
     Raises
     ------
     TrajectoryError
-        If none with a weight is: `NO_COVARIANCE`.
+        If no track with a weight has a covariance: `NO_COVARIANCE`.
     """
     if sound.all():
         return weights
     left = np.where(sound, weights, 0.0)
     total = float(left.sum())
     if not total > 0.0:
-        reason = f"expected a trajectory with a covariance, was none of {len(weights)}"
+        reason = f"none of {len(weights)} trajectories has a covariance"
         raise TrajectoryError("NO_COVARIANCE", reason)
     return np.asarray(left / total)

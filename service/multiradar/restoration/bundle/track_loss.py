@@ -1,4 +1,4 @@
-"""Whether a bundle has lost its aircraft: by what plots say for it, not by how many they are."""
+"""Track loss of a bundle, decided by the likelihood of the plots."""
 
 from math import log
 from typing import NamedTuple
@@ -11,15 +11,15 @@ from multiradar.restoration.control_tracks._arc_kernels import count_outliers, m
 
 Floats = NDArray[np.float64]
 
-#: So many outliers of the best track, the newest plot and those before it, make a doubt: with fewer
-#: no other beginning can be told.
-_STRANGE_MIN = 3
-#: So many plots in a row that the best track knows end the doubt.
-_KNOWN_IN_A_ROW = 2
-#: A track that knows no plot for so long, s, has lost the aircraft.
+#: Minimum number of outliers of the best track, including the newest plot, for a test: fewer do not
+#: determine a new track.
+_OUTLIERS_MIN = 3
+#: Consecutive inliers that end a search for the first outlier.
+_INLIERS_IN_A_ROW = 2
+#: A track without an inlier for this time, s, is lost.
 _REFUTED_S = 30.0
-#: Logarithm of the chance, before any plot speaks, that an aircraft is lost with a plot.
-_LOST_BEFORE = log(1e-4)
+#: Logarithm of the prior probability of track loss per plot.
+_LOSS_PRIOR = log(1e-4)
 
 
 class LossTest(NamedTuple):
@@ -30,7 +30,7 @@ class LossTest(NamedTuple):
     track : (TRACK_COUNT,) float64
         The track.
     anchor_s : float
-        Time of its beginning, s.
+        Start time of the track, s.
     plots : (n, PLOT_COUNT) float64
         Plots, columns as in `_layout`.
     first, last : int
@@ -44,7 +44,7 @@ class LossTest(NamedTuple):
     last: int
 
     def outliers(self, first: int, last: int) -> int:
-        """Return how many plots of some rows are likelier outliers than plots of the track.
+        """Return the number of outliers of the track among some rows.
 
         Parameters
         ----------
@@ -54,13 +54,13 @@ class LossTest(NamedTuple):
         Returns
         -------
         int
-            Their number.
+            Number of outliers.
         """
         return int(count_outliers(self.track, self.anchor_s, self.plots, first, last))
 
 
 def lost_since(best: LossTest) -> int:
-    """Return from which plot on the best track may have lost the aircraft.
+    """Return the plot from which the best track may be lost.
 
     Parameters
     ----------
@@ -70,48 +70,48 @@ def lost_since(best: LossTest) -> int:
     Returns
     -------
     int
-        Row of the first plot after the last two in a row that it knows; `last` where it knows the
-        newest plot, or where too few are outliers of it.
+        Row of the first plot after its last two consecutive inliers; `last` if the newest plot is
+        an inlier, or if outliers are too few.
     """
-    row, known, strange = best.last, 0, 0
-    while row > best.first and known < _KNOWN_IN_A_ROW:
+    row, inliers, outliers = best.last, 0, 0
+    while row > best.first and inliers < _INLIERS_IN_A_ROW:
         row -= 1
         outlier = best.outliers(row, row + 1)
         if not outlier and row == best.last - 1:
             return best.last
-        strange += outlier
-        known = 0 if outlier else known + 1
-    return row + known if strange >= _STRANGE_MIN else best.last
+        outliers += outlier
+        inliers = 0 if outlier else inliers + 1
+    return row + inliers if outliers >= _OUTLIERS_MIN else best.last
 
 
 def is_likelier(new: Floats, best: LossTest, since: int, *, refuted: bool) -> bool:
-    """Return whether another beginning is likelier than that plots were wrong.
+    """Return whether a new track is likelier than wrong plots.
 
     Parameters
     ----------
     new : (TRACK_COUNT,) ndarray
-        The best track that begins with the plot of row `since`; its weight is the probability of
-        the plots from there on, whatever place, velocity and accelerations may be.
+        The best track that starts with the plot of row `since`; its weight is the probability of
+        the plots from there on, integrated over position, velocity and accelerations.
     best : LossTest
-        The best track that there is.
+        The present best track.
     since : int
-        Row of the first plot that it does not know.
+        Row of its first outlier.
     refuted : bool
-        Whether it is lost whatever the other is worth.
+        Whether the present track is lost regardless of the weight of the new one.
 
     Returns
     -------
     bool
-        Whether it is, and most plots are none of its outliers.
+        Whether it is likelier, and at most half of the plots are its outliers.
     """
     plots, last = best.plots, best.last
-    strange = count_outliers(new, float(plots[since, layout.TIME]), plots, since, last)
+    outliers = count_outliers(new, float(plots[since, layout.TIME]), plots, since, last)
     gained = float(new[layout.WEIGHT]) + misfit(best.track, best.anchor_s, plots, since, last)
-    return bool((refuted or gained + _LOST_BEFORE > 0.0) and 2 * strange <= last - since)
+    return bool((refuted or gained + _LOSS_PRIOR > 0.0) and 2 * outliers <= last - since)
 
 
 def fits_none(best: LossTest) -> bool:
-    """Return whether every plot of the last half minute, and of three, is an outlier of a track.
+    """Return whether all plots of the last 30 s, at least three, are outliers of a track.
 
     Parameters
     ----------
@@ -121,9 +121,9 @@ def fits_none(best: LossTest) -> bool:
     Returns
     -------
     bool
-        What it says then is no more than a guess.
+        Whether the track is refuted.
     """
     times = best.plots[best.first : best.last, layout.TIME]
     oldest = best.first + int(np.searchsorted(times, times[-1] - _REFUTED_S))
-    oldest = max(best.first, min(oldest, best.last - _STRANGE_MIN))
+    oldest = max(best.first, min(oldest, best.last - _OUTLIERS_MIN))
     return best.outliers(oldest, best.last) == best.last - oldest

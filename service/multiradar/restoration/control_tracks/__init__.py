@@ -1,1 +1,1 @@
-"""Control tracks: segments of constant acceleration, their fit to plots and priors."""
+"""Control tracks: segments of constant acceleration, fitted to plots and priors."""

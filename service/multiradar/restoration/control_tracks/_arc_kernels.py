@@ -1,13 +1,13 @@
-"""Compiled branching: from a track the arc of constant speed that leads to a plot.
+"""Compiled branching: arcs of constant speed from a track to a plot.
 
 Symbols: A, B = two points of the track, P = the plot, κ = curvature of the circle through the
-three, u = κ v². An arc leaves the track at A with its place, heading and speed there.
+three, u = κ v². An arc leaves the track at A with its position, heading and speed there.
 
 References
 ----------
-IMM UrO RAN report (2016), section 2.2.2: the points are taken from the track, what it does at A is
-kept, and of all choices the one with the best weight wins; section 2.2.4: the weight. Which points
-are tried is the project's own.
+IMM UrO RAN report (2016), section 2.2.2: the points are on the track, the state at A is kept, and
+the choice with the best weight is used; section 2.2.4: the weight. The selection of points is the
+project's own.
 """
 
 from math import exp, hypot, log
@@ -48,17 +48,17 @@ from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]
 
-# An arc leaves the track so long before the plot, s, where no segment gets too short; its second
-# the time from there to the plot.
+# Times before the plot at which arcs leave the track, s, if no segment becomes too short; then the
+# second point of the track, as a fraction of the time to the plot.
 LEAVES_S = (4.0, 8.0, 10.0, 12.0, 16.0, 20.0, 26.0, 32.0, 40.0)
 PARTS = (0.0, 0.3, 0.6)
-# Below it an arc is taken for straight flight, m/s².
+# Lateral acceleration below which an arc counts as straight flight, m/s².
 STRAIGHT_BELOW = 0.5
 
 
 @loop
 def misfit(track: Floats, anchor_s: float, plots: Floats, first: int, last: int) -> float:
-    """Return the functional of the plots alone: what of it does not come from priors."""
+    """Return the functional of the plots alone, without priors."""
     count = int(track[COUNT])
     east, north = track[EAST], track[NORTH]
     v, heading = track[SPEED], track[HEADING]
@@ -70,8 +70,8 @@ def misfit(track: Floats, anchor_s: float, plots: Floats, first: int, last: int)
         if i < count - 1:
             end = track[at + SEGMENT_COUNT + BEGIN]
         while row < last and plots[row, TIME] < end:
-            place = fly(east, north, v, heading, u, w, plots[row, TIME] - begin)
-            total += part_of_plot(plots, row, place[0], place[1])
+            state = fly(east, north, v, heading, u, w, plots[row, TIME] - begin)
+            total += part_of_plot(plots, row, state[0], state[1])
             row += 1
         if i < count - 1:
             east, north, v, heading = fly(east, north, v, heading, u, w, end - begin)
@@ -81,7 +81,7 @@ def misfit(track: Floats, anchor_s: float, plots: Floats, first: int, last: int)
 
 @in_loop
 def part_of_plot(plots: Floats, row: int, east: float, north: float) -> float:
-    """Return −ln(e^(−ρ²/2) + e^floor) of a plot seen from a place."""
+    """Return −ln(e^(−ρ²/2) + e^floor) of a plot relative to a position."""
     x, y = east - plots[row, PLOT_EAST], north - plots[row, PLOT_NORTH]
     half = 0.5 * (
         plots[row, EAST_EAST] * x * x
@@ -98,7 +98,7 @@ def part_of_plot(plots: Floats, row: int, east: float, north: float) -> float:
 
 @loop
 def count_outliers(track: Floats, anchor_s: float, plots: Floats, first: int, last: int) -> int:
-    """Return how many plots are likelier outliers of a track than plots of it."""
+    """Return the number of plots that are more likely outliers of a track than plots of it."""
     count = 0
     for row in range(first, last):
         total = misfit(track, anchor_s, plots, row, row + 1)
@@ -110,7 +110,7 @@ def count_outliers(track: Floats, anchor_s: float, plots: Floats, first: int, la
 
 @loop
 def state_at(track: Floats, anchor_s: float, time_s: float, state: Floats) -> int:
-    """Write place, speed and heading at a time, and return the segment it is in."""
+    """Write position, speed and heading at a time, and return the segment."""
     count = int(track[COUNT])
     east, north = track[EAST], track[NORTH]
     v, heading = track[SPEED], track[HEADING]
@@ -135,7 +135,7 @@ def branch_by_arc(
     track: Floats, best: Floats, trial: Floats, anchor_s: float, plots: Floats, first: int,
     last: int, rules: Floats, a: Floats, b: Floats,
 ) -> float:  # fmt: skip
-    """Write the best branch that leads to the last plot; return by how much it fits worse, or ∞."""
+    """Write the best branch to the last plot; return its increase of the functional, or ∞."""
     now_s = plots[last - 1, TIME]
     east, north = plots[last - 1, PLOT_EAST], plots[last - 1, PLOT_NORTH]
     found = np.inf
@@ -143,7 +143,7 @@ def branch_by_arc(
         begin = now_s - leaves
         if begin > anchor_s and leaves >= rules[SEGMENT_MIN_S]:
             segment = state_at(track, anchor_s, begin, a)
-            # Before the arc begins nothing changes.
+            # Plots before the start of the arc are unaffected.
             row = last
             while row > first and plots[row - 1, TIME] >= begin:
                 row -= 1
@@ -176,10 +176,10 @@ def curvature(a: Floats, b: Floats, east: float, north: float) -> float:
 
 
 @in_loop
-def append(track: Floats, place: int, begin_s: float, u: float) -> None:
-    """Let a track go on by an arc in its segment of this number."""
-    track[COUNT] = place + 1.0
-    at = SEGMENTS + SEGMENT_COUNT * place
+def append(track: Floats, segment: int, begin_s: float, u: float) -> None:
+    """Continue a track by an arc as its segment of this number."""
+    track[COUNT] = segment + 1.0
+    at = SEGMENTS + SEGMENT_COUNT * segment
     track[at + BEGIN] = begin_s
     track[at + EXPECTED] = begin_s
     track[at + LATERAL] = u

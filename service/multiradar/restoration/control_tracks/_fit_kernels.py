@@ -1,10 +1,10 @@
-"""Compiled search for the best parameters of a control track, and its weight by Laplace.
+"""Compiled fit of the parameters of a control track, and its weight by Laplace's method.
 
 Symbols: H, g = derivatives of the functional J by the parameters θ (see `_functional_kernels`).
-A round is one step of Gauss and Newton within the limits of the accelerations, damped as Levenberg
-and Marquardt do where it does not lower J. The weight of a track is the probability of its plots
-over all θ near the best: ln P = −J + ½ ln det (prior) − ½ ln det H, with a rate for each change of
-control.
+An iteration is one step of Gauss–Newton within the limits of the accelerations, with
+Levenberg–Marquardt damping where it does not lower J. The weight of a track is the probability of
+its plots, integrated over θ near the optimum: ln P = −J + ½ ln det (prior) − ½ ln det H, with a
+rate for each change of control.
 
 References
 ----------
@@ -44,11 +44,11 @@ from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]
 
-# The diagonal of H is raised by a share that grows so, in so many attempts, until J falls; and no
-# beginning moves farther at once, s.
+# Attempts with growing damping, first damping and its factor; maximum step of the start of a
+# segment, s.
 ATTEMPTS_MAX, DAMPING_FIRST, DAMPING_STEP = 4, 0.03, 10.0
 BEGIN_STEP_MAX_S = 6.0
-# What rounding may add to J, and the change of it that is not worth another round.
+# Tolerance of J against rounding, and the decrease of J that ends the iterations.
 ROUNDING, DECREASE_MIN = 1e-9, 1e-4
 
 
@@ -58,9 +58,9 @@ def fit_track(
     now_s: float, kinds: Floats, rules: Floats, rounds: int, H: Floats, g: Floats, H2: Floats,
     g2: Floats, S: Floats, T: Floats, M: Floats, r: Floats,
 ) -> float:  # fmt: skip
-    """Take rounds, write the weight of the track, and return its functional.
+    """Iterate, write the weight of the track, and return its functional.
 
-    H ends as the Cholesky factor at the parameters found.
+    H is the Cholesky factor at the parameters found.
     """
     sigma = rules[CELL_SIGMA_S]
     size = 6 + 3 * (int(track[COUNT]) - 1)
@@ -106,7 +106,7 @@ def fit_track(
         + constants(track, anchor_s, now_s, kinds, sigma)
         - 0.5 * factorise(H, size)
     )
-    # What cannot be computed is no track.
+    # A weight that cannot be computed is zero.
     if np.isnan(track[WEIGHT]):
         track[WEIGHT] = -np.inf
     return value
@@ -114,26 +114,26 @@ def fit_track(
 
 @in_loop
 def fix_at_limits(track: Floats, H: Floats, g: Floats, size: int, rules: Floats) -> None:
-    """Take accelerations that lie at their limit and would go beyond out of the step."""
+    """Exclude accelerations at their limit from a step that would exceed it."""
     for i in range(int(track[COUNT])):
         at = SEGMENTS + SEGMENT_COUNT * i
         own = 4 if i == 0 else 7 + 3 * (i - 1)
         for part in range(2):
             value = track[at + LATERAL + part]
-            place = own + part
-            if abs(value) >= limit(value, part, rules) and value * g[place] > 0.0:
-                g[place] = 0.0
+            column = own + part
+            if abs(value) >= limit(value, part, rules) and value * g[column] > 0.0:
+                g[column] = 0.0
                 for j in range(size):
-                    if j < place:
-                        H[place, j] = 0.0
-                    elif j > place:
-                        H[j, place] = 0.0
-                H[place, place] = 1.0
+                    if j < column:
+                        H[column, j] = 0.0
+                    elif j > column:
+                        H[j, column] = 0.0
+                H[column, column] = 1.0
 
 
 @in_loop
 def limit(value: float, part: int, rules: Floats) -> float:
-    """Return the limit of an acceleration: once beyond the usual one it has the wider one."""
+    """Return the limit of an acceleration: the wider one if the usual one is exceeded already."""
     usual: float = rules[LATERAL_MAX + part]
     wider: float = rules[LATERAL_BEYOND + part]
     return usual if abs(value) <= usual else wider
@@ -148,7 +148,7 @@ def copy_track(track: Floats, to: Floats) -> None:
 
 @in_loop
 def shift(track: Floats, trial: Floats, step: Floats, anchor_s: float, rules: Floats) -> None:
-    """Write the track moved along a step, row 4 of `step`, within the limits."""
+    """Write the track after a step, row 4 of `step`, within the limits."""
     copy_track(track, trial)
     for i in range(4):
         trial[EAST + i] += step[4, i]
@@ -171,7 +171,7 @@ def shift(track: Floats, trial: Floats, step: Floats, anchor_s: float, rules: Fl
 def constants(
     track: Floats, anchor_s: float, now_s: float, kinds: Floats, cell_sigma_s: float
 ) -> float:
-    """Return what of the weight does not depend on plots: rates, and sizes of the priors."""
+    """Return the part of the weight that does not depend on plots: rates, and sizes of priors."""
     total: float = 0.5 * track[PRIOR_LOGARITHM]
     begin = anchor_s
     count = int(track[COUNT])
@@ -183,8 +183,8 @@ def constants(
         begin = end
         if i > 0:
             before = int(track[at - SEGMENT_COUNT + KIND])
-            # The chance that one kind follows the other within a cell; the cell's own sigma
-            # leaves by the determinant of its prior.
+            # Probability that one kind follows the other within a cell; the sigma of the cell
+            # cancels with the determinant of its prior.
             total += kinds[before, FOLLOWING + kind] + log(kinds[before, ENDING] * sqrt(2.0 * pi))
             total -= log(kinds[kind, LATERAL_SIGMA] * kinds[kind, LONGITUDINAL_SIGMA])
     return total

@@ -1,17 +1,17 @@
-"""Compiled functional of a control track: how badly it fits plots and priors, and its slopes.
+"""Compiled functional of a control track: its misfit to plots and priors, with derivatives.
 
-Symbols: θ = parameters of a track (see `_layout`), s = state at the beginning of a segment, S = its
+Symbols: θ = parameters of a track (see `_layout`), s = state at the start of a segment, S = its
 derivatives by θ, M, r = second and first derivatives by state and controls of a segment alone,
-H, g = those by θ, ρ² = squared distance of a plot in its sigmas, b = chance that a plot is good.
+H, g = those by θ, ρ² = normalised squared distance of a plot, b = probability that a plot is good.
 
-A plot is good with the density of its noise, or anywhere: its part is −ln(e^(−ρ²/2) + e^floor),
-which no plot makes greater than −floor. H is that of least squares with the plots weighed by b, and
-so never negative.
+A plot is good, with the density of its noise, or an outlier, uniformly distributed: its part is
+−ln(e^(−ρ²/2) + e^floor), at most −floor. H is that of least squares with plots weighted by b, so it
+is never negative.
 
 References
 ----------
-IMM UrO RAN report (2016), sections 2.2.4 and 2.5: weight with outliers, and what is varied. Priors
-and slopes are the project's own.
+IMM UrO RAN report (2016), sections 2.2.4 and 2.5: weight with outliers, and parameters. Priors and
+derivatives are the project's own.
 """
 
 from math import exp, log, sqrt
@@ -90,7 +90,7 @@ def assess(
         own = 4 if i == 0 else 7 + 3 * (i - 1)
         if i > 0:
             begin = track[at + BEGIN]
-            # Begun later, a segment finds the state of the one before it a little farther on.
+            # Derivative by the start of a segment: the one before it lasts longer.
             S[2, own - 1] = w_before - w
             S[3, own - 1] = (u_before - u) / v
         end = np.inf
@@ -118,7 +118,7 @@ def assess(
                 S[3, j] = s_h + h_v * s_v
             S[0, own], S[1, own], S[2, own] = e_u, n_u, 0.0
             S[0, own + 1], S[1, own + 1], S[2, own + 1], S[3, own + 1] = e_w, n_w, t, h_w
-            # The heading changes by u q with u: q from the speeds and the acceleration.
+            # The heading changes by u q.
             S[3, own] = h_by_u(v, w, t)
             east, north, v, heading = east + de, north + dn, v1, h1
             u_before, w_before = u, w
@@ -137,7 +137,7 @@ def add_plot(
     plots: Floats, row: int, east: float, north: float, v: float, heading: float,
     u: float, w: float, begin: float, M: Floats, r: Floats,
 ) -> float:  # fmt: skip
-    """Add the part of one plot to M and r of its segment, and return that to the functional."""
+    """Add the contribution of one plot to M and r of its segment; return that to the functional."""
     (de, dn, _, _, e_v, e_h, e_u, e_w, n_v, n_h, n_u, n_w, _, _) = fly_with_slopes(
         v, heading, u, w, plots[row, TIME] - begin
     )
@@ -188,9 +188,9 @@ def add_plot(
 
 @in_loop
 def expand(own: int, H: Floats, g: Floats, S: Floats, T: Floats, M: Floats, r: Floats) -> None:
-    """Carry derivatives by state and controls of a segment over to all parameters before it.
+    """Transform derivatives by state and controls of a segment to the parameters of the track.
 
-    The state depends on the first `own` parameters by S; the controls are the two behind them.
+    The state depends on the first `own` parameters by S; the controls are the next two.
     """
     for j in range(own):
         s0, s1, s2, s3 = S[0, j], S[1, j], S[2, j], S[3, j]
@@ -216,7 +216,7 @@ def expand(own: int, H: Floats, g: Floats, S: Floats, T: Floats, M: Floats, r: F
 def prior_part(
     track: Floats, count: int, kinds: Floats, cell_sigma_s: float, H: Floats, g: Floats
 ) -> float:
-    """Add what is known without the plots of the window, and return its part."""
+    """Add the contribution of the priors; return their part of the functional."""
     value = 0.0
     for i in range(6):
         total = 0.0

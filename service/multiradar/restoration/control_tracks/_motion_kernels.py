@@ -1,7 +1,7 @@
 """Compiled motion with constant lateral and longitudinal acceleration, and its derivatives.
 
-Symbols: v, φ = speed and heading at the beginning, u, w = lateral and longitudinal acceleration,
-t = time, V = v + w t, q = ∫ dt / v, Z = way flown (ahead, to the right) as a complex number.
+Symbols: v, φ = speed and heading at the start, u, w = lateral and longitudinal acceleration,
+t = time, V = v + w t, q = ∫ dt / v, Z = displacement (ahead, to the right) as a complex number.
 
 **One form for all u and w.** With q for the time the speed is v e^(w q) and the heading u q, so
 that Z = v² ∫ e^((2w + iu) q) dq = v² q E((2w + iu) q) with E(z) = (e^z − 1) / z, and
@@ -23,9 +23,9 @@ from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]
 
-# No aircraft is slower, m/s: below it (2.1) has no heading.
+# Minimum speed, m/s: below it the heading of (2.1) is undefined.
 SPEED_MIN = 10.0
-# Below it a quotient is its power series: the first term left out is below 1e-17 of the sum.
+# Below it a quotient is its power series: the first omitted term is below 1e-17 of the sum.
 SERIES_BELOW = 0.03
 
 
@@ -96,7 +96,7 @@ def exponential_slope(x: float, y: float, e_real: float, e_imaginary: float) -> 
 
 @in_loop
 def possible(w: float, v: float, t: float) -> float:
-    """Return w, or that with which the speed does not fall below its least."""
+    """Return w, limited so that the speed does not fall below its minimum."""
     least = (SPEED_MIN - v) / t if v > SPEED_MIN and t != 0.0 else 0.0
     return least if v + w * t < SPEED_MIN else w
 
@@ -105,7 +105,7 @@ def possible(w: float, v: float, t: float) -> float:
 def fly(
     east: float, north: float, v: float, heading: float, u: float, w: float, t: float
 ) -> tuple[float, float, float, float]:
-    """Return place, speed and heading after a time, (2.3)."""
+    """Return position, speed and heading after a time, (2.3)."""
     w = possible(w, v, t)
     a = w * t / v
     q = t / v * logarithm_quotient(a)
@@ -127,10 +127,10 @@ def fly_with_slopes(
 ) -> tuple[
     float, float, float, float, float, float, float, float, float, float, float, float, float, float
 ]:
-    """Return the way east and north, speed and heading, and derivatives.
+    """Return the displacement east and north, speed and heading, and derivatives.
 
-    After the four: those of east by v, heading, u, w; of north by the same; of the heading
-    by v and w. (That by u is q, which is the heading's change over u; the speed's are 1 and t.)
+    After these four: those of east by v, heading, u, w; of north by the same; of the heading by v
+    and w. (That by u is q, the change of heading over u; those of the speed are 1 and t.)
     """
     w = possible(w, v, t)
     a = w * t / v
@@ -174,7 +174,7 @@ def fly_with_slopes(
 
 @loop
 def fly_all(states: Floats, u: Floats, w: Floats, t: Floats) -> None:
-    """Move states (n, 4) on, in place."""
+    """Propagate states (n, 4) in place."""
     for i in range(len(states)):
         states[i, 0], states[i, 1], states[i, 2], states[i, 3] = fly(
             states[i, 0], states[i, 1], states[i, 2], states[i, 3], u[i], w[i], t[i]

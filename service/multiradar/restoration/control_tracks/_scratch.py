@@ -1,4 +1,4 @@
-"""Arrays that the kernels of a bundle work in."""
+"""Scratch arrays of the kernels of a bundle."""
 
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ Integers = NDArray[np.int64]
 
 
 class FitScratch(NamedTuple):
-    """What `settle` works in: a track, derivatives twice, and those of a segment."""
+    """Scratch arrays of `fit_track`: a track, derivatives twice, and those of a segment."""
 
     spare: Floats
     H: Floats
@@ -27,7 +27,7 @@ class FitScratch(NamedTuple):
 
 
 class BundleScratch(NamedTuple):
-    """What `take_plot` works in beside that."""
+    """Further scratch arrays of `push_plot`."""
 
     A: Floats
     B: Floats
@@ -38,19 +38,19 @@ class BundleScratch(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """All that a bundle works in and need not keep from plot to plot."""
+    """All scratch arrays of a bundle; not preserved from plot to plot."""
 
     settling: FitScratch
     bundle: BundleScratch
 
 
 def scratch(settings: BundleSettings) -> Scratch:
-    """Return memory for bundles of these settings that take their plots one after the other."""
+    """Return scratch arrays for bundles of these settings that do not work concurrently."""
     return Scratch(fit_scratch(), bundle_scratch(settings.window_s + settings.ahead_s))
 
 
 def fit_scratch() -> FitScratch:
-    """Return memory for one track at a time."""
+    """Return scratch arrays for one track at a time."""
     p = layout.PARAMETERS_MAX
     return FitScratch(
         np.zeros(layout.TRACK_COUNT), np.zeros((p, p)), np.zeros(p), np.zeros((p, p)), np.zeros(p),
@@ -59,7 +59,7 @@ def fit_scratch() -> FitScratch:
 
 
 def bundle_scratch(grid_s: float) -> BundleScratch:
-    """Return memory for a bundle whose tracks are compared over so many seconds."""
+    """Return scratch arrays for a bundle whose tracks are compared over a time, s."""
     points = int(np.ceil(grid_s))
     many = layout.CANDIDATES_MAX
     return BundleScratch(

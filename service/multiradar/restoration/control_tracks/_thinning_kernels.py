@@ -2,9 +2,9 @@
 
 References
 ----------
-IMM UrO RAN report (2016), sections 2.2.3 and 2.2.4: groups of tracks that are close, the best of
-each is kept; the distance is the mean over a uniform grid of the window. That the grid goes on
-ahead of the last plot, and that what a group weighs stays with its best, is the project's own.
+IMM UrO RAN report (2016), sections 2.2.3 and 2.2.4: of each group of close tracks the best is kept;
+the distance is the mean over a uniform grid of the window. Extending the grid beyond the last plot,
+and assigning the weight of a group to its best track, is the project's own.
 """
 
 from math import exp, hypot, log1p
@@ -35,7 +35,7 @@ Integers = NDArray[np.int64]
 
 @loop
 def trace(track: Floats, anchor_s: float, time_s: Floats, out: Floats) -> None:
-    """Write place, speed and heading (k, 4) at ascending times; before the anchor it flies back."""
+    """Write position, speed and heading (k, 4) at ascending times, also before the anchor."""
     count, points = int(track[COUNT]), len(time_s)
     east, north = track[EAST], track[NORTH]
     v, heading = track[SPEED], track[HEADING]
@@ -58,9 +58,9 @@ def trace(track: Floats, anchor_s: float, time_s: Floats, out: Floats) -> None:
 
 @in_loop
 def are_close(one: Floats, other: Floats, points: int, apart_m: float) -> bool:
-    """Return whether the mean distance of two geometric tracks on the same grid is less."""
+    """Return whether the mean distance of two geometric tracks is below `apart_m`."""
     total, k, most = 0.0, points - 1, apart_m * points
-    # From the end on: there they differ most, and the rest need not be looked at.
+    # Backwards: tracks differ most at the end, so the sum stops early.
     while k >= 0 and total < most:
         total += hypot(one[k, 0] - other[k, 0], one[k, 1] - other[k, 1])
         k -= 1
@@ -69,7 +69,7 @@ def are_close(one: Floats, other: Floats, points: int, apart_m: float) -> bool:
 
 @in_loop
 def rank(tracks: Floats, live: int, order: Integers) -> None:
-    """Write the numbers of the tracks into `order`, the best first."""
+    """Write the indices of the tracks into `order`, the best first."""
     for i in range(live):
         j = i
         while j > 0 and tracks[order[j - 1], WEIGHT] < tracks[i, WEIGHT]:
@@ -83,17 +83,17 @@ def thin(
     tracks: Floats, live: int, room: int, traces: Floats, points: int, apart_m: float,
     order: Integers, kept: Integers, always: int,
 ) -> int:  # fmt: skip
-    """Write the tracks that stay into `kept`, the best first, and return how many they are.
+    """Write the tracks that are kept into `kept`, the best first, and return their number.
 
-    Of a group of tracks that are less than `apart_m` apart the best stays, with the weight of all.
-    The track `always` (−1: none) has its place, whatever others weigh.
+    Of a group of tracks less than `apart_m` apart the best is kept, with the weight of all. The
+    track `always` (−1: none) has a reserved position, regardless of weights.
     """
     rank(tracks, live, order)
-    chosen, taken = 0, 1 if always >= 0 else 0
+    chosen, reserved = 0, 1 if always >= 0 else 0
     for i in range(live):
         one = order[i]
         if one == always:
-            taken = 0
+            reserved = 0
         group = -1
         for j in range(chosen):
             if are_close(traces[one], traces[kept[j]], points, apart_m):
@@ -103,7 +103,7 @@ def thin(
             more = log1p(exp(tracks[one, WEIGHT] - tracks[group, WEIGHT]))
             tracks[group, MERGED_WEIGHT] += more
             tracks[group, WEIGHT] += more
-        elif chosen < room - taken and tracks[one, WEIGHT] > -np.inf:
+        elif chosen < room - reserved and tracks[one, WEIGHT] > -np.inf:
             kept[chosen] = one
             chosen += 1
     return chosen

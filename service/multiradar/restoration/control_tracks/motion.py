@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 def advance(
     state: ArrayLike, lateral_mps2: ArrayLike, longitudinal_mps2: ArrayLike, interval_s: ArrayLike
 ) -> Floats:
-    """Return states later, or earlier, under constant accelerations.
+    """Return states after an interval of constant accelerations.
 
     Parameters
     ----------
@@ -22,7 +22,7 @@ def advance(
     lateral_mps2, longitudinal_mps2 : (...) array_like
         Accelerations to the right (u) and forwards (w), m/s².
     interval_s : (...) array_like
-        Time from the state, s; negative goes back.
+        Interval from the state, s; negative for the past.
 
     Returns
     -------
@@ -32,14 +32,14 @@ def advance(
     Raises
     ------
     MotionParameterError
-        If the speed is below 10 m/s at the beginning or the end.
+        If the speed is below 10 m/s at the start or the end.
     ShapeError
-        If they are no finite numbers, or do not go together.
+        If they are not finite, or their shapes do not match.
 
     Notes
     -----
-    The way is right to 1e-9 of its length for every |u| ≤ 4 and |w| ≤ 2 m/s², zero included, and in
-    fact to rounding: (2.3) is written with (e^z − 1) / z and ln(1 + a) / a.
+    The displacement is accurate to 1e-9 of its length for all |u| ≤ 4 and |w| ≤ 2 m/s², including
+    zero: (2.3) is evaluated with (e^z − 1) / z and ln(1 + a) / a.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""Plots as the kernels of the restoration take them."""
+"""Plots as rows for the restoration kernels."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ def plot_rows(plots: MeasurementTrack, settings: BundleSettings) -> Floats:
     plots : MeasurementTrack
         Plots of one aircraft.
     settings : BundleSettings
-        How likely a plot is wrong.
+        Parameters of outliers.
 
     Returns
     -------
@@ -27,7 +27,7 @@ def plot_rows(plots: MeasurementTrack, settings: BundleSettings) -> Floats:
 
     References
     ----------
-    IMM UrO RAN report (2016), section 2.2.4: plots may be wrong. How is the project's own.
+    IMM UrO RAN report (2016), section 2.2.4: outliers. Their density is the project's own.
     """
     noise = plots.covariance_m2
     determinant = noise[:, 0, 0] * noise[:, 1, 1] - noise[:, 0, 1] ** 2

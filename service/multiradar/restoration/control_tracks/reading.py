@@ -1,4 +1,4 @@
-"""Tracks of the kernels as control tracks, and their parameters."""
+"""Conversion of tracks of the kernels to control tracks, and their parameters."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,8 +8,8 @@ from multiradar.restoration.control_tracks.tracks import ControlTrack
 
 Floats = NDArray[np.float64]
 
-#: Steps by which parameters are moved to see how the state depends on them: m, m/s, rad, then of a
-#: segment its beginning (s) and accelerations (m/s²).
+#: Steps of the parameters for numerical derivatives: m, m/s, rad, then of a segment its start (s)
+#: and accelerations (m/s²).
 _STATE_STEPS = (0.1, 0.1, 0.01, 1e-5)
 _BEGIN_STEP_S, _CONTROL_STEP_MPS2 = 1e-3, 1e-4
 
@@ -25,7 +25,7 @@ def segments_of(track: Floats) -> Floats:
     Returns
     -------
     (s, SEGMENT_COUNT) ndarray
-        A view; columns as in `_layout`. The beginning of the first means nothing.
+        A view; columns as in `_layout`. The start of the first segment is undefined.
 
     References
     ----------
@@ -37,27 +37,27 @@ def segments_of(track: Floats) -> Floats:
 
 
 def kind_at(track: Floats, time_s: float) -> int:
-    """Return the kind of the segment that a track is in.
+    """Return the kind of the segment of a track at a time.
 
     Parameters
     ----------
     track : (TRACK_COUNT,) ndarray
         A track of the kernels.
     time_s : float
-        When.
+        The time.
 
     Returns
     -------
     int
-        Number of `settings.KIND_NAMES`.
+        Index of `settings.KIND_NAMES`.
 
     References
     ----------
     IMM UrO RAN report (2016), section 2.4.
     """
     segments = segments_of(track)
-    place = int(np.sum(segments[1:, layout.BEGIN] <= time_s))
-    return int(segments[place, layout.KIND])
+    index = int(np.sum(segments[1:, layout.BEGIN] <= time_s))
+    return int(segments[index, layout.KIND])
 
 
 def control_track_of(track: Floats, anchor_s: float) -> ControlTrack:
@@ -68,12 +68,12 @@ def control_track_of(track: Floats, anchor_s: float) -> ControlTrack:
     track : (TRACK_COUNT,) ndarray
         A track of the kernels.
     anchor_s : float
-        When its first segment begins.
+        Start time of its first segment.
 
     Returns
     -------
     ControlTrack
-        The same motion, with values of its own.
+        The same motion, as a copy.
 
     References
     ----------
@@ -91,7 +91,7 @@ def control_track_of(track: Floats, anchor_s: float) -> ControlTrack:
 
 
 def parameters_of(count: int) -> tuple[list[int], list[float]]:
-    """Return where the parameters of a track stand, and steps to take differences by.
+    """Return the columns of the parameters of a track, and steps for numerical derivatives.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def parameters_of(count: int) -> tuple[list[int], list[float]]:
     columns : list of int
         Columns of the track in the order of the derivatives of the functional.
     steps : list of float
-        Small beside what plots tell of them, in their units.
+        Small relative to the uncertainty of the parameters, in their units.
     """
     columns = [layout.EAST, layout.NORTH, layout.SPEED, layout.HEADING]
     steps = list(_STATE_STEPS)

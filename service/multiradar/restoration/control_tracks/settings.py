@@ -1,4 +1,4 @@
-"""What a bundle depends on beside its plots."""
+"""Parameters of bundles."""
 
 from dataclasses import dataclass
 
@@ -12,58 +12,57 @@ Floats = NDArray[np.float64]
 
 #: Names of the kinds of control segments, by number.
 KIND_NAMES = ("straight", "right", "left", "faster", "slower")
-#: Shares of the kinds that follow straight flight, and those that follow any other kind: straight
-#: flight and the three others.
+#: Probabilities of the kind after straight flight, and after any other kind: straight flight, and
+#: each of the three others.
 _AFTER_STRAIGHT = (0.35, 0.35, 0.15, 0.15)
 _BACK_TO_STRAIGHT, _TO_ANOTHER = 0.7, 0.1
 
 
 @dataclass(frozen=True, slots=True)
 class BundleSettings:
-    """Rules of a bundle; accelerations are those of (2.1).
+    """Parameters of a bundle; accelerations are those of (2.1).
 
     Attributes
     ----------
     tracks_max : int
-        Tracks that stay after each plot.
+        Maximum number of tracks kept after each plot.
     window_s : float
-        Plots so old leave the window: they are known by what they said of its beginning.
+        Length of the window; older plots are absorbed in the prior at its start.
     initial_s : float
         Length of the initial window.
     lateral_max_mps2, longitudinal_max_mps2 : float
         Limits of the accelerations.
     beyond_factor : float
-        Where no track within the limits follows the plots they are so many times as wide, rather
-        than lose the aircraft; 1 holds them whatever the plots say.
+        Factor of the limits if no track within them follows the plots; 1 enforces the limits.
     straight_sigma_mps2 : float
-        Standard deviation of both accelerations in straight flight, and of that which a turn or a
-        change of speed does not mean.
+        Standard deviation of both accelerations in straight flight, and of the longitudinal one in
+        turns and the lateral one in changes of speed.
     turn_mps2, turn_sigma_mps2 : float
-        Lateral acceleration of turns before their plots are seen: mean and standard deviation.
+        Prior lateral acceleration of turns: mean and standard deviation.
     speeding_mps2, speeding_sigma_mps2 : float
-        The same of changes of speed, along the velocity.
+        Prior longitudinal acceleration of changes of speed: mean and standard deviation.
     straight_s, manoeuvre_s : float
         Mean duration of straight flight, and of a turn or change of speed.
     cell_s : float
-        In each such cell of time every kind of motion may begin: once for each, with a beginning
-        that is estimated within the cell and some way beyond.
+        Cell of time in which each kind of motion may start once; the start is estimated within the
+        cell and somewhat beyond.
     segment_min_s : float
-        No segment is followed by another sooner.
+        Minimum duration of a segment.
     velocity_density : float
-        Spectral density of the acceleration, m²/s³, by which what is known of the time before the
-        window gets worse: flights are not made of exact segments.
+        Spectral density of the acceleration, m²/s³, that widens the prior at the start of the
+        window: flights do not consist of exact segments.
     ahead_s : float
-        Tracks are compared over the window and so far ahead of the last plot.
+        Tracks are compared over the window and this time beyond the last plot.
     apart_m : float
-        Tracks that are closer in the mean are one.
+        Mean distance below which tracks are merged.
     apart_sigmas : float
-        Or closer than so many times what the plots of the window tell of one place in common.
+        The same in units of the sigma of a position from all plots of the window.
     branch_weight : float
-        Tracks with less of the weight of the best are not branched.
+        Minimum weight relative to the best track for branching.
     outlier_probability, outlier_extent_m : float
-        Chance that a plot is wrong, and the side of the square over which it then may be.
+        Probability of an outlier, and the side of the square over which it is uniform.
     rounds : int
-        Rounds of optimisation of each track with each plot.
+        Iterations of the fit of each track per plot.
 
     Raises
     ------
@@ -129,7 +128,7 @@ class BundleSettings:
             Columns as in `_layout`.
         """
         still = self.straight_sigma_mps2
-        # What a turn changes of the speed is small, and not nothing.
+        # The change of speed in a turn is small but not zero.
         slight = 3.0 * still
         turn = min(self.turn_mps2, self.lateral_max_mps2)
         speed = min(self.speeding_mps2, self.longitudinal_max_mps2)
@@ -150,7 +149,7 @@ class BundleSettings:
         return table
 
     def rules(self) -> Floats:
-        """Return the rules as kernels take them.
+        """Return the parameters as an array for kernels.
 
         Returns
         -------
@@ -159,8 +158,8 @@ class BundleSettings:
 
         References
         ----------
-        The project's own: bells of such a sigma, one in the middle of each cell, have nearly the
-        density of a constant rate in their sum.
+        The project's own: Gaussians of this sigma, one in the middle of each cell, add up to nearly
+        the density of a constant rate.
         """
         rules = np.empty(layout.RULE_COUNT)
         rules[layout.LATERAL_MAX] = self.lateral_max_mps2
@@ -178,7 +177,7 @@ class BundleSettings:
         return rules
 
     def floor(self, determinant_m4: Floats) -> Floats:
-        """Return the logarithm of the density of outliers over the greatest of good plots.
+        """Return the logarithm of the density of outliers over the maximum density of good plots.
 
         Parameters
         ----------
@@ -188,11 +187,11 @@ class BundleSettings:
         Returns
         -------
         (...) ndarray
-            The logarithm, negative for plots that tell anything.
+            The logarithm, negative for informative plots.
 
         References
         ----------
-        The project's own: a plot is good, or anywhere within a square.
+        The project's own: a plot is good, or uniform within a square.
         """
         wrong = self.outlier_probability / self.outlier_extent_m**2
         good = (1.0 - self.outlier_probability) / (2.0 * np.pi * np.sqrt(determinant_m4))

@@ -1,7 +1,7 @@
 """Measurement tracks, control tracks and geometric tracks, as arrays.
 
-Places are (east, north) in metres on the system plane; headings are clockwise from north, and not
-cut at a full turn. The report's X is north and its Z east.
+Positions are (east, north) in metres in the system plane; headings are clockwise from north and not
+wrapped. The X of the report is north, its Z east.
 """
 
 from dataclasses import dataclass
@@ -25,13 +25,13 @@ class MeasurementTrack:
     Attributes
     ----------
     time_s : (n,) float64
-        When.
+        Times.
     position_m : (n, 2) float64
-        Where, less the biases of the radar.
+        East and north, corrected for the biases of the radar.
     covariance_m2 : (n, 2, 2) float64
-        Of the errors: the noise of the radar, and what is not known of its biases.
+        Covariances of the errors: noise of the radar, and uncertainty of its biases.
     radar : (n,) int64
-        Who measured.
+        Radar of each plot.
     """
 
     time_s: Floats
@@ -46,7 +46,7 @@ class MeasurementTrack:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GeometricTrack:
-    """Where an aircraft is at times on a grid.
+    """Path of an aircraft at times on a grid.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class GeometricTrack:
     position_m : (k, 2) float64
         East and north.
     speed_mps, heading_rad : (k,) float64
-        Of the velocity.
+        Speed and heading of the velocity.
     """
 
     time_s: Floats
@@ -66,16 +66,16 @@ class GeometricTrack:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ControlTrack:
-    """A motion of piecewise constant accelerations: segments, each of which begins where one ends.
+    """A motion of piecewise constant accelerations: consecutive segments.
 
     Attributes
     ----------
     start : (4,) float64
-        East, north (m), speed (m/s) and heading (rad) at the beginning of the first segment.
+        East, north (m), speed (m/s) and heading (rad) at the start of the first segment.
     begin_s : (s,) float64
-        When each segment begins, ascending; it ends where the next begins, and the last has no end.
+        Start time of each segment, ascending; it ends at the start of the next.
     lateral_mps2, longitudinal_mps2 : (s,) float64
-        Its accelerations: to the right, and forwards.
+        Accelerations: to the right, and forwards.
 
     References
     ----------
@@ -93,7 +93,7 @@ class ControlTrack:
         Parameters
         ----------
         time_s : (k,) array_like
-            Ascending times; before the first segment it is flown back.
+            Ascending times; before the first segment the motion is extrapolated backwards.
 
         Returns
         -------
@@ -103,7 +103,7 @@ class ControlTrack:
         Raises
         ------
         MotionParameterError
-            If the speed would come to nothing.
+            If the speed would fall below its minimum.
         TimeOrderError
             If the times do not ascend.
 
@@ -113,9 +113,9 @@ class ControlTrack:
         """
         times = finite_array(time_s, "times of a geometric track", (None,))
         if np.any(np.diff(times) < 0.0):
-            place = int(np.argmax(np.diff(times) < 0.0))
+            first = int(np.argmax(np.diff(times) < 0.0))
             raise TimeOrderError(
-                "times of a geometric track", float(times[place + 1]), float(times[place])
+                "times of a geometric track", float(times[first + 1]), float(times[first])
             )
         segment = np.maximum(np.searchsorted(self.begin_s, times, side="right") - 1, 0)
         states = self._states_at_begins()[segment]
@@ -135,12 +135,12 @@ class ControlTrack:
 
 
 def whole_seconds(first_s: float, last_s: float) -> Floats:
-    """Return the whole seconds from one time to another, the grid of geometric tracks.
+    """Return the whole seconds between two times, the grid of geometric tracks.
 
     Parameters
     ----------
     first_s, last_s : float
-        Ends.
+        First and last time.
 
     Returns
     -------
@@ -157,7 +157,7 @@ def whole_seconds(first_s: float, last_s: float) -> Floats:
 def measurement_track(
     time_s: ArrayLike, position_m: ArrayLike, covariance_m2: ArrayLike, radar: ArrayLike
 ) -> MeasurementTrack:
-    """Make a measurement track of what comes from outside.
+    """Return a measurement track, with its arguments checked.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def measurement_track(
     covariance_m2 : (n, 2, 2) array_like
         Covariances of the errors.
     radar : (n,) array_like
-        Who measured.
+        Radar of each plot.
 
     Returns
     -------
@@ -178,9 +178,9 @@ def measurement_track(
     Raises
     ------
     ShapeError
-        If shapes do not fit or numbers are not finite.
+        If shapes do not match or numbers are not finite.
     CovarianceError
-        If a covariance is none.
+        If a covariance is not valid.
     TimeOrderError
         If times do not ascend.
 
@@ -196,7 +196,7 @@ def measurement_track(
     count = len(times)
     return MeasurementTrack(
         times,
-        finite_array(position_m, "places of plots", (count, 2)),
+        finite_array(position_m, "positions of plots", (count, 2)),
         require_covariance(
             require_shape(covariance_m2, "covariances of plots", (count, 2, 2)),
             "covariances of plots",

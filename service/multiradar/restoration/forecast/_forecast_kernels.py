@@ -1,8 +1,9 @@
-"""Compiled continuation of the ends of tracks: members of a fan, with covariances.
+"""Compiled forecast of tracks: members of a forecast ensemble, with covariances.
 
 Symbols: v = speed, h = heading, u, w = lateral and longitudinal acceleration, t = time ahead, d =
-how long the last segment goes on, τ = time straight on after it, C = covariance of the six numbers
-at the end of a track, F = slopes of a state by them, R = from along and right to east and north.
+remaining duration of the last segment, τ = time of straight flight after it, C = covariance of the
+six numbers of a final state, F = derivatives of a state by them, R = from along and right to east
+and north.
 
 References
 ----------
@@ -22,10 +23,10 @@ from multiradar_compiled.kernels import in_loop, loop
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# Members of each way to go on: nothing new, later a turn right or left, later a change of speed.
+# Members of each continuation: nothing new, later a right or left turn, later a change of speed.
 ON, LATER_RIGHT, LATER_LEFT, LATER_SPEED = range(4)
 LATER = 4
-# Order of what a fan depends on beside tables.
+# Indices of the parameters of an ensemble.
 STEP_S, ENDING_RATE, TURN_SHARE, SPEED_CHANGE, DENSITY = range(5)
 
 
@@ -35,7 +36,7 @@ def continue_track(
     later: Floats, rules: Floats, F: Floats, P: Floats, R: Floats, weight: Floats, state: Floats,
     covariance: Floats,
 ) -> None:  # fmt: skip
-    """Write the four members of one end that lasts so long: (k, 4), (k, 4, 4), (k, 4, 4, 4)."""
+    """Write the four members of one final state and duration: (k, 4), (k, 4, 4), (k, 4, 4, 4)."""
     for k in range(len(ahead_s)):
         t = ahead_s[k]
         run = min(t, d)
@@ -45,13 +46,13 @@ def continue_track(
         if straight > 0.0:
             add_end_variance(motion[4], motion[5], v, h, straight, d_variance, P)
         add_noise(rules[DENSITY], t, P)
-        # Turns and changes of speed begin at rates of their own; after a turn both are one.
+        # Turns and changes of speed start at separate rates; after a turn both count as turn.
         stays = exp(-straight * rules[ENDING_RATE])
-        unturned = exp(-straight * rules[ENDING_RATE] * rules[TURN_SHARE])
+        no_turn = exp(-straight * rules[ENDING_RATE] * rules[TURN_SHARE])
         weight[k, ON] = share * stays
-        weight[k, LATER_RIGHT] = 0.5 * share * (1.0 - unturned)
-        weight[k, LATER_LEFT] = 0.5 * share * (1.0 - unturned)
-        weight[k, LATER_SPEED] = share * (unturned - stays)
+        weight[k, LATER_RIGHT] = 0.5 * share * (1.0 - no_turn)
+        weight[k, LATER_LEFT] = 0.5 * share * (1.0 - no_turn)
+        weight[k, LATER_SPEED] = share * (no_turn - stays)
         copy(P, covariance[k, ON])
         axes(h, R)
         for side in range(LATER_RIGHT, LATER_LEFT + 1):
@@ -69,14 +70,14 @@ def continue_track(
 def reach(
     motion: Floats, run: float, straight: float, F: Floats, state: Floats
 ) -> tuple[float, float]:
-    """Write the state after the segment and straight flight, and F; return speed and heading."""
+    """Write the state after segment and straight flight, and F; return speed and heading."""
     v0, h0, u, w = motion[2], motion[3], motion[4], motion[5]
     (de, dn, v, h, e_v, e_h, e_u, e_w, n_v, n_h, n_u, n_w, h_v, h_w) = fly_with_slopes(
         v0, h0, u, w, run
     )
     s, c = sin(h), cos(h)
     for j in range(6):
-        # Slopes of speed and heading at the end of the segment.
+        # Derivatives of speed and heading at the end of the segment.
         by_v = 1.0 if j == 2 else (run if j == 5 else 0.0)
         by_h = 0.0
         if j == 2:
@@ -127,10 +128,10 @@ def spread(F: Floats, C: Floats, P: Floats) -> None:
 def add_end_variance(
     u: float, w: float, v: float, h: float, straight: float, d_variance: float, P: Floats
 ) -> None:
-    """Add to P that the segment may end sooner or later than it is taken to."""
+    """Add the uncertainty of the duration of the segment to P."""
     s, c = sin(h), cos(h)
     east, north = w * s + u * c, w * c - u * s
-    # A change of velocity is no greater than the velocity, however long the turn.
+    # The change of velocity is limited to the velocity.
     size = (east * east + north * north) * d_variance
     factor = sqrt(d_variance * min(1.0, v * v / max(size, 1e-12)))
     east, north = factor * east, factor * north
@@ -142,7 +143,7 @@ def add_end_variance(
 
 @in_loop
 def add_noise(density: float, t: float, P: Floats) -> None:
-    """Add what no segment has: white acceleration over the whole time."""
+    """Add white acceleration over the whole time."""
     for axis in range(2):
         P[axis, axis] += density * t * t * t / 3.0
         P[axis, axis + 2] += density * t * t / 2.0
@@ -152,7 +153,7 @@ def add_noise(density: float, t: float, P: Floats) -> None:
 
 @in_loop
 def axes(h: float, R: Floats) -> None:
-    """Write R: columns are along and right, of places and of velocities."""
+    """Write R: columns are along and right, of positions and of velocities."""
     s, c = sin(h), cos(h)
     for i in range(4):
         for j in range(4):
@@ -169,8 +170,8 @@ def later_turn(
     on: Floats, P: Floats, v: float, straight: float, later: Floats, step_s: float, side: float,
     R: Floats, state: Floats, covariance: Floats,
 ) -> None:  # fmt: skip
-    """Write state and covariance if a turn begins in the time straight on."""
-    # The table is of a turn to the right: `side` is 1 for that, −1 for one to the left.
+    """Write state and covariance if a turn starts during straight flight."""
+    # The table is for a turn to the right: `side` is 1 for that, −1 for one to the left.
     row = min(int(straight / step_s), len(later) - 2)
     part = min(straight / step_s - row, 1.0)
     for i in range(4):
@@ -203,17 +204,17 @@ def later_speed(
     on: Floats, P: Floats, straight: float, change: float, R: Floats, state: Floats,
     covariance: Floats,
 ) -> None:  # fmt: skip
-    """Write state and covariance if a change of speed begins in the time straight on."""
+    """Write state and covariance if a change of speed starts during straight flight."""
     copy(P, covariance)
     square = change * change
-    # It begins at any moment of the time, at once.
-    place, both = square * straight * straight / 3.0, square * straight / 2.0
+    # It happens instantly, at a uniformly distributed time.
+    position, both = square * straight * straight / 3.0, square * straight / 2.0
     for i in range(4):
         state[i] = on[i]
     for i in range(2):
         for j in range(2):
             along = R[i, 0] * R[j, 0]
-            covariance[i, j] += along * place
+            covariance[i, j] += along * position
             covariance[i, j + 2] += along * both
             covariance[i + 2, j] += along * both
             covariance[i + 2, j + 2] += along * square

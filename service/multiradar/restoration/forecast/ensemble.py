@@ -1,4 +1,4 @@
-"""A fan of trajectories with weights: where an aircraft may be at times ahead."""
+"""A forecast ensemble: weighted trajectories of an aircraft at times ahead."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -9,25 +9,25 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-#: What a member does after the last segment of its track, by number.
+#: Motion of a member after the last segment of its track, by number.
 LATER_NAMES = ("straight", "right", "left", "speed")
-#: A region is that of so many members and the rest as one: its size is right to some percent.
+#: Members of a region, beside the rest as one: its size is accurate to some per cent.
 REGION_MEMBERS = 40
 
 
 class Members(NamedTuple):
-    """The heaviest members of a fan at each time, and the rest as one.
+    """Members of a forecast ensemble with the largest weights at each time, and the rest as one.
 
     Attributes
     ----------
     member : (k, n) int64
-        Their numbers in the fan, by falling weight; −1 for the rest, which comes last.
+        Indices in the ensemble, by decreasing weight; −1 for the rest, which is last.
     weight : (k, n) float64
-        Probabilities, of sum one.
+        Probabilities with sum one.
     state : (k, n, 4) float64
-        As in the fan; of the rest the mean.
+        As in the ensemble; the mean for the rest.
     covariance : (k, n, 4, 4) float64
-        As in the fan; of the rest what its members differ by included.
+        As in the ensemble; for the rest including the differences between its members.
     """
 
     member: Integers
@@ -38,27 +38,27 @@ class Members(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ForecastEnsemble:
-    """Where an aircraft may be.
+    """Weighted members: possible states of an aircraft at times ahead.
 
     Attributes
     ----------
     time_s : float
-        Of the last plot.
+        Time of the last plot.
     ahead_s : (k,) float64
         Times after it.
     track : (c,) int64
         The track of the bundle that each member continues, 0 the best.
     lasts_s : (c,) float64
-        How long the last segment of the track goes on; infinite where it is straight flight.
+        Remaining duration of the last segment of the track; infinite for straight flight.
     later : (c,) int64
-        What begins after it: number of `LATER_NAMES`.
+        Motion that starts after it: index of `LATER_NAMES`.
     weight : (k, c) float64
-        Probabilities of the members: of sum one at each time. That of something new grows with the
+        Probabilities of the members, with sum one at each time; those of new manoeuvres grow with
         time.
     state : (k, c, 4) float64
         East and north, m, and their rates, m/s.
     covariance : (k, c, 4, 4) float64
-        Of the errors of `state`.
+        Covariance of the errors of `state`.
     """
 
     time_s: float
@@ -75,17 +75,17 @@ class ForecastEnsemble:
         return len(self.track)
 
     def heaviest(self, most: int) -> Members:
-        """Return so many members at most, and the rest as one more.
+        """Return the members with the largest weights, and the rest as one more.
 
         Parameters
         ----------
         most : int
-            At least 1.
+            Maximum number of members, at least 1.
 
         Returns
         -------
         Members
-            With the mean and the covariance of the whole fan.
+            Mean and covariance of the mixture are those of the whole ensemble.
 
         References
         ----------
@@ -115,7 +115,7 @@ class ForecastEnsemble:
         Returns
         -------
         (k, 4) ndarray
-            Means of the members by their weights.
+            Weighted means of the members.
 
         References
         ----------
@@ -129,7 +129,7 @@ class ForecastEnsemble:
         Returns
         -------
         (k, 4, 4) ndarray
-            What the members differ by included.
+            Covariances including the differences between the members.
 
         References
         ----------
@@ -138,7 +138,7 @@ class ForecastEnsemble:
         return _mixed(self.weight, self.state, self.covariance)[2]
 
 
-# Weight, mean and covariance of each mixture (k, c); one without weight has those of its members.
+# Weight, mean and covariance of each mixture (k, c); with equal weights where all are zero.
 def _mixed(weight: Floats, state: Floats, covariance: Floats) -> tuple[Floats, Floats, Floats]:
     total = weight.sum(axis=1)
     share = np.where(total[:, None] > 0.0, weight, 1.0)

@@ -1,7 +1,7 @@
-"""Where an aircraft will be, from its bundle: a fan of trajectories with weights.
+"""Forecast of an aircraft from its bundle: an ensemble of weighted trajectories.
 
-Every track goes on: its last segment for a remaining duration, of which there are several, then
-straight, and then perhaps by a manoeuvre that nobody has seen yet. See docs/restoration.md.
+Every track is continued: its last segment for one of several remaining durations, then straight
+flight, then possibly a manoeuvre that has not started yet. See docs/restoration.md.
 """
 
 from typing import NamedTuple
@@ -27,8 +27,8 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
-class _Ways(NamedTuple):
-    """How the ends of tracks go on: track, share, duration, its variance, of each."""
+class _Continuations(NamedTuple):
+    """Continuations of final states: track, weight, duration and its variance of each."""
 
     track: Integers
     share: Floats
@@ -37,64 +37,64 @@ class _Ways(NamedTuple):
 
 
 def forecast(
-    ends: FinalStates, ahead_s: ArrayLike, settings: ForecastSettings, habits: ManoeuvreHistory
+    ends: FinalStates, ahead_s: ArrayLike, settings: ForecastSettings, history: ManoeuvreHistory
 ) -> ForecastEnsemble:
-    """Return a fan of trajectories.
+    """Return a forecast ensemble.
 
     Parameters
     ----------
     ends : FinalStates
-        Of the bundle.
+        Final states of the bundle.
     ahead_s : (k,) array_like
         Ascending times after the last plot, s, 0 to `AHEAD_MAX_S`.
     settings : ForecastSettings
-        How aircraft fly on.
-    habits : ManoeuvreHistory
-        How this one has flown.
+        Parameters of forecasts.
+    history : ManoeuvreHistory
+        Times of straight flight and manoeuvres of the aircraft.
 
     Returns
     -------
     ForecastEnsemble
-        What it says of a time does not depend on which others are asked for.
+        The forecast of a time does not depend on the other times.
 
     Raises
     ------
     ConfigurationError
-        If a time is out of its bounds.
+        If a time is out of range.
     TimeOrderError
         If the times do not ascend.
     ShapeError
-        If they are no finite numbers.
+        If they are not finite.
     """
     ahead = require_ahead(ahead_s)
     straight_s = rounded_duration_s(
-        habits.mean_straight_s(settings.straight_s, settings.turn_s, settings.habit_s)
+        history.mean_straight_s(settings.straight_s, settings.turn_s, settings.habit_s)
     )
-    ways = _ways_of(ends, _weights(ends, straight_s, settings), settings)
+    continued = _continuations(ends, _weights(ends, straight_s, settings), settings)
     later = later_turn_moments(straight_s, settings)
     rules = np.empty(5)
     rules[kernels.STEP_S], rules[kernels.ENDING_RATE] = STEP_S, 1.0 / straight_s
     rules[kernels.TURN_SHARE] = settings.later_turns
     rules[kernels.SPEED_CHANGE] = settings.speed_change_mps
     rules[kernels.DENSITY] = settings.velocity_density
-    count, times, new = len(ways.track), len(ahead), kernels.LATER
+    count, times, new = len(continued.track), len(ahead), kernels.LATER
     weight = np.empty((count, times, new))
     state, covariance = np.empty((*weight.shape, 4)), np.empty((*weight.shape, 4, 4))
     scratch = np.empty((4, 6)), np.empty((4, 4)), np.empty((4, 4))
-    for i, (track, share, lasts_s, variance) in enumerate(zip(*ways, strict=True)):
+    for i, (track, share, lasts_s, variance) in enumerate(zip(*continued, strict=True)):
         kernels.continue_track(
             ends.motion[track], ends.covariance[track], lasts_s, variance, share, ahead, later,
             rules, *scratch, weight[i], state[i], covariance[i],
         )  # fmt: skip
     return ForecastEnsemble(
-        ends.time_s, ahead, np.repeat(ways.track, new),
-        np.repeat(np.where(ways.variance_s2 > 0.0, ways.lasts_s, np.inf), new),
+        ends.time_s, ahead, np.repeat(continued.track, new),
+        np.repeat(np.where(continued.variance_s2 > 0.0, continued.lasts_s, np.inf), new),
         np.tile(np.arange(new), count), _by_time(weight), _by_time(state), _by_time(covariance),
     )  # fmt: skip
 
 
 def require_ahead(ahead_s: ArrayLike) -> Floats:
-    """Return times ahead if they may be forecast.
+    """Return times ahead if they are valid.
 
     Parameters
     ----------
@@ -104,16 +104,16 @@ def require_ahead(ahead_s: ArrayLike) -> Floats:
     Returns
     -------
     (k,) ndarray
-        The same.
+        The same times.
 
     Raises
     ------
     ConfigurationError
-        If a time is out of its bounds.
+        If a time is out of range.
     TimeOrderError
         If the times do not ascend.
     ShapeError
-        If they are no finite numbers.
+        If they are not finite.
     """
     ahead = finite_array(ahead_s, "times ahead", (None,))
     wrong = ahead[(ahead < 0.0) | (ahead > AHEAD_MAX_S)]
@@ -133,12 +133,12 @@ def remaining_durations(mean_s: float, count: int) -> tuple[Floats, Floats]:
     mean_s : float
         Mean duration.
     count : int
-        How many.
+        Number of durations.
 
     Returns
     -------
     durations, variances : (count,) ndarray
-        Means and variances within cells of equal probability: their sum has the mean and the
+        Means and variances within cells of equal probability; the mixture has the mean and the
         variance of the whole.
 
     References
@@ -147,14 +147,14 @@ def remaining_durations(mean_s: float, count: int) -> tuple[Floats, Floats]:
     """
     edges = -np.log1p(-np.arange(count) / count)
     left = np.exp(-edges)
-    # Antiderivatives of t e^(−t) and t² e^(−t), less their sign; nothing is left at infinity.
+    # Negative antiderivatives of t e^(−t) and t² e^(−t); they vanish at infinity.
     first = np.append((edges + 1.0) * left, 0.0)
     second = np.append((edges * edges + 2.0 * edges + 2.0) * left, 0.0)
     means, squares = -np.diff(first) * count, -np.diff(second) * count
     return mean_s * means, mean_s**2 * (squares - means**2)
 
 
-# The chances of the tracks with the rates of the forecast in place of those of the bundle.
+# Probabilities of the tracks with the rates of the forecast instead of those of the bundle.
 def _weights(ends: FinalStates, straight_s: float, settings: ForecastSettings) -> Floats:
     expected = np.array([settings.turn_s] * layout.KINDS)
     expected[layout.STRAIGHT] = straight_s
@@ -174,7 +174,9 @@ def _weights(ends: FinalStates, straight_s: float, settings: ForecastSettings) -
     return np.asarray(weight / weight.sum())
 
 
-def _ways_of(ends: FinalStates, weights: Floats, settings: ForecastSettings) -> _Ways:
+def _continuations(
+    ends: FinalStates, weights: Floats, settings: ForecastSettings
+) -> _Continuations:
     turn = remaining_durations(settings.turn_s, settings.durations)
     speeding = remaining_durations(settings.speeding_s, settings.durations)
     kinds = ends.kind_at(ends.time_s)
@@ -186,10 +188,10 @@ def _ways_of(ends: FinalStates, weights: Floats, settings: ForecastSettings) -> 
             lasts, variance = speeding if kind in (layout.FASTER, layout.SLOWER) else turn
         share = np.full(len(lasts), weights[track] / len(lasts))
         parts.append((np.full(len(lasts), track), share, lasts, variance))
-    return _Ways(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+    return _Continuations(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
-# From (ways, times, later, …) to (times, members, …).
+# From (continuations, times, later, …) to (times, members, …).
 def _by_time(values: Floats) -> Floats:
     ordered = np.moveaxis(values, 1, 0)
     return np.ascontiguousarray(ordered.reshape(len(ordered), -1, *values.shape[3:]))

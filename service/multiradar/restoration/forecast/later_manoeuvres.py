@@ -1,8 +1,8 @@
-"""What becomes of straight flight when a manoeuvre begins that nobody has seen yet.
+"""Moments of straight flight with manoeuvres that have not started yet.
 
-The heading is a random process: straight flight ends at a rate, a turn at one of several rates to
-either side follows, and ends at a rate. Moments of place and velocity of such a process follow
-linear differential equations, and are exact.
+The heading is a Markov process: straight flight ends at a rate, a turn at one of several turn rates
+to either side follows, and ends at a rate. The moments of position and velocity of this process
+obey linear differential equations and are exact.
 """
 
 from functools import lru_cache
@@ -16,12 +16,12 @@ from multiradar.restoration.forecast.settings import AHEAD_MAX_S, ForecastSettin
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
-#: Moments are tabulated so often, s.
+#: Step of the table of moments, s.
 STEP_S = 2.0
-#: Durations of straight flight are rounded to steps of an eighth in the logarithm, and to bounds.
+#: Durations of straight flight are rounded to steps of 1/8 of the natural logarithm, within limits.
 _STEPS_PER_E, _SHORTEST_S, _LONGEST_S = 8.0, 10.0, 1e5
-#: Moments of each state of the process: chance; means of z, z²; of x; of x z̄, x z; of |x|², x².
-#: z = direction, x = way at unit speed, as complex numbers: along, and i to the right.
+#: Moments of each state of the process: probability; means of z, z²; of x; of x z̄, x z; of |x|²,
+#: x². z = direction, x = displacement at unit speed, as complex numbers: along, and i to the right.
 _CHANCE, _Z, _ZZ, _X, _X_CONJUGATE_Z, _XZ, _X_SQUARE, _XX = range(8)
 _MOMENTS = 8
 #: Columns of the table: means along, to the right, of their rates, then their covariance.
@@ -29,7 +29,7 @@ MEANS, SPREADS = 4, 10
 
 
 def rounded_duration_s(duration_s: float) -> float:
-    """Return a duration of straight flight to a step for which there is one table.
+    """Return a duration of straight flight rounded to a step of the tables.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def rounded_duration_s(duration_s: float) -> float:
     Returns
     -------
     float
-        One within 7 %.
+        Rounded duration, within 7 %.
     """
     bounded = min(max(duration_s, _SHORTEST_S), _LONGEST_S)
     return float(np.exp(np.round(_STEPS_PER_E * np.log(bounded)) / _STEPS_PER_E))
@@ -47,30 +47,30 @@ def rounded_duration_s(duration_s: float) -> float:
 
 @lru_cache(maxsize=128)
 def later_turn_moments(straight_s: float, settings: ForecastSettings) -> Floats:
-    """Return moments of the way after straight flight has ended by a turn to the right.
+    """Return moments of position and velocity if straight flight has ended by a turn to the right.
 
     Parameters
     ----------
     straight_s : float
-        Mean duration of straight flight; changes of speed end it, too, and leave it straight.
+        Mean duration of straight flight; changes of speed end it too, without a change of heading.
     settings : ForecastSettings
-        Rates of turns, and how long they last.
+        Turn rates, and their mean duration.
 
     Returns
     -------
     (n, MEANS + SPREADS) ndarray
         At 0, `STEP_S`, … up to `AHEAD_MAX_S` after a state of unit speed along the first axis, if
-        a turn to the right has begun since: means of along, right and their rates, and the upper
-        triangle of their covariance, row by row. To the left what is odd in right changes its
-        sign. Not to be written to.
+        a turn to the right has started since: means of along, right and their rates, and the upper
+        triangle of their covariance, row by row. For a turn to the left, moments odd in right
+        change their sign. Read-only.
 
     References
     ----------
-    The project's own: moments of a Markov process that turns the heading.
+    The project's own: moments of a Markov process of the heading.
     """
-    turning, passing = _process(straight_s, settings)
+    turning, transitions = _process(straight_s, settings)
     states = len(turning)
-    step = expm(STEP_S * _generator(turning, passing))
+    step = expm(STEP_S * _generator(turning, transitions))
     moments = np.zeros((_MOMENTS, states), np.complex128)
     moments[:_X, 0] = 1.0
     count = int(AHEAD_MAX_S / STEP_S) + 1
@@ -86,27 +86,27 @@ def later_turn_moments(straight_s: float, settings: ForecastSettings) -> Floats:
     return table
 
 
-# Turn rates of the states, and the matrix of the rates at which they pass into each other: straight
-# flight before all, first turns to the right, straight flight after, later turns right and left.
+# Turn rates of the states, and the matrix of transition rates. States: straight flight before the
+# first turn, first turns to the right, straight flight afterwards, later turns right and left.
 def _process(straight_s: float, settings: ForecastSettings) -> tuple[Floats, Floats]:
     rates = np.array(settings.turn_rates_rad_per_s)
     count = len(rates)
     turning = np.concatenate([[0.0], rates, [0.0], rates, -rates])
     after = 1 + count
-    passing = np.zeros((len(turning), len(turning)))
+    transitions = np.zeros((len(turning), len(turning)))
     begins = settings.later_turns / straight_s
-    passing[1:after, 0] = begins / count
-    passing[after + 1 :, after] = begins / (2 * count)
-    passing[after, 1:after] = passing[after, after + 1 :] = 1.0 / settings.turn_s
-    passing -= np.diag(passing.sum(axis=0))
-    return turning, passing
+    transitions[1:after, 0] = begins / count
+    transitions[after + 1 :, after] = begins / (2 * count)
+    transitions[after, 1:after] = transitions[after, after + 1 :] = 1.0 / settings.turn_s
+    transitions -= np.diag(transitions.sum(axis=0))
+    return turning, transitions
 
 
-# d/dt of all moments: states pass into each other, z turns, x grows by z.
-def _generator(turning: Floats, passing: Floats) -> Complexes:
+# d/dt of all moments: transitions between states, dz/dt = i ω z, dx/dt = z.
+def _generator(turning: Floats, transitions: Floats) -> Complexes:
     states = len(turning)
     unit = np.eye(states)
-    found = np.kron(np.eye(_MOMENTS), passing).astype(np.complex128)
+    found = np.kron(np.eye(_MOMENTS), transitions).astype(np.complex128)
     blocks = found.reshape(_MOMENTS, states, _MOMENTS, states)
     turn = 1j * np.diag(turning)
     blocks[_Z, :, _Z] += turn
@@ -116,8 +116,8 @@ def _generator(turning: Floats, passing: Floats) -> Complexes:
     blocks[_X_CONJUGATE_Z, :, _X_CONJUGATE_Z] -= turn
     blocks[_XZ, :, _ZZ] += unit
     blocks[_XZ, :, _XZ] += turn
-    # |x|² grows by twice the real part of x z̄; the imaginary part, which nothing mixes with the
-    # real one, is dropped when the sum is read.
+    # |x|² grows by twice the real part of x z̄; the imaginary part remains separate and is dropped
+    # when the sum is read.
     blocks[_X_SQUARE, :, _X_CONJUGATE_Z] += 2.0 * unit
     blocks[_XX, :, _XZ] += 2.0 * unit
     return found

@@ -1,4 +1,4 @@
-"""What a forecast from a bundle depends on beside the bundle."""
+"""Parameters of forecasts from bundles."""
 
 from dataclasses import dataclass
 
@@ -6,39 +6,38 @@ import numpy as np
 
 from multiradar.errors import ConfigurationError
 
-#: No forecast goes farther ahead, s: ten minutes from now, where the last plot is two minutes old.
+#: Maximum time ahead, s: ten minutes from now, if the last plot is two minutes old.
 AHEAD_MAX_S = 720.0
 
 
 @dataclass(frozen=True, slots=True)
 class ForecastSettings:
-    """How aircraft are expected to fly on.
+    """Parameters of forecasts.
 
-    The bundle looks for manoeuvres more often than they come, so as to see them early; a forecast
-    has rates of its own.
+    A bundle expects manoeuvres more often than they occur, to detect them early; a forecast has
+    rates of its own.
 
     Attributes
     ----------
     straight_s : float
-        Mean duration of straight flight of an aircraft of which nothing is known.
+        Prior mean duration of straight flight.
     turn_s, speeding_s : float
-        Mean durations of turns, and of changes of speed: as much is expected to remain of one that
-        is being flown.
+        Mean durations of turns and of changes of speed, also the mean remaining duration of a
+        present one.
     habit_s : float
-        For so long a flight the mean duration of straight flight above stands; what an aircraft
-        does itself is added to it.
+        Weight of the prior mean duration of straight flight, as a duration of flight.
     later_turns : float
-        Share of turns among manoeuvres that have not begun.
+        Fraction of turns among later manoeuvres.
     turn_rates_rad_per_s : tuple of float
-        Rates of turns that have not begun, equally likely.
+        Turn rates of later turns, equally likely.
     speed_change_mps : float
-        Standard deviation of what a change of speed that has not begun comes to.
+        Standard deviation of a later change of speed.
     velocity_density : float
-        Spectral density of the acceleration, m²/s³, that no segment has: wind, corrections.
+        Spectral density of the acceleration not modelled by segments, m²/s³: wind, corrections.
     durations : int
-        Remaining durations that each manoeuvre is continued by.
+        Number of remaining durations of each present manoeuvre.
     weight_min : float
-        Tracks with less of the whole weight are left out.
+        Minimum weight of a track.
 
     Raises
     ------

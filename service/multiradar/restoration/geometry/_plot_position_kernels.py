@@ -1,4 +1,4 @@
-"""Compiled positions of radar plots with heights, and what their errors are.
+"""Compiled positions of radar plots with heights, and their covariances.
 
 Symbols: e, n, h = east and north of the foot and height; D = derivative of (e, n) by range and
 azimuth, d = by the height, at the range and azimuth measured; r, a = variances of range and
@@ -19,7 +19,7 @@ from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]
 
-# Step of the height by which its derivative is taken, m: the range bends by 1e-4 m over it at 1 km.
+# Step of the height for its derivative, m: the range is nonlinear by 1e-4 m over it at 1 km.
 HEIGHT_STEP_M = 1.0
 
 
@@ -34,7 +34,7 @@ def locate_polar_plot(
 ) -> float:
     """Fill position and covariance of a plot (range, azimuth, height); return its ground range.
 
-    The ground range is NaN where the plot has no place.
+    The ground range is NaN if the plot has no position.
     """
     ok, e, n = locate_polar(plane, site, measured[0], measured[1], measured[2])
     if not ok:

@@ -1,13 +1,12 @@
-"""The plane in which an aircraft manoeuvres, and whether there is one at all.
+"""The plane in which an aircraft manoeuvres, and a test of planarity.
 
-Points x_i* = x_i + ξ_i with known covariances D_i are taken to lie in a plane ⟨n, x⟩ = a. Where the
-covariances are proportional, D_i = α_i² D, maximum likelihood is an eigenproblem of a 3 × 3 matrix
-(`fit_proportional`). Radars at several places have covariances that point in different
-directions; `fit_plane` goes on from there to the minimum of the same functional for any D_i.
+Points x_i* = x_i + ξ_i with known covariances D_i are assumed to lie in a plane ⟨n, x⟩ = a. For
+proportional covariances, D_i = α_i² D, maximum likelihood is an eigenproblem of a 3 × 3 matrix
+(`fit_proportional`). Covariances of radars at several sites have different directions; `fit_plane`
+continues from there to the minimum of the same functional for any D_i.
 
-The least value Λ of the functional is χ² distributed with N − 3 degrees of freedom when the motion
-is plane: N residuals, three parameters. The criterion that the paper prints is another one; it is
-kept by its name.
+The minimum Λ of the functional is χ² distributed with N − 3 degrees of freedom for planar motion: N
+residuals, three parameters. The criterion of the paper differs; it is available by its own name.
 
 Signs: the last component of the normal is not negative (then the second, then the first), so that
 with coordinates east, north, up the normal points up; the distance a is negative where the plane
@@ -27,15 +26,15 @@ from multiradar.estimation.gaussian import require_covariance, symmetric_part
 
 Floats = NDArray[np.float64]
 
-#: Three parameters are taken from the points; one more lets them disagree.
+#: Three parameters are estimated from the points; the test needs one more.
 POINTS_MIN = 4
-#: Level of the test, that of the paper: a plane motion is refused so often.
+#: Significance level of the test, as in the paper: rate of rejection of planar motion.
 LEVEL = 0.003
-#: The paper gives its criterion for more points than this.
-PRINTED_ABOVE = 30
+#: The criterion of the paper applies to more points than this.
+PAPER_CRITERION_ABOVE = 30
 
-# Steps of the search from the proportional answer, how often one is halved, and the angle, rad,
-# that ends it.
+# Maximum steps of the iteration from the proportional solution, maximum halvings of a step, and the
+# step, rad, that ends the iteration.
 _STEPS_MAX = 50
 _HALVINGS_MAX = 8
 _STEP_RAD = 1e-9
@@ -43,7 +42,7 @@ _STEP_RAD = 1e-9
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ManoeuvrePlane:
-    """A plane through points, and how well it agrees with them.
+    """A plane through points, with its test statistic.
 
     Attributes
     ----------
@@ -52,11 +51,11 @@ class ManoeuvrePlane:
     distance_m : float
         a: distance of the plane from the origin, m, along the normal.
     statistic : float
-        Λ, the least value of the functional (1.2).
+        Λ, the minimum of the functional (1.2).
     positions_m : (N, 3) float64
-        The points, projected on the plane along D_i n, equation (1.8).
+        The points projected on the plane along D_i n, equation (1.8).
     normal_sigma_rad : float
-        Standard deviation of the direction of the normal where it is known worst, rad.
+        Largest standard deviation of the direction of the normal, rad.
     """
 
     normal: Floats
@@ -67,7 +66,7 @@ class ManoeuvrePlane:
 
     @property
     def points(self) -> int:
-        """N, how many points the plane was laid through."""
+        """N, the number of points."""
         return len(self.positions_m)
 
     @property
@@ -77,12 +76,12 @@ class ManoeuvrePlane:
 
     @property
     def p_value(self) -> float:
-        """Probability of a plane motion to have a statistic as large as this."""
+        """Probability of a statistic at least as large for planar motion."""
         return float(gammaincc(0.5 * self.degrees_of_freedom, 0.5 * self.statistic))
 
     @property
     def is_planar(self) -> bool:
-        """Whether the motion agrees with a plane at `LEVEL`."""
+        """Whether the motion is consistent with a plane at `LEVEL`."""
         return self.p_value >= LEVEL
 
     @property
@@ -97,8 +96,8 @@ class ManoeuvrePlane:
 
     @property
     def refused_by_printed_criterion(self) -> bool | None:
-        """What the criterion (1.17) says; None for 30 points or fewer, where it is not given."""
-        if self.points <= PRINTED_ABOVE:
+        """Whether criterion (1.17) rejects the plane; None if undefined: at most 30 points."""
+        if self.points <= PAPER_CRITERION_ABOVE:
             return None
         return self.printed_statistic > self.printed_threshold
 
@@ -106,7 +105,7 @@ class ManoeuvrePlane:
 def fit_proportional(
     positions_m: ArrayLike, covariance_m2: ArrayLike, scales: ArrayLike | None = None
 ) -> ManoeuvrePlane:
-    """Lay a plane through points whose covariances are proportional, D_i = α_i² D.
+    """Fit a plane to points with proportional covariances, D_i = α_i² D.
 
     Parameters
     ----------
@@ -115,7 +114,7 @@ def fit_proportional(
     covariance_m2 : (3, 3) array_like
         D, m².
     scales : (N,) array_like, optional
-        α_i, positive; 1 without it.
+        α_i, positive; 1 by default.
 
     Returns
     -------
@@ -125,17 +124,17 @@ def fit_proportional(
     Raises
     ------
     PlaneError
-        If there are fewer than `POINTS_MIN` points, or a line explains them at `LEVEL`, so that no
-        plane is determined.
+        If there are fewer than `POINTS_MIN` points, or they are consistent with a line at `LEVEL`,
+        so that no plane is determined.
     ShapeError, CovarianceError, ConfigurationError
-        If the arrays do not go together, or are no numbers; D is no covariance; a scale is not
-        positive.
+        If the shapes do not match, or the arrays are not numeric; D is not a covariance; a scale is
+        not positive.
 
     Notes
     -----
-    The paper whitens with the eigenvectors of D, R = M^(−1/2) hᵀ Q h M^(−1/2). Any root of D does;
-    here it is that of Cholesky, and the eigenvalues of R are squares of the singular values of the
-    whitened points, which loses no digits to points far from the origin.
+    The paper whitens with the eigenvectors of D, R = M^(−1/2) hᵀ Q h M^(−1/2). Any root of D is
+    equivalent; here it is that of Cholesky. The eigenvalues of R are squares of the singular values
+    of the whitened points, which avoids cancellation for points far from the origin.
 
     References
     ----------
@@ -153,7 +152,7 @@ def fit_proportional(
 
 
 def fit_plane(positions_m: ArrayLike, covariances_m2: ArrayLike) -> ManoeuvrePlane:
-    """Lay a plane through points of any covariances.
+    """Fit a plane to points with any covariances.
 
     Parameters
     ----------
@@ -170,16 +169,16 @@ def fit_plane(positions_m: ArrayLike, covariances_m2: ArrayLike) -> ManoeuvrePla
     Raises
     ------
     PlaneError
-        If there are fewer than `POINTS_MIN` points; a line explains them at `LEVEL`, so that no
-        plane is determined; or the search for the plane does not end.
+        If there are fewer than `POINTS_MIN` points, they are consistent with a line at `LEVEL`, so
+        that no plane is determined, or the iteration does not converge.
     ShapeError, CovarianceError
-        If the arrays do not go together, or are no numbers; a matrix is no covariance.
+        If the shapes do not match, or the arrays are not numeric; a matrix is not a covariance.
 
     Notes
     -----
     Starts from the eigenproblem with D the mean of D_i and α_i² the mean ratio of both, which is
-    the answer where the covariances are proportional. Gauss–Newton steps lead from there to the
-    minimum of (1.12). Whether a line would do is judged with the proportional covariances.
+    the solution for proportional covariances. Gauss–Newton steps lead from there to the minimum of
+    (1.12). The test for a line uses the proportional covariances.
 
     References
     ----------
@@ -198,18 +197,18 @@ def fit_plane(positions_m: ArrayLike, covariances_m2: ArrayLike) -> ManoeuvrePla
         if better is None or np.linalg.norm(step) < _STEP_RAD:
             return plane
         plane = better
-    raise PlaneError("NO_CONVERGENCE", f"expected a plane after {_STEPS_MAX} steps, was none")
+    raise PlaneError("NO_CONVERGENCE", f"no plane after {_STEPS_MAX} iterations")
 
 
 def _points(positions_m: ArrayLike) -> Floats:
     points = finite_array(positions_m, "positions", (None, 3))
     if len(points) < POINTS_MIN:
-        reason = f"expected at least {POINTS_MIN} points to judge a plane, was {len(points)}"
+        reason = f"expected at least {POINTS_MIN} points for a plane, was {len(points)}"
         raise PlaneError("TOO_FEW_POINTS", reason)
     return points
 
 
-# Equations (1.5) to (1.7): the normal, or PlaneError where a line would do.
+# Equations (1.5) to (1.7): the normal, or PlaneError if the points are consistent with a line.
 def _eigenproblem(points: Floats, d: Floats, alpha: Floats) -> Floats:
     root = np.linalg.cholesky(d)
     weight = alpha**-2
@@ -221,19 +220,19 @@ def _eigenproblem(points: Floats, d: Floats, alpha: Floats) -> Floats:
     if p_value >= LEVEL:
         raise PlaneError(
             "POINTS_ON_A_LINE",
-            f"expected points that determine a plane, was {len(points)} that a straight line "
-            f"explains (p-value {p_value:.3g})",
+            f"{len(points)} points are consistent with a straight line (p-value {p_value:.3g}); "
+            "they determine no plane",
         )
     # n = h M^(−1/2) g_k with the root of D in place of h M^(1/2).
     return _unit(np.linalg.solve(root.T, vectors[:, 2]))
 
 
-# The best plane of a normal: (1.7) with the weights of any covariances, (1.8) and (1.11).
+# The best plane for a given normal: (1.7) with the weights of any covariances, (1.8) and (1.11).
 def _plane(points: Floats, d: Floats, normal: Floats) -> ManoeuvrePlane:
     spread = np.einsum("nij,j->ni", d, normal)
     variance = spread @ normal
     along = points @ normal
-    # About the mean of the points: their distance from the origin costs no digits of Λ.
+    # About the mean of the points, which avoids cancellation in Λ far from the origin.
     middle = float(along.mean())
     distance = middle + float(((along - middle) / variance).sum() / (1.0 / variance).sum())
     miss = distance - along
@@ -247,9 +246,9 @@ def _plane(points: Floats, d: Floats, normal: Floats) -> ManoeuvrePlane:
     )
 
 
-# Information about the two tilts of the normal, and what the noise adds to it on the average: the
-# points scatter along the plane too. With information H and noise N the tilts have the covariance
-# (H − N)⁻¹ H (H − N)⁻¹, which for one radar is that of principal components.
+# Information H about the two tilts of the normal, and the mean contribution N of the noise to it:
+# the points scatter along the plane too. The tilts have the covariance (H − N)⁻¹ H (H − N)⁻¹, which
+# for one radar is that of principal components.
 def _normal_sigma(positions: Floats, d: Floats, normal: Floats, variance: Floats) -> float:
     tilts = _tilts(normal)
     flat = positions @ tilts
@@ -263,14 +262,14 @@ def _normal_sigma(positions: Floats, d: Floats, normal: Floats, variance: Floats
     )
     left = symmetric_part(information - noise)
     if not np.linalg.eigvalsh(left)[0] > 0.0:
-        # The scatter is no more than noise in some direction: the tilt about it is free.
+        # The scatter is not above noise in some direction: the tilt about it is undetermined.
         return 0.5 * math.pi
     inverse = np.linalg.inv(left)
     worst = np.linalg.eigvalsh(symmetric_part(inverse @ information @ inverse))[-1]
     return min(math.sqrt(float(worst)), 0.5 * math.pi)
 
 
-# The step of both tilts that a linear functional would have its minimum after.
+# Gauss–Newton step of both tilts.
 def _gauss_newton(plane: ManoeuvrePlane, points: Floats, d: Floats) -> Floats:
     tilts = _tilts(plane.normal)
     sigma = np.sqrt(np.einsum("i,nij,j->n", plane.normal, d, plane.normal))
@@ -281,8 +280,8 @@ def _gauss_newton(plane: ManoeuvrePlane, points: Floats, d: Floats) -> Floats:
     return np.asarray(tilts @ solution[:2])
 
 
-# The plane after the step, or after a part of it where the whole does not lead down. None: no part
-# does, by more than rounding.
+# The plane after the step, or after a part of it if the whole does not decrease the functional.
+# None: no part decreases it by more than rounding.
 def _stepped(
     points: Floats, d: Floats, plane: ManoeuvrePlane, step: Floats
 ) -> ManoeuvrePlane | None:

@@ -1,8 +1,8 @@
-"""Whether what was measured of a track in some time says where it is: ranges, or lines that cross.
+"""Position observability of a track: ranges, or intersecting bearings.
 
-One place that measures azimuths alone sees its line of sight turn with the aircraft and learns no
-distance by it; lines from two places cross where the aircraft is, as far as they cross by more than
-their errors. Where sources move or measure elevations, `straight_flight` says by how much.
+Bearings from one fixed site do not determine the distance of an aircraft. Lines of sight from two
+sites intersect at the aircraft, if their crossing angle exceeds the errors. For moving sources and
+elevations see `straight_flight`.
 """
 
 from typing import NamedTuple
@@ -21,25 +21,25 @@ Floats = NDArray[np.float64]
 
 # Kind of measurement without a range, as in `SensorTable.kinds`.
 _BEARING = 2
-# Sites nearer to each other, m, are one place.
+# Sites closer than this, m, count as one.
 _ONE_PLACE_M = 1.0
 
 
 class Observability(NamedTuple):
-    """What the measurements of a track determine.
+    """Position observability of a track.
 
     Attributes
     ----------
     ranges : int
-        How many of them have a range, or are positions.
+        Number of measurements with a range, or of positions.
     bearings : int
-        How many have an azimuth alone.
+        Number of measurements with an azimuth alone.
     places : int
-        From how many places these were taken; a source that moves counts once.
+        Number of sites of the bearings; a moving source counts once.
     crossing : float
-        By how many of their errors the lines of sight of the bearings cross; 0 where all are
-        parallel, or come from one place that stands still. With sources that move or measure
-        elevations: how many sigmas of the place the nearest source is off, for straight flight.
+        Crossing angle of the lines of sight of the bearings in units of their errors; 0 if all are
+        parallel, or come from one fixed site. With moving sources or elevations: distance of the
+        nearest source in units of the sigma of the position, for straight flight.
     """
 
     ranges: int
@@ -49,12 +49,12 @@ class Observability(NamedTuple):
 
     @property
     def lines_cross(self) -> bool:
-        """Whether lines of sight from two places cross beyond their errors."""
+        """Whether lines of sight from two sites intersect beyond their errors."""
         return self.crossing > CROSSING_MIN
 
     @property
     def is_observable(self) -> bool:
-        """Whether a range was measured, or lines cross."""
+        """Whether a range was measured, or lines of sight intersect."""
         return self.ranges > 0 or self.lines_cross
 
 
@@ -67,33 +67,33 @@ def observability(
     *,
     bias_sigma_rad: ArrayLike = 0.0,
 ) -> Observability:
-    """Say what measurements determine of the place of a track.
+    """Return the position observability of a track.
 
     Parameters
     ----------
     plots : Plots
-        What was measured of it.
+        Measurements of the track.
     sensors : SensorTable
-        By whom.
+        The sensors.
     biases : (m, p) array_like
         Estimates for each sensor and kind of parameter, 0 where there is none: measured minus true.
     place : tuple of float
-        Latitude and longitude, rad, and height, m, where the track is taken to be.
+        Assumed position of the track: latitude and longitude, rad, and height, m.
     directions : Sightings, optional
-        What the measurements tell beside azimuths, where a source moves or measures elevations.
+        Elevations and source positions, where a source moves or measures elevations.
     bias_sigma_rad : (m,) array_like
-        Standard deviation of what is not known of the azimuth bias of each sensor: an error that
-        all its bearings have in common. One number is that of all; none is unknown by default.
+        Standard deviation of the azimuth bias of each sensor, an error common to all its bearings.
+        One number applies to all; 0 by default.
 
     Returns
     -------
     Observability
-        Counts, and by how much lines cross.
+        Counts, and the strength of the intersection.
 
     References
     ----------
-    Nenartovich, Isakov, condition (10), weighted with the errors of the angles. That one fixed
-    place does not do, and that biases are errors, too, is the project's own addition.
+    Nenartovich, Isakov, condition (10), weighted with the errors of the angles. The requirement of
+    two sites, and the treatment of biases as errors, are the project's own.
     """
     bearings = plots.select(plots.kind == _BEARING)
     ranges = len(plots.time_s) - len(bearings.time_s)
@@ -119,19 +119,19 @@ def observability(
         length = float(np.linalg.norm(across))
         if not length > 0.0:
             continue
-        # The line of a bearing is turned against the one to the place by the difference of both.
+        # The line of a bearing is rotated against the line to the position by their difference.
         azimuth = bearings.azimuth_rad[bearings.sensor == sensor] - offsets[sensor] - seen[1]
         sine, cosine = np.sin(azimuth), np.cos(azimuth)
         n0, n1 = across / length
         normals = np.stack([cosine * n0 + sine * n1, cosine * n1 - sine * n0])
-        crossing += _known(normals, sensors.azimuth_sigma_rad[sensor], unknown[sensor])
+        crossing += _line_information(normals, sensors.azimuth_sigma_rad[sensor], unknown[sensor])
     least = float(np.linalg.eigvalsh(crossing)[0])
     return Observability(ranges, len(bearings.time_s), places, float(np.sqrt(max(least, 0.0))))
 
 
-# Σ n nᵀ/σ² of the lines of one source, less what its bias b hides: N (σ² I + b² 1 1ᵀ)⁻¹ Nᵀ by
-# Sherman and Morrison. However many there are, together they are no better than b.
-def _known(normals: Floats, sigma: float, bias_sigma: float) -> Floats:
+# Σ n nᵀ/σ² of the lines of one source, reduced for its bias b: N (σ² I + b² 1 1ᵀ)⁻¹ Nᵀ by Sherman
+# and Morrison. Any number of lines together is not more accurate than b.
+def _line_information(normals: Floats, sigma: float, bias_sigma: float) -> Floats:
     information = normals @ normals.T / sigma**2
     total = normals.sum(axis=1) / sigma**2
     hidden = bias_sigma**2 / (1.0 + normals.shape[1] * (bias_sigma / sigma) ** 2)

@@ -1,11 +1,11 @@
 """Plots of an aircraft as points in space with known covariances.
 
-The frame is that of the last plot: east and north on the plane that touches the ellipsoid at its
-foot, and the height. A level flight is therefore plane, however long; over 50 km the frame differs
+The frame is that of the last plot: east and north in the plane tangent to the ellipsoid at its
+foot, and the height. Level flight is therefore planar, however long; over 50 km the frame differs
 from a Cartesian one by 3e-5 of its horizontal lengths.
 
-Only plots have covariances that are known and errors that do not go together: the states of a
-filter share most of their plots with the states before them.
+Only plots have known covariances and uncorrelated errors: successive states of a filter share most
+of their plots.
 """
 
 from typing import NamedTuple
@@ -30,12 +30,12 @@ from multiradar.restoration.geometry._plot_position_kernels import locate_polar_
 
 Floats = NDArray[np.float64]
 
-# Kinds of measurement, as in `SensorTable.kinds`; bearings are no points.
+# Kinds of measurement, as in `SensorTable.kinds`; bearings are not points.
 _RADAR, _POSITION = 0, 1
 
 
 class Plots(NamedTuple):
-    """Plots of one aircraft, by ascending time; what is missing is NaN.
+    """Plots of one aircraft, by ascending time; missing values are NaN.
 
     Attributes
     ----------
@@ -57,17 +57,17 @@ class Plots(NamedTuple):
     height_m: Floats
 
     def select(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> "Plots":
-        """Return the chosen plots.
+        """Return selected plots.
 
         Parameters
         ----------
         rows : (k,) integers or (n,) bool
-            Which of them.
+            Rows to select.
 
         Returns
         -------
         Plots
-            In the order asked for.
+            In the order of the rows.
         """
         return Plots(**{name: column[rows] for name, column in self._asdict().items()})
 
@@ -94,46 +94,46 @@ class PlotPositions(NamedTuple):
 
 
 def plot_positions(plots: Plots, sensors: SensorTable, biases: ArrayLike) -> PlotPositions:
-    """Return plots as points, estimated biases taken off.
+    """Return plots as points, corrected for estimated biases.
 
     Parameters
     ----------
     plots : Plots
         The plots.
     sensors : SensorTable
-        Who measured them, and how well.
+        The sensors, with their accuracies.
     biases : (m, p) array_like
         Estimates for each sensor and kind of parameter, 0 where there is none: measured minus true.
 
     Returns
     -------
     PlotPositions
-        The plots that have a place: with a height, outside the cone of silence.
+        The plots with a position: with a height, outside the cone of silence.
 
     Raises
     ------
     PlaneError
-        If none has.
+        If no plot has a position.
 
     Notes
     -----
-    Heights by Mode C and heights reported with a position differ by the weather of the day and are
-    not mixed: those of radars are taken, or where they are fewer the reported ones. Their errors
-    are those of the steps in which they are told and of the transponder. A time offset moves a
-    plot along the path, which lies in the plane; it is not taken off. What is not known of biases
-    is common to the plots of a radar and not counted.
+    Mode C heights and heights reported with a position differ by the atmospheric pressure and are
+    not mixed: those of radars are used, or the reported ones if they are more. Their errors are
+    quantisation and the transponder. A time offset moves a plot along the path, which lies in the
+    plane; it is not corrected. The uncertainty of biases is common to the plots of a radar and not
+    included.
 
     References
     ----------
     IMM UrO RAN report (2016), equation (1.5), for the biases; the rest is the project's own.
     """
-    told = plots.select(np.isfinite(plots.height_m))
-    by_radar = told.kind == _RADAR
-    reported = told.kind == _POSITION
+    with_height = plots.select(np.isfinite(plots.height_m))
+    by_radar = with_height.kind == _RADAR
+    reported = with_height.kind == _POSITION
     kind = _RADAR if by_radar.sum() >= reported.sum() else _POSITION
-    chosen = told.select(told.kind == kind)
+    chosen = with_height.select(with_height.kind == kind)
     if not len(chosen.time_s):
-        raise PlaneError("TOO_FEW_POINTS", "expected plots with heights, was none")
+        raise PlaneError("TOO_FEW_POINTS", "no plot has a height")
     of_each = np.asarray(biases, np.float64)[chosen.sensor]
     polar = polar_without_biases(chosen.range_m, chosen.azimuth_rad, of_each)
     corrected = np.column_stack([*polar, chosen.height_m])
@@ -145,7 +145,7 @@ def plot_positions(plots: Plots, sensors: SensorTable, biases: ArrayLike) -> Plo
 
 
 def height_variance(height_m: Floats) -> float:
-    """Return the variance of heights of an aircraft, by the steps in which they are told.
+    """Return the variance of the heights of an aircraft, from their quantisation.
 
     Parameters
     ----------
@@ -155,8 +155,8 @@ def height_variance(height_m: Floats) -> float:
     Returns
     -------
     float
-        Of the steps and of the transponder, m²; heights all on steps of 100 ft are told in them,
-        others are finer.
+        Variance of quantisation and transponder, m²; the step is 100 ft if all heights are on such
+        steps, else finer.
     """
     beside = np.abs(height_m - COARSE_STEP_M * np.round(height_m / COARSE_STEP_M))
     step = COARSE_VARIANCE if bool((beside <= ROUNDING_M).all()) else FINE_VARIANCE
@@ -174,7 +174,7 @@ def _reported(plots: Plots, sensors: SensorTable, variance: float) -> PlotPositi
     return PlotPositions(frame, plots.time_s, positions, covariances)
 
 
-# The foot of the last plot that has one, found on the plane of its radar.
+# Foot of the last plot that has one, computed in the plane of its radar.
 def _frame(corrected: Floats, plots: Plots, sensors: SensorTable) -> SystemPlane:
     for row in range(len(corrected) - 1, -1, -1):
         sensor = plots.sensor[row]
@@ -187,7 +187,7 @@ def _frame(corrected: Floats, plots: Plots, sensors: SensorTable) -> SystemPlane
         if ok:
             foot = plane.to_geodetic(east, north)
             return SystemPlane(float(foot[0]), float(foot[1]))
-    raise PlaneError("TOO_FEW_POINTS", "expected plots that have a place, was none")
+    raise PlaneError("TOO_FEW_POINTS", "no plot has a position")
 
 
 def _seen(

@@ -1,9 +1,9 @@
-"""How well bearings of sources that move, and elevations, place an aircraft that flies straight.
+"""Position observability of an aircraft in straight flight, by moving sources and elevations.
 
-Lines of a source that moves cross in the sense of condition (10) also where source and aircraft
-both fly straight: twice as far and twice as fast all angles would be the same. So the velocity is
-looked for as well, and of elevations the height. The place is told by as many of its sigmas as it
-is off, which for lines from places that stand still is what (10) says in units of the errors.
+Lines of sight of a moving source satisfy condition (10) even if source and aircraft both fly
+straight, although twice the distance at twice the speed gives the same angles. So the velocity is
+estimated too, and with elevations the height. The result is the distance in units of the sigma of
+the position, which for fixed sites is condition (10) in units of the errors.
 """
 
 from typing import NamedTuple
@@ -24,64 +24,63 @@ from multiradar.restoration.geometry.plot_positions import Plots
 
 Floats = NDArray[np.float64]
 
-#: What is known of each component of a velocity beforehand, m/s: aircraft fly no faster.
+#: Prior sigma of each component of the velocity, m/s.
 SPEED_SIGMA_MPS = 300.0
-# Nothing is known of a height below this information, 1/m²; above, it is the prior of a height.
+# Information of an unknown height, 1/m².
 _NO_HEIGHT = 1e-12
 # Kind of measurement without a range, as in `SensorTable.kinds`.
 _BEARING = 2
 
 
 class Sightings(NamedTuple):
-    """What measurements tell beside azimuths, and where the aircraft was taken to be.
+    """Elevations and source positions of measurements, and assumed positions of the aircraft.
 
     Attributes
     ----------
     elevation_rad : (n,) float64
         Elevation, NaN for none.
     sources : (n, 3) float64
-        Latitude, longitude (rad) and height (m) of a source that moves, NaN for others.
-    ways : (n, 3) float64
+        Latitude, longitude (rad) and height (m) of a moving source, NaN for others.
+    positions : (n, 3) float64
         The same of the aircraft.
     """
 
     elevation_rad: Floats
     sources: Floats
-    ways: Floats
+    positions: Floats
 
 
 def crossing_in_straight_flight(
     plots: Plots,
-    told: Sightings,
+    directions: Sightings,
     sensors: SensorTable,
     place: tuple[float, float, float],
     bias_sigma_rad: Floats,
 ) -> float:
-    """Return how many sigmas of the place the nearest source is off.
+    """Return the distance of the nearest source in units of the sigma of the position.
 
     Parameters
     ----------
     plots : Plots
-        What was measured, by ascending time; bearings are looked at.
-    told : Sightings
-        What they tell beside azimuths.
+        Measurements by ascending time; only bearings are used.
+    directions : Sightings
+        Elevations and source positions of the measurements.
     sensors : SensorTable
-        By whom.
+        The sensors.
     place : tuple of float
-        Latitude and longitude, rad, and height, m, of the aircraft at the end.
+        Latitude and longitude, rad, and height, m, of the aircraft at the last measurement.
     bias_sigma_rad : (m,) ndarray
-        Standard deviation of what is not known of the azimuth bias of each sensor; 0 where it is
-        known.
+        Standard deviation of the azimuth bias of each sensor; 0 if it is known.
 
     Returns
     -------
     float
-        0 where the bearings leave the place open.
+        0 if the bearings do not determine the position.
 
     References
     ----------
-    Nenartovich, Isakov, condition (10), with the velocity and the biases among the unknown; the
-    project's own.
+    Nenartovich, Isakov, condition (10); velocity and biases as further unknowns are the project's
+    own.
     """
     frame = SystemPlane(place[0], place[1])
     own = np.flatnonzero(plots.kind == _BEARING)
@@ -95,11 +94,17 @@ def crossing_in_straight_flight(
     nearest = np.inf
     for row in own.tolist():
         sensor = int(plots.sensor[row])
-        site = _site(frame, sensors, sensor, told.sources[row])
+        site = _site(frame, sensors, sensor, directions.sources[row])
         sigmas = sensors.azimuth_sigma_rad[sensor], sensors.elevation_sigma_rad[sensor]
-        slopes = _slopes(frame, site, told.ways[row], sigmas, not np.isnan(told.elevation_rad[row]))
+        slopes = _slopes(
+            frame,
+            site,
+            directions.positions[row],
+            sigmas,
+            not np.isnan(directions.elevation_rad[row]),
+        )
         ago = plots.time_s[row] - plots.time_s[-1]
-        # The bias turns the azimuth, which comes first; elevations have none.
+        # The bias affects the azimuth, the first row; elevations have none.
         turned = np.zeros((len(slopes), len(biased)))
         if sensor in biased:
             turned[0, biased.index(sensor)] = 1.0 / sigmas[0]
@@ -117,7 +122,7 @@ def _site(frame: SystemPlane, sensors: SensorTable, sensor: int, moved: Floats) 
     return geodesy.site_parameters(frame.parameters, latitude, longitude, height)
 
 
-# Derivatives of azimuth and, where it is there, of the sine of the elevation, by east, north and
+# Derivatives of azimuth and, if measured, of the sine of the elevation, by east, north and
 # height, over their sigmas.
 def _slopes(
     frame: SystemPlane, site: Floats, way: Floats, sigmas: tuple[float, float], elevated: bool
@@ -134,7 +139,7 @@ def _slopes(
     return np.concatenate([azimuth, elevation])
 
 
-# Of the place, in its worst direction; infinite where it is open.
+# Largest sigma of the position; infinite if undetermined.
 def _sigma(information: Floats) -> float:
     scale = np.sqrt(np.where(np.diag(information) > 0.0, np.diag(information), 1.0))
     scaled = information / np.outer(scale, scale)

@@ -109,7 +109,7 @@ def test_one_radar_with_a_true_clock_shows_how_late_the_others_are() -> None:
 @pytest.mark.parametrize("name", [name for name in FILTERS if name != "two-stage"])
 def test_filters_that_would_be_sure_of_it_refuse_a_time_offset(name: str) -> None:
     made = scene(0, density=0.1, anchored=True)
-    with pytest.raises(ConfigurationError, match=f"expected the filter two-stage .* was {name}"):
+    with pytest.raises(ConfigurationError, match=f"filter: expected two-stage .* was {name}"):
         Engine(made.sensors, TrackingSettings(filter_name=name))
 
 

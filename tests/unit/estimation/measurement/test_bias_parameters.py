@@ -85,5 +85,5 @@ def test_what_is_no_number_or_does_not_go_together_is_refused() -> None:
         bias_matrix(["range"], 1.0, 0.0, 0.0)
     with pytest.raises(ShapeError, match=r"range rate: expected numbers, was 'fast'"):
         bias_matrix([0], 1.0, "fast", 0.0)
-    with pytest.raises(ShapeError, match=r"go together, was of the shapes \(2,\), \(3,\), \(\)"):
+    with pytest.raises(ShapeError, match=r"broadcast, was of the shapes \(2,\), \(3,\), \(\)"):
         bias_matrix([0], [1.0, 2.0], [0.0, 0.0, 0.0], 0.0)

@@ -43,5 +43,5 @@ def test_many_places_at_once() -> None:
 
 
 def test_at_the_radar_there_is_no_direction() -> None:
-    with pytest.raises(ShapeError, match="away from the radar"):
+    with pytest.raises(ShapeError, match="a distance from the radar"):
         cartesian_bias_matrix(SITE, SITE)

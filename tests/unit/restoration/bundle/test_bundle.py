@@ -180,7 +180,7 @@ def test_what_is_no_plot_is_told() -> None:
     bundle.push(5.0, [0.0, 0.0], NOISE)
     with pytest.raises(TimeOrderError, match=r"expected a time of 5.0 s or later, was 4.0 s"):
         bundle.push(4.0, [0.0, 0.0], NOISE)
-    with pytest.raises(ShapeError, match="places of plots: expected finite numbers"):
+    with pytest.raises(ShapeError, match="positions of plots: expected finite numbers"):
         bundle.push(6.0, [np.nan, 0.0], NOISE)
     with pytest.raises(CovarianceError, match="covariances of plots"):
         bundle.push(6.0, [0.0, 0.0], np.array([[1.0, 2.0], [2.0, 1.0]]))

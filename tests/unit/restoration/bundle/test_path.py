@@ -149,6 +149,6 @@ def test_tracks_of_which_no_covariance_can_be_computed_are_refused(bundle: Bundl
         lambda: path_of(tracks, weights, window, np.array([100.0]), memory),
         lambda: final_states_of(tracks, weights, window, memory),
     ):
-        with pytest.raises(TrajectoryError, match="with a covariance, was none") as error:
+        with pytest.raises(TrajectoryError, match="trajectories has a covariance") as error:
             call()
         assert error.value.code == "NO_COVARIANCE"

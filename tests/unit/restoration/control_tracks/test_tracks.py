@@ -91,7 +91,7 @@ def test_what_is_no_measurement_track_is_told() -> None:
     assert len(measurement_track(times, places, noise, radar)) == 3
     with pytest.raises(TimeOrderError, match=r"expected a time of 1.0 s or later, was 0.5 s"):
         measurement_track([0.0, 1.0, 0.5], places, noise, radar)
-    with pytest.raises(ShapeError, match="places of plots"):
+    with pytest.raises(ShapeError, match="positions of plots"):
         measurement_track(times, places[:2], noise, radar)
     with pytest.raises(ShapeError, match="times of plots"):
         measurement_track([0.0, np.inf, 2.0], places, noise, radar)

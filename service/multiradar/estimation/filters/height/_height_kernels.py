@@ -1,14 +1,15 @@
-"""Compiled filter of height and rate of climb, and of the height of an aircraft that tells none.
+"""Compiled filter of height and rate of climb, and of the height of aircraft that report none.
 
-Heights that are heard, in steps: a state (h, r) moves on with a white vertical acceleration and
-takes the middle of each step with the variance of an even spread over the step. While an aircraft
-flies level the error is the same plot after plot, so no average makes it less than that.
+Reported heights are quantised: the state (h, r) has a white vertical acceleration and is updated
+with the middle of each quantisation step, with the variance of a uniform distribution over the
+step. In level flight the quantisation error is the same at every plot, so averaging does not
+reduce it.
 
-Heights that are not heard: the height ĥ is one more bias of that aircraft alone, of which the
-position of the filter is a function, χ(h) = χ(ĥ) + v (h − ĥ). With whatever gain K the filter has,
-v ← A v, v ← v − K (H v + s) with s = slope of the slant range with height, and an innovation sees
-h − ĥ with u = H v + s: from one radar position makes up for height, u = 0, and nothing is learnt;
-two radars that see the aircraft at different elevations tell it.
+Without reported heights: the height ĥ is one more bias of that aircraft alone, and the position of
+the filter depends on it, χ(h) = χ(ĥ) + v (h − ĥ). For any gain K of the filter v ← A v and
+v ← v − K (H v + s), with s = derivative of the slant range by the height; the innovation depends on
+h − ĥ by u = H v + s. With one radar the position compensates the height, u = 0, and the height is
+unobservable; two radars at different elevations determine it.
 
 Symbols: h, r = height (m) and rate of climb (m/s), p00 p01 p11 = their covariance, R = variance of
 a height as measured, S = p00 + R.
@@ -17,8 +18,8 @@ References
 ----------
 Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and Navigation",
 Wiley 2001, equation (6.2.2-4), for the motion; Friedland, B., "Treatment of bias in recursive
-filtering", IEEE TAC 14 (1969), 359-367, for v. Steps, doubts and kinds of height are the project's
-own.
+filtering", IEEE TAC 14 (1969), 359-367, for v. Quantisation, outlier tests and kinds of height are
+the project's own.
 """
 
 from math import floor
@@ -50,81 +51,81 @@ RATE = 0
 P00 = 1
 P01 = 2
 P11 = 3
-# Bit s: sensor s, modulo `SENSOR_BITS`, was heard to give heights finer than 100 ft.
+# Bit s: sensor s, modulo `SENSOR_BITS`, has reported heights finer than 100 ft.
 FINE = 4
 SOURCE = 5
-# Heights taken so far, up to `CONFIRMED`; negative: consistent ones that were doubted in a row.
+# Accepted heights, up to `CONFIRMED`; negative: consecutive mutually consistent outliers.
 COUNT = 6
-# When the height was last heard, s.
+# Time of the last accepted height, s.
 HEARD = 7
-# The last height that was doubted, and when.
+# The last outlier, and its time.
 DOUBTED = 8
 DOUBTED_AT = 9
-# v, and the height of an aircraft that tells none with its variance.
+# v, and the estimated height of an aircraft that reports none, with its variance.
 BY_HEIGHT = 10
 GUESS = 14
 GUESS_VARIANCE = 15
 VERTICAL_COUNT = 16
 
-# In `SOURCE`: what the height is. Mode C is a pressure altitude, what is reported with a position
-# may be geometric, hundreds of metres off: the two are not mixed.
+# In `SOURCE`: the kind of height. Mode C is a pressure altitude; the height of a reported position
+# may be geometric, hundreds of metres different. The two are not mixed.
 REPORTED = 1.0
 MODE_C = 2.0
-# So long, s, after the last Mode C a reported height takes its place.
+# Time after the last Mode C height until a reported height replaces it, s.
 MODE_C_KEPT_S = 60.0
 
 SENSOR_BITS = 32
 FOOT_M = 0.3048
 COARSE_STEP_M = 100.0 * FOOT_M
 FINE_STEP_M = 25.0 * FOOT_M
-# Recordings round heights to metres at worst: nearer than this to a step, m, a height is on it.
+# Recordings round heights to metres at worst: tolerance of a height on a step, m.
 ROUNDING_M = 0.51
-# What the transponder errs by beside its steps, from reply to reply, m.
+# Transponder error from reply to reply beside quantisation, m.
 TRANSPONDER_SIGMA_M = 2.0
 TRANSPONDER_VARIANCE = TRANSPONDER_SIGMA_M * TRANSPONDER_SIGMA_M
 COARSE_VARIANCE = COARSE_STEP_M * COARSE_STEP_M / 12.0
 FINE_VARIANCE = FINE_STEP_M * FINE_STEP_M / 12.0
-# Density of the vertical acceleration, m²/s³: levelling off by 0.1 g is followed within 10 s.
+# Density of the vertical acceleration, m²/s³: follows levelling off at 0.1 g within 10 s.
 CLIMB_DENSITY = 0.5
-# Rate of climb of an aircraft of which one height was heard, m/s; it is told from 5 m/s on.
+# Prior sigma of the rate of climb, m/s, and the sigma below which the rate is reported.
 RATE_SIGMA_MPS = 12.0
 RATE_SIGMA_MAX_MPS = 5.0
-# Memory of the filter, s: steps that the aircraft flies through faster average out.
+# Time constant of the filter, s: steps passed in less time average out.
 MEMORY_S = 8.0
-# By how much the lasting variance falls with the rate of climb, m²/(m/s): to nothing where a step
-# is flown through within the memory.
+# Decrease of the persistent variance with the rate of climb, m²/(m/s): to zero where a step is
+# passed within the time constant.
 COARSE_LOSS = COARSE_VARIANCE * MEMORY_S / COARSE_STEP_M
 FINE_LOSS = FINE_VARIANCE * MEMORY_S / FINE_STEP_M
-# A height farther off than five sigmas is doubted, and what a climb that begins or ends at 0.2 g
-# makes since the last plot, at most some 200 ft, m/s² and m; so many that agree are believed.
+# A height is an outlier beyond five sigmas plus the effect of a vertical manoeuvre of 0.2 g since
+# the last plot, at most some 200 ft (m/s² and m). Three consistent outliers initialise it again.
 DOUBT_SQUARED = 25.0
 HALF_PULL_MPS2 = 1.0
 PULL_MAX_M = 60.0
 CONFIRMED = 2.0
 BELIEVED = -3.0
-# Two doubted heights agree when no aircraft climbs faster than this between them, m/s.
+# Two outliers are consistent if the rate of climb between them is below this, m/s.
 CLIMB_MAX_MPS = 40.0
 
-# How fast a height that is not heard gets lost, m²/s: most aircraft fly level, some climb.
+# Growth of the variance of an unreported height, m²/s: most aircraft fly level, some climb.
 GUESS_DENSITY = 1000.0
-# A guessed height is told when its sigma, m, is below this.
+# An estimated height is reported when its sigma, m, is below this.
 GUESS_SIGMA_MAX_M = 1000.0
 
-# What a plot says of the height, `Look[0]`.
+# Result of the check of a height, `HeightCheck[0]`.
 NOTHING = 0
 ACCEPTED = 1
 INITIATED = 2
 REJECTED_HEIGHT = 3
 EXACT = 4
 
-# Verdict, height and its variance for the slant range.
+# Result, height and its variance for the slant range.
 HeightCheck = tuple[int, float, float]
 
-# An error of the height that a plot's range takes over for good, over its noise: with less than a
-# hundredth, as variances, a hundred plots of an aircraft speak about the biases before their sum
-# claims twice of what they know.
+# Maximum ratio of the variance of the range caused by the height to that of the noise. At 0.01 a
+# hundred plots of an aircraft contribute to the biases before their information is overstated by a
+# factor of two.
 INFORMING_RATIO = 0.01
-# The same of an elevation, which reaches the biases of azimuths only by way of the place.
+# The same for an elevation, which affects the biases of azimuths only through the position.
 ELEVATION_INFORMING_RATIO = 0.1
 
 
@@ -137,20 +138,20 @@ def on_coarse_step(measured: float) -> bool:
 
 @in_loop
 def gives_fine(s: int, marks: float) -> bool:
-    """Return whether sensor s was heard to give heights in finer steps."""
+    """Return whether sensor s has reported heights in finer steps."""
     return (int(marks) >> (s & (SENSOR_BITS - 1))) & 1 == 1
 
 
 @in_loop
 def step_variance(measured: float, s: int, marks: float) -> float:
-    """Return the variance of the steps that sensor s hears a height in: 100 ft until finer."""
+    """Return the quantisation variance of sensor s: steps of 100 ft until it reports finer ones."""
     fine = gives_fine(s, marks) or not on_coarse_step(measured)
     return FINE_VARIANCE if fine else COARSE_VARIANCE
 
 
 @in_loop
 def reset_height(k: int, heights: Floats, vertical: Floats) -> None:
-    """Leave nothing of what was known of the height of aircraft k."""
+    """Discard the height of aircraft k."""
     heights[k] = np.nan
     for column in range(VERTICAL_COUNT):
         vertical[k, column] = 0.0
@@ -170,12 +171,12 @@ def check_height(
     vertical: Floats,
     options: Floats,
 ) -> tuple[int, float, float]:
-    """Return what the height of aircraft k is with a plot, dt after its state; changes nothing.
+    """Return the height of aircraft k for a plot, dt after its state; changes nothing.
 
-    ``turn`` is that of the row. The filter takes the plot at this height with this variance, and
-    `update_height` keeps it if the plot is taken.
+    ``action`` is that of the row. The filter processes the plot at this height with this variance;
+    `update_height` stores it if the plot is accepted.
     """
-    # Before the start there is no interval.
+    # Before initiation there is no interval.
     known = not np.isnan(heights[k] + dt)
     starts = action in (STARTED, RESTARTED)
     if options[EXACT_HEIGHTS] != 0.0:
@@ -202,7 +203,7 @@ def evaluate_height(
     kind: int, measured: float, variance: float, time: float, dt: float, k: int, heights: Floats,
     vertical: Floats,
 ) -> int:  # fmt: skip
-    """Return what becomes of a height of a variance, aircraft k being under way."""
+    """Return the result of the check of a height of an initiated aircraft k."""
     height, spread = moved_height(dt, k, heights, vertical)
     e = max(0.0, abs(measured - height) - min(HALF_PULL_MPS2 * dt * dt, PULL_MAX_M))
     source = REPORTED if kind == KIND_POSITION else MODE_C
@@ -218,9 +219,9 @@ def evaluate_height(
 
 @in_loop
 def lasting_variance(k: int, vertical: Floats) -> float:
-    """Return how much of the variance of steps lasts: all of it in level flight.
+    """Return the persistent part of the quantisation variance: all of it in level flight.
 
-    The error changes from step to step; what lasts less than the memory of the filter averages out.
+    The error changes from step to step and averages out within the time constant of the filter.
     """
     fine = vertical[k, FINE] != 0.0
     whole = FINE_VARIANCE if fine else COARSE_VARIANCE
@@ -233,7 +234,7 @@ def lasting_variance(k: int, vertical: Floats) -> float:
 def guess_height(
     starts: bool, dt: float, k: int, vertical: Floats, options: Floats
 ) -> tuple[float, float]:
-    """Return the height of an aircraft that tells none, and its variance."""
+    """Return the height of an aircraft that reports none, and its variance."""
     prior = options[ASSUMED_HEIGHT_SIGMA] * options[ASSUMED_HEIGHT_SIGMA]
     height, variance = vertical[k, GUESS], vertical[k, GUESS_VARIANCE] + GUESS_DENSITY * dt
     if starts or np.isnan(height):
@@ -253,14 +254,14 @@ def moved_height(dt: float, k: int, heights: Floats, vertical: Floats) -> tuple[
 
 @in_loop
 def predicted_height(dt: float, k: int, heights: Floats, vertical: Floats) -> tuple[float, float]:
-    """Return the height dt after the state, and its variance with what lasts of the steps."""
+    """Return the height dt after the state, and its variance, at least the persistent part."""
     height, variance = moved_height(dt, k, heights, vertical)
     return height, max(variance, lasting_variance(k, vertical))
 
 
 @in_loop
 def doubts(measured: float, time: float, k: int, vertical: Floats) -> float:
-    """Return minus the number of heights that are doubted and agree, this one included."""
+    """Return minus the number of consecutive consistent outliers, this one included."""
     count = -1.0
     if vertical[k, COUNT] < 0.0:
         apart = CLIMB_MAX_MPS * (time - vertical[k, DOUBTED_AT]) + 2.0 * COARSE_STEP_M
@@ -282,9 +283,9 @@ def update_height(
     vertical: Floats,
     options: Floats,
 ) -> None:
-    """Move the height of aircraft k on by dt, and correct it as `check_height` said.
+    """Predict the height of aircraft k by dt, and update it by the result of `check_height`.
 
-    That is for a plot that is taken; one that is not says `NOTHING`.
+    For accepted plots only; see `coast_height` for others.
     """
     result, height, variance = check
     if result == EXACT:
@@ -319,7 +320,7 @@ def update_height(
         vertical[k, DOUBTED] = measured
         vertical[k, DOUBTED_AT] = time
     elif not vertical[k, P00] <= options[ASSUMED_HEIGHT_SIGMA] * options[ASSUMED_HEIGHT_SIGMA]:
-        # Less is known than of an aircraft that tells nothing.
+        # The variance exceeds the prior of an aircraft without reported heights.
         reset_height(k, heights, vertical)
 
 
@@ -327,9 +328,9 @@ def update_height(
 def initialise_height(
     kind: int, measured: float, variance: float, k: int, heights: Floats, vertical: Floats
 ) -> None:
-    """Begin the height of aircraft k at one that was heard."""
+    """Initialise the height of aircraft k at a reported one."""
     source = REPORTED if kind == KIND_POSITION else MODE_C
-    # Another kind of height may be far off: the rate of climb is the same.
+    # Another kind of height may differ much, but has the same rate of climb.
     if np.isnan(heights[k]) or source == vertical[k, SOURCE]:
         vertical[k, RATE] = 0.0
         vertical[k, P11] = RATE_SIGMA_MPS * RATE_SIGMA_MPS
@@ -337,13 +338,13 @@ def initialise_height(
     vertical[k, P00] = variance
     vertical[k, P01] = 0.0
     vertical[k, SOURCE] = source
-    # Two that were doubted agree with it.
+    # Two outliers are consistent with it.
     vertical[k, COUNT] = CONFIRMED if vertical[k, COUNT] <= BELIEVED + 1.0 else 1.0
 
 
 @in_loop
 def predict_height(dt: float, k: int, heights: Floats, vertical: Floats) -> None:
-    """Move the height of aircraft k on by dt."""
+    """Predict the height of aircraft k by dt."""
     p01, p11 = vertical[k, P01], vertical[k, P11]
     q = CLIMB_DENSITY * dt
     heights[k] += dt * vertical[k, RATE]
@@ -354,7 +355,7 @@ def predict_height(dt: float, k: int, heights: Floats, vertical: Floats) -> None
 
 @in_loop
 def coast_height(dt: float, k: int, heights: Floats, vertical: Floats, options: Floats) -> None:
-    """Move the height of aircraft k on by dt, its plot not being taken."""
+    """Predict the height of aircraft k by dt after a rejected plot."""
     if options[EXACT_HEIGHTS] != 0.0:
         return
     if np.isnan(heights[k]):
@@ -369,7 +370,7 @@ def coast_height(dt: float, k: int, heights: Floats, vertical: Floats, options: 
 
 @in_loop
 def height_variance(k: int, vertical: Floats) -> float:
-    """Return the variance of the height that was heard, 0 where heights are exact."""
+    """Return the variance of the reported height, 0 where heights are exact."""
     variance = 0.0
     if vertical[k, COUNT] != 0.0:
         variance = max(vertical[k, P00], lasting_variance(k, vertical))
@@ -378,7 +379,7 @@ def height_variance(k: int, vertical: Floats) -> float:
 
 @in_loop
 def reportable_rate(k: int, vertical: Floats) -> float:
-    """Return the rate of climb, NaN while it is as good as unknown."""
+    """Return the rate of climb, NaN while its sigma is too large to report."""
     reportable = (
         vertical[k, COUNT] != 0.0 and vertical[k, P11] <= RATE_SIGMA_MAX_MPS * RATE_SIGMA_MAX_MPS
     )
@@ -387,7 +388,7 @@ def reportable_rate(k: int, vertical: Floats) -> float:
 
 @in_loop
 def reportable_guess(k: int, vertical: Floats, options: Floats) -> float:
-    """Return the height of an aircraft that tells none, NaN while it is as good as unknown."""
+    """Return the estimated height, NaN while its sigma is too large to report."""
     sigma = min(GUESS_SIGMA_MAX_M, 0.5 * options[ASSUMED_HEIGHT_SIGMA])
     reportable = vertical[k, GUESS_VARIANCE] <= sigma * sigma
     return vertical[k, GUESS] if reportable else np.nan
@@ -398,11 +399,11 @@ def height_informs(
     check: HeightCheck, kind: int, z0: float, k: int, s: int, heights: Floats, vertical: Floats,
     noises: Floats,
 ) -> bool:  # fmt: skip
-    """Return whether the height is known well enough for a plot to speak about the biases.
+    """Return whether the height is accurate enough for a plot to contribute to the biases.
 
-    An unknown height is wrong by the same amount plot after plot, and so is the range. Only the
-    slant range of a radar and an elevation depend on it. One height alone, or a doubted one, is not
-    enough.
+    The error of an unknown height is the same at every plot, and so is that of the range. Only the
+    slant range of a radar and an elevation depend on the height. A single height, or an outlier, is
+    not enough.
     """
     result, height, variance = check
     informs = True
@@ -426,9 +427,9 @@ def height_informs(
 
 @in_loop
 def slant_of_direction(sine: float, rise: float) -> float:
-    """Return how far off what is seen at a sine of the elevation is ``rise`` above the source.
+    """Return the slant range at a sine of the elevation to a point ``rise`` above the source.
 
-    The nearer place of two where that is below the source; NaN or negative where it can be nowhere.
+    The nearer of two points if it is below the source; NaN or negative if there is none.
     """
     drop = 0.5 * EARTH_DIAMETER_M * sine
     half: float = np.sqrt(drop * drop + rise * (EARTH_DIAMETER_M + rise))

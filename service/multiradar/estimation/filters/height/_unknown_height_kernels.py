@@ -1,14 +1,14 @@
-"""Compiled estimate of the height of an aircraft that tells none, by what several radars see.
+"""Compiled estimate of the height of an aircraft that reports none, from several radars.
 
-See `_height_kernels` for the idea and the symbols. With the gain K = P Hᵀ S⁻¹ of a filter that
-moves on as this one does, v follows whatever filter is in use closely enough; the innovation e has
-the covariance H P Hᵀ + W + J P_ς Jᵀ beside what the height does to it.
+See `_height_kernels` for the method and the symbols. The gain K = P Hᵀ S⁻¹ of a filter with the
+same prediction approximates the sensitivity v closely enough for any filter in use; the innovation
+e has the covariance H P Hᵀ + W + J P_ς Jᵀ beside the effect of the height.
 
 References
 ----------
 Friedland, B., "Treatment of bias in recursive filtering", IEEE TAC 14 (1969), 359-367, with the
-height as the bias; that errors of a radar's biases last, and bound the variance, is the project's
-own.
+height as the bias; the lower bound of the variance by the persistent errors of radar biases is the
+project's own.
 """
 
 import numpy as np
@@ -48,13 +48,13 @@ from multiradar_compiled.kernels import in_loop, kernel
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# Places of what is learnt: change of the height, its variance afterwards, v afterwards.
+# Elements of the estimate: change of the height, its variance afterwards, v afterwards.
 HEIGHT_ESTIMATE_COUNT = 6
 
-# An elevation changes less than that with the height, 1/m, where it means anything.
+# Maximum derivative of the sine of an elevation by the height, 1/m, for an update.
 STEEP_MAX = 0.1
 
-# An innovation that is farther off than four sigmas along u says nothing of the height.
+# An innovation beyond four sigmas along u does not update the height.
 ASTRAY_SQUARED = 16.0
 
 
@@ -81,7 +81,7 @@ def estimate_height(
     vertical: Floats,
     estimate: Floats,
 ) -> None:
-    """Fill in what a plot says of the height of aircraft k, dt after its state.
+    """Compute the update of the height of aircraft k by a plot, dt after its state.
 
     ``density`` is that of the acceleration on each axis, m²/s³.
     """
@@ -109,7 +109,7 @@ def estimate_height(
         e1 = wrap_angle(e1)
     if kind == KIND_DIRECTION:
         slope = sine_by_height(p0, ground)
-        # Written so that NaN fails it: straight up, or at the source, no elevation is told.
+        # Written so that NaN fails: an elevation is undefined straight up and at the source.
         if not (abs(e0) <= 2.0 and abs(slope) < STEEP_MAX and azimuth_is_sound(h[2], h[3], w[2])):
             estimate[0], estimate[1] = 0.0, variance
             estimate[2], estimate[3], estimate[4], estimate[5] = v0, v1, v2, v3
@@ -131,8 +131,8 @@ def estimate_height(
     u1 = h[2] * v0 + h[3] * v1
     lasting = b00
     if kind == KIND_DIRECTION:
-        # Elevations alone tell heights (see below of azimuths), as far as the place is known: what
-        # that is wrong by is the same time after time.
+        # Only elevations determine heights (see below for azimuths), as accurately as the position
+        # is known, whose error persists.
         lasting = n00 + spread_of_row(k, h[0], h[1], sensitivities, bias_covariance)
         spread = lasting + w[0]
         i00, i01, i11 = 1.0 / spread if spread > 0.0 else 0.0, 0.0, 0.0
@@ -147,15 +147,15 @@ def estimate_height(
     ):  # NaN fails this.
         least = variance / (1.0 + information * variance)
         change = least * weighted
-        # The error of a radar's bias is the same plot after plot.
+        # The error of a radar's bias is the same at every plot.
         remaining = max(least, min(variance, lasting / max(u0 * u0, TINY_SQUARED)))
-    # The filter takes the range at this height with its variance.
+    # The filter processes the range at this height with its variance.
     if kind == KIND_BEARING:
-        # The bias of an azimuth passes for a height.
+        # The bias of an azimuth is indistinguishable from a height.
         change, remaining = 0.0, variance
     i00, i01, i11 = inverse(n00 + w[0] + slope * slope * variance, n01 + w[1], n11 + w[2])
     if kind == KIND_DIRECTION:
-        # The filter takes the azimuth alone: `used_as`.
+        # The filter uses the azimuth alone: `used_as`.
         i00, i01, i11 = 0.0, 0.0, 1.0 / (n11 + w[2])
     K = gain_of(G, i00, i01, i11)
     estimate[0] = change
@@ -168,7 +168,7 @@ def estimate_height(
 
 @in_loop
 def azimuth_is_sound(h0: float, h1: float, variance: float) -> bool:
-    """Return whether an azimuth is defined, with a variance."""
+    """Return whether an azimuth is defined and has a variance."""
     return variance > 0.0 and h0 * h0 + h1 * h1 < np.inf
 
 
@@ -176,7 +176,7 @@ def azimuth_is_sound(h0: float, h1: float, variance: float) -> bool:
 def spread_of_row(
     k: int, h0: float, h1: float, sensitivities: Floats, bias_covariance: Floats
 ) -> float:
-    """Return what the biases that are not known add to the variance of h χ of aircraft k."""
+    """Return the contribution of the uncertain biases to the variance of h χ of aircraft k."""
     total = 0.0
     n = sensitivities.shape[2]
     for c in range(n):
@@ -189,16 +189,16 @@ def spread_of_row(
 
 @in_loop
 def used_as(kind: int, check: HeightCheck, height: float) -> int:
-    """Return as what a filter takes a measurement of an aircraft of this height, NaN for none.
+    """Return the kind as which a filter uses a measurement, given the height (NaN for none).
 
-    The elevation of one that tells no height is taken for its height, and then not for its range
-    as well: what it would say of that is what it says of the other.
+    The elevation of an aircraft without a reported height determines its height, and is then not
+    used for its range again: both would use the same information.
     """
     unheard = check[0] == NOTHING and np.isnan(height)
     return KIND_BEARING if kind == KIND_DIRECTION and unheard else kind
 
 
-# Square of a derivative of the range by the height that is as good as none.
+# Square of a negligible derivative of the range by the height.
 TINY_SQUARED = 1e-12
 
 
@@ -213,7 +213,7 @@ def initialise_height_sensitivity(
     H: Floats,
     vertical: Floats,
 ) -> None:
-    """Set v of an aircraft that was begun at a plot, H being the derivative of that: H v = −s."""
+    """Set v of an aircraft initiated at a plot with the derivative H: H v = −s."""
     slope = 0.0
     if kind == KIND_RADAR and check[0] == NOTHING:
         slope = range_slope(check[1], z0, noises[s, 3])
@@ -228,7 +228,7 @@ def initialise_height_sensitivity(
 
 @in_loop
 def first_height_change(check: HeightCheck, k: int, heights: Floats, vertical: Floats) -> float:
-    """Return by how much the first height that is heard is above the one guessed, and guess it."""
+    """Return the first reported height minus the estimated one, which it replaces."""
     change = 0.0
     if check[0] == INITIATED and np.isnan(heights[k]) and not np.isnan(vertical[k, GUESS]):
         change = check[1] - vertical[k, GUESS]
@@ -238,7 +238,7 @@ def first_height_change(check: HeightCheck, k: int, heights: Floats, vertical: F
 
 @in_loop
 def store_height_estimate(estimate: Floats, k: int, vertical: Floats) -> None:
-    """Take over what was learnt of the height; `shift_with_height` moves the position along."""
+    """Store the estimate of the height; `shift_with_height` moves the position accordingly."""
     vertical[k, GUESS] += estimate[0]
     vertical[k, GUESS_VARIANCE] = estimate[1]
     for i in range(4):
@@ -247,6 +247,6 @@ def store_height_estimate(estimate: Floats, k: int, vertical: Floats) -> None:
 
 @in_loop
 def shift_with_height(change: float, k: int, row: int, vertical: Floats, means: Floats) -> None:
-    """Move the state in a row of means to where it is when aircraft k is higher by a change."""
+    """Shift the state in a row of means for a change of the height of aircraft k."""
     for i in range(4):
         means[row, i] += change * vertical[k, BY_HEIGHT + i]

@@ -1,15 +1,15 @@
 """Compiled correction of interacting modes, each with the two-stage form.
 
 Symbols beside those of `_kernels`, `_two_stage_kernels` and `_mode_kernels`: r = innovation at the
-published biases, L = likelihood of a mode. What a plot says of the biases is that of one Gaussian
-with the moments of the mixture: U = Σ c U_j, ν = Σ c ν_j, S = Σ c (S_j + (r_j − r) (r_j − r)ᵀ), so
-that a plot by which the modes differ says less.
+published biases, L = likelihood of a mode. A plot informs about the biases as one Gaussian with the
+moments of the mixture: U = Σ c U_j, ν = Σ c ν_j, S = Σ c (S_j + (r_j − r) (r_j − r)ᵀ), so that a
+plot about which the modes differ informs less.
 
 References
 ----------
 Blom, H. A. P., Bar-Shalom, Y., "The interacting multiple model algorithm for systems with
 Markovian switching coefficients", IEEE Transactions on Automatic Control 33 (1988), 780-783: the
-probabilities. The project's own: what interacting modes say of shared biases.
+probabilities. The information of interacting modes about common biases is the project's own.
 """
 
 import math
@@ -75,7 +75,7 @@ Integers = NDArray[np.int64]
 Triple = tuple[float, float, float]
 Mixture = tuple[float, float, float, float, float]
 Pair = tuple[Lanes, Lanes]
-# What is seen from the modes: r, ν, H, N = H P Hᵀ, W, the measurement as expected, ground range.
+# Measurement of each mode: r, ν, H, N = H P Hᵀ, W, expected measurement, ground range.
 Seen = tuple[Pair, Pair, SlopeOf[Lanes], NoiseOf[Lanes], NoiseOf[Lanes], Pair, Lanes]
 
 
@@ -88,10 +88,10 @@ def correct_modes(
     fading_nis: Floats, scratch: Floats, mode_U: Floats, U: Floats, R: Floats, Y: Floats, y: Floats,
     innovations: Floats, row: int,
 ) -> tuple[int, Lanes, State, State, Covariances]:  # fmt: skip
-    """Correct the modes of aircraft k, moved to the time of a measurement by sensor s.
+    """Update the modes of aircraft k, predicted to the time of a measurement by sensor s.
 
-    Returns what became of the measurement, and μ, a, x and P afterwards. ``passed`` is c.
-    ``informs`` says whether it may speak about the biases.
+    Returns the outcome, and μ, a, x and P afterwards. ``predicted`` is c. With ``informs`` the
+    measurement contributes to the biases.
     """
     seen = predict_for_modes(
         kind, z0, z1, height, height_variance, s, plane, sites, noises, starts, parameters, bias,
@@ -146,7 +146,7 @@ def predict_for_modes(
     sites: Floats, noises: Floats, starts: Integers, parameters: Integers, bias: Floats, a: State,
     x: State, P: Covariances,
 ) -> Seen:  # fmt: skip
-    """Return what the modes expect of a measurement, and how it differs."""
+    """Return the expected measurement of each mode, and the innovations."""
     p0, across, ahead, ground, h, W = expected_sight(
         kind, plane, sites[s], noises[s], x[0], x[1], height, height_variance
     )
@@ -169,7 +169,7 @@ def predict_for_modes(
 def add_column(
     c: int, count: int, predicted: Lanes, j0: Lanes, j1: Lanes, mode_U: Floats, U: Floats
 ) -> None:
-    """Add how one bias of the sensor enters, of each mode and of their mixture."""
+    """Add the column of one bias of the sensor, of each mode and of their mixture."""
     for j in range(count):
         mode_U[j, 0, c] += lane_of(j0, j)
         mode_U[j, 1, c] += lane_of(j1, j)
@@ -179,7 +179,7 @@ def add_column(
 
 @in_both
 def any_singular(S: NoiseOf[Lanes], b: Triple) -> bool:
-    """Return whether S of any mode is singular, with or without the spread of the biases."""
+    """Return whether S of any mode is singular, with or without the covariance of the biases."""
     return largest_of(singular_lanes(S[0], S[1], S[2])) > 0.0 or (
         largest_of(singular_lanes(S[0] + b[0], S[1] + b[1], S[2] + b[2])) > 0.0
     )
@@ -187,7 +187,7 @@ def any_singular(S: NoiseOf[Lanes], b: Triple) -> bool:
 
 @in_both
 def singular_lanes(s00: Lanes, s01: Lanes, s11: Lanes) -> Lanes:
-    """Return 1 where S is not positive definite, or so by rounding alone, else 0."""
+    """Return 1 where S is not positive definite beyond rounding, else 0."""
     sound = chosen(s00 * s11 - s01 * s01, SINGULAR_RATIO * s00 * s11, 0.0, 1.0)
     found: Lanes = chosen(s00, 0.0, sound, 1.0)
     return found
@@ -197,7 +197,7 @@ def singular_lanes(s00: Lanes, s01: Lanes, s11: Lanes) -> Lanes:
 def mixture_moments(
     predicted: Lanes, e: Pair, N: NoiseOf[Lanes], W: NoiseOf[Lanes], weight: float
 ) -> Mixture:
-    """Return r and S of the mixture: r₀, r₁, S₀₀, S₀₁, S₁₁; the noise counts ``weight`` times."""
+    """Return r and S of the mixture: r₀, r₁, S₀₀, S₀₁, S₁₁; the noise times ``weight``."""
     r0, r1 = sum_of(predicted * e[0]), sum_of(predicted * e[1])
     d0, d1 = e[0] - r0, e[1] - r1
     s00 = sum_of(predicted * (N[0] + weight * W[0] + d0 * d0))
@@ -210,7 +210,7 @@ def mixture_moments(
 def updated_probabilities(
     predicted: Lanes, e: Pair, S: NoiseOf[Lanes], b: Triple, modes: Lanes
 ) -> Lanes:
-    """Return μ, c L of sum one; S of L has the spread of the biases in it."""
+    """Return μ, c L normalised; S of L includes the covariance of the biases."""
     s00, s01, s11 = S[0] + b[0], S[1] + b[1], S[2] + b[2]
     det = s00 * s11 - s01 * s01
     norm = (s11 * e[0] * e[0] - 2.0 * s01 * e[0] * e[1] + s00 * e[1] * e[1]) / det
@@ -224,7 +224,7 @@ def corrected(
     a: State, x: State, P: Covariances, h: SlopeOf[Lanes], S: NoiseOf[Lanes], e: Pair, nu: Pair,
     scratch: Floats,
 ) -> tuple[State, State, Covariances]:  # fmt: skip
-    """Return a, x and P of each mode after the correction, and keep K: x moves by K r."""
+    """Return the updated a, x and P of each mode, and store K; x changes by K r."""
     scale = 1.0 / (S[0] * S[2] - S[1] * S[1])
     G = covariance_times_transposed(P, h)
     K = gain_of(G, S[2] * scale, -S[1] * scale, S[0] * scale)

@@ -76,8 +76,7 @@ Integers = NDArray[np.int64]
 # Number of this method, beside those of `_step_kernels`.
 IMM = 12
 
-# How many rows before its turn the aircraft of a row is fetched from memory: it fills half of the
-# cache next to the core by itself.
+# Number of rows by which the aircraft of a row is prefetched: one fills half of the L1 cache.
 AIRCRAFT_AHEAD = 1
 
 
@@ -90,7 +89,7 @@ def imm_step(
     result: Result,
     want_readout: bool,
 ) -> None:
-    """Take rows in the given order; same arguments as `_step_kernels.step`."""
+    """Process rows in the given order; same arguments as `_step_kernels.step`."""
     n, count = model.bias.shape[0], model.modes.shape[0]
     scratch = np.empty((SCRATCH_ROWS, LANES))
     prepare_scratch(model.modes, scratch)
@@ -122,7 +121,7 @@ def process_rows(
     height_estimate: Floats,
     scratch: Floats,
 ) -> None:
-    """Do as `imm_step`, in the room given: see `_step_kernels.process_rows` and `_mode_kernels`."""
+    """Do as `imm_step`, with given scratch arrays: see `_step_kernels.process_rows`."""
     plane, sites, noises, starts = model.plane, model.sites, model.noises, model.starts
     parameters, bias, options = model.parameters, model.bias, model.options
     bias_covariance, modes = model.bias_covariance, model.modes
@@ -209,7 +208,7 @@ def process_rows(
                         k, count, dt, modes, probabilities, scratch
                     )
                     a, x, P = mix_modes(before, a, x, P, scratch)
-                    # What no mode explains is a manoeuvre of a kind that none of them is.
+                    # Innovations that no mode explains indicate a manoeuvre outside the models.
                     more = options[MODES_NIS_DENSITY] * (
                         excess_factor(
                             fading_nis[k], options[MODES_NIS_FLOOR],
@@ -273,7 +272,7 @@ def fetch_modes(
     k: int, count: int, mode_means: Floats, mode_covariances: Floats, mode_V: Floats,
     probabilities: Floats,
 ) -> None:  # fmt: skip
-    """Ask for the modes of an aircraft."""
+    """Prefetch the modes of an aircraft."""
     fetch_ahead(probabilities, k, 0)
     for line in range((count * 4 + 7) // 8):
         fetch_ahead(mode_means, k * count, line)
@@ -288,7 +287,7 @@ def fetch_whole(
     k: int, means: Floats, covariances: Floats, V: Floats, times: Floats, heights: Floats,
     vertical: Floats,
 ) -> None:  # fmt: skip
-    """Ask for the state of an aircraft as a whole."""
+    """Prefetch the combined state of an aircraft."""
     fetch_ahead(means, k, 0)
     fetch_ahead(covariances, k, 0)
     fetch_ahead(covariances, k, 1)

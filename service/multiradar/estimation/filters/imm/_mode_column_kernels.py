@@ -1,7 +1,7 @@
-"""Compiled sensitivities of interacting modes to the biases: they are mixed, moved and corrected.
+"""Compiled sensitivities of interacting modes to the biases: mixing, prediction and update.
 
-Each mode has its own V, four rows of a column for each bias. Eight columns are taken at once; what
-is needed of a mode stands in its lane of the room, whose rows `_mode_scratch_kernels` names.
+Each mode has its own V, four rows with a column for each bias. Eight columns are processed at once;
+the coefficients of a mode are in its lane of the scratch array (rows: `_mode_scratch_kernels`).
 
 References
 ----------
@@ -37,7 +37,7 @@ Floats = NDArray[np.float64]
 def move_columns(
     k: int, count: int, probabilities: Floats, scratch: Floats, mode_V: Floats
 ) -> None:
-    """Mix V of the modes of aircraft k, and move it on."""
+    """Mix V of the modes of aircraft k, and predict it."""
     n = mode_V.shape[2]
     first = k * count
     for c in range(0, n, LANES):
@@ -98,7 +98,7 @@ def predict_columns(
 
 @in_loop
 def correct_columns(k: int, count: int, scratch: Floats, mode_V: Floats, mode_U: Floats) -> None:
-    """Take K U from V of each mode of aircraft k."""
+    """Subtract K U from V of each mode of aircraft k."""
     n = mode_V.shape[2]
     for c in range(0, n, LANES):
         lanes = min(LANES, n - c)

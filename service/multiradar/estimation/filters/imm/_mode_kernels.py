@@ -1,19 +1,19 @@
-"""Compiled modes of motion: how an aircraft passes from one to another, mixes them, moves in each.
+"""Compiled modes of motion: transition, mixing and prediction.
 
 Mode 0 is the hub: straight flight. The others, the arms, are manoeuvres. An aircraft leaves the hub
-at the rate λ₀, for every arm alike, and an arm at the rate λ₁, for the hub.
+at the rate λ₀, for each arm with equal probability, and an arm at the rate λ₁, for the hub.
 
-All modes of an aircraft are taken at once, one a lane: see `_mode_scratch_kernels`.
+All modes of an aircraft are processed at once, one per lane: see `_mode_scratch_kernels`.
 
 Symbols: μ = probabilities of the modes, a, V, P = a mode's conditional mean, sensitivity to the
 biases and covariance, x = a + V ς̂ = its estimate at the published biases, c = probabilities of the
-modes after a passage, w = share of what an aircraft was in what it is now.
+modes after the transition, w = mixing weights.
 
 References
 ----------
 Blom, H. A. P., Bar-Shalom, Y., "The interacting multiple model algorithm for systems with
 Markovian switching coefficients", IEEE Transactions on Automatic Control 33 (1988), 780-783: the
-mixing. The project's own: its two-stage form, passages over any interval, turns by a bank.
+mixing. Its two-stage form, transitions over any interval and the turn model are the project's own.
 """
 
 import math
@@ -60,7 +60,7 @@ Floats = NDArray[np.float64]
 
 # Probability of straight flight, the hub, before the second measurement.
 STRAIGHT_AT_FIRST = 0.5
-# Less than this no mode is held for, so that each can come back.
+# Minimum probability of a mode, so that each can recover.
 PROBABILITY_MIN = 1e-9
 
 
@@ -69,7 +69,7 @@ def initialise_modes(
     k: int, count: int, means: Floats, covariances: Floats, V: Floats, mode_means: Floats,
     mode_covariances: Floats, mode_V: Floats, probabilities: Floats,
 ) -> None:  # fmt: skip
-    """Let aircraft k, of which one state is known, be in any mode: by halves hub and arms."""
+    """Set all modes of aircraft k to its single state: the hub and all arms with 0.5 each."""
     for j in range(count):
         row = k * count + j
         rest = (1.0 - STRAIGHT_AT_FIRST) / (count - 1)
@@ -85,18 +85,17 @@ def initialise_modes(
 def transition_modes(
     k: int, count: int, dt: float, modes: Floats, probabilities: Floats, scratch: Floats
 ) -> tuple[Lanes, Lanes]:
-    """Return μ and c, and keep in the room how each mode is mixed, by the exponential of rates.
+    """Return μ and c, and store the mixing weights; transitions are the exponential of the rates.
 
-    Every arm gives the same to a mode that it is not: what is in a mode is then the first of its
-    shares of the hub, the second of the sum over all arms of μ times what they are, and the third
-    of what was in it already.
+    All arms contribute alike to any other mode. The weights of a mode are therefore three: of the
+    hub, of the sum over all arms weighted by μ, and of the mode itself.
     """
     arms = count - 1
     hub = modes[1, LEAVING] / (modes[0, LEAVING] + modes[1, LEAVING])
     stays = math.exp(-modes[1, LEAVING] * dt)
-    forgets = math.exp(-modes[0, LEAVING] * dt) * stays
-    to_hub = hub * (1.0 - forgets)
-    to_arm = (1.0 - hub) * (1.0 - forgets) / arms
+    decay = math.exp(-modes[0, LEAVING] * dt) * stays
+    to_hub = hub * (1.0 - decay)
+    to_arm = (1.0 - hub) * (1.0 - decay) / arms
     other = max(0.0, 1.0 - to_hub - stays) / arms
     before = load_row(probabilities, k, 0, count)
     is_hub, is_arm = get_row(scratch, HUB), get_row(scratch, ARMS)
@@ -118,7 +117,7 @@ def mix_modes(
     """Return the mixed a, x and P of each mode; ``before`` is μ.
 
     a₀ = Σ w a, affine in the biases; P₀ = Σ w (P + (x − x₀) (x − x₀)ᵀ), by second moments about the
-    mean of all modes, so that nothing large is subtracted.
+    mean of all modes, so that no large numbers are subtracted.
     """
     u, v, w = (
         get_row(scratch, SHARES),
@@ -172,7 +171,7 @@ def mix_modes(
 
 @in_both
 def mixed(u: Lanes, v: Lanes, w: Lanes, own: Lanes, arms: float) -> Lanes:
-    """Return what of the hub, of the sum over the arms and of its own is in each mode."""
+    """Return the mixture of hub, sum over the arms and the mode itself, of each mode."""
     return u * lane_of(own, 0) + v * arms + w * own
 
 
@@ -197,10 +196,9 @@ def second_moments(P: Covariances, x: State) -> Covariances:
 def move_modes(
     dt: float, more: float, a: State, x: State, P: Covariances, scratch: Floats
 ) -> tuple[State, State, Covariances]:
-    """Return a, x and P of each mode moved on as it moves, and keep the courses in the room.
+    """Return the predicted a, x and P of each mode, and store the turns in the scratch array.
 
-    ``more`` is a density that comes to those of modes that take surprises, m²/s³, in every
-    direction.
+    ``more`` is an isotropic density, m²/s³, added for modes with the `UNMODELLED` flag.
     """
     course = courses(get_row(scratch, TABLE + LATERAL), x[2], x[3], P[7] + P[9], dt)
     set_row(scratch, COURSE, course[0])
@@ -209,7 +207,7 @@ def move_modes(
     set_row(scratch, COURSE + 3, course[3])
     there = moved_state(x, course)
     fading_nis = more * get_row(scratch, TABLE + UNMODELLED)
-    # The noise belongs to the middle of the way.
+    # The noise is that of the velocity in the middle of the interval.
     density = frame_density(
         0.5 * (x[2] + there[2]),
         0.5 * (x[3] + there[3]),
@@ -221,7 +219,7 @@ def move_modes(
 
 @in_both
 def moved_state(x: State, course: CourseOf[Lanes]) -> State:
-    """Return the state of each mode moved on its course."""
+    """Return the predicted state of each mode."""
     s, c, cosine, sine = course
     return (
         x[0] + s * x[2] + c * x[3],
@@ -235,8 +233,8 @@ def moved_state(x: State, course: CourseOf[Lanes]) -> State:
 def courses(lateral: Lanes, v0: Lanes, v1: Lanes, variance: Lanes, dt: float) -> CourseOf[Lanes]:
     """Return ∫cos ωt, ∫sin ωt over dt, cos ω dt and sin ω dt of turns with lateral accelerations.
 
-    ω = lateral / speed, clockwise positive; less where the variance of the velocity leaves the
-    speed unknown, and none at rest.
+    ω = lateral / speed, clockwise positive; less where the variance of the velocity makes the speed
+    uncertain, and 0 at rest.
     """
     squared = v0 * v0 + v1 * v1
     rate = lateral * root(squared) / larger(squared + variance, SLOW_SPEED_SQUARED)
@@ -252,7 +250,7 @@ def courses(lateral: Lanes, v0: Lanes, v1: Lanes, variance: Lanes, dt: float) ->
     )
 
 
-# Square of an angle, rad, that is no turn.
+# Square of a negligible angle, rad.
 STRAIGHT_SQUARED = 1e-12
 
 
@@ -260,7 +258,7 @@ STRAIGHT_SQUARED = 1e-12
 def frame_density(v0: Lanes, v1: Lanes, along: Lanes, across: Lanes) -> DensityOf[Lanes]:
     """Return the density of white acceleration along and across a velocity: 00, 01, 11.
 
-    The same in all directions, their mean, for an aircraft at rest; what is between is continuous.
+    Isotropic, with their mean, for an aircraft at rest; continuous in between.
     """
     ee = v0 * v0
     nn = v1 * v1
@@ -305,7 +303,7 @@ def turned_covariance(
 def combine_modes(
     k: int, posterior: Lanes, a: State, x: State, P: Covariances, means: Floats, covariances: Floats
 ) -> None:
-    """Set a and P of aircraft k to those of its modes as a whole: the same moments."""
+    """Set a and P of aircraft k to the moments of the mixture of its modes."""
     middle = sums_of(
         posterior * x[0], posterior * x[1], posterior * x[2], posterior * x[3],
         posterior * a[0], posterior * a[1], posterior * a[2], posterior * a[3],
@@ -334,18 +332,18 @@ def combine_modes(
 def read_modes(
     row: int, k: int, count: int, modes: Floats, probabilities: Floats, readouts: Floats
 ) -> None:
-    """Add to a readout how likely a right turn, a left one and a change of speed are, if known."""
-    right, left, speeding = 0.0, 0.0, 0.0
+    """Add the probabilities of a right turn, a left turn and a change of speed to a readout."""
+    right, left, accelerating = 0.0, 0.0, 0.0
     for j in range(1, count):
         p = probabilities[k, j]
-        # Before the second plot the first probability alone says that none is known.
+        # Before the second plot only the first probability is NaN.
         p = np.nan if np.isnan(probabilities[k, 0]) else p
         if modes[j, LATERAL] > 0.0:
             right += p
         elif modes[j, LATERAL] < 0.0:
             left += p
         else:
-            speeding += p
+            accelerating += p
     readouts[row, READOUT_MODES] = right
     readouts[row, READOUT_MODES + 1] = left
-    readouts[row, READOUT_MODES + 2] = speeding
+    readouts[row, READOUT_MODES + 2] = accelerating

@@ -1,14 +1,10 @@
-"""Compiled access to the modes of an aircraft, all at once: one a lane.
+"""Compiled access to the modes of an aircraft, all at once: one per lane.
 
-Of a and x there are lanes of each component, of P of each element of its triangle. Lanes beyond the
-last mode hold the hub again, with no probability. What is needed of one mode by itself, for the
-columns of its V, stands in rows of a room.
+a and x have lanes for each component, P for each element of its triangle. Lanes beyond the last
+mode repeat the hub, with probability 0. Coefficients of single modes, for the columns of V, are in
+rows of a scratch array.
 
 Symbols as in `_mode_kernels`.
-
-References
-----------
-The project's own.
 """
 
 import numpy as np
@@ -31,14 +27,14 @@ from multiradar_compiled.lane_kernels import (
 
 Floats = NDArray[np.float64]
 
-#: A component of the state after the other, of all modes.
+#: The four components of the state, of all modes.
 State = tuple[Lanes, Lanes, Lanes, Lanes]
 Covariances = PackedOf[Lanes]
 CourseOf = tuple[Numbers, Numbers, Numbers, Numbers]
 
 # Columns of `Model.modes`: acceleration across the velocity, m/s², right positive; densities of
 # white acceleration along the velocity and across it, m²/s³; rate of leaving the mode, 1/s; whether
-# the noise of what no mode explains comes to it, 1 or 0.
+# it gets the additional noise of unmodelled manoeuvres, 1 or 0.
 LATERAL = 0
 ALONG = 1
 ACROSS = 2
@@ -65,7 +61,7 @@ SCRATCH_ROWS = SUMS + 4 * LANES
 
 @in_loop
 def prepare_scratch(modes: Floats, scratch: Floats) -> None:
-    """Write into the room what the modes are, once for all aircraft."""
+    """Write the parameters of the modes into the scratch array, once for all aircraft."""
     count = modes.shape[0]
     for j in range(LANES):
         for column in range(MODE_COUNT):
@@ -77,19 +73,19 @@ def prepare_scratch(modes: Floats, scratch: Floats) -> None:
 
 @in_both
 def get_row(scratch: Floats, row: int) -> Lanes:
-    """Return a row of the room."""
+    """Return a row of the scratch array."""
     return load_row(scratch, row, 0, LANES)
 
 
 @in_both
 def set_row(scratch: Floats, row: int, lanes: Lanes) -> None:
-    """Set a row of the room."""
+    """Set a row of the scratch array."""
     store_row(scratch, row, 0, LANES, lanes)
 
 
 @in_both
 def mode_row(k: int, count: int, j: int) -> int:
-    """Return the row of mode j of aircraft k; beyond the last mode that of the hub."""
+    """Return the row of mode j of aircraft k; that of the hub beyond the last mode."""
     return k * count + (j if j < count else 0)
 
 
@@ -129,7 +125,7 @@ def store_columns(
     """Set columns of the rows of aircraft k: see `load_columns`."""
     r0, r1, r2, r3, r4, r5, r6, r7 = transposed(a, b, c, d, e, f, g, h)
     row = k * count
-    # Beyond the last mode is the hub again.
+    # Lanes beyond the last mode repeat the hub; they are overwritten.
     store_row(states, mode_row(k, count, 7), first, columns, r7)
     store_row(states, mode_row(k, count, 6), first, columns, r6)
     store_row(states, mode_row(k, count, 5), first, columns, r5)
@@ -166,13 +162,13 @@ def evaluate_modes(
     for j in range(LANES):
         row = mode_row(k, count, j)
         for r in range(4):
-            way = every_lane(0.0)
+            total = every_lane(0.0)
             for c in range(0, n, LANES):
                 lanes = min(LANES, n - c)
-                way = fused_lanes(
-                    load_lanes(mode_V, row, r, c, lanes), load_row(bias, 0, c, lanes), way
+                total = fused_lanes(
+                    load_lanes(mode_V, row, r, c, lanes), load_row(bias, 0, c, lanes), total
                 )
-            set_row(scratch, SUMS + r * LANES + j, way)
+            set_row(scratch, SUMS + r * LANES + j, total)
     return (
         a[0] + sums_of_rows(scratch, SUMS),
         a[1] + sums_of_rows(scratch, SUMS + LANES),
@@ -183,7 +179,7 @@ def evaluate_modes(
 
 @in_both
 def sums_of_rows(scratch: Floats, first: int) -> Lanes:
-    """Return the sums over each of eight rows of the room."""
+    """Return the sums over each of eight rows of the scratch array."""
     return sums_of(
         get_row(scratch, first), get_row(scratch, first + 1),
         get_row(scratch, first + 2), get_row(scratch, first + 3),

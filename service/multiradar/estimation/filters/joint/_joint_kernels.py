@@ -2,16 +2,16 @@
 
 The whole state is stacked as (1.8), biases first: ξ = (ς, χ_0, χ_1, …) with χ_k at `Aircraft.mean`
 and ς at `Model.bias`. `Aircraft.joint` is its covariance, of which the upper triangle of the rows
-and columns in use is kept; its bias block is read from `Model.bias_covariance` when a step begins
-and written there when it ends, so whoever lets the biases walk changes the model alone.
+and columns in use is valid; its bias block is read from `Model.bias_covariance` at the start of a
+step and written there at its end, so that drift of the biases changes the model alone.
 
 Symbols beside those of `_kernels`: C = (J, H) of (1.10), G = P̄ Cᵀ, S = Λ of (1.29), F = G L⁻ᵀ with
 L Lᵀ = S, so that P̂ = P̄ − F Fᵀ is (1.31), and symmetric, with one triangle of it.
 
 References
 ----------
-IMM UrO RAN report (2016), equations (1.8) and (1.28) to (1.33). Births within the stacked state are
-the project's own.
+IMM UrO RAN report (2016), equations (1.8) and (1.28) to (1.33). Initiation within the stacked state
+is the project's own.
 """
 
 import numpy as np
@@ -96,10 +96,10 @@ def joint_step(
     result: Result,
     want_readout: bool,
 ) -> None:
-    """Take rows in the given order; the biases of the model follow every one of them.
+    """Process rows in the given order; each updates the biases of the model.
 
-    Same arguments as `_step_kernels.step`. Rows must be in canonical order over all partitions,
-    which is why there should be one.
+    Same arguments as `_step_kernels.step`. Rows must be in canonical order over all partitions, so
+    there should be only one partition.
     """
     P, bias, c = aircraft.joint, model.bias, model.bias.shape[0]
     P[:c, :c] = model.bias_covariance
@@ -172,7 +172,7 @@ def joint_step(
 
 @kernel
 def insert_aircraft(aircraft: Aircraft, biases: int, k: int) -> None:
-    """Take up an aircraft whose mean and covariance were set from outside, as tied to nothing."""
+    """Insert an aircraft whose mean and covariance were set from outside, uncorrelated."""
     P = aircraft.joint
     first = biases + 4 * k
     if P.shape[0] < first + 4:
@@ -201,7 +201,7 @@ def process_row(
     V: Floats,
     innovations: Floats,
 ) -> int:
-    """Do with a row what its turn is: begin the aircraft, or move it on and correct everything."""
+    """Apply the action of a row: initiate the aircraft, or predict it and update everything."""
     kind, s = rows.kind[row], rows.sensor[row]
     height, variance = check[1], check[2]
     heights, vertical = aircraft.height, aircraft.vertical
@@ -270,7 +270,7 @@ def start_jointly(
     count: int,
     V: Floats,
 ) -> int:
-    """Begin an aircraft at a plot: χ = a + V ς, so its covariance with anything is V P_ς,· ."""
+    """Initiate an aircraft at a plot: χ = a + V ς, so its covariance with the rest is V P_ς,· ."""
     s = rows.sensor[row]
     bias, P = model.bias, aircraft.joint
     c = bias.shape[0]
@@ -291,10 +291,10 @@ def start_jointly(
             if first <= x < first + 4:
                 continue
             for i in range(4):
-                tied = 0.0
+                total = 0.0
                 for j in range(model.starts[s], model.starts[s + 1]):
-                    tied += V[i, j] * P[min(j, x), max(j, x)]
-                P[min(first + i, x), max(first + i, x)] = tied
+                    total += V[i, j] * P[min(j, x), max(j, x)]
+                P[min(first + i, x), max(first + i, x)] = total
     m = 0
     for i in range(4):
         for j in range(i, 4):
@@ -337,7 +337,7 @@ def correct_joint(
     scratch: Floats,
     innovations: Floats,
 ) -> int:
-    """Correct everything by a measurement of one aircraft; return what became of it."""
+    """Update everything by a measurement of one aircraft; return the outcome."""
     s = rows.sensor[row]
     mean, bias, options = aircraft.mean, model.bias, model.options
     c = bias.shape[0]

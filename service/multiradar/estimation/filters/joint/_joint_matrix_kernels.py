@@ -23,7 +23,7 @@ Integers = NDArray[np.int64]
 
 @kernel
 def active_runs(times: Floats, biases: int, capacity: int, runs: Integers) -> int:
-    """Write which columns are in use as runs from…to, ascending; return how many runs there are."""
+    """Write the columns in use as ascending ranges from…to; return the number of ranges."""
     count = 0
     runs[0, 0] = 0
     runs[0, 1] = biases
@@ -60,7 +60,7 @@ def move(
     runs: Integers,
     count: int,
 ) -> None:
-    """Move one aircraft on, (1.30): its own block, and its covariances with everything else."""
+    """Predict one aircraft, (1.30): its own block, and its covariances with everything else."""
     copy_block(P, first, upper)
     predict_motion(mean, upper, none, dt, density)
     m = 0
@@ -121,7 +121,7 @@ def correct_all(
     runs: Integers,
     count: int,
 ) -> None:
-    """ξ̂ = ξ̄ + F L⁻¹ e, P̂ = P̄ − F Fᵀ: (1.28), (1.31) on the upper triangle of what is in use."""
+    """ξ̂ = ξ̄ + F L⁻¹ e, P̂ = P̄ − F Fᵀ: (1.28), (1.31) on the upper triangle of the columns in use."""
     P, mean = aircraft.joint, aircraft.mean
     c = bias.shape[0]
     root0 = sqrt(s00)
@@ -148,7 +148,7 @@ def correct_all(
             for q in range(r + 1, count):
                 for y in range(runs[q, 0], runs[q, 1]):
                     line[y] -= f0 * F[0, y] + f1 * F[1, y]
-            # Where nothing is left of a variance, rounding must not make it less.
+            # Rounding must not make a variance negative.
             line[x] = max(0.0, line[x])
 
 
@@ -168,13 +168,12 @@ def correct_one(
     runs: Integers,
     count: int,
 ) -> bool:
-    """Correct one aircraft by a measurement that may not speak about the biases.
+    """Update one aircraft by a measurement that does not contribute to the biases.
 
-    Returns whether that could be; nothing is changed where it is as good as known for given biases
-    what the measurement will be.
+    Returns False, without any change, if the innovation covariance for given biases is singular.
 
-    The gain is the best one for given biases, K = P_χ|ς Hᵀ (H P_χ|ς Hᵀ + W)⁻¹, and zero for all
-    else; with it (1.26) needs the rows of this aircraft alone. The two-stage filter does the same.
+    The gain is optimal for given biases, K = P_χ|ς Hᵀ (H P_χ|ς Hᵀ + W)⁻¹, and zero for all else;
+    with it (1.26) needs the rows of this aircraft alone. The two-stage filter does the same.
     """
     P = aircraft.joint
     first = c + 4 * k
@@ -214,7 +213,7 @@ def correct_one(
 def conditional_spread(P: Floats, first: int, c: int, H: Floats, B: Floats) -> None:
     """B ← P_χ|ς Hᵀ of one aircraft, with P_χ|ς = P_χ − P_χς P_ς⁻¹ P_ςχ.
 
-    A bias that is known, or follows from those before it, says nothing more of the aircraft.
+    A bias that is known, or determined by those before it, adds no information.
     """
     L = np.empty((c, c))
     X = np.empty((c, 4))
@@ -232,11 +231,11 @@ def conditional_spread(P: Floats, first: int, c: int, H: Floats, B: Floats) -> N
                 x /= L[j, j]
             L[i, j] = x
             rest -= x * x
-        told = units[i] > 0.0 and rest > SINGULAR_RATIO
-        L[i, i] = sqrt(rest) if told else 0.0
+        informs = units[i] > 0.0 and rest > SINGULAR_RATIO
+        L[i, i] = sqrt(rest) if informs else 0.0
         for m in range(4):
             x = 0.0
-            if told:
+            if informs:
                 x = P[i, first + m] / units[i]
                 for d in range(i):
                     x -= L[i, d] * X[d, m]

@@ -1,19 +1,18 @@
-"""The polynomial filter: a trajectory that is a polynomial of time, seen through white noise.
+"""The polynomial filter: a trajectory that is a polynomial of time, observed in white noise.
 
-X_t = Σ α_k t^k / k!, k = 0 … n, with α normal a priori and t counted from the start. It is
-observed through dη = X dt + √C₂ dw (1), or at times of its own with given variances. What is looked
-for is the value and the derivatives Θ_k(t) = X_t^(k) at any time: in the filter at the last
-observation, in a forecast after it, in smoothing before.
+X_t = Σ α_k t^k / k!, k = 0 … n, with α normal a priori and t counted from the start. It is observed
+through dη = X dt + √C₂ dw (1), or at discrete times with given variances. Estimated are the value
+and the derivatives Θ_k(t) = X_t^(k) at any time: at the last observation (filtering), after it
+(forecast) or before it (smoothing).
 
-The paper integrates the Riccati equation of the covariance. Step by step that diverges where the
-prior is wide and the noise small. Nothing moves here (dΘ_n = 0), so nothing has to be integrated:
-what observations say adds up. It is kept as a root of the information matrix, B with
-BᵀB = Σ hᵀh / R, for the coefficients of Legendre polynomials on the time observed so far; the prior
-is kept beside it as it was given, and both meet in one least squares problem when an estimate is
-asked for.
+The paper integrates the Riccati equation of the covariance, which diverges numerically for a wide
+prior and small noise. There is no process noise (dΘ_n = 0), so no integration is needed: the
+information of the observations adds up. It is stored as a root of the information matrix, B with
+BᵀB = Σ hᵀh / R, for the coefficients of Legendre polynomials on the observed interval. The prior is
+stored separately as given; an estimate combines both in one least squares problem.
 
-Several axes (x and y, or ten thousand runs of a simulation) share one state when they share the
-prior's covariance, the times and the noise: their means stand side by side.
+Several axes (x and y, or ten thousand runs of a simulation) share one state if they share the
+prior covariance, the times and the noise: their means are columns side by side.
 """
 
 import numpy as np
@@ -51,18 +50,18 @@ from multiradar.estimation.gaussian import require_covariance
 
 Floats = NDArray[np.float64]
 
-#: No time is farther from 0, s: nearer ones have a difference that is right to a millisecond.
+#: Maximum magnitude of a time, s: differences of such times are exact to a millisecond.
 TIME_MAX_S = 1e12
-#: What was observed within less than this of the start, s, says nothing of a course of time.
+#: Minimum observed interval, s; shorter ones do not determine derivatives.
 SPAN_MIN_S = 1e-9
-#: No value, nor 1, is as many sigmas.
+#: Maximum magnitude of a value, and of 1, in sigmas.
 WEIGHT_MAX = 1e100
 
 
 def start(
     degree: int, mean: ArrayLike, covariance: ArrayLike, start_s: float = 0.0
 ) -> PolynomialState:
-    """Begin with a prior.
+    """Return the state of a prior.
 
     Parameters
     ----------
@@ -72,19 +71,19 @@ def start(
         Mean of α_0 … α_n: value (m) and derivatives (m/s, m/s² …) at the start; further
         dimensions are independent axes.
     covariance : (n + 1, n + 1) array_like
-        Their covariance, Γ_0; for each axis the same.
+        Their covariance, Γ_0, the same for each axis.
     start_s : float
         Time of the prior, s.
 
     Returns
     -------
     PolynomialState
-        Nothing observed yet.
+        State without observations.
 
     Raises
     ------
     ConfigurationError
-        If the degree is negative or no integer, or the start not finite or beyond `TIME_MAX_S`.
+        If the degree is negative or not an integer, or the start not finite or beyond `TIME_MAX_S`.
     ShapeError
         If mean or covariance are not of that degree, or not finite.
     CovarianceError
@@ -93,7 +92,7 @@ def start(
     References
     ----------
     Koptev, Rozov, Romanovsky, the initial conditions after equation (1): m_k(0) and γ_ij(0). The
-    one printed as γ_01(0) = D α_0 is γ_00(0).
+    one given as γ_01(0) = D α_0 is γ_00(0).
     """
     if not is_integer(degree) or degree < 0:
         raise ConfigurationError(f"degree: expected an integer of 0 or more, was {degree!r}")
@@ -119,38 +118,38 @@ def start(
 def observe(
     state: PolynomialState, times_s: ArrayLike, values_m: ArrayLike, variances_m2: ArrayLike
 ) -> PolynomialState:
-    """Take measurements of X at times of their own.
+    """Update by measurements of X at discrete times.
 
     Parameters
     ----------
     state : PolynomialState
-        What was known before.
+        State before.
     times_s : (m,) array_like
         Times in ascending order, equal ones allowed, none before the last observation, s.
     values_m : (m, *axes) array_like
-        What was measured, m.
+        Measured values, m.
     variances_m2 : (m,) or () array_like
         Variances of the errors, independent of each other, m².
 
     Returns
     -------
     PolynomialState
-        What is known with them: the same, to rounding, as with one after the other.
+        State after. The order of calls does not matter beyond rounding.
 
     Raises
     ------
     TimeOrderError
-        If a time goes back.
+        If the times decrease.
     ShapeError
-        If there are not as many values as times and axes, or one is not finite.
+        If the shape of the values is not that of times and axes, or one is not finite.
     ConfigurationError
-        If a variance is not above 0, a time is beyond `TIME_MAX_S`, or the last is after the start
-        by less than `SPAN_MIN_S`, or a value is `WEIGHT_MAX` sigmas.
+        If a variance is not above 0, a time is beyond `TIME_MAX_S`, the last time is within
+        `SPAN_MIN_S` of the start, or a value exceeds `WEIGHT_MAX` sigmas.
 
     References
     ----------
-    Koptev, Rozov, Romanovsky, equation (1) at single times; follows from the linear dependence of X
-    on α. Least squares: Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to
+    Koptev, Rozov, Romanovsky, equation (1) at discrete times; follows from the linear dependence of
+    X on α. Least squares: Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to
     Tracking and Navigation", Wiley 2001, section 3.4.
     """
     times = ascending_times(times_s, "time of a measurement", state.observed_until_s)
@@ -168,12 +167,12 @@ def observe(
 def observe_increments(
     state: PolynomialState, edges_s: ArrayLike, increments: ArrayLike, noise_intensity: float
 ) -> PolynomialState:
-    """Take increments η(t_{j+1}) − η(t_j) of the observed process, and nothing between.
+    """Update by increments η(t_{j+1}) − η(t_j) of the observed process.
 
     Parameters
     ----------
     state : PolynomialState
-        What was known before.
+        State before.
     edges_s : (m + 1,) array_like
         Times in strictly ascending order, the first not before the last observation, s.
     increments : (m, *axes) array_like
@@ -184,8 +183,8 @@ def observe_increments(
     Returns
     -------
     PolynomialState
-        What is known with them, exactly: each is the integral of X over its interval, with the
-        variance C₂ (t_{j+1} − t_j). No interval need be short.
+        State after, exactly: each increment is the integral of X over its interval, with the
+        variance C₂ (t_{j+1} − t_j). Intervals need not be short.
 
     Raises
     ------
@@ -194,7 +193,7 @@ def observe_increments(
 
     References
     ----------
-    Koptev, Rozov, Romanovsky, equation (1). The paper takes X as constant over an interval.
+    Koptev, Rozov, Romanovsky, equation (1). The paper approximates X as constant over an interval.
     """
     times = interval_edges(edges_s, "edge of an interval", state.observed_until_s)
     _require_span(state, times)
@@ -214,14 +213,14 @@ def observe_interval(
     moments: ArrayLike,
     noise_intensity: float,
 ) -> PolynomialState:
-    """Take all that the observed process says over an interval, in continuous time.
+    """Update by the observed process over an interval, in continuous time.
 
     Parameters
     ----------
     state : PolynomialState
-        What was known before.
+        State before.
     begin_s, end_s : float
-        The interval, s; it begins at the last observation or after it.
+        The interval, s, at or after the last observation.
     moments : (n + 1, *axes) array_like
         ∫ P_k(u(t)) dη, k = 0 … n, with u running from −1 to 1 over the interval, m·s: sums of the
         increments, each weighted with the Legendre polynomial of its time.
@@ -231,8 +230,8 @@ def observe_interval(
     Returns
     -------
     PolynomialState
-        What is known with them. The information is ∫ φ φᵀ dt / C₂ without any error of
-        discretisation, so that intervals may be split anywhere.
+        State after. The information is ∫ φ φᵀ dt / C₂ without discretisation error, so intervals
+        may be split anywhere.
 
     Raises
     ------
@@ -263,15 +262,14 @@ def observe_interval(
 
 
 def estimate(state: PolynomialState, times_s: ArrayLike) -> PolynomialEstimate:
-    """Estimate the value and all derivatives at any times.
+    """Estimate the value and all derivatives at given times.
 
     Parameters
     ----------
     state : PolynomialState
-        What is known.
+        The state.
     times_s : (...) array_like
-        Times, s: at the last observation (the filter's estimate), after it (forecast) or before it
-        (smoothing).
+        Times, s: at the last observation (filtering), after it (forecast) or before it (smoothing).
 
     Returns
     -------
@@ -283,17 +281,16 @@ def estimate(state: PolynomialState, times_s: ArrayLike) -> PolynomialEstimate:
     ShapeError
         If a time is not finite.
     ForecastError
-        If a time is so far that X or its variance is beyond double precision.
+        If a time is so far ahead that X or its variance exceeds double precision.
 
     Notes
     -----
-    The posterior is that of Bayesian linear regression on t^k / k!; the method has no error, only
-    rounding. Beside rational arithmetic, up to degree 8 and over 1e-3 s to 1e4 s, at all times
-    observed and as long ahead, sigmas and correlations are right to 1e-11 where there are at least
-    n + 1 observations, or where the prior leaves X unknown by less than about 1e8 sigmas of an
-    observation. Fewer observations under a wider prior (three over 1e4 s at degree 8, with 10 m/s⁸)
-    leave X unknown by 1e30 m, and then times and double precision themselves are too coarse: no
-    figure holds there.
+    The posterior is that of Bayesian linear regression on t^k / k!, exact but for rounding.
+    Compared with exact arithmetic, up to degree 8 and over 1e-3 s to 1e4 s, at all observed times
+    and as far ahead, sigmas and correlations are accurate to 1e-11 with at least n + 1
+    observations, or with a prior sigma of X below about 1e8 sigmas of an observation. Fewer
+    observations under a wider prior (three over 1e4 s at degree 8, with 10 m/s⁸) leave X uncertain
+    by 1e30 m, beyond double precision: no result is valid there.
 
     References
     ----------
@@ -301,7 +298,7 @@ def estimate(state: PolynomialState, times_s: ArrayLike) -> PolynomialEstimate:
     from them.
     """
     times = finite_array(times_s, "times of an estimate")
-    # Any interval will do where nothing was observed but at the start.
+    # Any interval serves where all observations are at the start.
     alone = state.observed_until_s == state.start_s
     seen = (
         extended_until(state, float(np.nextafter(state.start_s + 1.0, np.inf))) if alone else state
@@ -309,7 +306,7 @@ def estimate(state: PolynomialState, times_s: ArrayLike) -> PolynomialEstimate:
     with np.errstate(over="ignore", invalid="ignore"):
         at_start = derivative_rows(seen, np.array([state.start_s]))[0]
     if not np.isfinite(at_start).all():
-        raise ForecastError("time", "expected observations over longer than so high a degree tells")
+        raise ForecastError("time", f"observed interval too short for degree {state.degree}")
     sigmas = np.sqrt(np.diagonal(state.prior_covariance))
     factor = np.linalg.cholesky(state.prior_covariance / np.outer(sigmas, sigmas))
     prior = np.hstack([at_start, state.prior_mean.reshape(state.degree + 1, -1)])
@@ -325,19 +322,19 @@ def estimate(state: PolynomialState, times_s: ArrayLike) -> PolynomialEstimate:
         spread = spread.reshape(*times.shape, size, size)
         covariance = spread @ np.swapaxes(spread, -1, -2)
     if not (np.isfinite(mean).all() and np.isfinite(covariance).all()):
-        raise ForecastError("time", "expected one near enough for X to be a finite number")
+        raise ForecastError("time", "too far ahead: the estimate exceeds double precision")
     return PolynomialEstimate(times, mean, covariance)
 
 
 def forecast(state: PolynomialState, horizons_s: ArrayLike) -> PolynomialEstimate:
-    """Estimate ahead of the last observation.
+    """Forecast from the last observation.
 
     Parameters
     ----------
     state : PolynomialState
-        What is known.
+        The state.
     horizons_s : (...) array_like
-        How far ahead, 0 s or more.
+        Forecast horizons, 0 s or more.
 
     Returns
     -------
@@ -361,7 +358,7 @@ def forecast(state: PolynomialState, horizons_s: ArrayLike) -> PolynomialEstimat
     return estimate(state, state.observed_until_s + horizons)
 
 
-# Observations whose squares are numbers.
+# The squares of normalised values must not overflow.
 def _require_weight(values: Floats, sigmas: Floats) -> None:
     most = float(np.abs(values).max(initial=0.0))
     least = float(sigmas.min(initial=1.0))
@@ -372,7 +369,7 @@ def _require_weight(values: Floats, sigmas: Floats) -> None:
         )
 
 
-# Times of observations whose basis is a basis: not beyond all clocks, and not all but at the start.
+# Times within `TIME_MAX_S`, and either at the start or at least `SPAN_MIN_S` after it.
 def _require_span(state: PolynomialState, times: Floats) -> None:
     if np.abs(times).max() > TIME_MAX_S:
         far = float(times[np.abs(times).argmax()])

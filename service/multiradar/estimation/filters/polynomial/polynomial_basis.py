@@ -1,9 +1,9 @@
-"""Legendre polynomials on an interval of time: values, derivatives, and the way to a part of it.
+"""Legendre polynomials on an interval of time: values, derivatives, restriction to a part of it.
 
 On [a, b], with u = (2t − a − b)/(b − a), the polynomials P_0(u) … P_n(u) are orthogonal, with
-squares that integrate to (b − a)/(2k + 1). Observed evenly over the interval, their coefficients
-are found independently of each other, whatever the degree and however long the interval; powers of
-t are so nearly dependent that eleven digits are lost at degree 8.
+squares that integrate to (b − a)/(2k + 1). With uniform observations over the interval, their
+coefficients are estimated independently of each other, for any degree and interval. Powers of t are
+so nearly linearly dependent that eleven digits are lost at degree 8.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ def legendre_table(degree: int, points: Floats, orders: int) -> Floats:
     degree : int
         Highest degree n.
     points : (...) float64
-        Where, u; inside the interval −1 … 1, beyond it for extrapolation.
+        Points u; −1 … 1 within the interval, beyond it for extrapolation.
     orders : int
         Highest derivative m.
 
@@ -75,7 +75,7 @@ def averages(degree: int, centre: Floats, half: Floats) -> Floats:
 
 
 def restriction(degree: int, centre: Floats, half: Floats) -> Floats:
-    """Return how the polynomials of an interval read on parts of it.
+    """Return the matrices that express the polynomials of an interval on parts of it.
 
     Parameters
     ----------
@@ -93,8 +93,8 @@ def restriction(degree: int, centre: Floats, half: Floats) -> Floats:
     -----
     M_kj is (2k + 1)/2 times the integral of P_k(v) P_j(centre + half·v) over −1 … 1. Integrated k
     times by parts (Rodrigues) it is half^k (2k + 1)/(2^{k+1} k!) times that of
-    (1 − v²)^k P_j^{(k)}, which Gauss's rule with n + 1 nodes gives exactly, and which keeps its
-    digits on a part however short.
+    (1 − v²)^k P_j^{(k)}, which Gauss's rule with n + 1 nodes integrates exactly, without loss of
+    digits on short parts.
 
     References
     ----------

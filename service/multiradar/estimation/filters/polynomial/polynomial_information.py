@@ -1,4 +1,4 @@
-"""The information that observations add up to, as a root on Legendre polynomials."""
+"""Information of observations as a square root, on Legendre polynomials."""
 
 from dataclasses import replace
 
@@ -13,14 +13,14 @@ Floats = NDArray[np.float64]
 
 
 def extended_until(state: PolynomialState, until_s: float) -> PolynomialState:
-    """Return the state on the time up to another observation, if that is longer.
+    """Return the state on the interval extended to another observation.
 
     Parameters
     ----------
     state : PolynomialState
-        What is known.
+        The state.
     until_s : float
-        Time of an observation to come, s.
+        Time of the next observation, s.
 
     Returns
     -------
@@ -29,8 +29,8 @@ def extended_until(state: PolynomialState, until_s: float) -> PolynomialState:
 
     References
     ----------
-    Koptev, Rozov, Romanovsky, the system of equations after (1), dΘ_n = 0: α does not move, so the
-    information is moved by a change of basis alone, `polynomial_basis.restriction`.
+    Koptev, Rozov, Romanovsky, the system of equations after (1), dΘ_n = 0: α is constant, so the
+    information changes only its basis, `polynomial_basis.restriction`.
     """
     if until_s <= state.observed_until_s:
         return state
@@ -43,16 +43,16 @@ def extended_until(state: PolynomialState, until_s: float) -> PolynomialState:
 def with_measurements(
     state: PolynomialState, rows: Floats, values: Floats, sigmas: Floats
 ) -> PolynomialState:
-    """Return the state with independent measurements.
+    """Return the state updated by independent measurements.
 
     Parameters
     ----------
     state : PolynomialState
-        What was known before, on an interval that holds the measurements.
+        State before, on an interval that contains the measurements.
     rows : (m, n + 1) float64
-        h: what each measures, over the coefficients of P_0 … P_n.
+        h: measurement matrix for the coefficients of P_0 … P_n.
     values : (m, *axes) float64
-        What was measured (m, or m·s for integrals).
+        Measured values (m, or m·s for integrals).
     sigmas : (m,) float64
         Standard deviations of the errors, in the same unit.
 
@@ -64,7 +64,7 @@ def with_measurements(
     References
     ----------
     G. J. Bierman, Factorization Methods for Discrete Sequential Estimation, Academic Press (1977),
-    chapter V: measurements taken by an orthogonal transformation of the stacked roots.
+    chapter V: update by an orthogonal transformation of the stacked roots.
     """
     size = state.degree + 1
     triangle, order, vector = sorted_factor(
@@ -84,7 +84,7 @@ def sorted_factor(rows: Floats, values: Floats) -> tuple[Floats, NDArray[np.intp
     Parameters
     ----------
     rows : (m, n) float64
-        A, whose rows may be of very different size.
+        A, whose rows may differ much in magnitude.
     values : (m, k) float64
         b, k right-hand sides.
 
@@ -93,14 +93,14 @@ def sorted_factor(rows: Floats, values: Floats) -> tuple[Floats, NDArray[np.intp
     triangle : (min(m, n), n) float64
         R, of the columns in their new order.
     order : (n,) int
-        Which column of A stands at each place.
+        Column of A at each position.
     vector : (min(m, n), k) float64
         Qᵀ b.
 
     Notes
     -----
-    Rows are sorted by size and columns exchanged, which makes it stable row by row: a sharp
-    measurement does not wash out what little a wide prior says.
+    Rows are sorted by magnitude and columns pivoted, which makes the factorisation row-wise stable:
+    an accurate measurement does not swamp the small information of a wide prior.
 
     References
     ----------
@@ -118,14 +118,14 @@ def legendre_points(state: PolynomialState, times_s: Floats) -> Floats:
     Parameters
     ----------
     state : PolynomialState
-        Whose time observed is the interval.
+        Its observed interval is used.
     times_s : (...) float64
         Times, s.
 
     Returns
     -------
     (...) float64
-        −1 at the start, 1 at the last observation; −1 everywhere where they are one.
+        −1 at the start, 1 at the last observation; −1 everywhere if they coincide.
 
     References
     ----------
@@ -143,14 +143,14 @@ def legendre_part(state: PolynomialState, begin_s: Floats, end_s: Floats) -> tup
     Parameters
     ----------
     state : PolynomialState
-        Whose time observed is the interval; it is longer than nothing.
+        Its observed interval is used, of length above 0.
     begin_s, end_s : (...) float64
-        Where the parts begin and end, s.
+        Start and end of the parts, s.
 
     Returns
     -------
     middle, half : (...) float64
-        What `averages` and `restriction` take.
+        Arguments of `averages` and `restriction`.
 
     References
     ----------
@@ -162,12 +162,12 @@ def legendre_part(state: PolynomialState, begin_s: Floats, end_s: Floats) -> tup
 
 
 def derivative_rows(state: PolynomialState, times_s: Floats) -> Floats:
-    """Return what value and derivatives are of the coefficients.
+    """Return the rows that map coefficients to value and derivatives.
 
     Parameters
     ----------
     state : PolynomialState
-        Whose time observed is the interval; it is longer than nothing.
+        Its observed interval is used, of length above 0.
     times_s : (m,) float64
         Times, s.
 

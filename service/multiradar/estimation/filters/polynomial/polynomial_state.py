@@ -1,4 +1,4 @@
-"""What the polynomial filter keeps and gives."""
+"""State and estimate of the polynomial filter."""
 
 from dataclasses import dataclass
 
@@ -10,20 +10,20 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PolynomialState:
-    """What is known of a polynomial trajectory.
+    """Information about a polynomial trajectory.
 
     Attributes
     ----------
     start_s : float
         Time of the prior, from which t counts, s.
     observed_until_s : float
-        Time of the last observation, s; the start before the first.
+        Time of the last observation, s; the start time before the first.
     prior_mean : (n + 1, ...) float64
         Mean of α_0 … α_n (m, m/s, m/s² …), for each axis.
     prior_covariance : (n + 1, n + 1) float64
         Its covariance, the same for each axis.
     root : (n + 1, n + 1) float64
-        B: what the observations say of the coefficients of P_0 … P_n on the time observed, 1/m.
+        B: root of the information about the coefficients of P_0 … P_n on that interval, 1/m.
     vector : (n + 1, ...) float64
         B times their least squares solution, for each axis.
     """

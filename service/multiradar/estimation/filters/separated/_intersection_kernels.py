@@ -1,11 +1,11 @@
 """Compiled choice of the weight of covariance intersection.
 
-Symbols: R, B = bounds of both halves, N = C R Cᵀ, W = covariance of the noise, T = scaling of the
+Symbols: R, B = bounds of both parts, N = C R Cᵀ, W = covariance of the noise, T = scaling of the
 trace, g = 1 + γ, h = 1 + 1/γ, S = g N + h B + W, F = tr T R̂(γ) of (1.45).
 
 **One minimum.** With ω = 1/g the bound is R̂⁻¹ = ω R⁻¹ + Cᵀ (B/(1 − ω) + W)⁻¹ C. The last term is
 concave in ω (a parallel sum), and the trace of an inverse is convex and falls: F is convex in ω. So
-F' changes its sign once, and Newton's steps in ln γ, kept within the bracket of that sign, find it.
+F' changes its sign once, and Newton's method in ln γ, within the bracket of that sign, finds it.
 
 References
 ----------
@@ -20,16 +20,16 @@ from multiradar_compiled.kernels import in_loop, kernel
 
 Triple = tuple[float, float, float]
 
-# The γ worth trying.
+# Bounds of γ.
 GAMMA_MIN = 1e-6
 GAMMA_MAX = 1e2
 LOG_MIN = log(GAMMA_MIN)
 LOG_MAX = log(GAMMA_MAX)
-# A step of ln γ shorter than this is the last: what it leaves is of the order of its square.
+# Newton stops at steps of ln γ below this; the remaining error is of the order of its square.
 STEP_LAST = 1e-5
-# Farther than this the parabola of Newton's step says nothing.
+# Maximum Newton step of ln γ.
 STEP_MAX = 3.0
-# No S has so small a determinant; only what rounding left of one.
+# Lower bound of determinants, against rounding.
 DETERMINANT_MIN = 1e-200
 ROUNDS_MAX = 40
 
@@ -80,7 +80,7 @@ def slopes(
 
 @in_loop
 def one_component(trace: float, m: float, n: float, b: float, w: float) -> float:
-    """Return about the best γ, were there one component alone, and γ small; 0 without a spread."""
+    """Return approximately the best γ of one component alone, for small γ; 0 without a spread."""
     spread = n + b + w
     gamma = 0.0
     if trace > 0.0 and spread > 0.0:
@@ -105,17 +105,17 @@ def best_gamma(trace: float, m: Triple, n: Triple, b: Triple, w: Triple) -> floa
     high = LOG_MAX
     for _ in range(ROUNDS_MAX):
         first, second = slopes(gamma, trace, m, n, b, w)
-        # An end that has been tried is no end any more.
+        # A limit that has been evaluated is excluded from the bracket.
         if first > 0.0:
             high = min(t, LOG_MAX - STEP_LAST)
         else:
             low = max(t, LOG_MIN + STEP_LAST)
         if low >= high:
-            break  # The least is at an end.
+            break  # The minimum is at a limit.
         step = STEP_MAX if first < 0.0 else -STEP_MAX
         if abs(first) < STEP_MAX * second:
             step = -first / second
-        # A step out of the bracket leads to its end while that is not tried, else to its middle.
+        # A step out of the bracket goes to its limit, or to its middle if the limit was evaluated.
         if t + step <= low:
             step = (low if low == LOG_MIN else 0.5 * (low + high)) - t
         elif t + step >= high:

@@ -1,20 +1,21 @@
-"""Compiled macro-filter of Blom: aircraft by themselves, biases by plots that are stacked.
+"""Compiled macro-filter of Blom: single aircraft, biases by stacked plots.
 
-The second variant of the report's section 1.4. The aircraft half is that of the separated filters
-(biases as known). For the half of the biases the plots of one aircraft by m′ radars are read as one
-stacked measurement, and the place of the aircraft, common to all of them, is eliminated: that is
-the approximation C_χ P_χς = H with H = −F_χ⁻¹ F_ς P_ςς, in information form. Taken literally (one
-summed innovation instead of the stacked one) the printed sums diverge.
+The second variant of the report's section 1.4. The aircraft part is that of the separated filters
+(biases as known). For the biases, the plots of one aircraft by m′ radars form one stacked
+measurement, and the position of the aircraft, common to all of them, is eliminated: this is the
+approximation C_χ P_χς = H with H = −F_χ⁻¹ F_ς P_ςς, in information form. Taken literally (one
+summed innovation instead of the stacked one) the sums of the report diverge.
 
-Plots of turning radars are not simultaneous. The latest plot of each radar in an epoch is carried
-to the mean time of these plots with the estimated velocity v̂ of the aircraft, whose error δv ~
-N(0, P_v) is common to them too: it adds H_j P_v H_jᵀ Δ_j Δ_l to the noise of plots j and l, which
-is the same as to eliminate it with the place. Of simultaneous plots Δ = 0, and nothing is added.
+Plots of rotating radars are not simultaneous. The latest plot of each radar in an epoch is
+extrapolated to the mean time of these plots with the estimated velocity v̂ of the aircraft, whose
+error δv ~ N(0, P_v) is common to them too: it adds H_j P_v H_jᵀ Δ_j Δ_l to the noise of plots j and
+l, which is equivalent to eliminating it with the position. For simultaneous plots Δ = 0.
 
-Symbols beside those of `_kernels`: r_j = z_j − h_j without biases, Δ_j = time of plot j less the
-mean time, u = (δx, δv) = errors of place and velocity at the mean time, B_j = (H_j, Δ_j H_j) = how
-they enter, M = Σ B_jᵀ W_j⁻¹ B_j + diag(0, P_v⁻¹), C = Σ B_jᵀ W_j⁻¹ J_j. Eliminating u leaves
-Y += Σ J_jᵀ W_j⁻¹ J_j − Cᵀ M⁻¹ C, y += Σ J_jᵀ W_j⁻¹ r_j − Cᵀ M⁻¹ Σ B_jᵀ W_j⁻¹ r_j.
+Symbols beside those of `_kernels`: r_j = z_j − h_j without biases, Δ_j = time of plot j minus the
+mean time, u = (δx, δv) = errors of position and velocity at the mean time, B_j = (H_j, Δ_j H_j) =
+derivative of the measurement by u, M = Σ B_jᵀ W_j⁻¹ B_j + diag(0, P_v⁻¹), C = Σ B_jᵀ W_j⁻¹ J_j.
+Eliminating u leaves Y += Σ J_jᵀ W_j⁻¹ J_j − Cᵀ M⁻¹ C and
+y += Σ J_jᵀ W_j⁻¹ r_j − Cᵀ M⁻¹ Σ B_jᵀ W_j⁻¹ r_j.
 
 References
 ----------
@@ -72,16 +73,16 @@ def store_plot(
     excess: float,
     noises: Floats,
 ) -> None:
-    """Keep a plot of aircraft k until `stack_plots`, in place of the one before of its sensor.
+    """Store a plot of aircraft k until `stack_plots`, replacing the last one of its sensor.
 
-    ``excess`` is by how much its noise was taken for more: for the aircraft, and so for the biases.
-    A sensor that makes no errors would tell its biases exactly: there is no such information.
+    ``excess`` is the factor of its noise in the update of the aircraft, used for the biases too.
+    Plots without noise are not stored: they would have infinite information.
     """
     if kind == KIND_POSITION:
-        errs = noises[s, 2] > 0.0
+        has_noise = noises[s, 2] > 0.0
     else:
-        errs = noises[s, 0] > 0.0 and noises[s, 1] > 0.0
-    if errs:
+        has_noise = noises[s, 0] > 0.0 and noises[s, 1] > 0.0
+    if has_noise:
         recents[k, s, RECENT_TIME] = time
         recents[k, s, RECENT_Z0] = z0
         recents[k, s, RECENT_Z1] = z1
@@ -92,7 +93,7 @@ def store_plot(
 
 @in_loop
 def clear_plots(recents: Floats, k: int) -> None:
-    """Forget the plots of aircraft k."""
+    """Clear the stored plots of aircraft k."""
     for s in range(recents.shape[1]):
         recents[k, s, RECENT_TIME] = np.nan
 
@@ -109,11 +110,11 @@ def stack_all(
 
 @kernel
 def stack_plots(k: int, model: Model, aircraft: Aircraft, Y: Floats, y: Floats) -> None:
-    """Add to Y (upper triangle) and y what the kept plots of an aircraft say; forget them.
+    """Add the information of the stored plots of an aircraft to Y (upper triangle) and y.
 
-    All plots are linearised where the aircraft is estimated to have been: a shift that is common
-    to them is eliminated with the place. Plots from one place alone say nothing: between two of
-    them the line of sight turns a little, which biases make up for by a velocity a little off.
+    The plots are cleared. All are linearised at the estimated path of the aircraft: a shift common
+    to them is eliminated with the position. Plots from one site alone are not used: the small
+    rotation of the line of sight between them could be due to biases or to a different velocity.
     """
     recent = aircraft.recent[k]
     several, middle = middle_time(recent, model.site_numbers)
@@ -124,7 +125,7 @@ def stack_plots(k: int, model: Model, aircraft: Aircraft, Y: Floats, y: Floats) 
     c = model.bias.shape[0]
     M = np.zeros((4, 4))
     M[2, 2], M[3, 2], M[3, 3] = inverse(P[7], P[8], P[9])
-    # Columns: those of the biases, and one for the vector; N is what is added to Y, and to y.
+    # Columns: those of the biases, and one for the vector; N is added to Y and y.
     C = np.zeros((4, c + 1))
     N = np.zeros((c, c + 1))
     for s in range(recent.shape[0]):
@@ -146,7 +147,7 @@ def stack_plots(k: int, model: Model, aircraft: Aircraft, Y: Floats, y: Floats) 
 
 @kernel
 def eliminate(M: Floats, C: Floats) -> bool:
-    """C ← L⁻¹ C with L Lᵀ = M, which is lost; return whether M is positive definite."""
+    """C ← L⁻¹ C with L Lᵀ = M, which is overwritten; return whether M is positive definite."""
     for i in range(4):
         whole = M[i, i]
         for j in range(i):
@@ -170,7 +171,7 @@ def eliminate(M: Floats, C: Floats) -> bool:
 
 @kernel
 def middle_time(recent: Floats, site_numbers: Integers) -> tuple[bool, float]:
-    """Return whether plots of several places were kept, and the mean of the times of all."""
+    """Return whether plots of several sites were stored, and the mean time of all."""
     count = 0
     site_number = 0
     several = False
@@ -185,7 +186,7 @@ def middle_time(recent: Floats, site_numbers: Integers) -> tuple[bool, float]:
             site_number = site_numbers[s]
         several = several or site_numbers[s] != site_number
         count += 1
-        # Differences, so that the mean of equal times is that very time.
+        # By differences, so that the mean of equal times is exact.
         later += time - first
     return several, first + later / max(count, 1)
 

@@ -1,7 +1,7 @@
 """Compiled filters that drop the cross-covariances: Blom's separated filters, and CI.
 
 Symbols beside those of `_kernels`: N = H P Hᵀ, B = J P_ς Jᵀ, ν = innovation without biases, γ =
-weight of covariance intersection, R = its bound, kept where the others keep P.
+weight of covariance intersection, R = its bound, stored where the others store P.
 
 References
 ----------
@@ -76,12 +76,12 @@ def correct_separated(
     row: int,
     innovations: Floats,
 ) -> tuple[int, float]:
-    """Correct aircraft k, moved to the time of a measurement by sensor s, by Blom or by CI.
+    """Update aircraft k, predicted to the time of a measurement by sensor s, by Blom or by CI.
 
-    Blom takes the biases as known for the aircraft and the aircraft as known for the biases, (1.34)
-    to (1.38). CI logs the half of the biases, which is folded at the end of the epoch. Returns what
-    became of the measurement, and by how much its noise was taken for more. ``informs`` says
-    whether it may speak about the biases.
+    Blom treats the biases as known for the aircraft, and the aircraft as known for the biases,
+    (1.34) to (1.38). CI logs the bias part, which updates the biases at the end of the epoch.
+    Returns the outcome and the factor of the noise. With ``informs`` the measurement contributes to
+    the biases.
     """
     first, last = starts[s], starts[s + 1]
     site, noise = sites[s], noises[s]
@@ -127,8 +127,8 @@ def correct_separated(
         if singular(s00, s01, s11):
             outcome = SINGULAR
         else:
-            # (1.37), (1.38) in information form: Y += Jᵀ W⁻¹ J, y += Jᵀ W⁻¹ ν. A measurement
-            # without noise would tell its biases exactly: there is no such information.
+            # (1.37), (1.38) in information form: Y += Jᵀ W⁻¹ J, y += Jᵀ W⁻¹ ν. The inverse is zero
+            # for a measurement without noise, whose information would be infinite.
             i00, i01, i11 = inverse(w[0], w[1], w[2])
             for c in range(first, last if informs else first):
                 j0, j1 = bias_column(kind, parameters[c], site, p0, p1, rate0, rate1)
@@ -163,7 +163,7 @@ def log_bias_part(
     logs: Floats,
     row: int,
 ) -> None:
-    """Keep what a measurement says about the biases of its sensor: see `LOG_COUNT`."""
+    """Log the contribution of a measurement to the biases of its sensor: see `LOG_COUNT`."""
     logs[row, 0], logs[row, 1] = nu0, nu1
     logs[row, 2], logs[row, 3], logs[row, 4] = n
     logs[row, 5], logs[row, 6], logs[row, 7] = w
@@ -188,9 +188,9 @@ def intersect(
     means: Floats,
     covariances: Floats,
 ) -> int:
-    """Correct aircraft k by (1.45) with the γ of the least scaled trace; return what became of it.
+    """Update aircraft k by (1.45) with the γ of the least scaled trace; return the outcome.
 
-    The trace adds m² and (m/s)²: a velocity counts as the way of ``scale_time``, s.
+    The trace adds m² and (m/s)²: a velocity counts as the distance flown in ``scale_time``, s.
     """
     g = 1.0
     h = 0.0
@@ -203,7 +203,7 @@ def intersect(
             G[1] * G[1] + G[3] * G[3] + t * (G[5] * G[5] + G[7] * G[7]),
         )
         gamma = best_gamma(trace, m, n, b, w)
-        # No weight improves the bound: the aircraft stays as predicted, else the bound would grow.
+        # If no weight improves the bound, the aircraft stays as predicted.
         g = 0.0
         if gamma > 0.0:
             g = 1.0 + gamma

@@ -1,1 +1,1 @@
-"""The two-stage filter: each aircraft by itself, the biases of all by information (exact)."""
+"""The two-stage filter: single aircraft, common biases in information form (exact)."""

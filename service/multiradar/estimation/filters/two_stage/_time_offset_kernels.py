@@ -1,11 +1,12 @@
-"""Compiled care for time offsets in the two-stage filter.
+"""Compiled treatment of time offsets in the two-stage filter.
 
-A stamp that is late by τ moves a plot by −v τ, so how a time offset enters a measurement depends on
-the velocity v of the aircraft, which is estimated: J = −H v. Nobody can tell a common lateness of
-all sensors from aircraft that are elsewhere on their way, and a filter must not believe it can.
+A time stamp that is late by τ displaces a plot by −v τ, so the derivative of a measurement by a
+time offset depends on the estimated velocity v of the aircraft: J = −H v. A common delay of all
+sensors is unobservable, because it is equivalent to aircraft farther along their paths; the filter
+must preserve that.
 
-That holds exactly when one velocity is used throughout. Then V summed over the time offsets of all
-sensors is (v, 0), H V + J summed is zero, and no measurement says anything of the common lateness.
+It does so exactly if one velocity is used throughout. Then V summed over the time offsets of all
+sensors is (v, 0), H V + J summed is zero, and no measurement informs about the common delay.
 An aircraft therefore stores the velocity v at which its time offsets are linearised. When the
 estimate changes, `relinearise_time_offsets` updates v and V together: each column changes by its
 share of the difference, and so does a, so that χ̂ = a + V ς̂ is unchanged. An aircraft contributes to
@@ -33,18 +34,17 @@ from multiradar_compiled.kernels import in_loop
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# A velocity is known after so many plots when the root of the sum of both its variances, m/s, is
-# below this. With 8, 15 and 30 m/s the normalised errors squared of the biases are the same, 0.9
-# for each parameter.
+# A velocity is known after this many plots if the root of the sum of both its variances, m/s, is
+# below this. With 8, 15 and 30 m/s the NEES of the biases is the same, 0.9 for each parameter.
 PLOTS_MIN = 4
 VELOCITY_SIGMA_MAX = 30.0
-# Slower than this, m/s, an aircraft has no direction along which its plots could be late.
+# Minimum speed for relinearisation, m/s.
 SPEED_MIN = 20.0
 
 
 @in_loop
 def has_time_offset(parameters: Integers) -> bool:
-    """Return whether any sensor has a time offset that is estimated."""
+    """Return whether the time offset of any sensor is estimated."""
     found = False
     for c in range(parameters.shape[0]):
         found = found or parameters[c] == PARAMETER_TIME_OFFSET
@@ -78,7 +78,7 @@ def update_offset_velocity(
     H: Floats,
     W: Floats,
 ) -> None:
-    """Follow the velocity of aircraft k, corrected by a plot, or begin anew once it is known."""
+    """Relinearise at the updated velocity of aircraft k, or re-initialise once it is known."""
     v0 = component(means, V, bias, k, 2)
     v1 = component(means, V, bias, k, 3)
     spread = velocity_variance(covariances, V, bias_covariance, k)
@@ -100,7 +100,7 @@ def update_offset_velocity(
 
 @in_loop
 def velocity_variance(covariances: Floats, V: Floats, bias_covariance: Floats, k: int) -> float:
-    """Return the sum of the variances of both rates of aircraft k, the biases' part included."""
+    """Return the sum of the variances of both rates of aircraft k, including the biases."""
     total: float = covariances[k, 7] + covariances[k, 9]
     n = bias_covariance.shape[0]
     for c in range(n):
@@ -124,10 +124,10 @@ def initialise_with_velocity(
     v1: float,
     variance: float,
 ) -> None:
-    """Give an aircraft that has just begun at a plot the velocity it was found to have.
+    """Set the estimated velocity of an aircraft that was just initiated at a plot.
 
-    ``variance`` is the sum of the variances of both rates; each gets all of it. The plot is early
-    or late by the time offset of its sensor: ∂χ/∂τ = −H⁻¹ J = v.
+    ``variance`` is the sum of the variances of both rates, assigned to each of them. The position
+    depends on the time offset of the sensor: ∂χ/∂τ = −H⁻¹ J = v.
     """
     means[k, 2] = v0
     means[k, 3] = v1
@@ -137,7 +137,7 @@ def initialise_with_velocity(
     velocities[k, 1] = v1
     for c in range(first, last):
         if parameters[c] == PARAMETER_TIME_OFFSET:
-            # a is the place without any bias: that of the plot, whatever its time offset.
+            # a is the position at bias zero: that of the plot, for any time offset.
             V[k, 0, c] = v0
             V[k, 1, c] = v1
 
@@ -153,7 +153,7 @@ def relinearise_time_offsets(
     v0: float,
     v1: float,
 ) -> None:
-    """Linearise the time offsets at the velocity (v0, v1) from now on, and keep χ̂ where it is."""
+    """Linearise the time offsets at the velocity (v0, v1), without a change of χ̂."""
     old0 = velocities[k, 0]
     old1 = velocities[k, 1]
     squared = old0 * old0 + old1 * old1
@@ -162,7 +162,7 @@ def relinearise_time_offsets(
         d1 = v1 - old1
         for c in range(bias.shape[0]):
             if parameters[c] == PARAMETER_TIME_OFFSET:
-                # The share of this sensor in the place of the aircraft; all shares add up to one.
+                # Weight of this sensor in the position of the aircraft; all weights add up to one.
                 share = (V[k, 0, c] * old0 + V[k, 1, c] * old1) / squared
                 V[k, 0, c] += share * d0
                 V[k, 1, c] += share * d1

@@ -1,15 +1,15 @@
 """Compiled two-stage filter: many measurements of many aircraft in one call.
 
-Symbols beside those of `_kernels`: J = how the biases of the measuring sensor enter, U = H V + J =
+Symbols beside those of `_kernels`: J = derivative by the biases of the sensor, U = H V + J =
 sensitivity of the predicted measurement to all biases, R = S⁻¹ U, ν = innovation at bias zero, N =
 H P Hᵀ, Y, y = information matrix and vector of the biases.
 
-Loops over the columns run over all of them, over a triangle they would take longer.
+Loops run over all columns: loops over a triangle would take longer.
 
 References
 ----------
-Friedland, B., "Treatment of bias in recursive filtering", IEEE TAC 14 (1969), 359-367. One store of
-biases for many aircraft, and the anchoring anew after a drift, are the project's own.
+Friedland, B., "Treatment of bias in recursive filtering", IEEE TAC 14 (1969), 359-367. Biases
+common to many aircraft, and the adjustment after their drift, are the project's own.
 """
 
 import numpy as np
@@ -87,9 +87,9 @@ def correct_two_stage(
     innovations: Floats,
     row: int,
 ) -> int:
-    """Correct aircraft k, moved to the time of a measurement by sensor s.
+    """Update aircraft k, predicted to the time of a measurement by sensor s; return the outcome.
 
-    Returns what became of the measurement. ``informs`` says whether it may speak about the biases.
+    With ``informs`` the measurement contributes to the biases.
     """
     n = bias.shape[0]
     first, last = starts[s], starts[s + 1]
@@ -115,7 +115,7 @@ def correct_two_stage(
         store_row(U, 1, c, lanes, h[2] * v0 + h[3] * v1)
     for c in range(first, last):
         rate0, rate1 = 0.0, 0.0
-        # Not the velocity of the moment: see `_time_offset_kernels`. None while it is unknown.
+        # Not the current velocity: see `_time_offset_kernels`. Zero while it is unknown.
         if parameters[c] == PARAMETER_TIME_OFFSET and not np.isnan(velocities[k, 0]):
             rate0 = h[0] * velocities[k, 0] + h[1] * velocities[k, 1]
             rate1 = h[2] * velocities[k, 0] + h[3] * velocities[k, 1]
@@ -133,7 +133,7 @@ def correct_two_stage(
     # The gates are written so that NaN fails them.
     harmless = min(EXPECTED_NIS, min(options[DOWNWEIGHT_NIS], options[REJECT_NIS]))
     if not nis <= harmless and nis < np.inf:
-        # Only now the uncertainty of the biases is worth its cost: it can but lower the figure.
+        # The uncertainty of the biases can only lower NIS, so its cost is spared below the limit.
         b00, b01, b11 = spread_of_biases(U, bias_covariance, R)
         nis = squared_norm(n00 + w[0] + b00, n01 + w[1] + b01, n11 + w[2] + b11, e0, e1)
         if nis < np.inf:
@@ -183,7 +183,7 @@ def inform(
     i00: float, i01: float, i11: float, nu0: float, nu1: float, U: Floats, R: Floats, Y: Floats,
     y: Floats,
 ) -> None:  # fmt: skip
-    """Add what a measurement says of the biases: y += Uᵀ S⁻¹ ν, Y += Uᵀ S⁻¹ U, all of it."""
+    """Add the information of a measurement about the biases: y += Uᵀ S⁻¹ ν, Y += Uᵀ S⁻¹ U."""
     n = y.shape[0]
     for c in range(n):
         R[0, c] = i00 * U[0, c] + i01 * U[1, c]
@@ -227,7 +227,7 @@ def spread_of_biases(U: Floats, bias_covariance: Floats, R: Floats) -> tuple[flo
 def apply_bias_drift(
     used: Integers, aircraft: Aircraft, complement: Floats, G: Floats, spread: Floats
 ) -> None:
-    """Anchor all aircraft, and their modes, anew after a drift: see `apply_bias_drift_to_state`.
+    """Adjust all aircraft and their modes after a drift: see `apply_bias_drift_to_state`.
 
     ``complement`` is (I − G) ς̂, ``spread`` is G Q_ς.
     """
@@ -249,7 +249,7 @@ def apply_bias_drift(
 def apply_bias_drift_to_state(
     a: Floats, P: Floats, V: Floats, complement: Floats, G: Floats, spread: Floats, R: Floats
 ) -> None:
-    """Set a += V (I − G) ς̂, P += V G Q Vᵀ, V ← V G; R is room."""
+    """Set a += V (I − G) ς̂, P += V G Q Vᵀ, V ← V G; R is scratch."""
     n = complement.shape[0]
     for i in range(4):
         x = 0.0
