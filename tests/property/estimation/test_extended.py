@@ -1,4 +1,4 @@
-"""Whatever is measured of one aircraft: the estimate stays finite, its covariance a covariance."""
+"""For any measurements of one aircraft the estimate is finite and its covariance valid."""
 
 from dataclasses import dataclass
 
@@ -37,7 +37,7 @@ COVARIANCE = np.diag([100.0, 100.0, 80.0, 8.0, 8.0, 3.0]) ** 2
 
 @dataclass(frozen=True)
 class Seen:
-    """A measurement after a gap: off the prediction by so many of the noise's sigmas, or absurd."""
+    """A measurement after a gap: deviating by some sigmas of the noise, or absurd."""
 
     gap_s: float
     sensor: int
@@ -56,7 +56,7 @@ seen = st.builds(
 )
 
 
-# Beside an absurd measurement rounding is no longer small against the noise.
+# With an absurd measurement rounding is not small relative to the noise.
 def require_sound(estimate: Estimate) -> None:
     assert np.isfinite(estimate.mean).all()
     np.testing.assert_array_equal(estimate.covariance, estimate.covariance.T)
@@ -68,7 +68,7 @@ def require_sound(estimate: Estimate) -> None:
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: type(model).__name__)
 @settings(max_examples=30)
 @given(history=st.lists(seen, max_size=10))
-def test_no_history_of_measurements_breaks_the_estimate(
+def test_estimates_remain_finite_for_any_measurements(
     model: MotionModel, history: list[Seen]
 ) -> None:
     estimate = start(MEAN, COVARIANCE, model.coordinates)

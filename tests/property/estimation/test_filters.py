@@ -1,4 +1,4 @@
-"""Whatever the plots: states stay finite, covariances stay covariances, bounds stay bounds."""
+"""For any plots states are finite, covariances valid, and bounds conservative."""
 
 from dataclasses import dataclass
 
@@ -30,7 +30,7 @@ MODEL = EllipsoidPolar(SCENE.plane, SCENE.sensors)
 
 @dataclass(frozen=True)
 class Plot:
-    """An arbitrary plot: after a gap, off the truth by so many sigmas, or absurd."""
+    """An arbitrary plot: after a gap, deviating by some sigmas, or absurd."""
 
     aircraft: int
     radar: int
@@ -69,7 +69,7 @@ def observe(plot: Plot, time_s: float) -> Observation:
 @pytest.mark.parametrize("name", sorted(FILTERS))
 @settings(max_examples=40)
 @given(sequence=st.lists(plots, min_size=1, max_size=25))
-def test_any_plots_leave_covariances_behind(name: str, sequence: list[Plot]) -> None:
+def test_covariances_remain_valid_for_any_plots(name: str, sequence: list[Plot]) -> None:
     one = CompiledFilter(SCENE, TrackingSettings(filter_name=name), by_epochs=True)
     time_s, started = 0.0, set()
     before = np.diagonal(one.biases()[1]).copy()
@@ -87,7 +87,7 @@ def test_any_plots_leave_covariances_behind(name: str, sequence: list[Plot]) -> 
             one.publish()
             assert np.isfinite(one.biases()[0]).all()
             after = np.diagonal(require_covariance(one.biases()[1], f"{name}, biases"))
-            # Without drift nothing forgets. CI minimises the sum: in it one bound may rise.
+            # Without drift no variance grows. CI minimises the sum, in which one bound may rise.
             weights = 1.0 / SCENE.sensors.prior_sigma**2
             assert weights @ after <= weights @ before * (1.0 + 1e-9)
             if name != "ci":

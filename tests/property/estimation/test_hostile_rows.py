@@ -1,4 +1,4 @@
-"""Whatever is handed in: an outcome for every row, and no number that is none in any state."""
+"""For any input every row has an outcome, and all states are finite."""
 
 from typing import Any
 
@@ -16,7 +16,7 @@ from multiradar.tracking.modes import mode_table
 from multiradar.tracking.settings import VELOCITY_FRAME, TrackingSettings
 
 PLANE = plane_parameters(0.98, 1.06)
-#: A radar of each kind: as usual, one on a flat plane, and one that makes no errors at all.
+#: A radar of each kind: usual, on a flat plane, and without errors.
 SENSORS, COLUMNS, SLOTS = 3, 6, 2
 NO_GATES = {"downweight_nis": np.inf, "refuse_nis": np.inf, "cone_ratio": 0.0}
 TRACKING: dict[str, dict[str, Any]] = {
@@ -24,7 +24,7 @@ TRACKING: dict[str, dict[str, Any]] = {
     "not gated": NO_GATES,
     "velocity frame": {"motion": VELOCITY_FRAME, **NO_GATES},
 }
-#: Every filter, and the one that estimates time offsets with such.
+#: Every filter, and the two-stage filter with time offsets.
 CASES = [*((name, False) for name in FILTERS), ("two-stage", True)]
 DIAGONAL = [0, 4, 7, 9]
 
@@ -81,7 +81,7 @@ def hostile_model(tracking: TrackingSettings, *, timed: bool) -> Model:
 @example([(0, 1.0, 1, i, 1e4, 1e4, 3e3) for i in range(3)])
 @example([(0, 1.0, 0, 0, 5e4, 1.0, np.nan), *[(0, 2.0, 5, i, 0.1, 1.0, np.nan) for i in range(3)]])
 @example([(0, 1.0, 0, 0, 5e4, 1.0, 3e3), *[(0, 2.0, 5, i, 0.1, 1.0, 3e3) for i in range(3)]])
-def test_no_number_that_is_none_leaves_the_kernel(
+def test_states_remain_finite_for_invalid_rows(
     name: str, timed: bool, how: str, sequence: list[Row]
 ) -> None:
     definition = FILTERS[name]
@@ -97,7 +97,7 @@ def test_no_number_that_is_none_leaves_the_kernel(
     work = Work(np.array([0]), np.array([0, count]), np.arange(count))
     definition.step(work, given_rows, model, aircraft, result, want_readout=True)
     definition.close(np.arange(SLOTS), model, aircraft, result.information, result.vector)
-    # Raises for what is no outcome.
+    # Raises for an undefined outcome.
     outcomes = {Outcome(code) for code in result.outcome.tolist()}
     started = ~np.isnan(aircraft.time)
     assert started.any() == bool(outcomes & {Outcome.STARTED})
@@ -134,43 +134,49 @@ def outcomes_of(name: str, sequence: list[Row]) -> list[Outcome]:
 
 
 START: Row = (0, 1.0, 0, 0, 5e4, 1.0, 3e3)
-BEGUN = Outcome.STARTED
+INITIATED = Outcome.STARTED
 EXPECTED: dict[str, tuple[list[Row], list[Outcome]]] = {
     "no aircraft": ([(-1, 1.0, 0, 0, 5e4, 1.0, 3e3)], [Outcome.UNASSOCIATED]),
     "no free slot": ([(-2, 1.0, 0, 0, 5e4, 1.0, 3e3)], [Outcome.NO_ROOM]),
     "a first time without end": ([(0, np.inf, 0, 0, 5e4, 1.0, 3e3)], [Outcome.REFUSED]),
-    "a time that is none": ([START, (0, np.nan, 0, 0, 5e4, 1.0, 3e3)], [BEGUN, Outcome.REFUSED]),
-    "a time without end": ([START, (0, np.inf, 0, 0, 5e4, 1.0, 3e3)], [BEGUN, Outcome.REFUSED]),
+    "a time that is none": (
+        [START, (0, np.nan, 0, 0, 5e4, 1.0, 3e3)],
+        [INITIATED, Outcome.REFUSED],
+    ),
+    "a time without end": ([START, (0, np.inf, 0, 0, 5e4, 1.0, 3e3)], [INITIATED, Outcome.REFUSED]),
     "a first range too large": ([(0, 1.0, 0, 0, 1e13, 1.0, 3e3)], [Outcome.UNLOCATABLE]),
-    "a later range too large": ([START, (0, 5.0, 0, 0, 1e13, 1.0, 3e3)], [BEGUN, Outcome.SINGULAR]),
-    "days of silence": ([START, (0, 2e5, 0, 0, 5e4, 1.0, 3e3)], [BEGUN, Outcome.RESTARTED]),
+    "a later range too large": (
+        [START, (0, 5.0, 0, 0, 1e13, 1.0, 3e3)],
+        [INITIATED, Outcome.SINGULAR],
+    ),
+    "days of silence": ([START, (0, 2e5, 0, 0, 5e4, 1.0, 3e3)], [INITIATED, Outcome.RESTARTED]),
     "too early, time and again": (
         [START, *[(0, 0.5, 0, 0, 5e4, 1.0, 3e3)] * 4, (0, 5.0, 0, 0, 5e4, 1.0, 3e3)],
-        [BEGUN, *[Outcome.REFUSED] * 4, Outcome.UPDATED],
+        [INITIATED, *[Outcome.REFUSED] * 4, Outcome.UPDATED],
     ),
     "a far plot, time and again": (
         [START, *[(0, 5.0, 0, 0, 9e4, 2.0, 3e3)] * 4],
-        [BEGUN, *[Outcome.REFUSED] * 3, Outcome.RESTARTED],
+        [INITIATED, *[Outcome.REFUSED] * 3, Outcome.RESTARTED],
     ),
 }
 
 
 @pytest.mark.parametrize("name", FILTERS)
 @pytest.mark.parametrize("case", EXPECTED)
-def test_every_filter_says_the_same_of_a_row(name: str, case: str) -> None:
+def test_all_filters_give_the_same_outcome(name: str, case: str) -> None:
     sequence, expected = EXPECTED[case]
     assert outcomes_of(name, sequence) == expected
 
 
 @pytest.mark.parametrize("name", FILTERS)
-def test_a_first_bearing_has_no_place_and_says_nothing_to_filters_that_take_none(name: str) -> None:
+def test_a_first_bearing_is_unlocatable_or_unsupported(name: str) -> None:
     expected = Outcome.UNLOCATABLE if FILTERS[name].accepts_bearings else Outcome.UNSUPPORTED
     assert outcomes_of(name, [(0, 1.0, 2, 0, 5e4, 1.0, 3e3)]) == [expected]
 
 
-# To covariance intersection the biases are noise: no sensor is without.
+# For covariance intersection biases are noise: no sensor is exact.
 @pytest.mark.parametrize("name", sorted(FILTERS.keys() - {"ci"}))
-def test_what_is_known_without_errors_cannot_be_corrected_but_begun_anew(name: str) -> None:
+def test_an_exact_state_is_restarted_after_singular_updates(name: str) -> None:
     exact: Row = (0, 1.0, 1, 2, 1e4, 1e4, 3e3)
     outcomes = outcomes_of(name, [exact] * 4 + [START])
-    assert outcomes == [BEGUN, *[Outcome.SINGULAR] * 3, Outcome.RESTARTED]
+    assert outcomes == [INITIATED, *[Outcome.SINGULAR] * 3, Outcome.RESTARTED]

@@ -1,4 +1,4 @@
-"""Whatever the velocity: noise is a bounded covariance that turns with the aircraft."""
+"""For any velocity noise is a bounded covariance that rotates with the course."""
 
 import numpy as np
 from hypothesis import given
@@ -38,10 +38,10 @@ def test_the_noise_is_a_bounded_covariance_at_every_velocity(
 
 
 @given(velocities, spreads, angles)
-def test_the_noise_turns_with_the_aircraft(
+def test_the_noise_rotates_with_the_course(
     velocity: NDArray[np.float64], spread: tuple[float, float, float], angle: float
 ) -> None:
-    """The paper's claim: nothing depends on the direction of the horizontal axes."""
+    """Claim of the paper: nothing depends on the direction of the horizontal axes."""
     turn = about_the_vertical(angle)
     turned = acceleration_covariance(turn @ velocity, *spread)
     expected = turn @ acceleration_covariance(velocity, *spread) @ turn.T
@@ -50,7 +50,7 @@ def test_the_noise_turns_with_the_aircraft(
 
 
 @given(velocities, st.floats(0.0, 60.0), st.none() | st.floats(0.1, 10.0))
-def test_what_an_interval_adds_is_a_covariance(
+def test_process_noise_is_a_covariance(
     velocity: NDArray[np.float64], interval_s: float, nominal_s: float | None
 ) -> None:
     model = VelocityFrameNoise(1.5, 0.05, 0.02, nominal_interval_s=nominal_s)
@@ -60,7 +60,7 @@ def test_what_an_interval_adds_is_a_covariance(
 
 
 @given(velocities)
-def test_a_velocity_comes_back_from_its_frame(velocity: NDArray[np.float64]) -> None:
+def test_velocity_survives_conversion_to_the_frame_and_back(velocity: NDArray[np.float64]) -> None:
     frame = velocity_to_frame(velocity)
     np.testing.assert_array_equal(canonical_frame(frame)[0], frame)
     np.testing.assert_allclose(frame_to_velocity(frame), velocity, rtol=1e-12, atol=1e-11)
@@ -71,7 +71,7 @@ def test_a_velocity_comes_back_from_its_frame(velocity: NDArray[np.float64]) -> 
     st.tuples(*[st.floats(-6.0, 6.0)] * 3),
     angles,
 )
-def test_a_path_of_the_velocity_frame_turns_with_its_start(
+def test_a_path_of_the_velocity_frame_rotates_with_its_start(
     frame: tuple[float, float, float], draws: tuple[float, float, float], angle: float
 ) -> None:
     model = VelocityFrame(3.0, 0.1, 0.1)

@@ -1,4 +1,4 @@
-"""What holds of the polynomial filter whatever is observed, and when."""
+"""Properties of the polynomial filter for any observations."""
 
 import numpy as np
 from hypothesis import given, settings
@@ -37,12 +37,12 @@ def assert_same(one: PolynomialState, other: PolynomialState, times_s: Floats) -
 
 @given(degree=degrees, count=st.integers(1, 12), seed=seeds, cuts=st.lists(st.integers(0, 12)))
 @settings(max_examples=30)
-def test_measurements_say_the_same_however_they_are_grouped_and_equal_times_in_any_order(
+def test_estimates_do_not_depend_on_grouping_or_order_of_equal_times(
     degree: int, count: int, seed: int, cuts: list[int]
 ) -> None:
     rng = np.random.default_rng(seed)
     first = prior(degree, 10.0, rng)
-    # Whole seconds, so that several fall on one.
+    # Whole seconds, so that several coincide.
     times = np.sort(rng.integers(0, 10, count)).astype(float)
     values, variances = rng.normal(size=count), 10.0 ** rng.uniform(-2.0, 2.0, count)
     other = np.lexsort((rng.uniform(size=count), times))
@@ -56,10 +56,10 @@ def test_measurements_say_the_same_however_they_are_grouped_and_equal_times_in_a
 
 @given(degree=degrees, seed=seeds, share=st.floats(1e-3, 0.999), span_s=st.floats(1e-2, 1e4))
 @settings(max_examples=30)
-def test_an_interval_split_anywhere_says_the_same(
+def test_splitting_an_interval_does_not_change_the_estimate(
     degree: int, seed: int, share: float, span_s: float
 ) -> None:
-    """The moments of the whole are those of its parts, seen through the basis of each part."""
+    """The moments of the whole are those of its parts, transformed by the basis of each part."""
     rng = np.random.default_rng(seed)
     first = prior(degree, span_s, rng)
     moments = rng.normal(size=(2, degree + 1)) * span_s
@@ -77,7 +77,7 @@ def test_an_interval_split_anywhere_says_the_same(
 def test_covariances_are_symmetric_and_without_negative_eigenvalues(
     degree: int, count: int, seed: int, horizon: float
 ) -> None:
-    """At any time, near or absurdly far, with any number of measurements, sharp or blunt."""
+    """At any time, near or absurdly far, with any number of measurements of any accuracy."""
     rng = np.random.default_rng(seed)
     times = np.sort(rng.uniform(0.0, 100.0, count))
     state = observe(
@@ -93,7 +93,7 @@ def test_covariances_are_symmetric_and_without_negative_eigenvalues(
 
 @given(degree=degrees, seed=seeds)
 @settings(max_examples=20)
-def test_an_observation_never_makes_an_estimate_wider(degree: int, seed: int) -> None:
+def test_an_observation_never_increases_the_covariance(degree: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     before = observe(prior(degree, 10.0, rng), [1.0, 4.0], [0.0, 0.0], 1.0)
     after = observe_interval(before, 4.0, 4.0 + rng.uniform(0.1, 9.0), np.zeros(degree + 1), 0.5)

@@ -1,4 +1,4 @@
-"""A fan follows from the bundle alone, and never breaks."""
+"""A forecast ensemble is a valid function of the bundle alone."""
 
 import numpy as np
 from hypothesis import given, settings
@@ -29,7 +29,7 @@ def _bundle(seed: int, lateral_mps2: float, until_s: float) -> Bundle:
     st.lists(st.floats(0.0, AHEAD_MAX_S), min_size=1, max_size=6),
     st.builds(ManoeuvreHistory, st.floats(0.0, 1e7), st.floats(0.0, 1e7)),
 )
-def test_the_same_bundle_gives_the_same_fan_and_a_sound_one(
+def test_the_same_bundle_gives_the_same_valid_ensemble(
     seed: int, lateral_mps2: float, until_s: float, ahead: list[float], habits: ManoeuvreHistory
 ) -> None:
     times = np.sort(ahead)
@@ -44,6 +44,6 @@ def test_the_same_bundle_gives_the_same_fan_and_a_sound_one(
     np.testing.assert_array_equal(one.covariance, two.covariance)
     np.testing.assert_allclose(one.weight.sum(axis=1), 1.0, rtol=1e-9)
     assert np.isfinite(one.state).all()
-    # Of all members, later ones without chance included.
+    # Of all members, including later ones with probability zero.
     assert np.linalg.eigvalsh(one.covariance).min() > 0.0
     assert np.linalg.eigvalsh(one.spread()).min() > 0.0

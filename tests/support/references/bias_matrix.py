@@ -1,4 +1,4 @@
-"""How the bias parameters of a radar enter its plot, as a matrix."""
+"""Derivative of a plot by the bias parameters of its radar, as a matrix."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,7 +20,7 @@ def bias_matrix(
     range_rate_mps: ArrayLike,
     azimuth_rate_rad_per_s: ArrayLike,
 ) -> NDArray[np.float64]:
-    """Return J: how a sensor's bias parameters enter a plot, equation (1.5).
+    """Return J: derivative of a plot by the bias parameters of its sensor, equation (1.5).
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def bias_matrix(
     UnknownParameterError
         If a kind is unknown.
     ShapeError
-        If range and rates are no numbers, or do not go together.
+        If range and rates are not numeric, or their shapes do not match.
 
     Notes
     -----
@@ -78,5 +78,5 @@ def _side_by_side(*arrays: NDArray[np.float64]) -> tuple[NDArray[np.float64], ..
         return np.broadcast_arrays(*arrays)
     except ValueError as error:
         shapes = ", ".join(str(one.shape) for one in arrays)
-        expected = "shapes that go together"
+        expected = "shapes that broadcast"
         raise ShapeError("range and rates", expected, (), f"of the shapes {shapes}") from error

@@ -1,4 +1,4 @@
-"""The linearised Cartesian form of a radar plot, as the report prints it."""
+"""The linearised Cartesian form of a radar plot, as in the report."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -8,14 +8,14 @@ from multiradar.estimation.array_checks import component_array
 
 
 def cartesian_bias_matrix(site_m: ArrayLike, position_m: ArrayLike) -> NDArray[np.float64]:
-    """Return C^ς = D: how errors of range and azimuth move the place, equation (1.11).
+    """Return C^ς = D: derivative of the position by range and azimuth, equation (1.11).
 
     Parameters
     ----------
     site_m : (..., 2) array_like
         East and north of the radar, m.
     position_m : (..., 2) array_like
-        East and north of the aircraft, m; in a filter, as predicted.
+        East and north of the aircraft, m; in a filter the predicted position.
 
     Returns
     -------
@@ -26,8 +26,8 @@ def cartesian_bias_matrix(site_m: ArrayLike, position_m: ArrayLike) -> NDArray[n
     Raises
     ------
     ShapeError
-        If an aircraft is at the very place of the radar, where there is no line of sight, or a
-        place is not two numbers.
+        If an aircraft is at the position of the radar, without a line of sight, or a position is
+        not two numbers.
 
     References
     ----------
@@ -37,7 +37,7 @@ def cartesian_bias_matrix(site_m: ArrayLike, position_m: ArrayLike) -> NDArray[n
     line = place - component_array(site_m, "site of the radar", 2)
     length = np.linalg.norm(line, axis=-1)
     if not (length > 0.0).all():
-        raise ShapeError("position", "a place away from the radar", place.shape, "the radar's own")
+        raise ShapeError("position", "a distance from the radar", place.shape, "the radar's own")
     across = np.stack([line[..., 1], -line[..., 0]], axis=-1)  # Ω (x − x^R), (1.11)
     return np.stack([line / length[..., None], across], axis=-1)
 
@@ -45,7 +45,7 @@ def cartesian_bias_matrix(site_m: ArrayLike, position_m: ArrayLike) -> NDArray[n
 def cartesian_noise(
     bias_matrix: NDArray[np.float64], range_sigma_m: ArrayLike, azimuth_sigma_rad: ArrayLike
 ) -> NDArray[np.float64]:
-    """Return D W Dᵀ, the covariance of the noise of the place; W is that of (1.13).
+    """Return D W Dᵀ, the covariance of the noise of the position; W is that of (1.13).
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ from multiradar.restoration.control_tracks.tracks import GeometricTrack
 
 
 def mean_distance(one: GeometricTrack, other: GeometricTrack) -> float:
-    """Return how far two geometric tracks on one grid are apart.
+    """Return the mean distance of two geometric tracks on one grid.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What is accepted as an array of numbers or of times, and what is said otherwise."""
+"""Accepted arrays of numbers and of times, and the errors of others."""
 
 from fractions import Fraction
 from typing import Any
@@ -26,7 +26,7 @@ from multiradar.estimation.array_checks import (
         np.array(["2026-01-01"], "datetime64[D]"), ["x" * 500],
     ],
 )  # fmt: skip
-def test_what_is_no_number_is_told_with_what_it_was(given: Any) -> None:
+def test_invalid_numbers_are_rejected_with_their_value(given: Any) -> None:
     with pytest.raises(ShapeError, match=r"^sites: expected numbers, was .") as caught:
         require_numbers(given, "sites")
     assert len(str(caught.value)) < 100
@@ -72,7 +72,7 @@ def test_one_positive_number_stands_for_all() -> None:
 
 
 @pytest.mark.parametrize("wrong", [0.0, -0.1, np.inf, np.nan])
-def test_the_number_that_is_not_positive_is_named_by_the_error_asked_for(wrong: float) -> None:
+def test_a_nonpositive_number_raises_the_given_error(wrong: float) -> None:
     message = f"sigma: expected a finite number above 0, was {wrong}"
     with pytest.raises(ConfigurationError, match=message) as caught:
         positive_array([1.0, wrong], "sigma", (2,))
@@ -88,7 +88,7 @@ def test_vectors_are_counted_by_their_last_axis() -> None:
             component_array(wrong, "position", 3)
 
 
-def test_times_may_stand_still_but_not_go_back() -> None:
+def test_times_may_repeat_but_not_decrease() -> None:
     np.testing.assert_array_equal(ascending_times([1.0, 1.0, 2.0], "plot", 1.0), [1.0, 1.0, 2.0])
     assert len(ascending_times([], "plot", 5.0)) == 0
     with pytest.raises(TimeOrderError, match=r"3.0 s or later, was 2.0 s"):
@@ -102,7 +102,7 @@ def test_times_may_stand_still_but_not_go_back() -> None:
         ascending_times(1.0, "plot", 0.0)
 
 
-def test_an_interval_is_longer_than_nothing() -> None:
+def test_an_interval_has_positive_length() -> None:
     np.testing.assert_array_equal(interval_edges([0.0, 1.0], "edge", 0.0), [0.0, 1.0])
     with pytest.raises(TimeOrderError, match=r"1.0 s or later, was 1.0 s"):
         interval_edges([0.0, 1.0, 1.0], "edge", 0.0)

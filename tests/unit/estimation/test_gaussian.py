@@ -1,4 +1,4 @@
-"""What is accepted as a covariance, and what is said otherwise."""
+"""Accepted covariances, and the errors of others."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def test_a_covariance_of_metres_and_radians_is_accepted() -> None:
         (np.array([[1.0, 2.0], [2.0, 1.0]]), "eigenvalue -1"),
     ],
 )
-def test_what_is_no_covariance_is_named(matrix: np.ndarray, message: str) -> None:
+def test_an_invalid_covariance_is_rejected(matrix: np.ndarray, message: str) -> None:
     with pytest.raises(CovarianceError, match=message):
         require_covariance(matrix, "track")
 
@@ -56,7 +56,7 @@ def test_normalised_squared_error_has_the_mean_of_its_dimension() -> None:
     assert found.mean() == pytest.approx(3.0, abs=0.1)
 
 
-def test_a_number_alone_is_no_covariance_and_errors_have_its_components() -> None:
+def test_a_scalar_is_not_a_covariance_and_errors_must_match() -> None:
     with pytest.raises(CovarianceError, match=r"x: expected a square matrix, was of shape \(\)"):
         require_covariance(1.0, "x")
     with pytest.raises(ShapeError, match="x: expected numbers, was 'wide'"):
@@ -65,6 +65,6 @@ def test_a_number_alone_is_no_covariance_and_errors_have_its_components() -> Non
         normalised_squared(np.zeros(3), np.eye(2))
 
 
-def test_normalised_squared_refuses_what_is_no_covariance() -> None:
+def test_normalised_squared_rejects_an_invalid_covariance() -> None:
     with pytest.raises(CovarianceError):
         normalised_squared(np.ones(2), np.array([[1.0, 2.0], [2.0, 1.0]]))

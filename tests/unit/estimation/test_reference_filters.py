@@ -1,4 +1,4 @@
-"""The plain filters that the compiled ones are judged by: equal where theory says so."""
+"""The plain reference filters: equal where theory requires it."""
 
 from dataclasses import replace
 
@@ -45,7 +45,7 @@ MICROMETRE = 1e-6
 def assert_equal_estimates(
     found: tuple[np.ndarray, np.ndarray], expected: tuple[np.ndarray, np.ndarray], unit: np.ndarray
 ) -> None:
-    """Means to a micrometre (biases: in units that move a plot as much), variances to 1e-9."""
+    """Means to a micrometre (biases: their effect on a plot), variances to 1e-9."""
     np.testing.assert_allclose(found[0] / unit, expected[0] / unit, rtol=0, atol=MICROMETRE)
     sigmas = np.sqrt(np.diagonal(expected[1]))
     scale = np.outer(sigmas, sigmas)
@@ -53,7 +53,7 @@ def assert_equal_estimates(
 
 
 def lively_scene(seed: int, drift: float = 0.0) -> Scene:
-    """Irregular and missing plots, births and deaths, three radars with all kinds of biases."""
+    """Irregular and missing plots, new and removed aircraft, three radars, all kinds of biases."""
     rng = np.random.default_rng(seed)
     radars = [replace(one, detection=0.7) for one in three_radars()]
     more = {PARAMETER_RANGE_GAIN: 4e-4, PARAMETER_TIME_OFFSET: 0.2}
@@ -87,7 +87,7 @@ def test_two_stage_equals_joint_on_the_report_s_scene(model: MeasurementModel) -
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_two_stage_equals_joint_with_gaps_births_and_deaths(seed: int) -> None:
-    """Exact for constant biases of all kinds, process noise, and aircraft that come and go."""
+    """Exact for constant biases of all kinds, process noise, and new and removed aircraft."""
     scene = lively_scene(seed)
     model = EllipsoidPolar(scene.plane, scene.sensors)
     joint = JointKalman(model, bias_prior(scene), 0.3)
@@ -110,7 +110,7 @@ def test_two_stage_equals_joint_with_gaps_births_and_deaths(seed: int) -> None:
         two_stage.aircraft(int(scene.aircraft[-1]))
 
 
-def test_an_aircraft_that_has_left_leaves_its_knowledge_of_the_biases() -> None:
+def test_bias_information_of_a_removed_aircraft_remains() -> None:
     scene = lively_scene(4)
     two_stage = TwoStage(EllipsoidPolar(scene.plane, scene.sensors), bias_prior(scene), 0.3)
     guesses = start_guesses(np.random.default_rng(4), scene)
@@ -123,7 +123,7 @@ def test_an_aircraft_that_has_left_leaves_its_knowledge_of_the_biases() -> None:
 
 
 def test_two_stage_with_drift_follows_the_joint_filter_within_a_percent() -> None:
-    """Re-anchored every second at 1 m/√s and 0.02°/√s the position differs by at most 1 %."""
+    """With drift steps of a second at 1 m/√s and 0.02°/√s positions differ by at most 1 %."""
     scene = lively_scene(5, drift=1.0)
     model = EllipsoidPolar(scene.plane, scene.sensors)
     filters: list[ReferenceFilter] = [
@@ -141,7 +141,7 @@ def test_two_stage_with_drift_follows_the_joint_filter_within_a_percent() -> Non
     assert half[:, 1].mean() == pytest.approx(half[:, 0].mean(), rel=0.01)
 
 
-def test_epochs_lose_nothing_but_a_linearisation() -> None:
+def test_epochs_lose_only_linearisation_accuracy() -> None:
     """Published every 4 s instead of every plot, the two-stage filter ends within 0.3 sigma.
 
     The starts are off by 500 m and the biases by as much: the first epochs are linearised there.
@@ -169,7 +169,7 @@ def test_polar_two_stage_is_consistent() -> None:
     for seed in range(40):
         rng = np.random.default_rng(1000 + seed)
         flights = random_flights(rng, 4, 60.0, acceleration_density=0.3)
-        # The claim of the prior is part of what is tested: biases are drawn from it.
+        # The prior is tested too: biases are drawn from it.
         drawn = rng.normal(size=(3, 2)) * [500.0, np.radians(0.5)]
         radars = [
             replace(one, biases=dict(enumerate(biases_of_one.tolist())))
@@ -180,7 +180,7 @@ def test_polar_two_stage_is_consistent() -> None:
         last = {}
         for row, observation in play(scene, [two_stage], start_guesses(rng, scene)):
             last[observation.aircraft] = row
-        # One aircraft a run, so that the samples are independent.
+        # One aircraft per run, so that the samples are independent.
         chosen = observation.aircraft
         mean, covariance = two_stage.aircraft(chosen)
         aircraft.append(float(normalised_squared(mean - scene.truth[last[chosen]], covariance)))
@@ -192,7 +192,7 @@ def test_polar_two_stage_is_consistent() -> None:
 
 
 def random_joint_covariance(rng: np.random.Generator) -> np.ndarray:
-    """Covariance of (χ, ς) with anything between no and nearly full correlation."""
+    """Covariance of (χ, ς) with any correlation from none to nearly full."""
     root = rng.normal(size=(6, rng.integers(2, 7)))
     units = np.array([100.0, 150.0, 10.0, 12.0, 200.0, 3e-3]) * 10 ** rng.uniform(-1, 1, 6)
     correlated = root @ root.T + 10 ** rng.uniform(-6, 0) * np.eye(6)
@@ -248,18 +248,18 @@ def test_intersection_that_cannot_improve_leaves_the_bound_alone() -> None:
     gain, kept = intersect(bound, matrix, other, np.eye(2), weights)
     np.testing.assert_array_equal(gain, np.zeros((4, 2)))
     np.testing.assert_array_equal(kept, bound)
-    # Any γ would have made it worse, which is why the rule exists.
+    # Any γ would have increased the bound.
     for gamma in (1e-4, 1e-2, 1.0):
         grown = intersection_bound(gamma, bound, matrix, other, np.eye(2))[1]
         assert weights @ np.diagonal(grown) > weights @ np.diagonal(bound)
 
 
-def test_separated_filters_keep_aircraft_and_radars_apart() -> None:
+def test_separated_filters_update_only_one_aircraft_and_radar() -> None:
     """Plots of one pair change this aircraft and radar, nothing else; covariances stay such."""
     for separated in (BlomSeparated, CovarianceIntersection):
         scene = report_scene(np.random.default_rng(21), tracks=2, duration_s=40)
         one = separated(POLAR, report_prior(), 0.0)
-        # Well known at the start: with a vague aircraft CI rightly refuses to touch the biases.
+        # Accurate initial state: with an uncertain aircraft CI does not update the biases.
         for aircraft in (0, 1):
             known = np.diag([50.0**2, 50.0**2, 1.0, 1.0])
             off = np.array([40.0, -30.0, 0.5, 0.5])
@@ -291,9 +291,9 @@ def mean_errors(one: ReferenceFilter, scene: ReportScene) -> dict[str, float]:
 
 @pytest.mark.slow
 def test_orders_of_magnitude_of_section_1_6() -> None:
-    """A plot every 4 s for 1000 s: Kalman is off by metres, CI by tens, Blom by hundreds.
+    """A plot every 4 s for 1000 s: errors of metres for Kalman, tens for CI, hundreds for Blom.
 
-    Velocities count as the way of 100 s in the trace of CI; with 10 s it settles much later.
+    Velocities count as the distance of 100 s in the trace of CI; with 10 s it converges later.
     """
     scene = report_scene(np.random.default_rng(0), tracks=8, duration_s=1000, interval_s=4)
     errors = {}

@@ -1,4 +1,4 @@
-"""Straight ways over ground against PROJ's geodesics."""
+"""The direct geodesic problem against PROJ."""
 
 import numpy as np
 import pyproj
@@ -7,7 +7,7 @@ import pytest
 from multiradar.geodesy.geodesic import direct_geodesic
 
 
-def test_a_way_ends_where_the_geodesic_does() -> None:
+def test_the_direct_geodesic_equals_proj() -> None:
     random = np.random.default_rng(1)
     latitude, longitude = random.uniform(-90, 90, 500), random.uniform(-180, 180, 500)
     heading, distance = random.uniform(0, 360, 500), random.uniform(0, 30_000, 500)
@@ -20,7 +20,7 @@ def test_a_way_ends_where_the_geodesic_does() -> None:
         end_longitude, end_latitude, np.degrees(way.longitude_rad), np.degrees(way.latitude_rad)
     )
     assert np.max(apart) < 1.0
-    # Beside a pole the heading is that of the meridian at hand: a metre is many degrees.
+    # Near a pole the heading changes by many degrees per metre.
     far = np.abs(end_latitude) < 89.0
     turn = np.degrees(way.heading_rad) - (np.asarray(back) + 180.0)
     assert np.max(np.abs((turn[far] + 180.0) % 360.0 - 180.0)) < 0.01
@@ -37,6 +37,6 @@ def test_over_the_pole_and_over_the_antimeridian() -> None:
     assert np.degrees(way.longitude_rad[1]) == pytest.approx(-180.0 + 0.0795, abs=2e-4)
 
 
-def test_nowhere_is_where_it_was() -> None:
+def test_distance_zero_returns_the_start() -> None:
     way = direct_geodesic([0.7], [-2.0], [1.2], [0.0])
     assert np.stack(way)[:, 0] == pytest.approx([0.7, -2.0, 1.2])

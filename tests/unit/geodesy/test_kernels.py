@@ -44,7 +44,7 @@ def random_aircraft(
 def test_predicted_polar_is_that_of_proj_and_of_the_plain_form(
     site: tuple[float, float, float], form: Form
 ) -> None:
-    """Required is 1 m at 400 km; ten micrometres leave room for the rounding of PROJ's chain."""
+    """Required is 1 m at 400 km; ten micrometres allow for the rounding of PROJ."""
     latitude, longitude, height = random_aircraft(site, 300, 420e3, 2)
     east, north = PLANE.to_plane(latitude, longitude)
     parameters = site_of(site)
@@ -68,7 +68,7 @@ def test_predicted_polar_is_that_of_proj_and_of_the_plain_form(
 
 @pytest.mark.parametrize("site", SITES)
 def test_jacobian_is_that_of_central_differences(site: tuple[float, float, float]) -> None:
-    """Steps of 2 m: the differences themselves are good to 1e-7 at most."""
+    """Steps of 2 m: the differences are accurate to 1e-7 at best."""
     latitude, longitude, height = random_aircraft(site, 200, 420e3, 3)
     east, north = PLANE.to_plane(latitude, longitude)
     parameters = site_of(site)
@@ -93,7 +93,7 @@ def test_jacobian_is_that_of_central_differences(site: tuple[float, float, float
 
 
 def test_height_term_of_the_jacobian_matters() -> None:
-    """At 20 km the point moves 0.3 % farther than its foot: differences see it, so must we."""
+    """At 20 km the point moves 0.3 % farther than its foot."""
     parameters = site_of(SITES[0])
     low = kernels.predict_polar(PLANE.parameters, parameters, 2e5, 1e5, 0.0)
     high = kernels.predict_polar(PLANE.parameters, parameters, 2e5, 1e5, 20_000.0)
@@ -116,7 +116,7 @@ def test_locate_finds_the_foot_of_what_was_predicted(
             PLANE.parameters, parameters, slant, azimuth % (2 * math.pi), h
         )
         assert found[0]
-        # Nearly above the radar a micrometre of range is much of ground range.
+        # Nearly above the radar a micrometre of range is much ground range.
         assert math.hypot(found[1] - e, found[2] - n) < 1e-3
 
 
@@ -136,7 +136,7 @@ def test_locate_finds_the_foot_of_what_was_predicted(
         (5e4, 1.0, math.nan),
     ],
 )
-def test_locate_says_no_where_there_is_no_solution(
+def test_locate_fails_without_a_solution(
     slant: float, azimuth: float, height: float, form: Form
 ) -> None:
     found = form(kernels.locate_polar)(PLANE.parameters, site_of(SITES[0]), slant, azimuth, height)
@@ -147,7 +147,7 @@ def test_locate_says_no_where_there_is_no_solution(
 
 @pytest.mark.parametrize("beyond_m", [0.0, 1e-7, 1e-5, 1e-3, 0.1, 10.0])
 def test_locate_finds_the_zenith(beyond_m: float) -> None:
-    """The first form of the start was 7 cm off there, and Newton went astray on the azimuth."""
+    """With an initial error of 7 cm there Newton diverged in azimuth."""
     site = SITES[0]
     slant = 8_000.0 + beyond_m
     ok, e, n = kernels.locate_polar(PLANE.parameters, site_of(site), slant, 0.7, 8_250.0)
@@ -166,7 +166,7 @@ def test_above_the_radar_nothing_is_divided_by_zero() -> None:
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_outside_the_plane_every_kernel_says_so(form: Form) -> None:
+def test_all_kernels_report_points_outside_the_plane(form: Form) -> None:
     parameters = PLANE.parameters
     for e, n in ((5e6, 3e6), (9e6, 0.0), (math.nan, 0.0)):
         assert all(
@@ -213,5 +213,5 @@ def test_angles_wrap_to_the_nearest(angle: float, wrapped: float, form: Form) ->
 
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("angle", [math.nan, math.inf, -math.inf])
-def test_what_is_no_angle_becomes_nan(angle: float, form: Form) -> None:
+def test_infinite_angles_become_nan(angle: float, form: Form) -> None:
     assert math.isnan(form(kernels.wrap_angle)(angle))  # type: ignore[arg-type]

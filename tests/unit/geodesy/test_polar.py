@@ -40,6 +40,6 @@ def test_azimuth_is_clockwise_from_north() -> None:
 
 
 def test_azimuth_is_never_a_full_turn() -> None:
-    # A hair to the west of north used to round to 2π.
+    # Slightly west of north used to round to 2π.
     _, azimuth, _ = slant_range_azimuth((0.3, 0.0, 0.0), 0.4, -1e-18, 0.0)
     assert azimuth < 2 * np.pi

@@ -38,7 +38,7 @@ def test_the_matrix_turns_and_stretches_displacements() -> None:
         np.testing.assert_allclose(matrix[:, column], (there - here) / 100.0, atol=1e-5)
 
 
-def test_poles_and_the_point_opposite_are_no_fault() -> None:
+def test_poles_and_the_antipode_are_valid() -> None:
     plane = StereographicPlane(*np.radians([47.0, 8.0]).tolist())
     latitude, longitude = np.radians([90.0, -90.0, -47.0]), np.radians([0.0, 0.0, -172.0])
     x, y = plane.to_plane(latitude, longitude)
@@ -49,6 +49,6 @@ def test_poles_and_the_point_opposite_are_no_fault() -> None:
 
 
 @pytest.mark.parametrize("centre", [(90.0, 0.0), (np.nan, 0.0), (0.0, 181.0)])
-def test_a_centre_that_is_none_is_told(centre: tuple[float, float]) -> None:
+def test_an_invalid_centre_is_rejected(centre: tuple[float, float]) -> None:
     with pytest.raises(ConfigurationError, match="centre of the stereographic plane"):
         StereographicPlane(*np.radians(centre).tolist())

@@ -40,7 +40,7 @@ def test_east_and_north_are_not_swapped() -> None:
 
 
 def test_speed_and_heading_are_those_of_the_geodesic_flown() -> None:
-    """Ten seconds on the plane 400 km from the centre, measured with PROJ on the ground."""
+    """Ten seconds in the plane 400 km from the centre, measured with PROJ on the ground."""
     plane = plane_at((56.0, 61.0))
     east, north = 350_000.0, -200_000.0
     speed, heading = plane.ground_velocity(east, north, 190.0, -120.0)
@@ -51,15 +51,15 @@ def test_speed_and_heading_are_those_of_the_geodesic_flown() -> None:
     ends = np.degrees([longitude, latitude])
     azimuth, _, distance = geod.inv(ends[0, 0], ends[1, 0], ends[0, 1], ends[1, 1])
     assert speed == pytest.approx(distance / 10.0, rel=1e-6)
-    # The azimuth at the middle of the way is that at its start plus half the convergence.
+    # The azimuth at the middle of the path is that at its start plus half the convergence.
     _, back, _ = geod.inv(ends[0, 0], ends[1, 0], ends[0, 1], ends[1, 1])
     middle = (azimuth + np.mod(back + 180.0, 360.0)) / 2.0
     assert np.degrees(heading) == pytest.approx(middle, abs=1e-4)
-    # The plane shortens ways outwards by 0.2 % there.
+    # The plane shortens radial distances by 0.2 % there.
     assert speed / np.hypot(190.0, 120.0) == pytest.approx(1.002, abs=1e-4)
 
 
-def test_an_aircraft_that_is_high_is_faster_than_its_foot() -> None:
+def test_an_aircraft_moves_faster_than_its_foot() -> None:
     plane = plane_at((56.0, 61.0))
     low, _ = plane.ground_velocity(3e4, 8e4, -100.0, 200.0)
     high, _ = plane.ground_velocity(3e4, 8e4, -100.0, 200.0, 12_000.0)
@@ -75,7 +75,9 @@ def test_heading_is_clockwise_from_north_in_a_full_turn() -> None:
 @pytest.mark.parametrize(
     "place", [(5e6, 3e6), (7e6, 0.0), (np.nan, 0.0), (np.inf, 0.0), (0.0, -np.inf)]
 )
-def test_a_foot_beyond_the_limit_is_rejected_with_its_position(place: tuple[float, float]) -> None:
+def test_a_foot_outside_the_plane_is_rejected_with_its_coordinates(
+    place: tuple[float, float],
+) -> None:
     plane = plane_at((56.0, 61.0))
     with pytest.raises(OutsidePlaneError, match="within 60 degrees") as caught:
         plane.to_geodetic([0.0, place[0]], [0.0, place[1]])
@@ -85,13 +87,13 @@ def test_a_foot_beyond_the_limit_is_rejected_with_its_position(place: tuple[floa
 
 
 @pytest.mark.parametrize("place", [(-60.0, 61.0), (56.0, -119.0), (np.nan, 0.0), (0.0, np.nan)])
-def test_a_position_beyond_the_limit_is_refused(place: tuple[float, float]) -> None:
+def test_a_position_outside_the_plane_is_rejected(place: tuple[float, float]) -> None:
     with pytest.raises(OutsidePlaneError):
         plane_at((56.0, 61.0)).to_plane(np.radians(place[0]), np.radians(place[1]))
 
 
 @pytest.mark.parametrize("centre", [(2.0, 0.0), (0.0, 4.0), (np.nan, 0.0), (0.0, np.inf)])
-def test_a_centre_that_is_nowhere_is_refused(centre: tuple[float, float]) -> None:
+def test_a_centre_off_the_earth_is_rejected(centre: tuple[float, float]) -> None:
     with pytest.raises(ConfigurationError, match="expected a latitude"):
         SystemPlane(*centre)
 
@@ -104,7 +106,7 @@ def test_the_plane_of_sensors_lies_in_their_middle_across_the_date_line() -> Non
     assert np.degrees(plane.latitude_rad) == pytest.approx(60.0, abs=0.1)
 
 
-def test_sensors_without_a_common_side_are_refused() -> None:
+def test_sensors_around_the_earth_are_rejected() -> None:
     with pytest.raises(ConfigurationError, match="was none"):
         SystemPlane.for_sensors([np.nan], [np.nan])
     with pytest.raises(ConfigurationError, match="distributed around the Earth"):
@@ -122,7 +124,7 @@ def test_a_plane_cannot_be_changed() -> None:
     assert plane == plane_at((56.0, 61.0))
 
 
-def test_what_is_beyond_the_edge_is_told_without_a_refusal() -> None:
+def test_contains_reports_points_outside_the_plane() -> None:
     """The plane ends at 60°: 5 517 km of it in every direction."""
     plane = SystemPlane(np.radians(50.0), np.radians(15.0))
     east_m = np.array([0.0, 5.4e6, 5.6e6, -5.6e6, 7e6, np.nan, np.inf])

@@ -57,7 +57,7 @@ def test_local_axes_point_east_north_and_up() -> None:
 
 @pytest.mark.parametrize("latitude_deg", [0.0, 37.0, -82.0])
 def test_curvatures_are_those_of_short_geodesics(latitude_deg: float) -> None:
-    """Proj walks 1 km; the change of the normal's direction along it is the curvature."""
+    """The change of the direction of the normal along 1 km by PROJ is the curvature."""
     geod = pyproj.Geod(ellps="WGS84")
     meridian, prime_vertical = wgs84.curvatures(np.radians(latitude_deg))
     _, north, _ = geod.fwd(10.0, latitude_deg, 0.0, 500.0)

@@ -377,9 +377,9 @@ def _intersected(sights: Sequence[Sight], ago: Floats, prior: Floats) -> Floats:
             information += weighted @ whole
             vector += (weighted @ known[..., None])[..., 0]
         mean = _solved(information, vector)
-        for place, (sight, t) in enumerate(zip(sights, ago.tolist(), strict=True)):
+        for index, (sight, t) in enumerate(zip(sights, ago.tolist(), strict=True)):
             line = mean[..., :d] + t * mean[..., d:] - sight.source_m
-            distances[place] = np.maximum(np.linalg.norm(line, axis=-1), 1.0)
+            distances[index] = np.maximum(np.linalg.norm(line, axis=-1), 1.0)
     return mean
 
 

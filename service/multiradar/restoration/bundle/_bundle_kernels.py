@@ -69,7 +69,7 @@ CONSIDERED = 6
 
 @loop
 def push_plot(
-    tracks: Floats, live: int, room: int, anchor_s: float, plots: Floats, first: int, last: int,
+    tracks: Floats, live: int, capacity: int, anchor_s: float, plots: Floats, first: int, last: int,
     since_s: float, kinds: Floats, rules: Floats, rounds: int, spare: Floats, H: Floats, g: Floats,
     H2: Floats, g2: Floats, S: Floats, T: Floats, M: Floats, r: Floats, A: Floats, B: Floats,
     grid: Floats, traces: Floats, order: Integers, kept: Integers,
@@ -123,7 +123,7 @@ def push_plot(
             )  # fmt: skip
     for part in range(2):
         rules[LATERAL_MAX + part] = usual[part]
-    discard_unlikely(tracks, live, CONSIDERED * room, order, kept_anyway)
+    discard_unlikely(tracks, live, CONSIDERED * capacity, order, kept_anyway)
     # Whole seconds: tracks are compared at the same times, independent of their switches.
     begin_s = ceil(now_s - rules[WINDOW_S])
     for k in range(len(grid)):
@@ -132,7 +132,7 @@ def push_plot(
         if tracks[i, WEIGHT] > -np.inf:
             trace(tracks[i], anchor_s, grid, traces[i])
     apart_m = max(rules[APART_M], rules[APART_SIGMAS] * sigma_of(plots, first, last))
-    chosen = thin(tracks, live, room, traces, len(grid), apart_m, order, kept, kept_anyway)
+    chosen = thin(tracks, live, capacity, traces, len(grid), apart_m, order, kept, kept_anyway)
     compact(tracks, kept, order, chosen)
     return chosen, first, anchor_s
 
@@ -228,14 +228,14 @@ def compact(tracks: Floats, kept: Integers, order: Integers, chosen: int) -> Non
     for i in range(len(order)):
         order[i] = i
     for i in range(chosen):
-        place = order[kept[i]]
-        if place != i:
+        present = order[kept[i]]
+        if present != i:
             for column in range(tracks.shape[1]):
                 value = tracks[i, column]
-                tracks[i, column] = tracks[place, column]
-                tracks[place, column] = value
+                tracks[i, column] = tracks[present, column]
+                tracks[present, column] = value
             for j in range(len(order)):
                 if order[j] == i:
-                    order[j] = place
+                    order[j] = present
                     break
             order[kept[i]] = i

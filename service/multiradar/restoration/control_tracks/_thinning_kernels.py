@@ -80,7 +80,7 @@ def rank(tracks: Floats, live: int, order: Integers) -> None:
 
 @loop
 def thin(
-    tracks: Floats, live: int, room: int, traces: Floats, points: int, apart_m: float,
+    tracks: Floats, live: int, capacity: int, traces: Floats, points: int, apart_m: float,
     order: Integers, kept: Integers, always: int,
 ) -> int:  # fmt: skip
     """Write the tracks that are kept into `kept`, the best first, and return their number.
@@ -103,7 +103,7 @@ def thin(
             more = log1p(exp(tracks[one, WEIGHT] - tracks[group, WEIGHT]))
             tracks[group, MERGED_WEIGHT] += more
             tracks[group, WEIGHT] += more
-        elif chosen < room - reserved and tracks[one, WEIGHT] > -np.inf:
+        elif chosen < capacity - reserved and tracks[one, WEIGHT] > -np.inf:
             kept[chosen] = one
             chosen += 1
     return chosen

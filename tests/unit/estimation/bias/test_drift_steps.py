@@ -1,4 +1,4 @@
-"""An epoch is divided where the biases drift by much of what they are known to."""
+"""An epoch is divided if the drift of the biases is not small relative to their sigma."""
 
 import numpy as np
 import pytest
@@ -24,14 +24,14 @@ def test_without_drift_an_epoch_is_one_step() -> None:
 @pytest.mark.parametrize(
     ("sigma_m", "expected"), [(20.0, 1), (4.01, 1), (3.9, 2), (2.0, 4), (1.0, 16), (0.1, 16)]
 )
-def test_steps_are_as_many_as_keep_the_drift_small(sigma_m: float, expected: int) -> None:
+def test_the_number_of_steps_limits_the_drift(sigma_m: float, expected: int) -> None:
     # 1 m after a second, 2 m after an epoch of four: half of 4 m, a quarter of the variance.
     steps = drift_steps(known_to(sigma_m, 0.001), np.array([1.0, 0.0]), 4.0)
     assert steps == expected
     assert steps == DRIFT_STEPS_MAX or 4.0 / steps <= DRIFT_SHARE_MAX * sigma_m**2
 
 
-def test_a_difference_that_is_known_well_counts_though_both_biases_are_not() -> None:
+def test_a_well_known_difference_of_uncertain_biases_needs_steps() -> None:
     rates = np.array([1.0, 1.0])
     scale = np.full(2, 500.0)
     common = np.full((2, 2), 300.0**2)

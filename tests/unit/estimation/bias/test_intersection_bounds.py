@@ -1,4 +1,4 @@
-"""Covariance intersection never reports less than its true covariance, in either half.
+"""The bounds of covariance intersection cover the true covariance, of aircraft and of biases.
 
 A thousand random joint covariances with any cross-covariance: with the gain that the kernels used
 the true covariance follows from (1.40) and (1.41), signs as corrected; it must lie below the bound.
@@ -20,7 +20,7 @@ def triple(matrix: np.ndarray) -> tuple[float, float, float]:
 
 
 def joint_case(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """True joint covariance of aircraft and biases, H, J, W: from independent to tied."""
+    """True joint covariance of aircraft and biases, H, J, W: from no to full correlation."""
     factors = int(rng.integers(1, 7))
     root = rng.normal(size=(6, factors)) * SCALE[:, None] * 10 ** rng.uniform(-1.5, 0.5, (6, 1))
     covariance = root @ root.T + np.diag((1e-3 * SCALE) ** 2)
@@ -41,7 +41,7 @@ def assert_below(true: np.ndarray, bound: np.ndarray) -> None:
 def corrected(
     covariance: np.ndarray, gain: np.ndarray, own: slice, matrices: tuple[np.ndarray, ...]
 ) -> np.ndarray:
-    """(1.40) of one half: its error is (I − K C) e − K C′ e′ − K w."""
+    """(1.40) of one part: its error is (I − K C) e − K C′ e′ − K w."""
     by_state, by_bias, noise = matrices
     seen = np.hstack([by_state, by_bias])
     keep = np.eye(6)[own] - gain @ seen
@@ -55,7 +55,7 @@ def test_the_bound_of_an_aircraft_holds_for_any_cross_covariance() -> None:
         covariance, by_state, by_bias, noise = joint_case(rng)
         state, bias = covariance[:4, :4], covariance[4:, 4:]
         seen = state @ by_state.T
-        # The kernel is linear in the innovation: two of them show its gain.
+        # The kernel is linear in the innovation: two of them determine its gain.
         gain = np.empty((4, 2))
         for column, innovation in enumerate(np.eye(2)):
             means, packed = np.zeros((1, 4)), state[UPPER][None].copy()

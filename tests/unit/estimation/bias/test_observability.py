@@ -1,4 +1,4 @@
-"""What the measurements could not tell is named, and what they could is not."""
+"""Unobservable biases are named, observable ones are not."""
 
 from dataclasses import replace
 
@@ -25,19 +25,19 @@ def table(count: int, kinds: tuple[int, ...] = OFFSETS, drift: float = 0.0) -> S
     )
 
 
-def covariance_after(sensors: SensorTable, told: np.ndarray) -> np.ndarray:
-    """Of the prior and a measurement of each row of `told` (in prior sigmas), to one hundredth."""
-    information = np.eye(len(sensors.prior_sigma)) + 1e4 * told.T @ told
+def covariance_after(sensors: SensorTable, measured: np.ndarray) -> np.ndarray:
+    """Posterior covariance after measuring each row of `measured` (in prior sigmas) to 0.01."""
+    information = np.eye(len(sensors.prior_sigma)) + 1e4 * measured.T @ measured
     return np.linalg.inv(information) * np.outer(sensors.prior_sigma, sensors.prior_sigma)
 
 
-def names(sensors: SensorTable, told: list[list[float]]) -> list[str]:
-    matrix = np.array(told).reshape(len(told), len(sensors.prior_sigma))
+def names(sensors: SensorTable, measured: list[list[float]]) -> list[str]:
+    matrix = np.array(measured).reshape(len(measured), len(sensors.prior_sigma))
     covariance = covariance_after(sensors, matrix)
     return [one.name for one in unobservable_combinations(sensors, covariance)]
 
 
-def test_without_measurements_every_parameter_is_untold_by_itself() -> None:
+def test_without_measurements_every_parameter_is_unobservable() -> None:
     sensors = table(2)
     found = unobservable_combinations(sensors, np.diag(sensors.prior_sigma**2))
     assert [one.name for one in found] == [
@@ -47,7 +47,7 @@ def test_without_measurements_every_parameter_is_untold_by_itself() -> None:
     np.testing.assert_allclose([one.weights for one in found], np.eye(4))
 
 
-def test_what_is_told_is_not_named() -> None:
+def test_observable_biases_are_not_listed() -> None:
     assert names(table(2), np.eye(4).tolist()) == []
     assert names(table(1), [[1.0, 0.0]]) == ["azimuth offset of A"]
 
@@ -60,31 +60,31 @@ def test_what_is_told_is_not_named() -> None:
         (PARAMETER_RANGE_GAIN, "range gains of A, B and C together (a common scale)"),
     ],
 )
-def test_differences_alone_leave_the_common_part(kind: int, sentence: str) -> None:
+def test_differences_leave_the_common_part_unobservable(kind: int, sentence: str) -> None:
     sensors = table(3, (kind,))
     covariance = covariance_after(sensors, np.array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0]]))
     (found,) = unobservable_combinations(sensors, covariance)
     assert found.name == sentence
     np.testing.assert_allclose(found.weights, 1.0, rtol=1e-6)
     assert found.prior_ratio == pytest.approx(1.0, abs=1e-3)
-    # Each parameter by itself looks as if a good part of it were known.
+    # The sigma of each single parameter is reduced.
     assert np.sqrt(covariance[0, 0]) < 0.6 * sensors.prior_sigma[0]
 
 
-def test_a_common_turn_is_found_though_the_priors_differ() -> None:
+def test_a_common_azimuth_offset_is_found_with_different_priors() -> None:
     sensors = table(2, (PARAMETER_AZIMUTH_OFFSET,))
     sensors = replace(sensors, prior_sigma=sensors.prior_sigma * np.array([1.0, 2.0]))
     assert names(sensors, [[1.0, -2.0]]) == ["azimuth offsets of A and B together (a common turn)"]
 
 
-def test_two_common_parts_are_told_apart() -> None:
+def test_two_common_parts_are_separated() -> None:
     assert sorted(names(table(2), [[1.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, -1.0]])) == [
         "azimuth offsets of A and B together (a common turn)",
         "range offsets of A and B together (one offset of all ranges)",
     ]
 
 
-def test_parameters_of_one_sensor_are_named_with_the_way_they_hide_each_other() -> None:
+def test_correlated_parameters_of_one_sensor_are_named_with_their_sign() -> None:
     sensors = table(1, (PARAMETER_RANGE_OFFSET, PARAMETER_RANGE_GAIN))
     assert names(sensors, [[1.0, 1.0]]) == [
         "range offset and range gain of A, one against the other"
@@ -92,22 +92,22 @@ def test_parameters_of_one_sensor_are_named_with_the_way_they_hide_each_other() 
     assert names(sensors, [[1.0, -1.0]]) == ["range offset and range gain of A, together"]
 
 
-def test_any_other_combination_is_told_by_its_weights() -> None:
+def test_other_combinations_are_named_by_their_weights() -> None:
     assert names(
         table(2), np.array([[1, 0, 0, 1], [0, 1, 0, 0], [0, 0, 1, 0]], float).tolist()
     ) == ["the combination +1.00 range offset of A, -1.00 azimuth offset of B (in prior sigmas)"]
 
 
-def test_a_drift_that_nobody_watched_is_not_taken_for_ignorance_of_the_rest() -> None:
-    """A told bias that walked on is compared with how far an untold one would have walked."""
+def test_drift_without_measurements_is_compared_with_drifted_priors() -> None:
+    """A measured bias that drifted since is compared with the drift of an unmeasured one."""
     sensors = table(1, drift=0.1)
     walked = np.diag(sensors.prior_sigma**2 + sensors.drift**2 * 1000.0)
     assert len(unobservable_combinations(sensors, walked, 1000.0)) == 2
-    # Told once, long ago, and walked since for 200 s: still better than nothing at all.
-    told = np.diag(sensors.drift**2 * 200.0)
-    assert np.sqrt(told[0, 0]) > sensors.prior_sigma[0]
-    assert unobservable_combinations(sensors, told, 1000.0) == ()
+    # Measured once, and drifting for 200 s since: still better than without a measurement.
+    measured = np.diag(sensors.drift**2 * 200.0)
+    assert np.sqrt(measured[0, 0]) > sensors.prior_sigma[0]
+    assert unobservable_combinations(sensors, measured, 1000.0) == ()
 
 
-def test_without_biases_there_is_nothing_to_tell() -> None:
+def test_without_biases_nothing_is_unobservable() -> None:
     assert unobservable_combinations(table(1, ()), np.zeros((0, 0))) == ()

@@ -1,4 +1,4 @@
-"""Plots whose range is lost: of rank one in the filters of the service, with all their biases."""
+"""Plots without range: of rank one in the filters of the service, with all biases."""
 
 from dataclasses import dataclass, replace
 
@@ -24,7 +24,7 @@ from support.scenarios.scenes import Scene, make_scene, random_flights, three_ra
 Floats = NDArray[np.float64]
 
 ACCELERATION = 0.3
-#: Stands for no range in the plain forms alone: its sigma is a thousand times what is known there.
+#: Replaces a missing range in the plain forms: its sigma is a thousand times that of the position.
 LOST_RANGE_SIGMA_M = 1e7
 TAKES = ("two-stage", "imm")
 
@@ -37,7 +37,7 @@ def scene_of(seed: int) -> Scene:
 
 @dataclass
 class RangeLost:
-    """Hands plots on, those of the radars from the second on without their range."""
+    """Forwards plots, without range for the radars from the second on."""
 
     inner: ReferenceFilter
 
@@ -62,7 +62,7 @@ class RangeLost:
 
 @dataclass
 class RangeOfNoWorth:
-    """A model of plots that knows a lost range by its variance alone."""
+    """A model of plots with a missing range represented by its variance."""
 
     inner: MeasurementModel
 
@@ -83,7 +83,7 @@ def plain(name: str, scene: Scene) -> ReferenceFilter:
 
 
 @pytest.mark.parametrize("name", TAKES)
-def test_a_bearing_is_the_limit_of_a_plot_whose_range_means_ever_less(name: str) -> None:
+def test_a_bearing_is_the_limit_of_a_plot_with_growing_range_variance(name: str) -> None:
     """1e-4 of a sigma: (1 km / 1e7 m)² of each plot, over some hundred plots."""
     scene = scene_of(1)
     settings = plain_settings(name, ACCELERATION)
@@ -103,14 +103,14 @@ def test_a_bearing_is_the_limit_of_a_plot_whose_range_means_ever_less(name: str)
     found, expected = (one.biases() for one in filters)
     sigmas = np.sqrt(np.diagonal(expected[1]))
     assert found[0] / sigmas == pytest.approx(expected[0] / sigmas, abs=1e-4)
-    # Bearings have told the azimuth biases, and nothing of the ranges.
+    # Bearings determine the azimuth biases, and not those of the ranges.
     prior = scene.sensors.prior_sigma
     own = scene.sensors.parameter_sensor > 0
     azimuth = own & (scene.sensors.parameter_kind == 1)
     ranges = own & (scene.sensors.parameter_kind == 0)
-    told = np.sqrt(np.diagonal(found[1]))
-    assert (told[azimuth] < 0.5 * prior[azimuth]).all()
-    assert told[ranges] == pytest.approx(prior[ranges], rel=1e-9)
+    sigmas = np.sqrt(np.diagonal(found[1]))
+    assert (sigmas[azimuth] < 0.5 * prior[azimuth]).all()
+    assert sigmas[ranges] == pytest.approx(prior[ranges], rel=1e-9)
 
 
 def bearing(scene: Scene, row: int, azimuth_rad: float) -> Observation:
@@ -122,7 +122,7 @@ def bearing(scene: Scene, row: int, azimuth_rad: float) -> Observation:
 
 
 @pytest.mark.parametrize("name", sorted(FILTERS))
-def test_who_takes_no_bearings_says_so(name: str) -> None:
+def test_bearings_are_unsupported_in_other_filters(name: str) -> None:
     scene = scene_of(2)
     one = CompiledFilter(scene, plain_settings(name, ACCELERATION))
     row = int(np.argmax(scene.aircraft == 0))
@@ -132,7 +132,7 @@ def test_who_takes_no_bearings_says_so(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", TAKES)
-def test_a_bearing_begins_no_aircraft(name: str) -> None:
+def test_a_bearing_does_not_initiate_an_aircraft(name: str) -> None:
     scene = scene_of(2)
     one = CompiledFilter(scene, plain_settings(name, ACCELERATION))
     assert one.process(bearing(scene, 0, 1.0)) == Outcome.UNLOCATABLE
@@ -140,7 +140,7 @@ def test_a_bearing_begins_no_aircraft(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", TAKES)
-def test_a_bearing_far_off_is_refused(name: str) -> None:
+def test_an_outlier_bearing_is_rejected(name: str) -> None:
     scene = scene_of(2)
     settings = replace(plain_settings(name, ACCELERATION), refuse_nis=25.0)
     one = CompiledFilter(scene, settings)

@@ -1,4 +1,4 @@
-"""Bearings only: rank-one information, the limit that the paper takes, what is not observable."""
+"""Bearings only: rank-one information, the limit of the paper, observability."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ def seen(source: Floats, position: Floats, error: Floats | float = 0.0) -> Sight
 
 
 def straight(count: int, error: float = 0.0) -> tuple[list[Sight], list[float]]:
-    """Sights of the sources in turn, a second apart, of a straight flight; the last at its end."""
+    """Alternating sights of the sources, a second apart, of a straight flight."""
     times = [float(t) for t in range(-count + 1, 1)]
     sights = [
         seen(SOURCES[place % 3], POSITION + t * VELOCITY, error) for place, t in enumerate(times)
@@ -43,15 +43,15 @@ def known(time_s: float = 0.0) -> BearingsState:
     return predict(initiate(sights, times, 300.0), time_s, 0.5)
 
 
-def test_angles_without_errors_give_the_trajectory_back() -> None:
-    """The prior of the velocity, 10 km/s, draws it by some 1e-4 m/s."""
+def test_exact_angles_give_the_trajectory() -> None:
+    """The prior of the velocity, 10 km/s, shifts it by some 1e-4 m/s."""
     sights, times = straight(12)
     mean, _ = initiate(sights, times, 1e4).estimate()
     assert mean[:2] == pytest.approx(POSITION, abs=1.0)
     assert mean[2:] == pytest.approx(VELOCITY, abs=0.5)
 
 
-def test_an_update_is_the_limit_of_a_measurement_whose_range_means_ever_less() -> None:
+def test_an_update_is_the_limit_of_growing_range_variance() -> None:
     """(6) with the variance of the range going to infinity; rank one of (11)."""
     state = known()
     mean, covariance = state.estimate()
@@ -62,7 +62,7 @@ def test_an_update_is_the_limit_of_a_measurement_whose_range_means_ever_less() -
     angle = np.arctan2(line[0], line[1])
     turn = np.array([[np.sin(angle), np.cos(angle)], [np.cos(angle), -np.sin(angle)]])
     h = np.eye(4)[:2]
-    # Along the line nothing is known, across it the angle times the distance.
+    # No information along the line; across it the angle times the distance.
     noise = turn.T @ np.diag([1e7**2, (distance * SIGMA) ** 2]) @ turn
     gain = covariance @ h.T @ np.linalg.inv(h @ covariance @ h.T + noise)
     (residual,), _, _ = sight.residuals(mean[:2])
@@ -73,19 +73,19 @@ def test_an_update_is_the_limit_of_a_measurement_whose_range_means_ever_less() -
     assert np.linalg.matrix_rank(added, tol=1e-6 * np.abs(added).max()) == 1
 
 
-def test_a_prediction_is_that_of_covariances() -> None:
+def test_prediction_equals_that_of_covariances() -> None:
     state = known()
     mean, covariance = state.estimate()
     moved = predict(state, 7.0, 0.8)
-    found, told = moved.estimate()
+    found, predicted = moved.estimate()
     move = transition(np.array([7.0]))[0]
     assert found == pytest.approx(move @ mean, rel=1e-9)
     expected = move @ covariance @ move.T + process_noise(np.array([7.0]), 0.8)[0]
-    assert told == pytest.approx(expected, rel=1e-8)
+    assert predicted == pytest.approx(expected, rel=1e-8)
 
 
-def test_what_is_not_known_stays_unknown_in_time() -> None:
-    """A singular Y: one line of sight, carried on without an inverse of it."""
+def test_a_singular_information_remains_singular_in_prediction() -> None:
+    """A singular Y: one line of sight, predicted without its inverse."""
     across = np.array([0.6, -0.8, 0.0, 0.0])
     information = np.outer(across, across) / 100.0
     state = BearingsState(0.0, information, np.zeros(4), np.zeros((2, 2)))
@@ -97,7 +97,7 @@ def test_what_is_not_known_stays_unknown_in_time() -> None:
 
 
 def test_ranges_and_angles_mix_in_one_track() -> None:
-    """A range takes the error along its line: the trace falls below its variance there."""
+    """A range reduces the error along its line: the trace falls below its variance there."""
     state = known()
     line = POSITION - SOURCES[0]
     distance = np.linalg.norm(line)
@@ -117,7 +117,7 @@ def test_ranges_and_angles_mix_in_one_track() -> None:
     assert alone.lines_cross
 
 
-def test_parallel_lines_are_told_not_observable() -> None:
+def test_parallel_lines_are_not_observable() -> None:
     beside = [seen(np.array([0.0, y]), np.array([0.0, 90e3])) for y in (0.0, 10e3, 20e3)]
     far = [seen(np.array([x, 0.0]), np.array([0.0, 90e6])) for x in (0.0, 10e3, 20e3)]
     for sights in (beside, far, beside[:1]):
@@ -126,14 +126,14 @@ def test_parallel_lines_are_told_not_observable() -> None:
         assert error.value.code == "NOT_OBSERVABLE"
 
 
-#: The same in all directions: what is learnt across a line says nothing along it.
+#: Isotropic: information across a line gives none along it.
 PRIOR = np.diag([3e3**2, 3e3**2, 30.0**2, 30.0**2])
 
 
-def led_on_and_corrected(
+def predicted_and_updated(
     sources: Floats, path: Floats, prior: Floats, times: Floats
 ) -> tuple[Floats, BearingsState]:
-    """P_{n/0} of (7), and the state after sights of the sources in turn; motion without noise."""
+    """P_{n/0} of (7), and the state after alternating sights; motion without noise."""
     velocity = (path[-1] - path[0]) / (times[-1] - times[0])
     start: Floats = np.concatenate([path[0], velocity])
     information = np.asarray(np.linalg.inv(prior), np.float64)
@@ -147,19 +147,19 @@ def led_on_and_corrected(
     return np.asarray(move @ prior @ move.T), state
 
 
-def test_estimates_are_better_than_led_on_ones_where_lines_cross_and_only_there() -> None:
+def test_updates_improve_predictions_only_where_lines_intersect() -> None:
     """(8) holds of any sights; P_{n/0} − P_n is regular under condition (10), and not without."""
     times = np.arange(0.0, 45.0, 5.0)
     crossing = POSITION + times[:, None] * VELOCITY
     # Away from one source along its line: all lines of sight are one.
     along = POSITION * (1.0 + 0.004 * times[:, None])
     for sources, path, regular in ((SOURCES, crossing, True), (SOURCES[:1], along, False)):
-        before, state = led_on_and_corrected(sources, path, PRIOR, times)
+        before, state = predicted_and_updated(sources, path, PRIOR, times)
         covariance = np.linalg.inv(state.information)
         sigmas = np.sqrt(np.diagonal(before))
         gained = np.linalg.eigvalsh((before - covariance) / np.outer(sigmas, sigmas))
         assert gained[0] > -1e-9
-        # Two sources tell all four components, one line its two across.
+        # Two sources determine all four components, one line the two across it.
         assert (gained > 1e-4).sum() == (4 if regular else 2)
         assert bool(state.lines_cross) == regular
         if not regular:
@@ -168,28 +168,28 @@ def test_estimates_are_better_than_led_on_ones_where_lines_cross_and_only_there(
             assert kept == pytest.approx(line @ before[:2, :2] @ line, rel=1e-9)
 
 
-def test_informations_may_be_added_unmoved_where_the_velocity_is_known() -> None:
-    """(9) as printed: with a velocity known to 1e-6 m/s it is the recursion; else it is not."""
+def test_information_may_be_added_without_prediction_at_known_velocity() -> None:
+    """(9) of the paper: with a velocity known to 1e-6 m/s it equals the recursion; else not."""
     times = np.arange(0.0, 45.0, 5.0)
     path = POSITION + times[:, None] * VELOCITY
     ratios = []
     for sigma in (1e-6, 40.0):
         prior = np.diag([3e3**2, 2e3**2, sigma**2, sigma**2])
-        before, state = led_on_and_corrected(SOURCES, path, prior, times)
+        before, state = predicted_and_updated(SOURCES, path, prior, times)
         added = np.linalg.inv(before)
         for row in range(len(times)):
             line = path[row] - SOURCES[row % 3]
             distance = np.linalg.norm(line)
             normal = np.array([line[1], -line[0]]) / distance
             added[:2, :2] += np.outer(normal, normal) / (distance * SIGMA) ** 2
-        printed, found = np.linalg.inv(added), np.linalg.inv(state.information)
-        ratios.append(np.trace(printed[:2, :2]) / np.trace(found[:2, :2]))
-    # 1e-3: the filter takes its slopes at the estimate, which has no errors here.
+        of_paper, found = np.linalg.inv(added), np.linalg.inv(state.information)
+        ratios.append(np.trace(of_paper[:2, :2]) / np.trace(found[:2, :2]))
+    # 1e-3: the filter linearises at the estimate, which has no errors here.
     assert ratios[0] == pytest.approx(1.0, abs=1e-3)
     assert ratios[1] < 0.8
 
 
-def test_lines_that_cross_behind_their_sources_are_refused() -> None:
+def test_lines_intersecting_behind_a_source_are_rejected() -> None:
     apart = [
         Sight(np.array([-10e3, 0.0]), np.array(-0.3), SIGMA),
         Sight(np.array([10e3, 0.0]), np.array(0.3), SIGMA),
@@ -199,8 +199,8 @@ def test_lines_that_cross_behind_their_sources_are_refused() -> None:
     assert error.value.code == "BEHIND_SOURCE"
 
 
-def test_a_single_source_begins_no_track() -> None:
-    """Its line turns, but any distance with a speed to match would do: nothing is made up."""
+def test_a_single_source_initiates_no_track() -> None:
+    """Its line rotates, but any distance with a matching speed is possible."""
     times = np.arange(0.0, 60.0, 5.0)
     sights = [seen(SOURCES[0], POSITION + t * VELOCITY) for t in times]
     with pytest.raises(BearingsError) as error:
@@ -208,8 +208,8 @@ def test_a_single_source_begins_no_track() -> None:
     assert error.value.code == "NOT_OBSERVABLE"
 
 
-def test_a_distance_that_was_lost_is_told() -> None:
-    """Ten minutes with one source: (10) still holds, the distance is not known any more."""
+def test_a_lost_distance_is_not_observable() -> None:
+    """Ten minutes with one source: (10) still holds, the distance is no longer observable."""
     state = known()
     assert is_observable(state, SOURCES[0])
     path = POSITION.copy()
@@ -235,8 +235,8 @@ def test_angles_in_space_locate_in_space() -> None:
         initiate(flat, [0.0, 0.0], 300.0)
 
 
-def test_errors_are_as_large_as_the_filter_says() -> None:
-    """NEES of 300 runs at the end of 40 s, three sources in turn: within its 99.9 % band."""
+def test_bearings_only_filter_is_consistent() -> None:
+    """NEES of 300 runs at the end of 40 s, three alternating sources: within its 99.9 % band."""
     rng = np.random.default_rng(1)
     runs, density = 300, 0.2
     state = np.tile(np.r_[POSITION, VELOCITY], (runs, 1))
@@ -258,7 +258,7 @@ def test_errors_are_as_large_as_the_filter_says() -> None:
     assert low < nees < high
 
 
-def test_wrong_times_and_settings_are_refused() -> None:
+def test_invalid_times_and_settings_are_rejected() -> None:
     sights, times = straight(6)
     with pytest.raises(TimeOrderError):
         initiate(sights, times[::-1], 300.0)

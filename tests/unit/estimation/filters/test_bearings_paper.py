@@ -26,7 +26,7 @@ VELOCITY = np.array([150.0, -80.0, 0.0])
 
 
 def sight(source: Floats, position: Floats, error: float = 0.0) -> Sight:
-    """Azimuth, and in space elevation, of a place from a source."""
+    """Azimuth, and in space elevation, of a position from a source."""
     line = position - source
     azimuth = np.asarray(np.arctan2(line[0], line[1]) + error)
     if len(source) == 2:
@@ -52,21 +52,21 @@ def known(d: int) -> BearingsState:
 
 
 @pytest.mark.parametrize("d", [2, 3])
-def test_each_angle_is_information_of_rank_one(d: int) -> None:
-    """(11): an azimuth adds one direction, an elevation another, whatever the source does."""
+def test_each_angle_has_information_of_rank_one(d: int) -> None:
+    """(11): an azimuth adds one direction, an elevation another, for any motion of the source."""
     state = known(d)
     for count, time_s in enumerate((0.0, 40.0, 80.0), 1):
         state_now = update(state, sight(circle(time_s, d), TARGET[:d]))
         added = (state_now.information - state.information)[:d, :d]
-        # In units of the distance: the line of sight is the direction that nothing is added of.
+        # In units of the distance: nothing is added along the line of sight.
         values = np.linalg.eigvalsh(added) * 60e3**2 * SIGMA**2
         assert (values[1:] > 0.5).sum() == d - 1
         assert abs(values[0]) < 1e-9
         assert count <= 3
 
 
-def test_the_missing_range_has_no_part_in_the_estimate() -> None:
-    """(11), (12): with C diag(0, σ⁻²) Cᵀ any number stands for the range, zero as well."""
+def test_a_missing_range_does_not_affect_the_estimate() -> None:
+    """(11), (12): with C diag(0, σ⁻²) Cᵀ any number may replace the range, also zero."""
     mean, covariance = known(2).estimate()
     source = np.array([-20e3, 5e3])
     seen = sight(source, TARGET[:2], 1e-4)
@@ -85,16 +85,16 @@ def test_the_missing_range_has_no_part_in_the_estimate() -> None:
         measured = turn @ np.array([anything_m, 0.0]) + source
         estimates.append(mean + left @ h.T @ weight @ (measured - h @ mean))
     assert estimates[0] == pytest.approx(estimates[1], abs=1e-6)
-    found, told = update(known(2), seen).estimate()
+    found, updated = update(known(2), seen).estimate()
     # The derivative at the state instead of at the measured angle: 1e-4 of the step.
     step = np.linalg.norm(estimates[0] - mean)
     assert step > 1.0
     assert np.linalg.norm(found - estimates[0]) < 1e-2 * step
-    assert told == pytest.approx(left, rel=1e-3, abs=1.0)
+    assert updated == pytest.approx(left, rel=1e-3, abs=1.0)
 
 
-def test_angles_in_space_beat_the_prolonged_prior_where_lines_cross() -> None:
-    """(7), (8): P(n/0) − P(n) is never negative, and positive for the place where (10) holds."""
+def test_angles_in_space_improve_the_prediction_where_lines_intersect() -> None:
+    """(7), (8): P(n/0) − P(n) is never negative, and positive for the position where (10) holds."""
     for moving, crosses in ((circle, True), (lambda _t, n: circle(0.0, n), False)):
         state = known(3)
         # It hovers, so that angles are linearised on the one line.
@@ -102,7 +102,7 @@ def test_angles_in_space_beat_the_prolonged_prior_where_lines_cross() -> None:
         prior = state
         for time_s in (0.0, 20.0, 40.0, 60.0):
             state, prior = predict(state, time_s, 0.0), predict(prior, time_s, 0.0)
-            # Of what stands still, so that a line from one place stays where it is.
+            # A fixed target, so that the line from a fixed source is constant.
             state = update(state, sight(moving(time_s, 3), TARGET))
         gained = prior.estimate()[1] - state.estimate()[1]
         scale = np.sqrt(np.diag(prior.estimate()[1]))
@@ -128,8 +128,8 @@ def test_condition_10_is_the_sum_of_the_products_of_all_pairs_of_lines() -> None
     assert state.lines_cross
 
 
-def test_condition_10_in_space_asks_for_two_lines_that_are_not_parallel() -> None:
-    """One line leaves its own direction open; a second one at an angle γ closes it."""
+def test_condition_10_in_space_requires_two_nonparallel_lines() -> None:
+    """One line leaves its own direction undetermined; a second one at an angle γ determines it."""
     here = np.zeros(3)
     once = update(known(3), sight(here, TARGET))
     # The root of rounding, against 333 of a line across.
@@ -147,7 +147,7 @@ def test_condition_10_in_space_asks_for_two_lines_that_are_not_parallel() -> Non
 
 
 def flight(path: Callable[[float, int], Floats], d: int) -> tuple[list[Sight], Floats]:
-    """Three minutes of one source that moves, of a straight target, errors in all angles."""
+    """Three minutes of a moving source and a target in straight flight, errors in all angles."""
     rng = np.random.default_rng(2)
     times = np.arange(-180.0, 1.0, 3.0)
     sights = []
@@ -171,7 +171,7 @@ def test_one_moving_source_alone_observes_a_straight_target_it_out_manoeuvres(d:
 
 
 @pytest.mark.parametrize("d", [2, 3])
-def test_a_source_as_straight_as_its_target_tells_no_distance(d: int) -> None:
-    """Any distance with a speed to match would do, none at all as well."""
-    with pytest.raises(BearingsError, match="expected"):
+def test_a_source_in_straight_flight_does_not_observe_the_distance(d: int) -> None:
+    """Any distance with a matching speed is possible, also zero."""
+    with pytest.raises(BearingsError, match="do not determine a state"):
         initiate(*flight(line, d), 300.0)

@@ -1,4 +1,4 @@
-"""What every filter promises; each registered filter passes the same tests."""
+"""Contract of all filters; each registered filter passes the same tests."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -60,18 +60,18 @@ PLAIN: dict[str, Plain] = {
     "blom-macro": BlomMacro,
     "ci": CovarianceIntersection,
 }
-# It learns of biases by stacked plots alone: with epochs of one measurement, nothing.
+# It estimates biases by stacked plots only: nothing with epochs of one measurement.
 STACKS = "blom-macro"
 
 
 def lively_scene(seed: int, drift: float = 0.0, length_s: float = 90.0) -> Scene:
-    """Irregular and missing plots, births and deaths, all kinds of bias parameters."""
+    """Irregular and missing plots, aircraft initiated and removed, all kinds of bias parameters."""
     rng = np.random.default_rng(seed)
     radars = [replace(one, detection=0.7) for one in three_radars()]
     # Time offsets have plain forms and tests of their own: test_time_offsets.
     more = {PARAMETER_RANGE_GAIN: 4e-4}
     radars[1] = replace(radars[1], biases=dict(radars[1].biases) | more)
-    # One that sees nothing and has no biases: reports of positions are made in its name.
+    # A sensor without plots and biases, for position reports.
     radars.append(Radar("adsb", 56.0, 61.0, biases={}, detection=0.0))
     if drift:
         radars[2] = replace(radars[2], drifts={PARAMETER_RANGE_OFFSET: drift})
@@ -125,7 +125,7 @@ def test_every_filter_has_a_plain_form() -> None:
     assert set(PLAIN) == set(FILTERS)
 
 
-def test_an_unknown_filter_is_named_with_the_known() -> None:
+def test_an_unknown_filter_is_reported_with_the_known_ones() -> None:
     with pytest.raises(UnknownFilterError, match=r"unknown filter 'kalman'.*two-stage"):
         find_filter("kalman")
 
@@ -133,7 +133,7 @@ def test_an_unknown_filter_is_named_with_the_known() -> None:
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize(("form", "seed"), [*zip(FORMS, [1, 1, 1], strict=True), ("ellipsoid", 2)])
 def test_compiled_equals_plain(name: str, form: Form, seed: int) -> None:
-    """Epochs of one measurement: exact, but for the weight of CI, which both search."""
+    """Epochs of one measurement: exact, except for the weight of CI, found by iteration in both."""
     # The plain form of the modes takes 20 ms for a plot.
     scene = in_form(lively_scene(seed, length_s=45.0 if name == "imm" else 90.0), form, seed)
     filters = [compiled(name, scene, form=form), plain(name, scene, form)]
@@ -150,7 +150,7 @@ def test_compiled_equals_plain(name: str, form: Form, seed: int) -> None:
 
 @pytest.mark.parametrize("form", FORMS)
 def test_two_stage_equals_the_joint_kalman_filter(form: Form) -> None:
-    """To 1e-6 m and 1e-9 of the variances, with gaps, births, deaths and all bias parameters."""
+    """To 1e-6 m and 1e-9 of the variances, with gaps, new and removed aircraft, all parameters."""
     scene = in_form(lively_scene(3), form, 3)
     joint = plain("joint", scene, form)
     two_stage = compiled("two-stage", scene, form=form)
@@ -163,15 +163,15 @@ def test_two_stage_equals_the_joint_kalman_filter(form: Form) -> None:
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_two_stage_equals_the_joint_filter_where_aircraft_start_at_plots(form: Form) -> None:
-    """Also what a plot may say of the biases is the same: nothing, until a second radar sees it."""
+def test_two_stage_equals_the_joint_filter_after_initiation_at_plots(form: Form) -> None:
+    """Plots contribute to the biases from the first plot of a second radar, in both filters."""
     scene = in_form(lively_scene(13), form, 13)
     joint, two_stage = (compiled(name, scene, form=form) for name in ("joint", "two-stage"))
     outcomes = set()
     alone = 0
     for row, observation in played(scene, [], 13):
         if observation.aircraft in (0, 1) and observation.radar and row < 80:
-            continue  # For a while one radar alone sees these.
+            continue  # Only one radar detects these for a while.
         alone += joint.arrays.measured_from[observation.aircraft] == observation.radar
         outcome = joint.process(observation)
         assert two_stage.process(observation) == outcome
@@ -180,7 +180,7 @@ def test_two_stage_equals_the_joint_filter_where_aircraft_start_at_plots(form: F
         np.testing.assert_allclose(found[0], expected[0], rtol=0, atol=1e-6)
         assert_equal_estimates(found, expected, sigmas=1e-8, variance=1e-9)
         assert_equal_estimates(two_stage.biases(), joint.biases(), sigmas=1e-8, variance=1e-9)
-        if row % 40 == 30:  # A death, and another aircraft in its place.
+        if row % 40 == 30:  # Removed, and another aircraft in its slot.
             joint.end(observation.aircraft)
             two_stage.end(observation.aircraft)
     assert outcomes == {Outcome.STARTED, Outcome.UPDATED}
@@ -190,7 +190,7 @@ def test_two_stage_equals_the_joint_filter_where_aircraft_start_at_plots(form: F
 def simultaneous_plots(
     rng: np.random.Generator, scene: Scene, form: Form, time_s: float, state: np.ndarray
 ) -> list[Observation]:
-    """Range and azimuth of one aircraft as three radars see it at one time."""
+    """Range and azimuth of one aircraft from three radars at one time."""
     model = measured(scene, "ellipsoid" if form == "ellipsoid" else "polar")
     plots = []
     for radar in range(3):
@@ -203,8 +203,8 @@ def simultaneous_plots(
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_the_macro_filter_eliminates_the_place_that_simultaneous_plots_share(form: Form) -> None:
-    """Stacked as a whole, without a word on time: Kalman's correction of ς by what is left."""
+def test_the_macro_filter_eliminates_the_position_of_simultaneous_plots(form: Form) -> None:
+    """Stacked as a whole, at one time: the Kalman update of ς by the remaining information."""
     scene = lively_scene(14)
     model = measured(scene, form)
     one = compiled(STACKS, scene, form=form)
@@ -235,7 +235,7 @@ def test_the_macro_filter_eliminates_the_place_that_simultaneous_plots_share(for
 
 @pytest.mark.slow
 def test_two_stage_equals_the_joint_filter_after_thousands_of_plots() -> None:
-    """Without process noise P shrinks for ever: an update that loses symmetry diverges here."""
+    """Without process noise P decreases forever: an update that loses symmetry diverges here."""
     rng = np.random.default_rng(12)
     radars = [replace(one, rotation_s=1.0, range_sigma_m=15.0) for one in three_radars()]
     scene = make_scene(rng, radars, random_flights(rng, 1, 700.0))
@@ -279,7 +279,7 @@ def test_covariances_stay_symmetric_and_positive_definite(
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_readout_is_the_estimate_with_the_biases_in_it(name: str) -> None:
+def test_readout_includes_the_biases(name: str) -> None:
     scene = lively_scene(6)
     one = compiled(name, scene, by_epochs=True)
     for row, observation in played(scene, [one], 6):
@@ -295,7 +295,7 @@ def test_readout_is_the_estimate_with_the_biases_in_it(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_reported_positions_need_no_biases(name: str) -> None:
-    """ADS-B beside radar: as in the plain form. The exact filters alone learn biases by it."""
+    """ADS-B and radar, as in the plain form. Only the exact filters estimate biases with it."""
     scene = lively_scene(7)
     assert scene.sensors.ids[3] == "adsb"
     rng = np.random.default_rng(7)
@@ -344,8 +344,8 @@ def test_the_exact_filters_are_consistent(name: str) -> None:
         assert low < np.mean(values) < high
 
 
-def test_intersection_promises_no_more_than_it_keeps() -> None:
-    """Its bounds are bounds: the NEES stays below that of a consistent filter."""
+def test_covariance_intersection_is_conservative() -> None:
+    """Its bounds are conservative: the NEES is below that of a consistent filter."""
     for values, size in zip(normalised_errors("ci", 12), (4, 6), strict=True):
         assert np.mean(values) < chi2.ppf(tails(2)[1], size * len(values)) / len(values)
 
@@ -358,7 +358,7 @@ def gated(name: str, scene: Scene) -> CompiledFilter:
 
 
 def settled(name: str, seed: int) -> tuple[CompiledFilter, Scene, int, Observation]:
-    """A filter after a whole scene, the row and the observation it took last."""
+    """A filter after a whole scenario, with its last row and observation."""
     rng = np.random.default_rng(seed)
     scene = make_scene(rng, three_radars(), random_flights(rng, 3, 60.0, acceleration_density=0.1))
     one = gated(name, scene)
@@ -381,15 +381,13 @@ def settled(name: str, seed: int) -> tuple[CompiledFilter, Scene, int, Observati
         (np.array([np.inf, 0.0]), Outcome.SINGULAR),
     ],
 )
-def test_an_absurd_plot_changes_nothing_but_the_clock(
-    name: str, bad: np.ndarray, outcome: Outcome
-) -> None:
-    """Refused, and what follows is as if it had not been there."""
+def test_an_absurd_plot_changes_only_the_time(name: str, bad: np.ndarray, outcome: Outcome) -> None:
+    """It is rejected, and everything after is unchanged."""
     one, _, _, observation = settled(name, 8)
     aircraft = observation.aircraft
     before, biases = one.aircraft(aircraft), one.biases()
     wrong = replace(observation, value=observation.value + bad)
-    with np.errstate(invalid="ignore"):  # Infinity less infinity, where nothing is compiled.
+    with np.errstate(invalid="ignore"):  # inf − inf in the plain form.
         assert one.process(wrong) == outcome
     after = one.aircraft(aircraft)
     np.testing.assert_array_equal(after[0], before[0])
@@ -400,7 +398,7 @@ def test_an_absurd_plot_changes_nothing_but_the_clock(
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_plot_in_the_cone_of_silence_is_refused(name: str) -> None:
+def test_a_plot_in_the_cone_of_silence_is_rejected(name: str) -> None:
     one, _, _, observation = settled(name, 9)
     # Twice as high as it is far away: 63 degrees of elevation and more.
     high = replace(observation, height_m=float(observation.value[0]) * 2.0)
@@ -410,7 +408,7 @@ def test_a_plot_in_the_cone_of_silence_is_refused(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_after_some_refusals_the_track_starts_anew_where_the_plots_are(name: str) -> None:
+def test_a_track_restarts_at_the_plots_after_rejections(name: str) -> None:
     one, scene, _, observation = settled(name, 10)
     away = replace(observation, value=observation.value + np.array([30_000.0, 0.0]))
     outcomes = [one.process(away) for _ in range(5)]
@@ -423,8 +421,8 @@ def test_after_some_refusals_the_track_starts_anew_where_the_plots_are(name: str
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_an_aircraft_starts_as_from_a_prior_that_knows_nothing(name: str) -> None:
-    """A first plot, then a few: as with a prior of 1 000 km around the place it points to."""
+def test_initiation_equals_an_uninformative_prior(name: str) -> None:
+    """A first plot, then a few: as with a prior of 1 000 km around its position."""
     scene = lively_scene(11)
     one = compiled(name, scene)
     first = next(iter(played(scene, [], 11)))[1]
@@ -438,8 +436,8 @@ def test_an_aircraft_starts_as_from_a_prior_that_knows_nothing(name: str) -> Non
     expected = other.aircraft(first.aircraft)
     sigmas = np.sqrt(np.diagonal(covariance))
     np.testing.assert_allclose(mean / sigmas, expected[0] / sigmas, rtol=0, atol=1e-3)
-    if name != "ci":  # CI starts with bias and noise as independent, which they are then.
+    if name != "ci":  # CI treats bias and noise as independent, which holds at initiation.
         outer = np.outer(sigmas, sigmas)
         np.testing.assert_allclose(covariance / outer, expected[1] / outer, rtol=0, atol=1e-3)
-    # Nothing can be told about the biases from one plot.
+    # One plot does not inform about the biases.
     np.testing.assert_allclose(one.biases()[1], np.diag(scene.sensors.prior_sigma**2), rtol=1e-9)

@@ -22,8 +22,8 @@ COVARIANCE = np.diag([900.0**2, 700.0**2, 20.0**2, 20.0**2]) + 5e3 * np.eye(4)[:
 HEIGHT_M = 9000.0
 
 
-def taken(name: str, *, heard: bool, aside: float = 0.0) -> tuple[Aircraft, Model, Outcome]:
-    """One direction of `df-1` of an aircraft; with a height that is heard, or a guess of it."""
+def processed(name: str, *, reported: bool, aside: float = 0.0) -> tuple[Aircraft, Model, Outcome]:
+    """One direction of `df-1` of an aircraft, with a reported or an estimated height."""
     model = model_of(TABLE, TrackingSettings(filter_name=name))
     aircraft = one_aircraft(FILTERS[name], model, len(TABLE), MEAN, COVARIANCE)
     aircraft.vertical[0, GUESS], aircraft.vertical[0, GUESS_VARIANCE] = HEIGHT_M, 500.0**2
@@ -37,7 +37,7 @@ def taken(name: str, *, heard: bool, aside: float = 0.0) -> tuple[Aircraft, Mode
     rows = Rows(
         np.zeros(1, np.int64), np.zeros(1), np.array([KIND_DIRECTION]), np.array([s]),
         np.array([[expected + aside, azimuth + 0.001]]),
-        np.array([HEIGHT_M if heard else np.nan]), np.array([s]),
+        np.array([HEIGHT_M if reported else np.nan]), np.array([s]),
     )  # fmt: skip
     columns = len(model.bias)
     result = result_arrays(1, 1, columns)
@@ -49,7 +49,7 @@ def taken(name: str, *, heard: bool, aside: float = 0.0) -> tuple[Aircraft, Mode
 def plain(
     table: SensorTable, model: Model, rows: tuple[int, ...], aside: float, height_variance: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The same correction in NumPy: of the sine, the azimuth, or both."""
+    """The same update in NumPy: by the sine, the azimuth, or both."""
     s = table.ids.index(moving_scene.FIXED)
     _, _, _, h, w = expected_measurement(
         KIND_DIRECTION, model.plane, model.sites[s], model.noises[s], MEAN[0], MEAN[1], HEIGHT_M,
@@ -72,9 +72,9 @@ def state(aircraft: Aircraft) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("name", ["two-stage", "imm"])
 def test_an_elevation_at_a_known_height_is_a_range(name: str) -> None:
     """Rank two: across the line by the azimuth, along it by the elevation."""
-    aircraft, model, outcome = taken(name, heard=True, aside=0.002)
+    aircraft, model, outcome = processed(name, reported=True, aside=0.002)
     assert outcome is Outcome.UPDATED
-    # Of Mode C that was heard once: a whole number of metres is no step of 100 ft.
+    # A single Mode C height: a whole number of metres is not a step of 100 ft.
     variance = (25.0 * 0.3048) ** 2 / 12.0 + 2.0**2
     mean, covariance = plain(TABLE, model, (0, 1), 0.002, variance)
     found = state(aircraft)
@@ -83,10 +83,10 @@ def test_an_elevation_at_a_known_height_is_a_range(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["two-stage", "imm"])
-def test_an_elevation_of_an_unknown_height_tells_that_alone(name: str) -> None:
-    """The place moves by the azimuth alone; the height as far as the place is known."""
+def test_an_elevation_determines_only_an_unknown_height(name: str) -> None:
+    """The azimuth alone updates the position; the height as accurately as the position is known."""
     aside = 0.004
-    aircraft, model, outcome = taken(name, heard=False, aside=aside)
+    aircraft, model, outcome = processed(name, reported=False, aside=aside)
     assert outcome is Outcome.UPDATED
     mean, covariance = plain(TABLE, model, (1,), aside, 0.0)
     found = state(aircraft)
@@ -105,13 +105,13 @@ def test_an_elevation_of_an_unknown_height_tells_that_alone(name: str) -> None:
     assert aircraft.vertical[0, GUESS] == pytest.approx(HEIGHT_M + gain * aside, abs=0.1)
     left = 500.0**2 * (1.0 - gain * slope)
     assert aircraft.vertical[0, GUESS_VARIANCE] == pytest.approx(left, rel=1e-3)
-    # What the place is wrong by, it is wrong by in the next elevation as well.
+    # The error of the position is the same at the next elevation.
     assert aircraft.vertical[0, GUESS_VARIANCE] >= min(500.0**2, lasting / slope**2)
 
 
 @pytest.mark.parametrize("name", sorted(FILTERS))
-def test_who_takes_no_bearings_takes_no_directions(name: str) -> None:
+def test_directions_are_unsupported_in_other_filters(name: str) -> None:
     if name in ("two-stage", "imm"):
-        assert taken(name, heard=True)[2] is Outcome.UPDATED
+        assert processed(name, reported=True)[2] is Outcome.UPDATED
     else:
-        assert taken(name, heard=True)[2] is Outcome.UNSUPPORTED
+        assert processed(name, reported=True)[2] is Outcome.UNSUPPORTED

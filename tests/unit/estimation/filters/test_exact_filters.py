@@ -1,4 +1,4 @@
-"""The two-stage filter and the joint one on the scene of the report's section 1.6, plot by plot."""
+"""The two-stage and the joint filter on the scenario of the report, section 1.6, by plot."""
 
 from dataclasses import replace
 
@@ -33,10 +33,10 @@ def report_plots(seed: int, duration_s: float, *, drift: bool) -> FlatPlots:
     return flat_plots(scene, np.random.default_rng(seed))
 
 
-def told(
+def inputs(
     truth: FlatPlots, seed: int, kept: np.ndarray, *, drift: bool
 ) -> tuple[Sensors, Plots, Starts]:
-    """What a filter is told: the plots that are kept, and guesses of the aircraft."""
+    """Inputs of a filter: the plots that are kept, and initial states of the aircraft."""
     rng = np.random.default_rng(seed)
     prior = BiasPrior(np.zeros(6), np.diag(PRIOR**2), DRIFT if drift else None)
     sensors = flat_radars(truth.site_m, 15.0, np.radians(0.05), prior)
@@ -50,10 +50,10 @@ def told(
 
 @pytest.mark.parametrize("form", ["linearised", "polar"])
 def test_two_stage_equals_joint_at_every_second_of_the_report(form: Form) -> None:
-    """45 000 plots less one in ten: 1e-6 m, and 1e-9 of the variances."""
+    """45 000 plots minus one in ten: 1e-6 m, and 1e-9 of the variances."""
     truth = report_plots(1, 1000.0, drift=False)
     kept = np.random.default_rng(2).uniform(size=len(truth)) < 0.9
-    sensors, plots, starts = told(truth, 1, kept, drift=False)
+    sensors, plots, starts = inputs(truth, 1, kept, drift=False)
     times = np.arange(1.0, 1001.0)
     joint, two_stage = (play(name, sensors, plots, starts, times, form=form) for name in EXACT)
     np.testing.assert_allclose(two_stage.mean, joint.mean, rtol=0, atol=1e-6)
@@ -73,8 +73,8 @@ def assert_equal_covariances(found: np.ndarray, expected: np.ndarray) -> None:
 
 @pytest.mark.slow
 @pytest.mark.slow
-def test_with_drift_two_stage_is_as_good_as_joint_and_both_are_consistent() -> None:
-    """1 m/√s and 0.02 °/√s, re-anchored each second: RMS within 1 %, NEES in its band.
+def test_with_drift_two_stage_equals_joint_and_both_are_consistent() -> None:
+    """1 m/√s and 0.02 °/√s, adjusted each second: RMS within 1 %, NEES in its band.
 
     The band is of 99.9 % for all four means together.
     """
@@ -85,7 +85,7 @@ def test_with_drift_two_stage_is_as_good_as_joint_and_both_are_consistent() -> N
     biases: dict[str, list[np.ndarray]] = {name: [] for name in EXACT}
     for seed in range(runs):
         truth = report_plots(seed, 300.0, drift=True)
-        sensors, plots, starts = told(truth, seed, np.full(len(truth), True), drift=True)
+        sensors, plots, starts = inputs(truth, seed, np.full(len(truth), True), drift=True)
         for name in EXACT:
             record = play(name, sensors, plots, starts, times, options=options)
             error = record.mean - truth.states[times.astype(int)]

@@ -1,4 +1,4 @@
-"""Heights in steps, garbled ones, kinds of them, and what they let a plot say of the biases."""
+"""Quantised, garbled and mixed heights, and their effect on the biases."""
 
 from typing import NamedTuple
 
@@ -28,7 +28,7 @@ update_height = heights.update_height
 
 
 class Height(NamedTuple):
-    """The arrays of one aircraft whose height is followed."""
+    """The arrays of the height of one aircraft."""
 
     height: Floats
     vertical: Floats
@@ -44,7 +44,7 @@ class Height(NamedTuple):
         sensor: int = 0,
         begins: bool = False,
     ) -> tuple[int, float, float]:
-        """Take a plot; return the verdict, and the height and variance for its slant range."""
+        """Process a plot; return the result, and the height and variance for its slant range."""
         turn = STARTED if begins else UPDATED
         dt = np.nan if begins else dt
         look: tuple[int, float, float] = check_height(
@@ -80,7 +80,7 @@ def level(height_m: float = 10_058.4, *, plots: int = 20, sensor: int = 0) -> He
     return found
 
 
-# True heights and rates of climb at times: legs of 40 to 120 s, half of them level.
+# True heights and rates of climb: legs of 40 to 120 s, half of them level.
 def climb(rng: np.random.Generator, times: Floats) -> tuple[Floats, Floats]:
     knots, rates = [0.0], []
     while knots[-1] < times[-1]:
@@ -92,7 +92,7 @@ def climb(rng: np.random.Generator, times: Floats) -> tuple[Floats, Floats]:
 
 
 @pytest.mark.parametrize(("step_m", "rms_m"), [(HUNDRED_FEET, 9.5), (TWENTY_FIVE_FEET, 4.5)])
-def test_height_and_rate_of_climb_are_as_sure_as_they_say(step_m: float, rms_m: float) -> None:
+def test_height_and_rate_of_climb_are_consistent(step_m: float, rms_m: float) -> None:
     rng = np.random.default_rng(5)
     by_height, by_rate, errors = [], [], []
     for _ in range(30):
@@ -114,7 +114,7 @@ def test_height_and_rate_of_climb_are_as_sure_as_they_say(step_m: float, rms_m: 
     assert np.sqrt(np.mean(np.square(errors))) < rms_m
 
 
-def test_level_flight_is_never_surer_than_its_step() -> None:
+def test_the_variance_in_level_flight_is_at_least_that_of_the_step() -> None:
     coarse, fine = level(), level(10_058.4 + TWENTY_FIVE_FEET)
     assert coarse.variances[0] == pytest.approx(HUNDRED_FEET**2 / 12.0, rel=0.05)
     assert fine.variances[0] >= TWENTY_FIVE_FEET**2 / 12.0
@@ -122,7 +122,7 @@ def test_level_flight_is_never_surer_than_its_step() -> None:
     assert abs(coarse.state[1]) < 1e-9
 
 
-def test_steps_are_those_of_the_sensor_that_heard_them() -> None:
+def test_quantisation_steps_belong_to_the_sensor() -> None:
     one = level(10_058.4 + TWENTY_FIVE_FEET, sensor=3)
     _, height, variance = one.hear(100.0, 10_058.4, sensor=3)
     assert height == 10_058.4
@@ -132,24 +132,24 @@ def test_steps_are_those_of_the_sensor_that_heard_them() -> None:
 
 
 @pytest.mark.parametrize("wrong_m", [-3048.0, -152.4, 152.4, 1524.0])
-def test_one_garbled_height_does_not_enter(wrong_m: float) -> None:
+def test_one_garbled_height_is_ignored(wrong_m: float) -> None:
     garbled, silent = level(), level()
-    verdict, height, variance = garbled.hear(100.0, 10_058.4 + wrong_m)
+    result, height, variance = garbled.hear(100.0, 10_058.4 + wrong_m)
     silent.hear(100.0, NO_HEIGHT)
-    assert verdict == heights.REJECTED_HEIGHT
+    assert result == heights.REJECTED_HEIGHT
     assert height == pytest.approx(10_058.4)
     assert variance < 16.0**2
     assert (garbled.state, garbled.variances) == (silent.state, silent.variances)
 
 
-def test_garbled_heights_that_differ_are_never_believed() -> None:
+def test_inconsistent_garbled_heights_are_ignored() -> None:
     one = level()
     for number, wrong in enumerate([900.0, -1500.0, 3000.0, -700.0, 2000.0]):
         assert one.hear(100.0 + 5.0 * number, 10_058.4 + wrong)[0] == heights.REJECTED_HEIGHT
     assert one.state[0] == pytest.approx(10_058.4)
 
 
-def test_the_third_height_that_agrees_begins_anew() -> None:
+def test_the_third_consistent_outlier_initialises_the_height() -> None:
     one = level()
     found = [one.hear(100.0 + 5.0 * number, 7010.4 + 30.48 * number)[0] for number in range(3)]
     assert found == [heights.REJECTED_HEIGHT, heights.REJECTED_HEIGHT, heights.INITIATED]
@@ -157,7 +157,7 @@ def test_the_third_height_that_agrees_begins_anew() -> None:
     assert one.hear(115.0, 7101.84)[0] == heights.ACCEPTED
 
 
-def test_a_height_that_is_missing_is_predicted_with_growing_variance() -> None:
+def test_a_missing_height_is_predicted_with_growing_variance() -> None:
     one = unheard()
     for number in range(20):
         one.hear(5.0 * number, 5000.0 + 50.0 * number, begins=number == 0)
@@ -169,7 +169,7 @@ def test_a_height_that_is_missing_is_predicted_with_growing_variance() -> None:
     assert variances[-1] > 100.0**2
 
 
-def test_a_height_too_old_to_tell_more_than_none_is_forgotten() -> None:
+def test_a_height_older_than_its_prior_is_discarded() -> None:
     one = level()
     one.hear(1000.0, NO_HEIGHT, dt=900.0)
     assert np.isnan(one.height[0])
@@ -179,10 +179,10 @@ def test_a_height_too_old_to_tell_more_than_none_is_forgotten() -> None:
 def test_reported_heights_do_not_mix_with_mode_c() -> None:
     one = level(9144.0)
     for number in range(5):
-        verdict, height, _ = one.hear(100.0 + number, 9400.0, dt=1.0, kind=KIND_POSITION)
-        assert verdict == heights.NOTHING
+        result, height, _ = one.hear(100.0 + number, 9400.0, dt=1.0, kind=KIND_POSITION)
+        assert result == heights.NOTHING
         assert height == pytest.approx(9144.0, abs=1.0)
-    # Without Mode C for a minute they are better than nothing; the rate of climb goes on.
+    # Used after a minute without Mode C; the rate of climb is kept.
     one.vertical[0, heights.RATE] = 2.0
     assert one.hear(170.0, 9400.0, dt=1.0, kind=KIND_POSITION)[0] == heights.INITIATED
     assert one.state == (9400.0, 2.0)
@@ -198,7 +198,7 @@ def informs(one: Height, look: tuple[int, float, float], slant_m: float) -> bool
     return bool(found)
 
 
-def test_heights_that_are_sure_let_a_plot_speak_of_the_biases() -> None:
+def test_accurate_heights_let_a_plot_contribute_to_biases() -> None:
     one = unheard()
     assert not informs(one, one.hear(0.0, NO_HEIGHT, begins=True), 80e3)
     assert not informs(one, one.hear(5.0, 9144.0), 80e3)
@@ -210,14 +210,14 @@ def test_heights_that_are_sure_let_a_plot_speak_of_the_biases() -> None:
     assert not informs(one, one.hear(90.0, NO_HEIGHT, dt=60.0), 80e3)
 
 
-def test_near_a_radar_a_coarse_height_is_not_sure_enough() -> None:
-    # The range takes over s = 8.8 km / 15 km of an error of 9 m: more than a tenth of 40 m.
+def test_near_a_radar_a_coarse_height_is_not_accurate_enough() -> None:
+    # The error of the range is 8.8 km / 15 km of 9 m: more than a tenth of 40 m.
     coarse, fine = level(9144.0), level(9144.0 + TWENTY_FIVE_FEET)
     assert not informs(coarse, coarse.hear(100.0, 9144.0), 15e3)
     assert informs(fine, fine.hear(100.0, 9144.0 + TWENTY_FIVE_FEET), 15e3)
 
 
-def test_exact_heights_are_held_as_they_were_heard() -> None:
+def test_exact_heights_are_not_filtered() -> None:
     one = unheard(exact=True)
     assert one.hear(0.0, 9001.0, begins=True)[1:] == (9001.0, 0.0)
     assert one.hear(5.0, 2000.0)[1:] == (2000.0, 0.0)
@@ -226,7 +226,7 @@ def test_exact_heights_are_held_as_they_were_heard() -> None:
     assert np.isnan(heights.reportable_rate(0, one.vertical))
 
 
-def test_compiled_and_plain_judge_alike() -> None:
+def test_compiled_check_equals_the_plain_form() -> None:
     rng = np.random.default_rng(3)
     one, other = unheard(), unheard()
     slow_look, slow_keep = plain(check_height), plain(update_height)

@@ -1,4 +1,4 @@
-"""The mixture of hypotheses has the moments that plain NumPy says."""
+"""The mixture of hypotheses has the moments computed by NumPy."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +40,7 @@ def whole(mean: Floats, upper: Floats, sensitivity: Floats) -> tuple[Floats, Flo
     return x, covariance + np.outer(x, x)
 
 
-def test_mean_and_covariance_are_those_of_all_hypotheses_together() -> None:
+def test_mean_and_covariance_are_those_of_the_mixture() -> None:
     rng = np.random.default_rng(1)
     copies, aircraft = random_aircraft(rng, 3, 0), random_aircraft(rng, 2, 0)
     beta = np.array([0.2, 0.5, 0.3])
@@ -52,7 +52,7 @@ def test_mean_and_covariance_are_those_of_all_hypotheses_together() -> None:
     np.testing.assert_allclose(
         moment, sum(b * p[1] for b, p in zip(beta, parts, strict=True)), rtol=1e-9, atol=1e-6
     )
-    # Affine in the biases: what is known of them later moves the mixture as it moves the parts.
+    # Affine in the biases: later corrections of biases shift the mixture like its parts.
     np.testing.assert_allclose(
         aircraft.sensitivity[1], np.tensordot(beta, copies.sensitivity[:3], 1), rtol=1e-12
     )
@@ -60,7 +60,7 @@ def test_mean_and_covariance_are_those_of_all_hypotheses_together() -> None:
     assert aircraft.fading_nis[1] == beta @ copies.fading_nis[:3]
 
 
-def test_modes_are_mixed_one_by_one_and_stay_the_parts_of_the_whole() -> None:
+def test_modes_are_mixed_separately_and_add_up_to_the_whole() -> None:
     rng = np.random.default_rng(2)
     copies, aircraft = random_aircraft(rng, 2, 3), random_aircraft(rng, 1, 3)
     beta = np.array([0.35, 0.65])
@@ -84,7 +84,7 @@ def test_modes_are_mixed_one_by_one_and_stay_the_parts_of_the_whole() -> None:
         )
 
 
-def test_an_aircraft_without_a_plot_of_its_own_keeps_its_books_but_for_the_time() -> None:
+def test_an_aircraft_without_a_plot_keeps_its_bookkeeping_except_time() -> None:
     rng = np.random.default_rng(3)
     copies, aircraft = random_aircraft(rng, 2, 0), random_aircraft(rng, 1, 0)
     copies.time[:] = 107.0
@@ -99,7 +99,7 @@ def test_an_aircraft_without_a_plot_of_its_own_keeps_its_books_but_for_the_time(
     assert aircraft.updates[0] == 12
 
 
-def test_one_hypothesis_alone_leaves_every_bit_as_it_is() -> None:
+def test_a_single_hypothesis_changes_no_bit() -> None:
     rng = np.random.default_rng(4)
     aircraft, copies = random_aircraft(rng, 3, 3), random_aircraft(rng, 4, 3)
     before = [array.copy() for array in aircraft]

@@ -1,4 +1,4 @@
-"""What every filter says of how a measurement differed from what it expected."""
+"""Innovations of all filters."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ from support.scenarios.scenes import Scene, make_scene, random_flights, three_ra
 
 ACCELERATION = 0.3
 NAMES = sorted(FILTERS)
-#: Blom is too sure of the biases, covariance intersection careful about everything.
+#: Blom is overconfident about biases, covariance intersection conservative.
 WITHIN = {"blom": (1.0, 5.0), "ci": (0.02, 1.0)}
 
 
@@ -48,7 +48,7 @@ def test_innovations_are_those_of_one_kalman_filter_over_everything(
         np.testing.assert_allclose(one.innovation[:2] / sigma, innovation / sigma, atol=1e-6)
         own, biases = matrix(one.innovation[2:5]), matrix(one.innovation[5:])
         if np.isnan(biases[0, 0]):
-            # Not looked at: without the biases there is nothing to explain.
+            # Not computed below the limit.
             assert innovation @ np.linalg.solve(own, innovation) <= EXPECTED_NIS * (1.0 + 1e-9)
         elif name == "two-stage":
             scale = np.outer(sigma, sigma)
@@ -58,7 +58,7 @@ def test_innovations_are_those_of_one_kalman_filter_over_everything(
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_innovations_are_as_large_as_expected(name: str, scene: Scene) -> None:
+def test_innovations_are_consistent(name: str, scene: Scene) -> None:
     one = CompiledFilter(scene, plain_settings(name, ACCELERATION), by_epochs=True)
     guesses = start_guesses(np.random.default_rng(31), scene)
     squares = []
@@ -70,7 +70,7 @@ def test_innovations_are_as_large_as_expected(name: str, scene: Scene) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_nothing_is_said_where_nothing_was_compared(name: str, scene: Scene) -> None:
+def test_there_is_no_innovation_without_a_comparison(name: str, scene: Scene) -> None:
     one = CompiledFilter(scene, plain_settings(name, ACCELERATION))
     plot = Observation(10.0, 0, 0, np.array([50_000.0, 1.0]), height_m=9000.0)
     assert one.process(plot) is Outcome.STARTED
@@ -81,7 +81,7 @@ def test_nothing_is_said_where_nothing_was_compared(name: str, scene: Scene) -> 
     assert np.isfinite(one.innovation[:5]).all()
 
 
-def test_a_measurement_that_a_gate_refuses_was_compared(scene: Scene) -> None:
+def test_a_gated_measurement_has_an_innovation(scene: Scene) -> None:
     settings = replace(plain_settings("two-stage", ACCELERATION), refuse_nis=9.0)
     one = CompiledFilter(scene, settings)
     one.process(Observation(10.0, 0, 0, np.array([50_000.0, 1.0]), height_m=9000.0))

@@ -1,4 +1,4 @@
-"""Gates below what three in four measurements stay under: the biases count in them all the same."""
+"""Gates below the 75th percentile of NIS: the covariance of the biases is still included."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ ACCELERATION = 0.3
 
 
 @pytest.mark.parametrize("gates", [(1.0, 2.5), (1.0, np.inf), (np.inf, 2.5)])
-def test_two_stage_judges_as_the_joint_filter_does(gates: tuple[float, float]) -> None:
+def test_two_stage_gates_as_the_joint_filter(gates: tuple[float, float]) -> None:
     rng = np.random.default_rng(1)
     flights = random_flights(rng, 4, 60.0, acceleration_density=ACCELERATION)
     scene = make_scene(rng, three_radars(), flights)

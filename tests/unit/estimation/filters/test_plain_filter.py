@@ -50,7 +50,7 @@ def test_two_stage_without_biases_is_the_plain_filter_after_every_plot() -> None
 def plain_step(
     mean: Floats, covariance: Floats, interval: float, site: Floats, plot: Floats
 ) -> tuple[Floats, Floats]:
-    """The textbook step, written with blocks for two axes: it shares nothing with the package."""
+    """The textbook step, with blocks for two axes, independent of the package."""
     motion = np.kron(np.array([[1.0, interval], [0.0, 1.0]]), np.eye(2))
     noise = np.array([[interval**3 / 3.0, interval**2 / 2.0], [interval**2 / 2.0, interval]])
     mean = motion @ mean
@@ -61,11 +61,11 @@ def plain_step(
         [east / length, north / length, 0.0, 0.0],
         [north / length**2, -east / length**2, 0.0, 0.0],
     ])  # fmt: skip
-    surprise = plot - [length, np.arctan2(east, north)]
-    surprise[1] = np.angle(np.exp(1j * surprise[1]))
+    innovation = plot - [length, np.arctan2(east, north)]
+    innovation[1] = np.angle(np.exp(1j * innovation[1]))
     gain = covariance @ matrix.T @ np.linalg.inv(matrix @ covariance @ matrix.T + np.diag(SIGMA**2))
     kept = np.eye(4) - gain @ matrix
     return (
-        mean + gain @ surprise,
+        mean + gain @ innovation,
         kept @ covariance @ kept.T + gain @ np.diag(SIGMA**2) @ gain.T,
     )

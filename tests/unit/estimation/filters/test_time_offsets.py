@@ -1,4 +1,4 @@
-"""Time offsets: how a late stamp enters depends on a velocity that is itself estimated."""
+"""Time offsets: their derivative depends on the estimated velocity."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ PARAMETERS = np.array([0, 1, 3, 0, 1, 3])
 
 
 def scene(seed: int, *, density: float, anchored: bool) -> Scene:
-    """Three radars with biases drawn from nearly their priors; B keeps its clock if anchored."""
+    """Three radars with biases drawn from nearly their priors; B has an exact clock if anchored."""
     rng = np.random.default_rng(seed)
     radars = []
     for name, latitude, longitude, period in (
@@ -59,7 +59,7 @@ def estimated(made: Scene, density: float, name: str = "two-stage") -> BiasState
 
 
 def squared_errors(density: float, *, anchored: bool) -> tuple[float, int]:
-    """Normalised errors squared of all biases, summed over scenes, and the number of biases."""
+    """NEES of all biases, summed over scenarios, and the number of biases."""
     total, count = 0.0, 0
     for seed in range(SCENES):
         made = scene(seed, density=density, anchored=anchored)
@@ -71,15 +71,15 @@ def squared_errors(density: float, *, anchored: bool) -> tuple[float, int]:
 
 
 @pytest.mark.parametrize("density", [0.1, 4.0])
-def test_a_common_lateness_is_never_believed_to_be_known(density: float) -> None:
-    """A filter that linearises at its newest velocity claims it ten times too well."""
+def test_a_common_delay_remains_unobservable(density: float) -> None:
+    """A filter that linearises at its latest velocity is overconfident by a factor of ten."""
     for seed in range(2):
         made = scene(seed, density=density, anchored=False)
         state = estimated(made, density)
         late = np.flatnonzero(made.sensors.parameter_kind == PARAMETER_TIME_OFFSET)
         common = np.full(3, 1.0 / 3.0)
         block = state.covariance[np.ix_(late, late)]
-        # What three independent priors say of their mean, and a hundredth for the re-linearisation.
+        # Sigma of the mean of three independent priors, and 1 % for the relinearisation.
         assert np.sqrt(common @ block @ common) == pytest.approx(
             PRIOR_SIGMA_S / np.sqrt(3.0), rel=0.01
         )
@@ -90,13 +90,13 @@ def test_a_common_lateness_is_never_believed_to_be_known(density: float) -> None
 @pytest.mark.slow
 @pytest.mark.parametrize("density", [0.1, 4.0])
 @pytest.mark.parametrize("anchored", [False, True])
-def test_errors_of_the_biases_are_as_large_as_claimed(density: float, anchored: bool) -> None:
+def test_bias_estimates_are_consistent(density: float, anchored: bool) -> None:
     total, count = squared_errors(density, anchored=anchored)
     low, high = chi2.ppf([0.005, 0.995], count)
     assert low < total < high, total / count
 
 
-def test_one_radar_with_a_true_clock_shows_how_late_the_others_are() -> None:
+def test_one_exact_clock_makes_the_other_delays_observable() -> None:
     made = scene(1, density=0.1, anchored=True)
     state = estimated(made, 0.1)
     own = made.sensors.parameter_kind == PARAMETER_TIME_OFFSET
@@ -107,7 +107,7 @@ def test_one_radar_with_a_true_clock_shows_how_late_the_others_are() -> None:
 
 
 @pytest.mark.parametrize("name", [name for name in FILTERS if name != "two-stage"])
-def test_filters_that_would_be_sure_of_it_refuse_a_time_offset(name: str) -> None:
+def test_other_filters_reject_a_time_offset(name: str) -> None:
     made = scene(0, density=0.1, anchored=True)
     with pytest.raises(ConfigurationError, match=f"filter: expected two-stage .* was {name}"):
         Engine(made.sensors, TrackingSettings(filter_name=name))
@@ -136,7 +136,7 @@ def test_compiled_time_offsets_equal_their_plain_form() -> None:
     assert np.sqrt(np.diagonal(found.biases()[1])[2]) < PRIOR_SIGMA_S
 
 
-def test_following_the_velocity_moves_no_aircraft_and_keeps_the_sum_of_all_offsets() -> None:
+def test_relinearisation_preserves_states_and_the_sum_of_offsets() -> None:
     rng = np.random.default_rng(4)
     old, new, bias = np.array([150.0, -80.0]), np.array([160.0, -20.0]), rng.normal(size=6)
     means, velocities = rng.normal(size=(1, 4)) * 1e4, old[None, :].copy()
@@ -149,7 +149,7 @@ def test_following_the_velocity_moves_no_aircraft_and_keeps_the_sum_of_all_offse
     assert velocities[0].tolist() == new.tolist()
 
 
-def test_an_aircraft_that_hardly_moves_keeps_the_velocity_of_its_offsets() -> None:
+def test_a_slow_aircraft_keeps_its_linearisation_velocity() -> None:
     slow = np.array([[0.5 * SPEED_MIN, 0.0]])
     sensitivity, means = np.ones((1, 4, 6)), np.zeros((1, 4))
     relinearise_time_offsets(means, sensitivity, slow, 0, PARAMETERS, np.ones(6), 30.0, 30.0)
@@ -158,7 +158,7 @@ def test_an_aircraft_that_hardly_moves_keeps_the_velocity_of_its_offsets() -> No
 
 
 def test_a_plot_that_is_late_lies_behind_the_aircraft() -> None:
-    """∂χ/∂τ = v: the later the stamp, the farther on the aircraft is."""
+    """∂χ/∂τ = v: the later the stamp, the farther ahead the aircraft is."""
     sensitivity, velocities = np.zeros((1, 4, 6)), np.full((1, 2), np.nan)
     means, covariances = np.zeros((1, 4)), np.zeros((1, 10))
     initialise_with_velocity(

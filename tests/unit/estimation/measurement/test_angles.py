@@ -1,4 +1,4 @@
-"""Differences of azimuths never take the long way round."""
+"""Differences of azimuths are wrapped."""
 
 import numpy as np
 import pytest
@@ -23,5 +23,5 @@ def test_wrapped_angles_point_the_same_way(angle: float) -> None:
     assert found == plain(kernels.wrap_angle)(angle)
 
 
-def test_what_is_no_angle_stays_none() -> None:
+def test_nan_angles_remain_nan() -> None:
     assert np.isnan(wrapped(np.nan))

@@ -38,7 +38,7 @@ def test_every_named_parameter_has_a_column() -> None:
     assert bias_matrix(kinds, 1e5, 100.0, 1e-3).shape == (2, len(PARAMETER_NAMES))
 
 
-def test_offsets_enter_as_they_are() -> None:
+def test_offsets_add_unchanged() -> None:
     matrix = bias_matrix([PARAMETER_AZIMUTH_OFFSET, PARAMETER_RANGE_OFFSET], 1e5, 100.0, 1e-3)
     np.testing.assert_array_equal(matrix, [[0.0, 1.0], [1.0, 0.0]])
 
@@ -52,13 +52,13 @@ def test_gain_is_measured_over_true_range() -> None:
 
 
 def test_a_late_time_stamp_is_a_positive_time_offset() -> None:
-    """Stamped 0.8 s late, the plot shows the place of 0.8 s before; the rest is below 1 m."""
+    """Stamped 0.8 s late, the plot shows the position of 0.8 s before; the rest is below 1 m."""
     measured = true_plot(-0.8)
     matrix = bias_matrix([PARAMETER_TIME_OFFSET], true_plot(0.0)[0], *rates())
     left = measured - matrix @ [0.8] - true_plot(0.0)
     assert abs(left[0]) < 1.0
     assert abs(left[1]) * 6e4 < 1.0
-    # The whole shift is 0.8 s of flight: the wrong sign would leave twice of it.
+    # The shift is 0.8 s of flight: the wrong sign would double it.
     moved = measured - true_plot(0.0)
     assert math.hypot(moved[0], moved[1] * 6e4) > 100.0
 
@@ -72,7 +72,7 @@ def test_columns_follow_the_order_asked_for_and_broadcast() -> None:
     )
 
 
-def test_an_unknown_kind_is_refused() -> None:
+def test_an_unknown_kind_is_rejected() -> None:
     with pytest.raises(UnknownParameterError, match="parameter 4"):
         bias_matrix([0, 4], 1.0, 0.0, 0.0)
     for part in (0.9, np.nan, -1.0):
@@ -80,7 +80,7 @@ def test_an_unknown_kind_is_refused() -> None:
             bias_matrix([part], 1.0, 0.0, 0.0)
 
 
-def test_what_is_no_number_or_does_not_go_together_is_refused() -> None:
+def test_invalid_numbers_and_shapes_are_rejected() -> None:
     with pytest.raises(ShapeError, match="kinds of the bias parameters: expected numbers"):
         bias_matrix(["range"], 1.0, 0.0, 0.0)
     with pytest.raises(ShapeError, match=r"range rate: expected numbers, was 'fast'"):

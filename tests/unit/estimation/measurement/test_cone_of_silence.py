@@ -22,7 +22,7 @@ def test_below_the_radar_there_is_no_cone() -> None:
     assert outside_cone(10.0, 200.0, 800.0)
 
 
-def test_numbers_that_are_none_are_not_trusted() -> None:
+def test_nan_is_inside_the_cone() -> None:
     assert not outside_cone(np.nan, 1_000.0, 0.0)
     assert not outside_cone(1e5, np.nan, 0.0)
     with pytest.raises(ConfigurationError, match="cone ratio"):

@@ -1,4 +1,4 @@
-"""An elevation as the filters see it, against the plain geodesy of lines of sight."""
+"""Elevations of the filters against the plain geodesy of lines of sight."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ def sine(site: tuple[float, float, float], east: float, north: float, height: fl
 
 @pytest.mark.parametrize("distance_m", [15e3, 100e3, 300e3])
 def test_elevations_are_those_over_the_ellipsoid(distance_m: float) -> None:
-    """At 100 km the Earth falls off by 0.8 km, half a degree: not to be left out."""
+    """At 100 km the curvature of the Earth is 0.8 km, half a degree."""
     rng = np.random.default_rng(1)
     for _ in range(40):
         latitude, longitude = np.radians(np.array([50.0, 15.0]) + rng.uniform(-1.0, 1.0, 2))
@@ -47,7 +47,7 @@ def test_elevations_are_those_over_the_ellipsoid(distance_m: float) -> None:
         slant, true_azimuth, elevation = slant_range_azimuth(
             site, *PLANE.to_geodetic(east, north), height
         )
-        # The sphere lacks 4 µrad at 300 km, a thousandth of what is measured.
+        # The error of the sphere is 4 µrad at 300 km, a thousandth of the noise.
         assert np.arcsin(found) == pytest.approx(float(elevation), abs=5e-6)
         assert azimuth % (2.0 * np.pi) == pytest.approx(float(true_azimuth), abs=1e-9)
         by_east = sine(site, east + 10.0, north, height) - sine(site, east - 10.0, north, height)
@@ -81,7 +81,7 @@ def test_an_elevation_has_no_bias_of_its_own() -> None:
 
 
 def test_a_direction_locates_nothing() -> None:
-    """Its elevation alone is no place; what seems to lie nowhere has no distance."""
+    """An elevation alone is no position; impossible elevations have no distance."""
     assert not locate_measurement(KIND_DIRECTION, PARAMETERS, np.zeros(15), 0.1, 1.0, 9e3)[0]
     assert not slant_of_direction(0.5, -1000.0) > 0.0
     assert np.isnan(slant_of_direction(-0.001, -1000.0))

@@ -77,7 +77,7 @@ def test_an_assumed_height_widens_the_range_as_in_the_plain_form(
 
 
 @BOTH
-def test_a_reported_position_is_measured_as_it_is(form: str) -> None:
+def test_a_reported_position_is_measured_directly(form: str) -> None:
     by_state, noise = np.zeros((2, 2)), np.zeros(3)
     found = kernel("predict_measurement", form)(
         kernels.KIND_POSITION, PLANE, SITE, NOISE, 9e4, -3e4, 8_000.0, 9e6, by_state, noise
@@ -102,7 +102,7 @@ FLAT_FORMS: dict[int, type[FlatPolar | FlatCartesian]] = {
 def test_a_plot_on_a_flat_plane_is_predicted_as_in_the_plain_form(
     kind: int, radar: int, form: str
 ) -> None:
-    """(1.11) as a place, or range and azimuth as they are; biases of range and azimuth in both."""
+    """(1.11) as a position, or range and azimuth directly; biases of range and azimuth in both."""
     state = np.array([83e3, -45e3, 120.0, -160.0])
     value = np.array([140e3, 2.3])
     expected = FLAT_FORMS[kind](FLAT_SITES, 15.0, float(np.radians(0.05))).linearise(
@@ -125,7 +125,7 @@ def test_a_plot_on_a_flat_plane_is_predicted_as_in_the_plain_form(
     ]
     own = expected.by_bias[:, 2 * radar : 2 * radar + 2]
     np.testing.assert_allclose(np.transpose(columns[:2]), own, rtol=1e-14)
-    # A gain acts as an offset that is proportional to the range; a late stamp shows the past.
+    # A gain acts as an offset proportional to the range; a late stamp shows the past.
     np.testing.assert_allclose(columns[2], ground * np.array(columns[0]), rtol=1e-12)
     np.testing.assert_array_equal(columns[3], -rates)
 
@@ -144,8 +144,8 @@ def test_a_plot_on_a_flat_plane_is_located_where_it_was_made(kind: int, form: st
 
 @BOTH
 @pytest.mark.parametrize("kind", FLAT_FORMS)
-def test_over_the_radar_of_a_flat_plane_nothing_is_made_up(kind: int, form: str) -> None:
-    """There is no line of sight: what depends on it is no number, and fails every gate."""
+def test_above_a_flat_radar_the_line_of_sight_is_nan(kind: int, form: str) -> None:
+    """There is no line of sight: dependent values are NaN, and fail every gate."""
     by_state, noise = np.zeros((2, 2)), np.zeros(3)
     with np.errstate(invalid="ignore", divide="ignore"):
         kernel("predict_measurement", form)(

@@ -1,4 +1,4 @@
-"""What is known of a sensor is taken off by the model of biases: measured minus true."""
+"""Known biases are corrected by the bias model: measured minus true."""
 
 import numpy as np
 
@@ -10,9 +10,9 @@ KNOWN = np.array([[250.0, -0.02, 0.001, 0.5]])
 SLANT, AZIMUTH, TIME = 9e4, 1.25, 100.0
 
 
-def test_the_model_of_the_filters_is_turned_round() -> None:
+def test_correction_inverts_the_measurement_model() -> None:
     offsets = KNOWN[0].copy()
-    offsets[PARAMETER_TIME_OFFSET] = 0.0  # Takes no place in a plot that stands still.
+    offsets[PARAMETER_TIME_OFFSET] = 0.0  # Has no effect on a plot without rates.
     entered = bias_matrix(range(4), SLANT, 0.0, 0.0) @ offsets
     measured = Measured(
         np.array([TIME + 0.5]), np.array([SLANT + entered[0]]), np.array([AZIMUTH + entered[1]])
@@ -23,14 +23,14 @@ def test_the_model_of_the_filters_is_turned_round() -> None:
     np.testing.assert_allclose(true.azimuth_rad, [AZIMUTH])
 
 
-def test_an_azimuth_stays_within_a_turn_and_what_is_missing_stays_so() -> None:
+def test_azimuths_are_wrapped_and_missing_values_remain_missing() -> None:
     measured = Measured(np.zeros(2), np.array([1e5, np.nan]), np.array([2 * np.pi - 0.01, np.nan]))
     true = without_known_biases(measured, np.repeat(KNOWN, 2, axis=0))
     np.testing.assert_allclose(true.azimuth_rad, [0.01, np.nan])
     assert np.isnan(true.range_m[1])
 
 
-def test_nothing_known_changes_no_bit() -> None:
+def test_without_known_biases_no_bit_changes() -> None:
     rng = np.random.Generator(np.random.PCG64(3))
     measured = Measured(*rng.uniform(0.0, 6.0, (3, 50)))
     for before, after in zip(

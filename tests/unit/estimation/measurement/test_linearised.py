@@ -15,7 +15,7 @@ def test_azimuth_is_clockwise_from_north_and_east_comes_first() -> None:
     np.testing.assert_allclose(place - SITE, [[0, 1000], [1000, 0], [0, -1000]], atol=1e-9)
 
 
-def test_columns_are_the_derivatives_of_the_place() -> None:
+def test_columns_are_the_derivatives_of_the_position() -> None:
     slant, azimuth = 87_000.0, np.radians(213.0)
     matrix = cartesian_bias_matrix(SITE, cartesian_plot(SITE, slant, azimuth))
     by_range = cartesian_plot(SITE, slant + 0.5, azimuth) - cartesian_plot(
@@ -35,7 +35,7 @@ def test_noise_is_a_thin_ellipse_across_the_line_of_sight() -> None:
     np.testing.assert_allclose(noise, np.diag([15.0**2, 87.27**2]), rtol=1e-3, atol=1e-6)
 
 
-def test_many_places_at_once() -> None:
+def test_many_positions_are_computed_at_once() -> None:
     places = SITE + np.array([[3e4, 4e4], [-5e4, 1e3]])
     matrices = cartesian_bias_matrix(SITE, places)
     np.testing.assert_array_equal(matrices[1], cartesian_bias_matrix(SITE, places[1]))

@@ -1,4 +1,4 @@
-"""A table of sensors that cannot be used is refused by name when it is made."""
+"""Invalid tables of sensors are rejected on creation, with the name of the sensor."""
 
 from dataclasses import replace
 from types import ModuleType
@@ -20,7 +20,7 @@ from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTab
 from multiradar_schemas.sensors import bounds as file_bounds
 from support.scenarios.scenes import sensor_table, three_radars
 
-# How the names of bounds end.
+# Suffixes of the names of bounds.
 UNITS = ("_M", "_S", "_DEG", "_GAIN")
 
 
@@ -99,7 +99,7 @@ def changed(name: str, place: int, value: float) -> dict[str, Any]:
         ({"drift": np.zeros((6, 1))}, ShapeError, r"drift of the sensors: expected \(6,\)"),
     ],
 )
-def test_what_cannot_be_used_is_named(
+def test_invalid_tables_are_rejected(
     changes: dict[str, Any], error: type[MultiradarError], sentence: str
 ) -> None:
     with pytest.raises(error, match=sentence):
@@ -129,7 +129,7 @@ def test_a_reporter_of_positions_needs_no_site() -> None:
         replace(one, position_sigma_m=np.array([-1.0]))
 
 
-def test_bounds_themselves_are_taken_in_radians_too() -> None:
+def test_bounds_are_inclusive_in_radians() -> None:
     edges = replace(
         table(),
         latitude_rad=np.radians([90.0, -90.0, 0.0]),
@@ -149,5 +149,5 @@ def test_the_core_and_the_files_have_the_same_bounds() -> None:
     assert [getattr(sensor_bounds, name) for name in names] == list(sensor_bounds.PARAMETERS)
 
 
-def test_nothing_is_known_of_a_table_that_says_nothing() -> None:
+def test_defaults_of_a_table() -> None:
     assert table().known_bias.tolist() == [[0.0] * 4] * 3

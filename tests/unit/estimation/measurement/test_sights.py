@@ -1,4 +1,4 @@
-"""Sights: what is expected from a position, its derivative, and what is refused."""
+"""Sights: expected components, their derivatives, and rejected arguments."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def full(position: NDArray[np.float64] = POSITION) -> Sight:
     )  # fmt: skip
 
 
-def test_nothing_is_left_over_at_the_true_position() -> None:
+def test_residuals_vanish_at_the_true_position() -> None:
     residuals, slopes, sigmas = full().residuals(POSITION)
     assert residuals == pytest.approx(0.0, abs=1e-12)
     assert slopes.shape == (3, 3)
@@ -45,7 +45,7 @@ def test_normals_are_across_the_line_of_sight() -> None:
     assert sigmas.tolist() == [0.003, 0.002]
 
 
-def test_an_azimuth_in_space_says_nothing_of_the_height() -> None:
+def test_an_azimuth_in_space_does_not_depend_on_height() -> None:
     sight = Sight(SOURCE, np.array(0.3), 0.003)
     _, slopes, _ = sight.residuals(POSITION)
     assert slopes.shape == (1, 3)
@@ -64,7 +64,7 @@ def test_at_the_source_there_is_no_slope() -> None:
     assert np.isfinite(slopes).all()
 
 
-def test_components_that_do_not_go_together_are_refused() -> None:
+def test_inconsistent_components_are_rejected() -> None:
     angle = np.array(0.3)
     with pytest.raises(ShapeError, match="two or three"):
         Sight(np.zeros(4), angle, 0.003)

@@ -1,4 +1,4 @@
-"""What a wrong height does to the predicted range."""
+"""Effect of a wrong height on the predicted range."""
 
 import numpy as np
 import pytest
@@ -29,8 +29,8 @@ def test_variance_is_large_near_and_small_far() -> None:
     assert np.sqrt(far) == pytest.approx(3_000 * (0.1 + 80 / 2 / 6378), rel=0.01)
 
 
-def test_above_the_radar_range_is_height() -> None:
+def test_above_the_radar_the_slope_is_one() -> None:
     assert range_slope(5_000.0, 5_300.0, 300.0) == pytest.approx(1.0)
     assert range_slope(5_000.0, -4_700.0, 300.0) == pytest.approx(-1.0)
-    # A range too short for the heights is no reason for a slope above one.
+    # The slope is at most one, also for a range too short for the heights.
     assert range_slope(4_000.0, 5_300.0, 300.0) == 1.0

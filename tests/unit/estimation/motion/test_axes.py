@@ -49,7 +49,7 @@ def test_course_is_clockwise_from_north_and_climb_is_upwards(
         ((0.0, -5.0, 0.0), (5.0, -np.pi, 0.0)),
     ],
 )
-def test_where_no_course_is_defined_it_is_zero(
+def test_an_undefined_course_is_zero(
     velocity: tuple[float, float, float], frame: tuple[float, float, float]
 ) -> None:
     np.testing.assert_array_equal(velocity_to_frame(velocity), frame)
@@ -77,7 +77,7 @@ def test_signs_are_the_derivative_of_the_canonical_form(frame: tuple[float, floa
         np.testing.assert_allclose(change, expected, atol=1e-13)
 
 
-def test_a_canonical_frame_is_returned_to_the_last_bit() -> None:
+def test_a_canonical_frame_is_unchanged() -> None:
     frames = np.random.default_rng(0).uniform(
         [0.0, -np.pi, -np.pi / 2.0], [300.0, np.pi, np.pi / 2.0], (200, 3)
     )
@@ -87,12 +87,12 @@ def test_a_canonical_frame_is_returned_to_the_last_bit() -> None:
 
 
 def test_the_matrix_of_equation_7_is_that_of_the_paper_and_of_finite_differences() -> None:
-    """The paper's entries in terms of the velocity, X north and Y east: our rows 1, 0, 2."""
+    """The entries of the paper in terms of the velocity, X north and Y east: rows 1, 0, 2 here."""
     rng = np.random.default_rng(3)
     frame = rng.uniform([20.0, -3.0, -1.4], [300.0, 3.0, 1.4], (50, 3))
     y, x, z = frame_to_velocity(frame).T
     speed, level = np.sqrt(x**2 + y**2 + z**2), np.hypot(x, y)
-    printed = np.array(
+    expected_matrix = np.array(
         [
             [x / speed, -y, -z * x / level],
             [y / speed, x, -z * y / level],
@@ -100,7 +100,7 @@ def test_the_matrix_of_equation_7_is_that_of_the_paper_and_of_finite_differences
         ]
     )
     found = velocity_by_frame(frame)
-    np.testing.assert_allclose(found[:, [1, 0, 2]], np.moveaxis(printed, -1, 0), atol=1e-10)
+    np.testing.assert_allclose(found[:, [1, 0, 2]], np.moveaxis(expected_matrix, -1, 0), atol=1e-10)
     for component, step in enumerate([1e-3, 1e-6, 1e-6]):
         ahead, behind = frame.copy(), frame.copy()
         ahead[:, component] += step

@@ -19,14 +19,14 @@ def test_state_order_is_position_then_velocity() -> None:
     np.testing.assert_array_equal(moved, [201.0, 2010.0, 100.0, 1000.0])
 
 
-def test_transition_takes_many_intervals_and_goes_back() -> None:
+def test_transition_accepts_many_and_negative_intervals() -> None:
     there, back = transition([[7.5], [-7.5]])[:, 0]
     np.testing.assert_array_equal(there @ back, np.eye(4))
 
 
 @pytest.mark.parametrize("interval_s", [0.0, 1e-3, 0.7, 4.9, 60.0])
 def test_process_noise_is_the_exact_integral(interval_s: float) -> None:
-    """Van Loan's matrix exponential, an independent way to the same integral."""
+    """By Van Loan's matrix exponential, an independent computation of the integral."""
     drift = np.zeros((4, 4))
     drift[0, 2] = drift[1, 3] = 1.0
     big = np.zeros((8, 8))
@@ -39,7 +39,7 @@ def test_process_noise_is_the_exact_integral(interval_s: float) -> None:
 
 
 def test_two_intervals_add_what_their_sum_adds() -> None:
-    """The result must not depend on how many plots fall into a second."""
+    """The result must not depend on the number of plots per second."""
     rng = np.random.default_rng(2)
     first, second = rng.uniform(0.0, 12.0, (2, 50))
     step = transition(second)
@@ -49,12 +49,12 @@ def test_two_intervals_add_what_their_sum_adds() -> None:
 
 
 @pytest.mark.parametrize(("interval_s", "density"), [(-1e-9, 1.0), (np.nan, 1.0), (1.0, -0.1)])
-def test_time_does_not_run_backwards_for_noise(interval_s: float, density: float) -> None:
+def test_negative_intervals_of_noise_are_rejected(interval_s: float, density: float) -> None:
     with pytest.raises(MultiradarError, match="expected a"):
         process_noise(interval_s, density)
 
 
-def test_intervals_and_densities_of_no_aircraft_are_named() -> None:
+def test_invalid_intervals_and_densities_are_rejected() -> None:
     with pytest.raises(ShapeError, match="interval of motion: expected numbers, was 'long'"):
         process_noise("long", 1.0)
     with pytest.raises(MotionParameterError, match=r"at most 1e\+12, was 1e\+308"):

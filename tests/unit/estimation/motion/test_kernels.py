@@ -31,7 +31,7 @@ def test_prediction_is_that_of_the_matrices(form: Callable[..., None], interval_
 
 
 @pytest.mark.parametrize("form", [move_aircraft, plain(move_aircraft)])
-def test_moving_one_of_many_moves_it_and_leaves_the_others(form: Callable[..., None]) -> None:
+def test_predicting_one_aircraft_leaves_the_others(form: Callable[..., None]) -> None:
     rng = np.random.default_rng(5)
     means, packed, tied = (rng.normal(size=size) for size in ((3, 4), (3, 10), (3, 4, 5)))
     expected = means.copy(), packed.copy(), tied.copy()
@@ -56,7 +56,7 @@ def velocity_frame(acceleration: float, turn_rate: float) -> np.ndarray:
 def test_noise_of_the_velocity_frame_is_that_of_the_model(
     velocity: tuple[float, float], form: Callable[..., tuple[float, float, float]]
 ) -> None:
-    """Vasiliev and Mattis (7), the rule for slow aircraft included."""
+    """Vasiliev and Mattis (7), including slow aircraft."""
     density = form(*velocity, 1.0, velocity_frame(0.8, 0.02))
     found = moved_covariance((0.0,) * 10, 7.0, density)
     model = VelocityFrameNoise(0.8, 0.02, nominal_interval_s=1.0)

@@ -1,4 +1,4 @@
-"""The family of motion models: what each step and matrix says, exactly and in the mean."""
+"""Motion models in three dimensions: steps and matrices, exactly and in the mean."""
 
 import numpy as np
 import pytest
@@ -78,15 +78,15 @@ def test_course_passes_south_without_a_jump_of_velocity() -> None:
         ((50.0, 0.5, 0.01 - np.pi / 2.0), (0.0, 0.0, -1.0), (50.0, 0.5 - np.pi, 0.01 - np.pi / 2)),
     ],
 )
-def test_speed_below_zero_and_climb_beyond_the_vertical_are_said_canonically(
+def test_negative_speed_and_climb_beyond_the_vertical_are_made_canonical(
     frame: tuple[float, ...], draws: tuple[float, ...], expected: tuple[float, ...]
 ) -> None:
     moved = VelocityFrame(1.5, 0.05, 0.02).step([0.0, 0.0, 0.0, *frame], 1.0, draws)
     np.testing.assert_allclose(moved[3:], expected, atol=1e-14)
 
 
-def test_the_canonical_walk_is_the_literal_one_with_some_draws_turned_round() -> None:
-    """The law of (5) is kept: where V or φ was turned round, so is the sign of what follows."""
+def test_the_canonical_walk_equals_the_literal_one_with_some_signs_reversed() -> None:
+    """The distribution of (5) is preserved: reversed V or φ reverse the sign of later draws."""
     rng = np.random.default_rng(5)
     model, interval = VelocityFrame(30.0, 0.4, 0.5), 1.0
     state = np.array([0.0, 0.0, 0.0, 40.0, 0.3, 0.1])
@@ -150,7 +150,7 @@ def test_jacobian_is_that_of_finite_differences(model: MotionModel) -> None:
 
 
 @pytest.mark.parametrize("model", MODELS, ids=name_of)
-def test_the_way_to_cartesian_and_back(model: MotionModel) -> None:
+def test_conversion_to_cartesian_and_back(model: MotionModel) -> None:
     state = STATES[model.coordinates.name]
     there = model.coordinates.to_cartesian(state)
     np.testing.assert_allclose(model.coordinates.from_cartesian(there), state, rtol=1e-13)
@@ -185,7 +185,7 @@ def test_white_acceleration_in_space_is_that_of_the_plane_on_each_axis() -> None
 
 
 @pytest.mark.parametrize("model", MODELS, ids=name_of)
-def test_nothing_happens_in_no_time(model: MotionModel) -> None:
+def test_an_interval_of_zero_changes_nothing(model: MotionModel) -> None:
     state = STATES[model.coordinates.name]
     np.testing.assert_array_equal(model.transition(state, 0.0), state)
     np.testing.assert_array_equal(model.jacobian(state, 0.0), np.eye(6))
@@ -194,7 +194,7 @@ def test_nothing_happens_in_no_time(model: MotionModel) -> None:
 
 @pytest.mark.parametrize("model", MODELS, ids=name_of)
 @pytest.mark.parametrize("interval_s", [-1e-9, np.nan, np.inf])
-def test_an_interval_that_goes_back_is_refused(model: MotionModel, interval_s: float) -> None:
+def test_a_negative_interval_is_rejected(model: MotionModel, interval_s: float) -> None:
     state = STATES[model.coordinates.name]
     for use in (model.transition, model.jacobian, model.noise):
         with pytest.raises(TimeOrderError, match="interval of motion"):
@@ -202,7 +202,7 @@ def test_an_interval_that_goes_back_is_refused(model: MotionModel, interval_s: f
 
 
 @pytest.mark.parametrize("model", SIMULATORS, ids=name_of)
-def test_a_step_refuses_other_shapes(model: MotionSimulator) -> None:
+def test_a_step_rejects_other_shapes(model: MotionSimulator) -> None:
     with pytest.raises(ShapeError, match="state: expected 6 components"):
         model.step(np.zeros(4), 1.0, np.zeros(3))
     with pytest.raises(ShapeError, match="draws: expected 3 components"):
@@ -211,7 +211,7 @@ def test_a_step_refuses_other_shapes(model: MotionSimulator) -> None:
         model.step(np.zeros(6), -1.0, np.zeros(3))
 
 
-def test_wrong_parameters_are_named() -> None:
+def test_invalid_parameters_are_rejected() -> None:
     with pytest.raises(MotionParameterError, match=r"acceleration: expected .* was -2\.0"):
         CartesianAcceleration((1.0, -2.0, 0.0))
     with pytest.raises(ShapeError, match=r"acceleration: expected three numbers"):

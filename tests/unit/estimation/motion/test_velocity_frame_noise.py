@@ -1,4 +1,4 @@
-"""Noise along and across the velocity: as printed where a course is defined, bounded elsewhere."""
+"""Noise along and across the velocity: as in the paper for a defined course, else bounded."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def test_an_asymmetric_case_by_hand() -> None:
     np.testing.assert_allclose(found, np.diag([4.0, 9.0, 1.0]), atol=1e-12)
 
 
-def test_the_plane_is_the_corner_of_space_and_the_printed_expression() -> None:
+def test_motion_in_the_plane_is_the_block_of_that_in_space() -> None:
     velocity = np.random.default_rng(1).normal(size=(200, 2)) * np.array([[30.0, 8.0]])
     velocity[0] = 0.0
     level = np.concatenate([velocity, np.zeros((200, 1))], axis=-1)
@@ -55,7 +55,7 @@ def test_at_rest_an_aircraft_accelerates_along_each_axis() -> None:
 
 
 @pytest.mark.parametrize("up", [120.0, -120.0])
-def test_straight_up_or_down_it_pitches_in_any_direction(up: float) -> None:
+def test_vertical_flight_pitches_in_any_direction(up: float) -> None:
     found = acceleration_covariance([0.0, 0.0, up], *SPREADS)
     pitch = (0.02 * 120.0) ** 2
     np.testing.assert_allclose(found, np.diag([pitch, pitch, 2.25]), rtol=1e-13)
@@ -70,7 +70,7 @@ def test_straight_up_or_down_it_pitches_in_any_direction(up: float) -> None:
         ([100.0 * STEEP_COSINE, 0.0, 100.0 * np.sqrt(1.0 - STEEP_COSINE**2)], 1.0),
     ],
 )
-def test_the_rule_is_continuous_where_it_sets_in(centre: list[float], scale: float) -> None:
+def test_the_modified_covariance_is_continuous(centre: list[float], scale: float) -> None:
     """Neighbours 1e-6 m/s away differ by at most the rule's steepest slope times that."""
     directions = np.random.default_rng(2).normal(size=(300, 3))
     directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
@@ -79,18 +79,18 @@ def test_the_rule_is_continuous_where_it_sets_in(centre: list[float], scale: flo
     assert np.abs(near - there).max() < 1e-5
 
 
-def test_interval_as_printed_and_as_the_integral_of_white_acceleration() -> None:
+def test_noise_of_the_paper_and_of_white_acceleration() -> None:
     state = np.array([1e5, -3e4, 9e3, 120.0, -50.0, 4.0])
     spread = acceleration_covariance(state[3:], *SPREADS)
-    printed = VelocityFrameNoise(*SPREADS).noise(state, 4.0)
-    np.testing.assert_array_equal(printed[:3], np.zeros((3, 6)))
-    np.testing.assert_allclose(printed[3:, 3:], 16.0 * spread, rtol=1e-13)
+    expected_matrix = VelocityFrameNoise(*SPREADS).noise(state, 4.0)
+    np.testing.assert_array_equal(expected_matrix[:3], np.zeros((3, 6)))
+    np.testing.assert_allclose(expected_matrix[3:, 3:], 16.0 * spread, rtol=1e-13)
     model = VelocityFrameNoise(*SPREADS, nominal_interval_s=4.0)
     whole = model.noise(state, 7.0)
     step = model.jacobian(state, 5.0)
     parts = step @ model.noise(state, 2.0) @ step.T + model.noise(state, 5.0)
     np.testing.assert_allclose(whole, parts, rtol=1e-12)
-    np.testing.assert_allclose(model.noise(state, 4.0)[3:, 3:], printed[3:, 3:], rtol=1e-13)
+    np.testing.assert_allclose(model.noise(state, 4.0)[3:, 3:], expected_matrix[3:, 3:], rtol=1e-13)
 
 
 def test_as_much_across_as_along_is_white_acceleration() -> None:
@@ -111,12 +111,12 @@ def test_as_much_across_as_along_is_white_acceleration() -> None:
         ({"slow_speed_mps": -3.0}, "slow speed: expected a finite number above 0, was -3.0"),
     ],
 )
-def test_a_wrong_parameter_is_named(parameters: dict[str, float], message: str) -> None:
+def test_an_invalid_parameter_is_rejected(parameters: dict[str, float], message: str) -> None:
     with pytest.raises(MotionParameterError, match=message):
         VelocityFrameNoise(**{"acceleration_mps2": 1.0, "turn_rate_rad_per_s": 0.1, **parameters})
 
 
-def test_wrong_shapes_and_intervals_that_go_back_are_named() -> None:
+def test_wrong_shapes_and_negative_intervals_are_rejected() -> None:
     model = VelocityFrameNoise(1.0, 0.1)
     with pytest.raises(ShapeError, match="state: expected 6 components"):
         model.noise(np.zeros(4), 1.0)

@@ -1,4 +1,4 @@
-"""A bundle follows an aircraft through turns and wrong plots, and says how it flew."""
+"""A bundle follows an aircraft through turns and wrong plots, and reconstructs its path."""
 
 import numpy as np
 import pytest
@@ -26,13 +26,13 @@ def followed(plots: MeasurementTrack, settings: BundleSettings | None = None) ->
 
 
 @pytest.mark.parametrize("by", [BEST, WEIGHTED])
-def test_it_restores_an_s_shaped_flight(by: str) -> None:
+def test_it_reconstructs_an_s_shaped_flight(by: str) -> None:
     flown = flight(S_SHAPE)
     bundle = followed(plots_of(flown, 200.0, np.random.default_rng(5)))
     first, last = bundle.window_s
     grid = whole_seconds(first, last)
     off = bundle.restored(grid, by).position_m - flown.geometric(grid).position_m
-    # Plots are off by 71 m; some sixty of them tell three turns.
+    # Plots have errors of 71 m; some sixty of them determine three turns.
     assert last - first == pytest.approx(90.0, abs=1.5)
     assert np.sqrt(np.mean(np.sum(off**2, axis=1))) < 25.0
     best = bundle.trajectories()[0]
@@ -40,7 +40,7 @@ def test_it_restores_an_s_shaped_flight(by: str) -> None:
     assert bundle.restarts == 0
 
 
-def test_accelerations_are_told_in_a_turn() -> None:
+def test_accelerations_are_estimated_in_a_turn() -> None:
     flown = flight(((0.0, 0.0), (60.0, 2.5)))
     now = followed(plots_of(flown, 100.0, np.random.default_rng(6))).estimate(BEST)
     truth = flown.geometric([now.time_s])
@@ -51,7 +51,7 @@ def test_accelerations_are_told_in_a_turn() -> None:
     assert now.heading_rad == pytest.approx(truth.heading_rad[0] % (2 * np.pi), abs=0.05)
 
 
-def test_errors_are_as_large_as_it_says() -> None:
+def test_bundle_estimates_are_consistent() -> None:
     squares = []
     for seed in range(12):
         flown = flight(S_SHAPE if seed % 2 else ((0.0, 0.0),))
@@ -72,7 +72,7 @@ def test_wrong_plots_do_not_move_it() -> None:
     assert bundle.restarts == 0
 
 
-def test_an_aircraft_that_is_elsewhere_is_found_again() -> None:
+def test_a_lost_aircraft_is_reacquired() -> None:
     there = plots_of(flight(((0.0, 0.0),)), 100.0, np.random.default_rng(9))
     bundle = followed(there)
     later = plots_of(flight(((0.0, 0.0),)), 60.0, np.random.default_rng(10))
@@ -81,12 +81,12 @@ def test_an_aircraft_that_is_elsewhere_is_found_again() -> None:
     now = bundle.estimate()
     assert bundle.restarts == 1
     assert np.hypot(now.state[0] - 180.0 * (now.time_s - 100.0), now.state[1] - 3e4) < 100.0
-    # It says no more of the time before.
+    # It has no estimate of the time before.
     assert bundle.window_s[0] >= 98.0
 
 
-def test_unlike_tracks_stay() -> None:
-    # Eight seconds after a turn began, straight flight and the turn are both told.
+def test_dissimilar_tracks_are_kept() -> None:
+    # Eight seconds after the start of a turn, straight flight and the turn are both present.
     flown = flight(((0.0, 0.0), (90.0, 2.0)))
     bundle = followed(plots_of(flown, 96.0, np.random.default_rng(11)))
     last = {one.kinds[-1] for one in bundle.trajectories()}
@@ -95,17 +95,17 @@ def test_unlike_tracks_stay() -> None:
 
 
 @pytest.mark.parametrize("seed", [18, 19])
-def test_tracks_that_say_the_same_do_not_crowd_out_others(seed: int) -> None:
-    # One radar alone, off by 200 m: what the aircraft may have done a minute ago differs by more
-    # metres than what it does now. Every kind of motion is told all the same.
+def test_similar_tracks_do_not_displace_others(seed: int) -> None:
+    # One radar alone, with errors of 200 m: hypotheses about the past minute differ more than those
+    # about the present. Every kind of motion is still present.
     flown = flight(((0.0, 0.0),), along_mps2=0.4)
     rng = np.random.default_rng(seed)
     bundle = followed(plots_of(flown, 150.0, rng, interval_s=6.0, sigma_m=200.0))
     assert {one.kinds[-1] for one in bundle.trajectories()} == set(KIND_NAMES)
 
 
-def test_a_turn_round_may_go_on_or_end() -> None:
-    # Half a circle later, with a radar that sees each 6 s: on along the circle, straight, or back.
+def test_a_reversal_may_continue_or_end() -> None:
+    # Half a circle later, with a scan period of 6 s: continued, straight, or reversed.
     flown = flight(((0.0, 0.0), (80.0, 3.0)))
     rng = np.random.default_rng(16)
     bundle = followed(plots_of(flown, 142.0, rng, interval_s=6.0, sigma_m=100.0))
@@ -115,7 +115,7 @@ def test_a_turn_round_may_go_on_or_end() -> None:
         heading = one.controls.geometric([ahead_s]).heading_rad[0]
         headings.setdefault(one.kinds[-1], float(heading))
     assert {"straight", "right", "left"} <= set(headings)
-    # 30 s of 3 m/s² at 180 m/s turn it by 29 degrees.
+    # 30 s of 3 m/s² at 180 m/s are a turn of 29 degrees.
     assert headings["right"] - headings["straight"] > np.radians(15.0)
     assert headings["straight"] - headings["left"] > np.radians(15.0)
 
@@ -129,7 +129,7 @@ def test_weights_are_probabilities_the_best_first() -> None:
 
 
 def test_best_and_mean_are_close_where_one_kind_of_motion_prevails() -> None:
-    """Section 2.2.5: within the sigma that the mean has; half a minute after the last switch."""
+    """Section 2.2.5: within the sigma of the mean; half a minute after the last switch."""
     for seed in range(4):
         plots = plots_of(flight(S_SHAPE), 175.0, np.random.default_rng([15, seed]))
         bundle = followed(plots)
@@ -139,10 +139,10 @@ def test_best_and_mean_are_close_where_one_kind_of_motion_prevails() -> None:
         assert best.speed_mps == pytest.approx(mean.speed_mps, abs=3.0)
 
 
-def test_the_past_does_not_make_it_dearer_or_other() -> None:
-    # Sliding the window is no evidence: after an hour of straight flight the window says the same
-    # of the last plots as a bundle that has seen three minutes, but for what 3600 s of the same
-    # heading tell of it.
+def test_cost_and_estimate_do_not_depend_on_the_past() -> None:
+    # Sliding the window is not evidence: after an hour of straight flight the estimate for the last
+    # plots equals that of a bundle of three minutes, except for the information of 3600 s of the
+    # same heading.
     flown = flight(((0.0, 0.0),))
     long = plots_of(flown, 1800.0, np.random.default_rng(13), interval_s=3.0)
     old = followed(long)
@@ -169,13 +169,13 @@ def test_without_a_wide_triple_there_is_no_trajectory() -> None:
     assert len(bundle) == 0
     with pytest.raises(RestorationError, match="expected three plots 8 s and 800 m apart"):
         bundle.estimate()
-    with pytest.raises(RestorationError, match="was 10 plots"):
+    with pytest.raises(RestorationError, match="none among 10 plots"):
         bundle.trajectories()
     with pytest.raises(RestorationError, match="within 90 s, was 0 plots without such"):
         Bundle(BundleSettings()).weights()
 
 
-def test_what_is_no_plot_is_told() -> None:
+def test_invalid_plots_are_rejected() -> None:
     bundle = Bundle(BundleSettings())
     bundle.push(5.0, [0.0, 0.0], NOISE)
     with pytest.raises(TimeOrderError, match=r"expected a time of 5.0 s or later, was 4.0 s"):
@@ -195,6 +195,6 @@ def test_what_is_no_plot_is_told() -> None:
 @pytest.mark.parametrize(
     ("name", "value"), [("tracks_max", 0), ("window_s", 1e4), ("outlier_probability", 0.9)]
 )
-def test_settings_out_of_their_range_are_told(name: str, value: float) -> None:
+def test_bundle_settings_out_of_range_are_rejected(name: str, value: float) -> None:
     with pytest.raises(ConfigurationError, match=f"{name}: expected"):
         BundleSettings(**{name: value})  # type: ignore[arg-type]

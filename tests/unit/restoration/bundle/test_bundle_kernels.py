@@ -1,4 +1,4 @@
-"""The step of a bundle beside its plain form, and how tracks that stay come to the front."""
+"""The step of a bundle against its plain form, and the compaction of tracks."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from support.scenarios.flown import flight, plots_of
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_tracks_that_stay_come_to_the_front_and_none_is_lost(seed: int) -> None:
+def test_kept_tracks_are_moved_to_the_front(seed: int) -> None:
     rng = np.random.default_rng(seed)
     tracks = rng.normal(size=(30, 4))
     kept = rng.permutation(20)[:12].astype(np.int64)
@@ -23,8 +23,8 @@ def test_tracks_that_stay_come_to_the_front_and_none_is_lost(seed: int) -> None:
         np.testing.assert_array_equal(np.sort(moved, axis=0), np.sort(tracks, axis=0))
 
 
-def test_a_step_does_what_its_plain_form_does(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A turn, plots that are wrong, and the window slides: tracks to 1e-6 of their weights."""
+def test_a_step_equals_its_plain_form(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A turn, wrong plots, and a sliding window: tracks to 1e-6 of their weights."""
     plots = plots_of(
         flight(((0.0, 0.0), (45.0, 2.0))), 80.0, np.random.default_rng(3), interval_s=3.0, wrong=0.1
     )

@@ -1,4 +1,4 @@
-"""A bundle loses no aircraft: slow ones, steep turns, silence, wrong, biased and crowded plots."""
+"""A bundle does not lose aircraft: slow ones, steep turns, gaps, wrong, biased and dense plots."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ STEEP = ((0.0, 0.0), (90.0, 6.9), (131.0, 0.0), (200.0, -6.9), (241.0, 0.0))
 def errors_of(
     bundle: Bundle, plots: MeasurementTrack, flown: ControlTrack, *, every: int = 1
 ) -> Floats:
-    """Errors of the place at the plots, NaN where there are no tracks; all it says is finite."""
+    """Position errors at the plots, NaN without tracks; all estimates are finite."""
     true = flown.geometric(plots.time_s).position_m
     off = np.full(len(plots), np.nan)
     for row in range(len(plots)):
@@ -38,7 +38,7 @@ def errors_of(
 
 
 def without(plots: MeasurementTrack, from_s: float, to_s: float) -> MeasurementTrack:
-    """The plots before a silence and after it."""
+    """The plots before and after a gap."""
     kept = (plots.time_s < from_s) | (plots.time_s > to_s)
     return measurement_track(
         plots.time_s[kept], plots.position_m[kept], plots.covariance_m2[kept], plots.radar[kept]
@@ -46,7 +46,7 @@ def without(plots: MeasurementTrack, from_s: float, to_s: float) -> MeasurementT
 
 
 def test_slow_aircraft_are_followed() -> None:
-    # 800 m take 27 s: three plots so far apart do not lie within the initial window of 30 s.
+    # 800 m take 27 s: three plots this far apart are not within the initial window of 30 s.
     flown = flight(((0.0, 0.0), (120.0, 1.5), (151.0, 0.0)), speed_mps=30.0)
     plots = plots_of(flown, 220.0, np.random.default_rng(21))
     off = errors_of(Bundle(BundleSettings()), plots, flown)
@@ -54,7 +54,7 @@ def test_slow_aircraft_are_followed() -> None:
     assert np.sqrt(np.nanmean(off**2)) < 50.0
 
 
-def test_a_radar_that_turns_slowly_and_misses_a_plot_makes_tracks() -> None:
+def test_a_slow_radar_with_a_missed_plot_initiates_tracks() -> None:
     flown = flight(((0.0, 0.0),))
     plots = plots_of(flown, 100.0, np.random.default_rng(22), interval_s=20.0)
     off = errors_of(Bundle(BundleSettings()), plots, flown)
@@ -63,7 +63,7 @@ def test_a_radar_that_turns_slowly_and_misses_a_plot_makes_tracks() -> None:
 
 
 def longest_run(large: NDArray[np.bool_]) -> int:
-    """How many in a row are true, at most."""
+    """Longest run of true values."""
     runs = np.split(large, np.flatnonzero(np.diff(large.astype(int))) + 1)
     return max((len(run) for run in runs if run[0]), default=0)
 
@@ -72,24 +72,24 @@ def longest_run(large: NDArray[np.bool_]) -> int:
 def test_a_turn_between_plots_of_a_slow_radar_is_not_lost_for_long(
     interval_s: float, seed: int
 ) -> None:
-    # Turns of 1.2 and 1.8 degrees a second: 40 s of them are a plot or two, and in as many the
-    # aircraft is 2 to 6 km from where it would have flown straight on.
+    # Turns of 1.2 and 1.8 °/s: 40 s of them are a plot or two, after which the aircraft is 2 to
+    # 6 km from straight flight.
     flown = flight(((0.0, 0.0), (215.0, 3.8), (255.0, 0.0), (430.0, -5.6), (475.0, 0.0)))
     rng = np.random.default_rng([31, seed])
     plots = plots_of(flown, 800.0, rng, interval_s=interval_s, sigma_m=100.0)
     off = errors_of(Bundle(BundleSettings(initial_s=60.0, lateral_max_mps2=14.0)), plots, flown)
     assert np.isfinite(off[3:]).all()
-    # The third plot that does not fit is enough to know better: with two, they may be wrong.
+    # Three outliers are enough to reject the track; two may be wrong plots.
     assert longest_run(off > 1000.0) <= 2
     assert np.median(off[3:]) < 200.0
 
 
 @pytest.mark.parametrize(("interval_s", "seed"), [(30.0, 0), (12.0, 1), (4.0, 2), (1.5, 3)])
-def test_wrong_plots_do_not_make_it_begin_anew(interval_s: float, seed: int) -> None:
+def test_wrong_plots_do_not_reinitialise_it(interval_s: float, seed: int) -> None:
     flown = flight(((0.0, 0.0),))
     rng = np.random.default_rng([32, seed])
     plots = plots_of(flown, 200.0 * interval_s, rng, interval_s=interval_s, wrong=0.05)
-    # That the beginning is none of them is another matter.
+    # Except at initiation.
     good = np.hypot(*(plots.position_m - flown.geometric(plots.time_s).position_m).T) < 250.0
     first = int(np.argmax(np.convolve(good, np.ones(5), mode="valid") == 5.0))
     heard = without(plots, -1.0, float(plots.time_s[first]) - 0.1)
@@ -98,8 +98,8 @@ def test_wrong_plots_do_not_make_it_begin_anew(interval_s: float, seed: int) -> 
     assert bundle.restarts == 0
 
 
-def test_an_aircraft_that_speeds_up_at_the_beginning_and_then_flies_on_is_followed() -> None:
-    # From 50 to 170 m/s in 30 s, seen first at once; noise as far out as 200 km.
+def test_an_aircraft_accelerating_at_initiation_is_followed() -> None:
+    # From 50 to 170 m/s in 30 s, detected from the start; noise as at 200 km.
     times = np.arange(0.0, 120.0, 2.0)
     speeding = np.minimum(times, 30.0)
     flown_m = 50.0 * times + 4.0 * speeding * (times - 0.5 * speeding)
@@ -129,8 +129,8 @@ def test_a_turn_beyond_the_limits_is_not_lost() -> None:
     assert bundle.restarts == 0
 
 
-def test_the_limits_hold_where_they_are_to_hold() -> None:
-    # Whatever the plots say with a factor of one; while plots are followed within them, always.
+def test_the_limits_hold_if_enforced() -> None:
+    # With a factor of one always; else while tracks within the limits follow the plots.
     for segments, factor in ((STEEP, 1.0), (S_SHAPE, 2.0)):
         plots = plots_of(flight(segments), 250.0, np.random.default_rng(24))
         bundle = Bundle(BundleSettings(beyond_factor=factor))
@@ -143,14 +143,14 @@ def test_the_limits_hold_where_they_are_to_hold() -> None:
         BundleSettings(beyond_factor=0.5)
 
 
-def test_after_a_silence_it_begins_anew() -> None:
+def test_it_is_reinitialised_after_a_long_gap() -> None:
     flown = flight(((0.0, 0.0), (110.0, 2.0)))
     plots = plots_of(flown, 400.0, np.random.default_rng(25))
     heard = without(plots, 120.0, 300.0)
     bundle = Bundle(BundleSettings())
     off = errors_of(bundle, heard, flown)
     after = heard.time_s > 300.0
-    # What it said 180 s ago is not told as if it were known.
+    # Estimates of 180 s ago are not extrapolated.
     assert np.isnan(off[after][0])
     assert np.isfinite(off[heard.time_s > 325.0]).all()
     assert np.nanmax(off[after]) < 200.0
@@ -158,27 +158,27 @@ def test_after_a_silence_it_begins_anew() -> None:
     assert bundle.window_s[0] > 300.0
 
 
-def test_a_silence_within_the_window_is_bridged() -> None:
+def test_a_gap_within_the_window_is_bridged() -> None:
     flown = flight(((0.0, 0.0), (110.0, 2.0), (170.0, 0.0)))
     plots = plots_of(flown, 300.0, np.random.default_rng(26))
     heard = without(plots, 105.0, 165.0)
     bundle = Bundle(BundleSettings())
     off = errors_of(bundle, heard, flown)
     assert np.isfinite(off[heard.time_s > 165.0]).all()
-    # Ten plots later it knows what was flown meanwhile.
+    # Ten plots later it has reconstructed the gap.
     assert np.nanmax(off[heard.time_s > 180.0]) < 250.0
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_wrong_plots_at_the_beginning_lead_nowhere(seed: int) -> None:
+def test_wrong_plots_at_initiation_do_not_mislead(seed: int) -> None:
     flown = flight(((0.0, 0.0),))
     plots = plots_of(flown, 120.0, np.random.default_rng([27, seed]), interval_s=4.0, wrong=0.2)
     off = errors_of(Bundle(BundleSettings()), plots, flown)
     assert np.sqrt(np.mean(off[plots.time_s > 60.0] ** 2)) < 120.0
 
 
-def test_plots_that_tell_one_direction_alone_make_tracks() -> None:
-    # Two sources, each good to 1 m along one axis and to 5 km along the other.
+def test_plots_accurate_in_one_direction_initiate_tracks() -> None:
+    # Two sources, each accurate to 1 m along one axis and to 5 km along the other.
     flown = flight(((0.0, 0.0), (90.0, 2.0)))
     times = np.arange(0.0, 150.0, 2.0)
     rng = np.random.default_rng(28)
@@ -188,27 +188,27 @@ def test_plots_that_tell_one_direction_alone_make_tracks() -> None:
     plots = measurement_track(times, places, noise, np.zeros(len(times)))
     bundle = Bundle(BundleSettings())
     off = errors_of(bundle, plots, flown)
-    # On the line metres; an unseen turn of 2 m/s² is 400 m off after 20 s.
+    # Metres along the line; an undetected turn of 2 m/s² deviates by 400 m after 20 s.
     assert np.nanmax(off[times < 90.0]) < 10.0
     assert np.nanmax(off) < 400.0
     assert bundle.restarts == 0
 
 
-def test_radars_that_contradict_each_other_do_not_tear_it() -> None:
+def test_inconsistent_radars_do_not_break_it() -> None:
     flown = flight(((0.0, 0.0), (90.0, 2.0)))
     plots = plots_of(flown, 200.0, np.random.default_rng(29))
     bias = np.array([[1000.0, 0.0], [-700.0, 700.0], [0.0, -1000.0]])
     moved = plots.position_m + bias[np.arange(len(plots)) % 3]
-    torn = measurement_track(plots.time_s, moved, plots.covariance_m2, plots.radar)
+    inconsistent = measurement_track(plots.time_s, moved, plots.covariance_m2, plots.radar)
     bundle = Bundle(BundleSettings())
-    off = errors_of(bundle, torn, flown)
+    off = errors_of(bundle, inconsistent, flown)
     assert np.nanmax(off) < 1500.0
     assert bundle.restarts <= 2
 
 
 @pytest.mark.slow
 def test_crowded_plots_do_no_harm() -> None:
-    # Duplicates, and more plots than there is room for, before and after tracks exist.
+    # Duplicates, and more plots than the capacity, before and after tracks exist.
     flown = flight(((0.0, 0.0),))
     rng = np.random.default_rng(30)
     burst = np.arange(3 * INITIAL_PLOTS_MAX) * 1e-3

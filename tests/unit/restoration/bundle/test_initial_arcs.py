@@ -37,7 +37,7 @@ def test_the_best_arc_has_the_least_deviations_in_time() -> None:
     deviations = [arc.deviation_s for arc in arcs]
     assert deviations == sorted(deviations)
     assert len(arcs) > 5
-    # Eleven plots that are off by 0.3 s of flight along it, three of which the arc goes through.
+    # Eleven plots deviating by 0.3 s of flight along it; the arc passes through three of them.
     assert deviations[0] < 8.0 * 0.3
 
 
@@ -52,7 +52,7 @@ def test_a_wrong_plot_is_in_no_good_triple() -> None:
 def test_triples_are_wide_in_time_and_place() -> None:
     flown = flight(((0.0, 0.0),), speed_mps=60.0)
     times = np.arange(0.0, 26.0, 2.0)
-    # 800 m take 13.3 s at this speed: three plots of 26 s do not do.
+    # 800 m take 13.3 s at this speed: three plots within 26 s are too close.
     assert arcs_through_triples(times, flown.geometric(times).position_m) == []
     close = np.array([0.0, 7.9, 15.8])
     assert arcs_through_triples(close, flight(((0.0, 0.0),)).geometric(close).position_m) == []
@@ -61,10 +61,10 @@ def test_triples_are_wide_in_time_and_place() -> None:
     assert len(arcs_through_triples(enough, wide)) == 1
 
 
-def test_a_motion_that_is_late_for_its_plots_is_none() -> None:
+def test_a_motion_too_far_from_its_plots_is_not_an_arc() -> None:
     times = np.array([0.0, 10.0, 20.0])
     # A line with its middle plot so far ahead that constant speed misses the plots by more or less
-    # than is allowed: off by 1/6, 1/3 and 1/6 of what the second difference of the ways is.
+    # than the limit: by 1/6, 1/3 and 1/6 of the second difference of the distances.
     for ahead, count in ((0.9 * 1.5 * TRIPLE_OFF_M, 1), (1.1 * 1.5 * TRIPLE_OFF_M, 0)):
         places = np.array([[0.0, 0.0], [2000.0 + ahead, 0.0], [4000.0, 0.0]])
         assert len(arcs_through_triples(times, places)) == count

@@ -55,7 +55,7 @@ def plain_spreads(track: Floats, window: Window, time_s: Floats, memory: FitScra
     return np.asarray(slopes @ inverse @ slopes.transpose(0, 2, 1))
 
 
-def test_the_kernel_does_what_the_plain_form_does(bundle: Bundle) -> None:
+def test_the_kernel_equals_the_plain_form(bundle: Bundle) -> None:
     window = window_of(bundle)
     times, weights = whole_seconds(*bundle.window_s)[::7], bundle.weights()
     found = path_of(bundle._tracks, weights, window, times, fit_scratch())
@@ -98,7 +98,7 @@ def test_a_path_without_times_is_empty(bundle: Bundle) -> None:
     assert bundle.path([]).covariance.shape == (0, 4, 4)
 
 
-def test_a_copy_says_the_same_and_goes_its_own_way(bundle: Bundle) -> None:
+def test_a_copy_is_equal_and_independent(bundle: Bundle) -> None:
     copy, before = bundle.copy(), bundle.estimate()
     assert copy.estimate().state.tolist() == before.state.tolist()
     assert (copy.window_s, copy.plots, len(copy)) == (bundle.window_s, bundle.plots, len(bundle))
@@ -113,7 +113,7 @@ def test_there_is_no_path_before_the_first_triple() -> None:
 
 
 def spoilt(bundle: Bundle, rows: slice) -> Floats:
-    """The tracks of a bundle; those rows know less than nothing of their parameters."""
+    """The tracks of a bundle; given rows have an indefinite information matrix."""
     tracks = bundle._tracks.copy()
     tracks[rows, layout.PRIOR_INFORMATION : layout.PRIOR_LOGARITHM] = -np.eye(6).ravel()
     return tracks
@@ -125,7 +125,7 @@ def window_of(bundle: Bundle) -> Window:
     return Window(bundle._anchor_s, plots, settings.kinds(), settings.rules())
 
 
-def test_a_track_whose_covariance_cannot_be_computed_counts_for_nothing(bundle: Bundle) -> None:
+def test_a_track_without_covariance_has_weight_zero(bundle: Bundle) -> None:
     window, weights = window_of(bundle), bundle.weights()
     times, tracks = whole_seconds(*bundle.window_s)[::7], spoilt(bundle, slice(1, 2))
     others = np.delete(np.arange(len(weights)), 1)
@@ -142,7 +142,7 @@ def test_a_track_whose_covariance_cannot_be_computed_counts_for_nothing(bundle: 
     assert np.all(np.isfinite(ends.covariance))
 
 
-def test_tracks_of_which_no_covariance_can_be_computed_are_refused(bundle: Bundle) -> None:
+def test_tracks_without_any_covariance_are_rejected(bundle: Bundle) -> None:
     window, weights, memory = window_of(bundle), bundle.weights(), fit_scratch()
     tracks = spoilt(bundle, slice(None))
     for call in (

@@ -1,4 +1,4 @@
-"""What leaves the window stays as mean and covariance, as a plain Kalman filter would keep it."""
+"""Plots that leave the window update mean and covariance like a plain Kalman filter."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ from support.scenarios.flown import S_SHAPE, flight, plots_of
 Floats = NDArray[np.float64]
 SETTINGS = BundleSettings()
 KINDS, RULES = SETTINGS.kinds(), SETTINGS.rules()
-#: Smoothed parameters, and what was known of them before: place, speed, heading, accelerations.
+#: Smoothed parameters, and their prior: position, speed, heading, accelerations.
 THETA = np.array([100.0, -50.0, 180.0, 1.4, 0.6, 0.05])
 MEAN = THETA + np.array([20.0, -10.0, 1.0, 0.01, 0.05, -0.01])
 COVARIANCE = np.diag([80.0, 90.0, 4.0, 0.03, 0.2, 0.02]) ** 2
@@ -54,7 +54,7 @@ def flown(theta: Floats, t: float) -> Floats:
     return np.array([*fly(east, north, speed, heading, u, w, t), u, w])
 
 
-# Mean and covariance a time later, linearised at θ; flights are not made of exact segments.
+# Predicted mean and covariance, linearised at θ; flights do not consist of exact segments.
 def predicted(theta: Floats, mean: Floats, covariance: Floats, t: float) -> tuple[Floats, Floats]:
     slopes = np.empty((6, 6))
     for i, step in enumerate((1.0, 1.0, 1e-2, 1e-5, 1e-4, 1e-4)):
@@ -67,7 +67,7 @@ def predicted(theta: Floats, mean: Floats, covariance: Floats, t: float) -> tupl
     return end + slopes @ (mean - theta), found
 
 
-# Corrected by a place, whose information counts by the chance that the plot is good.
+# Update by a position, weighted by the probability that the plot is good.
 def corrected(
     mean: Floats, covariance: Floats, place: Floats, information: Floats
 ) -> tuple[Floats, Floats]:
@@ -107,7 +107,7 @@ def left(track: Floats, rows: Floats, *, compiled: bool = True) -> Floats:
     return moved
 
 
-# Sigmas and correlations to 1e-6: slopes of differences have no more digits.
+# Sigmas and correlations to 1e-6, the accuracy of numerical derivatives.
 def assert_known(track: Floats, mean: Floats, covariance: Floats) -> None:
     found_mean, found = known(track)
     sigmas = np.sqrt(np.diagonal(covariance))
@@ -116,7 +116,7 @@ def assert_known(track: Floats, mean: Floats, covariance: Floats) -> None:
     assert found / scale == pytest.approx(covariance / scale, abs=1e-6)
 
 
-def test_a_plot_that_leaves_is_taken_by_a_kalman_filter() -> None:
+def test_a_dropped_plot_updates_a_kalman_filter() -> None:
     end = flown(THETA, 7.0)
     rows = plot_at(7.0, end[:2] + np.array([40.0, -30.0]))
     moved = left(made(), rows)
@@ -126,13 +126,13 @@ def test_a_plot_that_leaves_is_taken_by_a_kalman_filter() -> None:
     assert_known(moved, *corrected(mean, covariance, place, information_of(rows, end[:2])))
 
 
-def test_a_wrong_plot_leaves_without_a_trace() -> None:
+def test_a_dropped_outlier_has_no_effect() -> None:
     rows = plot_at(7.0, flown(THETA, 7.0)[:2] + np.array([3e3, 0.0]))
     assert_known(left(made(), rows), *predicted(THETA, MEAN, COVARIANCE, 7.0))
 
 
-def test_a_segment_that_ends_before_takes_its_controls_along() -> None:
-    """What is known of the next ones is what their kind says, and nothing goes with them."""
+def test_an_ended_segment_leaves_no_information_of_its_controls() -> None:
+    """The next ones have the prior of their kind, uncorrelated."""
     track = made((0.0, 4.0), (layout.RIGHT, layout.SLOWER))
     rows = plot_at(7.0, np.array([1e5, 1e5]))
     moved = left(track, rows)
@@ -154,20 +154,20 @@ def test_the_information_is_that_of_the_covariance() -> None:
     _, covariance = known(moved)
     at = layout.PRIOR_INFORMATION
     found = moved[at : at + 36].reshape(6, 6) @ covariance
-    # Variances from 1e-4 to 1e6: ten decades are lost to the inverse at most.
+    # Variances from 1e-4 to 1e6: the inverse loses ten digits at most.
     assert found == pytest.approx(np.eye(6), abs=1e-6)
     assert (covariance == covariance.T).all()
     logarithm = -np.linalg.slogdet(covariance)[1]
     assert moved[layout.PRIOR_LOGARITHM] == pytest.approx(logarithm, rel=1e-9)
 
 
-def test_kernels_do_what_their_plain_forms_do() -> None:
+def test_kernels_equal_their_plain_forms() -> None:
     track = made((0.0, 4.0), (layout.RIGHT, layout.LEFT))
     rows = plot_at(7.0, flown(THETA, 7.0)[:2])
     np.testing.assert_allclose(
         left(track, rows), left(track, rows, compiled=False), rtol=1e-9, atol=1e-12
     )
-    # Three rounds over the plots of half a minute.
+    # Three iterations over the plots of half a minute.
     plots = plot_rows(plots_of(flight(S_SHAPE), 30.0, np.random.default_rng(1)), SETTINGS)
     track = made()
     track[layout.HEADING] = np.pi / 2.0

@@ -1,4 +1,4 @@
-"""Branching by arcs, and what the kernels of arcs and of thinning do, beside plain forms."""
+"""Branching by arcs, and the kernels of arcs and of thinning against plain forms."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def rules() -> Floats:
 
 
 def row_of(controls: ControlTrack) -> Floats:
-    """A track as kernels have it; its anchor is the beginning of the first segment."""
+    """A track of the kernels; its anchor is the start of the first segment."""
     track = np.zeros(layout.TRACK_COUNT)
     track[layout.COUNT] = len(controls.begin_s)
     track[layout.EAST : layout.HEADING + 1] = controls.start
@@ -61,7 +61,7 @@ def branched(track: Floats, rows: Floats, *, compiled: bool = True) -> tuple[flo
 
 @pytest.mark.parametrize("lateral", [2.0, -3.5])
 def test_a_branch_is_the_turn_that_leads_to_the_plot(lateral: float) -> None:
-    """Figure 2.1: from a straight track the arc to a plot of a turn that began 20 s before it."""
+    """Figure 2.1: from a straight track the arc to a plot of a turn that started 20 s before it."""
     plots = exact_plots(flight(((0.0, 0.0), (41.5, lateral))), 62.0)
     assert plots.time_s[-1] == 61.5
     straight = flight(((0.0, 0.0),))
@@ -70,22 +70,22 @@ def test_a_branch_is_the_turn_that_leads_to_the_plot(lateral: float) -> None:
     assert best[layout.COUNT] == 2.0
     begin, u, w = best[layout.SEGMENTS + layout.SEGMENT_COUNT :][:3]
     assert begin == pytest.approx(41.5)
-    # The three points are two of the track, 1.8 m apart, and the plot: the circle is not quite
-    # that which has the track's heading, by 1e-3 of the lateral acceleration.
+    # The three points are two of the track, 1.8 m apart, and the plot: the circle deviates from
+    # that with the heading of the track by 1e-3 of the lateral acceleration.
     assert u == pytest.approx(lateral, rel=2e-3)
     assert w == 0.0
     end = np.empty(4)
     state_at(best, 0.0, 61.5, end)
     assert np.hypot(*(end[:2] - plots.position_m[-1])) < 1.0
-    # Speed and heading where it leaves are those of the track, and it keeps the speed.
+    # Speed and heading at its start are those of the track, at constant speed.
     assert end[2] == pytest.approx(180.0)
     old = misfit(row_of(straight), 0.0, rows, 0, len(rows))
     assert np.isfinite(found)
     assert misfit(best, 0.0, rows, 0, len(rows)) < old - 10.0
 
 
-def test_of_all_arcs_the_best_weight_wins() -> None:
-    """A last plot that is off by 200 m does not draw the arc to it from the others."""
+def test_the_arc_with_the_best_weight_is_used() -> None:
+    """An error of 200 m of the last plot does not pull the arc from the others."""
     turn = ((0.0, 0.0), (41.5, 2.0))
     plots = exact_plots(flight(turn), 62.0)
     plots.position_m[-1] += [0.0, 200.0]
@@ -102,17 +102,17 @@ def test_where_no_arc_is_allowed_there_is_no_branch() -> None:
     aside = exact_plots(flight(((0.0, 0.0),)), 62.0)
     aside.position_m[-1] += [0.0, 10e3]
     assert branched(straight, plot_rows(aside, SETTINGS))[0] == np.inf
-    # Within the first twenty seconds no two segments of 10 s have room.
+    # There is no time for two segments of 10 s within the first twenty seconds.
     young = exact_plots(flight(((0.0, 0.0),)), 18.0)
     assert branched(straight, plot_rows(young, SETTINGS))[0] == np.inf
-    # A track whose last possible segment began before all arcs that are tried gets no more.
+    # A track with the maximum number of segments gets no more.
     full = row_of(flight([(10.0 * i, 0.0) for i in range(layout.SEGMENTS_MAX)]))
     long = exact_plots(flight(((0.0, 0.0),)), 100.0)
     assert branched(full, plot_rows(long, SETTINGS))[0] == np.inf
 
 
-def test_places_of_tracks_are_those_of_their_controls() -> None:
-    """The plain form is `ControlTrack.geometric`, by (2.3); before the anchor they fly back."""
+def test_positions_of_tracks_are_those_of_their_controls() -> None:
+    """The plain form is `ControlTrack.geometric`, by (2.3), also before the anchor."""
     flown = flight(S_SHAPE, along_mps2=-0.3)
     track, times = row_of(flown), np.arange(-10.0, 170.0, 0.5)
     states, one = np.empty((len(times), 4)), np.empty(4)
@@ -164,7 +164,7 @@ def test_branches_are_those_of_the_plain_form() -> None:
 
 
 def bundle_of_turns(count: int = 12) -> tuple[Floats, Floats]:
-    """Straight tracks that hardly differ, all of more weight than three turns; their traces."""
+    """Similar straight tracks, all of more weight than three turns; their traces."""
     bends = [(0.0, 0.001 * i) for i in range(count)] + [(20.0, u) for u in (-2.0, 1.0, 2.0)]
     flown = [
         flight(((0.0, 0.0), (begin, u))) if begin else flight(((0.0, u),)) for begin, u in bends
@@ -195,7 +195,7 @@ def thinned(
 
 
 def test_by_weight_alone_a_bundle_becomes_one_kind_of_motion() -> None:
-    """Section 2.2.3: the eight best are the same flight eight times; of groups all kinds stay."""
+    """Section 2.2.3: the eight best are nearly equal; by groups all kinds are kept."""
     tracks, traces = bundle_of_turns()
     alone = thinned(tracks.copy(), traces, 8, 0.0)
     assert alone == list(range(8))
@@ -204,15 +204,15 @@ def test_by_weight_alone_a_bundle_becomes_one_kind_of_motion() -> None:
     assert grouped == [0, 12, 13, 14]
 
 
-def test_a_track_may_have_its_place_whatever_others_weigh() -> None:
+def test_a_track_may_be_kept_regardless_of_weight() -> None:
     tracks, traces = bundle_of_turns()
     assert thinned(tracks.copy(), traces, 2, 20.0) == [0, 12]
     assert thinned(tracks.copy(), traces, 2, 20.0, 14) == [0, 14]
-    # What is the same as a better one needs no place.
+    # Not if it is close to a better one.
     assert thinned(tracks.copy(), traces, 3, 20.0, 5) == [0, 12, 13]
 
 
-def test_a_group_leaves_its_weight_to_its_best() -> None:
+def test_the_weight_of_a_group_is_assigned_to_its_best_track() -> None:
     tracks, traces = bundle_of_turns()
     weights = np.exp(tracks[:, layout.WEIGHT])
     kept = thinned(tracks, traces, 8, 20.0)

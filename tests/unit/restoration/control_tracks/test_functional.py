@@ -1,4 +1,4 @@
-"""The functional of a track, its slopes, and the search for its least."""
+"""The functional of a track, its derivatives, and its minimisation."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def rows(seed: int = 1, wrong: float = 0.0) -> Floats:
 
 
 def track(memory: FitScratch, *, off: float = 0.0) -> Floats:
-    """The S-shaped flight as a track, or one that is off it a little in everything."""
+    """The S-shaped flight as a track, or one with small deviations of all parameters."""
     made = np.zeros(layout.TRACK_COUNT)
     made[layout.COUNT] = len(S_SHAPE)
     state = (off * 40.0, off * -30.0, 180.0 + off * 2.0, np.pi / 2.0 + off * 0.01)
@@ -65,13 +65,13 @@ def test_the_gradient_is_that_of_the_functional() -> None:
             moved = made.copy()
             moved[column] += way
             ends.append(value(moved, plots, memory))
-        # A difference of values of some hundred has seven digits at these steps.
+        # Differences of values of some hundred have seven digits at these steps.
         assert (ends[0] - ends[1]) / (2.0 * step) == pytest.approx(slope, rel=1e-3, abs=1e-2)
 
 
 def test_the_curvature_is_that_of_least_squares() -> None:
-    # Without outliers and at the best track: H is the slope of the gradient, but for the second
-    # derivatives of the way times what the noise leaves of residuals, which switches feel most.
+    # Without outliers and at the optimum: H is the derivative of the gradient, except for second
+    # derivatives of the path times the residuals, which matter most for switches.
     memory, plots = fit_scratch(), rows()
     made = track(memory)
     fit_track(made, memory.spare, 0.0, plots, 1, len(plots), UNTIL_S, KINDS, RULES, 20, *memory[1:])
@@ -94,7 +94,7 @@ def test_the_curvature_is_that_of_least_squares() -> None:
     assert np.linalg.eigvalsh(curvature / scale).min() > 0.0
 
 
-def test_a_plot_far_away_costs_no_more_than_an_outlier() -> None:
+def test_a_distant_plot_costs_as_much_as_an_outlier() -> None:
     memory, plots = fit_scratch(), rows()
     made = track(memory)
     before = misfit(made, 0.0, plots, 1, len(plots))
@@ -105,7 +105,7 @@ def test_a_plot_far_away_costs_no_more_than_an_outlier() -> None:
         assert 0.0 < after - before <= -plots[50, layout.FLOOR] + 1e-9
 
 
-def test_it_settles_where_the_aircraft_flew() -> None:
+def test_the_fit_converges_to_the_flight() -> None:
     memory, plots = fit_scratch(), rows(seed=3, wrong=0.05)
     made = track(memory, off=1.0)
     before = value(made, plots, memory)
@@ -114,7 +114,7 @@ def test_it_settles_where_the_aircraft_flew() -> None:
     )
     assert after < before - 10.0
     segments = made[layout.SEGMENTS :][: 4 * layout.SEGMENT_COUNT].reshape(4, -1)
-    # 50 m of noise at every 1.5 s over 40 s tell u to 0.05 m/s² and a switch to a second or so.
+    # 50 m of noise every 1.5 s over 40 s determine u to 0.05 m/s² and a switch to about a second.
     np.testing.assert_allclose(segments[1:3, layout.LATERAL], [-2.0, 2.0], atol=0.2)
     np.testing.assert_allclose(segments[1:, layout.BEGIN], [60.0, 100.0, 140.0], atol=4.0)
 
@@ -127,12 +127,12 @@ def test_limits_hold() -> None:
     made[layout.SEGMENTS + layout.LATERAL :: layout.SEGMENT_COUNT][:4] = 0.0
     fit_track(made, memory.spare, 0.0, plots, 1, len(plots), UNTIL_S, KINDS, tight, 20, *memory[1:])
     segments = made[layout.SEGMENTS :][: 4 * layout.SEGMENT_COUNT].reshape(4, -1)
-    # The flight turns with 2 m/s²: what is allowed of that is taken.
+    # The flight turns with 2 m/s²: the limit is reached.
     np.testing.assert_allclose(segments[1:3, layout.LATERAL], [-1.0, 1.0], rtol=1e-12)
     assert np.abs(segments[:, layout.LONGITUDINAL]).max() <= 0.005
 
 
-def test_kernels_do_what_their_plain_forms_do() -> None:
+def test_kernels_equal_their_plain_forms() -> None:
     compiled, uncompiled = fit_scratch(), fit_scratch()
     plots = rows(wrong=0.05)
     made = track(compiled, off=0.5)

@@ -1,4 +1,4 @@
-"""What errors of plots have in common stays in what a bundle says, however many plots there are."""
+"""Common errors of plots remain in the estimates of a bundle for any number of plots."""
 
 import numpy as np
 import pytest
@@ -28,15 +28,15 @@ def followed(seed: int, bias_m: Floats, shared_m2: Floats | None) -> Bundle:
     return bundle
 
 
-def test_a_shared_error_is_added_whole_and_leaves_tracks_and_weights_alone() -> None:
-    without, told = (followed(1, np.zeros(2), part) for part in (None, SHARED_M2))
-    np.testing.assert_array_equal(told.weights(), without.weights())
-    np.testing.assert_array_equal(told.estimate().state, without.estimate().state)
+def test_a_common_error_is_added_without_effect_on_tracks_and_weights() -> None:
+    without, with_shared = (followed(1, np.zeros(2), part) for part in (None, SHARED_M2))
+    np.testing.assert_array_equal(with_shared.weights(), without.weights())
+    np.testing.assert_array_equal(with_shared.estimate().state, without.estimate().state)
     for one, other in (
-        (told.estimate().covariance, without.estimate().covariance),
-        (told.path([30.0, 80.0]).covariance[1], without.path([30.0, 80.0]).covariance[1]),
-        (told.final_states().covariance[0], without.final_states().covariance[0]),
-        (told.copy().estimate().covariance, without.estimate().covariance),
+        (with_shared.estimate().covariance, without.estimate().covariance),
+        (with_shared.path([30.0, 80.0]).covariance[1], without.path([30.0, 80.0]).covariance[1]),
+        (with_shared.final_states().covariance[0], without.final_states().covariance[0]),
+        (with_shared.copy().estimate().covariance, without.estimate().covariance),
     ):
         more = one - other
         assert more[:2, :2] == pytest.approx(SHARED_M2)
@@ -44,8 +44,8 @@ def test_a_shared_error_is_added_whole_and_leaves_tracks_and_weights_alone() -> 
 
 
 @pytest.mark.slow
-def test_with_a_common_bias_the_error_is_within_what_is_said_of_it() -> None:
-    """Of two components: mean 2 where all is said; a bias is no more than it may be."""
+def test_estimates_with_a_common_bias_are_consistent() -> None:
+    """NEES of two components: mean 2 if consistent; a common bias adds at most its bound."""
     rng = np.random.default_rng(3)
     squares: list[float] = []
     silent: list[float] = []
@@ -61,7 +61,7 @@ def test_with_a_common_bias_the_error_is_within_what_is_said_of_it() -> None:
     assert np.mean(silent) > 3.7
 
 
-def test_a_place_shares_the_errors_of_the_plots_around_it_by_their_information() -> None:
+def test_common_errors_are_weighted_by_information_and_time() -> None:
     plots = np.zeros((3, layout.PLOT_COUNT))
     plots[:, layout.TIME] = 0.0, 10.0, 60.0
     plots[:, layout.EAST_EAST], plots[:, layout.NORTH_NORTH] = (1.0, 2.0, 1.0), (1.0, 1.0, 1.0)
@@ -73,12 +73,12 @@ def test_a_place_shares_the_errors_of_the_plots_around_it_by_their_information()
         weight = np.array([2.0, 3.0, 2.0]) * np.exp(-np.abs(time_s - plots[:, 0]) / AROUND_S)
         east, cross, north = weight @ shares / weight.sum()
         assert matrix == pytest.approx(np.array([[east, cross], [cross, north]]))
-    # Long after all plots the last one counts most, and nothing underflows.
+    # Long after all plots the last one has the largest weight, without underflow.
     weight = np.array([2.0, 3.0, 2.0]) * np.exp(-(60.0 - plots[:, 0]) / AROUND_S)
     assert found[2, 0, 0] == pytest.approx((weight @ shares / weight.sum())[0])
 
 
-def test_a_mean_of_errors_that_go_together_anyhow_is_within_the_mean_of_their_covariances() -> None:
+def test_the_mean_covariance_bounds_any_correlated_mean() -> None:
     rng = np.random.default_rng(4)
     for _ in range(200):
         factor, weight = rng.normal(size=(6, 6)), rng.uniform(size=3)
@@ -99,7 +99,7 @@ def test_a_mean_of_errors_that_go_together_anyhow_is_within_the_mean_of_their_co
         (np.zeros(3), ShapeError),
     ],
 )
-def test_what_is_no_part_of_the_covariance_is_refused_and_the_bundle_stays(
+def test_an_invalid_common_part_is_rejected_without_effect(
     shared_m2: Floats, error: type[Exception]
 ) -> None:
     bundle = Bundle(BundleSettings())

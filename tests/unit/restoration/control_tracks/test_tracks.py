@@ -1,4 +1,4 @@
-"""Control, geometric and measurement tracks: what they are, and what is no track."""
+"""Control, geometric and measurement tracks, and their errors."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ from multiradar.restoration.control_tracks.tracks import (
 from support.references.mean_distance import mean_distance
 from support.scenarios.flown import taken_by_series
 
-#: Slows down from 100 to 20 m/s in a right turn, and speeds up again in a left one.
+#: Decelerates from 100 to 20 m/s in a right turn, and accelerates again in a left one.
 BEGIN_S, SWITCH_S = 5.0, 45.5
 SLOWEST = ControlTrack(
     np.array([3e3, -1e3, 101.0, 0.4]), np.array([BEGIN_S, SWITCH_S]),
@@ -26,8 +26,8 @@ SLOWEST = ControlTrack(
 )  # fmt: skip
 
 
-def test_a_track_through_a_least_speed_is_that_of_the_equations() -> None:
-    """Each whole second beside (2.1) in forty digits; the requirement is 1e-9 of the way."""
+def test_a_track_through_minimum_speed_equals_the_equations() -> None:
+    """Each whole second against (2.1) with forty digits; required is 1e-9 of the distance."""
     grid = whole_seconds(BEGIN_S, 90.0)
     found = SLOWEST.geometric(grid)
     (u, w), (v, z) = SLOWEST.lateral_mps2, SLOWEST.longitudinal_mps2
@@ -40,13 +40,13 @@ def test_a_track_through_a_least_speed_is_that_of_the_equations() -> None:
             if time < SWITCH_S
             else taken_by_series(middle, w, z, time - SWITCH_S)
         )
-        # Some 4 km are flown; the frame of the system plane has the digits of 3 km: 1e-12 of them.
+        # A flight of some 4 km; coordinates of 3 km round to 1e-12.
         assert np.hypot(*(found.position_m[place] - exact[:2])) < 4e-9
         assert found.speed_mps[place] == pytest.approx(exact[2], rel=1e-13)
         assert found.heading_rad[place] == pytest.approx(exact[3], rel=1e-13)
 
 
-def test_before_its_beginning_a_track_is_flown_back() -> None:
+def test_a_track_is_extrapolated_before_its_start() -> None:
     before = SLOWEST.geometric([BEGIN_S - 10.0])
     state = np.array([*before.position_m[0], before.speed_mps[0], before.heading_rad[0]])
     again = ControlTrack(
@@ -56,7 +56,7 @@ def test_before_its_beginning_a_track_is_flown_back() -> None:
     assert again.position_m[0] == pytest.approx(SLOWEST.start[:2], abs=1e-8)
 
 
-def test_a_track_that_would_come_to_rest_is_told() -> None:
+def test_a_track_below_minimum_speed_is_rejected() -> None:
     alone = ControlTrack(SLOWEST.start, np.array([0.0]), np.array([0.0]), np.array([-2.0]))
     with pytest.raises(MotionParameterError, match="expected at least 10 m/s"):
         alone.geometric([60.0])
@@ -68,7 +68,7 @@ def test_the_grid_is_of_whole_seconds() -> None:
     assert whole_seconds(4.2, 4.8).tolist() == []
 
 
-def test_tracks_are_as_far_apart_as_they_are_in_the_mean() -> None:
+def test_the_distance_of_tracks_is_the_mean_distance() -> None:
     times = np.arange(3.0)
     one = GeometricTrack(times, np.zeros((3, 2)), np.ones(3), np.zeros(3))
     other = GeometricTrack(
@@ -85,7 +85,7 @@ def test_times_of_a_geometric_track_ascend() -> None:
         SLOWEST.geometric([10.0, 20.0, 19.0])
 
 
-def test_what_is_no_measurement_track_is_told() -> None:
+def test_invalid_measurement_tracks_are_rejected() -> None:
     places, noise, radar = np.zeros((3, 2)), np.tile(np.eye(2), (3, 1, 1)), [1, 1, 2]
     times = [0.0, 1.0, 1.0]
     assert len(measurement_track(times, places, noise, radar)) == 3

@@ -1,4 +1,4 @@
-"""The compiled continuation of a track is that of a plain form with differences for slopes."""
+"""The compiled continuation of a track equals a plain form with numerical derivatives."""
 
 import numpy as np
 import pytest
@@ -15,23 +15,23 @@ Floats = NDArray[np.float64]
 AHEAD_S = np.array([0.0, 12.0, 45.0, 130.0])
 RULES = np.array([STEP_S, 1.0 / 100.0, 0.7, 18.0, 0.003])
 LATER = later_turn_moments(100.0, ForecastSettings())
-# Place, speed, heading, lateral and longitudinal acceleration; their covariance.
+# Position, speed, heading, lateral and longitudinal acceleration; their covariance.
 MOTION = np.array([3000.0, -800.0, 170.0, 1.1, 2.5, -0.2])
 ROOT = np.random.default_rng(11).normal(size=(6, 6)) * np.array([20, 20, 1, 0.01, 0.05, 0.02])
 COVARIANCE = ROOT.T @ ROOT
-#: Where a rate, not a step, is compared: to the third order of the steps of the differences.
+#: Tolerance of rates: third order of the steps of numerical derivatives.
 SLOPE_ERROR = 1e-5
 
 
 def reached(motion: Floats, lasts_s: float, ahead_s: float) -> Floats:
-    """East, north and their rates: the segment, then straight on."""
+    """East, north and their rates: the segment, then straight flight."""
     run = min(lasts_s, ahead_s)
     turned = advance(motion[:4], motion[4], motion[5], run)
     return velocity_states(advance(turned, 0.0, 0.0, ahead_s - run))
 
 
 def plain(lasts_s: float, variance: float, ahead_s: float) -> tuple[Floats, Floats]:
-    """State and covariance of a member after which nothing new begins."""
+    """State and covariance of a member without a new manoeuvre."""
     steps = np.array([1.0, 1.0, 0.01, 1e-5, 1e-4, 1e-4])
     slopes = np.column_stack(
         [
@@ -65,11 +65,11 @@ def compiled(lasts_s: float, variance: float) -> tuple[Floats, Floats, Floats]:
 
 
 @pytest.mark.parametrize(("lasts_s", "variance"), [(20.0, 50.0), (30.0, 1e5), (200.0, 100.0)])
-def test_a_member_on_which_nothing_begins(lasts_s: float, variance: float) -> None:
+def test_a_member_without_a_new_manoeuvre(lasts_s: float, variance: float) -> None:
     weight, state, covariance = compiled(lasts_s, variance)
     for k, ahead_s in enumerate(AHEAD_S):
-        told, spread = plain(lasts_s, variance, ahead_s)
-        np.testing.assert_allclose(state[k, kernels.ON], told, rtol=1e-12)
+        expected, spread = plain(lasts_s, variance, ahead_s)
+        np.testing.assert_allclose(state[k, kernels.ON], expected, rtol=1e-12)
         scale = np.sqrt(np.outer(np.diag(spread), np.diag(spread)))
         assert np.abs((covariance[k, kernels.ON] - spread) / scale).max() < SLOPE_ERROR
     straight = np.maximum(AHEAD_S - lasts_s, 0.0)
@@ -78,7 +78,7 @@ def test_a_member_on_which_nothing_begins(lasts_s: float, variance: float) -> No
 
 
 @pytest.mark.parametrize("side", [kernels.LATER_RIGHT, kernels.LATER_LEFT])
-def test_a_turn_that_begins_later_starts_where_the_segment_ends(side: int) -> None:
+def test_a_later_turn_starts_at_the_end_of_the_segment(side: int) -> None:
     lasts_s, variance = 15.0, 40.0
     _, state, covariance = compiled(lasts_s, variance)
     for k, ahead_s in enumerate(AHEAD_S):
@@ -99,7 +99,7 @@ def test_a_turn_that_begins_later_starts_where_the_segment_ends(side: int) -> No
         np.testing.assert_allclose(more, expected, rtol=1e-8, atol=1e-6)
 
 
-def test_a_change_of_speed_that_begins_later_is_along_the_way() -> None:
+def test_a_later_change_of_speed_is_along_the_path() -> None:
     lasts_s = 15.0
     _, state, covariance = compiled(lasts_s, 40.0)
     for k, ahead_s in enumerate(AHEAD_S):

@@ -1,4 +1,4 @@
-"""Moments of manoeuvres that have not begun are those of flights drawn at random."""
+"""Moments of later manoeuvres equal those of simulated flights."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 
 
 def flown(straight_s: float, settings: ForecastSettings, until_s: float) -> Floats:
-    """Ways and directions (n, 4) of flights at unit speed whose first turn was to the right."""
+    """Displacements and directions (n, 4) at unit speed, with a first turn to the right."""
     rng = np.random.Generator(np.random.PCG64(9))
     count, step = 20000, 0.5
     turns_s = straight_s / settings.later_turns
@@ -23,43 +23,43 @@ def flown(straight_s: float, settings: ForecastSettings, until_s: float) -> Floa
     place, heading = np.zeros(count, np.complex128), np.zeros(count)
     rate, turned = np.zeros(count), np.zeros(count, np.bool_)
     for _ in range(int(until_s / step)):
-        # The mean direction of the step, as an arc has it.
+        # The mean direction of the step, as of an arc.
         middle = heading + 0.5 * step * rate
         place += step * np.exp(1j * middle) * np.sinc(0.5 * step * rate / np.pi)
         heading += step * rate
         straight = rate == 0.0
         ends = rng.uniform(size=count) < step / np.where(straight, turns_s, settings.turn_s)
         side = np.where(turned, rng.choice([-1.0, 1.0], count), 1.0)
-        begun = straight & ends
-        rate = np.where(begun, side * rng.choice(rates, count), np.where(ends, 0.0, rate))
-        turned |= begun
+        starting = straight & ends
+        rate = np.where(starting, side * rng.choice(rates, count), np.where(ends, 0.0, rate))
+        turned |= starting
     way = np.exp(1j * heading)
     return np.column_stack([place.real, place.imag, way.real, way.imag])[turned]
 
 
 @pytest.mark.parametrize("until_s", [60.0, 300.0])
-def test_moments_are_those_of_flights_drawn_at_random(until_s: float) -> None:
+def test_moments_equal_those_of_simulated_flights(until_s: float) -> None:
     settings = ForecastSettings()
-    told = later_turn_moments(100.0, settings)[int(until_s / STEP_S)]
+    expected = later_turn_moments(100.0, settings)[int(until_s / STEP_S)]
     drawn = flown(100.0, settings, until_s)
     sigma = drawn.std(axis=0) / np.sqrt(len(drawn))
-    # Steps of half a second begin and end turns a quarter of a second late on average.
+    # With steps of half a second turns start and end a quarter of a second late on average.
     slack = np.array([0.3, 0.3, 0.005, 0.005])
-    assert np.all(np.abs(told[:4] - drawn.mean(axis=0)) < 4.0 * sigma + slack)
+    assert np.all(np.abs(expected[:4] - drawn.mean(axis=0)) < 4.0 * sigma + slack)
     spread = np.cov(drawn.T)[np.triu_indices(4)]
     size = np.sqrt(np.outer(drawn.var(axis=0), drawn.var(axis=0)))[np.triu_indices(4)]
-    # Some thousand flights tell a variance to 2 %; the quarter of a second is 4 % of a minute's.
-    assert np.abs((told[4:] - spread) / size).max() < 0.08
+    # Some thousand flights give a variance to 2 %; the quarter of a second is 4 % of a minute.
+    assert np.abs((expected[4:] - spread) / size).max() < 0.08
 
 
-def test_spreads_are_covariances() -> None:
+def test_tabulated_covariances_are_valid() -> None:
     table = later_turn_moments(rounded_duration_s(100.0), ForecastSettings())
     assert len(table) == AHEAD_MAX_S / STEP_S + 1
     rows, columns = np.triu_indices(4)
     spread = np.zeros((len(table), 4, 4))
     spread[:, rows, columns] = spread[:, columns, rows] = table[:, 4:]
     values = np.linalg.eigvalsh(spread)
-    # To rounding: at the first times there is hardly a spread.
+    # To rounding: the first covariances are small.
     assert np.all(values[:, 0] > -1e-9 * np.maximum(values[:, -1], 1.0))
     assert table[0].tolist() == [0.0, 0.0, 1.0, *[0.0] * 11]
 

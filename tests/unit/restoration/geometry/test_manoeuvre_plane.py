@@ -1,4 +1,4 @@
-"""The plane of a manoeuvre: what maximum likelihood says, when there is none, and how often not."""
+"""The plane of a manoeuvre: maximum likelihood, rejection, and its rate."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def noisy(points: Floats, covariances: Floats, rng: np.random.Generator) -> Floa
 
 
 def turned(count: int, rng: np.random.Generator) -> Floats:
-    """Covariances of radars that look from everywhere: not proportional."""
+    """Covariances of radars in all directions: not proportional."""
     angle = rng.uniform(0.0, np.pi, count)
     cosine, sine, zero = np.cos(angle), np.sin(angle), np.zeros(count)
     turn = np.array([[cosine, -sine, zero], [sine, cosine, zero], [zero, zero, zero + 1.0]])
@@ -53,7 +53,7 @@ def functional(parameters: Floats, points: Floats, covariances: Floats) -> float
 
 
 def searched(points: Floats, covariances: Floats) -> float:
-    """The least value of (1.12) by a search that knows nothing of eigenvectors."""
+    """The minimum of (1.12) by a search without eigenvectors."""
     middle = points.mean(axis=0)
     start = [np.arccos(NORMAL[2]), np.arctan2(NORMAL[0], NORMAL[1]), 0.0]
     found = minimize(
@@ -63,7 +63,7 @@ def searched(points: Floats, covariances: Floats) -> float:
     return float(found.fun)
 
 
-def test_points_without_errors_give_their_plane_back() -> None:
+def test_exact_points_give_their_plane() -> None:
     """The normal to rounding, 1e-12 rad at 3 km; the distance to 1e-7 m at 50 km."""
     points = circle(50)
     for plane in (
@@ -78,7 +78,7 @@ def test_points_without_errors_give_their_plane_back() -> None:
 
 
 def test_the_eigenproblem_has_the_least_value_of_the_functional() -> None:
-    """Λ is the minimum of (1.2), and the normal is where it is, for D that is not diagonal."""
+    """Λ is the minimum of (1.2), at the normal, for D that is not diagonal."""
     rng = np.random.default_rng(1)
     scales = 1.0 + np.arange(30) % 3
     covariances = scales[:, None, None] ** 2 * COVARIANCE
@@ -90,7 +90,7 @@ def test_the_eigenproblem_has_the_least_value_of_the_functional() -> None:
     assert again.normal == pytest.approx(plane.normal, abs=1e-8)
 
 
-def printed_procedure(
+def procedure_of_paper(
     points: Floats, covariance: Floats, scales: Floats
 ) -> tuple[Floats, float, float]:
     """Normal, distance and Λ word by word: (1.5), D = h M hᵀ, R (1.7), g_k, (1.6), (1.7)."""
@@ -105,14 +105,14 @@ def printed_procedure(
     return normal, float(normal @ total / weights.sum()), float(values[0])
 
 
-def test_the_printed_procedure_says_the_same() -> None:
-    """Points a few kilometres from the origin, where its sums of squares keep ten digits."""
+def test_the_procedure_of_the_paper_agrees() -> None:
+    """Points a few kilometres from the origin, where sums of squares keep ten digits."""
     rng = np.random.default_rng(11)
     scales = rng.uniform(0.3, 4.0, 60)
     covariances = scales[:, None, None] ** 2 * COVARIANCE
     points = noisy(circle(60) - np.array([38e3, -24e3, 9e3]), covariances, rng)
     plane = fit_proportional(points, COVARIANCE, scales)
-    normal, distance, least = printed_procedure(points, COVARIANCE, scales)
+    normal, distance, least = procedure_of_paper(points, COVARIANCE, scales)
     assert plane.normal == pytest.approx(normal, abs=1e-9)
     assert plane.distance_m == pytest.approx(distance, abs=1e-5)
     assert plane.statistic == pytest.approx(least, rel=1e-6)
@@ -122,8 +122,8 @@ def test_the_printed_procedure_says_the_same() -> None:
     assert plane.positions_m == pytest.approx(moved, abs=1e-4)
 
 
-def test_a_better_source_counts_as_its_scale_says() -> None:
-    """(1.4): α of a half is as good as four points with α of one."""
+def test_scales_weight_points() -> None:
+    """(1.4): α of one half is equivalent to four points with α of one."""
     rng = np.random.default_rng(12)
     points = noisy(circle(30), np.broadcast_to(COVARIANCE, (30, 3, 3)), rng)
     scales = np.where(np.arange(30) % 3, 1.0, 0.5)
@@ -135,7 +135,7 @@ def test_a_better_source_counts_as_its_scale_says() -> None:
     assert (weighted.degrees_of_freedom, repeated.degrees_of_freedom) == (27, 57)
 
 
-def test_covariances_that_are_not_proportional_are_searched_to_the_minimum() -> None:
+def test_nonproportional_covariances_reach_the_minimum() -> None:
     rng = np.random.default_rng(2)
     for _ in range(5):
         covariances = turned(30, rng)
@@ -175,32 +175,32 @@ def test_the_normal_points_up() -> None:
     assert fit_proportional(vertical, COVARIANCE).normal == pytest.approx([1.0, 0.0, 0.0])
 
 
-def test_refusals_of_plane_motions_are_as_many_as_the_level_says() -> None:
-    """600 circles: p-values are even, and √(2 Λ) > √(2 N) + 2 refuses some 2 %, not 0.3 %."""
+def test_planar_motion_is_rejected_at_the_significance_level() -> None:
+    """600 circles: p-values are uniform, and √(2 Λ) > √(2 N) + 2 rejects some 2 %, not 0.3 %."""
     rng = np.random.default_rng(5)
     covariances = turned(60, rng)
     planes = [fit_plane(noisy(circle(60), covariances, rng), covariances) for _ in range(600)]
     p_values = np.sort([plane.p_value for plane in planes])
     # Kolmogorov–Smirnov at 0.1 %: 1.95 / √600.
     assert np.abs(p_values - (np.arange(600) + 0.5) / 600).max() < 1.95 / np.sqrt(600)
-    refused = sum(plane.refused_by_printed_criterion is True for plane in planes)
-    assert 2 <= refused <= 30
+    rejected = sum(plane.refused_by_printed_criterion is True for plane in planes)
+    assert 2 <= rejected <= 30
     assert planes[0].degrees_of_freedom == 57
     assert planes[0].p_value == pytest.approx(chi2.sf(planes[0].statistic, 57), rel=1e-10)
 
 
 def test_the_sigma_of_the_normal_is_that_of_its_errors() -> None:
-    """RMS of the tilt about the axis known worst over 400 runs: within 12 %, 3.4 sigma of it."""
+    """RMS of the largest tilt over 400 runs: within 12 %, 3.4 sigma."""
     rng = np.random.default_rng(6)
     covariances = turned(40, rng)
     planes = [fit_plane(noisy(circle(40), covariances, rng), covariances) for _ in range(400)]
     errors = np.array([plane.normal for plane in planes]) - NORMAL
     worst = np.sqrt(np.linalg.eigvalsh(errors.T @ errors / 400)[-1])
-    told = np.sqrt(np.mean([plane.normal_sigma_rad**2 for plane in planes]))
-    assert told == pytest.approx(worst, rel=0.12)
+    expected = np.sqrt(np.mean([plane.normal_sigma_rad**2 for plane in planes]))
+    assert expected == pytest.approx(worst, rel=0.12)
 
 
-def test_a_helix_is_refused() -> None:
+def test_a_helix_is_rejected() -> None:
     rng = np.random.default_rng(7)
     points = circle(200) + np.linspace(0.0, 600.0, 200)[:, None] * NORMAL
     points += 300.0 * np.sin(np.linspace(0.0, 3.0, 200))[:, None] * NORMAL
@@ -211,7 +211,7 @@ def test_a_helix_is_refused() -> None:
     assert plane.refused_by_printed_criterion is True
 
 
-def test_the_printed_criterion_is_given_above_thirty_points() -> None:
+def test_the_criterion_of_the_paper_applies_above_thirty_points() -> None:
     assert fit_proportional(circle(30), COVARIANCE).refused_by_printed_criterion is None
     plane = fit_proportional(circle(31), COVARIANCE)
     assert plane.refused_by_printed_criterion is False
@@ -229,14 +229,14 @@ def test_points_on_a_line_determine_no_plane() -> None:
         assert error.value.code == "POINTS_ON_A_LINE"
 
 
-def test_too_few_points_are_told() -> None:
+def test_too_few_points_are_rejected() -> None:
     for count in range(POINTS_MIN):
         with pytest.raises(PlaneError, match=f"was {count}") as error:
             fit_proportional(circle(20)[:count].reshape(-1, 3), COVARIANCE)
         assert error.value.code == "TOO_FEW_POINTS"
 
 
-def test_arrays_that_do_not_go_together_are_refused() -> None:
+def test_inconsistent_arrays_are_rejected() -> None:
     points = circle(9)
     with pytest.raises(ShapeError):
         fit_proportional(points[:, :2], COVARIANCE)

@@ -1,4 +1,4 @@
-"""Whether measurements say where a track is: ranges, or lines from two places that cross."""
+"""Position observability of tracks: ranges, or bearings intersecting from two sites."""
 
 import numpy as np
 import pytest
@@ -36,23 +36,23 @@ def bearings(*names: str, kind: int = 2, offset_rad: float = 0.0) -> Plots:
     )  # fmt: skip
 
 
-def test_lines_from_two_places_cross() -> None:
+def test_lines_from_two_sites_intersect() -> None:
     """Two lines at an angle γ: the least eigenvalue of Σ n nᵀ/σ² is (1 − |cos γ|)/σ²."""
     found = observability(bearings("df-1", "df-2"), SENSORS, NONE, PLACE)
     assert (found.ranges, found.bearings, found.places) == (0, 2, 2)
     north, south = bearings("df-1", "df-2").azimuth_rad
     sigma = SENSORS.azimuth_sigma_rad[SENSORS.ids.index("df-1")]
     expected = np.sqrt(1.0 - abs(np.cos(north - south))) / sigma
-    # The meridians of the sites lean by 0.8° against each other, the lines cross at 24°.
+    # The meridians of the sites converge by 0.8°, the lines intersect at 24°.
     assert found.crossing == pytest.approx(expected, rel=0.05)
     assert found.lines_cross
     assert found.is_observable
 
 
-def test_one_place_tells_no_distance() -> None:
-    """However often it looks, and however its line turns."""
-    looks = [bearings("df-1", offset_rad=turn) for turn in np.linspace(-0.5, 0.5, 20)]
-    many = Plots(*(np.concatenate(columns) for columns in zip(*looks, strict=True)))
+def test_one_site_does_not_observe_the_distance() -> None:
+    """For any number of bearings and any rotation of the line."""
+    scans = [bearings("df-1", offset_rad=turn) for turn in np.linspace(-0.5, 0.5, 20)]
+    many = Plots(*(np.concatenate(columns) for columns in zip(*scans, strict=True)))
     found = observability(many, SENSORS, NONE, PLACE)
     assert (found.bearings, found.places, found.crossing) == (20, 1, 0.0)
     assert not found.is_observable
@@ -66,8 +66,8 @@ def test_a_range_is_enough() -> None:
     assert not found.lines_cross
 
 
-def test_biases_turn_the_lines() -> None:
-    """A bias that the line from `df-1` is turned by, until both lines are parallel."""
+def test_biases_rotate_the_lines() -> None:
+    """A bias rotates the line from `df-1` until both lines are parallel."""
     plots = bearings("df-1", "df-2")
     north, south = plots.azimuth_rad
     biases = NONE.copy()
@@ -76,18 +76,18 @@ def test_biases_turn_the_lines() -> None:
     assert observability(plots, SENSORS, NONE, PLACE).crossing > 50.0
 
 
-def test_many_bearings_of_a_pair_are_no_better_than_their_biases_are_known() -> None:
-    """Lines that cross at 3°, a thousand of 0.2° each, and biases of 1° that nobody knows."""
+def test_bias_uncertainty_limits_many_bearings() -> None:
+    """Lines intersecting at 3°, a thousand of 0.2° each, with unknown biases of 1°."""
     north, south = bearings("df-1", "df-2").azimuth_rad
     many = Plots(*(np.tile(column, 1000) for column in bearings("df-1", "df-2")))
     biases = NONE.copy()
-    # As if `df-1` were turned so far that the lines cross at 3° only.
+    # `df-1` is rotated so that the lines intersect at 3° only.
     biases[SENSORS.ids.index("df-1"), PARAMETER_AZIMUTH_OFFSET] = north - south - np.radians(3.0)
     known = observability(many, SENSORS, biases, PLACE)
     assert known.crossing > 100.0
     unknown = observability(many, SENSORS, biases, PLACE, bias_sigma_rad=np.radians(1.0))
     assert not unknown.is_observable
-    # Two lines, each 1° off: the lean of the meridians is 0.8°.
+    # Two lines, each with 1° of error: the convergence of the meridians is 0.8°.
     apart_deg = 3.0 + np.array([-0.8, 0.8])
     least, most = np.sqrt(1.0 - np.cos(np.radians(apart_deg))) / np.radians(1.0)
     assert least < unknown.crossing < most
@@ -95,16 +95,16 @@ def test_many_bearings_of_a_pair_are_no_better_than_their_biases_are_known() -> 
     assert wide.is_observable
 
 
-def test_what_a_bias_hides_of_crossing_lines_is_that_of_its_errors() -> None:
-    """Σ n nᵀ/σ² with a covariance that all bearings of a source share, as a whole matrix."""
-    looks = [bearings("df-1", "df-2", offset_rad=turn) for turn in np.linspace(-0.2, 0.2, 9)]
-    many = Plots(*(np.concatenate(columns) for columns in zip(*looks, strict=True)))
+def test_bias_uncertainty_reduces_the_crossing_strength() -> None:
+    """Σ n nᵀ/σ² with the common covariance of all bearings of a source, as a whole matrix."""
+    scans = [bearings("df-1", "df-2", offset_rad=turn) for turn in np.linspace(-0.2, 0.2, 9)]
+    many = Plots(*(np.concatenate(columns) for columns in zip(*scans, strict=True)))
     bias = np.radians(0.7)
     information = np.zeros((2, 2))
     for name in ("df-1", "df-2"):
         one = SENSORS.ids.index(name)
         azimuth = many.azimuth_rad[many.sensor == one]
-        # The lean of the meridians, up to 1.5°, counts for little here.
+        # The convergence of the meridians, up to 1.5°, has little effect here.
         normals = np.stack([np.cos(azimuth), -np.sin(azimuth)])
         sigma = SENSORS.azimuth_sigma_rad[one]
         covariance = sigma**2 * np.eye(len(azimuth)) + bias**2
@@ -115,7 +115,7 @@ def test_what_a_bias_hides_of_crossing_lines_is_that_of_its_errors() -> None:
     assert found.crossing < 0.9 * observability(many, SENSORS, NONE, PLACE).crossing
 
 
-def test_nothing_is_not_observable() -> None:
+def test_without_measurements_nothing_is_observable() -> None:
     found = observability(bearings(), SENSORS, NONE, PLACE)
     assert tuple(found) == (0, 0, 0, 0.0)
     assert not found.is_observable
@@ -128,60 +128,60 @@ CIRCLING = moving_scene.Path((0.0, 0.0), height_m=3e3, radius_m=8e3, turn_rad_pe
 STRAIGHT = moving_scene.Path((0.0, 0.0), (200.0, 0.0), height_m=3000.0)
 
 
-def judged(
+def evaluated(
     sensor: str, target: moving_scene.Path, source: moving_scene.Path | None, *,
     elevations: bool = False, heights: bool = False, until_s: float = 120.0, bias_deg: float = 0.0,
 ) -> Observability:  # fmt: skip
-    """What two minutes of one sensor say of a target, linearised at the truth."""
+    """Observability by two minutes of one sensor, linearised at the truth."""
     time_s = np.arange(0.0, until_s, 2.0)
     frame = moving_scene.seen(
         sensor, target, 1, time_s, np.random.default_rng(1), source=source,
         elevations=elevations, heights=heights,
     )  # fmt: skip
-    batch, refused = measurement_batch(frame, MOVERS)
-    assert not len(refused)
-    told = batch.directions
+    batch, rejected = measurement_batch(frame, MOVERS)
+    assert not len(rejected)
+    measured = batch.directions
     plots = Plots(
         batch.time_s, batch.sensor, batch.kind, batch.range_m, batch.azimuth_rad,
         batch.latitude_rad, batch.longitude_rad, batch.height_m,
     )  # fmt: skip
-    ways = np.column_stack(target.geodetic(time_s))
-    last = ways[-1].tolist()
+    positions = np.column_stack(target.geodetic(time_s))
+    last = positions[-1].tolist()
     directions = None
-    if told is not None:
-        directions = Sightings(told.elevation_rad, np.column_stack(told[1:]), ways)
+    if measured is not None:
+        directions = Sightings(measured.elevation_rad, np.column_stack(measured[1:]), positions)
     place = last[0], last[1], last[2]
     unknown = np.radians(bias_deg)
     return observability(plots, MOVERS, NO_BIAS, place, directions, bias_sigma_rad=unknown)
 
 
-def test_a_moving_source_tells_a_distance_by_out_manoeuvring_its_target() -> None:
-    """One that flies as straight as the target sees its lines cross, and learns nothing."""
-    found = judged(moving_scene.FLYING, TARGET, CIRCLING)
+def test_a_manoeuvring_source_observes_the_distance() -> None:
+    """In straight flight the lines of a source intersect, without observing the distance."""
+    found = evaluated(moving_scene.FLYING, TARGET, CIRCLING)
     assert (found.ranges, found.places) == (0, 1)
     assert found.is_observable
     # The circle of 16 km at 25 to 50 km, at 0.2°: tens of sigmas.
     assert 5.0 < found.crossing < 100.0
-    straight = judged(moving_scene.FLYING, TARGET, STRAIGHT)
+    straight = evaluated(moving_scene.FLYING, TARGET, STRAIGHT)
     assert not straight.is_observable
     assert 0.0 < straight.crossing < 3.0
 
 
-def test_an_elevation_tells_a_distance_where_a_height_is_heard() -> None:
+def test_an_elevation_observes_the_distance_at_a_known_height() -> None:
     near = moving_scene.Path((10e3, 20e3), (-100.0, 50.0))
-    with_height = judged(moving_scene.FIXED, near, None, elevations=True, heights=True)
+    with_height = evaluated(moving_scene.FIXED, near, None, elevations=True, heights=True)
     assert with_height.is_observable
     assert with_height.places == 1
-    without = judged(moving_scene.FIXED, near, None, elevations=True)
+    without = evaluated(moving_scene.FIXED, near, None, elevations=True)
     assert not without.is_observable
-    azimuths = judged(moving_scene.FIXED, near, None, heights=True)
+    azimuths = evaluated(moving_scene.FIXED, near, None, heights=True)
     assert azimuths.crossing == 0.0
 
 
 @pytest.mark.parametrize("bias_deg", [0.0, 1.0])
-def test_the_crossing_of_a_moving_source_is_that_of_its_errors(bias_deg: float) -> None:
-    """On a flat plane, by least squares over many draws of the angles and of their bias."""
-    found = judged(moving_scene.FLYING, TARGET, CIRCLING, until_s=300.0, bias_deg=bias_deg)
+def test_the_crossing_strength_of_a_moving_source_is_consistent(bias_deg: float) -> None:
+    """On a flat plane, by least squares over simulated angles and biases."""
+    found = evaluated(moving_scene.FLYING, TARGET, CIRCLING, until_s=300.0, bias_deg=bias_deg)
     rng = np.random.default_rng(7)
     time_s = np.arange(0.0, 300.0, 2.0)
     ago = time_s - time_s[-1]

@@ -1,4 +1,4 @@
-"""Plots as points: the place on WGS 84, the covariance of its errors, and which plots are taken."""
+"""Plots as points: position on WGS 84, covariance, and selection of plots."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ FOOT = np.radians(50.4), np.radians(14.9)
 
 
 def seen(sensor: int, east_m: Floats, north_m: Floats, height_m: Floats) -> Plots:
-    """Plots of a radar without errors, of places on the plane that touches at `FOOT`."""
+    """Exact plots of a radar, for positions in the plane tangent at `FOOT`."""
     latitude, longitude = SystemPlane(*FOOT).to_geodetic(east_m, north_m)
     site = SENSORS.latitude_rad[sensor], SENSORS.longitude_rad[sensor], SENSORS.height_m[sensor]
     slant, azimuth, _ = slant_range_azimuth(
@@ -52,8 +52,8 @@ def reported(height_m: Floats) -> Plots:
     )  # fmt: skip
 
 
-def test_plots_are_found_where_the_aircraft_was() -> None:
-    """East and north of the last plot's foot to the millimetre, the height as told."""
+def test_plots_are_located_at_the_aircraft() -> None:
+    """East and north of the foot of the last plot to the millimetre, the height as reported."""
     east, north = np.array([-8e3, -3e3, 0.0]), np.array([5e3, 4e3, 0.0])
     height = np.array([9000.0, 9100.0, 9300.0])
     placed = plot_positions(seen(FIRST, east, north, height), SENSORS, NONE)
@@ -61,7 +61,7 @@ def test_plots_are_found_where_the_aircraft_was() -> None:
     assert placed.positions_m == pytest.approx(np.column_stack([east, north, height]), abs=1e-2)
 
 
-def test_the_kernel_does_what_its_plain_form_does(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_kernel_equals_its_plain_form(monkeypatch: pytest.MonkeyPatch) -> None:
     east, north = np.array([-8e3, -3e3, 0.0]), np.array([5e3, 4e3, 0.0])
     plots = seen(FIRST, east, north, np.array([9000.0, 9100.0, 9300.0]))
     compiled = plot_positions(plots, SENSORS, NONE)
@@ -71,7 +71,7 @@ def test_the_kernel_does_what_its_plain_form_does(monkeypatch: pytest.MonkeyPatc
     np.testing.assert_allclose(compiled.covariances_m2, uncompiled.covariances_m2, rtol=1e-9)
 
 
-def test_biases_are_taken_off() -> None:
+def test_plots_are_corrected_for_biases() -> None:
     plots = seen(FIRST, np.zeros(1), np.zeros(1), np.array([9000.0]))
     biases = NONE.copy()
     biases[FIRST, PARAMETER_RANGE_OFFSET] = 120.0
@@ -85,7 +85,7 @@ def test_biases_are_taken_off() -> None:
     assert placed.frame.longitude_rad == pytest.approx(FOOT[1], abs=1e-9)
 
 
-def test_covariances_are_those_of_errors_drawn() -> None:
+def test_covariances_equal_those_of_simulated_errors() -> None:
     """4000 plots with errors: each entry within 5 sigma of its Monte Carlo."""
     rng = np.random.default_rng(1)
     count = 4000
@@ -98,10 +98,12 @@ def test_covariances_are_those_of_errors_drawn() -> None:
     )
     placed = plot_positions(drawn, SENSORS, NONE)
     found = np.cov(placed.positions_m.T)
-    told = placed.covariances_m2.mean(axis=0)
-    sigmas = np.sqrt(np.diag(told))
-    assert np.abs(found - told) / np.outer(sigmas, sigmas) == pytest.approx(0.0, abs=5 * 1.5 / 63)
-    assert told[2, 2] == pytest.approx(height_sigma**2)
+    expected = placed.covariances_m2.mean(axis=0)
+    sigmas = np.sqrt(np.diag(expected))
+    assert np.abs(found - expected) / np.outer(sigmas, sigmas) == pytest.approx(
+        0.0, abs=5 * 1.5 / 63
+    )
+    assert expected[2, 2] == pytest.approx(height_sigma**2)
 
 
 def test_heights_on_steps_of_100_feet_have_the_error_of_the_step() -> None:
@@ -127,8 +129,8 @@ def test_heights_of_one_kind_are_used_and_plots_without_height_are_not() -> None
     assert plot_positions(three, SENSORS, NONE).positions_m[:, 2].tolist() == [8000.0] * 3
 
 
-def test_plots_above_the_radar_are_left_out() -> None:
-    """Overhead the azimuth says nothing: the cone of silence begins at 45° of elevation."""
+def test_plots_in_the_cone_of_silence_are_omitted() -> None:
+    """Overhead azimuths are unreliable: the cone of silence starts at 45° of elevation."""
     site = SENSORS.latitude_rad[FIRST], SENSORS.longitude_rad[FIRST]
     east, north = (float(one) for one in SystemPlane(*FOOT).to_plane(*site))
     plots = seen(
@@ -137,7 +139,7 @@ def test_plots_above_the_radar_are_left_out() -> None:
     assert plot_positions(plots, SENSORS, NONE).time_s.tolist() == [1.0]
 
 
-def test_without_plots_that_have_a_place_there_is_a_reason() -> None:
+def test_without_located_plots_an_error_is_raised() -> None:
     nothing = seen(FIRST, np.zeros(2), np.zeros(2), np.full(2, np.nan))
     impossible = seen(FIRST, np.zeros(2), np.zeros(2), np.full(2, 9000.0))._replace(
         range_m=np.full(2, 10.0)

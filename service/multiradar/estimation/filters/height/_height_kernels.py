@@ -57,7 +57,7 @@ SOURCE = 5
 # Accepted heights, up to `CONFIRMED`; negative: consecutive mutually consistent outliers.
 COUNT = 6
 # Time of the last accepted height, s.
-HEARD = 7
+RECEIVED_AT = 7
 # The last outlier, and its time.
 DOUBTED = 8
 DOUBTED_AT = 9
@@ -209,7 +209,7 @@ def evaluate_height(
     source = REPORTED if kind == KIND_POSITION else MODE_C
     result = ACCEPTED
     if source != vertical[k, SOURCE]:
-        kept = source == REPORTED and time - vertical[k, HEARD] <= MODE_C_KEPT_S
+        kept = source == REPORTED and time - vertical[k, RECEIVED_AT] <= MODE_C_KEPT_S
         result = NOTHING if kept else INITIATED
     elif not e * e <= DOUBT_SQUARED * (spread + variance):
         agreed = doubts(measured, time, k, vertical) <= BELIEVED
@@ -312,7 +312,7 @@ def update_height(
         vertical[k, P11] -= p01 * p01 * scale
         vertical[k, COUNT] = CONFIRMED
     if result in (ACCEPTED, INITIATED):
-        vertical[k, HEARD] = time
+        vertical[k, RECEIVED_AT] = time
         if variance < COARSE_VARIANCE and not gives_fine(s, vertical[k, FINE]):
             vertical[k, FINE] += float(1 << (s & (SENSOR_BITS - 1)))
     elif result == REJECTED_HEIGHT:

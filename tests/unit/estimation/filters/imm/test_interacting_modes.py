@@ -1,4 +1,4 @@
-"""Interacting modes: what each part promises, and what they gain where aircraft manoeuvre."""
+"""Interacting modes: each part, and the accuracy for manoeuvring aircraft."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -76,7 +76,7 @@ def random_modes(rng: np.random.Generator, count: int) -> list[Mode]:
 
 
 class Room:
-    """The arrays that the kernels of modes take, for one aircraft."""
+    """The arrays of the kernels of modes, for one aircraft."""
 
     def __init__(self, modes: list[Mode], table: np.ndarray) -> None:
         self.means = np.array([one.mean for one in modes])
@@ -147,7 +147,7 @@ def test_mixing_keeps_the_mean_at_any_bias_and_the_covariance_at_the_published(f
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_joining_gives_the_moments_of_the_modes(form: str) -> None:
+def test_combination_has_the_moments_of_the_modes(form: str) -> None:
     rng = np.random.default_rng(4)
     modes, chances = random_modes(rng, 6), rng.dirichlet(np.ones(6))
     bias = rng.normal(size=COLUMNS)
@@ -166,8 +166,8 @@ def test_joining_gives_the_moments_of_the_modes(form: str) -> None:
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("bank_deg", [-25.0, 12.0, 25.0])
 @pytest.mark.parametrize("interval", [1e-7, 3.0, 60.0])
-def test_a_turn_by_a_bank_is_the_exact_circle(form: str, bank_deg: float, interval: float) -> None:
-    """Known to a millimetre: position and velocity on the circle, right turns clockwise."""
+def test_a_coordinated_turn_is_an_exact_circle(form: str, bank_deg: float, interval: float) -> None:
+    """To a millimetre: position and velocity on the circle, right turns clockwise."""
     speed, course = 180.0, 0.7
     lateral = GRAVITY_MPS2 * np.tan(np.radians(bank_deg))
     start = np.array([1e4, 2e4, speed * np.sin(course), speed * np.cos(course)])
@@ -184,7 +184,7 @@ def test_a_turn_by_a_bank_is_the_exact_circle(form: str, bank_deg: float, interv
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("number", [0, 1, 2])
 @pytest.mark.parametrize("state", ["under way", "at rest"])
-def test_a_mode_moves_its_moments_and_its_sensitivity(form: str, number: int, state: str) -> None:
+def test_a_mode_predicts_moments_and_sensitivity(form: str, number: int, state: str) -> None:
     rng = np.random.default_rng(number)
     one, bias = random_modes(rng, 1)[0], rng.normal(size=COLUMNS)
     if state == "at rest":
@@ -198,14 +198,14 @@ def test_a_mode_moves_its_moments_and_its_sensitivity(form: str, number: int, st
         unpacked(room.covariances[0]), step @ one.covariance @ step.T + noise, rtol=1e-9, atol=1e-6
     )
     np.testing.assert_allclose(expected[0], step @ one.at(bias), rtol=1e-10)
-    # All that there is of the only mode stays in it.
+    # All probability remains in the only mode.
     room.rows[SHARES : SHARES + 3] = [[1.0], [0.0], [0.0]]
     of_form(move_columns, form)(0, 1, np.ones((1, 1)), room.rows, room.sensitivities)
     np.testing.assert_allclose(room.sensitivities[0], step @ one.sensitivity, atol=1e-9)
 
 
-def test_the_bank_holds_at_every_speed_and_a_gap_is_as_good_as_its_parts() -> None:
-    """One table for all: passages over two intervals are the passage over both."""
+def test_transitions_over_a_gap_equal_those_over_its_parts() -> None:
+    """Transitions over two intervals equal the transition over both."""
     table = mode_table(TrackingSettings())
     parts = switching(table, 2.0) @ switching(table, 3.5)
     np.testing.assert_allclose(parts, switching(table, 5.5), atol=1e-12)
@@ -217,7 +217,7 @@ def test_the_bank_holds_at_every_speed_and_a_gap_is_as_good_as_its_parts() -> No
 
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("count", [3, 5, 6, 8])
-def test_what_no_mode_explains_comes_to_changes_of_speed_or_else_to_all(
+def test_unmodelled_noise_is_added_to_changes_of_speed_or_to_all_modes(
     form: str, count: int
 ) -> None:
     rng = np.random.default_rng(count)
@@ -235,14 +235,14 @@ def test_what_no_mode_explains_comes_to_changes_of_speed_or_else_to_all(
 
 
 @pytest.mark.parametrize("count", [2, 9, -1])
-def test_a_number_of_modes_out_of_its_bounds_is_refused(count: int) -> None:
+def test_a_number_of_modes_out_of_range_is_rejected(count: int) -> None:
     with pytest.raises(ConfigurationError, match=f"imm_modes from 3 to 8, was {count}"):
         mode_table(TrackingSettings(imm_modes=count))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [3, 5, 8])
-def test_probabilities_are_those_of_the_plain_form_also_where_biases_walk(count: int) -> None:
+def test_probabilities_equal_the_plain_form_with_drifting_biases(count: int) -> None:
     scene = busy_scene(5, drift=2.0)
     settings = replace(plain_settings("imm", 1.0), imm_modes=count)
     one = CompiledFilter(scene, settings)
@@ -264,7 +264,7 @@ def test_probabilities_are_those_of_the_plain_form_also_where_biases_walk(count:
 
 
 @pytest.mark.parametrize("by_epochs", [False, True])
-def test_modes_that_are_all_alike_are_the_two_stage_filter(
+def test_identical_modes_equal_the_two_stage_filter(
     monkeypatch: pytest.MonkeyPatch, by_epochs: bool
 ) -> None:
     density = 0.7
@@ -289,7 +289,7 @@ def test_modes_that_are_all_alike_are_the_two_stage_filter(
 
 
 def flown_by_the_modes(seed: int, table: np.ndarray, runs_s: float) -> tuple[float, float, float]:
-    """Normalised error squared of an aircraft, and of the biases, and its probability of hiding."""
+    """NEES of an aircraft and of the biases, and the probability of the true mode."""
     rng = np.random.default_rng([7, seed])
     scene = make_scene(rng, three_radars(), random_flights(rng, 1, 10.0))
     model = EllipsoidPolar(scene.plane, scene.sensors)
@@ -319,8 +319,8 @@ def flown_by_the_modes(seed: int, table: np.ndarray, runs_s: float) -> tuple[flo
 
 
 @pytest.mark.slow
-def test_it_is_consistent_where_aircraft_fly_as_the_modes_say() -> None:
-    """Errors squared over covariance, 12 runs, in their band; the true mode is the likely one."""
+def test_it_is_consistent_for_motion_as_modelled() -> None:
+    """NEES over 12 runs within its band; the true mode is the most likely one."""
     table = mode_table(plain_settings("imm", 1.0))
     found = np.array([flown_by_the_modes(seed, table, 120.0) for seed in range(12)])
     for values, size in ((found[:, 0], 4), (found[:, 1], COLUMNS)):
@@ -332,7 +332,7 @@ def test_it_is_consistent_where_aircraft_fly_as_the_modes_say() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("known", [True, False])
 def test_turns_and_straights_gain_over_the_best_single_motion_model(known: bool) -> None:
-    """With known biases and with estimated ones; the margins are those of one short scene."""
+    """With known and with estimated biases; the margins are those of one short scenario."""
     flown = check_manoeuvres.flights(1, aircraft=16, duration_s=700.0, known=known)
     best, modes = (
         check_manoeuvres.figures(settings, flown)
@@ -347,8 +347,8 @@ def test_turns_and_straights_gain_over_the_best_single_motion_model(known: bool)
 
 
 @pytest.mark.parametrize("name", ["imm", "two-stage"])
-def test_updates_say_which_way_an_aircraft_turns(name: str) -> None:
-    """Half a minute into a turn the way is known; without modes nothing is said."""
+def test_updates_report_the_direction_of_a_turn(name: str) -> None:
+    """Half a minute into a turn its direction is known; without modes it is not reported."""
     (flown,) = check_manoeuvres.flights(1, aircraft=8, duration_s=500.0, known=True)
     engine = Engine(flown.sensors, TrackingSettings(filter_name=name))
     updates = TrackUpdates.concatenate([engine.push(flown.batch).updates, engine.flush().updates])

@@ -1,4 +1,4 @@
-"""The polynomial filter beside rational arithmetic, the paper's equations and its own promises."""
+"""The polynomial filter against rational arithmetic and the equations of the paper."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -30,15 +30,15 @@ Floats = NDArray[np.float64]
 # Variances of α in the paper: 100 m², (5 m/s)², (0.2 m/s²)².
 PAPER = np.diag([100.0, 25.0, 0.04])
 NOTHING = np.zeros(3)
-# Computed once by Bayesian regression in rational arithmetic, to the digits known for these tables.
+# By Bayesian regression in rational arithmetic, to the digits known for these tables.
 FILTERED = {0.1: (0.204, 0.145, 0.134, 0.109, 0.089), 1.0: (1.913, 1.063, 0.918, 0.901, 0.822)}
 AHEAD_OF_10 = {0.1: (0.361, 1.04, 2.40, 4.77, 8.57), 1.0: (3.19, 9.07, 20.8, 41.2, 73.8)}
 AHEAD_OF_20 = (0.095, 0.183, 0.322, 0.528, 0.821)
 
 
 @pytest.mark.parametrize("intensity", [0.1, 1.0])
-def test_the_tables_of_the_paper_come_out_exactly(intensity: float) -> None:
-    """To the digits known beforehand, and to 1e-12 of rational arithmetic."""
+def test_the_tables_of_the_paper_are_reproduced(intensity: float) -> None:
+    """To the digits of the tables, and to 1e-12 of rational arithmetic."""
     state, exact = start(2, NOTHING, PAPER), ExactRegression(NOTHING, PAPER)
     filtered: list[float] = []
     for begin in range(0, 20, 2):
@@ -61,7 +61,7 @@ def test_the_tables_of_the_paper_come_out_exactly(intensity: float) -> None:
 @pytest.mark.parametrize("span_s", [1e-3, 1.0, 1e4])
 @pytest.mark.parametrize("degree", [0, 1, 3, 8])
 def test_any_degree_agrees_with_rational_arithmetic(degree: int, span_s: float) -> None:
-    """Irregular times, variances over six decades, taken in four parts; all derivatives.
+    """Irregular times, variances over six decades, processed in four parts; all derivatives.
 
     Sigmas and correlations to 1e-11, means to 1e-9 of their sigmas: normal equations in powers of t
     would be wrong in the fifth digit at degree 8, where they can be solved at all.
@@ -82,8 +82,8 @@ def test_any_degree_agrees_with_rational_arithmetic(degree: int, span_s: float) 
 
 
 @pytest.mark.slow
-def test_a_long_track_taken_one_by_one_keeps_its_digits() -> None:
-    """Degree 8, 400 measurements over 1e4 s, the basis stretched at each of them."""
+def test_a_long_track_updated_one_by_one_remains_accurate() -> None:
+    """Degree 8, 400 measurements over 1e4 s, with the basis extended at each of them."""
     prior = np.diag(0.01 ** np.arange(9.0)) * 1e4
     times = np.linspace(0.0, 1e4, 400)
     values = 100.0 * np.sin(times / 2000.0)
@@ -95,7 +95,7 @@ def test_a_long_track_taken_one_by_one_keeps_its_digits() -> None:
         assert_agrees(state, exact, time)
 
 
-def test_sharp_measurements_do_not_wash_out_what_a_wide_prior_says() -> None:
+def test_accurate_measurements_do_not_swamp_a_wide_prior() -> None:
     """Two measurements of 1e-8 m under a prior of 1e8 m, degree 3: sixteen decades apart.
 
     With the rows of the least squares problem left in their order no digit of the covariance is
@@ -125,8 +125,8 @@ def test_increments_and_measurements_mix() -> None:
     assert_agrees(state, exact, 20.0)
 
 
-def test_many_short_increments_tell_what_the_moments_tell() -> None:
-    """The moments are what sums of weighted increments tend to: 4000 intervals, 1e-6."""
+def test_many_short_increments_are_equivalent_to_moments() -> None:
+    """Moments are the limit of sums of weighted increments: 4000 intervals, 1e-6."""
     rng = np.random.default_rng(3)
     edges = np.linspace(0.0, 10.0, 4001)
     middle, length = (edges[1:] + edges[:-1]) / 2.0, np.diff(edges)
@@ -140,8 +140,8 @@ def test_many_short_increments_tell_what_the_moments_tell() -> None:
     np.testing.assert_allclose(by_moments.mean, by_increments.mean, rtol=1e-5)
 
 
-def test_axes_do_not_know_of_each_other() -> None:
-    """X and y in one state are what each is alone, to the last few bits."""
+def test_axes_are_independent() -> None:
+    """X and y in one state equal each alone, to the last few bits."""
     rng = np.random.default_rng(4)
     mean, values = rng.normal(size=(3, 2)), rng.normal(size=(7, 2))
     times = np.arange(7.0)
@@ -154,7 +154,7 @@ def test_axes_do_not_know_of_each_other() -> None:
         np.testing.assert_allclose(forecast(alone, [0.0, 5.0]).mean, both.mean[:, :, axis])
 
 
-def test_before_any_observation_the_prior_is_moved() -> None:
+def test_without_observations_the_prior_is_extrapolated() -> None:
     """Also when all observations were at the start itself, where no interval has a length."""
     state = start(2, [1.0, 2.0, 4.0], PAPER, 10.0)
     ahead = forecast(state, 3.0)
@@ -166,8 +166,8 @@ def test_before_any_observation_the_prior_is_moved() -> None:
     np.testing.assert_allclose(at_start.mean, [2.5, 2.0, 4.0], rtol=1e-12)
 
 
-def test_times_of_the_clock_lose_nothing_but_their_own_digits() -> None:
-    """Seconds since 1970 hold 2e-7 s: measured there, a track says what it says at zero."""
+def test_unix_times_lose_only_their_own_digits() -> None:
+    """Seconds since 1970 resolve 2e-7 s: estimates there equal those near time zero."""
     epoch = 1_541_000_000.0
     times, values = np.array([0.0, 2.0, 2.0, 7.0]), np.array([4.0, 5.0, 6.0, 1.0])
     early = observe(start(2, NOTHING, PAPER), times, values, 1.0)
@@ -179,9 +179,9 @@ def test_times_of_the_clock_lose_nothing_but_their_own_digits() -> None:
 def test_euler_steps_of_the_riccati_equation_diverge_where_the_filter_does_not() -> None:
     """The paper's equations of γ in Euler steps: γ_00(0)/C₂ = 1000 per second for C₂ = 0.1.
 
-    A step of 1 ms takes all of γ_00 away at once. The matrix is no covariance from then on, is
-    wrong by a fifth after 2 s, and (not repeated here) runs away after 127 s; with 2 ms it does
-    after five steps. This is why nothing is integrated in the filter.
+    A step of 1 ms removes all of γ_00 at once. The matrix is not a covariance from then on, is
+    wrong by a fifth after 2 s, and (not repeated here) diverges after 127 s; with 2 ms it does
+    after five steps. This is why the filter does not integrate.
     """
     slow, fast = euler_covariances(1e-3, 2000), euler_covariances(2e-3, 10)
     assert np.linalg.eigvalsh(slow[0]).min() < -1e-5
@@ -217,14 +217,14 @@ def euler_covariances(step_s: float, count: int) -> list[Floats]:
         (np.full((2, 2), np.nan), ShapeError, "finite"),
     ],
 )
-def test_a_prior_that_is_none_is_named(
+def test_an_invalid_prior_is_rejected(
     covariance: Floats, error: type[MultiradarError], message: str
 ) -> None:
     with pytest.raises(error, match=message):
         start(1, np.zeros(2), covariance)
 
 
-def test_a_degree_below_zero_or_a_mean_of_another_degree_is_named() -> None:
+def test_an_invalid_degree_or_mean_is_rejected() -> None:
     with pytest.raises(ConfigurationError, match="degree: expected an integer of 0 or more"):
         start(-1, np.zeros(0), np.zeros((0, 0)))
     with pytest.raises(ShapeError, match=r"prior mean: expected the shape \(3,\)"):
@@ -235,7 +235,7 @@ def test_a_degree_below_zero_or_a_mean_of_another_degree_is_named() -> None:
         start(2, NOTHING, PAPER, np.nan)
 
 
-def test_times_that_go_back_are_named() -> None:
+def test_decreasing_times_are_rejected() -> None:
     state = observe(start(2, NOTHING, PAPER), [1.0, 4.0], [0.0, 0.0], 1.0)
     with pytest.raises(TimeOrderError, match=r"expected a time of 4.0 s or later, was 3.0 s"):
         observe(state, [3.0], [0.0], 1.0)
@@ -251,7 +251,7 @@ def test_times_that_go_back_are_named() -> None:
         forecast(state, -1.0)
 
 
-def test_wrong_shapes_and_noise_of_nothing_are_named() -> None:
+def test_wrong_shapes_and_zero_noise_are_rejected() -> None:
     state = start(2, NOTHING, PAPER)
     with pytest.raises(ShapeError, match=r"values: expected the shape \(2,\)"):
         observe(state, [1.0, 2.0], [0.0], 1.0)
@@ -275,7 +275,7 @@ def test_wrong_shapes_and_noise_of_nothing_are_named() -> None:
         forecast(state, [1.0, 1e200])
 
 
-def test_times_and_values_that_no_basis_holds_are_named() -> None:
+def test_times_and_values_out_of_range_are_rejected() -> None:
     state = start(2, NOTHING, PAPER)
     with pytest.raises(ConfigurationError, match=r"expected within 1e\+12 s of 0, was 1e\+308 s"):
         observe(state, [1e308], [0.0], 1.0)
@@ -294,7 +294,7 @@ def test_times_and_values_that_no_basis_holds_are_named() -> None:
         estimate(high, 1.0)
 
 
-def test_a_state_stays_as_it_was() -> None:
+def test_a_state_is_immutable() -> None:
     """Also when the caller's arrays change after the start."""
     mean, covariance = np.zeros(3), PAPER.copy()
     state = start(2, mean, covariance)

@@ -1,4 +1,4 @@
-"""Legendre polynomials and the way to parts of their interval, beside NumPy's."""
+"""Legendre polynomials and their restriction to parts of an interval, against NumPy."""
 
 import numpy as np
 import pytest
@@ -21,19 +21,19 @@ def test_values_and_derivatives_are_those_of_numpy_inside_and_outside() -> None:
 
 
 @pytest.mark.parametrize(("centre", "half"), [(0.0, 1.0), (-0.4, 0.25), (0.9, 1e-9), (3.0, 2.0)])
-def test_a_part_reads_as_the_whole_does_there(centre: float, half: float) -> None:
-    """Also on a part of 1e-9, where each coefficient has to keep its own digits."""
+def test_restriction_equals_the_whole_on_a_part(centre: float, half: float) -> None:
+    """Also on a part of 1e-9, where each coefficient must be accurate by itself."""
     matrix = restriction(7, np.array(centre), np.array(half))
     for degree in range(8):
         whole = Legendre.basis(degree)
         for order in range(degree + 1):
-            # The derivatives in the middle of the part tell the small coefficients, too.
+            # The derivatives in the middle of the part test the small coefficients, too.
             wanted = derivative(whole, order)(centre) * half**order
             found = derivative(Legendre(matrix[:, degree]), order)(0.0)
             assert found == pytest.approx(wanted, rel=1e-10, abs=1e-11 * half**order)
 
 
-def test_a_part_without_length_is_a_point() -> None:
+def test_a_part_of_length_zero_is_a_point() -> None:
     matrix = restriction(3, np.array(0.5), np.array(0.0))
     np.testing.assert_allclose(matrix[0], [1.0, 0.5, -0.125, -0.4375])
     np.testing.assert_array_equal(matrix[1:], 0.0)

@@ -20,7 +20,7 @@ def triple(matrix: np.ndarray) -> Triple:
 def scalars(
     bound: np.ndarray, matrix: np.ndarray, other: np.ndarray, noise: np.ndarray
 ) -> tuple[float, Triple, Triple, Triple, Triple]:
-    """What the kernels take: tr T R, C R T R Cᵀ, C R Cᵀ, the other half, W."""
+    """Arguments of the kernels: tr T R, C R T R Cᵀ, C R Cᵀ, the other part, W."""
     seen = matrix @ bound
     return (
         float(WEIGHTS @ np.diagonal(bound)),
@@ -44,10 +44,10 @@ def test_scaled_trace_is_that_of_the_matrices(kernel: Callable[..., float], gamm
 
 
 @pytest.mark.parametrize("kernel", [best_gamma, plain(best_gamma)])
-def test_no_weight_is_taken_where_none_improves_the_bound(
+def test_no_weight_is_used_if_none_improves_the_bound(
     kernel: Callable[..., float],
 ) -> None:
-    """A nearly known aircraft and a radar with unknown biases: else the bound grows by itself."""
+    """A nearly known aircraft and a radar with unknown biases: the bound must not grow."""
     bound, other = np.diag([1.0, 1.0, 0.01, 0.01]), np.diag([500.0**2, 500.0**2])
     assert kernel(*scalars(bound, np.eye(2, 4), other, np.eye(2))) == 0.0
 
