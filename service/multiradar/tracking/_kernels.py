@@ -25,14 +25,14 @@ MISSING = -1
 
 
 @in_loop
-def find_slot_of_key(keys: Integers, key: int) -> int:
+def find_bucket(keys: Integers, key: int) -> int:
     """Return the slot of a key, or the free slot where it would be inserted."""
     mask: int = keys.shape[0] - 1
     # Multiplicative hashing (Knuth): the high bits of a product with an odd constant.
-    place = ((key * 2654435761) >> 8) & mask
-    while keys[place] != MISSING and keys[place] != key:
-        place = (place + 1) & mask
-    return place
+    bucket = ((key * 2654435761) >> 8) & mask
+    while keys[bucket] != MISSING and keys[bucket] != key:
+        bucket = (bucket + 1) & mask
+    return bucket
 
 
 @in_loop
@@ -40,16 +40,16 @@ def look_up(keys: Integers, values: Integers, key: int) -> int:
     """Return the value of a key, −1 where there is none."""
     if key < 0:
         return MISSING
-    place = find_slot_of_key(keys, key)
-    return values[place] if keys[place] == key else MISSING
+    bucket = find_bucket(keys, key)
+    return values[bucket] if keys[bucket] == key else MISSING
 
 
 @kernel
 def insert(keys: Integers, values: Integers, key: int, value: int) -> None:
     """Set the value of a key."""
-    place = find_slot_of_key(keys, key)
-    keys[place] = key
-    values[place] = value
+    bucket = find_bucket(keys, key)
+    keys[bucket] = key
+    values[bucket] = value
 
 
 @kernel
@@ -184,8 +184,8 @@ def reset_lifecycle(slot: int, stage: int, life: Lifecycle) -> None:
     life.score[slot] = 0.0
     life.born[slot] = np.nan
     life.period[slot] = 0.0
-    life.heard[slot] = -np.inf
-    life.code_heard[slot] = MISSING
+    life.last_seen[slot] = -np.inf
+    life.pending_code[slot] = MISSING
     life.bias_excluded[slot] = stage == TENTATIVE
     life.partner[slot] = MISSING
     life.meetings[slot] = 0
@@ -195,11 +195,11 @@ def reset_lifecycle(slot: int, stage: int, life: Lifecycle) -> None:
 def update_code(slot: int, code: int, roster: Roster, life: Lifecycle) -> None:
     """Update the Mode 3/A code: by identity at once, else when received twice in a row."""
     known = roster.mode_3a[slot]
-    if known < 0 or life.stage[slot] == BY_IDENTITY or code == life.code_heard[slot]:
+    if known < 0 or life.stage[slot] == BY_IDENTITY or code == life.pending_code[slot]:
         roster.mode_3a[slot] = code
-        life.code_heard[slot] = MISSING
+        life.pending_code[slot] = MISSING
     else:
-        life.code_heard[slot] = MISSING if code == known else code
+        life.pending_code[slot] = MISSING if code == known else code
 
 
 @kernel

@@ -104,8 +104,8 @@ def _site_numbers(sensors: SensorTable) -> NDArray[np.int64]:
     # A moving sensor has no fixed site.
     stays = ~(sensors.moving[:, None] | sensors.moving[None, :])
     same = ((distance_m < ONE_SITE_M) & stays) | np.eye(len(sensors), dtype=np.bool_)
-    places: NDArray[np.int64] = np.argmax(same, axis=1).astype(np.int64)
-    return places
+    numbers: NDArray[np.int64] = np.argmax(same, axis=1).astype(np.int64)
+    return numbers
 
 
 def _options(settings: TrackingSettings) -> NDArray[np.float64]:

@@ -245,18 +245,18 @@ class TrackStates:
     def __len__(self) -> int:
         return len(self.track_id)
 
-    def at(self, places: NDArray[np.intp]) -> "TrackStates":
+    def at(self, indices: NDArray[np.intp]) -> "TrackStates":
         """Return the states of some tracks."""
         modes = self.modes
         if modes is not None:
             modes = ModeStates(
-                modes.probability[places], modes.mean[places], modes.covariance[places]
+                modes.probability[indices], modes.mean[indices], modes.covariance[indices]
             )
         return TrackStates(
-            self.track_id[places], self.time_s[places], self.mean[places],
-            self.covariance[places], self.height_m[places], modes,
-            None if self.shared is None else self.shared[places],
-            None if self.climbs is None else self.climbs[places],
+            self.track_id[indices], self.time_s[indices], self.mean[indices],
+            self.covariance[indices], self.height_m[indices], modes,
+            None if self.shared is None else self.shared[indices],
+            None if self.climbs is None else self.climbs[indices],
         )  # fmt: skip
 
 

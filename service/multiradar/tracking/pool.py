@@ -45,7 +45,7 @@ class Start(NamedTuple):
         Assumed height.
     height_variance_m2 : float
         Its variance, m².
-    place : int
+    measured_from : int
         Number of the site that measured it, `SEVERAL` for several.
     """
 
@@ -55,7 +55,7 @@ class Start(NamedTuple):
     sensitivity: NDArray[np.float64]
     height_m: float
     height_variance_m2: float
-    place: int
+    measured_from: int
 
 
 class AircraftPool:
@@ -129,7 +129,7 @@ class AircraftPool:
         aircraft.sensitivity[slot] = start.sensitivity
         aircraft.time[slot] = start.time_s
         aircraft.fading_nis[slot] = 1.0
-        aircraft.measured_from[slot] = start.place
+        aircraft.measured_from[slot] = start.measured_from
         aircraft.vertical[slot, GUESS] = start.height_m
         aircraft.vertical[slot, GUESS_VARIANCE] = start.height_variance_m2
         if self._definition.keeps_modes:

@@ -120,7 +120,7 @@ def test_what_is_left_out_does_not_depend_on_batches(twice: Scenario, table: Sen
     _, batch = rows(twice, table)
     batch = batch.select(slice(0, 1500))
     expected = [
-        sorted(zip(one.place.tolist(), one.reasons(), strict=True))
+        sorted(zip(one.arrival.tolist(), one.reasons(), strict=True))
         for outputs, _ in (played(batch, table, NAMELESS, size) for size in (10**6, 1, 7, 250))
         for one in [joined(outputs)]
     ]
@@ -128,5 +128,5 @@ def test_what_is_left_out_does_not_depend_on_batches(twice: Scenario, table: Sen
     assert expected[1:] == expected[:1] * 3
     # Each is one of the measurements handed in.
     first = joined(played(batch, table, NAMELESS, 7)[0])
-    np.testing.assert_array_equal(batch.time_s[first.place], first.batch.time_s)
+    np.testing.assert_array_equal(batch.time_s[first.arrival], first.batch.time_s)
     assert (first.twin_time_s <= first.batch.time_s).all()

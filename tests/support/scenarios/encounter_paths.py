@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.tracking.encounters.climbs import CLIMB_COUNT
-from multiradar.tracking.encounters.pairs import Paths, walks_of
+from multiradar.tracking.encounters.pairs import Paths, velocity_spreads_of
 from support.references.straight_forecast import forecast
 
 Floats = NDArray[np.float64]
@@ -24,7 +24,7 @@ def straight_paths(
         times_s,
         np.array([means for means, _ in found]).reshape(count, len(times_s), 4),
         now,
-        np.tile(walks_of(times_s, now, spreads), 2),
+        np.tile(velocity_spreads_of(times_s, now, spreads), 2),
         np.full(count, len(times_s)),
         np.full((count, CLIMB_COUNT), np.nan),
         np.zeros((count, 4, 0)),

@@ -219,7 +219,7 @@ class Engine:
         return model if self._sources is None else self._sources.within(model)
 
     def _process(self, released: MeasurementBatch) -> EngineOutput:
-        shown, near = self._near.filter(released, self._order.places)
+        shown, near = self._near.filter(released, self._order.arrivals)
         duplicates = Duplicates.concatenate([self._order.dropped, near])
         if len(shown) == 0:
             return replace(_EMPTY, duplicates=duplicates)

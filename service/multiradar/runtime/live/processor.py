@@ -256,7 +256,7 @@ class Processor:
         for entry in group:
             board.refuse(entry.sequence, entry.source, entry.rejects)
         if len(output.duplicates):
-            board.drop(output.duplicates, self._places.find(output.duplicates.place.tolist()))
+            board.drop(output.duplicates, self._places.find(output.duplicates.arrival.tolist()))
         self._places.forget(self._engine.waiting_from)
 
     def _settle(self) -> None:

@@ -389,7 +389,7 @@ class _Run:
 
     def _write_duplicates(self, outputs: Sequence[EngineOutput]) -> None:
         found = Duplicates.concatenate([output.duplicates for output in outputs])
-        places = [row for _, row in self._places.find(found.place.tolist())]
+        places = [row for _, row in self._places.find(found.arrival.tolist())]
         self._rejects.write_duplicates(found, places, self._sensors)
         named = (self._sensors.ids[sensor] for sensor in found.batch.sensor.tolist())
         self._result.duplicates_by_sensor.update(named)

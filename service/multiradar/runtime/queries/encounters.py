@@ -192,7 +192,7 @@ def _paths(
         times_s,
         courses.means,
         courses.now,
-        courses.walks,
+        courses.velocity_spreads,
         np.full(len(states), len(times_s)),
         _heights(states, ahead_s),
         shared,

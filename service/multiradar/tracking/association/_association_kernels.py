@@ -32,8 +32,8 @@ from multiradar.tracking.association._grid_kernels import (
     CELL_M,
     FAR_CELL_M,
     FAR_M,
+    bucket_of,
     locate_plot,
-    place_in_table,
     velocity_error,
 )
 from multiradar.tracking.association._scan_phase_kernels import log_scan_phase
@@ -239,7 +239,7 @@ def identity_score(
     if address >= 0 and roster.mode_s_address[k] >= 0:
         score += ADDRESS_EQUAL if roster.mode_s_address[k] == address else ADDRESS_DIFFERENT
     if code >= 0 and roster.mode_3a[k] >= 0:
-        same = code in (roster.mode_3a[k], life.code_heard[k])
+        same = code in (roster.mode_3a[k], life.pending_code[k])
         score += CODE_EQUAL if same else CODE_DIFFERENT
     known = aircraft.height[k]
     measured = rows.height[row]
@@ -325,11 +325,11 @@ def search(
                     row, row - first, window_time, 1 - side, rows, model, aircraft, life, grid,
                     sigmas, candidates, found,
                 )  # fmt: skip
-        for place in range(near):
+        for number in range(near):
             consider(
-                row - 1, row - 1 - first, found[side, place], window_time, track_numbers, addresses,
-                codes, rows, model, aircraft, roster, life, periods, rules, log_clutters, grid,
-                sigmas, U, R, candidates,
+                row - 1, row - 1 - first, found[side, number], window_time, track_numbers,
+                addresses, codes, rows, model, aircraft, roster, life, periods, rules, log_clutters,
+                grid, sigmas, U, R, candidates,
             )  # fmt: skip
         near, side = coming, 1 - side
 
@@ -349,9 +349,9 @@ def find_near(
     if ok:
         near = 0
         candidates.number[i] = 0
-        candidates.place[i, 0] = east
-        candidates.place[i, 1] = north
-        candidates.place[i, 2] = reach
+        candidates.position[i, 0] = east
+        candidates.position[i, 1] = north
+        candidates.position[i, 2] = reach
         mask = grid.heads.shape[0] - 1
         ahead = rows.time[row] - window_time
         for far in range(2):
@@ -365,8 +365,8 @@ def find_near(
                 for cn in range(
                     int(np.floor((north - wide) / cell)), int(np.floor((north + wide) / cell)) + 1
                 ):
-                    place = place_in_table(ce, cn, mask)
-                    k = grid.far_heads[place] if far else grid.heads[place]
+                    bucket = bucket_of(ce, cn, mask)
+                    k = grid.far_heads[bucket] if far else grid.heads[bucket]
                     while k != MISSING:
                         following = grid.far_following[k] if far else grid.following[k]
                         if following != MISSING:
@@ -398,15 +398,15 @@ def consider(
     A radar detects an aircraft at most once in half a scan.
     """
     s, time = rows.sensor[row], rows.time[row]
-    if not time - life.heard[k, s] < 0.5 * periods[s]:
+    if not time - life.last_seen[k, s] < 0.5 * periods[s]:
         ahead = time - window_time
-        east, north = candidates.place[i, 0], candidates.place[i, 1]
+        east, north = candidates.position[i, 0], candidates.position[i, 1]
         d0 = grid.state[k, 0] + ahead * grid.state[k, 2] - east
         d1 = grid.state[k, 1] + ahead * grid.state[k, 3] - north
         log_clutter = log_density_of_clutter(rows.kind[row], s, rows.z[row, 0], log_clutters)
         score, reinitialised = association_score(
             row, k, ahead, math.sqrt(d0 * d0 + d1 * d1), numbers[row], addresses[row], codes[row],
-            east, north, candidates.place[i, 2], periods[s], rows, model, aircraft, roster, life,
+            east, north, candidates.position[i, 2], periods[s], rows, model, aircraft, roster, life,
             grid, rules, log_clutter, sigmas, U, R,
         )  # fmt: skip
         if score > 0.0:
@@ -416,7 +416,7 @@ def consider(
 @in_loop
 def fetch_track(k: int, aircraft: Aircraft, life: Lifecycle) -> None:
     """Prefetch the data of a track."""
-    fetch_ahead(life.heard, k, 0)
+    fetch_ahead(life.last_seen, k, 0)
     fetch_ahead(aircraft.vertical, k, 0)
     fetch_ahead(aircraft.covariance, k, 0)
     fetch_ahead(aircraft.covariance, k, 1)
@@ -444,7 +444,7 @@ def association_score(
         score = identity_score(
             row, k, number, address, code, max(dt, 0.0), rows, aircraft, roster, life
         )
-        score += log_scan_phase(rows.time[row] - life.heard[k, rows.sensor[row]], period)
+        score += log_scan_phase(rows.time[row] - life.last_seen[k, rows.sensor[row]], period)
     reinitialised = -np.inf
     if score > -np.inf and is_young(k, life):
         if aircraft.updates[k] > 1:

@@ -77,7 +77,7 @@ def velocity_error(silent: float, period: float, rules: Floats) -> float:
 
 
 @in_loop
-def place_in_table(east_cell: int, north_cell: int, mask: int) -> int:
+def bucket_of(east_cell: int, north_cell: int, mask: int) -> int:
     """Return the bucket of a cell."""
     return (((east_cell * 73856093) ^ (north_cell * 19349663)) * 2654435761 >> 8) & mask
 
@@ -138,17 +138,17 @@ def fill_grid(
         grid.longest[far] = max(grid.longest[far], reach)
         grid.cell[k, 0] = int(np.floor(grid.state[k, 0] / CELL_M))
         grid.cell[k, 1] = int(np.floor(grid.state[k, 1] / CELL_M))
-        place = place_in_table(grid.cell[k, 0], grid.cell[k, 1], mask)
-        grid.following[k] = grid.heads[place]
-        grid.heads[place] = k
+        bucket = bucket_of(grid.cell[k, 0], grid.cell[k, 1], mask)
+        grid.following[k] = grid.heads[bucket]
+        grid.heads[bucket] = k
         if far:
-            place = place_in_table(
+            bucket = bucket_of(
                 int(np.floor(grid.state[k, 0] / FAR_CELL_M)),
                 int(np.floor(grid.state[k, 1] / FAR_CELL_M)),
                 mask,
             )
-            grid.far_following[k] = grid.far_heads[place]
-            grid.far_heads[place] = k
+            grid.far_following[k] = grid.far_heads[bucket]
+            grid.far_heads[bucket] = k
     return longest
 
 

@@ -109,9 +109,9 @@ def reset_velocity(k: int, speed_variance: float, aircraft: Aircraft, life: Life
     life.born[k] = aircraft.updated[k]
     # Its first plot remains counted as false.
     life.first_sensor[k] = NONE
-    for s in range(life.heard.shape[1]):
-        if life.heard[k, s] < aircraft.updated[k]:
-            life.heard[k, s] = -np.inf
+    for s in range(life.last_seen.shape[1]):
+        if life.last_seen[k, s] < aircraft.updated[k]:
+            life.last_seen[k, s] = -np.inf
 
 
 @kernel
@@ -121,11 +121,11 @@ def score_of_twin(i: int, j: int, candidates: Candidates, log_density: float) ->
     ``log_density`` is that of false plots on the ground, 1/m². −∞ where neither position is known
     well enough.
     """
-    reach, other = candidates.place[i, 2], candidates.place[j, 2]
+    reach, other = candidates.position[i, 2], candidates.position[j, 2]
     if max(reach, other) > TWIN_REACH_M:
         return -np.inf
-    d0 = candidates.place[i, 0] - candidates.place[j, 0]
-    d1 = candidates.place[i, 1] - candidates.place[j, 1]
+    d0 = candidates.position[i, 0] - candidates.position[j, 0]
+    d1 = candidates.position[i, 1] - candidates.position[j, 1]
     spread = (reach * reach + other * other) / (2.0 * COARSE_SIGMAS * COARSE_SIGMAS)
     score: float = -0.5 * (d0 * d0 + d1 * d1) / spread - math.log(2.0 * math.pi * spread)
     return score - log_density

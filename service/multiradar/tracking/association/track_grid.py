@@ -92,7 +92,7 @@ class Candidates(NamedTuple):
         Logarithm of the likelihood ratio to a false plot, positive.
     reinitialised : (n, CANDIDATES_MAX) int64
         Whether the score assumes that the velocity of the track is wrong.
-    place : (n, 3) float64
+    position : (n, 3) float64
         Position of the plot at the published biases, east and north, and bound of its error, m.
     """
 
@@ -100,7 +100,7 @@ class Candidates(NamedTuple):
     slot: Integers
     score: Floats
     reinitialised: Integers
-    place: Floats
+    position: Floats
 
     @classmethod
     def empty(cls, rows: int) -> "Candidates":
@@ -110,5 +110,5 @@ class Candidates(NamedTuple):
             slot=np.full((rows, CANDIDATES_MAX), -1, np.int64),
             score=np.zeros((rows, CANDIDATES_MAX)),
             reinitialised=np.zeros((rows, CANDIDATES_MAX), np.int64),
-            place=np.zeros((rows, 3)),
+            position=np.zeros((rows, 3)),
         )

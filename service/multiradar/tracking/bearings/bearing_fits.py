@@ -107,7 +107,7 @@ def locate(
     if not (np.hypot(*mean[2:4]) <= bounds.speed_max_mps and fit.explains(mean, biases)):
         return None
     spread = covariance + sensitivity @ biases.covariance @ sensitivity.T
-    nearest = min(float(np.hypot(*(mean[:2] - _place(one.site)))) for one in seen)
+    nearest = min(float(np.hypot(*(mean[:2] - _position(one.site)))) for one in seen)
     worst = float(np.sqrt(np.linalg.eigvalsh(spread[:2, :2])[-1]))
     if not worst <= bounds.distance_share_max * nearest:
         return None
@@ -132,13 +132,15 @@ class _Fit:
     ) -> None:  # fmt: skip
         self._seen, self._model, self._speed_sigma_mps = seen, model, speed_sigma_mps
         self.by_bias = np.zeros((len(seen), len(biases.estimate)))
-        for place, one in enumerate(seen):
+        for index, one in enumerate(seen):
             own = slice(model.starts[one.sensor], model.starts[one.sensor + 1])
-            self.by_bias[place, own] = model.parameters[own] == PARAMETER_AZIMUTH_OFFSET
+            self.by_bias[index, own] = model.parameters[own] == PARAMETER_AZIMUTH_OFFSET
         self._azimuth = np.array([one.azimuth_rad for one in seen]) - self.by_bias @ biases.estimate
         self._sigmas = sensors.azimuth_sigma_rad[[one.sensor for one in seen]]
         # Rows with an elevation.
-        self._raised = [place for place, one in enumerate(seen) if not np.isnan(one.elevation_rad)]
+        self._elevated = [
+            index for index, one in enumerate(seen) if not np.isnan(one.elevation_rad)
+        ]
         self._elevation_sigmas = sensors.elevation_sigma_rad[[one.sensor for one in seen]]
         self._moving = any(one.moving for one in seen)
         heard = [one.height_m for one in seen if not np.isnan(one.height_m)]
@@ -155,12 +157,12 @@ class _Fit:
             loose, known = [*loose, self.height_sigma_m**-2], [*known, self.height_m]
         self._prior, self._known = np.diag(loose), np.array(known)
         # An elevation has no bias.
-        unbiased = np.zeros((len(self._raised), self.by_bias.shape[1]))
+        unbiased = np.zeros((len(self._elevated), self.by_bias.shape[1]))
         self._all_by_bias = np.concatenate([self.by_bias, unbiased])
 
     @property
     def elevated(self) -> bool:
-        return len(self._raised) > 0
+        return len(self._elevated) > 0
 
     # First on a flat plane, for a linearisation point, then on the ellipsoid. The covariance is
     # that at convergence: at an earlier iterate the distance may be quite different.
@@ -212,21 +214,21 @@ class _Fit:
 
     # Derivatives, residuals and sigmas, of azimuths and then elevations.
     def _rows(self, mean: Floats) -> tuple[Floats, Floats, Floats]:
-        slopes = np.zeros((len(self._seen) + len(self._raised), len(mean)))
+        slopes = np.zeros((len(self._seen) + len(self._elevated), len(mean)))
         residual, sigmas = np.empty(len(slopes)), np.empty(len(slopes))
         height_m = float(mean[4]) if self.elevated else self.height_m
-        for place, one in enumerate(self._seen):
+        for index, one in enumerate(self._seen):
             ago, east, north = self._position_at(one, mean)
             at = geodesy.predict_polar(self._model.plane, one.site, east, north, height_m)
-            slopes[place, :4] = at[4], at[5], ago * at[4], ago * at[5]
-            residual[place] = wrapped(self._azimuth[place] - at[1])
-            sigmas[place] = self._sigmas[place]
+            slopes[index, :4] = at[4], at[5], ago * at[4], ago * at[5]
+            residual[index] = wrapped(self._azimuth[index] - at[1])
+            sigmas[index] = self._sigmas[index]
             if self._moving:
-                sigmas[place] = np.sqrt(
-                    self._sigmas[place] ** 2 + self._manoeuvre_variance(ago) / at[6] ** 2
+                sigmas[index] = np.sqrt(
+                    self._sigmas[index] ** 2 + self._manoeuvre_variance(ago) / at[6] ** 2
                 )
-        for row, place in enumerate(self._raised, len(self._seen)):
-            one, sigma = self._seen[place], self._elevation_sigmas[place]
+        for row, index in enumerate(self._elevated, len(self._seen)):
+            one, sigma = self._seen[index], self._elevation_sigmas[index]
             ago, east, north = self._position_at(one, mean)
             noise = np.array([sigma**2, 1.0, 0.0, one.site[geodesy.HEIGHT]])
             sine, _, ground, h, w = expected_measurement(
@@ -267,22 +269,22 @@ class _Fit:
 
     # Median of the positions given by each elevation at the height.
     def _guess_by_elevation(self) -> Floats:
-        places = []
-        for place in self._raised:
-            one, azimuth = self._seen[place], float(self._azimuth[place])
+        positions = []
+        for index in self._elevated:
+            one, azimuth = self._seen[index], float(self._azimuth[index])
             rise = self.height_m - float(one.site[geodesy.HEIGHT])
             slant = slant_of_direction(np.sin(one.elevation_rad), rise)
             found, east, north = geodesy.locate_polar(
                 self._model.plane, one.site, slant, azimuth, self.height_m
             )
             if found:
-                places.append((east, north))
-        if not places:
+                positions.append((east, north))
+        if not positions:
             raise BearingsError("NOT_OBSERVABLE", "no elevation gives a distance")
-        return np.append(np.median(np.array(places), axis=0), [0.0, 0.0])
+        return np.append(np.median(np.array(positions), axis=0), [0.0, 0.0])
 
 
-def _place(site: Floats) -> Floats:
+def _position(site: Floats) -> Floats:
     return np.array([site[geodesy.PE], site[geodesy.PN]])
 
 
@@ -291,4 +293,4 @@ def _flat(site: Floats, azimuth_rad: float, sigma_rad: float) -> Sight:
     sine, cosine = np.sin(azimuth_rad), np.cos(azimuth_rad)
     east = sine * site[geodesy.EE] + cosine * site[geodesy.NE]
     north = sine * site[geodesy.EN] + cosine * site[geodesy.NN]
-    return Sight(_place(site), np.asarray(np.arctan2(east, north)), sigma_rad)
+    return Sight(_position(site), np.asarray(np.arctan2(east, north)), sigma_rad)

@@ -70,7 +70,7 @@ def find_sources(
     own = np.flatnonzero(elevated | moves)
     # A row of `starts` also uses the next entry.
     first = len(model.sites) + 1
-    places = first + 2 * np.arange(len(own))
+    entries = first + 2 * np.arange(len(own))
     sites = np.zeros((first + 2 * len(own), model.sites.shape[1]))
     noises = np.zeros((len(sites), model.noises.shape[1]))
     starts = np.zeros(len(sites) + 1, np.int64)
@@ -78,18 +78,18 @@ def find_sources(
         model.sites, model.noises, model.starts,
     )  # fmt: skip
     of = rows.sensor[own]
-    sites[places], noises[places] = model.sites[of], model.noises[of]
-    starts[places], starts[places + 1] = model.starts[of], model.starts[of + 1]
-    noises[places, 0] = sensors.elevation_sigma_rad[of] ** 2
-    for place, row in zip(places[moves[own]].tolist(), own[moves[own]].tolist(), strict=True):
+    sites[entries], noises[entries] = model.sites[of], model.noises[of]
+    starts[entries], starts[entries + 1] = model.starts[of], model.starts[of + 1]
+    noises[entries, 0] = sensors.elevation_sigma_rad[of] ** 2
+    for entry, row in zip(entries[moves[own]].tolist(), own[moves[own]].tolist(), strict=True):
         height_m = float(directions.source_height_m[row])
-        sites[place] = site_parameters(
+        sites[entry] = site_parameters(
             model.plane, float(directions.source_latitude_rad[row]),
             float(directions.source_longitude_rad[row]), height_m,
         )  # fmt: skip
-        noises[place, 3] = height_m
+        noises[entry, 3] = height_m
     seen, kind, z = rows.sensor.copy(), rows.kind.copy(), rows.z.copy()
-    seen[own] = places
+    seen[own] = entries
     kind[elevated] = KIND_DIRECTION
     z[elevated, 0] = np.sin(directions.elevation_rad[elevated])
     return rows._replace(seen=seen, kind=kind, z=z), Sources(sites, noises, starts)

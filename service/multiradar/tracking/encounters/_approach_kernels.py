@@ -33,7 +33,7 @@ from multiradar.tracking.encounters._relative_kernels import (
     RARE_SHARE,
     common_covariance,
     relative_covariance,
-    relative_walk,
+    relative_velocity_spread,
 )
 from multiradar_compiled.kernels import in_loop, loop
 
@@ -64,14 +64,15 @@ CHORD_MIN_S = 1.0
 
 @loop
 def find_approaches(
-    t: Floats, means: Floats, now: Floats, walks: Floats, points: Integers, shared: Floats,
-    pairs: Integers, matrices: Floats, distance: float, found: Floats, chords: Floats,
+    t: Floats, means: Floats, now: Floats, velocity_spreads: Floats, points: Integers,
+    shared: Floats, pairs: Integers, matrices: Floats, distance: float, found: Floats,
+    chords: Floats,
 ) -> None:  # fmt: skip
     """Fill the rows of ``found`` and ``chords``.
 
-    ``now`` (n, 10) and ``walks`` (n, k, 6) are A, C, U and both V of the tracks, ``matrices`` (m,
-    4) T of the pairs, row by row; ``shared`` (n, 4, c) is the effect of one standard deviation of
-    each bias.
+    ``now`` (n, 10) and ``velocity_spreads`` (n, k, 6) are A, C, U and both V of the tracks,
+    ``matrices`` (m, 4) T of the pairs, row by row; ``shared`` (n, 4, c) is the effect of one
+    standard deviation of each bias.
     """
     for row in range(pairs.shape[0]):
         i, j = pairs[row, 0], pairs[row, 1]
@@ -87,14 +88,16 @@ def find_approaches(
         dt = t[k + 1] - t[k]
         there = relative_state(t, means, i, j, k, u, matrices[row])
         time = t[k] + u * dt
-        walk = relative_walk(walks, common, i, j, k, u, RARE_SHARE, RARE_SHARE, matrices[row])
+        spread_w = relative_velocity_spread(
+            velocity_spreads, common, i, j, k, u, RARE_SHARE, RARE_SHARE, matrices[row]
+        )
         interior = 0.0 < time < t[last]
         found[row, TIME] = time
         found[row, TOGETHER] = 1.0 if together else 0.0
         found[row, DISTANCE] = hypot(there[0], there[1])
         found[row, DISTANCE_NOW] = hypot(begin[0], begin[1])
-        found[row, SIGMA] = sigma_of_distance(there, spread, walk, time, interior)
-        sigma = sigma_of_time(there, spread, walk, time)
+        found[row, SIGMA] = sigma_of_distance(there, spread, spread_w, time, interior)
+        sigma = sigma_of_time(there, spread, spread_w, time)
         # The time is undefined if its error exceeds the horizon.
         found[row, TIME_SIGMA] = sigma if interior and sigma <= t[last] else np.nan
         for axis in range(2):
@@ -105,7 +108,9 @@ def find_approaches(
             # Without relative velocity the approach may be at any time.
             reach = t[last]
         elif time == 0.0:
-            reach = t[likely_return(t, means, walks, common, i, j, last, matrices[row], spread)]
+            reach = t[
+                likely_return(t, means, velocity_spreads, common, i, j, last, matrices[row], spread)
+            ]
         k = 0
         while k < last - 1 and t[k + 1] < reach:
             k += 1
@@ -115,14 +120,16 @@ def find_approaches(
         chords[row, CHORD_END] = t[last]
         for variant in range(VARIANTS):
             first, second = float(variant % 2), float(variant // 2)
-            walk = relative_walk(walks, common, i, j, k, u, first, second, matrices[row])
+            spread_w = relative_velocity_spread(
+                velocity_spreads, common, i, j, k, u, first, second, matrices[row]
+            )
             for column in range(3):
-                chords[row, CHORD_V + 3 * variant + column] = walk[column]
+                chords[row, CHORD_V + 3 * variant + column] = spread_w[column]
 
 
 @in_loop
 def likely_return(
-    t: Floats, means: Floats, walks: Floats,
+    t: Floats, means: Floats, velocity_spreads: Floats,
     common: tuple[float, float, float, float, float, float, float, float, float, float],
     i: int, j: int, last: int, matrix: Floats,
     spread: tuple[float, float, float, float, float, float, float, float, float, float],
@@ -134,7 +141,9 @@ def likely_return(
     likeliest, least = 1, np.inf
     for k in range(1, last + 1):
         x, y, _, _ = relative_point(means, i, j, k, matrix)
-        v00, _, v11 = relative_walk(walks, common, i, j, k - 1, 1.0, RARE_SHARE, RARE_SHARE, matrix)
+        v00, _, v11 = relative_velocity_spread(
+            velocity_spreads, common, i, j, k - 1, 1.0, RARE_SHARE, RARE_SHARE, matrix
+        )
         crossed = 2.0 * t[k] * (spread[2] + spread[6])
         variance = spread[0] + spread[4] + crossed + t[k] * t[k] * (v00 + v11)
         ratio = (x * x + y * y) / max(variance, VELOCITY_FLOOR)
@@ -147,8 +156,8 @@ def likely_return(
 def position_at(means: Floats, i: int, k: int, u: float, dt: float, axis: int) -> float:
     """Return one coordinate of a track within piece k of its path."""
     a, b = means[i, k], means[i, k + 1]
-    place: float = cubic(u, dt, a[axis], b[axis], a[axis + 2], b[axis + 2])
-    return place
+    position: float = cubic(u, dt, a[axis], b[axis], a[axis + 2], b[axis + 2])
+    return position
 
 
 @in_loop
@@ -222,7 +231,7 @@ def is_slow(
 def sigma_of_distance(
     state: tuple[float, float, float, float],
     spread: tuple[float, float, float, float, float, float, float, float, float, float],
-    walk: tuple[float, float, float], time: float, interior: bool,
+    spread_w: tuple[float, float, float], time: float, interior: bool,
 ) -> float:  # fmt: skip
     """Return the standard deviation of the signed distance.
 
@@ -232,9 +241,9 @@ def sigma_of_distance(
     x, y = state[0], state[1]
     if interior and hypot(state[2], state[3]) > 0.0:
         x, y = -state[3], state[2]
-    a = spread[0] + time * (2.0 * spread[2] + time * walk[0])
-    b = spread[1] + time * (spread[3] + spread[5] + time * walk[1])
-    d = spread[4] + time * (2.0 * spread[6] + time * walk[2])
+    a = spread[0] + time * (2.0 * spread[2] + time * spread_w[0])
+    b = spread[1] + time * (spread[3] + spread[5] + time * spread_w[1])
+    d = spread[4] + time * (2.0 * spread[6] + time * spread_w[2])
     square = x * x + y * y
     if square > 0.0:
         variance = (x * x * a + 2.0 * x * y * b + y * y * d) / square
@@ -247,7 +256,7 @@ def sigma_of_distance(
 def sigma_of_time(
     state: tuple[float, float, float, float],
     spread: tuple[float, float, float, float, float, float, float, float, float, float],
-    walk: tuple[float, float, float], time: float,
+    spread_w: tuple[float, float, float], time: float,
 ) -> float:  # fmt: skip
     """Return the standard deviation of the time with p · w = 0: of w · δp + p · δw over w²."""
     x, y, wx, wy = state
@@ -256,7 +265,7 @@ def sigma_of_time(
     ux, uy = time * wx + x, time * wy + y
     pp = wx * wx * spread[0] + 2.0 * wx * wy * spread[1] + wy * wy * spread[4]
     pv = wx * (spread[2] * ux + spread[3] * uy) + wy * (spread[5] * ux + spread[6] * uy)
-    vv = ux * ux * walk[0] + 2.0 * ux * uy * walk[1] + uy * uy * walk[2]
+    vv = ux * ux * spread_w[0] + 2.0 * ux * uy * spread_w[1] + uy * uy * spread_w[2]
     return sqrt(max(pp + 2.0 * pv + vv, 0.0)) / square if square > 0.0 else np.nan
 
 

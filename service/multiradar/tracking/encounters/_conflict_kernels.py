@@ -161,14 +161,14 @@ def draw_lines(chord: Floats, points: Floats, lines: Floats) -> None:
 
 @in_loop
 def draw_variant(
-    chord: Floats, walk: int, points: Floats, first: int, last: int, lines: Floats
+    chord: Floats, column: int, points: Floats, first: int, last: int, lines: Floats
 ) -> None:
-    """Fill ``lines`` from ``first`` to ``last``, with V in the columns from ``walk`` on."""
+    """Fill ``lines`` from ``first`` to ``last``, with V in the columns from ``column`` on."""
     px, py, wx, wy = chord[CHORD_P], chord[CHORD_P + 1], chord[CHORD_W], chord[CHORD_W + 1]
     end = chord[CHORD_END]
-    l00 = sqrt(max(chord[walk], _FLOOR))
-    l10 = chord[walk + 1] / l00
-    l11 = sqrt(max(chord[walk + 2] - l10 * l10, _FLOOR))
+    l00 = sqrt(max(chord[column], _FLOOR))
+    l10 = chord[column + 1] / l00
+    l11 = sqrt(max(chord[column + 2] - l10 * l10, _FLOOR))
     g00 = chord[CHORD_C] / l00
     g10 = chord[CHORD_C + 2] / l00
     g01 = (chord[CHORD_C + 1] - g00 * l10) / l11
@@ -200,12 +200,12 @@ def draw_variant(
         sideways = ey * ey * m00 - 2.0 * ex * ey * m01 + ex * ex * m11
         both = ex * ey * (m11 - m00) + (ex * ex - ey * ey) * m01
         sigma = sqrt(max(along, _FLOOR))
-        place = ex * qx + ey * qy + sigma * points[m, 2]
+        start = ex * qx + ey * qy + sigma * points[m, 2]
         lines[m, OFFSET] = ex * qy - ey * qx + both / sigma * points[m, 2]
         rest = sideways - (both / sigma) * (both / sigma)
         lines[m, OFFSET_SIGMA] = sqrt(max(rest, _FLOOR))
-        lines[m, BEYOND] = max(place, -place - speed * end, 0.0)
-        lines[m, ALONG] = place
+        lines[m, BEYOND] = max(start, -start - speed * end, 0.0)
+        lines[m, ALONG] = start
         lines[m, SPEED] = speed
 
 

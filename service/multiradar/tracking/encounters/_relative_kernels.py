@@ -43,26 +43,35 @@ def relative_covariance(
 
 
 @in_loop
-def relative_walk(
-    walks: Floats, x: tuple[float, float, float, float, float, float, float, float, float, float],
-    i: int, j: int, k: int, u: float, first: float, second: float, matrix: Floats,
+def relative_velocity_spread(
+    velocity_spreads: Floats,
+    x: tuple[float, float, float, float, float, float, float, float, float, float], i: int, j: int,
+    k: int, u: float, first: float, second: float, matrix: Floats,
 ) -> tuple[float, float, float]:  # fmt: skip
     """Return V within piece k, upper triangle, in true metres.
 
     ``first`` and ``second`` are the weights of the rare V of each track.
     """
-    v00 = track_walk(walks, i, k, u, first, 0) + track_walk(walks, j, k, u, second, 0)
-    v01 = track_walk(walks, i, k, u, first, 1) + track_walk(walks, j, k, u, second, 1)
-    v11 = track_walk(walks, i, k, u, first, 2) + track_walk(walks, j, k, u, second, 2)
+    v00 = track_velocity_spread(velocity_spreads, i, k, u, first, 0) + track_velocity_spread(
+        velocity_spreads, j, k, u, second, 0
+    )
+    v01 = track_velocity_spread(velocity_spreads, i, k, u, first, 1) + track_velocity_spread(
+        velocity_spreads, j, k, u, second, 1
+    )
+    v11 = track_velocity_spread(velocity_spreads, i, k, u, first, 2) + track_velocity_spread(
+        velocity_spreads, j, k, u, second, 2
+    )
     v01 -= x[8]
     v = turned(matrix[0], matrix[1], matrix[2], matrix[3], v00 - x[7], v01, v01, v11 - x[9])
     return v[0], v[1], v[3]
 
 
 @in_loop
-def track_walk(walks: Floats, i: int, k: int, u: float, rare: float, column: int) -> float:
+def track_velocity_spread(
+    velocity_spreads: Floats, i: int, k: int, u: float, rare: float, column: int
+) -> float:
     """Return an element of the V of a track within piece k."""
-    a, b = walks[i, k], walks[i, k + 1]
+    a, b = velocity_spreads[i, k], velocity_spreads[i, k + 1]
     usual = (1.0 - u) * a[USUAL + column] + u * b[USUAL + column]
     far = (1.0 - u) * a[RARE + column] + u * b[RARE + column]
     value: float = (1.0 - rare) * usual + rare * far

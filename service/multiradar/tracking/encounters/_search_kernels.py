@@ -58,10 +58,10 @@ def find_pairs(
     following = np.empty(n, np.int64)
     heads = np.empty(buckets, np.int64)
     held = np.empty(buckets, np.int64)
-    places = np.full(table, _NONE, np.int64)
+    known_pairs = np.full(table, _NONE, np.int64)
     search(
         t, means, points, distance, comparisons_max, pairs, counts, middles, cells, following,
-        heads, held, places,
+        heads, held, known_pairs,
     )  # fmt: skip
 
 
@@ -69,7 +69,7 @@ def find_pairs(
 def search(
     t: Floats, means: Floats, points: Integers, distance: float, comparisons_max: int,
     pairs: Integers, counts: Integers, middles: Floats, cells: Integers, following: Integers,
-    heads: Integers, held: Integers, places: Integers,
+    heads: Integers, held: Integers, known_pairs: Integers,
 ) -> None:  # fmt: skip
     """As `find_pairs`."""
     n = means.shape[0]
@@ -88,14 +88,14 @@ def search(
                 if middles[i, REACH] > reach_max:
                     compare_with_all(
                         i, k, dt, means, points, distance, reach_max, comparisons_max, middles,
-                        pairs, counts, places,
+                        pairs, counts, known_pairs,
                     )  # fmt: skip
                 else:
                     cells[i, 0] = int(np.floor(middles[i, MIDDLE_EAST] / wide))
                     cells[i, 1] = int(np.floor(middles[i, MIDDLE_NORTH] / wide))
                     compare_nearby(
                         i, k, dt, means, distance, comparisons_max, middles, cells, following,
-                        heads, held, pairs, counts, places,
+                        heads, held, pairs, counts, known_pairs,
                     )  # fmt: skip
 
 
@@ -126,7 +126,7 @@ def bound_path(i: int, k: int, dt: float, means: Floats, middles: Floats) -> Non
 def compare_nearby(
     i: int, k: int, dt: float, means: Floats, distance: float, comparisons_max: int,
     middles: Floats, cells: Integers, following: Integers, heads: Integers, held: Integers,
-    pairs: Integers, counts: Integers, places: Integers,
+    pairs: Integers, counts: Integers, known_pairs: Integers,
 ) -> None:  # fmt: skip
     """Compare track i with those in the cells around it, and add it to its own cell."""
     mask = heads.shape[0] - 1
@@ -140,7 +140,7 @@ def compare_nearby(
             while j != _NONE:
                 # Cells may share a bucket.
                 if cells[j, 0] == east and cells[j, 1] == north:
-                    compare(j, i, k, dt, means, distance, middles, pairs, counts, places)
+                    compare(j, i, k, dt, means, distance, middles, pairs, counts, known_pairs)
                 j = following[j]
     own = (cells[i, 0] * _MIX_EAST + cells[i, 1] * _MIX_NORTH) & mask
     following[i] = heads[own]
@@ -151,7 +151,7 @@ def compare_nearby(
 @in_loop
 def compare_with_all(
     i: int, k: int, dt: float, means: Floats, points: Integers, distance: float, reach_max: float,
-    comparisons_max: int, middles: Floats, pairs: Integers, counts: Integers, places: Integers,
+    comparisons_max: int, middles: Floats, pairs: Integers, counts: Integers, known_pairs: Integers,
 ) -> None:  # fmt: skip
     """Compare a fast track with all others, with fast ones of smaller number only."""
     n = means.shape[0]
@@ -162,14 +162,23 @@ def compare_with_all(
             both_fast = middles[j, REACH] > reach_max
             if points[j] >= k + 2 and (j < i or (j > i and not both_fast)):
                 compare(
-                    min(i, j), max(i, j), k, dt, means, distance, middles, pairs, counts, places
+                    min(i, j),
+                    max(i, j),
+                    k,
+                    dt,
+                    means,
+                    distance,
+                    middles,
+                    pairs,
+                    counts,
+                    known_pairs,
                 )
 
 
 @in_loop
 def compare(
     i: int, j: int, k: int, dt: float, means: Floats, distance: float, middles: Floats,
-    pairs: Integers, counts: Integers, places: Integers,
+    pairs: Integers, counts: Integers, known_pairs: Integers,
 ) -> None:  # fmt: skip
     """Add the pair of tracks i and j if they come close in piece k."""
     counts[COMPARED] += 1
@@ -186,25 +195,25 @@ def compare(
                 dt, x0, y0, x1, y1, b0[2] - a0[2], b0[3] - a0[3], b1[2] - a1[2], b1[3] - a1[3]
             )
         if square <= distance * distance:
-            keep(i, j, pairs, counts, places)
+            keep(i, j, pairs, counts, known_pairs)
 
 
 @in_loop
-def keep(i: int, j: int, pairs: Integers, counts: Integers, places: Integers) -> None:
+def keep(i: int, j: int, pairs: Integers, counts: Integers, known_pairs: Integers) -> None:
     """Add a pair unless it is known, or the table is full."""
-    mask = places.shape[0] - 1
-    place = (i * _MIX_EAST ^ j * _MIX_NORTH) & mask
+    mask = known_pairs.shape[0] - 1
+    bucket = (i * _MIX_EAST ^ j * _MIX_NORTH) & mask
     known = False
-    while places[place] != _NONE and not known:
-        row = places[place]
+    while known_pairs[bucket] != _NONE and not known:
+        row = known_pairs[bucket]
         known = pairs[row, 0] == i and pairs[row, 1] == j
-        place = (place + 1) & mask
+        bucket = (bucket + 1) & mask
     if not known:
         row = counts[KEPT]
         if row < pairs.shape[0]:
             pairs[row, 0] = i
             pairs[row, 1] = j
-            places[place] = row
+            known_pairs[bucket] = row
             counts[KEPT] = row + 1
         else:
             counts[LEFT_OUT] += 1

@@ -92,8 +92,9 @@ def closest_approaches(
     found = np.empty((len(tracks), kernels.FOUND_COUNT))
     chords = np.empty((len(tracks), kernels.CHORD_COUNT))
     kernels.find_approaches(
-        paths.times_s, paths.means, paths.now, paths.walks, paths.points, paths.shared, tracks,
-        np.ascontiguousarray(matrices, np.float64).reshape(-1, 4), distance_m, found, chords,
+        paths.times_s, paths.means, paths.now, paths.velocity_spreads, paths.points, paths.shared,
+        tracks, np.ascontiguousarray(matrices, np.float64).reshape(-1, 4), distance_m, found,
+        chords,
     )  # fmt: skip
     return Approaches(
         time_s=found[:, kernels.TIME],
@@ -248,8 +249,8 @@ def _lattice() -> Floats:
     # most important ones use powers of the root of x³ = x + 1, which fill a square evenly.
     plastic = 1.32471795724474602596
     steps = np.array([plastic**-1.0, plastic**-2.0, sqrt(2.0), sqrt(3.0)])
-    places = np.arange(POINTS) + 0.5
-    even = np.column_stack([places / POINTS, np.mod(0.5 + np.outer(places, steps), 1.0)])
+    numbers = np.arange(POINTS) + 0.5
+    even = np.column_stack([numbers / POINTS, np.mod(0.5 + np.outer(numbers, steps), 1.0)])
     quantile = NormalDist().inv_cdf
     drawn = np.array([[quantile(part) for part in row] for row in even.tolist()])
     # Every fourth point has a rare error of the first track, four of every sixteen of the second

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.tracking.encounters._relative_kernels import RARE_SHARE
-from multiradar.tracking.encounters.pairs import walks_of
+from multiradar.tracking.encounters.pairs import velocity_spreads_of
 from multiradar.tracking.encounters.scale_mixture import MEDIAN, UPPER, mixture_scales
 from multiradar.tracking.forecast.forecast_calibration import ForecastCalibration
 from multiradar.tracking.forecast.forecast_scores import HORIZONS_S, ForecastScores
@@ -44,13 +44,13 @@ class CalibratedPaths(NamedTuple):
         East and north on the plane, m, and their rates, m/s.
     now : (n, 10) float64
         Upper triangles of their covariances at the first time, row by row.
-    walks : (n, k, 6) float64
+    velocity_spreads : (n, k, 6) float64
         Covariances of the mean velocities since then, as in `pairs.Paths`, (m/s)².
     """
 
     means: Floats
     now: Floats
-    walks: Floats
+    velocity_spreads: Floats
 
 
 def calibrated_paths(
@@ -101,13 +101,13 @@ def calibrated_paths(
     least = np.minimum(np.minimum(*parts).min(axis=1), 1.0)
     now = _joint(alone, ahead_s, mean[:, None, None] * noise, least)
     now += _joint(shared, ahead_s, np.zeros_like(noise), np.ones_like(least))
-    walks = []
+    velocity_spreads = []
     for spread in spreads:
         # An aircraft with rare errors by now keeps them.
         now[:, :2, :2] = spread[:, 0]
-        walks.append(walks_of(times_s, _upper(now), _upper(spread)))
+        velocity_spreads.append(velocity_spreads_of(times_s, _upper(now), _upper(spread)))
     now[:, :2, :2] = first[:, 0] + mean[:, None, None] * growth[:, 0] + alike[:, 0]
-    return CalibratedPaths(means, _upper(now), np.concatenate(walks, axis=-1))
+    return CalibratedPaths(means, _upper(now), np.concatenate(velocity_spreads, axis=-1))
 
 
 # Motion model, and sizes of usual and rare errors; None without calibration.

@@ -30,9 +30,10 @@ class Paths(NamedTuple):
         East and north on the plane, m, and their rates, m/s.
     now : (n, 10) float64
         Upper triangles of their covariances now, row by row.
-    walks : (n, k, 6) float64
-        Upper triangles of the covariances of the mean velocities since now, see `walks_of`: the
-        usual one, and that of the fraction `_relative_kernels.RARE_SHARE` with larger errors.
+    velocity_spreads : (n, k, 6) float64
+        Upper triangles of the covariances of the mean velocities since now, see
+        `velocity_spreads_of`: the usual one, and that of the fraction
+        `_relative_kernels.RARE_SHARE` with larger errors.
     points : (n,) int64
         Number of valid times; a track with fewer than two is in no pair.
     heights : (n, CLIMB_COUNT) float64
@@ -45,13 +46,13 @@ class Paths(NamedTuple):
     times_s: NDArray[np.float64]
     means: NDArray[np.float64]
     now: NDArray[np.float64]
-    walks: NDArray[np.float64]
+    velocity_spreads: NDArray[np.float64]
     points: NDArray[np.int64]
     heights: NDArray[np.float64]
     shared: NDArray[np.float64]
 
 
-def walks_of(
+def velocity_spreads_of(
     times_s: NDArray[np.float64], now: NDArray[np.float64], spreads: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the covariances of the mean velocities since now from those of forecast positions.
@@ -74,14 +75,14 @@ def walks_of(
     -----
     This only needs positions with covariances, and works for any kind of forecast.
     """
-    walks = np.empty_like(spreads)
+    velocity_spreads = np.empty_like(spreads)
     # Of (A, C; Cᵀ, U): cross-covariance of position and velocity, and U.
     common = np.stack([2.0 * now[:, 2], now[:, 3] + now[:, 5], 2.0 * now[:, 6]], axis=-1)
-    walks[:, 0] = now[:, [7, 8, 9]]
+    velocity_spreads[:, 0] = now[:, [7, 8, 9]]
     later = times_s[1:, None]
     grown = spreads[:, 1:] - now[:, None, [0, 1, 4]] - later * common[:, None]
-    walks[:, 1:] = grown / later**2
-    return walks
+    velocity_spreads[:, 1:] = grown / later**2
+    return velocity_spreads
 
 
 class Pairs(NamedTuple):

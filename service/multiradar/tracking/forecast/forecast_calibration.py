@@ -32,11 +32,11 @@ WAITING_MAX = int(
 )
 
 
-class _Places(NamedTuple):
+class _Positions(NamedTuple):
     # Track updates: positions and covariances.
     track_id: NDArray[np.int64]
     time_s: Floats
-    place: Floats
+    position: Floats
 
 
 class Part(NamedTuple):
@@ -75,7 +75,7 @@ class ForecastCalibration:
         motions = len(self.family.names)
         self._scores = ForecastScores(motions, self.family.first)
         self._pending = PendingForecasts.none(motions)
-        self._seen: list[_Places] = []
+        self._seen: list[_Positions] = []
         self._samples = 0
 
     @property
@@ -134,7 +134,7 @@ class ForecastCalibration:
         if len(rows):
             updates = output.updates
             self._seen.append(
-                _Places(updates.track_id[rows], updates.time_s[rows], output.spread[rows])
+                _Positions(updates.track_id[rows], updates.time_s[rows], output.spread[rows])
             )
 
     def _learn(self, until_s: float) -> None:
@@ -143,21 +143,21 @@ class ForecastCalibration:
         if not seen:
             self._pending = waiting.at(waiting.due_s + GAP_MAX_S >= until_s)
             return
-        places = _by_track(seen)
-        begin, after, end = _first_from(places, waiting.track_id, waiting.due_s)
+        updates = _by_track(seen)
+        begin, after, end = _first_from(updates, waiting.track_id, waiting.due_s)
         moved = after > begin
-        waiting.before[moved, 0] = places.time_s[after[moved] - 1]
-        waiting.before[moved, 1:] = places.place[after[moved] - 1, :2]
+        waiting.before[moved, 0] = updates.time_s[after[moved] - 1]
+        waiting.before[moved, 1:] = updates.position[after[moved] - 1, :2]
         known = after < end
-        self._score(waiting.at(known), places.time_s[after[known]], places.place[after[known]])
+        self._score(waiting.at(known), updates.time_s[after[known]], updates.position[after[known]])
         late = waiting.due_s + GAP_MAX_S < until_s
         self._pending = waiting.at(~known & ~late)
 
     def _begin(self, sample: StateSample) -> None:
-        places = drawn(sample.states.track_id, sample.epoch)
-        if not len(places):
+        chosen = drawn(sample.states.track_id, sample.epoch)
+        if not len(chosen):
             return
-        states = sample.states.at(places)
+        states = sample.states.at(chosen)
         means, covariances = self.family.forecast_all(states, HORIZONS_S)
         tracks, horizons = len(states), len(HORIZONS_S)
         now = np.column_stack([states.time_s, states.mean[:, :2]])
@@ -172,7 +172,7 @@ class ForecastCalibration:
         self._pending = self._pending.followed_by(made).at(slice(-WAITING_MAX, None))
 
     def forecast_by(
-        self, plan: Plan, states: TrackStates, place: int, ahead_s: Floats
+        self, plan: Plan, states: TrackStates, index: int, ahead_s: Floats
     ) -> tuple[Floats, Floats, Floats]:
         """Return the predicted position of a track, with its region.
 
@@ -182,7 +182,7 @@ class ForecastCalibration:
             Plan of `scores` for these times.
         states : TrackStates
             States of tracks.
-        place : int
+        index : int
             Index of the track.
         ahead_s : (k,) ndarray
             Times after the state, s, not negative, ascending.
@@ -196,7 +196,7 @@ class ForecastCalibration:
         factors : (k,) ndarray
             The region is {x : (x − m)ᵀ C⁻¹ (x − m) ≤ factor}.
         """
-        one = states.at(np.array([place]))
+        one = states.at(np.array([index]))
         means, covariances = self.family.forecast(plan.motion, one, ahead_s)
         careful = self.family.careful_covariances(means, one, ahead_s)
         known = plan.calibrated[:, None, None]
@@ -239,15 +239,15 @@ def calibration_for(settings: TrackingSettings) -> ForecastCalibration:
 
 # For each requested track: its first update, the first not before a time, the end of its updates.
 def _first_from(
-    places: _Places, wanted: NDArray[np.int64], due_s: Floats
+    updates: _Positions, wanted: NDArray[np.int64], due_s: Floats
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
-    begin = np.searchsorted(places.track_id, wanted)
-    end = np.searchsorted(places.track_id, wanted, "right")
+    begin = np.searchsorted(updates.track_id, wanted)
+    end = np.searchsorted(updates.track_id, wanted, "right")
     # Keys that order times track by track.
-    tracks, rank = np.unique(places.track_id, return_inverse=True)
-    origin_s = float(places.time_s.min())
-    span_s = float(places.time_s.max()) - origin_s + 1.0
-    key = rank * span_s + (places.time_s - origin_s)
+    tracks, rank = np.unique(updates.track_id, return_inverse=True)
+    origin_s = float(updates.time_s.min())
+    span_s = float(updates.time_s.max()) - origin_s + 1.0
+    key = rank * span_s + (updates.time_s - origin_s)
     asked = np.searchsorted(tracks, wanted) * span_s + np.clip(due_s - origin_s, 0.0, span_s)
     return begin, np.clip(np.searchsorted(key, asked), begin, end), end
 
@@ -258,11 +258,11 @@ def _by_row(values: Floats) -> Floats:
     return np.ascontiguousarray(rows.reshape(-1, *rows.shape[2:]))
 
 
-def _by_track(seen: list[_Places]) -> _Places:
+def _by_track(seen: list[_Positions]) -> _Positions:
     track_id = np.concatenate([one.track_id for one in seen])
     order = np.argsort(track_id, kind="stable")
-    return _Places(
+    return _Positions(
         track_id[order],
         np.concatenate([one.time_s for one in seen])[order],
-        np.concatenate([one.place for one in seen])[order],
+        np.concatenate([one.position for one in seen])[order],
     )

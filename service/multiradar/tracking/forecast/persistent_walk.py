@@ -110,7 +110,7 @@ def propagated_covariance(covariance: Floats, effective_s: Floats) -> Floats:
     (n, k, 2, 2) ndarray
         m².
     """
-    place, cross, rate = covariance[:, :2, :2], covariance[:, :2, 2:], covariance[:, 2:, 2:]
+    position, cross, rate = covariance[:, :2, :2], covariance[:, :2, 2:], covariance[:, 2:, 2:]
     both = cross + cross.swapaxes(-1, -2)
     w = effective_s[..., None, None]
-    return np.asarray(place[:, None] + w * both[:, None] + w * w * rate[:, None])
+    return np.asarray(position[:, None] + w * both[:, None] + w * w * rate[:, None])

@@ -25,7 +25,13 @@ from multiradar.estimation.filters._kernels import (
 )
 from multiradar.estimation.filters.arrays import Aircraft, Result, Rows
 from multiradar.estimation.measurement._kernels import KIND_RADAR, is_bearing
-from multiradar.tracking.health.health_sums import GAIN_SCALE_M, HEARD, PATTERNS, TESTED, HealthSums
+from multiradar.tracking.health.health_sums import (
+    GAIN_SCALE_M,
+    LAST_TEST,
+    LAST_UPDATE,
+    PATTERNS,
+    HealthSums,
+)
 from multiradar.tracking.lifecycle.lifecycle import BY_IDENTITY, CONFIRMED, Lifecycle
 from multiradar.tracking.roster import RowIdentities
 from multiradar_compiled.kernels import in_loop, loop
@@ -84,24 +90,24 @@ def gather(
             sums.owner[k] = track_ids[row]
             sums.updates[k] = 0
             for sensor in range(sums.seen.shape[1]):
-                sums.seen[k, sensor, HEARD] = -np.inf
-                sums.seen[k, sensor, TESTED] = -np.inf
+                sums.seen[k, sensor, LAST_UPDATE] = -np.inf
+                sums.seen[k, sensor, LAST_TEST] = -np.inf
         known = stages[k] == CONFIRMED
         if stages[k] == BY_IDENTITY:
             known = sums.updates[k] >= confirm_updates
         sums.updates[k] += accepted
         compared = (outcome in (UPDATED, REJECTED)) and not np.isnan(innovations[row, 0])
-        if known and compared and sums.seen[k, s, TESTED] < sums.opened[s]:
+        if known and compared and sums.seen[k, s, LAST_TEST] < sums.opened[s]:
             keep_innovation(innovations[row], s, sums)
-            sums.seen[k, s, TESTED] = time
+            sums.seen[k, s, LAST_TEST] = time
         if known and outcome == UPDATED and compared:
             weigh_noise(innovations[row], noises[s], s, sums)
         if known and compared:
             weigh_pattern(innovations[row], z[row, 0], z[row, 1], s, sums)
         if accepted:
             if known:
-                count_scans((time - sums.seen[k, s, HEARD]) / periods[s], s, sums)
-            sums.seen[k, s, HEARD] = time
+                count_scans((time - sums.seen[k, s, LAST_UPDATE]) / periods[s], s, sums)
+            sums.seen[k, s, LAST_UPDATE] = time
 
 
 @in_loop
@@ -205,7 +211,7 @@ def count_coverage(
         for s in range(sites.shape[0]):
             if np.isnan(sites[s, 0]):
                 continue
-            heard = sums.seen[k, s, HEARD]
+            heard = sums.seen[k, s, LAST_UPDATE]
             if aircraft.updated[k] >= time_s - fresh_s:
                 ground = hypot(aircraft.mean[k, 0] - sites[s, 0], aircraft.mean[k, 1] - sites[s, 1])
                 if within(ground, height, sites[s, 2], reach[s], cone_ratio):

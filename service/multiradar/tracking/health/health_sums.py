@@ -14,7 +14,7 @@ Integers = NDArray[np.int64]
 #: Maximum number of innovations of one sensor that are tested together.
 VALUES_MAX = 512
 #: Columns of `HealthSums.seen`: last update, last tested innovation.
-HEARD, TESTED = 0, 1
+LAST_UPDATE, LAST_TEST = 0, 1
 #: Parameters of the innovation pattern: range offset (m), azimuth offset (rad), range gain (m in
 #: `GAIN_SCALE_M`), shift of the site to the east and to the north (m).
 PATTERNS = 5
@@ -31,7 +31,7 @@ class HealthSums(NamedTuple):
     owner, updates : (s,) int64
         Track of each slot of the pool, and its updates by radars.
     seen : (s, m, 2) float64
-        Data times as `HEARD` and `TESTED`, −∞ for never.
+        Data times as `LAST_UPDATE` and `LAST_TEST`, −∞ for never.
     last_plot : (m,) float64
         Data time of the last plot, whatever its disposition; −∞ for never.
     hits, scans : (m,) float64

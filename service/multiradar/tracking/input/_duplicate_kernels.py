@@ -69,7 +69,7 @@ def find_twins(
             last_r = range_cell_of(ranges[i] + RANGE_APART_M)
             for ca in range(first_a, last_a + 1):
                 for cr in range(first_r, last_r + 1):
-                    j = heads[place_of(s, ca, cr, mask)]
+                    j = heads[bucket_of(s, ca, cr, mask)]
                     while j != NONE and times[i] - times[j] <= longest:
                         # The earliest row is kept.
                         older = twins[i] == NONE or j < twins[i]
@@ -83,15 +83,15 @@ def find_twins(
         if twins[i] != NONE:
             found += 1
             continue
-        place = place_of(s, azimuth_cell_of(azimuths[i]), range_cell_of(ranges[i]), mask)
-        following[i] = heads[place]
-        heads[place] = i
+        bucket = bucket_of(s, azimuth_cell_of(azimuths[i]), range_cell_of(ranges[i]), mask)
+        following[i] = heads[bucket]
+        heads[bucket] = i
     return found
 
 
 @kernel
 def azimuth_cell_of(azimuth: float) -> int:
-    """Return the cell of an azimuth; whole revolutions are removed by `place_of`."""
+    """Return the cell of an azimuth; whole revolutions are removed by `bucket_of`."""
     return int(np.floor(azimuth * (AZIMUTH_CELLS / FULL_CIRCLE_RAD)))
 
 
@@ -102,7 +102,7 @@ def range_cell_of(metres: float) -> int:
 
 
 @kernel
-def place_of(sensor: int, azimuth_cell: int, range_cell: int, mask: int) -> int:
+def bucket_of(sensor: int, azimuth_cell: int, range_cell: int, mask: int) -> int:
     """Return the bucket of a cell (multiplicative hashing, Knuth)."""
     turned = azimuth_cell & (AZIMUTH_CELLS - 1)
     key = (sensor * AZIMUTH_CELLS + turned) * 4096 + range_cell

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from multiradar_compiled.kernels import in_loop, loop
 
-Places = NDArray[np.intp]
+Indices = NDArray[np.intp]
 Floats = NDArray[np.float64]
 Longs = NDArray[np.int64]
 Integers = NDArray[np.int32]
@@ -62,7 +62,7 @@ def compare(
 
 @loop
 def order_tied(
-    order: Places, time_s: Floats, sensor: Integers, track_number: Longs, mode_s_address: Longs,
+    order: Indices, time_s: Floats, sensor: Integers, track_number: Longs, mode_s_address: Longs,
     range_m: Floats, azimuth_rad: Floats, latitude_rad: Floats, longitude_rad: Floats,
     height_m: Floats, mode_3a: Integers, kind: Bytes, callsign: Longs,
 ) -> int:  # fmt: skip
@@ -80,9 +80,9 @@ def order_tied(
             last += 1
         most = max(most, last - first)
         if last - first <= TIED_MAX:
-            for place in range(first + 1, last):
-                row = order[place]
-                at = place
+            for position in range(first + 1, last):
+                row = order[position]
+                at = position
                 while at > first and compare(
                     order[at - 1], row, sensor, track_number, mode_s_address, range_m, azimuth_rad,
                     latitude_rad, longitude_rad, height_m, mode_3a, kind, callsign,
@@ -96,18 +96,19 @@ def order_tied(
 
 @loop
 def find_repeats(
-    order: Places, repeat: NDArray[np.bool_], time_s: Floats, sensor: Integers, track_number: Longs,
-    mode_s_address: Longs, range_m: Floats, azimuth_rad: Floats, latitude_rad: Floats,
-    longitude_rad: Floats, height_m: Floats, mode_3a: Integers, kind: Bytes, callsign: Longs,
+    order: Indices, repeat: NDArray[np.bool_], time_s: Floats, sensor: Integers,
+    track_number: Longs, mode_s_address: Longs, range_m: Floats, azimuth_rad: Floats,
+    latitude_rad: Floats, longitude_rad: Floats, height_m: Floats, mode_3a: Integers, kind: Bytes,
+    callsign: Longs,
 ) -> int:  # fmt: skip
     """Mark the positions in ``order`` whose row equals the previous one; return how many."""
     count = 0
-    for place in range(order.shape[0]):
-        repeat[place] = False
-        if place > 0 and time_s[order[place]] == time_s[order[place - 1]]:
-            repeat[place] = compare(
-                order[place - 1], order[place], sensor, track_number, mode_s_address, range_m,
+    for position in range(order.shape[0]):
+        repeat[position] = False
+        if position > 0 and time_s[order[position]] == time_s[order[position - 1]]:
+            repeat[position] = compare(
+                order[position - 1], order[position], sensor, track_number, mode_s_address, range_m,
                 azimuth_rad, latitude_rad, longitude_rad, height_m, mode_3a, kind, callsign,
             ) == 0  # fmt: skip
-        count += repeat[place]
+        count += repeat[position]
     return count

@@ -18,7 +18,7 @@ class Duplicates:
 
     Attributes
     ----------
-    place : (n,) int64
+    arrival : (n,) int64
         Their positions in the order of arrival at the engine, from 0.
     twin_time_s : (n,) float64
         Data time of the measurement that is kept.
@@ -28,20 +28,20 @@ class Duplicates:
         The duplicates.
     """
 
-    place: Integers
+    arrival: Integers
     twin_time_s: Floats
     range_apart_m: Floats
     azimuth_apart_rad: Floats
     batch: MeasurementBatch
 
     def __len__(self) -> int:
-        return len(self.place)
+        return len(self.arrival)
 
     @classmethod
-    def equal(cls, place: Integers, batch: MeasurementBatch) -> "Duplicates":
+    def equal(cls, arrival: Integers, batch: MeasurementBatch) -> "Duplicates":
         """Return measurements that equal another one in every column."""
         none = np.zeros(len(batch))
-        return cls(place, batch.time_s, none, none, batch)
+        return cls(arrival, batch.time_s, none, none, batch)
 
     @classmethod
     def concatenate(cls, parts: "Sequence[Duplicates]") -> "Duplicates":
@@ -50,7 +50,7 @@ class Duplicates:
         if len(given) < 2:
             return given[0] if given else NO_DUPLICATES
         return cls(
-            place=np.concatenate([part.place for part in given]),
+            arrival=np.concatenate([part.arrival for part in given]),
             twin_time_s=np.concatenate([part.twin_time_s for part in given]),
             range_apart_m=np.concatenate([part.range_apart_m for part in given]),
             azimuth_apart_rad=np.concatenate([part.azimuth_apart_rad for part in given]),

@@ -20,7 +20,7 @@ from multiradar.tracking.input.measurements import MeasurementBatch
 PASS_SCANS = 0.25
 PASS_MAX_S = 1.0
 # Hash table entries per row.
-_PLACES_PER_ROW = 2
+_BUCKETS_PER_ROW = 2
 
 _IDENTITY = ("mode_3a", "mode_s_address", "track_number")
 
@@ -52,7 +52,7 @@ class NearDuplicates:
         self.count = 0
 
     def filter(
-        self, rows: MeasurementBatch, places: NDArray[np.int64]
+        self, rows: MeasurementBatch, arrivals: NDArray[np.int64]
     ) -> tuple[MeasurementBatch, Duplicates]:
         """Divide the next rows into those to keep and duplicates.
 
@@ -60,7 +60,7 @@ class NearDuplicates:
         ----------
         rows : MeasurementBatch
             By ascending time, not before those of the last call.
-        places : (n,) int64
+        arrivals : (n,) int64
             Their positions in the order of arrival.
 
         Returns
@@ -83,12 +83,12 @@ class NearDuplicates:
         second = np.flatnonzero(~lone)
         self.count += len(second)
         return rows.select(lone[first:]), _duplicates(
-            every, second, twins[second], places[second - first]
+            every, second, twins[second], arrivals[second - first]
         )
 
     def _twins(self, rows: MeasurementBatch, first: int) -> NDArray[np.int64]:
         n = len(rows)
-        table = 1 << (_PLACES_PER_ROW * n).bit_length()
+        table = 1 << (_BUCKETS_PER_ROW * n).bit_length()
         identities = np.empty((n, len(self._identity)), np.int64)
         for column, name in enumerate(self._identity):
             identities[:, column] = getattr(rows, name)
@@ -105,11 +105,11 @@ def _duplicates(
     rows: MeasurementBatch,
     second: NDArray[np.intp],
     twin: NDArray[np.int64],
-    places: NDArray[np.int64],
+    arrivals: NDArray[np.int64],
 ) -> Duplicates:
     aside = np.abs(rows.azimuth_rad[second] - rows.azimuth_rad[twin])
     return Duplicates(
-        place=places,
+        arrival=arrivals,
         twin_time_s=rows.time_s[twin],
         range_apart_m=np.abs(rows.range_m[second] - rows.range_m[twin]),
         azimuth_apart_rad=np.minimum(aside, 2.0 * np.pi - aside),

@@ -37,7 +37,7 @@ _TIE_COLUMNS = (
 class _Piece(NamedTuple):
     # Buffered measurements, and their positions in the order of arrival.
     rows: MeasurementBatch
-    places: NDArray[np.int64]
+    arrivals: NDArray[np.int64]
 
 
 class ReorderBuffer:
@@ -56,7 +56,7 @@ class ReorderBuffer:
     ----------
     late, duplicates : int
         Numbers of measurements left out as late, and as duplicates.
-    places : (n,) int64
+    arrivals : (n,) int64
         Positions in the order of arrival, from 0, of the rows of the last release.
     dropped : Duplicates
         Duplicates left out by the last release.
@@ -73,7 +73,7 @@ class ReorderBuffer:
         self._released_s = -math.inf
         self.late = 0
         self.duplicates = 0
-        self.places = np.empty(0, np.int64)
+        self.arrivals = np.empty(0, np.int64)
         self.waiting_from = 0
         self.dropped = NO_DUPLICATES
 
@@ -92,16 +92,16 @@ class ReorderBuffer:
         """
         if len(batch) == 0:
             return None
-        places = np.arange(self._arrived, self._arrived + len(batch))
+        arrivals = np.arange(self._arrived, self._arrived + len(batch))
         self._arrived += len(batch)
         late = batch.time_s < self._released_s
         if late.any():
             # Admission rejects these; after a flush some may still arrive.
             self.late += int(late.sum())
-            batch, places = batch.select(~late), places[~late]
+            batch, arrivals = batch.select(~late), arrivals[~late]
             if len(batch) == 0:
                 return None
-        self._waiting.append(_Piece(batch, places))
+        self._waiting.append(_Piece(batch, arrivals))
         self._latest_s = max(self._latest_s, float(batch.time_s.max()))
         watermark = self._latest_s - self._horizon_s
         watermark = math.floor(watermark / RELEASE_STEP_S) * RELEASE_STEP_S
@@ -124,10 +124,10 @@ class ReorderBuffer:
             later += late
         self._released_s = watermark_s
         self._waiting = _joined(later)
-        self.waiting_from = min((int(one.places.min()) for one in later), default=self._arrived)
+        self.waiting_from = min((int(one.arrivals.min()) for one in later), default=self._arrived)
         if not ready:
             return None
-        rows, places = _together(ready)
+        rows, arrivals = _together(ready)
         order = canonical_order(rows)
         repeat = np.empty(len(order), np.bool_)
         repeats = find_repeats(order, repeat, rows.time_s, *_tie_columns(rows))
@@ -135,8 +135,8 @@ class ReorderBuffer:
         self.dropped = NO_DUPLICATES
         if repeats:
             twice, order = order[repeat], order[~repeat]
-            self.dropped = Duplicates.equal(places[twice], rows.select(twice))
-        self.places = places[order]
+            self.dropped = Duplicates.equal(arrivals[twice], rows.select(twice))
+        self.arrivals = arrivals[order]
         return rows.select(order)
 
 
@@ -157,10 +157,10 @@ def canonical_order(batch: MeasurementBatch) -> NDArray[np.intp]:
     if order_tied(order, batch.time_s, *_tie_columns(batch)) > TIED_MAX:
         times = batch.time_s[order]
         same = np.flatnonzero(times[1:] == times[:-1])
-        places = np.union1d(same, same + 1)
-        tied = order[places]
+        ties = np.union1d(same, same + 1)
+        tied = order[ties]
         keys = [column[tied] for column in reversed(_tie_columns(batch))]
-        order[places] = tied[np.lexsort([*keys, batch.time_s[tied]])]
+        order[ties] = tied[np.lexsort([*keys, batch.time_s[tied]])]
     return order
 
 
@@ -185,7 +185,7 @@ def _ranks(columns: list[NDArray[Any]]) -> NDArray[np.int64]:
 
 def _split(piece: _Piece, watermark_s: float) -> tuple[list[_Piece], list[_Piece]]:
     """Return the parts before a time and after it, each in a list that may be empty."""
-    rows, places = piece
+    rows, arrivals = piece
     ready = rows.time_s < watermark_s
     count = int(np.count_nonzero(ready))
     if count == 0:
@@ -193,8 +193,8 @@ def _split(piece: _Piece, watermark_s: float) -> tuple[list[_Piece], list[_Piece
     if count == len(rows):
         return [piece], []
     early, late = (
-        _Piece(rows.select(ready), places[ready]),
-        _Piece(rows.select(~ready), places[~ready]),
+        _Piece(rows.select(ready), arrivals[ready]),
+        _Piece(rows.select(~ready), arrivals[~ready]),
     )
     return [early], [late]
 
@@ -218,5 +218,5 @@ def _together(pieces: list[_Piece]) -> _Piece:
         return pieces[0]
     return _Piece(
         MeasurementBatch.concatenate([one.rows for one in pieces]),
-        np.concatenate([one.places for one in pieces]),
+        np.concatenate([one.arrivals for one in pieces]),
     )

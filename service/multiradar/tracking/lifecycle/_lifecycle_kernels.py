@@ -145,9 +145,9 @@ def find_initiating_plot(
         other = first + j
         if rows.sensor[other] == rows.sensor[row]:
             continue
-        d0 = candidates.place[i, 0] - candidates.place[j, 0]
-        d1 = candidates.place[i, 1] - candidates.place[j, 1]
-        near = NEAR_START * (candidates.place[i, 2] + candidates.place[j, 2])
+        d0 = candidates.position[i, 0] - candidates.position[j, 0]
+        d1 = candidates.position[i, 1] - candidates.position[j, 1]
+        near = NEAR_START * (candidates.position[i, 2] + candidates.position[j, 2])
         if d0 * d0 + d1 * d1 > near * near:
             continue
         if codes[row] >= 0 and codes[other] >= 0 and codes[row] != codes[other]:
@@ -188,8 +188,8 @@ def update_lifecycles(
                 confirmed[row] = life.stage[k] == CONFIRMED
             continue
         s = rows.sensor[row]
-        before = life.heard[k, s]
-        life.heard[k, s] = rows.time[row]
+        before = life.last_seen[k, s]
+        life.last_seen[k, s] = rows.time[row]
         if life.stage[k] == BY_IDENTITY:
             continue
         life.period[k] = max(life.period[k], periods[s])
@@ -233,7 +233,7 @@ def score_at(time: float, k: int, periods: Floats, life: Lifecycle) -> float:
     """
     score: float = life.score[k]
     for s in range(periods.shape[0]):
-        since = time - life.heard[k, s]
+        since = time - life.last_seen[k, s]
         if since < np.inf:
             missed = max(np.floor(since / periods[s] - 0.25), 0.0)
             score += min(missed, MISSED_MAX) * LOG_MISSED

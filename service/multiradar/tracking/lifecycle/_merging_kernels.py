@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters.arrays import Aircraft, Model
-from multiradar.tracking.association._grid_kernels import CELL_M, place_in_table
+from multiradar.tracking.association._grid_kernels import CELL_M, bucket_of
 from multiradar.tracking.association.track_grid import TrackGrid
 from multiradar.tracking.lifecycle.lifecycle import BY_IDENTITY, CONFIRMED, TENTATIVE, Lifecycle
 from multiradar.tracking.roster import MISSING, Roster
@@ -98,7 +98,7 @@ def search_merges(
             for cn in range(
                 int(np.floor((north - wide) / CELL_M)), int(np.floor((north + wide) / CELL_M)) + 1
             ):
-                j = grid.heads[place_in_table(ce, cn, mask)]
+                j = grid.heads[bucket_of(ce, cn, mask)]
                 while j != MISSING:
                     if (
                         grid.cell[j, 0] == ce
@@ -176,7 +176,7 @@ def seen_by_one(time: float, k: int, j: int, periods: Floats, life: Lifecycle) -
     """Return whether a sensor measured both tracks in its latest scan."""
     seen = False
     for s in range(periods.shape[0]):
-        first, second = life.heard[k, s], life.heard[j, s]
+        first, second = life.last_seen[k, s], life.last_seen[j, s]
         recent = min(first, second) > time - 1.5 * periods[s]
         seen = seen or (recent and abs(first - second) < 0.5 * periods[s])
     return seen

@@ -43,9 +43,9 @@ class Lifecycle(NamedTuple):
         Longest scan period, s, of the sensors that measured it.
     first_sensor, first_ring : (s,) int64
         Sensor and range ring in which its first plot is counted as clutter.
-    heard : (s, m) float64
+    last_seen : (s, m) float64
         Data time of the last measurement by each sensor, −∞ when there was none.
-    code_heard : (s,) int64
+    pending_code : (s,) int64
         Last received Mode 3/A code that differs from that of the track; −1 for none.
     bias_excluded : (s,) int64
         Whether its current measurements are excluded from bias estimation.
@@ -61,8 +61,8 @@ class Lifecycle(NamedTuple):
     period: Floats
     first_sensor: Integers
     first_ring: Integers
-    heard: Floats
-    code_heard: Integers
+    last_seen: Floats
+    pending_code: Integers
     bias_excluded: Integers
     partner: Integers
     meetings: Integers
@@ -79,8 +79,8 @@ class Lifecycle(NamedTuple):
             period=np.zeros(capacity),
             first_sensor=np.zeros(capacity, np.int64),
             first_ring=np.zeros(capacity, np.int64),
-            heard=np.full((capacity, sensors), -np.inf),
-            code_heard=np.full(capacity, NONE, np.int64),
+            last_seen=np.full((capacity, sensors), -np.inf),
+            pending_code=np.full(capacity, NONE, np.int64),
             bias_excluded=np.zeros(capacity, np.int64),
             partner=np.full(capacity, NONE, np.int64),
             meetings=np.zeros(capacity, np.int64),

@@ -84,7 +84,7 @@ CONSISTENT = 30.0
 # Number of scans for which a comparison remains valid.
 FRESH_SCANS = 3.5
 # Number of contradicting scans after which a single credible site outvotes an aircraft.
-LONE_RUNS = 3
+LONE_CONTRADICTIONS = 3
 # Number of other aircraft with which a credible site must agree.
 CREDIT_MIN = 2
 
@@ -201,13 +201,13 @@ def note_comparison(
         far = squared_norm(g * s00, g * s01, g * s11, a0, a1) > FAR_FROM_MEAN
     else:
         far = squared_norm(s00 + b00, s01 + b01, s11 + b11, e0 - d0, e1 - d1) > CONTRADICTED
-    if far and integrity.odd[k, s] == 0:
-        integrity.odd[k, s] = 1
+    if far and integrity.outliers[k, s] == 0:
+        integrity.outliers[k, s] = 1
         return
     if far:
         integrity.tests[k, s] = 0
-    integrity.runs[k, s] += integrity.odd[k, s]
-    integrity.odd[k, s] = 0
+    integrity.contradictions[k, s] += integrity.outliers[k, s]
+    integrity.outliers[k, s] = 0
     integrity.tests[k, s] += 1
     gain = max(1.0 / integrity.tests[k, s], MEAN_GAIN)
     if integrity.tests[k, s] == 1:
@@ -220,10 +220,10 @@ def note_comparison(
     off = squared_norm(f * s00 + b00, f * s01 + b01, f * s11 + b11, a0, a1)
     if off > CONTRADICTED:
         integrity.agreement[k, s] = -1
-        integrity.runs[k, s] += 1
+        integrity.contradictions[k, s] += 1
     elif off < AGREED:
         integrity.agreement[k, s] = 1
-        integrity.runs[k, s] = 0
+        integrity.contradictions[k, s] = 0
         integrity.hits[k] += 1
 
 
@@ -342,20 +342,20 @@ def is_credible(
     integrity: ReportIntegrity,
 ) -> bool:
     """Return whether a site that keeps contradicting an aircraft agrees with most others."""
-    runs = 0
+    contradictions = 0
     for s in range(site_numbers.shape[0]):
         if site_numbers[s] == site_number:
-            runs = max(runs, integrity.runs[k, s])
+            contradictions = max(contradictions, integrity.contradictions[k, s])
     for_it = 0
     against_it = 0
-    if runs >= LONE_RUNS:
+    if contradictions >= LONE_CONTRADICTIONS:
         for other in range(integrity.owner.shape[0]):
             if other != k and integrity.owner[other] >= 0:
                 agreement = site_agreement(other, site_number, time, site_numbers, watch, integrity)
-                odd = 0
+                outliers = 0
                 for s in range(site_numbers.shape[0]):
                     if site_numbers[s] == site_number:
-                        odd += integrity.odd[other, s]
-                for_it += agreement > 0 and odd == 0
-                against_it += agreement < 0 or odd > 0
+                        outliers += integrity.outliers[other, s]
+                for_it += agreement > 0 and outliers == 0
+                against_it += agreement < 0 or outliers > 0
     return for_it >= CREDIT_MIN and for_it > against_it

@@ -65,8 +65,8 @@ RATE_GAIN_PER_S = 0.2
 AGREEMENTS_MIN = 6
 HITS_MIN = 3
 # Number of inconsistent reports that suffice, and its decrease with each consistent one.
-STRAYS_MAX = 4.0
-STRAY_FADES = 0.5
+INCONSISTENCIES_MAX = 4.0
+INCONSISTENCY_DECAY = 0.5
 
 
 @loop
@@ -131,7 +131,7 @@ def reassign_reports(
             k = look_up(roster.address_keys, roster.address_slots, addresses[row])
             if k >= 0:
                 for s in range(watch.kind.shape[0]):
-                    silent = rows.time[row] - life.heard[k, s]
+                    silent = rows.time[row] - life.last_seen[k, s]
                     if watch.self_reported[s] == 0 and silent <= watch.support_s:
                         identities.slot[row] = k
 
@@ -180,7 +180,7 @@ def check_report(
     broke = False
     if jumped:
         beside = math.hypot(east - integrity.other[k, EAST], north - integrity.other[k, NORTH])
-        integrity.strays[k] += 1.0
+        integrity.inconsistencies[k] += 1.0
         integrity.agreements[k] = 0
         if (
             REPORT_STEP_S <= passed <= REPORT_GAP_S
@@ -200,7 +200,7 @@ def check_report(
                 north,
             )
     elif not elapsed < REPORT_STEP_S:
-        integrity.strays[k] = max(0.0, integrity.strays[k] - STRAY_FADES)
+        integrity.inconsistencies[k] = max(0.0, integrity.inconsistencies[k] - INCONSISTENCY_DECAY)
         if elapsed <= REPORT_GAP_S:
             compared, offset = compare_all(
                 k, time, east, north, height, sigma, integrity.report, model, bias, bias_covariance,
@@ -210,12 +210,12 @@ def check_report(
     after = state
     if broke and supported and state in (PLAUSIBLE, GHOST):
         after = SUSPECT
-    if compared > 0 or after == SUSPECT or integrity.strays[k] >= STRAYS_MAX:
+    if compared > 0 or after == SUSPECT or integrity.inconsistencies[k] >= INCONSISTENCIES_MAX:
         against, backed = vote(k, time, model.site_numbers, watch, integrity)
         elsewhere, by = common_offset(k, time, model.site_numbers, watch, integrity)
         if elsewhere:
             against, backed, offset = True, False, max(offset, by)
-        against = against or (supported and integrity.strays[k] >= STRAYS_MAX)
+        against = against or (supported and integrity.inconsistencies[k] >= INCONSISTENCIES_MAX)
         after = next_state(k, after, against, backed, compared, integrity)
         late = state == SUSPECT and time - integrity.since[k] > watch.suspect_s
         if after == SUSPECT and (late or not supported):
@@ -253,7 +253,7 @@ def initialise(k: int, track: int, integrity: ReportIntegrity) -> None:
     integrity.since[k] = -np.inf
     integrity.report[k, TIME] = -np.inf
     integrity.other[k, TIME] = np.nan
-    integrity.strays[k] = 0.0
+    integrity.inconsistencies[k] = 0.0
     integrity.deviation[k] = 0.0
     integrity.seen[k] = -np.inf
     integrity.hits[k] = 0
@@ -269,8 +269,8 @@ def reset_comparisons(k: int, integrity: ReportIntegrity) -> None:
     """Reset the comparisons after a jump of the reports."""
     for s in range(integrity.waiting.shape[1]):
         integrity.tests[k, s] = 0
-        integrity.odd[k, s] = 0
-        integrity.runs[k, s] = 0
+        integrity.outliers[k, s] = 0
+        integrity.contradictions[k, s] = 0
         integrity.agreement[k, s] = 0
         integrity.compared_at[k, s] = -np.inf
 

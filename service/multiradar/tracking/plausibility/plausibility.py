@@ -166,12 +166,12 @@ def inflate_covariance(aircraft: Aircraft, slot: int, offset_m: float, bias_colu
     """
     if not np.isfinite(aircraft.time[slot]):
         return
-    place, rate = offset_m**2, (offset_m / CREEP_S) ** 2
+    position, rate = offset_m**2, (offset_m / CREEP_S) ** 2
     modes = aircraft.mode_probability.shape[1]
     mine = slice(slot * modes, (slot + 1) * modes)
     for upper in (aircraft.covariance[slot : slot + 1], aircraft.mode_covariance[mine]):
-        upper[:, [0, 4]] += place
+        upper[:, [0, 4]] += position
         upper[:, [7, 9]] += rate
     if len(aircraft.joint) > bias_columns:
         at = bias_columns + 4 * slot + np.arange(4)
-        aircraft.joint[at, at] += [place, place, rate, rate]
+        aircraft.joint[at, at] += [position, position, rate, rate]

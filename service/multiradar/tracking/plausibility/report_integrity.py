@@ -49,7 +49,7 @@ class ReportIntegrity(NamedTuple):
         Last report: time, east, north, and their rates; rates are NaN before the second report.
     other : (s, 5) float64
         A report inconsistent with the last one; its time NaN for none.
-    strays : (s,) float64
+    inconsistencies : (s,) float64
         Number of such reports, fading.
     deviation : (s,) float64
         Deviation of the path between reports from a straight line, m, fading.
@@ -65,7 +65,7 @@ class ReportIntegrity(NamedTuple):
         Mean difference to the reports; see `MEAN_FACTOR`.
     evidence : (s, m, 6) float64
         Information on the offset of the reports on the plane: see `EVIDENCE_EE`.
-    tests, odd, runs : (s, m) int64
+    tests, outliers, contradictions : (s, m) int64
         Numbers of comparisons in the mean, of consecutive outliers, and of consecutive
         contradictions.
     agreement : (s, m) int64
@@ -81,7 +81,7 @@ class ReportIntegrity(NamedTuple):
     since: Floats
     report: Floats
     other: Floats
-    strays: Floats
+    inconsistencies: Floats
     deviation: Floats
     seen: Floats
     hits: Integers
@@ -91,8 +91,8 @@ class ReportIntegrity(NamedTuple):
     mean: Floats
     evidence: Floats
     tests: Integers
-    odd: Integers
-    runs: Integers
+    outliers: Integers
+    contradictions: Integers
     agreement: Integers
     compared_at: Floats
     unseen: Floats
@@ -107,7 +107,7 @@ class ReportIntegrity(NamedTuple):
             since=np.zeros(capacity),
             report=np.full((capacity, 5), np.nan),
             other=np.full((capacity, 5), np.nan),
-            strays=np.zeros(capacity),
+            inconsistencies=np.zeros(capacity),
             deviation=np.zeros(capacity),
             seen=np.full(capacity, -np.inf),
             hits=np.zeros(capacity, np.int64),
@@ -117,8 +117,8 @@ class ReportIntegrity(NamedTuple):
             mean=np.zeros((*each, 3)),
             evidence=np.zeros((*each, 6)),
             tests=np.zeros(each, np.int64),
-            odd=np.zeros(each, np.int64),
-            runs=np.zeros(each, np.int64),
+            outliers=np.zeros(each, np.int64),
+            contradictions=np.zeros(each, np.int64),
             agreement=np.zeros(each, np.int64),
             compared_at=np.full(each, -np.inf),
             unseen=np.full(each, np.nan),

@@ -110,13 +110,13 @@ def test_the_buffer_names_what_it_drops_by_its_place_of_arrival() -> None:
     assert buffer.waiting_from == 0
     buffer.push(batch_of([1.0, 4.0, 3.0]))
     # All before 2 s have left: the first row of all is still waiting.
-    assert buffer.dropped.place.tolist() == [3]
+    assert buffer.dropped.arrival.tolist() == [3]
     assert buffer.waiting_from == 0
     rest = buffer.flush()
     assert rest is not None
     assert rest.time_s.tolist() == [2.0, 3.0, 4.0]
-    assert buffer.places.tolist() == [2, 0, 4]
-    assert buffer.dropped.place.tolist() == [5]
+    assert buffer.arrivals.tolist() == [2, 0, 4]
+    assert buffer.dropped.arrival.tolist() == [5]
     assert buffer.waiting_from == 6
 
 

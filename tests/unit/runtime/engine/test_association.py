@@ -139,7 +139,7 @@ def test_two_tracks_of_one_aircraft_become_the_older_one() -> None:
             array[new] = array[old]
     pool.roster.counters[:] += (1, -1)
     pool.roster.track_id[new] = pool.roster.counters[0]
-    pool.life.heard[new] = -np.inf
+    pool.life.last_seen[new] = -np.inf
     engine.push(scene.batch.select(slice(half, None)))
     engine.flush()
     assert engine.transitions["merged"] == 1

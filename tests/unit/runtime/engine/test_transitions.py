@@ -130,7 +130,7 @@ def test_a_merged_track_names_the_one_that_stands_for_it() -> None:
             array[new] = array[old]
     pool.roster.counters[:] += (1, -1)
     pool.roster.track_id[new] = pool.roster.counters[0]
-    pool.life.heard[new] = -np.inf
+    pool.life.last_seen[new] = -np.inf
     output = engine.push(scene.batch.select(slice(half, None)))
     assert output.ended.track_id.tolist() == [2]
     assert REASON_NAMES[output.ended.reason[0]] == "merged"

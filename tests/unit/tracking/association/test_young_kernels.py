@@ -39,7 +39,7 @@ def misled_track(filter_name: str) -> tuple[Aircraft, Lifecycle]:
     aircraft.mode_probability[SLOT] = 0.125
     life.stage[SLOT], life.hits[SLOT], life.score[SLOT] = TENTATIVE, 2, 4.0
     life.born[SLOT], life.first_sensor[SLOT] = 80.0, 0
-    life.heard[SLOT] = [80.0, 100.0]
+    life.last_seen[SLOT] = [80.0, 100.0]
     return aircraft, life
 
 
@@ -64,7 +64,7 @@ def test_the_lifecycle_of_a_reinitialised_track_starts_at_its_last_plot() -> Non
     assert (life.hits[SLOT], life.score[SLOT], life.born[SLOT]) == (1, 0.0, 100.0)
     # The false plot stays counted, and a sensor with only that plot has missed nothing.
     assert life.first_sensor[SLOT] < 0
-    assert life.heard[SLOT].tolist() == [-np.inf, 100.0]
+    assert life.last_seen[SLOT].tolist() == [-np.inf, 100.0]
 
 
 def test_usual_speeds_cost_nothing_and_fast_ones_no_more_than_the_bound() -> None:
@@ -98,7 +98,7 @@ def test_a_reinitialised_score_is_that_of_any_flight_from_the_last_plot() -> Non
 
 def test_two_plots_of_one_window_initiate_one_track_if_their_positions_are_known() -> None:
     candidates = Candidates.empty(3)
-    candidates.place[:] = [[0.0, 0.0, 1200.0], [150.0, -100.0, 900.0], [100.0, 0.0, 4000.0]]
+    candidates.position[:] = [[0.0, 0.0, 1200.0], [150.0, -100.0, 900.0], [100.0, 0.0, 4000.0]]
     variance = (1200.0**2 + 900.0**2) / (2.0 * COARSE_SIGMAS**2)
     expected = np.exp(-0.5 * (150.0**2 + 100.0**2) / variance) / (2.0 * np.pi * variance)
     found = score_of_twin(1, 0, candidates, LOG_DENSITY)

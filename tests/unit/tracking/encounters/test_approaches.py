@@ -50,7 +50,9 @@ def test_between_two_points_the_covariance_is_that_of_the_forecast(time_s: float
     part = (time_s - TIMES_S[k]) / (TIMES_S[k + 1] - TIMES_S[k])
     flat, no_common_error = np.eye(2).ravel(), relative.common_covariance(paths.shared, 0, 1)
     walk = np.array(
-        relative.relative_walk(paths.walks, no_common_error, 0, 1, k, part, 0.0, 1.0, flat)
+        relative.relative_velocity_spread(
+            paths.velocity_spreads, no_common_error, 0, 1, k, part, 0.0, 1.0, flat
+        )
     )
     now = relative.relative_covariance(paths.now, no_common_error, 0, 1, flat)
     start = np.array([now[0], now[1], now[4]])
@@ -79,8 +81,8 @@ def test_true_metres_stretch_places_and_errors_alike() -> None:
     growth = TIMES_S[1:, None]
     now = stretched.now[0]
     common = np.array([2.0 * now[2], now[3] + now[5], 2.0 * now[6]])
-    walks = (spreads[:, 1:] - now[[0, 1, 4]] - growth * common) / growth**2
-    stretched.walks[:, 1:] = np.tile(walks, 2)
+    velocity_spreads = (spreads[:, 1:] - now[[0, 1, 4]] - growth * common) / growth**2
+    stretched.velocity_spreads[:, 1:] = np.tile(velocity_spreads, 2)
     expected = closest_approaches(stretched, PAIR, np.eye(2)[None], 9260.0)
     for name in ("time_s", "time_sigma_s", "distance_m", "sigma_m", "chords"):
         np.testing.assert_allclose(
@@ -163,6 +165,6 @@ def test_two_that_fly_apart_are_led_to_where_they_may_best_be_near_again() -> No
         spread = [2.0 * forecast(states[0], sure, density, times_s)[1][:, i, i] for i in (0, 1)]
         ratio = (apart**2).sum(axis=1) / (spread[0] + spread[1])
         likeliest = 1 + int(np.argmin(ratio[1:]))
-        walk = 2.0 * paths.walks[0, likeliest, 0]
+        walk = 2.0 * paths.velocity_spreads[0, likeliest, 0]
         assert found.chords[0, kernels.CHORD_V] == pytest.approx(walk, rel=1e-9)
         assert (likeliest == len(times_s) - 1) == (density > 0.0)

@@ -56,8 +56,8 @@ def _spreads(paths: CalibratedPaths, column: int) -> Floats:
     """Covariances of the positions of paths, (n, k, 3)."""
     now, t = paths.now, TIMES_S[:, None]
     common = np.stack([2.0 * now[:, 2], now[:, 3] + now[:, 5], 2.0 * now[:, 6]], axis=-1)
-    walks = paths.walks[..., column : column + 3]
-    return np.asarray(now[:, None, [0, 1, 4]] + t * common[:, None] + t**2 * walks)
+    velocity_spreads = paths.velocity_spreads[..., column : column + 3]
+    return np.asarray(now[:, None, [0, 1, 4]] + t * common[:, None] + t**2 * velocity_spreads)
 
 
 def _straight(states: TrackStates, ahead_s: Floats) -> Floats:
@@ -145,5 +145,5 @@ def test_covariances_are_positive_for_any_state_uncertainty() -> None:
     for size in (0.001, 1.0, 100.0):
         paths = calibrated_paths(_taught(size), states, np.array([0.0, 50.0]), TIMES_S)
         for column in (USUAL, RARE):
-            assert np.isfinite(paths.walks).all()
+            assert np.isfinite(paths.velocity_spreads).all()
             assert (_spreads(paths, column)[..., [0, 2]] > 0.0).all()

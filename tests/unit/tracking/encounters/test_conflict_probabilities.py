@@ -74,7 +74,7 @@ def test_some_stray_farther_and_chances_and_bounds_count_them(name: str) -> None
     far = spreads.copy()
     far[:, 2:, 2:] *= 36.0
     paths, strayed = (straight_paths(states, one, TIMES_S) for one in (spreads, far))
-    paths.walks[..., RARE:] = strayed.walks[..., RARE:]
+    paths.velocity_spreads[..., RARE:] = strayed.velocity_spreads[..., RARE:]
     rng = np.random.default_rng(6)
     least = np.concatenate(
         [

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from multiradar.estimation.filters.arrays import Result, Rows, result_arrays
 from multiradar.estimation.filters.bank import Outcome
 from multiradar.tracking.health._health_kernels import gather
-from multiradar.tracking.health.health_sums import HEARD, VALUES_MAX, HealthSums
+from multiradar.tracking.health.health_sums import LAST_UPDATE, VALUES_MAX, HealthSums
 from multiradar.tracking.lifecycle.lifecycle import CONFIRMED, TENTATIVE, Lifecycle
 from multiradar.tracking.roster import RowIdentities
 
@@ -149,7 +149,7 @@ def test_another_track_in_a_slot_inherits_nothing() -> None:
     one.identities.track_id[:] = [1, 1, 2, 2]
     sums = gathered(one, [0, 4])
     assert (sums.hits[0], sums.scans[0]) == (2.0, 2.0)
-    assert sums.seen[7, 0, HEARD] == 12.0
+    assert sums.seen[7, 0, LAST_UPDATE] == 12.0
     assert sums.owner[7] == 2
 
 
