@@ -1,1 +1,1 @@
-"""How functions are compiled, where compiled code is kept, and how it is compiled beforehand."""
+"""Compilation of functions, its cache, and ahead-of-time compilation."""

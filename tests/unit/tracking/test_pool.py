@@ -28,7 +28,7 @@ def test_rows_of_one_track_number_are_one_track() -> None:
     assert rows.track_id.tolist() == [1, 2, 1, 2, 1]
 
 
-def test_an_address_and_a_number_that_were_heard_together_are_one_track() -> None:
+def test_an_address_and_a_number_received_together_are_one_track() -> None:
     pool = AircraftPool(FILTERS["blom"], 0, 0)
     rows = assigned(
         pool,
@@ -61,7 +61,7 @@ def test_a_track_keeps_its_last_callsign() -> None:
     assert later.tolist() == [12, -1]
 
 
-def test_a_new_track_does_not_know_the_callsign_of_the_one_before_in_its_slot() -> None:
+def test_a_new_track_has_no_callsign_of_the_previous_one_in_its_slot() -> None:
     pool = AircraftPool(FILTERS["blom"], 0, 0)
     slot = assigned(pool, replace(batch_of([0.0], track_number=[1]), callsign=np.array([7]))).slot
     pool.terminate(slot, np.array([SILENT]))
@@ -70,7 +70,7 @@ def test_a_new_track_does_not_know_the_callsign_of_the_one_before_in_its_slot() 
     assert after.callsign.tolist() == [-1]
 
 
-def test_more_aircraft_than_slots_make_the_pool_grow_and_lose_none() -> None:
+def test_the_pool_grows_when_slots_are_used_up_without_losing_aircraft() -> None:
     pool = AircraftPool(FILTERS["two-stage"], 3, 0)
     numbers = np.arange(5 * CAPACITY_FIRST)
     first = assigned(pool, batch_of([0.0] * len(numbers), track_number=numbers.tolist()))
@@ -80,7 +80,7 @@ def test_more_aircraft_than_slots_make_the_pool_grow_and_lose_none() -> None:
     assert pool.aircraft.sensitivity.shape[1:] == (4, 3)
 
 
-def test_a_full_pool_says_so_and_keeps_the_aircraft_it_has(
+def test_a_full_pool_marks_rows_and_keeps_its_aircraft(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(pool_module, "CAPACITY_MAX", CAPACITY_FIRST)
@@ -92,7 +92,7 @@ def test_a_full_pool_says_so_and_keeps_the_aircraft_it_has(
     assert again.track_id.tolist() == [1]
 
 
-def test_the_joint_filter_has_room_for_so_many_aircraft_and_keeps_what_they_share() -> None:
+def test_the_joint_filter_has_a_capacity_and_keeps_the_joint_covariance() -> None:
     pool = AircraftPool(FILTERS["joint"], 2, 1)
     before = pool.aircraft.joint
     before[:] = np.random.default_rng(1).normal(size=before.shape)
@@ -100,7 +100,7 @@ def test_the_joint_filter_has_room_for_so_many_aircraft_and_keeps_what_they_shar
     rows = assigned(pool, batch_of([0.0] * len(numbers), track_number=numbers))
     assert rows.slot[-1] == NO_ROOM_SLOT
     assert (rows.slot[:-1] >= 0).all()
-    # Biases first, then aircraft by slot: those that were there stay where they are.
+    # Biases first, then aircraft by slot: existing ones keep their position.
     np.testing.assert_array_equal(pool.aircraft.joint[: len(before), : len(before)], before)
     assert len(pool.aircraft.joint) == 2 + 4 * JOINT_AIRCRAFT_MAX
 
@@ -112,7 +112,7 @@ def test_rows_for_a_filter_that_corrects_the_biases_stay_in_order() -> None:
     assert work.order[work.bounds[0] : work.bounds[1]].tolist() == [10, 11, 12, 13, 14]
 
 
-def test_an_old_track_ends_and_its_number_starts_another() -> None:
+def test_an_old_track_is_dropped_and_its_number_initiates_another() -> None:
     pool = AircraftPool(FILTERS["blom"], 0, 0)
     rows = assigned(pool, batch_of([0.0, 0.0, 0.0], track_number=[1, 2, 3]))
     pool.aircraft.time[rows.slot] = 50.0
@@ -129,7 +129,7 @@ def test_an_old_track_ends_and_its_number_starts_another() -> None:
     assert np.isnan(pool.aircraft.time[later.slot[0]])
 
 
-def test_an_aircraft_that_was_never_located_is_freed_without_a_track_that_ends() -> None:
+def test_an_aircraft_without_a_position_is_freed_without_a_terminated_track() -> None:
     pool = AircraftPool(FILTERS["blom"], 0, 0)
     assigned(pool, batch_of([0.0], track_number=[1]))
     old = pool.silent(1e9)
@@ -137,13 +137,13 @@ def test_an_aircraft_that_was_never_located_is_freed_without_a_track_that_ends()
     assert len(pool.used()) == 0
 
 
-def test_work_keeps_the_order_within_a_partition_and_takes_every_row_once() -> None:
+def test_work_keeps_the_order_within_a_partition_and_contains_every_row_once() -> None:
     pool = AircraftPool(FILTERS["blom"], 0, 0)
     slots = np.array([80, 336, 3, 90, -1, 592, 7], np.int64)
     used, work = pool.work(slots, 100 + np.arange(len(slots)))
     assert sorted(work.order.tolist()) == list(range(100, 107))
     shares = [work.order[work.bounds[p] : work.bounds[p + 1]].tolist() for p in range(PARTITIONS)]
-    # Sixteen in a row share a partition, and those that lie sixteen times sixteen apart.
+    # Sixteen consecutive slots share a partition, and those at a distance of 256.
     assert shares[5] == [100, 101, 103, 105]
     assert shares[0] == [102, 106]
     assert used.tolist() == [0, 5, 15]

@@ -104,7 +104,7 @@ class Candidates(NamedTuple):
 
     @classmethod
     def empty(cls, rows: int) -> "Candidates":
-        """Return empty candidates of so many plots."""
+        """Return empty candidates."""
         return cls(
             number=np.zeros(rows, np.int64),
             slot=np.full((rows, CANDIDATES_MAX), -1, np.int64),

@@ -85,8 +85,8 @@ def test_the_required_accuracy_increases_with_every_failed_attempt() -> None:
     assert sigmas[0] == pytest.approx(1.0 / 0.3)
     assert (np.diff(sigmas) > 0.0).all()
     # Independent attempts are every other entry.
-    chance = np.exp(-(sigmas[::2] ** 2) / 2.0)
-    assert chance.sum() < 5.0 * chance[0]
+    probability = np.exp(-(sigmas[::2] ** 2) / 2.0)
+    assert probability.sum() < 5.0 * probability[0]
 
 
 def crossing(target: Path) -> pl.DataFrame:

@@ -32,10 +32,10 @@ def test_sigmas_are_those_of_drawn_motions() -> None:
     drawn = np.random.default_rng(1).multivariate_normal(
         STATES[1] - STATES[0], 2.0 * SPREAD, 40_000
     )
-    place, rate = drawn[:, :2], drawn[:, 2:]
+    position, rate = drawn[:, :2], drawn[:, 2:]
     speed = np.hypot(*rate.T)
-    time_s = -(place * rate).sum(axis=1) / speed**2
-    signed_m = (place[:, 0] * rate[:, 1] - place[:, 1] * rate[:, 0]) / speed
+    time_s = -(position * rate).sum(axis=1) / speed**2
+    signed_m = (position[:, 0] * rate[:, 1] - position[:, 1] * rate[:, 0]) / speed
     assert found.time_s[0] == pytest.approx(time_s.mean(), abs=0.05)
     assert found.distance_m[0] == pytest.approx(abs(signed_m.mean()), abs=5.0)
     assert found.time_sigma_s[0] == pytest.approx(time_s.std(), rel=0.03)
@@ -65,7 +65,7 @@ def test_between_two_points_the_covariance_is_that_of_the_forecast(time_s: float
     )
 
 
-def test_true_metres_stretch_places_and_errors_alike() -> None:
+def test_true_metres_scale_positions_and_errors() -> None:
     matrix = np.array([[1.02, 0.03], [-0.01, 1.1]])
     paths = _paths(density=1.0)
     found = closest_approaches(paths, PAIR, matrix[None], 9260.0)
@@ -90,7 +90,7 @@ def test_true_metres_stretch_places_and_errors_alike() -> None:
         )
 
 
-def test_errors_that_two_share_cancel_and_opposite_ones_add_up() -> None:
+def test_common_errors_cancel_and_opposite_ones_add_up() -> None:
     paths = _paths()
     own = np.zeros((2, 4, 2))
     own[:, 0, 0] = own[:, 1, 1] = 500.0
@@ -119,7 +119,7 @@ def test_the_least_height_between_two_is_that_of_their_time_together() -> None:
     assert np.isnan(least_heights(found, np.full((1, 6), np.nan), 9260.0)[0])
 
 
-def test_a_path_that_bends_is_followed() -> None:
+def test_a_curved_path_is_followed() -> None:
     """Both turn around one point, 2 km apart: their distance is constant."""
     angle = 0.03 * TIMES_S
     means = np.empty((2, 4, 4))
@@ -136,7 +136,7 @@ def test_a_path_that_bends_is_followed() -> None:
 
 
 @pytest.mark.parametrize(("rate_mps", "together"), [(0.0, True), (-10.0, False)])
-def test_states_without_errors_meet_where_they_meet(rate_mps: float, together: bool) -> None:
+def test_states_without_errors_have_a_certain_approach(rate_mps: float, together: bool) -> None:
     """They are 1 km apart; the approaching pair meets, and its interval has no width."""
     states = np.array([[0.0, 0.0, 200.0, 0.0], [1000.0, 30.0, 200.0 + rate_mps, 0.0]])
     paths = straight_paths(states, np.zeros((2, 4, 4)), TIMES_S)
@@ -152,8 +152,8 @@ def test_states_without_errors_meet_where_they_meet(rate_mps: float, together: b
         assert within[0] == certain
 
 
-def test_two_that_fly_apart_are_led_to_where_they_may_best_be_near_again() -> None:
-    """With noise that grows faster than the way it is in the end, and else at once."""
+def test_diverging_tracks_have_the_chord_to_their_likeliest_return() -> None:
+    """The last point with noise that grows faster than the distance, else the first."""
     states = np.array([[0.0, 0.0, 60.0, 0.0], [-9_000.0, 0.0, -60.0, 0.0]])
     times_s = np.arange(0.0, 301.0, 30.0)
     sure = covariance(60.0, 0.01)

@@ -1,4 +1,4 @@
-"""Chances and bounds of the least distance against drawn motions."""
+"""Conflict probabilities and intervals of the least distance against simulated motions."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from support.scenarios.encounter_paths import covariance, flown_distances, strai
 
 TIMES_S = np.arange(0.0, 121.0, 10.0)
 DRAWN = 40_000
-#: What the lattice is good to, and three sigmas of so many drawn.
+#: Accuracy of the lattice, and three sigmas of the simulation.
 TOLERANCE = 0.005 + 3.0 * 0.5 / DRAWN**0.5
 #: State of the second aircraft relative to the first, which flies east with 200 m/s.
 MEETINGS = {
@@ -25,7 +25,7 @@ MEETINGS = {
     "meeting exactly": [20_000.0, 0.0, -300.0, 0.0],
     "overtaking": [3_000.0, 500.0, -20.0, 0.0],
     "formation": [300.0, 300.0, 0.0, 0.0],
-    "at one place": [0.0, 0.0, 0.0, 0.0],
+    "at one position": [0.0, 0.0, 0.0, 0.0],
     "side by side": [0.0, 3_000.0, 0.0, 0.0],
     "flying apart": [3_000.0, 0.0, -100.0, 200.0],
     "slow, at the end": [24_000.0, 0.0, -200.0, 0.0],
@@ -40,7 +40,7 @@ def _meeting(name: str, errors: str) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("errors", ERRORS)
 @pytest.mark.parametrize("name", MEETINGS)
-def test_the_chance_and_the_bounds_are_those_of_drawn_motions(name: str, errors: str) -> None:
+def test_probability_and_interval_are_those_of_simulated_motions(name: str, errors: str) -> None:
     states, spreads = _meeting(name, errors)
     paths = straight_paths(states, spreads, TIMES_S)
     pair = np.array([[0, 1]])
@@ -55,26 +55,26 @@ def test_the_chance_and_the_bounds_are_those_of_drawn_motions(name: str, errors:
         assert within[0] == pytest.approx((least < distance_m).mean(), abs=TOLERANCE)
         assert np.isnan(both[0])
     low, high = bounds(found)
-    # Three sigmas of a share of 2.5 %, and what the lattice is good to.
-    room = 3.0 * (0.025 * 0.975 / DRAWN) ** 0.5 + 0.005
+    # Three sigmas of a fraction of 2.5 %, and the accuracy of the lattice.
+    tolerance = 3.0 * (0.025 * 0.975 / DRAWN) ** 0.5 + 0.005
     below, above = (least < low[0]).mean(), (least > high[0]).mean()
-    assert below + above == pytest.approx(0.05, abs=2.0 * room)
-    # On either side alike, or from 0 on, where that is shorter.
+    assert below + above == pytest.approx(0.05, abs=2.0 * tolerance)
+    # Symmetric, or from 0 if that is shorter.
     if low[0] == 0.0:
         lowest, highest = np.quantile(least, [0.025, 0.975])
         assert high[0] < (highest - lowest) + 0.05 * highest
     else:
-        assert below == pytest.approx(0.025, abs=room)
+        assert below == pytest.approx(0.025, abs=tolerance)
 
 
 @pytest.mark.parametrize("name", ["crossing", "formation", "flying apart"])
-def test_some_stray_farther_and_chances_and_bounds_count_them(name: str) -> None:
-    """One of four of each of the two errs by six times as much; motions are drawn of all four."""
+def test_probability_and_interval_include_rare_large_errors(name: str) -> None:
+    """One in four of each has errors six times as large; all four cases are simulated."""
     states, spreads = _meeting(name, "good")
     far = spreads.copy()
     far[:, 2:, 2:] *= 36.0
-    paths, strayed = (straight_paths(states, one, TIMES_S) for one in (spreads, far))
-    paths.velocity_spreads[..., RARE:] = strayed.velocity_spreads[..., RARE:]
+    paths, rare = (straight_paths(states, one, TIMES_S) for one in (spreads, far))
+    paths.velocity_spreads[..., RARE:] = rare.velocity_spreads[..., RARE:]
     rng = np.random.default_rng(6)
     least = np.concatenate(
         [
@@ -96,7 +96,7 @@ def test_some_stray_farther_and_chances_and_bounds_count_them(name: str) -> None
 
 
 def test_an_exact_collision_is_within_its_interval() -> None:
-    """Whose expected paths meet in a point may collide."""
+    """Predicted paths that intersect are a possible collision."""
     states = np.array([[-12e3, 0.0, 200.0, 0.0], [0.0, -12e3, 0.0, 200.0]])
     spreads = np.array([covariance(300.0, 8.0)] * 2)
     paths = straight_paths(states, spreads, TIMES_S)
@@ -107,7 +107,7 @@ def test_an_exact_collision_is_within_its_interval() -> None:
     assert high[0] > 100.0
 
 
-#: Height of the second above the first, its rate, and how uncertain both are.
+#: Height of the second above the first, its rate, and their standard deviations.
 CLIMBS = {
     "level, one above the other": [600.0, 0.0, 15.0, 0.3],
     "level, at one height": [30.0, 0.0, 15.0, 0.3],
@@ -118,10 +118,10 @@ CLIMBS = {
 
 @pytest.mark.parametrize("climb", CLIMBS)
 @pytest.mark.parametrize("name", ["crossing", "head-on", "formation", "slow, at the end"])
-def test_the_chance_in_height_is_that_of_drawn_motions(name: str, climb: str) -> None:
-    """Heights walk as their filter takes them to; at every second it is asked who is near in both.
+def test_the_vertical_probability_is_that_of_simulated_motions(name: str, climb: str) -> None:
+    """Heights follow the model of their filter; proximity in both is checked every second.
 
-    To 0.05: within the time of being near, rates of climb are taken as constant.
+    To 0.05: during the encounter vertical rates are taken as constant.
     """
     states, spreads = _meeting(name, "good")
     height, rate, sigma, rate_sigma = CLIMBS[climb]
@@ -138,8 +138,8 @@ def test_the_chance_in_height_is_that_of_drawn_motions(name: str, climb: str) ->
     climbing = rate + rate_sigma * rng.normal(size=count)
     near = np.zeros(count, np.bool_)
     for time_s in range(121):
-        place = drawn[:, :2] + time_s * drawn[:, 2:]
-        near |= (np.hypot(*place.T) < 5_000.0) & (np.abs(up) < 300.0)
+        position = drawn[:, :2] + time_s * drawn[:, 2:]
+        near |= (np.hypot(*position.T) < 5_000.0) & (np.abs(up) < 300.0)
         # Two aircraft, each with the density of the filter of heights, through a second.
         push = rng.normal(size=(2, count)) * (2.0 * CLIMB_DENSITY) ** 0.5
         up += climbing + 0.5 * push[0] + push[1] / 12.0**0.5

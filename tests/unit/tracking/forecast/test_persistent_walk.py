@@ -15,19 +15,19 @@ def test_the_moments_are_those_of_many_aircraft() -> None:
     rng = np.random.Generator(np.random.PCG64(1))
     count = 20_000
     heading = np.full(count, np.arctan2(160.0, 120.0))
-    place = np.tile(MEAN[0, :2], (count, 1))
+    position = np.tile(MEAN[0, :2], (count, 1))
     means, covariances = propagate_random_walk(MEAN, KNOWN, turning_per_s, 0.0, ahead_s)
     found = 0
     for step in range(int(ahead_s[-1] / step_s)):
         turned = heading + rng.normal(0.0, np.sqrt(2.0 * turning_per_s * step_s), count)
         middle = 0.5 * (heading + turned)
-        place += 200.0 * step_s * np.column_stack([np.cos(middle), np.sin(middle)])
+        position += 200.0 * step_s * np.column_stack([np.cos(middle), np.sin(middle)])
         heading = turned
         if (step + 1) * step_s == ahead_s[found]:
             sigma = np.sqrt(np.trace(covariances[0, found]))
             # Twenty thousand aircraft determine a mean to 1 % of a sigma, a covariance to 1.5 %.
-            np.testing.assert_allclose(place.mean(axis=0), means[0, found], atol=0.02 * sigma)
-            spread = np.cov(place.T)
+            np.testing.assert_allclose(position.mean(axis=0), means[0, found], atol=0.02 * sigma)
+            spread = np.cov(position.T)
             np.testing.assert_allclose(spread, covariances[0, found], atol=0.04 * sigma**2)
             found += 1
     assert found == len(ahead_s)

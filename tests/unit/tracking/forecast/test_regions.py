@@ -110,7 +110,7 @@ def test_the_factor_does_not_depend_on_units_or_directions() -> None:
     assert other == pytest.approx(factor, rel=1e-6)
 
 
-def test_components_of_a_point_are_taken_to_be_narrow() -> None:
+def test_point_components_are_widened() -> None:
     means = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
     points = np.tile(1e-12 * np.eye(2), (4, 1, 1))
     # On a circle of radius 1 with a covariance of a half: its rim, to a hundredth.

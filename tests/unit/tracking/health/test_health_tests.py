@@ -29,7 +29,7 @@ def cumulated(values: Floats, common: float = 0.0, scale: float = 1.0) -> Floats
 
 
 @pytest.mark.parametrize("count", [4, 5, 12, 40])
-def test_normal_innovations_never_look_like_a_jump(count: int) -> None:
+def test_normal_innovations_raise_no_jump(count: int) -> None:
     random = np.random.default_rng(count)
     # 10 000 windows are eleven hours of a radar; the bound is nine million.
     assert cumulated(random.normal(size=(10_000, count))).max() < JUMP_THRESHOLD
