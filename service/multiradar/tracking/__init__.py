@@ -1,1 +1,1 @@
-"""From measurements to tracks: identity, lifecycle, one aircraft's step."""
+"""Tracking: association, identity and lifecycle of tracks."""

@@ -82,7 +82,7 @@ def row_type(table: type, names: Collection[str] | None = None) -> np.dtype[np.v
     table : type
         A dataclass of columns.
     names : collection of str, optional
-        The columns, in their order; all without.
+        The columns, in this order; by default all.
 
     Returns
     -------
@@ -101,7 +101,7 @@ def rows_of(table: object, kind: np.dtype[np.void] | None = None) -> NDArray[np.
     table : object
         A dataclass of columns.
     kind : dtype, optional
-        Which of its columns, as `row_type` gives them; all without.
+        Columns and their order, as given by `row_type`; by default all.
 
     Returns
     -------

@@ -44,8 +44,8 @@ class TrackUpdates:
     latitude_rad, longitude_rad : (n,) float64
         Estimated WGS 84 position.
     height_m : (n,) float64
-        Height by received heights; by multilateration of several radars where there are none. NaN
-        where it is not known to 1000 m.
+        Height by received heights, or by several radars at different sites; NaN where it is not
+        known to 1000 m.
     speed_mps, heading_rad : (n,) float64
         Ground speed, and track angle clockwise from true north at the aircraft.
     position_sigma_m, velocity_sigma_mps : (n,) float64

@@ -215,7 +215,7 @@ class AircraftPool:
 
         Returns
         -------
-        Ends
+        TerminatedTracks
             The terminated tracks, by ascending identifier. An aircraft that was never initiated
             (its first measurement gave no position) is freed without a track.
         """

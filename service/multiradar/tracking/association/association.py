@@ -189,7 +189,7 @@ class Association:
 
         Returns
         -------
-        Ends
+        TerminatedTracks
             The terminated tracks, by ascending identifier, with reasons.
         """
         self._clutter.fade(time_s)

@@ -1,1 +1,1 @@
-"""Bearings: where an aircraft is by triangulation, and tracks that they initiate."""
+"""Triangulation of bearings, and track initiation by bearings."""

@@ -53,7 +53,7 @@ def bearing_of_row(window: Window, row: int, model: Model) -> WaitingBearing:
 
     Returns
     -------
-    Seen
+    WaitingBearing
         The bearing.
     """
     batch, directions = window.batch, window.batch.directions

@@ -71,7 +71,7 @@ def calibrated_paths(
 
     Returns
     -------
-    Courses
+    CalibratedPaths
         Paths at these times. Without calibration, covariances are those of aircraft that turn all
         the time.
     """

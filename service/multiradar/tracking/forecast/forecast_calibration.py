@@ -55,7 +55,7 @@ class Part(NamedTuple):
 
 
 class ForecastCalibration:
-    """Makes forecasts of a few tracks, and learns from their errors at the time.
+    """Makes forecasts of a few tracks, and evaluates their errors when the time has come.
 
     Parameters
     ----------

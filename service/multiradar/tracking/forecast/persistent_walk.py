@@ -85,7 +85,7 @@ def propagate_straight(
     Returns
     -------
     means : (n, k, 2) ndarray
-        Expected positions.
+        Predicted positions.
     covariances : (n, k, 2, 2) ndarray
         Their covariances.
     """
