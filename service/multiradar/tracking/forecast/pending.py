@@ -1,4 +1,4 @@
-"""Forecasts whose time has not come yet."""
+"""Pending forecasts: those whose time is not reached yet."""
 
 from typing import Any, NamedTuple
 
