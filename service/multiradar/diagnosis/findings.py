@@ -194,7 +194,7 @@ _MAY_BE_OF_OTHERS = (OFFSET_CODE, _HEIGHT_CODE)
 
 
 def _of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnosis]:
-    lie = (
+    residual = (
         f"the median distance of its plots from the positions by other sensors is "
         f"{wrong.after_m:.0f} m ({wrong.before_m:.0f} m as they are)"
     )
@@ -203,8 +203,8 @@ def _of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnos
             Diagnosis(
                 name,
                 "ground_ranges",
-                f"{name}: its ranges are probably ground ranges, not slant ranges: with that, {lie}"
-                "; write the slant ranges as measured",
+                f"{name}: its ranges are probably ground ranges, not slant ranges: with that, "
+                f"{residual}; write the slant ranges as measured",
             )
         ]
     if wrong.height_in_feet:
@@ -213,7 +213,7 @@ def _of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnos
                 name,
                 "site_height",
                 f"{name}: height_m of its site is probably in feet: it is {height_m:g} in the "
-                f"sensors file, and with {height_m * FOOT_M:.0f} m {lie}; give it in metres",
+                f"sensors file, and with {height_m * FOOT_M:.0f} m {residual}; give it in metres",
             )
         ]
     if np.isfinite(wrong.height_m):
@@ -224,7 +224,7 @@ def _of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnos
                 name,
                 _HEIGHT_CODE,
                 f"{name}: height_m of its site is probably {why}: it is {height_m:g} in the "
-                f"sensors file, and with about {wrong.height_m:.0f} m {lie}; correct it there",
+                f"sensors file, and with about {wrong.height_m:.0f} m {residual}; correct it there",
             )
         ]
     return []

@@ -147,13 +147,13 @@ def _unknown(evidence: Evidence, name: str, silent: list[str], meant: str | None
 
 # The silent sensor that an unknown source probably is: same kind, most similar name, each once.
 def _likely_sensors(evidence: Evidence, unknown: list[str], silent: list[str]) -> dict[str, str]:
-    alike = sorted(
+    similar = sorted(
         (-difflib.SequenceMatcher(None, one, other).ratio(), one, other)
         for one in unknown
         for other in _same_kind(evidence, one, silent)
     )
     meant: dict[str, str] = {}
-    for ratio, one, other in alike:
+    for ratio, one, other in similar:
         only = len(unknown) == len(silent) == 1
         if (only or ratio <= -0.6) and one not in meant and other not in meant.values():
             meant[one] = other

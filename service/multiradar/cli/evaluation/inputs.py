@@ -112,7 +112,7 @@ def read_recorded(given: Path, known: Known | None, settings: EvaluationSettings
     given : Path
         The file, or the folder of the dump.
     known : Known, optional
-        Where the aircraft are; without it the ADS-B reports of the dump say.
+        Positions of the aircraft; without it the ADS-B reports of the dump are the reference.
     settings : EvaluationSettings
         Of which the gap of the reference is used.
 
@@ -124,7 +124,7 @@ def read_recorded(given: Path, known: Known | None, settings: EvaluationSettings
     Raises
     ------
     InputError
-        It is not there or cannot be used, or nothing says where the aircraft are.
+        It is missing or cannot be used, or there are no positions of aircraft.
     """
     truth, path = recorded_truth(given)
     biases = (true_biases(truth), str(path))
@@ -161,11 +161,11 @@ def read_reports(given: Path, settings: EvaluationSettings) -> Known:
 def _reports(
     kind: str, given: Path, frame: pl.DataFrame, source: str, settings: EvaluationSettings
 ) -> Known:
-    heard = frame.filter(pl.col("kind") == "adsb")
-    if heard.is_empty():
+    reports = frame.filter(pl.col("kind") == "adsb")
+    if reports.is_empty():
         msg = f"{source}: no ADS-B reports, which --adsb uses as the reference"
         raise InputError(msg)
-    reference = reference_of_reports(heard, source, settings.reference_gap_s)
+    reference = reference_of_reports(reports, source, settings.reference_gap_s)
     others = frame.filter(pl.col("kind") != "adsb")
     return Known(kind, given, reference, others.select("time_s", "sensor_id", aircraft_name()))
 
