@@ -1,1 +1,1 @@
-"""The experiments behind the figures of the documents, by subject."""
+"""The programs behind the figures of the documents, by subject."""

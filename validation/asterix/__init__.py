@@ -1,1 +1,1 @@
-"""ASTERIX in and out."""
+"""ASTERIX input and output."""

@@ -1,1 +1,1 @@
-"""What the documents show: comparison with programs, figures, costs."""
+"""The documents: comparison with program output, figures, costs."""

@@ -1,12 +1,12 @@
-"""Measures what each option of `multiradar track` costs on the sample recording.
+"""Measures the cost of each option of `multiradar track` on the sample recording.
 
 ::
 
     python -m validation.documents.check_costs
 
-Prints processor time for each plot, beside a run without the option, and the size of the output.
-Runs are paired: each option's is compared with the plain run right before it. The first round
-compiles kernels and does not count.
+Prints CPU time per plot against a run without the option, and the size of the output. Runs are
+paired: each run with an option is compared with the plain run right before it. The first round
+compiles kernels and is excluded.
 """
 
 import argparse
@@ -23,7 +23,7 @@ from multiradar.report.content import Table
 from multiradar.report.markdown import markdown_table
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-#: The file that `--asterix` writes is put beside the others.
+#: Name of the file for `--asterix`.
 ASTERIX_FILE = "tracks.ast"
 OPTIONS: dict[str, tuple[str, ...]] = {
     "--manoeuvre-planes 60": ("--manoeuvre-planes", "60"),

@@ -1,4 +1,4 @@
-"""Compares what the documents show with what programs print.
+"""Compares the outputs shown in the documents with program output.
 
 ::
 
@@ -10,22 +10,22 @@
     # what would be compared, and what is slow
     python -m validation.documents.check_documents --list
 
-A block or table is compared when a comment stands before it::
+A block or table is compared when a comment precedes it::
 
     <!-- output of: multiradar track converted --sensors sensors.toml --out tracks; mask seconds -->
 
-Commands of a page run in its order in a folder of their own, in which `examples`, `docs` and
-`validation` are those of the repository. After semicolons a comment may say
+Commands of a page run in order in a temporary folder that contains `examples`, `docs` and
+`validation` of the repository. Options of a comment, after semicolons:
 
-- ``slow 40 s``: how long it takes on two cores; `make test` leaves it out,
-- ``mask NAME …``: what may differ, of `MASKS`,
+- ``slow 40 s``: duration on two cores; `make test` skips it,
+- ``mask NAME …``: parts that may differ, of `MASKS`,
 - ``table N``: it is the N-th table of the output, if not the first of the same header,
-- ``rows``: the output holds the rows alone,
-- ``lines PATTERN``: lines of the output that hold it are shown, no others,
-- ``json``: with six decimals, white space aside.
+- ``rows``: the output contains only the rows,
+- ``lines PATTERN``: only matching lines of the output are shown,
+- ``json``: compared with six decimals, ignoring white space.
 
 ``<!-- before: COMMAND -->`` runs a command that the page does not show. `multiradar serve` listens
-on free ports and runs until the page ends; `curl` and `multiradar replay` ask it.
+on free ports and runs until the page ends; `curl` and `multiradar replay` use it.
 
 Parts between ``<!-- NAME: made by SCRIPT.py; slow 5 min -->`` and ``<!-- end of NAME -->`` are made
 by that script of `validation`, which is run on a copy of the documents (``--docs``).
@@ -53,7 +53,7 @@ from multiradar.clock import SystemClock
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = ("README.md", *sorted(f"docs/{one.name}" for one in (ROOT / "docs").glob("*.md")))
-#: What differs between runs or kinds of processor, by the name that a comment gives it.
+#: Patterns of text that differs between runs or processors, by name.
 MASKS = {
     "digest": r"(?<=output_sha256 )[0-9a-f]{64}",
     "ports": r"(?<=127\.0\.0\.1:)\d+",
@@ -72,7 +72,7 @@ _TIMEOUT_S = 4 * 3600.0
 
 @dataclass(frozen=True)
 class Step:
-    """A command of a page, and what the page shows of its output.
+    """A command of a page, and the output shown there.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class Step:
     command : str
         The command line; of a part that a script makes, the script.
     options : dict
-        What the comment says after it, by its first word.
+        Options of the comment, by their first word.
     begin, end : int
         Lines that are compared, as indices; none where the output is not shown.
     """
@@ -97,7 +97,7 @@ class Step:
 
     @property
     def slow(self) -> bool:
-        """Whether it is left to `make docs-check`."""
+        """Whether it runs only in `make docs-check`."""
         return "slow" in self.options
 
     @property
@@ -112,7 +112,7 @@ def steps_of(page: str, text: str) -> list[Step]:
     Raises
     ------
     ValueError
-        A comment stands before nothing that can be compared, or says something unknown.
+        A comment precedes nothing that can be compared, or has an unknown option.
     """
     lines = text.splitlines()
     steps = []
@@ -134,7 +134,7 @@ def steps_of(page: str, text: str) -> list[Step]:
     return steps
 
 
-# The lines of the block or table that begins at a line, or after one that is empty.
+# The lines of the block or table that starts at a line, or after an empty one.
 def _block(lines: Sequence[str], start: int) -> tuple[int, int] | None:
     while start < len(lines) and not lines[start]:
         start += 1
@@ -147,7 +147,7 @@ def _block(lines: Sequence[str], start: int) -> tuple[int, int] | None:
 
 
 def difference(step: Step, shown: Sequence[str], found: Sequence[str]) -> str:
-    """Return how what a page shows differs from what is right; empty where it does not."""
+    """Return the difference between page and output; empty without one."""
     left, right = (_masked(step, lines) for lines in (shown, found))
     if "json" in step.options:
         left, right = ([json.dumps(_shortened(json.loads(" ".join(one))))] for one in (left, right))
@@ -164,14 +164,14 @@ def _masked(step: Step, lines: Sequence[str]) -> list[str]:
 
 
 def chosen(step: Step, shown: Sequence[str], output: str) -> list[str]:
-    """Return of an output what a page shows of it.
+    """Return the part of an output shown by a page.
 
     Parameters
     ----------
     step : Step
         The command.
     shown : sequence of str
-        What the page shows now.
+        The lines of the page now.
     output : str
         The output of the command.
 
@@ -251,7 +251,7 @@ class Workspace:
         shutil.rmtree(self._folder)
 
     def output(self, command: str) -> str:
-        """Return what a command prints; what was run with the same line is not run again.
+        """Return the output of a command; equal command lines run only once.
 
         Raises
         ------
@@ -259,7 +259,7 @@ class Workspace:
             It failed.
         """
         first = shlex.split(command)[0]
-        # A replay is done again by those who want to see what comes of it.
+        # Replays run again each time.
         if command not in self._outputs or first == "curl" or " replay " in command:
             self._outputs[command] = self._run(command)
         return self._outputs[command]
@@ -309,14 +309,14 @@ def _environment() -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Copy:
-    """The documents as a script has made them, and the pictures that it changed."""
+    """The documents generated by a script, and the pictures that it changed."""
 
     docs: Path
     pictures: tuple[str, ...]
 
 
 def copy_made(script: str) -> Copy:
-    """Return a copy of the documents on which a script of theirs has run.
+    """Return a copy of the documents after running one of their scripts.
 
     Parameters
     ----------
@@ -355,7 +355,7 @@ def compared(
     page : str
         The page.
     wanted : sequence of Step
-        Those of its steps that are to be run, in their order.
+        The steps to run, in order.
     write : bool
         Whether differences are corrected in the page.
     """
@@ -425,7 +425,7 @@ def _placed(steps: Sequence[Step]) -> list[tuple[tuple[str, int], Step]]:
 
 
 def main() -> int:
-    """Compare what is asked for; return 1 when something differs."""
+    """Compare the selected steps; return 1 when something differs."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("only", nargs="*", help="parts of paths or commands; all where none is")
     parser.add_argument("--quick", action="store_true", help="leave out what is slow")
@@ -450,7 +450,7 @@ def main() -> int:
 
 
 def selected(steps: Sequence[Step], only: Sequence[str], *, quick: bool) -> list[Step]:
-    """Return the steps to run: those that are asked for, and what they rest on.
+    """Return the steps to run: the selected ones, and those that they depend on.
 
     Parameters
     ----------
@@ -459,7 +459,7 @@ def selected(steps: Sequence[Step], only: Sequence[str], *, quick: bool) -> list
     only : sequence of str
         Parts of a path or command; empty for all.
     quick : bool
-        Whether slow steps are left out.
+        Whether slow steps are skipped.
     """
     fast = [step for step in steps if not (quick and step.slow)]
     asked = [
@@ -469,7 +469,7 @@ def selected(steps: Sequence[Step], only: Sequence[str], *, quick: bool) -> list
     ]
     if not asked:
         return []
-    # What comes before may make what these need, unless it is a part of its own.
+    # Earlier steps may create inputs of these, unless they are independent parts.
     last = fast.index(asked[-1])
     return [
         step

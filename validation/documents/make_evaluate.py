@@ -33,12 +33,12 @@ DOCS = Path(__file__).parents[2] / "docs"
 EXAMPLES = DOCS.parent / "examples"
 SCENES = ("manoeuvring-traffic", "rotating-gaps")
 SETTINGS = EvaluationSettings()
-#: The plot of the sample that the page shows, by its name.
+#: Name of the plot of the sample on the page.
 PICTURE = "errors-over-time"
 
 
 def main() -> None:
-    """Evaluate the tracks of the sample and of the scenes, and write the figures."""
+    """Evaluate the tracks of the sample and of the scenarios, and write the figures."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("--docs", type=Path, default=DOCS, help="folder of evaluate.md")
     docs = parser.parse_args().docs
@@ -69,7 +69,7 @@ def sample(folder: Path) -> Scorecard:
 
 
 def scene(folder: Path, name: str) -> Scorecard:
-    """Return the scorecard of a scene against its truth."""
+    """Return the scorecard of a scenario against its truth."""
     made, tracks = folder / name, folder / f"{name}-tracks"
     multiradar("simulate", name, "--out", made)
     multiradar("track", made, "--sensors", made / "sensors.toml", "--out", tracks)
@@ -89,7 +89,7 @@ def scorecard(tracks: Path, known: Known) -> Scorecard:
 
 
 def comparison(figures_by_name: dict[str, Figures]) -> Table:
-    """Return the main figures of all scenes, side by side."""
+    """Return the main figures of all scenarios, side by side."""
     lines = (
         ("aircraft", "compared", "aircraft", ""),
         ("position error, RMS, m", "errors", "position_m", "rms"),

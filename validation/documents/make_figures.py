@@ -1,4 +1,4 @@
-"""Draws the picture of the README from the output of `multiradar track` on the sample.
+"""Draws the figure of the README from the output of `multiradar track` on the sample.
 
 ::
 
@@ -23,10 +23,10 @@ from multiradar.report.times import clock_text
 Box = tuple[int, int, int, int]
 WIDTH, HEIGHT = 1000, 470
 INK, FAINT, GRID = "#1f2933", "#7b8794", "#e4e7eb"
-#: Time between two marks of the axes.
+#: Interval of the axis ticks.
 TICK_S = 600
 COLOURS = ("#2a6fdb", "#d9480f", "#2b8a3e", "#862e9c")
-# Kind of sensor in the recording; the primary radar stands on the site of a secondary one.
+# Kind of sensor in the recording; the primary radar is co-located with a secondary one.
 SECONDARY = 10
 FONT = "font-family='system-ui, sans-serif'"
 
@@ -76,7 +76,7 @@ def draw_map(tracks: pl.DataFrame, radars: list[dict[str, Any]], box: Box) -> It
     confirmed = tracks.filter(pl.col("state") != "tentative")["track_id"].n_unique()
     yield text(x, y - 16, f"{confirmed} confirmed tracks from radar plots alone", weight="bold")
     for (_,), track in tracks.group_by("track_id", maintain_order=True):
-        # Every third update is plenty for a line of this size.
+        # Every third update suffices for a line of this size.
         thin = track.gather_every(3)
         rows = zip(thin["latitude_deg"], thin["longitude_deg"], strict=True)
         points = " ".join(place(lat, lon) for lat, lon in rows)
@@ -141,7 +141,7 @@ def draw_settling(
 
 
 def draw_times(start: float, end: float, box: Box) -> Iterable[str]:
-    """Draw the marks of an axis of time."""
+    """Draw the ticks of a time axis."""
     x, y, width, height = box
     for time_s in range(int(start), int(end) + 1, TICK_S):
         px = x + (time_s - start) / (end - start) * width

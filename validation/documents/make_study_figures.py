@@ -2,10 +2,10 @@
 
 ::
 
-    python -m validation.documents.make_study_figures  # all studies as they are by default
+    python -m validation.documents.make_study_figures  # all studies with defaults
     python -m validation.documents.make_study_figures coupled-motion  # one of them
 
-Of a study's plots those of `PICTURES` are taken, by their names, or else the first.
+The plots of a study are those named in `PICTURES`, or else the first.
 """
 
 import argparse
@@ -22,7 +22,7 @@ from multiradar.research.studies.result import StudyOptions, StudyResult
 from validation.documents.marked_parts import put
 
 DOCS = Path(__file__).parents[2] / "docs"
-#: Names of the plots that studies.md shows, where it is not the first of the study.
+#: Names of the plots in studies.md, where it is not the first of the study.
 PICTURES = {
     "bearing-only": ("position", "geometry"),
     "manoeuvre-plane": ("normal", "distance", "criterion"),
@@ -35,7 +35,7 @@ PICTURES = {
 
 
 def main() -> None:
-    """Run the studies that are named and write what they give."""
+    """Run the named studies and write their results."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("studies", nargs="*", help="names of studies; all where none is given")
     parser.add_argument("--runs", type=int, help="realisations; the study's own where not given")
@@ -49,7 +49,7 @@ def main() -> None:
 
 
 def print_progress(name: str, done: int, total: int) -> None:
-    """Say on standard error how far a study is."""
+    """Print the progress of a study on standard error."""
     end = "\n" if done == total else ""
     print(f"\r{name}: {done} of {total}", end=end, file=sys.stderr, flush=True)
 

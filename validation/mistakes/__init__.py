@@ -1,1 +1,1 @@
-"""Mistakes of users, and what is said of them."""
+"""Mistakes of users, and the messages for them."""

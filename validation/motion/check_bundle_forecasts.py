@@ -106,7 +106,7 @@ def main() -> None:
 
 
 def compare(flown: Flown, run_s: float, *, alone: bool) -> Found:
-    """Forecast all aircraft of a scene by all methods, or by bundles alone."""
+    """Forecast all aircraft of a scenario by all methods, or by bundles alone."""
     # Legs are flown without random numbers.
     paths = [
         fly(one, run_s + AHEAD_S[-1], np.random.Generator(np.random.PCG64(0)))

@@ -2,12 +2,12 @@
 
 ::
 
-    python -m validation.motion.check_forecasts  # two scenes, under two minutes
+    python -m validation.motion.check_forecasts  # two scenarios, under two minutes
 
-The scenes are those of check_manoeuvres.py, with biases estimated. Every seven seconds each track
-is forecast 10, 30 and 60 s ahead and compared with where the aircraft is then: root mean square of
-the error, and error² / sigma² of each axis (1 where the claimed sigma is right), by what the
-aircraft does when the forecast is made.
+The scenarios are those of check_manoeuvres.py, with estimated biases. Every seven seconds a track
+is forecast 10, 30 and 60 s ahead and compared with the true position: RMS error, and error² /
+sigma² of each axis (1 where the reported sigma is right), by the manoeuvre of the aircraft when the
+forecast is made.
 """
 
 import argparse
@@ -37,7 +37,7 @@ EVERY_S = 7.0
 
 @dataclass(frozen=True)
 class Start:
-    """A state from which to forecast, and what is known of the aircraft."""
+    """An initial state of a forecast, and the truth of its aircraft."""
 
     states: TrackStates
     place: int
@@ -116,8 +116,8 @@ def starts(one: Flown, settings: TrackingSettings, duration_s: float) -> list[St
         states = engine.tracks()
         for place, track in enumerate(states.track_id.tolist()):
             if states.time_s[place] >= SETTLED_S:
-                whose = number[track] - 1
-                found.append(Start(states, place, one.fliers[whose], paths[whose]))
+                aircraft = number[track] - 1
+                found.append(Start(states, place, one.fliers[aircraft], paths[aircraft]))
     return found
 
 

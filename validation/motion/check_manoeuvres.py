@@ -1,15 +1,15 @@
-"""Prints the table of manoeuvres of docs/guide.md: interacting modes beside one motion model.
+"""Prints the table of manoeuvres of docs/guide.md: interacting modes against one motion model.
 
 ::
 
     python -m validation.motion.check_manoeuvres  # both tables, eight seeds, a minute
     python -m validation.motion.check_manoeuvres --modes 3 6 8 --extent 100e3 --straight 200
 
-Aircraft fly legs: straight ones, turns with 10 to 30 degrees of bank, speeding up and slowing down
-by up to 0.6 m/s², climbs. The radars are those of the sample recording. `two-stage` is tried with
-constant process noise of many densities, and the best over the whole scene is taken. Root mean
-squares of the position error, and error² / sigma², of the updates after the first minute; at the
-end error² / sigma² of all biases at once, for each parameter.
+Aircraft fly legs: straight ones, turns with 10 to 30 degrees of bank, accelerations and
+decelerations of up to 0.6 m/s², climbs. The radars are those of the sample recording. `two-stage`
+uses constant process noise; the best of many densities over the whole scenario is chosen. The
+tables give RMS position errors and error² / sigma² of the updates after the first minute, and the
+final error² / sigma² of all biases together, per parameter.
 """
 
 import argparse
@@ -36,7 +36,7 @@ Integers = NDArray[np.int64]
 GRAVITY_MPS2 = 9.80665
 SETTLED_S = 60.0
 DENSITIES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 5.0, 10.0, 15.0, 20.0, 30.0)
-# Latitude, longitude, height, turn, sigmas of range and azimuth, detection, largest range, biases.
+# Latitude, longitude, height, scan period, sigmas of range and azimuth, Pd, largest range, biases.
 RADARS = (
     ("26-10", 46.4247, 6.0994, 1677.0, 4.9, 40.0, 0.06, 0.97, 300e3, 185.0, -0.19),
     ("35-10", 47.4817, 8.3969, 866.0, 4.0, 35.0, 0.05, 0.98, 280e3, -120.0, 0.17),
@@ -54,7 +54,7 @@ CLASSES = {
 
 @dataclass(frozen=True)
 class Flown:
-    """A scene as the tracker sees it, and for each row what the aircraft was doing."""
+    """A scenario as input of the tracker, and for each row the manoeuvre of the aircraft."""
 
     sensors: SensorTable
     batch: MeasurementBatch
@@ -99,7 +99,7 @@ def main() -> None:
 
 
 def row(name: str, found: dict[str, Figure], against: dict[str, Figure]) -> str:
-    """Return a row of the table: what was found, and by how much it is above or below."""
+    """Return a row of the table: the figures, and their change in per cent."""
     cells = [
         f"{found[one].rms_m:.1f} m ({found[one].rms_m / against[one].rms_m - 1.0:+.0%}), "
         f"{found[one].nees:.2f}"
@@ -110,7 +110,7 @@ def row(name: str, found: dict[str, Figure], against: dict[str, Figure]) -> str:
 
 
 def best_constant(flown: list[Flown], densities: Sequence[float]) -> TrackingSettings:
-    """Return the constant process noise with which the whole scene is tracked best."""
+    """Return the constant process noise with the best result over the whole scenario."""
     plain = TrackingSettings(manoeuvre_factor_max=1.0)
     tried = [replace(plain, acceleration_density=density) for density in densities]
     return min(tried, key=lambda one: figures(one, flown)["all"].rms_m)
@@ -133,7 +133,7 @@ def figures(settings: TrackingSettings, flown: list[Flown]) -> dict[str, Figure]
 
 
 def errors_of(settings: TrackingSettings, one: Flown) -> tuple[Floats, Floats, Integers, Floats]:
-    """Return errors and sigmas of positions, what the aircraft did, and the NEES of the biases."""
+    """Return errors and sigmas of positions, manoeuvres, and the NEES of the biases."""
     engine = Engine(one.sensors, settings)
     parts = [engine.push(one.batch).updates, engine.flush().updates]
     updates = TrackUpdates.concatenate(parts)
@@ -170,7 +170,7 @@ def flights(
     first_seed: int = 0,
     bank_max_deg: float = 30.0,
 ) -> list[Flown]:
-    """Fly and observe scenes; where the biases are known the radars have none."""
+    """Simulate scenarios; with known biases the radars have none."""
     found = []
     for seed in range(first_seed, first_seed + runs):
         rng = np.random.Generator(np.random.PCG64([2016, seed]))
@@ -199,7 +199,7 @@ def flights(
 
 
 def radars(plane: SystemPlane, sensors: SensorTable, *, known: bool) -> tuple[Sensor, ...]:
-    """Return the radars as they are."""
+    """Return the true radars."""
     east, north = plane.to_plane(sensors.latitude_rad, sensors.longitude_rad)
     part = 0.0 if known else 1.0
     return tuple(
@@ -246,7 +246,7 @@ def flier(
 
 
 def doing_at(aircraft: Aircraft, time_s: float) -> int:
-    """Return what an aircraft does at a time."""
+    """Return the manoeuvre of an aircraft at a time."""
     for leg in aircraft.legs:
         time_s -= leg.duration_s
         if time_s < 0.0:
@@ -257,7 +257,7 @@ def doing_at(aircraft: Aircraft, time_s: float) -> int:
 
 
 def table(*, known: bool) -> SensorTable:
-    """Return the radars as the tracker knows them."""
+    """Return the radars as configured for the tracker."""
     count = len(RADARS)
     columns = np.array([one[1:9] for one in RADARS]).T
     biased = 0 if known else count
@@ -281,7 +281,7 @@ def table(*, known: bool) -> SensorTable:
 
 
 def batch(rows: Measurements) -> MeasurementBatch:
-    """Return the measurements as the tracker takes them."""
+    """Return the measurements as input of the tracker."""
     aircraft = rows.aircraft.astype(np.int64)
     return MeasurementBatch(
         time_s=rows.time_s,

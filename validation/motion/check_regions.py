@@ -1,17 +1,16 @@
-"""Prints the table of regions of docs/guide.md: how often forecasts hold the aircraft.
+"""Prints the table of forecast regions of docs/guide.md: how often they contain the aircraft.
 
 ::
 
-    python -m validation.motion.check_regions  # built-in scenes, random traffic
+    python -m validation.motion.check_regions  # built-in scenarios, random traffic
     python -m validation.motion.check_regions --flights flights.json.gz --runs 5 --only-random
     python -m validation.motion.check_regions --untaught  # regions of the covariance alone
 
-Every scene is tracked from its beginning, with nothing known of its traffic. Every eight seconds
-each confirmed track that was updated since is forecast, as `track --forecasts 8` does, and compared
-with where its aircraft is then: share inside the region of 95 %, and the median of the error.
-Random traffic, and flights from files of ADS-B reports, are seen by radars drawn at random
-(`validation.tracker.unseen_recordings`). Identity is known, so that tracks are those of their
-aircraft.
+Every scenario is tracked from its start, without knowledge of its traffic. Every eight seconds each
+confirmed track updated since is forecast, like `track --forecasts 8`, and compared with the true
+position: fraction inside the 95 % region, and median error. Random traffic, and flights from files
+of ADS-B reports, are detected by radars drawn at random (`validation.tracker.unseen_recordings`).
+Identity is known, so that tracks are those of their aircraft.
 """
 
 import argparse
@@ -47,14 +46,14 @@ SCENES = (
     "report-1-6",
 )  # fmt: skip
 PROBABILITY = 0.95
-#: Places farther apart in time than this are not joined, s.
+#: Positions are not interpolated across longer gaps, s.
 GAP_S = 15.0
 ROWS_AT_ONCE = 8192
 
 
 @dataclass(frozen=True)
 class Recording:
-    """What is tracked, and where the aircraft are."""
+    """Input of the tracker, and the true positions."""
 
     name: str
     measurements: pl.DataFrame
@@ -63,7 +62,7 @@ class Recording:
 
 
 class Ways:
-    """Where each aircraft is on the plane of the tracker, by its track number."""
+    """Positions of each aircraft on the plane of the tracker, by track number."""
 
     def __init__(self, truth: pl.DataFrame, plane: SystemPlane) -> None:
         self._ways: dict[int, tuple[Floats, Floats, Floats]] = {}
@@ -75,7 +74,7 @@ class Ways:
             self._ways[int(str(number))] = time_s, east_m, north_m
 
     def at(self, number: int, time_s: Floats) -> Floats:
-        """Return places (k, 2), NaN where they are not known."""
+        """Return positions (k, 2), NaN where unknown."""
         if number not in self._ways:
             return np.full((len(time_s), 2), np.nan)
         known_s, east_m, north_m = self._ways[number]
@@ -111,7 +110,7 @@ def main() -> None:
 
 
 def in_percent(shares: Floats) -> str:
-    """Return shares as text."""
+    """Return fractions as text."""
     return ", ".join(f"{100.0 * one:.1f}" for one in shares)
 
 
@@ -154,7 +153,7 @@ def recordings(options: argparse.Namespace) -> Iterator[Recording]:
 def evaluate_regions(
     recording: Recording, settings: TrackingSettings, *, taught: bool
 ) -> tuple[Floats, Floats]:
-    """Return whether each forecast held its aircraft, and how far off it was: (n, horizons)."""
+    """Return whether each region contains its aircraft, and the error: (n, horizons)."""
     measurements = recording.measurements.filter(pl.col("kind") == "radar")
     batch, _ = wire.measurement_batch(measurements, recording.sensors)
     engine = Engine(recording.sensors, settings, sampling=Sampling.ALL)
@@ -192,7 +191,7 @@ def evaluate_regions(
 
 
 def there(sample: StateSample, ways: Ways, number: dict[int, int]) -> Floats:
-    """Return where the aircraft of a sample are at all horizons, (n, horizons, 2)."""
+    """Return the true positions of a sample at all horizons, (n, horizons, 2)."""
     states = zip(sample.states.track_id.tolist(), sample.states.time_s.tolist(), strict=True)
     return np.array([ways.at(number[one], time_s + HORIZONS_S) for one, time_s in states])
 

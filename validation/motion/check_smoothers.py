@@ -4,10 +4,10 @@
 
     python -m validation.motion.check_smoothers  # two seeds, under a minute
 
-The scenes are those of check_manoeuvres.py. Root mean square of the position error, and error² /
-sigma² of each axis (1 where the claimed sigma is right), by what the aircraft does, of all updates
-and places after the first minute. With estimated biases the smoothers take off what the filter
-found at the end, as `multiradar evaluate --smoothed` does; `imm` counts what is left of them.
+The scenarios are those of check_manoeuvres.py. RMS position error, and error² / sigma² of each axis
+(1 where the reported sigma is right), by manoeuvre, of all updates and positions after the first
+minute. With estimated biases the smoothers subtract the final estimates of the filter, like
+`multiradar evaluate --smoothed`; `imm` accounts for the residual biases.
 """
 
 import argparse
@@ -29,14 +29,14 @@ from validation.motion.check_manoeuvres import CLASSES, SETTLED_S, Flown, figure
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-#: Steps by which places are moved to see how they depend on a bias, m and rad.
+#: Steps for the numerical derivatives of positions by a bias, m and rad.
 STEPS = (1.0, 1e-5)
 DENSITIES = (3.0, 10.0, 30.0)
 
 
 @dataclass(frozen=True)
 class Seen:
-    """Plots of a scene in place, where the aircraft were, and what they did."""
+    """Positions of the plots of a scenario, true positions, and manoeuvres."""
 
     sightings: PositionMeasurements
     biases: ResidualBiases
@@ -70,7 +70,7 @@ def main() -> None:
 
 
 def by_density(density: float) -> Callable[[Seen], Smoothed]:
-    """Return the smoother of constant velocity."""
+    """Return the constant-velocity smoother."""
     return lambda one: smooth(one.sightings, density)
 
 
@@ -100,7 +100,7 @@ def row(name: str, seen: list[Seen], by: Callable[[Seen], Smoothed]) -> str:
 
 
 def in_place(one: Flown) -> Seen:
-    """Lay plots on the plane, less the biases that the filter finds."""
+    """Project plots on the plane, corrected for the biases estimated by the filter."""
     sensors, batch, rows = one.sensors, one.batch, one.rows
     plane = SystemPlane.for_sensors(sensors.latitude_rad, sensors.longitude_rad)
     columns = len(sensors.parameter_kind)
@@ -146,7 +146,7 @@ def in_place(one: Flown) -> Seen:
 
 
 def places(plane: SystemPlane, radar: Radar, polar: Floats, height_m: Floats) -> Floats:
-    """Return where plots are on the plane, NaN above the radar."""
+    """Return the positions of plots on the plane, NaN above the radar."""
     found = locate_plots(radar.site, polar[0], polar[1], height_m)
     place = np.stack(plane.to_plane(found.latitude_rad, found.longitude_rad), axis=-1)
     return np.where(found.usable[:, None], place, np.nan)

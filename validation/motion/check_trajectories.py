@@ -1,4 +1,4 @@
-"""Prints what bundles of trajectories cost in the service: docs/restoration.md, "In the service".
+"""Prints the cost of trajectory bundles in the service: docs/restoration.md, "In the service".
 
 ::
 
@@ -6,7 +6,7 @@
     sensors=examples/sensors-vid-sample.toml
     python -m validation.motion.check_trajectories converted/measurements.parquet $sensors
 
-Times are of the processor, the least of three runs.
+Times are CPU times, the least of three runs.
 """
 
 import argparse
@@ -113,7 +113,7 @@ def _least(work: Callable[[], object]) -> float:
     return min(times)
 
 
-# What a bundle adds to the memory that all of them share.
+# Memory of one bundle, without the shared memory.
 def _bytes_each(orders: list[Order], sensors: SensorTable) -> float:
     first = next(order for order in orders if isinstance(order, Take))
     pool = _empty(sensors)

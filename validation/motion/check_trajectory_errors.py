@@ -2,7 +2,7 @@
 
 ::
 
-    python -m validation.motion.check_trajectory_errors  # four scenes, some minutes
+    python -m validation.motion.check_trajectory_errors  # four scenarios, some minutes
     python -m validation.motion.check_trajectory_errors --duration 600 rotating-gaps
 
 Scenarios of `multiradar simulate` are tracked by `track --trajectories` with unknown biases. The

@@ -1,1 +1,1 @@
-"""Beside other software."""
+"""Comparison with other software."""

@@ -33,7 +33,7 @@ from multiradar.tracking.settings import TrackingSettings  # noqa: E402
 AIRCRAFT = (150, 1000, 4000, 15_000)
 QUERY = EncounterQuery(limit=None)
 HEIGHT_M = 9000.0
-#: More than heights differ by.
+#: Larger than all height differences.
 ANY_HEIGHT_M = 1e5
 
 
@@ -72,7 +72,7 @@ def main() -> None:
 
 
 def as_traffic(scene: Sky) -> SimpleNamespace:
-    """Return the aircraft as BlueSky has them."""
+    """Return the aircraft in the form of BlueSky."""
     mean = scene.states.mean
     latitude_rad, longitude_rad = PLANE.to_geodetic(mean[:, 0], mean[:, 1])
     speed, heading_rad = PLANE.ground_velocity(
@@ -87,7 +87,7 @@ def as_traffic(scene: Sky) -> SimpleNamespace:
 
 
 def conflict_detection(package: Path) -> Any:
-    """Load the compiled detection with as little of the simulator around it as it needs."""
+    """Load the compiled detection with the minimum of the simulator it needs."""
     settings = SimpleNamespace(
         set_variable_defaults=lambda **_: None, prefer_compiled=False, casmach_threshold=2.0
     )

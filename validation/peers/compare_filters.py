@@ -55,7 +55,7 @@ def arguments() -> argparse.Namespace:
 
 
 def errors(biases: pl.DataFrame, radars: list[dict[str, float]]) -> tuple[float, float]:
-    """Return the largest errors of range bias (m) and azimuth bias (degrees) at the end."""
+    """Return the largest final errors of range bias (m) and azimuth bias (degrees)."""
     last = biases.filter(pl.col("epoch") == pl.col("epoch").max())
     found = {
         (row["sensor_id"], row["parameter"]): row["estimate"] for row in last.iter_rows(named=True)

@@ -1,1 +1,1 @@
-"""The tracker: association, scenes, unseen recordings, health, heights, late plots."""
+"""The tracker: association, scenarios, unseen recordings, health, heights, late plots."""

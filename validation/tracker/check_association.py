@@ -2,8 +2,8 @@
 
 ::
 
-    python -m validation.tracker.check_association  # the sample, and the scenes made for it
-    python -m validation.tracker.check_association crossing my.toml  # these scenes alone
+    python -m validation.tracker.check_association  # the sample, and the scenarios made for it
+    python -m validation.tracker.check_association crossing my.toml  # these scenarios alone
 
 Each row is tracked with the track numbers hidden (of the sample also all but radar plots), first
 without codes and addresses, then with codes. Truth comes from the hidden numbers of the sample, and

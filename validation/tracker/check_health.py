@@ -2,14 +2,14 @@
 
 ::
 
-    python -m validation.tracker.check_health  # every built-in scene
+    python -m validation.tracker.check_health  # every built-in scenario
     python -m validation.tracker.check_health radar-jump --filters imm
     python -m validation.tracker.check_health --recording converted \
         --sensors examples/sensors-vid-sample.toml
 
 The first two simulate scenarios and list alarms, the error of the detection probability, and when
-jumps were detected. The third puts jumps of 150 m and 0.3° into a recording without any,
-one radar and one jump at a time: ten minutes before its end or halfway, or when `--at` says.
+jumps were detected. The third inserts jumps of 150 m and 0.3° into a recording without any,
+one radar and one jump at a time: ten minutes before its end or halfway, or at `--at`.
 """
 
 import argparse
@@ -37,7 +37,7 @@ from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import BiasRecords, EngineOutput, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 
-#: Jumps that are put into a recording: range (m) and azimuth (degrees).
+#: Jumps inserted into a recording: range (m) and azimuth (degrees).
 JUMPS = ((150.0, 0.0), (-150.0, 0.0), (0.0, 0.3), (0.0, -0.3))
 AFTER_S = (30.0, 60.0)
 
@@ -80,7 +80,7 @@ def tracked(
     rows: int | None = None,
     workers: int = 1,
 ) -> Run:
-    """Track measurements, so many at a time."""
+    """Track measurements in batches."""
     engine = Engine(table, settings, workers)
     size = rows or max(len(batch), 1)
     outputs: list[EngineOutput] = [
@@ -99,7 +99,7 @@ def tracked(
 
 
 def simulated(scene: Scenario, seed: int | None = None) -> tuple[MeasurementBatch, SensorTable]:
-    """Simulate a scene as `multiradar simulate` does."""
+    """Simulate a scenario as `multiradar simulate` does."""
     seen = observe(
         scene, np.random.Generator(np.random.PCG64(scene.seed if seed is None else seed))
     )
@@ -147,7 +147,7 @@ def main() -> None:
 
 
 def put_in(options: argparse.Namespace) -> Iterator[str]:
-    """Put jumps into the radar plots of a recording and yield a line for each."""
+    """Insert jumps into the radar plots of a recording and yield a line for each."""
     table = load_sensor_table(options.sensors)
     frame = pl.read_parquet(options.recording / "measurements.parquet").filter(
         pl.col("kind") == "radar"
@@ -213,7 +213,7 @@ def _jumps(scene: Scenario, run: Run) -> Iterator[str]:
 
 
 def arguments() -> argparse.Namespace:
-    """Return what was asked for."""
+    """Return the options of the command line."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("scenes", nargs="*", help="built-in scenes; all when absent")
     parser.add_argument("--filters", nargs="+", default=["two-stage", "imm"], choices=[*FILTERS])

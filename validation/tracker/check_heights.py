@@ -1,11 +1,11 @@
-"""Prints the guide's table of heights: the scene `climbs` with heights filtered, and as heard.
+"""Prints the guide's table of heights: scenario `climbs` with heights filtered, and as reported.
 
 ::
 
     python -m validation.tracker.check_heights
 
-A row for the aircraft of one kind: how far height, rate of climb and position are from the truth
-(root mean square), and error² / sigma², which is 1 where sigmas are right.
+A row for the aircraft of one kind: RMS errors of height, rate of climb and position, and error² /
+sigma², which is 1 where sigmas are right.
 """
 
 import argparse
@@ -28,12 +28,12 @@ from multiradar.simulation.traffic import all_aircraft
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 
-#: Earlier than this the biases and the heights are still being learnt.
+#: Before this time biases and heights are still settling, s.
 SETTLED_S = 100.0
 
 
 def main() -> None:
-    """Track the scene with heights filtered and taken for exact, and print a line each."""
+    """Track the scenario with heights filtered and as exact, and print a line each."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("--filter", default="two-stage", help="filter, two-stage by default")
     name = parser.parse_args().filter
@@ -94,7 +94,7 @@ def figures(scene: Scenario, settings: TrackingSettings) -> list[str]:
 def tracked(
     scene: Scenario, seen: Observation, settings: TrackingSettings
 ) -> tuple[Engine, pl.DataFrame]:
-    """Track what was seen of a scene."""
+    """Track the measurements of a scenario."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "sensors.toml"
         path.write_text(sensors_text(scene), encoding="utf-8")

@@ -76,7 +76,7 @@ class Parting:
 
 @dataclass(frozen=True)
 class Recording:
-    """A simulated scene as the tracker sees it, its truth, and who parts from whom."""
+    """A simulated scenario as input of the tracker, its truth, and the aircraft that separate."""
 
     sensors: SensorTable
     batch: MeasurementBatch
@@ -86,7 +86,7 @@ class Recording:
 
 @dataclass
 class Sums:
-    """What all seeds of one scene give with one method."""
+    """Sums over all seeds of one scenario with one method."""
 
     counts: dict[str, int] = field(default_factory=dict)
     position_m: list["np.typing.NDArray[np.float64]"] = field(default_factory=list)
@@ -120,7 +120,7 @@ def main() -> None:
 
 
 def simulated(scene: Scenario) -> Recording:
-    """Simulate a scene with its seed."""
+    """Simulate a scenario with its seed."""
     seen = observe(scene, np.random.Generator(np.random.PCG64(scene.seed)))
     with tempfile.TemporaryDirectory() as made:
         path = Path(made) / "sensors.toml"

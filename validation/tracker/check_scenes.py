@@ -1,15 +1,15 @@
-"""Prints docs/simulate.md's table: simulates scenes, tracks them, and compares with the truth.
+"""Prints docs/simulate.md's table: simulates scenarios, tracks them, and compares with the truth.
 
 ::
 
-    python -m validation.tracker.check_scenes  # every built-in scene, and random ones
+    python -m validation.tracker.check_scenes  # every built-in scenario, and random ones
     python -m validation.tracker.check_scenes --runs 2 --random 0 \
         --filters two-stage drifting-biases my.toml
 
-A row is one scene and filter over all runs (seeds). `bias error² / sigma²` and `position error² /
-sigma²` are 1 where the filter's own sigma is right; `worst bias` is the largest error of a bias at
-the end of a run, in its sigmas. Positions count from two minutes after the birth of a track on.
-Where a scene has time offsets, filters that estimate none are left out; standard error says so.
+A row is one scenario and filter over all runs (seeds). `bias error² / sigma²` and `position
+error² / sigma²` are 1 where the filter's sigma is right; `worst bias` is the largest error of a
+final bias, in its sigmas. Positions are evaluated from two minutes after the initiation of a
+track. Where a scenario has time offsets, filters without them are skipped with a warning.
 """
 
 import argparse
@@ -55,7 +55,7 @@ class Figures:
 
 
 def main() -> None:
-    """Print a Markdown table of every scene with every filter."""
+    """Print a Markdown table of every scenario with every filter."""
     options = arguments()
     print(f"| {' | '.join(HEADER)} |\n|{'---|' * len(HEADER)}", flush=True)
     with tempfile.TemporaryDirectory() as folder:
@@ -98,7 +98,7 @@ def scenes(options: argparse.Namespace, folder: Path) -> Iterator[tuple[str, str
 
 
 def simulated(scene: str, out: Path, run: int) -> Path:
-    """Simulate a run of a scene into a new folder."""
+    """Simulate a run of a scenario into a new folder."""
     seed = [] if run == 0 else ["--seed", str(1000 + run)]
     multiradar("simulate", scene, "--out", str(out), *seed)
     return out
@@ -126,7 +126,7 @@ def tracked(folder: Path, filter_name: str, density: float | None) -> Figures:
         biases = pl.read_parquet(out / "biases.parquet")
     truth = pl.read_parquet(folder / "truth.parquet")
     true_biases = pl.read_parquet(folder / "truth_biases.parquet")
-    # The last epoch ends after the scene: what a bias drifted to by then is not known.
+    # The last epoch ends after the scenario: the true drifted bias is unknown then.
     known = biases.filter(pl.col("time_s") <= true_biases["time_s"].max())
     last = known.filter(pl.col("epoch") == pl.col("epoch").max())
     return Figures(bias_errors(last, true_biases), *position_errors(tracks, truth))
@@ -166,7 +166,7 @@ def position_errors(tracks: pl.DataFrame, truth: pl.DataFrame) -> tuple[Floats, 
 
 
 def row(name: str, filter_name: str, density: float | None, runs: list[Figures]) -> list[str]:
-    """Return the cells of one scene and filter."""
+    """Return the cells of one scenario and filter."""
     biases = pl.concat([run.biases for run in runs])
     ratio = biases.select(pl.col("error") / pl.col("sigma")).to_series().to_numpy()
     metres = np.concatenate([run.position_m for run in runs])
@@ -192,7 +192,7 @@ def spread(biases: pl.DataFrame, parameter: str) -> float:
 
 
 def random_scene(rng: np.random.Generator) -> tuple[str, float]:
-    """Return a scene as TOML, and the density of its aircraft's acceleration."""
+    """Return a scenario as TOML, and the density of its aircraft's acceleration."""
     density = float(rng.choice([0.02, 0.1, 0.5]))
     radars, anchored = int(rng.integers(1, 6)), bool(rng.integers(0, 2))
     if radars == 1:
@@ -218,7 +218,7 @@ def random_scene(rng: np.random.Generator) -> tuple[str, float]:
 
 
 def radar(name: str, rng: np.random.Generator, anchored: bool) -> str:
-    """Return a random radar as TOML; a gain only where something anchors it."""
+    """Return a random radar as TOML; a gain only where it is observable."""
     east, north = rng.uniform(-110e3, 110e3, 2)
     drift = float(rng.choice([0.0, 0.0, 0.1]))
     gap = rng.uniform(100.0, 500.0)

@@ -43,7 +43,7 @@ SETTLED_S = 60.0
 SWAPS_PER_H, RIGHT_SHARE, SCANS, FALSE_S, MEDIAN_M, RMS_M = 1.0, 0.99, 3.0, 30.0, 36.0, 60.0
 #: Required reduction of errors against the best constant process noise.
 BELOW = {"turns": 0.40, "straights": 0.20}
-#: Scenes of manoeuvres: traffic begins within ± m, mean straight leg, s.
+#: Scenarios of manoeuvres: traffic begins within ± m, mean straight leg, s.
 SCENES = ((150e3, 120.0), (100e3, 200.0))
 
 

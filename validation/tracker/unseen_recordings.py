@@ -61,13 +61,13 @@ class Recording:
     Attributes
     ----------
     name : str
-        What is hostile about it, or its number.
+        Name of the hostile condition, or number.
     measurements, truth : DataFrame
         As `simulate` writes them.
     sensors : str
         Text of the sensors file.
     periods_s : dict
-        True turns of the radars.
+        True scan periods of the radars, s.
     """
 
     name: str
@@ -189,7 +189,7 @@ def _aircraft(
                 heading_rad=0.0, start_s=max(float(at[0]), 0.0),
                 end_s=min(float(at[-1]), duration_s),
                 waypoints=Waypoints(*(tuple(one.tolist()) for one in (at, east, north, height))),
-                # Codes are given out by country and sector: some are there twice.
+                # Codes are assigned by country and sector: some occur twice.
                 mode_3a=int(rng.integers(0o1000, 0o1400)), mode_s_address=flight.address,
                 height_step_m=float(rng.choice([7.62, 30.48])),
             )
@@ -244,7 +244,7 @@ def _silent(scene: Scenario) -> Scenario:
     return replace(
         scene,
         sensors=tuple(
-            # The first falls silent for a minute, the others together for half a minute later.
+            # The first radar stops for a minute, later the others together for half a minute.
             replace(one, gaps_s=((third, third + 60.0),) if not number else
                     ((2.0 * third, 2.0 * third + 30.0),))
             for number, one in enumerate(scene.sensors)
@@ -259,7 +259,7 @@ def _storm(scene: Scenario) -> Scenario:
 
 
 def _overhead(scene: Scenario) -> Scenario:
-    # All radars lie where the traffic is, and look up to 45 degrees.
+    # All radars are inside the traffic, with a cone of silence from 45 degrees.
     rng = np.random.Generator(np.random.PCG64([9, scene.seed]))
     where = rng.uniform(-30e3, 30e3, (len(scene.sensors), 2)).tolist()
     return replace(
@@ -299,7 +299,7 @@ def _huge_biases(scene: Scenario) -> Scenario:
     return replace(scene, sensors=tuple(sensors))
 
 
-#: What makes a recording hostile.
+#: Hostile conditions.
 HOSTILE: dict[str, Callable[[Scenario], Scenario]] = {
     "no-turns": lambda scene: scene,
     "one-radar": _one_radar,
@@ -319,7 +319,7 @@ HOSTILE: dict[str, Callable[[Scenario], Scenario]] = {
 def _clocks_back(
     measurements: pl.DataFrame, truth: pl.DataFrame
 ) -> tuple[pl.DataFrame, pl.DataFrame]:
-    # One plot in fifty of the first radar comes with a stamp 8 to 40 s too early, where it was.
+    # 2 % of the plots of the first radar have a time stamp 8 to 40 s too early.
     rng = np.random.Generator(np.random.PCG64(11))
     hit = (measurements["sensor_id"] == "radar-0").to_numpy()
     hit &= rng.uniform(size=len(measurements)) < 0.02

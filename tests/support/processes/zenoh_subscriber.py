@@ -119,7 +119,7 @@ def _main(options: dict[str, Any]) -> None:
         history=zenoh.ext.HistoryConfig(detect_late_publishers=options.get("detect", True)),
         recovery=zenoh.ext.RecoveryConfig(periodic_queries=None, heartbeat=True),
     )
-    # What is answered after it was declared was sent by who knows of the subscription.
+    # Replies after the declaration come from peers that know the subscription.
     wait_until(lambda: _answered(session), "an answer of the service")
     _say("ready\n")
     wait_until(lambda: len(received.numbers) >= options["expect"], "all updates", fail=False)

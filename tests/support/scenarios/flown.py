@@ -46,7 +46,7 @@ def plots_of(
     return measurement_track(times, places, noise, np.zeros(len(times)))
 
 
-def taken_by_series(start: Floats, u: float, w: float, t: float) -> Floats:
+def state_by_series(start: Floats, u: float, w: float, t: float) -> Floats:
     """The state of (2.1) after a time, forwards, by Taylor series in forty digits.
 
     It uses the right-hand sides as published: x' = v cos φ, z' = v sin φ, φ' = u / v, v' = w.

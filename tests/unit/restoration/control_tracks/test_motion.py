@@ -10,7 +10,7 @@ from multiradar.errors import MotionParameterError, ShapeError
 from multiradar.restoration.control_tracks._motion_kernels import fly, fly_with_slopes
 from multiradar.restoration.control_tracks.motion import advance
 from support.kernels import plain
-from support.scenarios.flown import taken_by_series
+from support.scenarios.flown import state_by_series
 
 SIZES = (0.0, 1e-15, 1e-12, 1e-9, 1e-7, 1e-5, 1e-4, 1e-3, 0.01, 0.1, 1.0, 2.0, 4.0)
 #: The slowest and fastest aircraft, from short intervals to the length of a window, and back.
@@ -64,7 +64,7 @@ def test_displacements_equal_the_integrated_equations(
 ) -> None:
     """Against (2.1) integrated numerically with forty digits; heading 1.1 rad."""
     start = np.array([1e3, -2e3, v, 1.1])
-    exact = taken_by_series(start, u, w, t)
+    exact = state_by_series(start, u, w, t)
     found = advance(start, u, w, t)
     assert np.hypot(*(found - exact)[:2]) < 1e-13 * (v + 0.5 * w * t) * t + 1e-12
     np.testing.assert_allclose(found[2:], exact[2:], rtol=1e-13)

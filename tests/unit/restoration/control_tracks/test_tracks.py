@@ -16,7 +16,7 @@ from multiradar.restoration.control_tracks.tracks import (
     whole_seconds,
 )
 from support.references.mean_distance import mean_distance
-from support.scenarios.flown import taken_by_series
+from support.scenarios.flown import state_by_series
 
 #: Decelerates from 100 to 20 m/s in a right turn, and accelerates again in a left one.
 BEGIN_S, SWITCH_S = 5.0, 45.5
@@ -31,14 +31,14 @@ def test_a_track_through_minimum_speed_equals_the_equations() -> None:
     grid = whole_seconds(BEGIN_S, 90.0)
     found = SLOWEST.geometric(grid)
     (u, w), (v, z) = SLOWEST.lateral_mps2, SLOWEST.longitudinal_mps2
-    middle = taken_by_series(SLOWEST.start, u, v, SWITCH_S - BEGIN_S)
+    middle = state_by_series(SLOWEST.start, u, v, SWITCH_S - BEGIN_S)
     assert middle[2] == pytest.approx(20.0)
     for place in (0, 20, 40, 41, 60, 85):
         time = float(grid[place])
         exact = (
-            taken_by_series(SLOWEST.start, u, v, time - BEGIN_S)
+            state_by_series(SLOWEST.start, u, v, time - BEGIN_S)
             if time < SWITCH_S
-            else taken_by_series(middle, w, z, time - SWITCH_S)
+            else state_by_series(middle, w, z, time - SWITCH_S)
         )
         # A flight of some 4 km; coordinates of 3 km round to 1e-12.
         assert np.hypot(*(found.position_m[place] - exact[:2])) < 4e-9
