@@ -45,8 +45,8 @@ def near_pairs(
     if not len(first_m) or not len(second_m):
         return none, none, np.zeros(0)
     trees = [
-        cKDTree(np.column_stack([place, instant * (_APART * radius_m)]))
-        for place, instant in ((first_m, first_instant), (second_m, second_instant))
+        cKDTree(np.column_stack([position, instant * (_APART * radius_m)]))
+        for position, instant in ((first_m, first_instant), (second_m, second_instant))
     ]
     found = trees[0].sparse_distance_matrix(trees[1], radius_m, output_type="ndarray")
     first, second = found["i"].astype(np.int64), found["j"].astype(np.int64)

@@ -134,12 +134,12 @@ def rarely_matched(track_of: Indices, gate_m: float) -> list[str]:
     list of str
         Empty from `MATCHED_MIN` on.
     """
-    share = float(np.mean(track_of >= 0))
-    if share >= MATCHED_MIN:
+    fraction = float(np.mean(track_of >= 0))
+    if fraction >= MATCHED_MIN:
         return []
     return [
         f"the aircraft of the reference have a track within {gate_m:.12g} m (--gate) for "
-        f"{share:.0%} of their time only: another recording, or too small a gate?"
+        f"{fraction:.0%} of their time only: another recording, or too small a gate?"
     ]
 
 

@@ -161,8 +161,8 @@ def _rms(evidence: Evidence) -> Found:
 def _gaps(least_s: float) -> Callable[[Evidence], Found]:
     def measure(evidence: Evidence) -> Found:
         length = evidence.interval_s
-        share = 100.0 * float(np.mean(length >= least_s)) if len(length) else np.nan
-        return Found(share, len(length))
+        fraction = 100.0 * float(np.mean(length >= least_s)) if len(length) else np.nan
+        return Found(fraction, len(length))
 
     return measure
 

@@ -159,22 +159,25 @@ def positions_on(reference: Reference, row: Indices, time_s: Floats) -> Position
     linked = joined(reference)[row]
     after = np.where(linked, row + 1, row)
     span_s = np.where(linked, reference.time_s[after] - reference.time_s[row], 1.0)
-    share = ((time_s - reference.time_s[row]) / span_s)[:, None]
+    fraction = ((time_s - reference.time_s[row]) / span_s)[:, None]
     start, end = reference.position_m[row], reference.position_m[after]
     if reference.velocity_mps is None:
-        position = start + share * (end - start)
-        return Positions(position, _slopes(reference, row), _heights(reference, row, share[:, 0]))
+        position = start + fraction * (end - start)
+        return Positions(
+            position, _slopes(reference, row), _heights(reference, row, fraction[:, 0])
+        )
     first = reference.velocity_mps[row] * span_s[:, None]
     last = np.where(linked[:, None], reference.velocity_mps[after] * span_s[:, None], first)
     end = np.where(linked[:, None], end, start + first)
     rest = end - start
-    position = start + share * (
-        first + share * (3.0 * rest - 2.0 * first - last + share * (first + last - 2.0 * rest))
+    position = start + fraction * (
+        first
+        + fraction * (3.0 * rest - 2.0 * first - last + fraction * (first + last - 2.0 * rest))
     )
-    slope = first + share * (
-        2.0 * (3.0 * rest - 2.0 * first - last) + 3.0 * share * (first + last - 2.0 * rest)
+    slope = first + fraction * (
+        2.0 * (3.0 * rest - 2.0 * first - last) + 3.0 * fraction * (first + last - 2.0 * rest)
     )
-    return Positions(position, slope / span_s[:, None], _heights(reference, row, share[:, 0]))
+    return Positions(position, slope / span_s[:, None], _heights(reference, row, fraction[:, 0]))
 
 
 # Velocities of the lines that leave rows; the end of a stretch has that of the preceding line.
@@ -190,10 +193,10 @@ def _slopes(reference: Reference, row: Indices) -> Floats:
     return slopes
 
 
-def _heights(reference: Reference, row: Indices, share: Floats) -> Floats:
+def _heights(reference: Reference, row: Indices, fraction: Floats) -> Floats:
     after = np.where(joined(reference)[row], row + 1, row)
     start: Floats = reference.height_m[row]
-    return start + share * (reference.height_m[after] - start)
+    return start + fraction * (reference.height_m[after] - start)
 
 
 def climb_at(reference: Reference, aircraft: Indices, time_s: Floats) -> Floats:

@@ -127,7 +127,7 @@ def by_aircraft(card: Scorecard) -> list[Figures]:
         rows.append(
             {
                 "aircraft": str(name),
-                "completeness": _share(int(tracked[number]), int(known[number])),
+                "completeness": _fraction(int(tracked[number]), int(known[number])),
                 "tracks": len({run.partner for run in card.identity.tracks_of_aircraft[number]}),
                 "updates": position["samples"],
                 "rms_m": position["rms"],
@@ -178,10 +178,10 @@ def _gospa(card: Scorecard) -> Figures:
     values = found.gospa_m[found.present]
     parts = {"localisation": found.localisation, "missed": found.missed, "false": found.false_}
     total = sum(float(part.sum()) for part in parts.values())
-    shares: Figures = {
-        f"{name}_share": _share(float(part.sum()), total) for name, part in parts.items()
+    fractions: Figures = {
+        f"{name}_share": _fraction(float(part.sum()), total) for name, part in parts.items()
     }
-    return {"mean_m": _mean(values), "median_m": _median(values), **shares}
+    return {"mean_m": _mean(values), "median_m": _median(values), **fractions}
 
 
 def _nees(found: Consistency | None) -> Figures:
@@ -218,12 +218,12 @@ def _continuity(card: Scorecard) -> Figures:
     gaps = length[length >= card.settings.gap_s]
     total = float(length.sum())
     return {
-        "continuity": _share(total - float(gaps.sum()), total),
+        "continuity": _fraction(total - float(gaps.sum()), total),
         "intervals": len(length),
         "gap_s": card.settings.gap_s,
         "gaps": len(gaps),
-        "gap_share": _share(len(gaps), len(length)),
-        "gap_time_share": _share(float(gaps.sum()), total),
+        "gap_share": _fraction(len(gaps), len(length)),
+        "gap_time_share": _fraction(float(gaps.sum()), total),
         "longest_gap_s": float(length.max()) if len(length) else None,
     }
 
@@ -233,10 +233,10 @@ def _identity(card: Scorecard) -> Figures:
     right, total = card.plots or (0, 0)
     return {
         "swaps": card.identity.swaps,
-        "swaps_per_h": _share(card.identity.swaps, hours),
+        "swaps_per_h": _fraction(card.identity.swaps, hours),
         "number_changes": card.identity.number_changes,
         "plots_judged": total,
-        "plots_on_right_track": _share(right, total),
+        "plots_on_right_track": _fraction(right, total),
     }
 
 
@@ -310,7 +310,7 @@ def _median(values: Floats) -> float | None:
     return float(np.median(values)) if len(values) else None
 
 
-def _share(part: float, whole: float) -> float | None:
+def _fraction(part: float, whole: float) -> float | None:
     return part / whole if whole else None
 
 

@@ -41,7 +41,7 @@ def card_plots(card: Scorecard) -> list[Plot]:
     plots = [_map(card)]
     if len(card.errors.time_s):
         plots += [*_worst(card), _errors_over_time(card, time_label), *_distributions(card)]
-    plots += _picture(card, time_label)
+    plots += _air_picture(card, time_label)
     for name, unit, found in (
         ("position", "Position", card.position),
         ("velocity", "Velocity", card.velocity),
@@ -150,13 +150,13 @@ def _errors_over_time(card: Scorecard, time_label: str) -> Plot:
 def _distributions(card: Scorecard) -> Iterator[Plot]:
     errors = card.errors
     size = np.sort(errors.position_m)
-    share = np.arange(1, len(size) + 1) / len(size) * 100.0
+    fraction = np.arange(1, len(size) + 1) / len(size) * 100.0
     group = "Position errors"
     yield Plot(
         title="Cumulative distribution of position errors",
         x_label="position error, m",
         y_label="updates, %",
-        series=(Series("position", size, share),),
+        series=(Series("position", size, fraction),),
         x_limits=(0.0, float(max(np.percentile(size, 99.5), 1.0))),
         group=group,
         name="distribution",
@@ -182,7 +182,7 @@ def _steps(edges: Floats, count: Indices) -> tuple[Floats, Floats]:
     return np.repeat(edges, 2)[1:-1], np.repeat(count, 2).astype(np.float64)
 
 
-def _picture(card: Scorecard, time_label: str) -> Iterator[Plot]:
+def _air_picture(card: Scorecard, time_label: str) -> Iterator[Plot]:
     instants, found = card.instants, card.distances
     count = len(instants.time_s)
     group = "Air picture over time"

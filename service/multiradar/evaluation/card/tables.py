@@ -63,7 +63,7 @@ def card_tables(figures: Figures) -> list[Table]:
     list of Table
         Errors, air picture, tracks, consistency; biases and forecasts where there are any.
     """
-    tables = [_errors(figures), _picture(figures), _tracks(figures), _consistency(figures)]
+    tables = [_errors(figures), _air_picture(figures), _tracks(figures), _consistency(figures)]
     optional = {"biases": _biases, "forecasts": _forecasts}
     return [*tables, *(made(figures) for name, made in optional.items() if figures[name])]
 
@@ -156,7 +156,7 @@ def _errors(figures: Figures) -> Table:
     return Table("Errors", header, _cells(rows), _DEFINITIONS)
 
 
-def _picture(figures: Figures) -> Table:
+def _air_picture(figures: Figures) -> Table:
     siap, ospa, gospa = (_dict(figures[name]) for name in ("siap", "ospa", "gospa"))
     rows = [
         ("completeness", _percent(siap["completeness"]), "aircraft that have a track"),
@@ -183,16 +183,16 @@ def _gospa_definition(gospa: Figures) -> str:
 
 
 def _tracks(figures: Figures) -> Table:
-    begin, going, identity, kinds = (
+    begin, continuity, identity, kinds = (
         _dict(figures[name]) for name in ("initiation", "continuity", "identity", "tracks")
     )
     rows = [
         ("aircraft never tracked", f"{begin['never_tracked']} of {begin['aircraft']}"),
         ("initiation delay, median", _unit(begin["median_s"], "s")),
         ("initiation delay, longest", _unit(begin["longest_s"], "s")),
-        ("continuity", _percent(going["continuity"])),
-        (f"gaps of {going['gap_s']:g} s or more", _count_and_share(going)),
-        ("longest gap", _unit(going["longest_gap_s"], "s")),
+        ("continuity", _percent(continuity["continuity"])),
+        (f"gaps of {continuity['gap_s']:g} s or more", _count_and_fraction(continuity)),
+        ("longest gap", _unit(continuity["longest_gap_s"], "s")),
         ("identity swaps", f"{identity['swaps']} ({_number(identity['swaps_per_h'])} per hour)"),
         ("changes of track number", _number(identity["number_changes"])),
         ("plots on the right track", _plots(identity)),
@@ -206,8 +206,9 @@ def _tracks(figures: Figures) -> Table:
     return Table("Tracks", ("measure", "value"), _cells(rows))
 
 
-def _count_and_share(going: Figures) -> str:
-    return f"{going['gaps']} ({_percent(going['gap_share'])} of {going['intervals']} intervals)"
+def _count_and_fraction(continuity: Figures) -> str:
+    fraction = _percent(continuity["gap_share"])
+    return f"{continuity['gaps']} ({fraction} of {continuity['intervals']} intervals)"
 
 
 def _with_longest(kinds: Figures, name: str) -> str:

@@ -136,16 +136,16 @@ def _normalised(off: Floats, columns: dict[str, Floats]) -> Floats:
 # The aircraft of the update at which each forecast was made; −1 for none.
 def _aircraft(columns: dict[str, Floats], tracks: Tracks, aircraft: Indices) -> Indices:
     track_id = columns["track_id"].astype(np.int64)
-    place = np.minimum(np.searchsorted(tracks.ids, track_id), len(tracks.ids) - 1)
-    known = tracks.ids[place] == track_id
+    index = np.minimum(np.searchsorted(tracks.ids, track_id), len(tracks.ids) - 1)
+    known = tracks.ids[index] == track_id
     origin = tracks.time_s.min()
     # One axis for all tracks: the updates of each follow those of the previous one.
     length = float(np.ptp(tracks.time_s)) + 2.0
     axis = tracks.track * length + (tracks.time_s - origin)
     asked = np.clip(columns["made_s"] - origin + 1e-6, -1.0, length - 1.0)
-    row = np.searchsorted(axis, place * length + asked, side="right") - 1
+    row = np.searchsorted(axis, index * length + asked, side="right") - 1
     row = np.maximum(row, 0)
-    known &= (tracks.track[row] == place) & (np.abs(tracks.time_s[row] - columns["made_s"]) <= 1e-6)
+    known &= (tracks.track[row] == index) & (np.abs(tracks.time_s[row] - columns["made_s"]) <= 1e-6)
     return np.where(known, aircraft[row], -1)
 
 

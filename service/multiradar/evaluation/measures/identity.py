@@ -72,14 +72,14 @@ def identity_over_time(instants: Instants, aircraft: int, tracks: int, dwell_s: 
     Identity
         Runs in order of time.
     """
-    mine = np.flatnonzero(instants.track_of >= 0)
-    his = instants.track_of[mine]
-    one, other = instants.aircraft[mine], instants.track[his]
-    when = instants.aircraft_instant[mine]
+    matched = np.flatnonzero(instants.track_of >= 0)
+    track_row = instants.track_of[matched]
+    one, other = instants.aircraft[matched], instants.track[track_row]
+    when = instants.aircraft_instant[matched]
     dwell = int(np.ceil(dwell_s / instants.step_s - 1e-9))
     followed = _settled(one, other, when, aircraft, dwell)
     # The rows of an aircraft are consecutive: a gap in the reference does not break a segment.
-    longest = _longest(one, _settled_partner(followed, one, when), mine, aircraft)
+    longest = _longest(one, _settled_partner(followed, one, when), matched, aircraft)
     return Identity(
         aircraft_of_track=_settled(other, one, when, tracks, dwell),
         tracks_of_aircraft=followed,

@@ -60,11 +60,11 @@ def siap(instants: Instants, identity: Identity) -> Siap:
     P. Votruba, R. Nisley, R. Rothrock, B. Zombro, "Single Integrated Air Picture (SIAP) Metrics
     Implementation", SIAP System Engineering Task Force, technical report 2001-001.
     """
-    mine = np.flatnonzero(instants.track_of >= 0)
-    his = instants.track_of[mine]
-    off = np.hypot(*(instants.track_m[his] - instants.aircraft_m[mine]).T)
-    slip = np.hypot(*(instants.track_mps[his] - instants.aircraft_mps[mine]).T)
-    aircraft, tracked, tracks = len(instants.aircraft), len(mine), int(instants.evaluated.sum())
+    matched = np.flatnonzero(instants.track_of >= 0)
+    track_row = instants.track_of[matched]
+    off = np.hypot(*(instants.track_m[track_row] - instants.aircraft_m[matched]).T)
+    slip = np.hypot(*(instants.track_mps[track_row] - instants.aircraft_mps[matched]).T)
+    aircraft, tracked, tracks = len(instants.aircraft), len(matched), int(instants.evaluated.sum())
     at_aircraft = tracked + int(instants.redundant.sum())
     known = slip[np.isfinite(slip)]
     hours = tracked * instants.step_s / _HOUR_S

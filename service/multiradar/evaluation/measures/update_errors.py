@@ -86,13 +86,13 @@ def aircraft_of_updates(
         return np.full(len(tracks.time_s), -1)
     owner, first, last, partner = np.array(rows, np.int64).T
     length = float(len(instants.time_s)) + 2.0
-    place = (tracks.time_s - instants.time_s[0]) / instants.step_s
-    place = np.clip(place, -2.0, length - 2.0)
-    before = np.searchsorted(owner * length + first, tracks.track * length + place, "right") - 1
-    found, apart = np.full(len(place), -1), np.full(len(place), np.inf)
+    instant = (tracks.time_s - instants.time_s[0]) / instants.step_s
+    instant = np.clip(instant, -2.0, length - 2.0)
+    before = np.searchsorted(owner * length + first, tracks.track * length + instant, "right") - 1
+    found, apart = np.full(len(instant), -1), np.full(len(instant), np.inf)
     for candidate in (before, before + 1):
         row = np.clip(candidate, 0, len(owner) - 1)
-        near = (place >= first[row] - 1.0) & (place <= last[row] + 1.0)
+        near = (instant >= first[row] - 1.0) & (instant <= last[row] + 1.0)
         hit = np.flatnonzero(near & (owner[row] == tracks.track) & (candidate == row))
         aircraft_index = partner[row[hit]]
         there = positions_at(reference, aircraft_index, tracks.time_s[hit]).position_m
@@ -139,7 +139,7 @@ def errors_of_updates(
     speed = np.hypot(*true.T)
     with np.errstate(invalid="ignore", divide="ignore"):
         course = np.where((speed >= COURSE_SPEED_MIN_MPS)[:, None], true / speed[:, None], np.nan)
-    turn = np.arctan2(
+    heading_error = np.arctan2(
         reported[:, 0] * course[:, 1] - reported[:, 1] * course[:, 0],
         reported[:, 0] * course[:, 0] + reported[:, 1] * course[:, 1],
     )
@@ -152,7 +152,7 @@ def errors_of_updates(
         along_m=off[:, 0] * course[:, 0] + off[:, 1] * course[:, 1],
         across_m=off[:, 0] * course[:, 1] - off[:, 1] * course[:, 0],
         speed_mps=np.hypot(*reported.T) - speed,
-        heading_deg=np.degrees(turn),
+        heading_deg=np.degrees(heading_error),
         height_m=tracks.height_m[update] - height,
         climb_mps=tracks.climb_mps[update]
         - climb_at(reference, aircraft[update], tracks.time_s[update]),

@@ -124,7 +124,7 @@ class _Transition:
     # From one position to the next: the states before, the mixing probabilities of each mode
     # (a, i, j), the mixed states, their transition matrices, and the predicted states.
     before: _Mixture
-    share: Floats
+    fraction: Floats
     mixed: _Mixture
     motion: Floats
     ahead: _Mixture
@@ -245,18 +245,18 @@ def _earlier(transition: _Transition, later: _Mixture) -> _Mixture:
         + np.log(np.linalg.det(own))[:, :, None]
         - np.log(np.linalg.det(total))
     )
-    possible = transition.share > 0.0
-    fit = np.where(possible, fit + np.log(np.where(possible, transition.share, 1.0)), -np.inf)
+    possible = transition.fraction > 0.0
+    fit = np.where(possible, fit + np.log(np.where(possible, transition.fraction, 1.0)), -np.inf)
     weight = np.exp(fit - fit.max(axis=1, keepdims=True))
     weight /= weight.sum(axis=1, keepdims=True)
     joint = weight * later.probability[:, None]
     probability = joint.sum(axis=2)
-    share = joint / np.maximum(probability, 1e-300)[..., None]
+    fraction = joint / np.maximum(probability, 1e-300)[..., None]
     absolute = mean + mixed.mean[:, None]
-    whole = np.einsum("aij,aijmc->aimc", share, absolute)
+    whole = np.einsum("aij,aijmc->aimc", fraction, absolute)
     off = absolute[..., 0] - whole[:, :, None, :, 0]
-    spread = np.einsum("aij,aijmn->aimn", share, covariance)
-    spread = spread + np.einsum("aij,aijm,aijn->aimn", share, off, off)
+    spread = np.einsum("aij,aijmn->aimn", fraction, covariance)
+    spread = spread + np.einsum("aij,aijm,aijn->aimn", fraction, off, off)
     return _Mixture(probability / probability.sum(axis=1, keepdims=True), whole, _symmetric(spread))
 
 

@@ -64,25 +64,25 @@ def update_rows(
 
 
 @kernel
-def fold_sums(model: Model, store: Store, news: Floats, vector: Floats) -> None:
-    """Y += news, ς̂ += P (vector − news ς̂); news (upper triangle) and vector are set to zero."""
+def fold_sums(model: Model, store: Store, information: Floats, vector: Floats) -> None:
+    """Y += I, ς̂ += P (vector − I ς̂); I (information, upper triangle) and vector are set to zero."""
     n = model.bias.shape[0]
-    said = False
+    informative = False
     for c in range(n):
         for d in range(c, n):
-            if news[c, d] != 0.0:
-                said = True
-                store.information[c, d] += news[c, d] * store.scale[c] * store.scale[d]
-    if not said:
+            if information[c, d] != 0.0:
+                informative = True
+                store.information[c, d] += information[c, d] * store.scale[c] * store.scale[d]
+    if not informative:
         return
     for c in range(n):
         for d in range(n):
-            vector[c] -= news[min(c, d), max(c, d)] * model.bias[d]
+            vector[c] -= information[min(c, d), max(c, d)] * model.bias[d]
     invert_information(model, store)
     for c in range(n):
         for d in range(n):
             model.bias[c] += model.bias_covariance[c, d] * vector[d]
-    news[:] = 0.0
+    information[:] = 0.0
     vector[:] = 0.0
 
 

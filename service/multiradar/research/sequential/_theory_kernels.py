@@ -163,14 +163,14 @@ def linearise(
     truth: Floats,
     rows: Rows,
     model: Model,
-    heard: float,
+    last_height: float,
     epoch: Epoch,
 ) -> None:
     """Linearise each row of the epoch at the truth: its value, H, J and W."""
     for r in range(last - first):
         row = first + r
         s = rows.sensor[row]
-        height, variance = choose_height(rows.height[row], heard, model.options)
+        height, variance = choose_height(rows.height[row], last_height, model.options)
         H = epoch.by_position[r]
         W = epoch.noise[r]
         p0, p1, _ = predict_measurement(

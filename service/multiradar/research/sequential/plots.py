@@ -76,14 +76,14 @@ class Plots:
         heights = require_shape(heights, "heights of the plots", (count,)).copy()
         if np.isinf(heights).any():
             raise ShapeError("heights of the plots", "finite numbers or NaN", heights.shape)
-        seen, seeing = (
+        aircraft_rows, sensor_rows = (
             _indices(column, count, f"{what} of the plots")
             for column, what in ((aircraft, "aircraft"), (sensor, "sensors"))
         )
-        _require_once_at_a_time(times, seen, seeing)
+        _require_once_at_a_time(times, aircraft_rows, sensor_rows)
         object.__setattr__(self, "time_s", times)
-        object.__setattr__(self, "aircraft", seen)
-        object.__setattr__(self, "sensor", seeing)
+        object.__setattr__(self, "aircraft", aircraft_rows)
+        object.__setattr__(self, "sensor", sensor_rows)
         object.__setattr__(self, "value", values)
         object.__setattr__(self, "height_m", heights)
 

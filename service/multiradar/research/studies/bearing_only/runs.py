@@ -62,7 +62,7 @@ class Scenario(NamedTuple):
         Speed of the sources, to the east.
     ranging : tuple of int
         Sources that also measure the range.
-    seen : float
+    detection_probability : float
         Probability of detection, from the third scan on.
     """
 
@@ -72,7 +72,7 @@ class Scenario(NamedTuple):
     dimensions: int = 2
     source_speed_mps: float = 0.0
     ranging: tuple[int, ...] = ()
-    seen: float = 1.0
+    detection_probability: float = 1.0
 
 
 SCENARIOS = (
@@ -82,7 +82,11 @@ SCENARIOS = (
     Scenario("moving", "three sources that fly at 150 m/s", source_speed_mps=150.0),
     Scenario("space", "three sources with elevations", dimensions=3),
     Scenario("jammed", "one radar with ranges, two that are jammed", ranging=(0,)),
-    Scenario("missed", "three sources with a detection probability of one half", seen=0.5),
+    Scenario(
+        "missed",
+        "three sources with a detection probability of one half",
+        detection_probability=0.5,
+    ),
 )
 
 
@@ -163,7 +167,11 @@ def simulate_bearings(
     for number in range(scans):
         for source in order:
             # One detection pattern for all runs; the first two scans initiate the track.
-            if scenario.seen < 1.0 and number > 1 and rng.random() > scenario.seen:
+            if (
+                scenario.detection_probability < 1.0
+                and number > 1
+                and rng.random() > scenario.detection_probability
+            ):
                 continue
             time = number * PERIOD_S + scenario.phases_s[source]
             state = _flown(state, time - now, rng)

@@ -90,13 +90,13 @@ def _figure(rows: Sequence[Row], scenario: Scenario, panel: str) -> Plot:
 def _headings(rows: Sequence[Row]) -> Iterable[Plot]:
     of = [row for row in rows if row["part"] == "heading"]
     for setting in dict.fromkeys(row["setting"] for row in of):
-        ours = [row for row in of if row["setting"] == setting]
-        is_frame = ours[0]["model"] == FRAME
+        selected = [row for row in of if row["setting"] == setting]
+        is_frame = selected[0]["model"] == FRAME
         yield Plot(
-            f"{ours[0]['model']}: {setting}",
+            f"{selected[0]['model']}: {setting}",
             "heading, °",
             "acceleration, m/s²",
-            tuple(_along_and_across(ours)),
+            tuple(_along_and_across(selected)),
             caption=HEADING_CAPTION if is_frame else "",
             group="Root mean square acceleration of one interval, by heading",
         )

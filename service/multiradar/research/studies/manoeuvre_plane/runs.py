@@ -167,8 +167,8 @@ def planes(
     found = []
     for _ in range(runs):
         drawn = np.einsum("nij,nj->ni", noise.roots, rng.standard_normal(truth.shape))
-        seen = truth + drawn
-        found.append([_fitted(noise, seen[: round(time_s * RATE_HZ)]) for time_s in times_s])
+        measured = truth + drawn
+        found.append([_fitted(noise, measured[: round(time_s * RATE_HZ)]) for time_s in times_s])
     return found
 
 

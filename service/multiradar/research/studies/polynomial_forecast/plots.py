@@ -96,8 +96,8 @@ def _forecasts(rows: list[dict[str, Value]]) -> Plot:
 
 
 def _points(rows: list[dict[str, Value]], intensity: float) -> list[Series]:
-    mine = [row for row in rows if row["noise_intensity"] == intensity]
-    published = [row for row in mine if row["printed"] is not None]
+    selected = [row for row in rows if row["noise_intensity"] == intensity]
+    published = [row for row in selected if row["printed"] is not None]
     return [
         Series(
             f"C₂ = {intensity:g} m²·s, {label}",
@@ -107,7 +107,7 @@ def _points(rows: list[dict[str, Value]], intensity: float) -> list[Series]:
             key=_key(intensity),
         )
         for label, name, chosen, style in (
-            ("Monte Carlo", "monte_carlo", mine, MARKS[0]),
+            ("Monte Carlo", "monte_carlo", selected, MARKS[0]),
             ("published", "printed", published, MARKS[1]),
         )
     ]

@@ -137,16 +137,18 @@ def _branching(run: Run) -> list[Plot]:
 
 
 def _accelerations(run: Run, named: dict[str, Picture]) -> Plot:
-    ours = named[SERVICE]
-    times = np.arange(0.0, ours.time_s[-1], _STEP_S)
-    mean = np.tensordot(ours.weights, [_lateral_mps2(one, times) for one in ours.controls], axes=1)
+    service = named[SERVICE]
+    times = np.arange(0.0, service.time_s[-1], _STEP_S)
+    mean = np.tensordot(
+        service.weights, [_lateral_mps2(one, times) for one in service.controls], axes=1
+    )
     return Plot(
         title="Lateral acceleration",
         x_label="t, s",
         y_label="to the right, m/s²",
         series=(
             Series("best after the search", times, _lateral_mps2(named[SEARCHED].best, times)),
-            Series("best of the service", times, _lateral_mps2(ours.best, times), key="best"),
+            Series("best of the service", times, _lateral_mps2(service.best, times), key="best"),
             Series("mean of the service", times, np.asarray(mean), key="tracks"),
             Series("true", times, true_lateral_mps2(times), "dashed", key="ink"),
         ),

@@ -209,16 +209,16 @@ def _plots(aircraft: Aircraft, rng: np.random.Generator) -> MeasurementTrack:
         Sensor("1", "radar", -30e3, 0.0, 0.0, 40.0, 0.0011, rotation_period_s=4.0),
         Sensor("2", "radar", 40e3, 10e3, 0.0, 40.0, 0.0011, rotation_period_s=5.0),
     )
-    seen = flat_plots(Scenario("", 1, DURATION_S, "flat", (0.0, 0.0), (aircraft,), (), radars), rng)
-    away = np.stack([np.sin(seen.azimuth_rad), np.cos(seen.azimuth_rad)], axis=-1)
+    flat = flat_plots(Scenario("", 1, DURATION_S, "flat", (0.0, 0.0), (aircraft,), (), radars), rng)
+    away = np.stack([np.sin(flat.azimuth_rad), np.cos(flat.azimuth_rad)], axis=-1)
     across = np.stack([away[:, 1], -away[:, 0]], axis=-1)
-    position = seen.site_m[seen.radar] + seen.range_m[:, None] * away
-    range_m2 = np.array([one.range_sigma_m**2 for one in radars])[seen.radar]
-    sigma = np.array([one.azimuth_sigma_rad for one in radars])[seen.radar]
+    position = flat.site_m[flat.radar] + flat.range_m[:, None] * away
+    range_m2 = np.array([one.range_sigma_m**2 for one in radars])[flat.radar]
+    sigma = np.array([one.azimuth_sigma_rad for one in radars])[flat.radar]
     noise = range_m2[:, None, None] * away[:, :, None] * away[:, None, :]
-    across_m2 = (sigma * seen.range_m) ** 2
+    across_m2 = (sigma * flat.range_m) ** 2
     noise = noise + across_m2[:, None, None] * across[:, :, None] * across[:, None, :]
-    return measurement_track(seen.time_s, position, noise, seen.radar)
+    return measurement_track(flat.time_s, position, noise, flat.radar)
 
 
 # The branch with the smallest misfit, and its parent track.

@@ -67,14 +67,14 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
 
 def _median_run(found: list[Run]) -> Run:
     index = [picture.name for picture in found[0].pictures].index(SEARCHED)
-    far = [_seen(run, index)[FROM_PLOT] for run in found]
+    far = [_figures(run, index)[FROM_PLOT] for run in found]
     return found[int(np.argsort(far, kind="stable")[len(found) // 2])]
 
 
 # Means of the figures of a step over the runs.
 def _row(found: list[Run], index: int) -> dict[str, Value]:
     tracks, best, weighted, scatter, plot, end, misfit, evaluations = np.mean(
-        [_seen(run, index) for run in found], axis=0
+        [_figures(run, index) for run in found], axis=0
     ).tolist()
     picture = found[0].pictures[index]
     return {
@@ -90,11 +90,11 @@ def _row(found: list[Run], index: int) -> dict[str, Value]:
     }
 
 
-# Index of the distance of the ends from the last plot in `_seen`.
+# Index of the distance of the ends from the last plot in `_figures`.
 FROM_PLOT = 4
 
 
-def _seen(run: Run, index: int) -> list[float]:
+def _figures(run: Run, index: int) -> list[float]:
     picture = run.pictures[index]
     apart = distance_from_truth(run, picture)
     mean = np.einsum("k,ktc->tc", picture.weights, picture.positions_m)
@@ -144,7 +144,7 @@ def _notes(rows: list[dict[str, Value]]) -> list[str]:
     named = {str(row["step"]): row for row in rows}
     searched, settled = named[SEARCHED], named["least squares on the same"]
     grouped, alone = named["before the last plot"], named["the same, thinned by weight alone"]
-    first, ours = rows[0], rows[-1]
+    first, service = rows[0], rows[-1]
     return [
         f"Figure 2.3 is the bundle {BUNDLE_TIME_S:g} s after the first plot, right after "
         "branching; figure 2.4 is the same bundle after the search. A branch leaves its track 10 s "
@@ -164,8 +164,8 @@ def _notes(rows: list[dict[str, Value]]) -> list[str]:
         "weight of the last plot moves the ends away from the plot, but not closer to the truth; a "
         "functional of dimples, which is hardly attracted by a plot beyond two sigmas, leaves the "
         "ends unchanged and increases the errors of the tracks. With priors of accelerations and "
-        f"of switching times it is {_text(ours, 'end_from_plot_sigma')}, and the mean distance of "
-        f"the best track from the true path is {_text(ours, 'best_apart_m')} m instead of "
+        f"of switching times it is {_text(service, 'end_from_plot_sigma')}, and the mean distance "
+        f"of the best track from the true path is {_text(service, 'best_apart_m')} m instead of "
         f"{_text(searched, 'best_apart_m')} m.",
         "Least squares on the same functional and parameters end at a misfit of "
         f"{_text(settled, 'misfit')}, the search at {_text(searched, 'misfit')} after "
