@@ -49,7 +49,7 @@ _MODELS: dict[str, TypeAdapter[Any]] = {
     "reject": TypeAdapter(Reject),
     "report": TypeAdapter(Report),
 }
-#: Tables whose rows are a model each, and the two in which a reason may stand for all else.
+#: Tables with one model per row, and two with a reason instead of values.
 _TABLES: dict[str, tuple[pl.Schema, tuple[str, ...]]] = {
     "measurements": (MEASUREMENT_SCHEMA, MEASUREMENT_REQUIRED),
     **{

@@ -43,7 +43,7 @@ class Account:
         self.rejected[line.code] += 1
         self.examples.setdefault(line.code, line)
 
-    def see(self, last_s: float) -> None:
+    def add_time(self, last_s: float) -> None:
         """Record the time of a row."""
         self.last_s = last_s if self.last_s is None else max(self.last_s, last_s)
 

@@ -206,7 +206,7 @@ class _Conversion:
         start_s = self._unix_start_s if self._of_day else 0.0
         rows = write_table(
             self._folder / "measurements.parquet",
-            self._shown(
+            self._with_progress(
                 table_rows(prefetch(named, self._pool), self._reports.sorted()),
                 len(self._plots) + reports,
             ),
@@ -274,7 +274,7 @@ class _Conversion:
             time = rows.number(fields.TIME)
             time += moved_s
             if len(rows):
-                account.see(float(time.max()) + (self._unix_start_s if self._of_day else 0.0))
+                account.add_time(float(time.max()) + (self._unix_start_s if self._of_day else 0.0))
             add(rows)
 
     def _sensor_numbers(self, rows: Rows) -> NDArray[np.int64]:
@@ -370,7 +370,7 @@ class _Conversion:
                 self._buckets.add(points(columns, track))
             yield named
 
-    def _shown(self, blocks: Iterator[Records], count: int) -> Iterator[Records]:
+    def _with_progress(self, blocks: Iterator[Records], count: int) -> Iterator[Records]:
         """Yield blocks, reporting progress as if the dump were read once more."""
         for block in blocks:
             self._times_s += [times(block)[0], times(block)[-1]] if len(block) else []

@@ -127,7 +127,7 @@ class TrackWriter:
         if count == 0:
             path.unlink()
         elif count <= self.points_max:
-            points = self._of_chosen(np.fromfile(path, dtype=np.int64).reshape(-1, POINT_WORDS))
+            points = self._selected(np.fromfile(path, dtype=np.int64).reshape(-1, POINT_WORDS))
             path.unlink()
             self._in_memory(points, written)
         elif depth < _REPARTITIONS_MAX:
@@ -136,7 +136,7 @@ class TrackWriter:
             self._single(path, written)
         return written
 
-    def _of_chosen(self, points: Records) -> Records:
+    def _selected(self, points: Records) -> Records:
         if self.chosen is None:
             return points
         return points[np.isin(aircraft_of(points[:, 4]), self.chosen)]
@@ -168,7 +168,7 @@ class TrackWriter:
     def _single(self, path: Path, written: Written) -> None:
         """Write tracks one of which is too long for memory."""
         tracks: Counter[int] = Counter()
-        for points in map(self._of_chosen, _read(path)):
+        for points in map(self._selected, _read(path)):
             values, counts = np.unique(points[:, 4], return_counts=True)
             tracks.update(dict(zip(values.tolist(), counts.tolist(), strict=True)))
         for number, (track, length) in enumerate(sorted(tracks.items())):

@@ -72,7 +72,7 @@ def explain(details: Mapping[str, Any]) -> tuple[RejectCode, str]:
         A message of the form "field: expected …, was …".
     """
     kind, value = str(details["type"]), details.get("input")
-    return _code(kind, value), f"{place(details['loc'])}{reason_of(details)}"
+    return _code(kind, value), f"{location_text(details['loc'])}{reason_of(details)}"
 
 
 def reason_of(details: Mapping[str, Any]) -> str:
@@ -88,7 +88,7 @@ def reason_of(details: Mapping[str, Any]) -> str:
     return _sentence(kind, details, value)
 
 
-def place(location: tuple[int | str, ...]) -> str:
+def location_text(location: tuple[int | str, ...]) -> str:
     """Return a location as `sensor[2].bias.range_gain: `; empty at the top level."""
     path = ""
     for part in location:

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from multiradar_schemas.documents.explain import ABSENT_ERROR, place, reason_of
+from multiradar_schemas.documents.explain import ABSENT_ERROR, location_text, reason_of
 from multiradar_schemas.documents.names import shown, unknown, unknown_choice
 from multiradar_schemas.documents.toml_lines import Path, line_of
 
@@ -178,7 +178,7 @@ def _where(location: Path, values: Mapping[str, Any]) -> str:
         if name is not None:
             named += f"{'.'.join(str(one) for one in path[:-1])} {name}: "
             path = ()
-    return named + place(path)
+    return named + location_text(path)
 
 
 def _within(found: Any, part: int | str) -> Any:

@@ -60,9 +60,9 @@ def _opened(name: str, tables: dict[Path, int], *, many: bool) -> Path:
     # An element of an array of tables is identified by its index; later headers refer to the last.
     path: Path = ()
     parts = _split(name)
-    for place, part in enumerate(parts):
+    for index, part in enumerate(parts):
         path = (*path, part)
-        last = place == len(parts) - 1
+        last = index == len(parts) - 1
         if last and many:
             tables[path] = tables.get(path, -1) + 1
         if path in tables:

@@ -1,4 +1,4 @@
-"""Bias estimates, as JSON: the same fields as the columns of `biases.parquet`."""
+"""Bias estimates in JSON, with the same fields as `biases.parquet`."""
 
 from typing import Annotated, Literal
 
@@ -12,10 +12,9 @@ ParameterName = Literal["range_offset_m", "azimuth_offset_deg", "range_gain", "t
 
 
 class BiasEstimate(Record):
-    """One bias parameter of one sensor at the end of an epoch; a row of `biases.parquet`.
+    """A bias parameter of a sensor at the end of an epoch; a row of `biases.parquet`.
 
-    A bias is measured minus true. The unit is the end of the parameter's name (`range_gain` has
-    none).
+    A bias is measured minus true. The unit is the suffix of the parameter (`range_gain` has none).
     """
 
     time_s: Annotated[
@@ -43,8 +42,8 @@ class BiasEstimate(Record):
         float,
         Field(ge=0.0),
         described(
-            "`sigma` over that beforehand: about 1 when the measurements told nothing about the "
-            "parameter by itself; above 1 where it drifts",
+            "`sigma` / prior sigma: about 1 if the measurements do not determine the parameter by "
+            "itself; above 1 if it drifts",
             unit="1",
             source="filter",
         ),

@@ -1,4 +1,4 @@
-"""Encounters: pairs of tracks that are expected to come near each other."""
+"""Encounters: pairs of tracks predicted to come into proximity."""
 
 from typing import Annotated
 
@@ -8,18 +8,18 @@ from multiradar_schemas.base import Record, described
 from multiradar_schemas.columns import table_schema
 from multiradar_schemas.products.track import TrackState
 
-_HEIGHTS = "a height is not known, or one is a pressure altitude and the other is not"
+_HEIGHTS = "a height is unknown, or only one of them is a pressure altitude"
 
 
 class Encounter(Record):
-    """The expected closest approach of two tracks; a row of `encounters.parquet`."""
+    """The predicted closest point of approach of two tracks; a row of `encounters.parquet`."""
 
     time_s: Annotated[float, described("Data time of the forecast", unit="s", source="service")]
     closest_time_s: Annotated[
         float,
         described(
-            "Data time at which the expected positions are nearest to each other, within the "
-            "horizon; `time_s` of tracks that fly together",
+            "Data time of the closest point of approach of the predicted positions within the "
+            "horizon; `time_s` for tracks that fly together",
             unit="s",
             source="filter",
         ),
@@ -36,14 +36,14 @@ class Encounter(Record):
             "Standard deviation of `closest_time_s`",
             unit="s",
             source="filter",
-            absent="nearest now or at the end of the horizon, or less certain than that is long",
+            absent="closest now or at the end of the horizon, or uncertain beyond the horizon",
         ),
     ]
     distance_m: Annotated[
         float,
         Field(ge=0.0),
         described(
-            "Horizontal distance of the expected positions at `closest_time_s`",
+            "Horizontal distance of the predicted positions at `closest_time_s`",
             unit="m",
             source="filter",
         ),
@@ -52,7 +52,7 @@ class Encounter(Record):
         float,
         Field(ge=0.0),
         described(
-            "Standard deviation of that distance with a sign: passing on one side or the other",
+            "Standard deviation of the signed distance (passing on either side)",
             unit="m",
             source="filter",
         ),
@@ -61,8 +61,8 @@ class Encounter(Record):
         float,
         Field(ge=0.0),
         described(
-            "The least distance until the horizon is below this with 2.5 %; 0 where an interval of "
-            "95 % from 0 on is shorter",
+            "2.5 % quantile of the minimum distance within the horizon; 0 if a 95 % interval "
+            "from 0 is shorter",
             unit="m",
             source="filter",
         ),
@@ -71,7 +71,7 @@ class Encounter(Record):
         float,
         Field(ge=0.0),
         described(
-            "It is above this with 2.5 %; with 5 % where `distance_low_m` is 0",
+            "97.5 % quantile of the same; 95 % if `distance_low_m` is 0",
             unit="m",
             source="filter",
         ),
@@ -79,13 +79,16 @@ class Encounter(Record):
     distance_now_m: Annotated[
         float,
         Field(ge=0.0),
-        described("Horizontal distance of the expected positions now", unit="m", source="filter"),
+        described(
+            "Current horizontal distance of the predicted positions", unit="m", source="filter"
+        ),
     ]
     together: Annotated[
         bool,
         described(
-            "Whether the two are within the distance now and their relative velocity cannot be "
-            "told from zero: the time of the closest approach is then open, and now is told",
+            "Whether the tracks are within the distance threshold now and their relative "
+            "velocity is not significant; the time of closest approach is then undefined and "
+            "`time_s` is given",
             unit="true or false",
             source="filter",
         ),
@@ -94,7 +97,7 @@ class Encounter(Record):
         float,
         Field(ge=0.0, le=1.0),
         described(
-            "That the least distance until the horizon is below the one asked for",
+            "Conflict probability: minimum distance within the horizon below the threshold",
             unit="1",
             source="filter",
         ),
@@ -103,7 +106,7 @@ class Encounter(Record):
         float | None,
         Field(ge=0.0),
         described(
-            "Expected difference of the heights at `closest_time_s`",
+            "Predicted vertical separation at `closest_time_s`",
             unit="m",
             source="filter",
             absent=_HEIGHTS,
@@ -112,27 +115,33 @@ class Encounter(Record):
     vertical_sigma_m: Annotated[
         float | None,
         Field(ge=0.0),
-        described("Its standard deviation with a sign", unit="m", source="filter", absent=_HEIGHTS),
+        described(
+            "Standard deviation of the signed separation",
+            unit="m",
+            source="filter",
+            absent=_HEIGHTS,
+        ),
     ]
     probability_both: Annotated[
         float | None,
         Field(ge=0.0, le=1.0),
         described(
-            "That the two are within the distance, and at that time within the height asked for",
+            "Probability of being within the distance threshold and, at that time, within the "
+            "height threshold",
             unit="1",
             source="filter",
-            absent=f"no height asked for, {_HEIGHTS}",
+            absent=f"no height threshold, {_HEIGHTS}",
         ),
     ]
     first_track_id: Annotated[
         int,
         Field(ge=1),
-        described("The track of the smaller number", unit="1", source="tracker"),
+        described("The track with the smaller number", unit="1", source="tracker"),
     ]
     first_state: Annotated[
         TrackState,
         described(
-            "Its state now; a coasting track was not heard lately", unit="name", source="service"
+            "Its current state; coasting: no recent measurement", unit="name", source="service"
         ),
     ]
     first_age_s: Annotated[
@@ -151,13 +160,15 @@ class Encounter(Record):
     first_height_m: Annotated[
         float | None,
         described(
-            "Its height at `closest_time_s`", unit="m", source="filter", absent="no height heard"
+            "Its height at `closest_time_s`", unit="m", source="filter", absent="no height received"
         ),
     ]
     second_track_id: Annotated[
         int, Field(ge=1), described("The other track", unit="1", source="tracker")
     ]
-    second_state: Annotated[TrackState, described("Its state now", unit="name", source="service")]
+    second_state: Annotated[
+        TrackState, described("Its current state", unit="name", source="service")
+    ]
     second_age_s: Annotated[
         float,
         Field(ge=0.0),
@@ -174,13 +185,13 @@ class Encounter(Record):
     second_height_m: Annotated[
         float | None,
         described(
-            "Its height at `closest_time_s`", unit="m", source="filter", absent="no height heard"
+            "Its height at `closest_time_s`", unit="m", source="filter", absent="no height received"
         ),
     ]
 
 
 class Encounters(Record):
-    """Encounters among the live tracks, and how many there are."""
+    """Encounters of the live tracks, and their number."""
 
     time_s: Annotated[
         float | None,
@@ -191,30 +202,28 @@ class Encounters(Record):
             absent="before the first measurement",
         ),
     ]
-    horizon_s: Annotated[float, described("How far ahead", unit="s", source="request")]
+    horizon_s: Annotated[float, described("Forecast horizon", unit="s", source="request")]
     distance_threshold_m: Annotated[
         float,
-        described(
-            "Pairs whose expected positions come so near are told", unit="m", source="request"
-        ),
+        described("Distance threshold for the predicted positions", unit="m", source="request"),
     ]
     height_threshold_m: Annotated[
         float | None,
         described(
-            "Those whose heights stay farther apart all the while are not",
+            "Vertical threshold; pairs with a larger separation throughout are omitted",
             unit="m",
             source="request",
-            absent="not asked for",
+            absent="not requested",
         ),
     ]
     tracks: Annotated[
-        int, Field(ge=0), described("Tracks that were looked at", unit="1", source="service")
+        int, Field(ge=0), described("Number of tracks considered", unit="1", source="service")
     ]
     tracks_tentative: Annotated[
         int,
         Field(ge=0),
         described(
-            "Tracks left out because they are tentative and may be no aircraft",
+            "Tracks omitted because they are tentative and may be false",
             unit="1",
             source="service",
         ),
@@ -223,7 +232,7 @@ class Encounters(Record):
         int,
         Field(ge=0),
         described(
-            "Tracks left out because they leave the system plane at once",
+            "Tracks omitted because they leave the system plane immediately",
             unit="1",
             source="service",
         ),
@@ -232,9 +241,8 @@ class Encounters(Record):
         int,
         Field(ge=0),
         described(
-            "Comparisons not made, or without room for what they found, because too many tracks "
-            "are in one place; those of each 10 s of the horizon counted anew. 0: nothing is "
-            "missing",
+            "Pairs not compared, or omitted for lack of capacity, because of too many close "
+            "tracks; counted separately for each 10 s of the horizon. 0: complete",
             unit="1",
             source="service",
         ),
@@ -242,14 +250,14 @@ class Encounters(Record):
     total: Annotated[
         int,
         Field(ge=0),
-        described("Encounters that meet what was asked for", unit="1", source="service"),
+        described("Encounters that match the query", unit="1", source="service"),
     ]
     count: Annotated[
         int, Field(ge=0), described("Encounters in this answer", unit="1", source="service")
     ]
     encounters: Annotated[
         list[Encounter],
-        described("The encounters, in the order asked for", unit="list", source="filter"),
+        described("The encounters, in the requested order", unit="list", source="filter"),
     ]
 
 

@@ -1,4 +1,4 @@
-"""Forecasts: the state of a track, propagated with its covariance."""
+"""Forecasts: the state of a track, extrapolated with its covariance."""
 
 from typing import Annotated
 
@@ -10,51 +10,51 @@ from multiradar_schemas.products.track import TrackState
 
 
 class ForecastMember(Record):
-    """One of the trajectories that an aircraft may fly, at one time."""
+    """A member of the forecast ensemble: a possible trajectory, at one time."""
 
     weight: Annotated[
         float,
         Field(ge=0.0, le=1.0),
-        described("Its probability at that time", unit="1", source="bundle"),
+        described("Probability at that time", unit="1", source="bundle"),
     ]
     trajectory: Annotated[
         int | None,
         described(
-            "Number of the trajectory of the bundle that it continues, from 0, the best",
+            "Index of the trajectory of the bundle that it continues, from 0 (the best)",
             unit="1",
             source="bundle",
-            absent="in the last member, which is all others as one",
+            absent="last member, which combines all others",
         ),
     ]
     lasts_s: Annotated[
         float | None,
         described(
-            "So long the turn or change of speed of that trajectory goes on",
+            "Remaining duration of the turn or acceleration of that trajectory",
             unit="s",
             source="bundle",
-            absent="in straight flight, and in the last member",
+            absent="straight flight, last member",
         ),
     ]
     later: Annotated[
         str | None,
         described(
-            "What begins after it, at a time that is open: straight, right, left or speed",
+            "Next manoeuvre, at an uncertain time: straight, right, left or speed",
             unit="name",
             source="bundle",
-            absent="in the last member",
+            absent="last member",
         ),
     ]
     latitude_deg: Annotated[
-        float, described("Expected WGS 84 latitude", unit="degree", source="bundle")
+        float, described("Predicted WGS 84 latitude", unit="degree", source="bundle")
     ]
     longitude_deg: Annotated[
-        float, described("Expected WGS 84 longitude", unit="degree", source="bundle")
+        float, described("Predicted WGS 84 longitude", unit="degree", source="bundle")
     ]
     velocity_east_mps: Annotated[
-        float, described("Expected velocity, east", unit="m/s", source="bundle")
+        float, described("Predicted velocity, east", unit="m/s", source="bundle")
     ]
     velocity_north_mps: Annotated[
-        float, described("Expected velocity, north", unit="m/s", source="bundle")
+        float, described("Predicted velocity, north", unit="m/s", source="bundle")
     ]
     covariance_east_m2: Annotated[
         float,
@@ -72,18 +72,18 @@ class ForecastMember(Record):
 
 
 class ForecastPoint(Record):
-    """Where a track is expected to be at one time."""
+    """The predicted position of a track at one time."""
 
     time_s: Annotated[float, described("Data time of the forecast", unit="s", source="request")]
     latitude_deg: Annotated[
-        float, described("Expected WGS 84 latitude", unit="degree", source="filter")
+        float, described("Predicted WGS 84 latitude", unit="degree", source="filter")
     ]
     longitude_deg: Annotated[
-        float, described("Expected WGS 84 longitude", unit="degree", source="filter")
+        float, described("Predicted WGS 84 longitude", unit="degree", source="filter")
     ]
     height_m: Annotated[
         float | None,
-        described("Height of the track now", unit="m", source="filter", absent="as in tracks"),
+        described("Current height of the track", unit="m", source="filter", absent="as in tracks"),
     ]
     covariance_east_m2: Annotated[
         float,
@@ -107,26 +107,25 @@ class ForecastPoint(Record):
         float,
         Field(ge=0.0),
         described(
-            "Longer semi-axis of the ellipse that holds the aircraft with the probability asked "
-            "for",
+            "Major semi-axis of the containment ellipse of the requested probability",
             unit="m",
             source="filter",
         ),
     ]
     region_minor_m: Annotated[
-        float, Field(ge=0.0), described("Shorter semi-axis", unit="m", source="filter")
+        float, Field(ge=0.0), described("Minor semi-axis", unit="m", source="filter")
     ]
     region_azimuth_deg: Annotated[
         float,
         Field(ge=0.0, le=180.0),
-        described("Direction of the longer one, from true north", unit="degree", source="filter"),
+        described("Azimuth of the major axis, from true north", unit="degree", source="filter"),
     ]
     region_factor: Annotated[
         float,
         Field(ge=0.0),
         described(
-            "The ellipse is the covariance times this: 5.99 for 95 % of a Gaussian, else as the "
-            "errors of earlier forecasts ask",
+            "Scale of the covariance for the ellipse: 5.99 for 95 % of a Gaussian, otherwise "
+            "calibrated by the errors of earlier forecasts",
             unit="1",
             source="tracker",
         ),
@@ -134,8 +133,9 @@ class ForecastPoint(Record):
     calibrated: Annotated[
         bool,
         described(
-            "Whether enough earlier forecasts as far ahead have been judged; else the ellipse "
-            "covers what aircraft may do at worst, or is that of the mixture of a bundle",
+            "Whether the ellipse is calibrated by enough earlier forecasts of this horizon; "
+            "otherwise it covers the worst case of manoeuvres, or is that of the mixture of a "
+            "bundle",
             unit="true or false",
             source="tracker",
         ),
@@ -143,7 +143,7 @@ class ForecastPoint(Record):
     motion: Annotated[
         str,
         described(
-            "How the aircraft is taken to move: as earlier forecasts fitted best",
+            "Motion model: the one that fitted earlier forecasts best",
             unit="name",
             source="tracker",
         ),
@@ -151,7 +151,7 @@ class ForecastPoint(Record):
     state: Annotated[
         TrackState,
         described(
-            "State of the track now; a coasting track was not heard lately",
+            "Current state of the track; coasting: no recent measurement",
             unit="name",
             source="service",
         ),
@@ -164,39 +164,39 @@ class ForecastPoint(Record):
     members: Annotated[
         list[ForecastMember] | None,
         described(
-            "Trajectories that it is the mean of, by falling weight; those outside the system "
-            "plane are left out",
+            "Members of the forecast ensemble by decreasing weight; those outside the system "
+            "plane are omitted",
             unit="list",
             source="bundle",
-            absent="with other methods than bundle, and in the file",
+            absent="methods other than bundle, and the file",
         ),
     ] = None
 
 
 class Forecast(Record):
-    """The forecast of one track."""
+    """The forecast of a track."""
 
     track_id: Annotated[int, Field(ge=1), described("The track", unit="1", source="tracker")]
     probability: Annotated[
         float,
         Field(gt=0.0, lt=1.0),
-        described("That of the ellipses", unit="1", source="request"),
+        described("Containment probability of the ellipses", unit="1", source="request"),
     ]
     by: Annotated[str, described("Method of the forecast", unit="name", source="request")]
     points: Annotated[
         list[ForecastPoint],
-        described("The forecast, by ascending time", unit="list", source="filter"),
+        described("The forecast by ascending time", unit="list", source="filter"),
     ]
 
 
 class ForecastRow(ForecastPoint):
-    """A row of `forecasts.parquet`: one point of a forecast made at an update of a track."""
+    """A row of `forecasts.parquet`: a point of a forecast made at an update of a track."""
 
     track_id: Annotated[int, Field(ge=1), described("The track", unit="1", source="tracker")]
     made_s: Annotated[
         float,
         described(
-            "Data time of the last update of the track, from which it is made",
+            "Data time of the last update of the track, from which the forecast was made",
             unit="s",
             source="tracker",
         ),
@@ -207,12 +207,12 @@ class ForecastRow(ForecastPoint):
     probability: Annotated[
         float,
         Field(gt=0.0, lt=1.0),
-        described("That of the ellipse", unit="1", source="tracker"),
+        described("Containment probability of the ellipse", unit="1", source="tracker"),
     ]
     by: Annotated[str, described("Method of the forecast", unit="name", source="tracker")]
 
 
-#: `forecasts.parquet`: one row for each track, moment at which it was forecast, and horizon.
+#: `forecasts.parquet`: one row for each track, time of forecast, and horizon.
 FORECAST_SCHEMA = table_schema(
     ForecastRow,
     first=("track_id", "made_s", "horizon_s", "time_s", "by", "motion", "probability"),

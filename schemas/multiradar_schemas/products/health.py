@@ -1,4 +1,4 @@
-"""The health of a radar, as JSON: the same fields as the columns of `health.parquet`."""
+"""The health of a radar in JSON, with the same fields as `health.parquet`."""
 
 from typing import Annotated
 
@@ -8,12 +8,12 @@ from multiradar_schemas.base import Record, described
 from multiradar_schemas.columns import table_schema
 from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
 
-_UNSETTLED = "biases not settled, or too few plots"
-_NOT_ESTIMATED = "not estimated, or not for a minute yet"
+_UNSETTLED = "biases not converged, or too few plots"
+_NOT_ESTIMATED = "not estimated, or for less than a minute"
 
 
 class RadarHealth(Record):
-    """What the tracker saw of a radar by the end of an epoch; a row of `health.parquet`."""
+    """Health of a radar at the end of an epoch; a row of `health.parquet`."""
 
     time_s: Annotated[
         float, described("Data time of the end of the epoch", unit="s", source="tracker")
@@ -26,10 +26,10 @@ class RadarHealth(Record):
     alarms: Annotated[
         str,
         described(
-            "What is wrong: any of `silent` (no plot for 5 turns, of tracks that it saw before and "
-            "others see on), `bias_jump` (an offset jumped within the last 8 turns), `noise` (more "
-            "than twice that told) and `site` (its site seems to lie elsewhere), separated by "
-            "commas; empty when nothing is",
+            "Active alarms, separated by commas: `silent` (no plot for 5 scans of tracks that it "
+            "detected before and other radars still detect), `bias_jump` (an offset jumped within "
+            "the last 8 scans), `noise` (more than twice the configured value) and `site` (wrong "
+            "site position); empty for none",
             unit="names",
             source="tracker",
         ),
@@ -38,8 +38,8 @@ class RadarHealth(Record):
         float | None,
         Field(ge=0.0, le=1.0),
         described(
-            "Updates of confirmed tracks over looks at them, one a turn from one update by this "
-            "radar to the next",
+            "Probability of detection: updates of confirmed tracks / scans, counted between "
+            "updates by this radar",
             unit="1",
             source="tracker",
             absent="no track was updated twice",
@@ -49,7 +49,8 @@ class RadarHealth(Record):
         float,
         Field(ge=0.0),
         described(
-            "Looks that it is from; those of 15 minutes ago count for a third",
+            "Scans (detection opportunities) that it is based on, with a weight of a third after "
+            "15 minutes",
             unit="1",
             source="tracker",
         ),
@@ -57,8 +58,7 @@ class RadarHealth(Record):
     range_sigma_ratio: Annotated[
         float | None,
         described(
-            "Noise of range as measured over `range_sigma_m`; what the filter does not follow of "
-            "manoeuvres is in it",
+            "Measured range noise / `range_sigma_m`; includes the lag of the filter in manoeuvres",
             unit="1",
             source="filter",
             absent=_UNSETTLED,
@@ -67,7 +67,7 @@ class RadarHealth(Record):
     azimuth_sigma_ratio: Annotated[
         float | None,
         described(
-            "The same of azimuth, over `azimuth_sigma_deg`",
+            "Measured azimuth noise / `azimuth_sigma_deg`",
             unit="1",
             source="filter",
             absent=_UNSETTLED,
@@ -76,7 +76,7 @@ class RadarHealth(Record):
     range_trend_m_per_h: Annotated[
         float | None,
         described(
-            "Change of `range_offset_m` over the last 10 minutes, or since it jumped",
+            "Trend of `range_offset_m` over the last 10 minutes, or since its last jump",
             unit="m/h",
             source="filter",
             absent=_NOT_ESTIMATED,
@@ -85,7 +85,7 @@ class RadarHealth(Record):
     range_trend_sigma_m_per_h: Annotated[
         float | None,
         described(
-            "How far that differs from zero by chance, 1 sigma",
+            "Standard deviation of the trend",
             unit="m/h",
             source="filter",
             absent=_NOT_ESTIMATED,
@@ -94,7 +94,7 @@ class RadarHealth(Record):
     azimuth_trend_deg_per_h: Annotated[
         float | None,
         described(
-            "Change of `azimuth_offset_deg`, likewise",
+            "Trend of `azimuth_offset_deg`, likewise",
             unit="degree/h",
             source="filter",
             absent=_NOT_ESTIMATED,
@@ -103,7 +103,7 @@ class RadarHealth(Record):
     azimuth_trend_sigma_deg_per_h: Annotated[
         float | None,
         described(
-            "How far that differs from zero by chance, 1 sigma",
+            "Standard deviation of the trend",
             unit="degree/h",
             source="filter",
             absent=_NOT_ESTIMATED,
@@ -112,8 +112,8 @@ class RadarHealth(Record):
     site_east_m: Annotated[
         float | None,
         described(
-            "By how much its site seems to lie farther to the east than told: less than in truth, "
-            "since tracks follow",
+            "Estimated east error of the configured site position (biased low, because tracks "
+            "absorb part of it)",
             unit="m",
             source="filter",
             absent=_UNSETTLED,
@@ -121,7 +121,7 @@ class RadarHealth(Record):
     ]
     site_north_m: Annotated[
         float | None,
-        described("Farther to the north", unit="m", source="filter", absent=_UNSETTLED),
+        described("Estimated north error, likewise", unit="m", source="filter", absent=_UNSETTLED),
     ]
     site_sigma_m: Annotated[
         float | None,
@@ -135,10 +135,10 @@ class RadarHealth(Record):
     silence_s: Annotated[
         float | None,
         described(
-            "Data time since its last plot, whatever became of it",
+            "Data time since its last plot, accepted or not",
             unit="s",
             source="tracker",
-            absent="never heard",
+            absent="no plot yet",
         ),
     ]
     tracks_in_cover: Annotated[
@@ -151,15 +151,13 @@ class RadarHealth(Record):
     ]
     tracks_heard: Annotated[
         int,
-        described("Those of them that it updated within 5 turns", unit="1", source="tracker"),
+        described("Number of them that it updated within 5 scans", unit="1", source="tracker"),
     ]
-    bias_jumps: Annotated[
-        int, described("How often a bias of it jumped so far", unit="1", source="tracker")
-    ]
+    bias_jumps: Annotated[int, described("Number of bias jumps so far", unit="1", source="tracker")]
     last_jump_s: Annotated[
         float | None,
         described(
-            "Data time at which the last jump was noticed",
+            "Data time of the detection of the last jump",
             unit="s",
             source="tracker",
             absent="none",

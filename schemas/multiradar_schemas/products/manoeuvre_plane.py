@@ -1,4 +1,4 @@
-"""The plane in which a track manoeuvres, as JSON and as rows of `manoeuvre_planes.parquet`."""
+"""The manoeuvre plane of a track, in JSON and as rows of `manoeuvre_planes.parquet`."""
 
 from typing import Annotated, Literal
 
@@ -10,18 +10,18 @@ from multiradar_schemas.columns import table_schema
 
 PlaneReason = Literal["TOO_FEW_POINTS", "POINTS_ON_A_LINE", "NO_CONVERGENCE"]
 
-#: Why no plane is told, one sentence each.
+#: Reasons for the absence of a plane.
 PLANE_REASON_MEANINGS: dict[str, str] = {
-    "TOO_FEW_POINTS": "fewer than four plots of the window have a height and a place.",
-    "POINTS_ON_A_LINE": "a straight line explains the plots, so that any plane through it would.",
-    "NO_CONVERGENCE": "the search for the plane did not end.",
+    "TOO_FEW_POINTS": "fewer than four plots of the window have a height and a position.",
+    "POINTS_ON_A_LINE": "the plots are on a straight line, which does not determine a plane.",
+    "NO_CONVERGENCE": "the plane fit did not converge.",
 }
 
 _FRAME = "in the frame of the last plot: east, north, height"
 
 
 class PlanePosition(Record):
-    """A plot, projected on the plane."""
+    """A plot projected on the plane."""
 
     time_s: Annotated[float, described("Data time of the plot", unit="s", source="measurement")]
     latitude_deg: Annotated[
@@ -31,12 +31,12 @@ class PlanePosition(Record):
         float, described("WGS 84 longitude", unit="degree", source="restoration")
     ]
     height_m: Annotated[
-        float, described("Height, of the kind that was measured", unit="m", source="restoration")
+        float, described("Height of the measured kind", unit="m", source="restoration")
     ]
 
 
 class PlaneFigures(Record):
-    """A plane through the plots of a window, and how well it agrees with them."""
+    """A plane fitted to the plots of a window, and its goodness of fit."""
 
     track_id: Annotated[int, Field(ge=1), described("The track", unit="1", source="tracker")]
     time_s: Annotated[
@@ -45,10 +45,10 @@ class PlaneFigures(Record):
     window_s: Annotated[
         float,
         Field(gt=0.0),
-        described("Plots so long before `time_s` were used", unit="s", source="request"),
+        described("Length of the window of plots before `time_s`", unit="s", source="request"),
     ]
     points: Annotated[
-        int, Field(ge=4), described("How many plots were used", unit="1", source="restoration")
+        int, Field(ge=4), described("Number of plots used", unit="1", source="restoration")
     ]
     normal_east: Annotated[
         float, described(f"Unit normal, {_FRAME}", unit="1", source="restoration")
@@ -87,7 +87,7 @@ class PlaneFigures(Record):
         float,
         Field(ge=0.0, le=90.0),
         described(
-            "Standard deviation of the normal in the direction in which it is known worst",
+            "Standard deviation of the normal in its least certain direction",
             unit="degree",
             source="restoration",
         ),
@@ -95,7 +95,7 @@ class PlaneFigures(Record):
     statistic: Annotated[
         float,
         Field(ge=0.0),
-        described("Λ, χ² distributed for a plane motion", unit="1", source="restoration"),
+        described("Λ, χ² distributed for planar motion", unit="1", source="restoration"),
     ]
     degrees_of_freedom: Annotated[
         int, Field(ge=1), described("`points` minus 3", unit="1", source="restoration")
@@ -104,7 +104,7 @@ class PlaneFigures(Record):
         float,
         Field(ge=0.0, le=1.0),
         described(
-            "Probability of a plane motion to have a statistic as large",
+            "Probability of a statistic at least as large for planar motion",
             unit="1",
             source="restoration",
         ),
@@ -118,17 +118,19 @@ class PlaneFigures(Record):
     printed_statistic: Annotated[
         float,
         Field(ge=0.0),
-        described("√(2 Λ), left side of the printed criterion", unit="1", source="restoration"),
+        described("√(2 Λ), left side of the published criterion", unit="1", source="restoration"),
     ]
     printed_threshold: Annotated[
         float,
         Field(ge=0.0),
-        described("√(2 N) + 2, right side of it", unit="1", source="restoration"),
+        described(
+            "√(2 N) + 2, right side of the published criterion", unit="1", source="restoration"
+        ),
     ]
     refused_by_printed_criterion: Annotated[
         bool | None,
         described(
-            "Whether the left side exceeds the right one",
+            "Whether the left side exceeds the right side",
             unit="true or false",
             source="restoration",
             absent="30 points or fewer",
@@ -137,11 +139,11 @@ class PlaneFigures(Record):
 
 
 class ManoeuvrePlane(PlaneFigures):
-    """The plane of one track, with its plots projected on it."""
+    """The plane of a track, with its plots projected on it."""
 
     positions: Annotated[
         list[PlanePosition],
-        described("The plots, by ascending time", unit="list", source="restoration"),
+        described("The plots by ascending time", unit="list", source="restoration"),
     ]
 
 

@@ -1,4 +1,4 @@
-"""Whether what was measured of a track says where it is, as JSON and as rows of a table."""
+"""Observability of the position of a track, in JSON and as rows of a table."""
 
 from typing import Annotated
 
@@ -9,7 +9,7 @@ from multiradar_schemas.columns import table_schema
 
 
 class Observability(Record):
-    """What the measurements of a window determine of a track; a row of `observability.parquet`."""
+    """Observability of a track from a window of measurements; a row of `observability.parquet`."""
 
     track_id: Annotated[int, Field(ge=1), described("The track", unit="1", source="tracker")]
     time_s: Annotated[
@@ -19,24 +19,26 @@ class Observability(Record):
         float,
         Field(gt=0.0),
         described(
-            "Measurements so long before `time_s` were looked at", unit="s", source="request"
+            "Length of the window of measurements before `time_s`", unit="s", source="request"
         ),
     ]
     ranges: Annotated[
         int,
         Field(ge=0),
-        described("Measurements with a range, or of a position", unit="1", source="measurement"),
+        described(
+            "Measurements with a range, and position reports", unit="1", source="measurement"
+        ),
     ]
     bearings: Annotated[
         int,
         Field(ge=0),
-        described("Measurements of an azimuth alone", unit="1", source="measurement"),
+        described("Measurements of azimuth only", unit="1", source="measurement"),
     ]
     places: Annotated[
         int,
         Field(ge=0),
         described(
-            "Places from which the bearings were taken; a source that moves counts once",
+            "Number of sites of the bearings; a moving source counts once",
             unit="1",
             source="sensors",
         ),
@@ -45,24 +47,25 @@ class Observability(Record):
         float,
         Field(ge=0.0),
         described(
-            "By how many of their errors the lines of sight of the bearings cross, condition (10) "
-            "of Nenartovich and Isakov; 0 from one place. With sources that move or measure "
-            "elevations: how many sigmas of the place, in straight flight, the nearest is off. "
-            "Errors are random ones, and what is not known of the azimuth bias of each source, "
-            "which all its bearings have in common; elevations are taken to have no bias",
+            "Crossing angle of the lines of sight of the bearings in units of its error, "
+            "condition (10) of Nenartovich and Isakov; 0 from a single site. With sources that "
+            "move or measure elevation: distance to the nearest source in sigmas of the "
+            "position, for straight flight. Errors are random errors and the uncertainty of the "
+            "azimuth bias of each source, common to all its bearings; elevation is assumed "
+            "unbiased",
             unit="1",
             source="restoration",
         ),
     ]
     lines_cross: Annotated[
         bool,
-        described("Whether `crossing` is above 3", unit="true or false", source="restoration"),
+        described("Whether `crossing` exceeds 3", unit="true or false", source="restoration"),
     ]
     is_observable: Annotated[
         bool,
         described(
-            "Whether a range was measured or lines cross; else the distance of the track is what "
-            "it was taken to be before",
+            "Whether the position is observable: a range was measured or lines of sight cross; "
+            "otherwise the distance of the track is extrapolated",
             unit="true or false",
             source="restoration",
         ),

@@ -1,4 +1,4 @@
-"""Tracks, as JSON: the same fields as the columns of `tracks.parquet`, and their age."""
+"""Tracks in JSON, with the same fields as `tracks.parquet` and their age."""
 
 from typing import Annotated, Literal
 
@@ -12,7 +12,7 @@ TrackState = Literal["tentative", "confirmed", "coasting"]
 
 
 class TrackUpdate(Record):
-    """A track as it stood after one measurement; a row of `tracks.parquet`."""
+    """The state of a track after a measurement; a row of `tracks.parquet`."""
 
     time_s: Annotated[
         float, described("Data time of the measurement", unit="s", source="measurement")
@@ -26,10 +26,10 @@ class TrackUpdate(Record):
         int | None,
         Field(ge=0),
         described(
-            "The recording's own number of the aircraft",
+            "Number of the aircraft in the recording",
             unit="1",
             source="recording",
-            absent="no measurement of the track carried one",
+            absent="not in any measurement of the track",
         ),
     ]
     mode_s_address: Annotated[
@@ -39,17 +39,17 @@ class TrackUpdate(Record):
             "ICAO 24-bit address",
             unit="6 lower-case hexadecimal digits",
             source="aircraft",
-            absent="never heard",
+            absent="never received",
         ),
     ]
     mode_3a: Annotated[
         str | None,
         StringConstraints(pattern=MODE_3A_PATTERN),
         described(
-            "Mode 3/A code last heard",
+            "Last Mode 3/A code received",
             unit="4 octal digits",
             source="aircraft",
-            absent="never heard",
+            absent="never received",
         ),
     ]
     latitude_deg: Annotated[
@@ -61,11 +61,11 @@ class TrackUpdate(Record):
     height_m: Annotated[
         float | None,
         described(
-            "Height by those that were heard, of their kind (Mode C: pressure altitude); of an "
-            "aircraft that tells none, what radars at several places make of it",
+            "Height from received heights, of their kind (Mode C: pressure altitude); for an "
+            "aircraft without height reports, estimated from several radars",
             unit="m",
             source="filter",
-            absent="neither heard nor known to 1000 m",
+            absent="not received, and not estimated to 1000 m",
         ),
     ]
     speed_mps: Annotated[
@@ -85,7 +85,7 @@ class TrackUpdate(Record):
         Field(ge=0.0),
         described(
             "Square root of the trace of the horizontal position covariance, "
-            "uncertainty of the biases included",
+            "including the uncertainty of the biases",
             unit="m",
             source="filter",
         ),
@@ -93,7 +93,7 @@ class TrackUpdate(Record):
     state: Annotated[
         TrackState,
         described(
-            "tentative (too few measurements yet), confirmed, coasting (no measurement lately)",
+            "tentative (too few measurements yet), confirmed, coasting (no recent measurement)",
             unit="name",
             source="tracker",
         ),
@@ -101,7 +101,7 @@ class TrackUpdate(Record):
     sequence: Annotated[
         int,
         Field(ge=1),
-        described("Number of the update over all tracks, 1, 2, 3, …", unit="1", source="tracker"),
+        described("Number of the update over all tracks, from 1", unit="1", source="tracker"),
     ]
     sensor_id: Annotated[
         str,
@@ -121,7 +121,7 @@ class TrackUpdate(Record):
         float | None,
         Field(ge=0.0, le=1.0),
         described(
-            "Probability that the aircraft turns to the right, by the modes of the filter `imm`",
+            "Probability of a right turn, from the modes of the filter `imm`",
             unit="1",
             source="filter",
             absent="filter without modes, or first measurement",
@@ -131,7 +131,7 @@ class TrackUpdate(Record):
         float | None,
         Field(ge=0.0, le=1.0),
         described(
-            "That it turns to the left",
+            "Probability of a left turn",
             unit="1",
             source="filter",
             absent="filter without modes, or first measurement",
@@ -141,7 +141,7 @@ class TrackUpdate(Record):
         float | None,
         Field(ge=0.0, le=1.0),
         described(
-            "That it speeds up or slows down; the rest is straight flight",
+            "Probability of acceleration or deceleration; the rest is straight flight",
             unit="1",
             source="filter",
             absent="filter without modes, or first measurement",
@@ -153,7 +153,7 @@ class TrackUpdate(Record):
             "Rate of climb, negative in a descent",
             unit="m/s",
             source="filter",
-            absent="no height heard, or not known to 5 m/s",
+            absent="no height received, or not known to 5 m/s",
         ),
     ]
     height_sigma_m: Annotated[
@@ -169,8 +169,8 @@ class TrackUpdate(Record):
     adsb_implausible: Annotated[
         bool,
         described(
-            "Whether the positions that the aircraft reports of itself are contradicted by what "
-            "others measure of it, or no radar sees it where several should",
+            "Whether the ADS-B positions are implausible: contradicted by other sensors, or not "
+            "detected by any radar where several should",
             unit="true or false",
             source="tracker",
         ),
@@ -179,10 +179,10 @@ class TrackUpdate(Record):
         str | None,
         StringConstraints(pattern=r"^[0-9A-Z]{1,8}$"),
         described(
-            "Callsign last heard",
+            "Last callsign received",
             unit="1 to 8 of A-Z, 0-9",
             source="aircraft",
-            absent="never heard",
+            absent="never received",
         ),
     ]
 
@@ -192,10 +192,10 @@ TRACK_SCHEMA = table_schema(TrackUpdate)
 
 
 class Track(TrackUpdate):
-    """A live track as the service answers it."""
+    """A live track of the service."""
 
     age_s: Annotated[
         float,
         Field(ge=0.0),
-        described("Data time now minus `time_s`", unit="s", source="service"),
+        described("Current data time minus `time_s`", unit="s", source="service"),
     ]

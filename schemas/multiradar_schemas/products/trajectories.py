@@ -1,4 +1,4 @@
-"""How a track flew, as JSON and as rows of `trajectories.parquet`."""
+"""Reconstructed trajectories, in JSON and as rows of `trajectories.parquet`."""
 
 from typing import Annotated, Literal
 
@@ -11,17 +11,17 @@ from multiradar_schemas.products.track import TrackState
 
 SegmentKind = Literal["straight", "right", "left", "faster", "slower"]
 
-#: Why nothing is told of a live track, one sentence each.
+#: Reasons for the absence of trajectories of a live track.
 TRAJECTORY_REASON_MEANINGS: dict[str, str] = {
-    "TRAJECTORIES_OFF": "the service makes none: `aircraft_max` of the settings is 0.",
-    "NOT_CONFIRMED": "the track is tentative; it gets a bundle when it is confirmed.",
-    "NO_ROOM": "as many tracks as may have a bundle have one; the track waits.",
-    "TOO_FEW_PLOTS": "fewer than three plots of the track have a place.",
+    "TRAJECTORIES_OFF": "trajectory reconstruction is disabled: the setting `aircraft_max` is 0.",
+    "NOT_CONFIRMED": "the track is tentative; reconstruction starts at its confirmation.",
+    "NO_ROOM": "the maximum number of tracks is being reconstructed; the track is queued.",
+    "TOO_FEW_PLOTS": "fewer than three plots of the track have a position.",
     "NO_TRIPLE": "no three plots of the last 90 s are 8 s and 800 m apart and lie on an arc flown "
     "at 20 to 700 m/s.",
-    "NO_COVARIANCE": "what its plots leave uncertain of the trajectories cannot be computed.",
-    "NO_PLACE": "a trajectory leads out of the system plane.",
-    "FAILED": "the making of bundles has stopped by a mistake of the program.",
+    "NO_COVARIANCE": "the covariance of the trajectories cannot be computed from the plots.",
+    "NO_PLACE": "a trajectory leaves the system plane.",
+    "FAILED": "trajectory reconstruction has stopped because of an internal error; see the log.",
 }
 
 _Heading = Annotated[
@@ -52,7 +52,7 @@ _Longitudinal = Annotated[
 
 
 def _chance(kind: str) -> object:
-    return described(f"Probability that it is now {kind}", unit="1", source="restoration")
+    return described(f"Probability of {kind} now", unit="1", source="restoration")
 
 
 class TrajectorySegment(Record):
@@ -64,7 +64,7 @@ class TrajectorySegment(Record):
     end_s: Annotated[
         float | None,
         described(
-            "Data time of its end; after `time_s` it is expected to end soon",
+            "Data time of its end; a value after `time_s` is predicted",
             unit="s",
             source="restoration",
             absent="the last segment",
@@ -79,22 +79,22 @@ class TrajectorySegment(Record):
 
 
 class Trajectory(Record):
-    """One version of how the aircraft flew."""
+    """A trajectory hypothesis."""
 
     weight: Annotated[
         float,
         Field(ge=0.0, le=1.0),
-        described("Its probability beside the others", unit="1", source="restoration"),
+        described("Probability relative to the other hypotheses", unit="1", source="restoration"),
     ]
     segments: Annotated[
         list[TrajectorySegment],
-        described("Its parts within the window, by ascending time", unit="list",
+        described("Segments within the window, by ascending time", unit="list",
                   source="restoration"),
     ]  # fmt: skip
 
 
 class TrajectoryPoint(Record):
-    """Where the aircraft was at one time."""
+    """The position of the aircraft at one time."""
 
     time_s: Annotated[float, described("Data time, whole seconds", unit="s", source="request")]
     latitude_deg: _Latitude
@@ -105,7 +105,7 @@ class TrajectoryPoint(Record):
 
 
 class TrajectoryEstimate(Record):
-    """The motion at the last plot: the mean of all trajectories by their weights."""
+    """The motion at the last plot: the weighted mean of all trajectories."""
 
     time_s: Annotated[
         float, described("Data time of the last plot", unit="s", source="measurement")
@@ -125,8 +125,8 @@ class TrajectoryEstimate(Record):
         list[float],
         Field(min_length=16, max_length=16),
         described(
-            "Covariance of east, north and the velocity, 4 × 4, row by row: what each trajectory "
-            "is not sure of, and what they differ by",
+            "Covariance of east, north and velocity, 4 × 4, by rows: the covariance of each "
+            "trajectory and the spread of the trajectories",
             unit="m, m/s",
             source="restoration",
         ),
@@ -136,34 +136,34 @@ class TrajectoryEstimate(Record):
     straight_probability: Annotated[float, _chance("straight flight")]
     right_probability: Annotated[float, _chance("a turn to the right")]
     left_probability: Annotated[float, _chance("a turn to the left")]
-    faster_probability: Annotated[float, _chance("getting faster")]
-    slower_probability: Annotated[float, _chance("getting slower")]
+    faster_probability: Annotated[float, _chance("acceleration")]
+    slower_probability: Annotated[float, _chance("deceleration")]
 
 
 class Trajectories(Record):
-    """What the bundle of a live track says."""
+    """The bundle (multiple-hypothesis trajectory set) of a live track."""
 
     track_id: Annotated[int, Field(ge=1), described("The track", unit="1", source="tracker")]
     time_s: Annotated[
         float,
-        described(
-            "Data time of the last plot that the bundle has taken", unit="s", source="measurement"
-        ),
+        described("Data time of the last plot of the bundle", unit="s", source="measurement"),
     ]
     window_begin_s: Annotated[
         float,
-        described("Data time from which the trajectories tell", unit="s", source="restoration"),
+        described("Data time of the begin of the trajectories", unit="s", source="restoration"),
     ]
     plots: Annotated[
         int,
         Field(ge=3),
-        described("Plots that the bundle has taken since it began", unit="1", source="restoration"),
+        described(
+            "Number of plots of the bundle since its initiation", unit="1", source="restoration"
+        ),
     ]
     restarts: Annotated[
         int,
         Field(ge=0),
         described(
-            "How often no trajectory could follow the plots, and all began anew",
+            "Number of reinitialisations because no trajectory could follow the plots",
             unit="1",
             source="restoration",
         ),
@@ -171,12 +171,12 @@ class Trajectories(Record):
     height_m: Annotated[
         float | None,
         described("Height of the track at the last plot", unit="m", source="tracker",
-                  absent="nobody told it"),
+                  absent="not known"),
     ]  # fmt: skip
     state: Annotated[
         TrackState,
         described(
-            "State of the track now; a coasting track was not heard lately",
+            "Current state of the track; coasting: no recent measurement",
             unit="name",
             source="service",
         ),
@@ -187,19 +187,21 @@ class Trajectories(Record):
         described("Data time since the last update of the track", unit="s", source="service"),
     ]
     estimate: Annotated[
-        TrajectoryEstimate, described("The motion now", unit="object", source="restoration")
+        TrajectoryEstimate, described("The current motion", unit="object", source="restoration")
     ]
     trajectories: Annotated[
         list[Trajectory],
-        described("The versions, the likeliest first", unit="list", source="restoration"),
+        described(
+            "The trajectory hypotheses, the most likely first", unit="list", source="restoration"
+        ),
     ]
     best: Annotated[
         list[TrajectoryPoint],
-        described("Path of the likeliest version", unit="list", source="restoration"),
+        described("Path of the most likely hypothesis", unit="list", source="restoration"),
     ]
     weighted: Annotated[
         list[TrajectoryPoint],
-        described("Mean path of all versions by their weights", unit="list", source="restoration"),
+        described("Weighted mean path of all hypotheses", unit="list", source="restoration"),
     ]
 
 

@@ -1,4 +1,4 @@
-"""Steps in the life of a track, as rows of `transitions.parquet` and as JSON."""
+"""State transitions of tracks, as rows of `transitions.parquet` and in JSON."""
 
 from typing import Annotated, Literal
 
@@ -21,32 +21,32 @@ ReasonName = Literal[
     "merged",
 ]
 
-#: What each reason says, one sentence each.
+#: Meaning of each reason.
 REASON_MEANINGS: dict[str, str] = {
-    "new-identity": "started: a track number or Mode S address that no track had.",
-    "new-place": "started: a plot without identity that was of no track.",
-    "updates": "confirmed: enough updates of a track that is known by identity.",
-    "likelihood": "confirmed: an aircraft explains the plots of the track much better than "
-    "false plots do.",
+    "new-identity": "started: a track number or Mode S address without a track.",
+    "new-place": "started: a plot without identity that was not associated with a track.",
+    "updates": "confirmed: enough updates of a track with identity.",
+    "likelihood": "confirmed: the plots of the track are much more likely from an aircraft than "
+    "from clutter.",
     "silent": "coasting or ended: no measurement for too long.",
-    "heard": "resumed: a measurement came while the track was coasting.",
-    "refused": "restarted: several measurements in a row did not fit, so the track began anew "
-    "where they are.",
-    "unconfirmed": "ended: it did not become confirmed in time.",
-    "unlikely": "ended: the radars that should see it did not, so that false plots explain it "
-    "as well.",
-    "merged": "ended: an older track, `into_track_id`, is of the same aircraft.",
+    "heard": "resumed: a measurement updated the coasting track.",
+    "refused": "restarted: several consecutive measurements were outside the gate, so the track "
+    "was reinitialised from them.",
+    "unconfirmed": "ended: not confirmed in time.",
+    "unlikely": "ended: missed detections by radars with coverage make clutter as likely as an "
+    "aircraft.",
+    "merged": "ended: duplicate of an older track, `into_track_id`.",
 }
 
 
 class Transition(Record):
-    """A step in the life of a track; a row of `transitions.parquet`."""
+    """A state transition of a track; a row of `transitions.parquet`."""
 
     time_s: Annotated[
         float,
         described(
-            "Data time at which it was noticed: of a measurement, or of the beginning of an epoch "
-            "or window",
+            "Data time of its detection: of a measurement, or of the beginning of an epoch or "
+            "window",
             unit="s",
             source="tracker",
         ),
@@ -60,12 +60,12 @@ class Transition(Record):
             source="tracker",
         ),
     ]
-    reason: Annotated[ReasonName, described("Why, see below", unit="name", source="tracker")]
+    reason: Annotated[ReasonName, described("Reason, see below", unit="name", source="tracker")]
     into_track_id: Annotated[
         int | None,
         Field(ge=1),
         described(
-            "The track that stands for it from now on",
+            "The track that replaces it",
             unit="1",
             source="tracker",
             absent="not merged",
@@ -74,7 +74,7 @@ class Transition(Record):
     last_update_s: Annotated[
         float | None,
         described(
-            "Data time of the update of the track before this",
+            "Data time of the previous update of the track",
             unit="s",
             source="tracker",
             absent="started",

@@ -101,7 +101,7 @@ class AsterixInlet:
         while received := self._queue.pop(BATCH_DATAGRAMS_MAX):
             for part, batch in self._decoded(received):
                 self._account(part, batch)
-                self._hand_in(part, batch)
+                self._submit(part, batch)
 
     # ---------------------------------------------------------------- inside
 
@@ -150,7 +150,7 @@ class AsterixInlet:
             self._counts.rejected(number, codes)
         self._counts.decoded(batch.categories)
 
-    def _hand_in(self, part: list[Received], batch: LiveBatch) -> None:
+    def _submit(self, part: list[Received], batch: LiveBatch) -> None:
         """Submit a batch in the order of reception."""
         rejected = self._rows(part, batch.rejected, len(batch.frame))
         if not len(batch.frame) and not rejected:

@@ -131,13 +131,13 @@ class _Intake:
         key = _idempotency_key(request)
         body = await _body(request)
 
-        def hand_in() -> Future[Receipt]:
+        def submit() -> Future[Receipt]:
             decoded: Decoded = decode(media_type, body, self._bounds.rows_max)
             return self._sink.submit(
                 decoded.frame, source=_SOURCE, idempotency_key=key, rejected=decoded.rejected
             )
 
-        return await self._acknowledged(hand_in, _JOURNAL_LATE)
+        return await self._acknowledged(submit, _JOURNAL_LATE)
 
     async def flush(self, request: Request) -> Response:
         _no_query(request)
@@ -148,9 +148,9 @@ class _Intake:
             lambda: self._sink.flush(source=_SOURCE, idempotency_key=key), _ENGINE_LATE
         )
 
-    async def _acknowledged(self, hand_in: Callable[[], Future[Receipt]], late: str) -> Response:
+    async def _acknowledged(self, submit: Callable[[], Future[Receipt]], late: str) -> Response:
         loop = asyncio.get_running_loop()
-        pending = asyncio.wrap_future(await loop.run_in_executor(self._threads, hand_in))
+        pending = asyncio.wrap_future(await loop.run_in_executor(self._threads, submit))
         # Not `wait_for`: an entry waiting for the journal must not be cancelled, it may be written.
         await asyncio.wait({pending}, timeout=self._bounds.acknowledge_deadline_s)
         if not pending.done():

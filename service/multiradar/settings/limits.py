@@ -65,33 +65,35 @@ class RuntimeLimits:
     Attributes
     ----------
     intake_batches_max, intake_rows_max : int
-        Messages, and rows in them, that may wait for the journal; more are refused for now.
+        Capacity of the queue to the journal, in messages and rows; further messages are rejected
+        with a request to retry.
     commit_batches_max : int
-        Messages that share one transaction of the journal.
+        Maximum messages per transaction of the journal.
     backlog_rows_max : int
-        Journalled measurements that may wait in memory for the engine; the journal waits beyond.
+        Capacity of the queue from the journal to the engine, rows; when it is full the journal
+        waits.
     push_rows_max : int
-        Measurements handed to the engine in one call (a larger message stays whole).
+        Maximum measurements per call of the engine (a larger message is not split).
     events_max : int
-        Events kept for subscribers that resume.
+        Events retained for subscribers that resume.
     history_rows_max, bias_history_rows_max : int
-        Rows of track history and bias history kept in memory.
+        Rows of track history and bias history retained in memory.
     transition_rows_max : int
-        Steps in the lives of tracks kept in memory.
+        State transitions of tracks retained in memory.
     plot_rows_max : int
-        Measurements behind the updates kept in memory.
+        Measurements of the updates retained in memory.
     rejects_kept_max : int
-        Refused measurements of each reason kept in memory.
+        Rejected measurements retained in memory, per code.
     page_rows_max : int
-        Rows of one answer of a history or of the quarantine.
+        Maximum rows of an answer of a history or of the quarantine.
     forecast_steps_max : int
-        Points of one forecast.
+        Maximum points of a forecast.
     status_period_s : float
-        Data time between two status events, s.
+        Interval of status events, s of data time.
     clock_ahead_max_s : float
-        How far a live measurement may lie ahead of the time of day, s.
+        Maximum time of a live measurement ahead of the clock, s.
     retry_after_s : float
-        What a sender is told to wait when the intake is full, s.
+        Retry-After when the intake queue is full, s.
     """
 
     intake_batches_max: int = 1024

@@ -10,7 +10,7 @@ PORT_MAX = 65_535
 
 
 def plain_number(value: Any) -> Any:
-    """Reject values that Python accepts as numbers without being meant so: `true`, "1_0"."""
+    """Reject values that Python accepts as numbers but users do not mean as such: `true`, "1_0"."""
     if isinstance(value, bool) or (isinstance(value, str) and "_" in value):
         raise PydanticCustomError("float_parsing", "Input should be a number")
     return value

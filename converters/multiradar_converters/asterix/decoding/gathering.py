@@ -190,7 +190,7 @@ def decode_blocks(
             _keep(gathered, rows, walked.program.layout.category, columns)
             if not measurements_only:
                 _count_items(gathered, rows, walked)
-                _keep_other_processor(gathered, rows, columns)
+                _keep_other_sdps(gathered, rows, columns)
             if watch is not None:
                 watch(walked, rows)
     gathered.broken.sort(key=lambda one: one.offset)
@@ -247,7 +247,7 @@ def _keep(gathered: Gathered, rows: Rows, category: int, columns: Columns) -> No
         gathered.services.append((category, rows, services))
 
 
-def _keep_other_processor(gathered: Gathered, rows: Rows, columns: Columns) -> None:
+def _keep_other_sdps(gathered: Gathered, rows: Rows, columns: Columns) -> None:
     category = columns.walked.program.layout.category
     if category == SYSTEM_TRACKS:
         gathered.tracks.append((rows, read_system_tracks(columns)))

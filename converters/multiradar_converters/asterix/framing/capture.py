@@ -54,7 +54,7 @@ def payloads(data: NDArray[np.uint8], name: str) -> tuple[list[Payload], list[Ga
     Returns
     -------
     payloads : list of Payload
-        In file order; a reassembled one is at the position of its final fragment.
+        In file order; a reassembled payload is at the position of its final fragment.
     gaps : list of (offset, octets, reason)
         Octets that cannot be parsed as packets.
     framing : int
@@ -80,7 +80,7 @@ def payloads(data: NDArray[np.uint8], name: str) -> tuple[list[Payload], list[Ga
         payload = datagram_of(raw, packet, fragments)
         if payload is not None:
             found.append(payload)
-    gaps += fragments.left()
+    gaps += fragments.incomplete()
     taken = sum(payload.octets for payload in found) + sum(octets for _, octets, _ in gaps)
     return found, gaps, len(raw) - taken
 
@@ -100,7 +100,7 @@ def datagrams(
     Returns
     -------
     datagrams : Datagrams
-        Their payloads; reassembled ones are after the octets of the file.
+        Their payloads; reassembled payloads follow the octets of the file.
     offsets : int64[n]
         Offset of each in the file.
     gaps, framing

@@ -79,7 +79,7 @@ class Fragments:
                 return pieces[0][0], whole
         return None
 
-    def left(self) -> list[Gap]:
+    def incomplete(self) -> list[Gap]:
         """Return the fragments of incomplete datagrams."""
         for key in list(self._waiting):
             self._drop(key)
@@ -121,7 +121,7 @@ def datagram_of(raw: bytes, packet: Packet, fragments: Fragments) -> Payload | N
     at, end = _network(raw, packet)
     carried = None
     if end > at:
-        carried = {4: _of_version_4, 6: _of_version_6}.get(raw[at] >> 4, _of_none)(raw, at, end)
+        carried = {4: _of_version_4, 6: _of_version_6}.get(raw[at] >> 4, _not_ip)(raw, at, end)
     if carried is None:
         return None
     begin, end = carried.begin, carried.end
@@ -138,7 +138,7 @@ def datagram_of(raw: bytes, packet: Packet, fragments: Fragments) -> Payload | N
     return Payload(offset + _UDP_OCTETS, len(joined) - _UDP_OCTETS, packet.received_s, joined[8:])
 
 
-def _of_none(_raw: bytes, _at: int, _end: int) -> None:
+def _not_ip(_raw: bytes, _at: int, _end: int) -> None:
     return None
 
 

@@ -44,7 +44,7 @@ class LiveBatch:
         Octets of each datagram that were decoded, skipped and quarantined.
     records : dict of int64[n]
         Target reports of each datagram by disposition: measurement, duplicate, left_out (no
-        aircraft or no position), refused (rejected).
+        aircraft or no position), or rejected (`refused`).
     categories : Counter
         Records by category.
     """

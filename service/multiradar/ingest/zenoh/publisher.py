@@ -30,7 +30,7 @@ _SEQUENCE = re.compile(rb'"sequence":\s*([0-9]+)')
 
 
 @dataclass(slots=True)
-class _Kept:
+class _CachedStream:
     stream: Stream
     depth: int
     count: int = 0
@@ -79,7 +79,7 @@ class Publisher:
         self._counts = counts
         self._options = options
         self._clock = clock
-        self._streams: dict[str, _Kept] = {}
+        self._streams: dict[str, _CachedStream] = {}
         # By time of retirement, in order of insertion.
         self._retired: dict[str, float] = {}
         self._something = threading.Event()
@@ -170,21 +170,21 @@ class Publisher:
         number: int,
         depth: Callable[[], int],
     ) -> None:
-        kept = self._streams.get(key)
-        if kept is None:
+        cached = self._streams.get(key)
+        if cached is None:
             heartbeat_s = 1.0 + len(self._streams) / _STREAMS_PER_SECOND
             capacity = depth()
-            kept = _Kept(self._outlet.stream(key, capacity, heartbeat_s), capacity)
-            self._streams[key] = kept
+            cached = _CachedStream(self._outlet.stream(key, capacity, heartbeat_s), capacity)
+            self._streams[key] = cached
             self._counts.add(streams=1)
         self._retired.pop(key, None)
-        if kept.count < kept.depth:
-            kept.count += 1
+        if cached.count < cached.depth:
+            cached.count += 1
             self._gate.samples += 1
         if event.sequence > self._known_until:
-            kept.stream.send(payload, b"%d" % number)
+            cached.stream.send(payload, b"%d" % number)
         else:
-            kept.stream.cache(payload, b"%d" % number)
+            cached.stream.cache(payload, b"%d" % number)
 
     def _cache_depth(self) -> int:
         share = self._options.cache_samples_total // (len(self._streams) + 1)
@@ -197,8 +197,8 @@ class Publisher:
             if since_s > before_s:
                 return
             del self._retired[key]
-            kept = self._streams.pop(key, None)
-            if kept is not None:
-                kept.stream.close()
-                self._gate.samples -= kept.count
+            cached = self._streams.pop(key, None)
+            if cached is not None:
+                cached.stream.close()
+                self._gate.samples -= cached.count
                 self._counts.add(streams=-1)
