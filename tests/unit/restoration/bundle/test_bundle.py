@@ -171,7 +171,7 @@ def test_without_a_wide_triple_there_is_no_trajectory() -> None:
         bundle.estimate()
     with pytest.raises(RestorationError, match="none among 10 plots"):
         bundle.trajectories()
-    with pytest.raises(RestorationError, match="within 90 s, was 0 plots without such"):
+    with pytest.raises(RestorationError, match="within 90 s, was none among 0 plots"):
         Bundle(BundleSettings()).weights()
 
 

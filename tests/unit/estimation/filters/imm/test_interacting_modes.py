@@ -236,7 +236,7 @@ def test_unmodelled_noise_is_added_to_changes_of_speed_or_to_all_modes(
 
 @pytest.mark.parametrize("count", [2, 9, -1])
 def test_a_number_of_modes_out_of_range_is_rejected(count: int) -> None:
-    with pytest.raises(ConfigurationError, match=f"imm_modes from 3 to 8, was {count}"):
+    with pytest.raises(ConfigurationError, match=f"imm_modes: expected 3 to 8, was {count}"):
         mode_table(TrackingSettings(imm_modes=count))
 
 
