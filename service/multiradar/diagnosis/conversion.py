@@ -46,7 +46,12 @@ REJECTS_FILE = "rejects.ndjson"
 _REJECTS_MAX = 100_000
 #: ... when they exceed this fraction of what was accepted: gradians lose a tenth.
 _REJECTED_MIN = 0.02
-_AZIMUTH_REASON = re.compile(r": expected 0 to 360 °, was '(\d+\.?\d*)'")
+_AZIMUTH_REASON = re.compile(r"azimuth: expected 0 to 360 °, was '(-?\d+\.?\d*)'")
+#: So many azimuths of at most `SIGNED_MAX_DEG` are no rounding about north.
+SIGNED_MIN, SIGNED_MAX_DEG = 20, -1.0
+#: Plots of a source of which this fraction are equal to others come from a file that was copied.
+COPIES_MIN = 1.0 / 3.0
+_MEASURED = ("time_s", "range_m", "azimuth_deg")
 #: Height of a radar whose site is not known, m.
 _SITE_HEIGHT_M = 300.0
 
@@ -82,8 +87,13 @@ def diagnose_conversion(
         found += check_names(evidence)
     found += check_times(sources)
     read = sum(source.read for source in sources.values())
-    largest_deg = _largest_rejected(measurements.parent / REJECTS_FILE, read)
+    azimuths_deg = _rejected_azimuths(measurements.parent / REJECTS_FILE)
+    found += _signed(azimuths_deg)
+    largest_deg = _largest_rejected(azimuths_deg, read)
     for name, source in sources.items():
+        if "files" in report.get("figures", {}):
+            # A text dump; a recording of two networks has copies of its own.
+            found += _copies(name, source.plots())
         plots = plots_of(source.plots().filter(pl.col("kind") == "radar"))
         found += _of_units(name, plots, largest_deg)
     return found
@@ -123,15 +133,49 @@ def _sources(measurements: Path) -> dict[str, Source]:
     return found
 
 
-# The largest rejected azimuth but for some outliers; 0 unless so many were rejected that a part
-# of each circle is missing.
-def _largest_rejected(file: Path, read: int) -> float:
+def _rejected_azimuths(file: Path) -> list[float]:
     if not file.is_file():
-        return 0.0
+        return []
     with file.open(encoding="utf-8") as lines:
         found = (_AZIMUTH_REASON.search(line) for line in islice(lines, _REJECTS_MAX))
-        azimuths = sorted(float(one[1]) for one in found if one is not None)
-    return azimuths[-BEYOND_MAX - 1] if len(azimuths) > _REJECTED_MIN * read + TESTED_MIN else 0.0
+        return sorted(float(one[1]) for one in found if one is not None)
+
+
+# The largest rejected azimuth but for some outliers; 0 unless so many were rejected that a part
+# of each circle is missing.
+def _largest_rejected(azimuths_deg: list[float], read: int) -> float:
+    beyond = [one for one in azimuths_deg if one > 0.0]
+    return beyond[-BEYOND_MAX - 1] if len(beyond) > _REJECTED_MIN * read + TESTED_MIN else 0.0
+
+
+def _signed(azimuths_deg: list[float]) -> list[Diagnosis]:
+    signed = [one for one in azimuths_deg if -180.0 <= one <= SIGNED_MAX_DEG]
+    if len(signed) < SIGNED_MIN:
+        return []
+    return [
+        Diagnosis(
+            "",
+            "azimuth_signed",
+            f"{counted(len(signed))} azimuths between {signed[0]:.0f}° and 0° were rejected: "
+            "azimuths are 0 to 360° clockwise from north; add 360° to the negative ones",
+        )
+    ]
+
+
+def _copies(name: str, plots: pl.DataFrame) -> list[Diagnosis]:
+    plots = plots.filter(pl.col("kind") == "radar")
+    copies = plots.height - plots.n_unique(_MEASURED)
+    if plots.height < TESTED_MIN or copies < COPIES_MIN * plots.height:
+        return []
+    return [
+        Diagnosis(
+            name,
+            "rows_repeated",
+            f"{name}: {copies / plots.height:.0%} of its plots are equal to others: a file was "
+            "probably appended to itself; remove the copies (the tracker drops them, but which "
+            "track a plot belongs to is lost)",
+        )
+    ]
 
 
 def _of_units(name: str, plots: Plots, largest_deg: float) -> list[Diagnosis]:

@@ -1,6 +1,8 @@
 """Diagnosis of a conversion, without a sensors file."""
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -14,7 +16,9 @@ from support.inputs.mistaken import RADARS, Recording, recording
 RANGE, AZIMUTH = pl.col("range_m"), pl.col("azimuth_deg")
 
 
-def said_of(one: Recording, folder: Path, *, rejected: int = 0) -> list[Diagnosis]:
+def said_of(
+    one: Recording, folder: Path, *, rejected: int = 0, dump: bool = False
+) -> list[Diagnosis]:
     """Return the diagnoses of a converted recording."""
     missing = [
         pl.lit(None, kind).alias(name)
@@ -28,7 +32,8 @@ def said_of(one: Recording, folder: Path, *, rejected: int = 0) -> list[Diagnosi
         "inputs": [{"file": "plots.txt", "counts": counts}],
         "outputs": [{"file": file.name, "rows": len(one.frame)}],
     }
-    return diagnose_conversion(file, report)
+    figures: dict[str, Any] = {"figures": {"files": {}}} if dump else {}
+    return diagnose_conversion(file, {**report, **figures})
 
 
 @pytest.mark.parametrize("positions", [False, True])
@@ -75,3 +80,31 @@ def test_a_conversion_that_wrote_no_measurement_is_named(tmp_path: Path) -> None
     one = recording()
     found = said_of(Recording(one.frame.clear(), one.sensors), tmp_path)
     assert [said.code for said in found] == ["no_measurements"]
+
+
+def test_negative_azimuths_are_named(tmp_path: Path) -> None:
+    lines = [
+        f'{{"reason": "azimuth: expected 0 to 360 °, was \'-{one}.25\'"}}' for one in range(2, 42)
+    ]
+    (tmp_path / "rejects.ndjson").write_text("\n".join(lines), encoding="utf-8")
+    (found,) = said_of(recording(), tmp_path)
+    assert found.code == "azimuth_signed"
+    assert "40 azimuths between -41° and 0° were rejected" in found.sentence
+
+
+def test_rounding_about_north_is_no_sign(tmp_path: Path) -> None:
+    lines = [
+        f'{{"reason": "azimuth: expected 0 to 360 °, was \'-0.0{one:02}\'"}}' for one in range(99)
+    ]
+    (tmp_path / "rejects.ndjson").write_text("\n".join(lines), encoding="utf-8")
+    assert said_of(recording(), tmp_path) == []
+
+
+def test_plots_that_a_file_holds_twice_are_named(tmp_path: Path) -> None:
+    once = recording()
+    again = once.frame.filter(pl.col("sensor_id") == "2-10")
+    twice = replace(once, frame=pl.concat([once.frame, again]))
+    assert said_of(twice, tmp_path) == []
+    (found,) = said_of(twice, tmp_path, dump=True)
+    assert (found.sensor_id, found.code) == ("2-10", "rows_repeated")
+    assert "50% of its plots are equal to others" in found.sentence

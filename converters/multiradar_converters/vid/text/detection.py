@@ -33,6 +33,8 @@ _TRIAL_LINES = 200
 _PAIR = re.compile(rb"[^=\s;]+=")
 _WORD_BREAKS = re.compile(r"[\s;,=]+")
 
+#: The first octets of a file compressed with gzip.
+GZIP_MAGIC = b"\x1f\x8b"
 #: Maximum lines before the header.
 _LEADING_LINES_MAX = 10
 
@@ -68,6 +70,8 @@ def detect(path: Path, table: Table, profile: Profile) -> FileLayout:
     """
     with path.open("rb") as file:
         head = file.read(HEAD_BYTES)
+    if head.startswith(GZIP_MAGIC):
+        raise LayoutError(f"{path.name} is compressed with gzip; unpack it first")
     _check_text(path, head)
     mark = len(codecs.BOM_UTF8) if head.startswith(codecs.BOM_UTF8) else 0
     terminator = LF if b"\n" in head or b"\r" not in head else CR
