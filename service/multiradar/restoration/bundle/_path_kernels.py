@@ -3,6 +3,10 @@
 Symbols: θ = parameters of a track, L = the Cholesky factor of H, the second derivatives of the
 functional by θ; J = derivatives of the state by θ, by differences. The covariance of the state is
 J H⁻¹ Jᵀ = Y Yᵀ with L Yᵀ = Jᵀ.
+
+References
+----------
+The project's own.
 """
 
 from math import cos, sin

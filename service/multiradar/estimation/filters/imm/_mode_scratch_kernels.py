@@ -5,6 +5,10 @@ mode repeat the hub, with probability 0. Coefficients of single modes, for the c
 rows of a scratch array.
 
 Symbols as in `_mode_kernels`.
+
+References
+----------
+The project's own.
 """
 
 import numpy as np
