@@ -28,7 +28,7 @@ def last_reject(out: Path) -> Reject:
 
 
 def cut_short(out: Path) -> dict[str, Any]:
-    """Return what the report says of files that were cut."""
+    """Return the report on truncated files."""
     report = Report.model_validate_json((out / "report.json").read_bytes())
     figures: dict[str, Any] = report.figures
     return dict(figures["cut_short"])

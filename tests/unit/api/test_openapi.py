@@ -113,7 +113,7 @@ async def test_the_page_shows_no_markdown(client: httpx.AsyncClient) -> None:
     answer = await client.get("/docs")
     assert "`" not in answer.text
     assert "<code>next_cursor</code>" in answer.text
-    # A docstring's sections are for those who read the code.
+    # The sections of docstrings are for readers of the code.
     assert "----" not in answer.text
     assert "Parameters" not in answer.text
 

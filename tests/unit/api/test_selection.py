@@ -1,4 +1,4 @@
-"""Boxes at their bounds: which are possible, and what is inside."""
+"""Bounding boxes at their limits: validity and membership."""
 
 import polars as pl
 import pytest

@@ -1,4 +1,4 @@
-"""Trajectories of a track over HTTP: bounds of what is asked, and a reason where there are none."""
+"""Trajectories of a track over HTTP: limits of queries, and the reason for their absence."""
 
 import httpx
 import pytest

@@ -115,7 +115,7 @@ def test_tracks_that_ended_while_output_was_lost_are_given_up() -> None:
         sending.step(Fed(output))
     sending.step(Fed(lost=True))
     sink.blocks.clear()
-    # Nothing of what follows says that they ended.
+    # No later output reports their end.
     sending.step(Fed(replace(made[3], ended=EndedTracks.concatenate([]))))
     ended = [track["040"] for track in tracks(sink.blocks) if track["080"]["TSE"]]
     assert sorted(ended) == [4, 5, 6, 7, 8, 9, 10, 11, 12]

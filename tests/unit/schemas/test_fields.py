@@ -1,4 +1,4 @@
-"""The page of fields says what the models say."""
+"""The page of fields matches the models."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Settings: which source wins, and what is said about a wrong key or value."""
+"""Settings: precedence of sources, and messages for wrong keys and values."""
 
 from pathlib import Path
 

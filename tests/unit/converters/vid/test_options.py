@@ -1,4 +1,4 @@
-"""The options of the conversion against counts taken from the sample by hand."""
+"""The options of the conversion against manual counts of the sample."""
 
 import collections
 from pathlib import Path

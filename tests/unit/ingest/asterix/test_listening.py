@@ -185,7 +185,7 @@ def test_what_two_listeners_hear_of_one_radar_counts_once(
 
 
 def test_a_batch_keeps_the_order_of_reception_over_all_listeners() -> None:
-    """Listener by listener, what one heard late in the batch would make the other's late."""
+    """In order of listeners, late data of one listener would make those of the other late."""
     service, queue = Taken(), DatagramQueue(1000, 1 << 20)
     work, _gateway = inlet(service, queue)
     for k in range(10):
@@ -254,7 +254,7 @@ def test_a_datagram_that_fails_to_decode_is_quarantined_alone(
 
 @pytest.mark.slow
 def test_a_storm_of_small_datagrams_cannot_fill_the_memory() -> None:
-    """What does not fit into the queue is dropped, and counted by who asks."""
+    """Datagrams that do not fit into the queue are dropped and counted."""
     queue = DatagramQueue(datagrams_max=10_000, octets_max=1 << 30)
     octets = bytes(8)
     tracemalloc.start()

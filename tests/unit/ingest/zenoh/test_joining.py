@@ -1,4 +1,4 @@
-"""Publishing waits for those who join, for a bounded time and a bounded share of the time."""
+"""Publishing pauses for joins, for a bounded time and a bounded fraction of the time."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -72,7 +72,7 @@ def test_full_caches_are_given_time_to_answer() -> None:
 
 def test_a_new_connection_starts_a_pause() -> None:
     scene = Scene()
-    # Most of those who connect want no history: they are not waited for as if they did.
+    # Most connections do not query the history, so their pause is shorter.
     scene.gate.samples = 20_000
     scene.gate.on_arrival()
     closed_before = scene.gate.closed

@@ -1,4 +1,4 @@
-"""Settings of the Zenoh side: defaults that reach this host only, sentences for what is wrong."""
+"""Options of the Zenoh interface: defaults for this host only, messages for invalid values."""
 
 import json
 from typing import Any

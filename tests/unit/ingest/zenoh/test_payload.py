@@ -1,4 +1,4 @@
-"""What comes on the measurement keys: encodings, sizes, and the sensor of the key."""
+"""Payloads on the measurement keys: encodings, sizes, and the sensor of the key."""
 
 import io
 import json

@@ -16,7 +16,7 @@ LAYOUT = lay_out(
 
 
 def evaluated(role: int, value: float) -> tuple[bool, str | None]:
-    """Return whether a record with this value may be taken, and what is wrong with it."""
+    """Return whether a record with this value is accepted, and its error."""
     numbers = [plain.NAN] * roles.NUMBERS
     for known, number in ((roles.TIME, BEGIN_S), (roles.LATITUDE, 47.0), (roles.LONGITUDE, 8.0)):
         numbers[known] = number

@@ -157,7 +157,7 @@ def test_sectors_that_repeat_or_go_back_in_time_do_not_count() -> None:
     rows = [(SECTOR, 100.0 + k * 0.25, 22.5 * k % 360, NAN) for k in range(1, 10)]
     repeated_sector = (SECTOR, 102.375, 202.5, NAN)
     assert scan_period(*rows, repeated_sector) == pytest.approx(4.0)
-    # The clock steps back by 0.1 s between two sectors, and goes on from there.
+    # The clock steps back by 0.1 s between two sectors and continues from there.
     stepped = [(SECTOR, time - 0.6, sector, NAN) for _, time, sector, _ in rows]
     later = [(SECTOR, time, (sector + 225.0) % 360, NAN) for _, time, sector, _ in stepped]
     whole = [*rows, *((kind, time + 2.0, sector, said) for kind, time, sector, said in later)]

@@ -1,4 +1,4 @@
-"""Datagrams become measurements one batch after another, with what came before."""
+"""Live decoding of datagrams in batches, with state from earlier batches."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Recordings sent again: what is due when, and times of day that are moved."""
+"""Replay of recordings: due times, and shifted times of day."""
 
 from pathlib import Path
 

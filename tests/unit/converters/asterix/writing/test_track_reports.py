@@ -41,7 +41,7 @@ def test_a_track_is_written_as_the_tables_of_the_standard_say() -> None:
 def test_a_callsign_is_reported_as_derived_from_the_aircraft_and_not_twice() -> None:
     called = packed_callsigns(pl.Series(["DLH8JW", None, "ABCD1234"]))
     first, second, third = read_tracks(track_records(reports(3, callsign=called), SENDER))
-    # The standard says that 245 shall not be used, since 380/ID says the same.
+    # The standard forbids 245, because 380/ID has the same content.
     assert [one.get("245") for one in (first, second, third)] == [None] * 3
     assert (first["380"]["ID"], third["380"]["ID"]) == ("DLH8JW", "ABCD1234")
     assert "ID" not in second["380"]

@@ -17,7 +17,7 @@ COUNT = 40
 
 
 def filled(category: int, edition: str, random: np.random.Generator) -> tuple[Records, dict]:  # type: ignore[type-arg]
-    """Records with random bits in every field that can be written, and what is in them."""
+    """Records with random bits in every writable field, and their values."""
     layout = layout_of(category, edition)
     program = program_of(layout)
     records = Records(layout, COUNT)
