@@ -66,7 +66,7 @@ COLUMNS, JSON_COLUMNS = 110, 118
 _DECIMALS = 6
 SERVICE = "127.0.0.1:8321"
 _COMMENT = re.compile(r"^<!-- (output of|before): (.+?) -->$")
-_MADE = re.compile(r"^<!-- ([\w-]+): made by (\w+\.py[^;>]*?)(?:; slow ([^>]+?))? -->$")
+_MADE = re.compile(r"^<!-- ([\w-]+): made by ([\w/]+\.py[^;>]*?)(?:; slow ([^>]+?))? -->$")
 _TIMEOUT_S = 4 * 3600.0
 
 

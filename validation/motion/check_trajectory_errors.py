@@ -41,7 +41,7 @@ def main() -> None:
     parser.add_argument("scenes", nargs="*", default=list(SCENES))
     parser.add_argument("--duration", type=float, default=420.0, help="of each scene, s")
     given = parser.parse_args()
-    print("| scenario | bundle: median, RMS | track | error² / sigma² | re-initialised |")
+    print("| scenario | bundle: median, RMS | track | error² / sigma² | reinitialised |")
     print("|---|---|---|---|---|")
     for scene in given.scenes:
         with tempfile.TemporaryDirectory() as folder:

@@ -50,7 +50,7 @@ one   in 1.5 s
 |---|---|
 | 1 | 2 |
 
-<!-- part: made by make_y.py part; slow 2 min -->
+<!-- part: made by subject/make_y.py part; slow 2 min -->
 
 text
 
@@ -67,7 +67,10 @@ def test_a_page_is_read_in_its_order() -> None:
     assert block.where == "docs/p.md:7"
     assert lines[table.begin : table.end] == ["| a | b |", "|---|---|", "| 1 | 2 |"]
     assert (table.options, table.slow) == ({"table": "2"}, False)
-    assert (made.command, made.options) == ("make_y.py part", {"made": "part", "slow": "2 min"})
+    assert (made.command, made.options) == (
+        "subject/make_y.py part",
+        {"made": "part", "slow": "2 min"},
+    )
     assert lines[made.begin : made.end] == ["", "text", ""]
 
 

@@ -10,7 +10,7 @@ sensors is (v, 0), H V + J summed is zero, and no measurement informs about the 
 An aircraft therefore stores the velocity v at which its time offsets are linearised. When the
 estimate changes, `relinearise_time_offsets` updates v and V together: each column changes by its
 share of the difference, and so does a, so that χ̂ = a + V ς̂ is unchanged. An aircraft contributes to
-no bias until its velocity is known. Then it is re-initialised at a plot with that velocity
+no bias until its velocity is known. Then it is reinitialised at a plot with that velocity
 (`initialise_with_velocity`).
 
 Symbols as in `_two_stage_kernels`; v = velocity at which time offsets are linearised.
