@@ -72,7 +72,7 @@ class Bundle:
         self._kinds, self._rules = settings.kinds(), settings.rules()
         self._tracks = np.zeros((layout.CANDIDATES_MAX, layout.TRACK_COUNT))
         self._plots = np.zeros((2 * layout.INITIAL_PLOTS_MAX, layout.PLOT_COUNT))
-        self._settling, self._memory = memory or scratch(settings)
+        self._fit_scratch, self._memory = memory or scratch(settings)
         # The window is the rows first … last − 1; the anchor of the tracks is the time of the last
         # plot that left it, or of the first plot.
         self._first = self._last = self._live = 0
@@ -329,7 +329,7 @@ class Bundle:
         """
         times = finite_array(time_s, "times of a path", (None,))
         weights = self._weights_by(by)
-        return path_of(self._tracks, weights, self._window(), times, self._settling)
+        return path_of(self._tracks, weights, self._window(), times, self._fit_scratch)
 
     def final_states(self) -> FinalStates:
         """Return the states of the tracks at the last plot, from which a forecast starts.
@@ -344,7 +344,7 @@ class Bundle:
         RestorationError
             If there are no tracks.
         """
-        return final_states_of(self._tracks, self.weights(), self._window(), self._settling)
+        return final_states_of(self._tracks, self.weights(), self._window(), self._fit_scratch)
 
     def copy(self) -> "Bundle":
         """Return a copy of the bundle, with scratch arrays of its own.
@@ -420,7 +420,7 @@ class Bundle:
         for factor in _WIDER:
             begin_s = times[-1] - min(factor * rules.initial_s, rules.window_s)
             first = self._first + int(np.searchsorted(times[self._first :], begin_s))
-            tracks = first_tracks(self._plots[first : self._last], rules, self._settling)
+            tracks = first_tracks(self._plots[first : self._last], rules, self._fit_scratch)
             if len(tracks):
                 self._adopt(tracks, first)
                 return
@@ -433,7 +433,7 @@ class Bundle:
         if first == self._last or now_s - self._tried_s < _PATIENCE_S:
             return
         refuted = fits_none(best)
-        tracks = first_tracks(self._plots[first : self._last], self._settings, self._settling)
+        tracks = first_tracks(self._plots[first : self._last], self._settings, self._fit_scratch)
         if len(tracks):
             self._tried_s = now_s
         if len(tracks) and is_likelier(tracks[0], best, first, refuted=refuted):
@@ -456,7 +456,7 @@ class Bundle:
         self._live, self._first, self._anchor_s = push_plot(
             self._tracks, self._live, self._settings.tracks_max, self._anchor_s, self._plots,
             self._first, self._last, since_s, self._kinds, self._rules, self._settings.rounds,
-            *self._settling, *self._memory,
+            *self._fit_scratch, *self._memory,
         )  # fmt: skip
 
     # Tracks do not survive a gap longer than the window.
