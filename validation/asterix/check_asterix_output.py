@@ -57,7 +57,7 @@ PEER = """
 import json, sys
 from asterix import base, generated
 sys.path.insert(0, sys.argv[1])
-from support.asterix_peer import peer_records
+from support.asterix.peer import peer_records
 data, at = open(sys.argv[2], "rb").read(), 0
 names = {62: "062 1.21", 63: "063 1.7", 65: "065 1.6"}
 while at < len(data):
