@@ -28,13 +28,13 @@ def table_schema(
     Parameters
     ----------
     model : type
-        The model: its fields are numbers, texts, truth values, or lists of them.
+        The model; its fields are numbers, texts, booleans, or lists of them.
     first : tuple of str, optional
         Fields that come before the others, in this order.
     without : collection of str, optional
         Fields that have no column.
     prefix : str, optional
-        What the names of the columns begin with.
+        Prefix of the names of the columns.
 
     Returns
     -------
@@ -44,7 +44,7 @@ def table_schema(
     Raises
     ------
     KeyError
-        If a field has a type that no column can hold.
+        If a field has a type without a column type.
     """
     fields = model.model_fields
     names = [*first, *(name for name in fields if name not in first and name not in without)]
@@ -52,7 +52,7 @@ def table_schema(
 
 
 def required_columns(model: type[BaseModel], schema: pl.Schema) -> tuple[str, ...]:
-    """Return the columns that every row fills: fields that cannot be None."""
+    """Return the required columns: fields that cannot be None."""
     return tuple(name for name in schema if not _is_optional(model.model_fields[name].annotation))
 
 

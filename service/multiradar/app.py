@@ -35,7 +35,7 @@ from multiradar.runtime.live.output_feed import OutputFeed
 from multiradar.runtime.live.service import Service
 from multiradar.runtime.memory.live_tracks import LiveTracks
 from multiradar.runtime.queries.encounter_query import EncounterQuery
-from multiradar.runtime.queries.encounters import Sky, encounters
+from multiradar.runtime.queries.encounters import TrackSnapshot, encounters
 from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.settings.service import Settings
@@ -161,7 +161,7 @@ class Application:
     # The journal was replayed; all further data are new.
     def _begin(self) -> None:
         if self._trajectories is not None:
-            self._trajectories.begin()
+            self._trajectories.go_live()
         if self._sender is not None:
             self._sender.begin()
 
@@ -310,8 +310,8 @@ def warm_up(sensors: SensorTable, settings: Settings) -> None:
     states, tracking = engine.tracks(), settings.tracking_settings()
     calibration = calibration_for(tracking)
     calibration.family.forecast_all(states, np.ones(1))
-    empty_sky = Sky(0.0, LiveTracks().all(), states)
-    encounters(empty_sky, EncounterQuery(), engine.plane, tracking, calibration)
+    no_tracks = TrackSnapshot(0.0, LiveTracks().all(), states)
+    encounters(no_tracks, EncounterQuery(), engine.plane, tracking, calibration)
     engine.close()
 
 

@@ -93,7 +93,7 @@ def measure(count: int) -> tuple[float, float]:
     # The first scans compile, and have no output yet.
     for number, output in enumerate([turn(count, k, random) for k in range(TURNS + 2)]):
         before, start = user.counts[f"{CATEGORY:03d}"], process_time()
-        octets = sum(len(block) for sent in cycles.take(output) for block in sent.blocks)
+        octets = sum(len(block) for sent in cycles.push(output) for block in sent.blocks)
         spent = process_time() - start
         if number >= 2 and octets:
             whole = max(whole, (user.counts[f"{CATEGORY:03d}"] - before) / spent)

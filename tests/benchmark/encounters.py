@@ -9,7 +9,7 @@ from benchmark.report import Row
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.memory.history import UPDATE_DTYPE
 from multiradar.runtime.queries.encounter_query import EncounterQuery
-from multiradar.runtime.queries.encounters import Sky, encounters
+from multiradar.runtime.queries.encounters import TrackSnapshot, encounters
 from multiradar.tracking.forecast.forecast_calibration import ForecastCalibration, calibration_for
 from multiradar.tracking.forecast.forecast_family import STRAIGHT
 from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
@@ -52,7 +52,7 @@ def run(plan: Plan) -> list[Row]:
     return rows
 
 
-def airspace(count: int, modes: int, seed: int = 1) -> Sky:
+def airspace(count: int, modes: int, seed: int = 1) -> TrackSnapshot:
     """Return tracks of aircraft anywhere in a square, at flight levels."""
     rng = np.random.Generator(np.random.PCG64(seed))
     half_m = 0.5 * np.sqrt(count / AIRCRAFT_PER_M2)
@@ -80,10 +80,10 @@ def airspace(count: int, modes: int, seed: int = 1) -> Sky:
     rows["track_id"], rows["time_s"], rows["state"] = (
         states.track_id, states.time_s, STATE_CONFIRMED,
     )  # fmt: skip
-    return Sky(NOW_S, rows, states)
+    return TrackSnapshot(NOW_S, rows, states)
 
 
-def least_ms(scene: Sky, settings: TrackingSettings, runs: int) -> float:
+def least_ms(scene: TrackSnapshot, settings: TrackingSettings, runs: int) -> float:
     """Return the least CPU time of an answer, ms; the kernels are compiled before."""
     calibration = taught(settings)
     encounters(scene, QUERY, PLANE, settings, calibration)
@@ -107,7 +107,7 @@ def taught(settings: TrackingSettings) -> ForecastCalibration:
     return calibration
 
 
-def all_pairs_ms(scene: Sky, runs: int) -> float:
+def all_pairs_ms(scene: TrackSnapshot, runs: int) -> float:
     """Return the least CPU time of the closest points of approach of all pairs, ms."""
     spent = []
     for _ in range(runs):

@@ -11,7 +11,7 @@ from multiradar.app import build_service, trajectory_feed, warm_up, zenoh_option
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.memory.live_tracks import LiveTracks
 from multiradar.runtime.queries.encounter_query import EncounterQuery
-from multiradar.runtime.queries.encounters import Sky, encounters
+from multiradar.runtime.queries.encounters import TrackSnapshot, encounters
 from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.settings.limits import HttpLimits, RuntimeLimits
 from multiradar.settings.service import load_settings
@@ -79,7 +79,7 @@ def test_warming_up_makes_the_first_answer_about_encounters_ready() -> None:
     live.update(
         rows_of(engine.push(measurement_batch(live_scene.recording(900), table)[0]).updates)
     )
-    sky = Sky(live_scene.START_S, live.all(), engine.tracks())
+    sky = TrackSnapshot(live_scene.START_S, live.all(), engine.tracks())
     query, calibration = EncounterQuery(distance_m=2e4, height_m=500.0), calibration_for(settings)
     found = encounters(sky, query, engine.plane, settings, calibration)
     assert found["count"] > 0

@@ -101,7 +101,7 @@ def written(
             job,
             Path(folder),
             on_output=lambda output: blocks.extend(
-                block for sent in cycles.take(output) for block in sent.blocks
+                block for sent in cycles.push(output) for block in sent.blocks
             ),
         )
     blocks += [block for sent in cycles.finish() for block in sent.blocks]

@@ -12,7 +12,7 @@ minutes on average, and legs without any. Every ten seconds each aircraft is for
 10 to 300 s ahead, by its bundle (`restoration.forecast`), by the modes of `imm`
 (`tracking.forecast`) and by a polynomial (`tracking.polynomial_forecast`), from the same plots, and
 compared with its true position. "bundle" has the regions of its mixture, "bundle, learnt" those
-calibrated by past errors (`runtime.trajectories.fan_scores`), which start equal. Settings were
+calibrated by past errors (`runtime.trajectories.ensemble_scores`), which start equal. Settings were
 chosen on seeds 20 and 21; the table uses others.
 """
 
@@ -29,8 +29,8 @@ from multiradar.restoration.control_tracks.settings import BundleSettings
 from multiradar.restoration.forecast.forecast import forecast
 from multiradar.restoration.forecast.settings import ForecastSettings
 from multiradar.runtime.engine.engine import Engine
-from multiradar.runtime.trajectories.fan_scores import FanScores
-from multiradar.runtime.trajectories.fans import fan_course
+from multiradar.runtime.trajectories.ensemble_paths import ensemble_path
+from multiradar.runtime.trajectories.ensemble_scores import EnsembleScores
 from multiradar.runtime.trajectories.pool import Reading
 from multiradar.simulation.paths import fly
 from multiradar.tracking.forecast.forecast import forecast_modes_of, forecast_of_modes
@@ -123,9 +123,9 @@ def compare(flown: Flown, run_s: float, *, alone: bool) -> Found:
         spent.append(process_time() - began)
         truth = paths[key[0]].position(ensemble.time_s + AHEAD_S)
         factors = np.full(len(AHEAD_S), gaussian_factor(PROBABILITY))
-        course = fan_course(Reading(bundle, 0, np.nan), ensemble.time_s + AHEAD_S, PROBABILITY)
+        course = ensemble_path(Reading(bundle, 0, np.nan), ensemble.time_s + AHEAD_S, PROBABILITY)
         bundles.append(score(*course[:3], truth))
-        course = fan_course(
+        course = ensemble_path(
             Reading(bundle, 0, np.nan, calibration), ensemble.time_s + AHEAD_S, PROBABILITY
         )
         learnt.append(score(*course[:3], truth))
@@ -151,7 +151,7 @@ def bundles_of(
     """Process all aircraft; yield bundle and calibration at each requested plot."""
     sightings = in_place(flown).sightings
     bundles = {one: Bundle(BundleSettings()) for one in np.unique(sightings.aircraft).tolist()}
-    scores, until_s = FanScores(), SAMPLE_S
+    scores, until_s = EnsembleScores(), SAMPLE_S
     fresh: list[int] = []
     order = np.argsort(sightings.time_s, kind="stable")
     for row in order[sightings.time_s[order] < run_s].tolist():
@@ -167,10 +167,12 @@ def bundles_of(
             yield key, bundle, scores.learnt
 
 
-def sample(scores: FanScores, bundles: dict[int, Bundle], fresh: list[int], time_s: float) -> None:
+def sample(
+    scores: EnsembleScores, bundles: dict[int, Bundle], fresh: list[int], time_s: float
+) -> None:
     """Learn from past forecasts and make some, as `runtime.trajectories.pool` does."""
     for aircraft, bundle in bundles.items():
-        scores.judge(aircraft, bundle, time_s)
+        scores.evaluate(aircraft, bundle, time_s)
     scores.settle()
     seen = [one for one in sorted(set(fresh)) if len(bundles[one])]
     for aircraft in scores.chosen(seen, int(time_s / SAMPLE_S), len(fresh)):

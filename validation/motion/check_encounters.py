@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.memory.live_tracks import LiveTracks
 from multiradar.runtime.queries.encounter_query import EncounterQuery
-from multiradar.runtime.queries.encounters import Sky, encounters
+from multiradar.runtime.queries.encounters import TrackSnapshot, encounters
 from multiradar.simulation.paths import Path, fly
 from multiradar.tracking.columns import rows_of
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
@@ -115,7 +115,7 @@ def outcomes(
         number_of |= dict(
             zip(updates.track_id.tolist(), updates.track_number.tolist(), strict=True)
         )
-        sky = Sky(float(one.batch.time_s[cut - 1]), live.all(), engine.tracks())
+        sky = TrackSnapshot(float(one.batch.time_s[cut - 1]), live.all(), engine.tracks())
         answer = encounters(sky, QUERY, engine.plane, settings, calibration)
         dense_s = answer["time_s"] + np.arange(0.0, QUERY.horizon_s + DENSE_S, DENSE_S)
         for encounter in answer["encounters"]:

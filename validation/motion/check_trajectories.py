@@ -22,9 +22,9 @@ from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.queries.parameters import PATH_POINTS_DEFAULT, PATH_STEP_DEFAULT_S
 from multiradar.runtime.trajectories.document import trajectories_of
 from multiradar.runtime.trajectories.options import trajectory_options
-from multiradar.runtime.trajectories.plots import PlotPlaces
+from multiradar.runtime.trajectories.plots import PlotLocator
 from multiradar.runtime.trajectories.pool import BundlePool
-from multiradar.runtime.trajectories.roster import Order, Roster, Sampled, Take
+from multiradar.runtime.trajectories.roster import Order, PushPlots, Roster, Sampled
 from multiradar.storage.recording import Recording
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.outputs import EngineOutput
@@ -46,7 +46,7 @@ def main() -> None:
     sensors = load_sensor_table(given.sensors)
     outputs = _outputs(given.measurements, sensors, given.outputs)
     orders = _orders(outputs, sensors)
-    plots = sum(len(order.plots) for order in orders if isinstance(order, Take))
+    plots = sum(len(order.plots) for order in orders if isinstance(order, PushPlots))
     all_plots = sum(len(output.plots) for output in outputs)
     sorting_s, pool = _least(lambda: _orders(outputs, sensors)), _pool(orders, sensors)
     taking_s = _least(lambda: _pool(orders, sensors))
@@ -58,7 +58,7 @@ def main() -> None:
     print(f"of that to learn from forecasts: {1e3 * learning_s / plots:.3f} ms a plot")
     readings = [pool.read(track) for track in range(1, 200)]
     usable = [one for one in readings if one is not None and len(one.bundle) > 1][:20]
-    plane = PlotPlaces(sensors, TRACKING).plane
+    plane = PlotLocator(sensors, TRACKING).plane
 
     def answer(points: int) -> Callable[[], None]:
         def answers() -> None:
@@ -83,24 +83,24 @@ def _outputs(path: Path, sensors: SensorTable, count: int) -> list[EngineOutput]
 
 def _orders(outputs: list[EngineOutput], sensors: SensorTable) -> list[Order]:
     roster = Roster(AIRCRAFT_MAX, sensors)
-    return [order for output in outputs for order in roster.take(output)]
+    return [order for output in outputs for order in roster.push(output)]
 
 
 def _empty(sensors: SensorTable) -> BundlePool:
     options = trajectory_options(AIRCRAFT_MAX, 1, LATERAL_MAX_MPS2, LONGITUDINAL_MAX_MPS2)
-    return BundlePool(PlotPlaces(sensors, TRACKING), options.bundle)
+    return BundlePool(PlotLocator(sensors, TRACKING), options.bundle)
 
 
 def _pool(orders: list[Order], sensors: SensorTable) -> BundlePool:
     pool = _empty(sensors)
     for order in orders:
-        if isinstance(order, Take):
+        if isinstance(order, PushPlots):
             for plot in order.plots:
-                pool.take(order.track_id, plot, order.published)
+                pool.push(order.track_id, plot, order.published)
         elif isinstance(order, Sampled):
             pool.sample(order)
         else:
-            pool.let_go(order.track_id)
+            pool.drop(order.track_id)
     return pool
 
 
@@ -115,12 +115,12 @@ def _least(work: Callable[[], object]) -> float:
 
 # Memory of one bundle, without the shared memory.
 def _bytes_each(orders: list[Order], sensors: SensorTable) -> float:
-    first = next(order for order in orders if isinstance(order, Take))
+    first = next(order for order in orders if isinstance(order, PushPlots))
     pool = _empty(sensors)
     tracemalloc.start()
     before, _ = tracemalloc.get_traced_memory()
     for track in range(MANY):
-        pool.take(track, first.plots[0], first.published)
+        pool.push(track, first.plots[0], first.published)
     after, _ = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     return (after - before) / MANY

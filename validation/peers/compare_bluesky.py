@@ -26,7 +26,7 @@ sys.path.insert(0, str(TESTS))
 
 from benchmark.encounters import NOW_S, PLANE, airspace  # noqa: E402
 from multiradar.runtime.queries.encounter_query import EncounterQuery  # noqa: E402
-from multiradar.runtime.queries.encounters import Sky, encounters  # noqa: E402
+from multiradar.runtime.queries.encounters import TrackSnapshot, encounters  # noqa: E402
 from multiradar.tracking.forecast.forecast_calibration import calibration_for  # noqa: E402
 from multiradar.tracking.settings import TrackingSettings  # noqa: E402
 
@@ -71,7 +71,7 @@ def main() -> None:
         )
 
 
-def as_traffic(scene: Sky) -> SimpleNamespace:
+def as_traffic(scene: TrackSnapshot) -> SimpleNamespace:
     """Return the aircraft in the form of BlueSky."""
     mean = scene.states.mean
     latitude_rad, longitude_rad = PLANE.to_geodetic(mean[:, 0], mean[:, 1])

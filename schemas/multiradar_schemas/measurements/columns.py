@@ -3,7 +3,7 @@
 from multiradar_schemas.columns import table_schema
 from multiradar_schemas.measurements.measurement import RadarMeasurement
 
-#: Columns that every row fills.
+#: Required columns.
 MEASUREMENT_REQUIRED = ("time_s", "sensor_id", "kind")
 
 #: `measurements.parquet` and Arrow bodies.
@@ -16,7 +16,7 @@ MEASUREMENT_SCHEMA = table_schema(
     without={"time_ns", "time"},
 )  # fmt: skip
 
-#: What bearings may report beside their azimuth.
+#: Optional columns of bearings beside the azimuth.
 MEASUREMENT_DIRECTIONS = (
     "elevation_deg",
     "source_latitude_deg",
@@ -24,5 +24,5 @@ MEASUREMENT_DIRECTIONS = (
     "source_height_m",
 )
 
-#: Columns that recordings of earlier versions may lack.
+#: Columns that may be absent in recordings of earlier versions.
 MEASUREMENT_LATER = ("callsign", *MEASUREMENT_DIRECTIONS)

@@ -227,7 +227,7 @@ def _track(
 ) -> "OfflineResult":
     from multiradar.runtime.offline.offline import track_recording
 
-    on_output = None if recorder is None else stages.timed("ASTERIX", recorder.take)
+    on_output = None if recorder is None else stages.timed("ASTERIX", recorder.write)
     with progress_bar("tracking", job.recording.rows) as on_progress:
         return track_recording(job, folder, on_progress, on_output, stages)
 

@@ -1,1 +1,1 @@
-"""The pool of aircraft actors: order, epochs, shards, recovery and publication."""
+"""The tracking engine, the live pipeline, offline runs, queries and trajectory bundles."""

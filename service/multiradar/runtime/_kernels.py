@@ -1,4 +1,4 @@
-"""Compiled loops of the live pipeline; the modules beside this one check what they are given.
+"""Compiled loops of the live pipeline; callers validate the arguments.
 
 Symbols of `admit`: ``clock`` = state floats [data clock, floor, first and last time of a run],
 ``run`` = state integers [rows in the run, its first sensor, several sensors in it, first sensor
@@ -30,11 +30,11 @@ def admit(
     run: NDArray[np.int64],
     code: NDArray[np.int8],
 ) -> None:
-    """Decide row by row, in place; see `multiradar.runtime.admission.admission`."""
+    """Classify row by row, in place; see `multiradar.runtime.admission.admission`."""
     for row in range(len(time_s)):
         time = time_s[row]
         if time > clock[CLOCK] + jump_s:
-            # A run goes on while each row is near the one before.
+            # A run continues while each row is within `jump_s` of the one before.
             if run[RUN_COUNT] == 0 or abs(time - clock[RUN_LAST]) > jump_s:
                 run[RUN_COUNT] = 0
                 clock[RUN_FIRST] = time
@@ -44,12 +44,12 @@ def admit(
             clock[RUN_LAST] = time
             if sensor[row] != run[RUN_SENSOR]:
                 run[RUN_SEVERAL] = 1
-            trusted = (
+            plausible = (
                 run[RUN_SEVERAL] == 1
                 or (run[SEEN_SEVERAL] == 0 and sensor[row] == run[SEEN_SENSOR])
                 or time - clock[RUN_FIRST] >= alone_s
             )
-            if run[RUN_COUNT] < agree_rows or not trusted:
+            if run[RUN_COUNT] < agree_rows or not plausible:
                 code[row] = FUTURE
                 continue
         elif time < clock[CLOCK] - horizon_s or time < clock[FLOOR]:
@@ -79,21 +79,21 @@ def follow(
 ) -> int:
     """Follow the links from a row back; return how many row numbers were written to `found`.
 
-    Row numbers count from the first row ever written; a row stands at its number modulo the length
-    of `previous`, and numbers below `oldest` are gone. With `forward` the walk goes on to the
-    oldest row and `found` keeps the last rows seen (a ring), else it ends when `found` is full.
+    Row numbers count from the first row ever written. A row is stored at its number modulo the
+    length of `previous`; numbers below `oldest` are overwritten. With `forward` the walk continues
+    to the oldest row and `found` is a ring of the last rows, else it stops when `found` is full.
     """
     capacity = len(previous)
-    room = len(found)
+    size = len(found)
     count = 0
     row = newest
     while row >= oldest and time_s[row % capacity] >= since_s:
-        found[count % room] = row
+        found[count % size] = row
         count += 1
-        if count == room and not forward:
+        if count == size and not forward:
             break
         link = previous[row % capacity]
-        # Links go back; anything else was overwritten while it was read.
+        # A link points to an older row; any other value was overwritten during the read.
         if link >= row:
             break
         row = link

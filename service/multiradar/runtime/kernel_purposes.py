@@ -1,4 +1,4 @@
-"""Which kernels a run needs, by its settings: purposes of `multiradar_compiled.kernel_list`."""
+"""The kernels a run needs by its settings: purposes of `multiradar_compiled.kernel_list`."""
 
 from collections.abc import Mapping, Sequence
 
@@ -8,21 +8,21 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking.input.measurements import KIND_BEARING
 from multiradar.tracking.settings import BY_PROBABILITY, TrackingSettings
 
-#: Filters for which extra outputs are listed of their own; the others share those of the first.
+#: Filters with their own kernels for extra outputs; the others share those of the first.
 _LISTED_FILTERS = ("two-stage", "imm")
 
 
 def track_purposes(
     settings: TrackingSettings, sensors: SensorTable, outputs: Mapping[str, object]
 ) -> list[str]:
-    """Return what tracking a recording needs.
+    """Return the purposes of tracking a recording.
 
     Parameters
     ----------
     settings : TrackingSettings
         The filter, and how plots are associated.
     sensors : SensorTable
-        The sensors: direction finders need kernels of their own.
+        The sensors: direction finders need additional kernels.
     outputs : mapping of str to object
         Further outputs by the options of the command, as in ``--encounters``; None: not wanted.
 
@@ -45,7 +45,7 @@ def track_purposes(
 def serve_purposes(
     settings: TrackingSettings, sensors: SensorTable, *, trajectories: bool, asterix: bool
 ) -> Sequence[str]:
-    """Return what the service needs, its queries included.
+    """Return the purposes of the service, including its queries.
 
     Parameters
     ----------

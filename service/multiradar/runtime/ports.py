@@ -1,4 +1,4 @@
-"""The running service as the edges see it: what they may call, and nothing behind it."""
+"""Interfaces of the running service for HTTP, Zenoh and ASTERIX."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
@@ -36,16 +36,16 @@ class StreamEvent(Protocol):
 
 
 class EventSource(Protocol):
-    """A place in the stream of events."""
+    """A position in the stream of events."""
 
     @property
     def after(self) -> int:
-        """Sequence number of the last event that was polled or declared lost."""
+        """Sequence number of the last event polled or reported lost."""
         ...
 
     @property
     def lost(self) -> int:
-        """Events that this reader lost because it was too slow or came too late."""
+        """Events lost because the reader was too slow or subscribed too late."""
         ...
 
     def poll(self, max_events: int) -> Sequence[StreamEvent]:
@@ -53,7 +53,7 @@ class EventSource(Protocol):
         ...
 
     def set_wakeup(self, callback: Callable[[], None]) -> None:
-        """Have a function called, from any thread, whenever there is something to poll."""
+        """Set a function that is called, from any thread, when events are available."""
         ...
 
     def close(self) -> None:
@@ -62,11 +62,11 @@ class EventSource(Protocol):
 
 
 class View(Protocol):
-    """What can be read; safe to call from any thread."""
+    """The read interface; safe to call from any thread."""
 
     @property
     def page_rows_max(self) -> int:
-        """Rows of one page of a history or of the quarantine, at most."""
+        """Maximum rows of one page of a history or of the quarantine."""
         ...
 
     def tracks(self) -> pl.DataFrame:
@@ -96,12 +96,12 @@ class View(Protocol):
         ...
 
     def subscribe(self, after: int | None, depth: int) -> EventSource:
-        """Enter the stream of events after a sequence number, or now."""
+        """Subscribe to the events after a sequence number, or from now on."""
         ...
 
 
 class MeasurementSink(Protocol):
-    """The running service as those see it who hand measurements in."""
+    """The running service for senders of measurements."""
 
     def submit(
         self,
@@ -111,16 +111,16 @@ class MeasurementSink(Protocol):
         idempotency_key: str | None = None,
         rejected: Sequence[RejectedRow] = (),
     ) -> Future[Receipt]:
-        """Hand in measurements; resolved when they are on disk."""
+        """Submit measurements; resolved when they are on disk."""
         ...
 
     def flush(self, *, source: str, idempotency_key: str | None = None) -> Future[Receipt]:
-        """Hand in the end of a stream; resolved when what was taken before can be read."""
+        """Submit the end of a stream; resolved when all earlier measurements are processed."""
         ...
 
 
 class ReadableService(Protocol):
-    """The running service as those see it who only read."""
+    """The running service for readers."""
 
     @property
     def view(self) -> View:
@@ -134,9 +134,9 @@ class ReadableService(Protocol):
 
     @property
     def start_step(self) -> str:
-        """What a service that is starting is doing now, else empty."""
+        """The present step of the start; empty otherwise."""
         ...
 
     def quarantined(self, after: int, limit: int, code: str | None = None) -> Sequence[Quarantined]:
-        """Return refused rows behind a number of the quarantine, or of a code, oldest first."""
+        """Return rejected rows after a number of the quarantine, or of a code, oldest first."""
         ...

@@ -1,4 +1,4 @@
-"""The only translation between the forms on the wire and the arrays of the core."""
+"""Translation between the published formats and the arrays of the core."""
 
 from multiradar.wire.measurements import Rejected, measurement_batch, measurement_rows
 from multiradar.wire.sensors import sensor_table

@@ -1,4 +1,4 @@
-"""Columns of bearings between wire and core: elevations, and where moving sources were."""
+"""Columns of bearings between wire and core: elevations, and positions of moving sensors."""
 
 import numpy as np
 import polars as pl
@@ -10,7 +10,7 @@ from multiradar_schemas.measurements.directions import MEASURES_ELEVATION, MOVIN
 
 
 def with_movers(frame: pl.DataFrame, table: SensorTable, sensor: str) -> pl.DataFrame:
-    """Return measurements with what the gates of directions in the schemas look at.
+    """Return measurements with the columns required by the gates of directions in the schemas.
 
     Parameters
     ----------
@@ -19,7 +19,7 @@ def with_movers(frame: pl.DataFrame, table: SensorTable, sensor: str) -> pl.Data
     table : SensorTable
         The sensors.
     sensor : str
-        Column with the index of the sensor, null for unknown ones.
+        Column with the index of the sensor, null for unknown sensors.
     """
     index = frame[sensor]
     measures = pl.Series(~np.isnan(table.elevation_sigma_rad))
@@ -30,7 +30,7 @@ def with_movers(frame: pl.DataFrame, table: SensorTable, sensor: str) -> pl.Data
 
 
 def directions_of(frame: pl.DataFrame) -> Directions | None:
-    """Return what accepted bearings tell beside the azimuth, None where no row does.
+    """Return elevations and sensor positions of accepted bearings, None if there are none.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def directions_of(frame: pl.DataFrame) -> Directions | None:
     columns = frame.select(
         pl.when(bearing).then(name).fill_null(np.nan).alias(name) for name in MEASUREMENT_DIRECTIONS
     )
-    # Minus zero is zero: rows are ordered and compared by content.
+    # Normalise -0.0 to 0.0: rows are ordered and compared by content.
     elevation, latitude, longitude, height = (
         column.to_numpy(writable=True) + 0.0 for column in columns
     )
@@ -53,7 +53,7 @@ def directions_of(frame: pl.DataFrame) -> Directions | None:
 
 
 def direction_rows(batch: MeasurementBatch, row: int) -> dict[str, float]:
-    """Return what a row tells beside the azimuth, as columns of the wire, degrees."""
+    """Return elevation and sensor position of a row as columns of the wire, degrees."""
     if batch.directions is None:
         return {}
     elevation, latitude, longitude, height = (float(column[row]) for column in batch.directions)

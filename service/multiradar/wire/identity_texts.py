@@ -1,4 +1,4 @@
-"""Whole numbers that name aircraft, as text."""
+"""Identities of aircraft as text."""
 
 import numpy as np
 import polars as pl
@@ -13,7 +13,7 @@ def present(numbers: NDArray[np.integer]) -> pl.Series:
     return found.set(found == MISSING_INTEGER, None)
 
 
-# Whole numbers as so many digits are looked up: to make each digit by itself costs ten times more.
+# Lookup tables of digits: ten times faster than formatting each number.
 _OCTAL = pl.Series([f"{number:04o}" for number in range(0o10000)])
 _HEXADECIMAL = pl.Series([f"{number:03x}" for number in range(0x1000)])
 

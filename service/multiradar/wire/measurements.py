@@ -1,4 +1,4 @@
-"""Measurements on the wire as the batch that the core takes, and back."""
+"""Measurements from the wire format to the batch of the core, and back."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -36,16 +36,16 @@ _KIND = "__kind"
 
 @dataclass(frozen=True, slots=True)
 class Rejected:
-    """The rows that were refused, by ascending index.
+    """The rejected rows, by ascending index.
 
     Attributes
     ----------
     index : (n,) int64
-        Index of the row in the frame that was given.
+        Index of the row in the given frame.
     code : tuple of RejectCode
-        Why, as a stable code.
+        Reason as a stable code.
     reason : tuple of str
-        Why, as a sentence.
+        Reason as a sentence.
     """
 
     index: NDArray[np.int64]
@@ -57,30 +57,29 @@ class Rejected:
 
 
 def measurement_batch(frame: pl.DataFrame, table: SensorTable) -> tuple[MeasurementBatch, Rejected]:
-    """Translate measurements, refusing the rows that cannot be true.
+    """Translate measurements and reject implausible rows.
 
     Parameters
     ----------
     frame : DataFrame
-        Columns of `MEASUREMENT_SCHEMA`, optional ones may be missing, further ones are ignored;
-        degrees.
+        Columns of `MEASUREMENT_SCHEMA`, degrees; optional ones may be missing, others are ignored.
     table : SensorTable
-        The sensors that may measure.
+        The sensors.
 
     Returns
     -------
     MeasurementBatch
-        The rows taken, in their order, radians, known biases of their sensors taken off; numbers
-        that the kind of a row does not use are missing.
+        The accepted rows in their order, in radians, corrected for known biases; numbers that the
+        kind of a row does not use are missing.
     Rejected
-        The rows refused; together with the rows taken they are all rows of the frame.
+        The rejected rows; accepted and rejected rows together are all rows of the frame.
 
     Raises
     ------
     MissingColumnError
-        When a column that every row needs is absent.
+        When a required column is absent.
     InputError
-        When a column has another type than `MEASUREMENT_SCHEMA` gives it.
+        When a column has another type than in `MEASUREMENT_SCHEMA`.
     """
     frame = _known_columns(frame)
     frame = _with_sensors(frame, table)
@@ -95,19 +94,19 @@ def measurement_batch(frame: pl.DataFrame, table: SensorTable) -> tuple[Measurem
 
 
 def measurement_rows(batch: MeasurementBatch, table: SensorTable) -> list[dict[str, Any]]:
-    """Translate measurements back, to show them.
+    """Translate measurements back, for display.
 
     Parameters
     ----------
     batch : MeasurementBatch
-        Measurements as the tracker takes them: known biases are off.
+        Measurements as processed by the tracker: corrected for known biases.
     table : SensorTable
         The sensors.
 
     Returns
     -------
     list of dict
-        Columns of `MEASUREMENT_SCHEMA` in degrees, without what is missing.
+        Columns of `MEASUREMENT_SCHEMA` in degrees, without missing values.
     """
     floats = {
         "range_m": batch.range_m,
@@ -120,18 +119,18 @@ def measurement_rows(batch: MeasurementBatch, table: SensorTable) -> list[dict[s
     callsigns = callsign_texts(batch.callsign)
     rows: list[dict[str, Any]] = []
     for row in range(len(batch)):
-        said: dict[str, Any] = {
+        fields: dict[str, Any] = {
             "time_s": float(batch.time_s[row]),
             "sensor_id": table.ids[batch.sensor[row]],
         }
-        said |= {name: float(one[row]) for name, one in floats.items() if np.isfinite(one[row])}
+        fields |= {name: float(one[row]) for name, one in floats.items() if np.isfinite(one[row])}
         for name, form in texts.items():
             number = int(getattr(batch, name)[row])
             if number != MISSING_INTEGER:
-                said[name] = number if form == "d" else format(number, form)
+                fields[name] = number if form == "d" else format(number, form)
         if callsigns[row] is not None:
-            said["callsign"] = callsigns[row]
-        rows.append(said | direction_rows(batch, row))
+            fields["callsign"] = callsigns[row]
+        rows.append(fields | direction_rows(batch, row))
     return rows
 
 
@@ -185,7 +184,7 @@ _GATES = (
         RejectCode.UNKNOWN_KIND,
         "kind",
         "a kind that its sensor measures",
-        # A radar that has lost the range, such as by jamming, still has bearings.
+        # A radar without range, for example under jamming, still measures bearings.
         (pl.col(_KIND) != pl.col(_SENSOR_KIND))
         & ~((pl.col(_KIND) == KIND_BEARING) & (pl.col(_SENSOR_KIND) == KIND_RADAR)),
     ),
@@ -217,11 +216,11 @@ def _columns(frame: pl.DataFrame, table: SensorTable) -> MeasurementBatch:
         pl.col("mode_s_address").str.to_integer(base=16, dtype=pl.Int64).fill_null(MISSING_INTEGER),
         pl.col("track_number").fill_null(MISSING_INTEGER),
     )
-    # Owned by the batch, so that a kernel sees one type of array whatever the frame was made of.
+    # Writable copies, so that kernels are compiled for one type of array.
     arrays = {column.name: column.to_numpy(writable=True) for column in columns}
     for array in arrays.values():
         if array.dtype.kind == "f":
-            array += 0.0  # Minus zero is zero: rows are ordered and compared by content.
+            array += 0.0  # Normalise -0.0 to 0.0: rows are compared by content.
     arrays["azimuth_rad"] = np.radians(arrays.pop("azimuth_deg"))
     if table.known_bias.any():
         measured = Measured(arrays["time_s"], arrays["range_m"], arrays["azimuth_rad"])

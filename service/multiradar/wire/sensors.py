@@ -1,4 +1,4 @@
-"""The sensors of a sensors file as the table that the core takes."""
+"""The sensors of a sensors file as the sensor table of the core."""
 
 import re
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTab
 from multiradar.tracking.input.measurements import KIND_BEARING, KIND_POSITION, KIND_RADAR
 from multiradar_schemas.sensors.sensor import Sensor, SensorsFile
 
-#: Kinds of measurement and of sensor, as the core numbers them.
+#: Numbers of the kinds of measurement and of sensor in the core.
 KIND_NUMBER = {
     "radar": KIND_RADAR,
     "adsb": KIND_POSITION,
@@ -78,7 +78,7 @@ def _numbers(values: Sequence[float | None], missing: float = np.nan) -> NDArray
 
 
 def _asterix_code(sensor: Sensor) -> int:
-    """Return area code times 256 and identification code; of a dump's numbers where these fit."""
+    """Return SAC times 256 plus SIC, or the numbers of a dump where they fit."""
     pairs = [(sensor.sac, sensor.sic), (sensor.source, sensor.sensor)]
     if match := re.fullmatch(r"(\d{1,3})-(\d{1,3})", sensor.id):
         pairs.append((int(match[1]), int(match[2])))
@@ -89,5 +89,5 @@ def _asterix_code(sensor: Sensor) -> int:
 
 
 def parameter_unit(parameter: str) -> float:
-    """Return what one unit of a bias parameter is inside: rad for 1°, 1 for all else."""
+    """Return the internal value of one unit of a bias parameter: rad for 1°, otherwise 1."""
     return float(np.radians(1.0)) if parameter == "azimuth_offset_deg" else 1.0

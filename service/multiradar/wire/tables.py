@@ -1,4 +1,4 @@
-"""What the core says as tables: tracks, steps in their lives, biases, health of sensors."""
+"""Output of the core as tables: tracks, transitions, biases, health of sensors."""
 
 from typing import Any
 
@@ -40,10 +40,10 @@ def tracks_frame(updates: TrackUpdates, table: SensorTable) -> pl.DataFrame:
     Returns
     -------
     DataFrame
-        `TRACK_SCHEMA`, degrees; what is missing is null.
+        `TRACK_SCHEMA`, degrees; missing values are null.
     """
     heading_deg = np.degrees(updates.heading_rad) % TURN_DEG
-    heading_deg[heading_deg >= TURN_DEG] = 0.0  # A tiny negative angle rounds up to a whole turn.
+    heading_deg[heading_deg >= TURN_DEG] = 0.0  # A tiny negative angle rounds up to 360°.
     return _frame(
         TRACK_SCHEMA,
         updates,
@@ -60,17 +60,17 @@ def tracks_frame(updates: TrackUpdates, table: SensorTable) -> pl.DataFrame:
 
 
 def transitions_frame(transitions: TrackTransitions) -> pl.DataFrame:
-    """Translate steps in the lives of tracks to rows of `transitions.parquet`.
+    """Translate transitions of tracks to rows of `transitions.parquet`.
 
     Parameters
     ----------
     transitions : TrackTransitions
-        The steps.
+        The transitions.
 
     Returns
     -------
     DataFrame
-        `TRANSITION_SCHEMA`; what is missing is null.
+        `TRANSITION_SCHEMA`; missing values are null.
     """
     return _frame(
         TRANSITION_SCHEMA,
@@ -109,19 +109,19 @@ def biases_frame(records: BiasRecords, table: SensorTable) -> pl.DataFrame:
 
 
 def health_frame(records: HealthRecords, table: SensorTable) -> pl.DataFrame:
-    """Translate what is said of the health of radars to rows of `health.parquet`.
+    """Translate the health of radars to rows of `health.parquet`.
 
     Parameters
     ----------
     records : HealthRecords
-        In m and rad, changes a second.
+        In m and rad, trends per second.
     table : SensorTable
         The sensors.
 
     Returns
     -------
     DataFrame
-        `HEALTH_SCHEMA`; azimuth in degrees, changes an hour.
+        `HEALTH_SCHEMA`; azimuth in degrees, trends per hour.
     """
     alarms = [",".join(alarm_names(bits)) for bits in records.alarms.tolist()]
     trend_deg_per_s = np.degrees(records.azimuth_trend_rad_per_s)
@@ -141,7 +141,7 @@ def health_frame(records: HealthRecords, table: SensorTable) -> pl.DataFrame:
 
 def alarm_names(bits: int) -> list[str]:
     """Return the names of the alarms that are set in `HealthRecords.alarms`."""
-    return [name for place, name in enumerate(ALARM_NAMES) if bits >> place & 1]
+    return [name for bit, name in enumerate(ALARM_NAMES) if bits >> bit & 1]
 
 
 def _prior_sigma(table: SensorTable) -> NDArray[np.float64]:
@@ -158,7 +158,7 @@ def _names(numbers: NDArray[np.integer], names: tuple[str, ...]) -> pl.Series:
 def _frame(
     schema: pl.Schema, records: object, **translated: pl.Series | NDArray[Any]
 ) -> pl.DataFrame:
-    # What needs no translation has the name and the unit of its column in the core; NaN is null.
+    # Other columns have the same name and unit in the core; NaN is null.
     columns = {
         name: translated[name] if name in translated else getattr(records, name) for name in schema
     }

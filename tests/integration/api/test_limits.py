@@ -72,7 +72,7 @@ def _code(answer: bytes) -> tuple[bytes, str]:
     return head.split()[1], json.loads(body)["code"]
 
 
-def test_a_long_body_is_refused_by_its_length_before_it_is_sent(raw: RawClient) -> None:
+def test_a_long_body_is_rejected_by_its_length_before_it_is_sent(raw: RawClient) -> None:
     raw.send(_post(b"Content-Length: 100001\r\nExpect: 100-continue\r\n"))
     answer = raw.answer()
     assert _code(answer) == (b"413", "BODY_TOO_LARGE")
@@ -80,9 +80,7 @@ def test_a_long_body_is_refused_by_its_length_before_it_is_sent(raw: RawClient) 
     assert b"100 Continue" not in answer
 
 
-def test_an_endless_chunked_body_is_refused_when_it_passes_the_limit(
-    raw: RawClient, port: int
-) -> None:
+def test_an_endless_chunked_body_is_rejected_at_the_limit(raw: RawClient, port: int) -> None:
     raw.send(_post(b"Transfer-Encoding: chunked\r\n"))
     chunk = b"2000\r\n" + b"\n" * 0x2000 + b"\r\n"
     sent = 0
@@ -125,9 +123,7 @@ def test_a_body_of_just_the_limit_is_taken(raw: RawClient) -> None:
         b"X: a\r\n folded: b\r\n\x01: c\r\n",
     ],
 )
-def test_headers_that_could_be_read_two_ways_are_refused(
-    raw: RawClient, port: int, headers: bytes
-) -> None:
+def test_ambiguous_headers_are_rejected(raw: RawClient, port: int, headers: bytes) -> None:
     raw.send(_post(headers))
     assert raw.answer().split()[1] in {b"400", b"413", b"501"}
     assert _alive(port)
@@ -150,12 +146,12 @@ def test_a_body_shorter_than_announced_runs_into_the_deadline(service: FakeServi
         assert _code(raw.answer()) == (b"408", "BODY_TIMEOUT")
 
 
-def test_headers_longer_than_allowed_are_refused(raw: RawClient) -> None:
+def test_headers_longer_than_allowed_are_rejected(raw: RawClient) -> None:
     raw.send(b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\nX: " + b"a" * 20_000 + b"\r\n\r\n")
     assert _code(raw.until(b"}")) == (b"431", "HEADERS_TOO_LARGE")
 
 
-def test_headers_that_never_end_are_refused(raw: RawClient) -> None:
+def test_endless_headers_are_rejected(raw: RawClient) -> None:
     raw.send(b"GET /healthz HTTP/1.1\r\n")
     with contextlib.suppress(ConnectionError):
         for _ in range(1000):
@@ -190,7 +186,7 @@ def test_the_second_request_of_a_connection_has_a_deadline_too(hasty: RawClient)
     assert hasty.answer() == b""
 
 
-def test_a_crowd_of_silent_connections_keeps_nobody_out() -> None:
+def test_many_silent_connections_do_not_block_others() -> None:
     # Their deadline is far away: a new connection has to replace one of them.
     limits = HttpLimits(connections_max=10, header_deadline_s=WAIT_TIMEOUT_S)
     with (

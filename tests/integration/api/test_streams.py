@@ -182,7 +182,7 @@ def test_silence_is_filled_with_heartbeats(port: int) -> None:
         assert json.loads(stream.recv(timeout=WAIT_TIMEOUT_S)) == {"type": "heartbeat", "last": 0}
 
 
-def test_what_the_ring_has_lost_is_told_as_a_gap(port: int, view: FakeView) -> None:
+def test_events_lost_from_the_ring_are_reported_as_a_gap(port: int, view: FakeView) -> None:
     view.add_events(3_000)
     view.add_events(3_000)
     with _socket(port, "?after=10") as stream:
@@ -193,7 +193,7 @@ def test_what_the_ring_has_lost_is_told_as_a_gap(port: int, view: FakeView) -> N
         assert next(events)["sequence"] == 3_001
 
 
-def test_a_gap_is_told_whatever_the_filter(port: int, view: FakeView) -> None:
+def test_a_gap_is_reported_with_any_filter(port: int, view: FakeView) -> None:
     view.add_events(3_000)
     view.add_events(3_000)
     with _socket(port, "?after=10&kinds=status") as stream:
@@ -241,7 +241,7 @@ def test_fifty_clients_get_the_same_events(port: int, view: FakeView) -> None:
     _wait_for_subscribers(view, 0)
 
 
-def test_more_streams_than_places_are_told_to_come_later(port: int, view: FakeView) -> None:
+def test_streams_beyond_the_limit_are_asked_to_retry_later(port: int, view: FakeView) -> None:
     with contextlib.ExitStack() as crowd:
         for _ in range(LIMITS.streams_max):
             crowd.enter_context(_socket(port))
@@ -255,7 +255,9 @@ def test_more_streams_than_places_are_told_to_come_later(port: int, view: FakeVi
     _wait_for_subscribers(view, 0)
 
 
-def test_a_socket_that_is_not_read_is_let_go_and_delays_nobody(hasty: int, view: FakeView) -> None:
+def test_a_socket_that_is_not_read_is_closed_and_delays_no_other(
+    hasty: int, view: FakeView
+) -> None:
     stalled = RawClient(hasty, receive_buffer_bytes=4096)
     stalled.send(
         b"GET /v1/stream?after=0 HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\n"
@@ -274,7 +276,7 @@ def test_a_socket_that_is_not_read_is_let_go_and_delays_nobody(hasty: int, view:
     stalled.close()
 
 
-def test_an_event_source_that_is_not_read_is_let_go(hasty: int, view: FakeView) -> None:
+def test_an_event_source_that_is_not_read_is_closed(hasty: int, view: FakeView) -> None:
     stalled, dropped = RawClient(hasty, receive_buffer_bytes=4096), dropped_connections(hasty)
     stalled.send(b"GET /v1/events?after=0 HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
     stalled.until(b"retry")
@@ -293,12 +295,12 @@ def test_a_stalled_socket_that_reads_again_finds_its_close_code(hasty: int, view
     with clients.event_socket(url, sock=narrow, max_queue=1) as stalled:
         _wait_for_subscribers(view, 1)
 
-        def let_go() -> bool:
+        def disconnected() -> bool:
             # Nothing is read; the buffers on the way fill until the client is let go.
             view.add_events(500, padding=1_900)
             return view.ring.subscriber_count == 0
 
-        wait_until(let_go, "the client to be let go")
+        wait_until(disconnected, "the client to be disconnected")
         with pytest.raises(ConnectionClosed) as closed:
             _numbers(_events(stalled), 100_000)
         assert closed.value.rcvd is not None
@@ -306,7 +308,7 @@ def test_a_stalled_socket_that_reads_again_finds_its_close_code(hasty: int, view
 
 
 def test_a_slow_reader_hears_of_its_gap_and_goes_on(view: FakeView) -> None:
-    # A reader that pauses for less than the deadline stays; what the ring lost meanwhile is told.
+    # A reader that pauses for less than the deadline stays and gets a gap for lost events.
     limits = HttpLimits(send_deadline_s=WAIT_TIMEOUT_S, stream_batch_events_max=100)
     slow_view = FakeView(ring=EventRing(500))
     with serving(create_api(FakeService(slow_view), limits), limits) as port:
@@ -350,7 +352,7 @@ def test_an_event_source_resumes_by_its_last_event_id(port: int, view: FakeView)
 
 
 @pytest.mark.parametrize("last_event_id", ["x", "-1", "1.0", "9" * 30])
-def test_a_last_event_id_that_is_no_number_is_refused(port: int, last_event_id: str) -> None:
+def test_an_invalid_last_event_id_is_rejected(port: int, last_event_id: str) -> None:
     url = f"http://127.0.0.1:{port}/v1/events"
     answer = clients.get(url, headers={"last-event-id": last_event_id})
     assert (answer.status_code, answer.json()["code"]) == (422, "INVALID_PARAMETER")

@@ -134,7 +134,7 @@ def test_the_biases_of_each_radar_are_served_with_their_sigma(client: httpx.Clie
     assert (history["count"], history["next_cursor"] is not None) == (3, True)
 
 
-def test_a_row_refused_inside_is_listed_by_its_place_and_quarantined(
+def test_a_rejected_row_is_listed_by_its_index_and_quarantined(
     client: httpx.Client,
 ) -> None:
     rows = _plots(2000.0, 1)
@@ -151,7 +151,7 @@ def test_a_row_refused_inside_is_listed_by_its_place_and_quarantined(
     ]
 
 
-def test_the_same_key_is_taken_once_and_another_message_refused(client: httpx.Client) -> None:
+def test_the_same_key_is_accepted_once_and_another_message_rejected(client: httpx.Client) -> None:
     key = {"idempotency-key": "once"}
     body = _plots(1100.0, 1)
     first = client.post("/v1/measurements", json=body, headers=key).json()

@@ -71,10 +71,10 @@ def test_tracks_appear_from_multicast_and_every_octet_is_counted(
     confirmed = [one for one in answer["tracks"] if one["state"] == "confirmed"]
     assert {one["mode_s_address"] for one in confirmed} == asterix_scene.addresses()
     assert len(answer["tracks"]) == asterix_scene.AIRCRAFT
-    (refused,) = clients.get(f"{application.http_url}/v1/rejects").json()["rejects"]
-    assert (refused["source"], refused["code"]) == ("asterix", "MALFORMED_BLOCK")
-    assert refused["raw"] == bad.hex()
-    assert refused["reason"].startswith(f"group, datagram {len(whole) + 1}, octet 0: ")
+    (reject,) = clients.get(f"{application.http_url}/v1/rejects").json()["rejects"]
+    assert (reject["source"], reject["code"]) == ("asterix", "MALFORMED_BLOCK")
+    assert reject["raw"] == bad.hex()
+    assert reject["reason"].startswith(f"group, datagram {len(whole) + 1}, octet 0: ")
     metrics = clients.get(f"{application.http_url}/metrics").text
     line = 'multiradar_asterix_octets_total{listener="group",result="quarantined"}'
     assert f"{line} {len(bad):.1f}" in metrics
@@ -91,7 +91,7 @@ def test_a_recording_is_sent_as_if_it_came_now(
     host, port = address(application.asterix_endpoints[0])
     command = ["replay", str(recording), "--to", f"udp:{host}:{port}", "--times", "now"]
     capsys.readouterr()
-    begun_s = time.time()
+    started_s = time.time()
     assert run([*command, "--speed", "max", "--json"]) == EXIT_DONE
     octets = sum(len(one) for _, one in whole)
     assert json.loads(capsys.readouterr().out) == {
@@ -102,11 +102,11 @@ def test_a_recording_is_sent_as_if_it_came_now(
     document = settled(application, octets)
     assert document["accepted"] == asterix_scene.records(TURNS)
     assert document["rejected"] == 0
-    assert begun_s - 60.0 < document["data_time_s"] < time.time()
+    assert started_s - 60.0 < document["data_time_s"] < time.time()
     assert document["tracks"] == asterix_scene.AIRCRAFT
 
 
-def test_a_recording_sent_as_it_is_is_refused_for_its_time(
+def test_a_replayed_recording_is_rejected_for_its_time(
     serving: Callable[..., Application], tmp_path: Path
 ) -> None:
     recording = tmp_path / "recording.ast"
@@ -116,8 +116,8 @@ def test_a_recording_sent_as_it_is_is_refused_for_its_time(
     host, port = address(application.asterix_endpoints[0])
     assert run(["replay", str(recording), "--to", f"udp:{host}:{port}"]) == EXIT_DONE
     settled(application, len(recording.read_bytes()))
-    (refused,) = clients.get(f"{application.http_url}/v1/rejects").json()["rejects"]
-    assert "a time of day more than 3600 s before its reception" in refused["reason"]
+    (reject,) = clients.get(f"{application.http_url}/v1/rejects").json()["rejects"]
+    assert "a time of day more than 3600 s before its reception" in reject["reason"]
 
 
 @pytest.mark.parametrize(
@@ -137,17 +137,17 @@ def test_a_hostile_datagram_is_quarantined_and_the_next_one_is_read(
     heard = document["asterix"]["listeners"]["one"]
     assert (heard["datagrams"], heard["rows_accepted"]) == (2, 1)
     assert heard["octets_quarantined"] == len(content)
-    (refused,) = clients.get(f"{application.http_url}/v1/rejects").json()["rejects"]
-    assert refused["reason"].startswith("one, datagram 1, octet 0: ")
-    assert content.startswith(bytes.fromhex(refused["raw"]))
+    (reject,) = clients.get(f"{application.http_url}/v1/rejects").json()["rejects"]
+    assert reject["reason"].startswith("one, datagram 1, octet 0: ")
+    assert content.startswith(bytes.fromhex(reject["raw"]))
 
 
-def test_an_address_that_cannot_be_listened_to_is_told(serving: Callable[..., Application]) -> None:
+def test_an_unavailable_address_is_reported(serving: Callable[..., Application]) -> None:
     with pytest.raises(ConfigurationError, match=r"udp 192\.0\.2\.1:8600 on .*: cannot"):
         serving({"address": "192.0.2.1", "port": 8600})
 
 
-def test_an_edition_that_is_not_known_is_told(serving: Callable[..., Application]) -> None:
+def test_an_unknown_edition_is_reported(serving: Callable[..., Application]) -> None:
     with pytest.raises(ConfigurationError, match=r"asterix\.editions: expected an edition"):
         serving({"port": 0}, editions=["048=9.9"])
 
@@ -165,7 +165,7 @@ def test_an_edition_that_is_not_known_is_told(serving: Callable[..., Application
         (("--to", "udp:127.0.0.1:86", "--kinds", "radar"), "--run-name do not apply"),
     ],
 )
-def test_a_wrong_address_is_told(
+def test_a_wrong_address_is_reported(
     options: tuple[str, ...], sentence: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     recording = tmp_path / "recording.ast"
@@ -174,7 +174,9 @@ def test_a_wrong_address_is_told(
     assert sentence in " ".join(capsys.readouterr().err.split())
 
 
-def test_a_file_without_a_block_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_file_without_a_block_is_reported(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     recording = tmp_path / "recording.ast"
     recording.write_bytes(b"nothing")
     assert run(["replay", str(recording), "--to", "udp:127.0.0.1:8600"]) == EXIT_FAILED

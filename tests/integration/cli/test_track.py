@@ -298,7 +298,7 @@ def test_unreadable_measurements_are_one_sentence_and_no_output(
         (None, "sensors.toml: no such file"),
         ("[[sensor]\n", "not valid TOML"),
         ('[[sensor]]\nid = "a"\nkind = "sonar"\n', "sonar"),
-        ('[[sensor]]\nid = "adsb"\nkind = "adsb"\n', "at least one sensor with a position"),
+        ('[[sensor]]\nid = "adsb"\nkind = "adsb"\n', "no sensor has a position"),
     ],
 )
 def test_unusable_sensors_are_one_sentence_and_no_output(

@@ -1,4 +1,4 @@
-"""Named scenes tracked without identity, judged as `check_association` does."""
+"""Named scenarios tracked without identity, evaluated as in `check_association`."""
 
 from pathlib import Path
 

@@ -59,7 +59,7 @@ def test_batches_and_workers_leave_no_trace(
     again.stop()
 
 
-def test_events_are_numbered_without_gap_and_tell_every_update(
+def test_events_are_numbered_without_gap_and_contain_every_update(
     expected: tuple[list[Event], str],
 ) -> None:
     events, _ = expected
@@ -80,15 +80,15 @@ def test_numbers_go_on_over_a_restart_in_the_middle(
     first.start()
     first.submit(FRAME[:1300], source="test").result(WAIT_TIMEOUT_S)
     first.settled().result(WAIT_TIMEOUT_S)
-    begun, _ = _said(first)
+    started, _ = _said(first)
     first.stop()
-    assert begun == expected[0][: len(begun)]
-    assert len(begun) > 1000
+    assert started == expected[0][: len(started)]
+    assert len(started) > 1000
 
     second = live_service(path)
     assert _play(second, [FRAME[1300:]]) == expected
-    resumed = second.view.subscribe(begun[-1].sequence, 10**6)
-    assert resumed.poll(5) == expected[0][len(begun) : len(begun) + 5]
+    resumed = second.view.subscribe(started[-1].sequence, 10**6)
+    assert resumed.poll(5) == expected[0][len(started) : len(started) + 5]
     second.stop()
 
 

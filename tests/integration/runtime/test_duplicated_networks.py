@@ -101,7 +101,7 @@ def test_errors_are_as_claimed_with_copies_as_without(
     double = normalised(twice, found, outputs, table)
     assert 0.7 < single < 1.3
     assert double < 1.15 * single
-    # A radar whose turn nobody knows is taken at its word, and claims too much.
+    # Without a configured rotation period all plots are used, and the sigma is too small.
     unknown = replace(table, rotation_period_s=np.full(len(table), np.nan))
     if settings is KNOWN:
         deceived = normalised(twice, found, played(batch, unknown, settings)[0], table)

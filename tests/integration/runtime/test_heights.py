@@ -1,4 +1,4 @@
-"""The scene of climbs, steps, garbled heights and aircraft that tell none, through the engine."""
+"""Climbs, level steps, garbled heights and aircraft without Mode C, through the engine."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -27,8 +27,8 @@ SETTLED_S = 100.0
 ROW = ["time_s", "sensor_id", "track_number"]
 
 
-class Judged(NamedTuple):
-    """Errors of the updates after a while, what they are said to be, and whether height is told."""
+class Errors(NamedTuple):
+    """Errors and published sigmas of the updates after a while, and heights."""
 
     place_m: Floats
     place_sigma_m: Floats
@@ -49,8 +49,8 @@ class Judged(NamedTuple):
         return float(np.sqrt(np.mean(self.place_m**2)))
 
 
-def unheard(radars: int, seed: int = 1) -> Scenario:
-    """Aircraft that tell no height, seen by so many radars without biases."""
+def without_heights(radars: int, seed: int = 1) -> Scenario:
+    """Aircraft without Mode C, measured by radars without biases."""
     scene = builtin_scenario("climbs")
     sensors = tuple(
         replace(one, biases=(Bias(estimate=False),) * 4) for one in scene.sensors[:radars]
@@ -77,7 +77,7 @@ def played(
     return engine, tracks, truth_frame(scene, seen)
 
 
-def judged(engine: Engine, tracks: pl.DataFrame, truth: pl.DataFrame) -> Judged:
+def errors_of(engine: Engine, tracks: pl.DataFrame, truth: pl.DataFrame) -> Errors:
     both = tracks.join(truth.unique(ROW), on=ROW, suffix="_true").filter(
         pl.col("time_s") > SETTLED_S
     )
@@ -92,7 +92,7 @@ def judged(engine: Engine, tracks: pl.DataFrame, truth: pl.DataFrame) -> Judged:
         )
         for of in ("", "_true")
     ]
-    return Judged(
+    return Errors(
         np.hypot(apart[0][0] - apart[1][0], apart[0][1] - apart[1][1]),
         column["position_sigma_m"],
         column["height_m"] - column["height_m_true"],
@@ -108,7 +108,7 @@ def test_garbled_and_missing_heights_leave_height_and_rate_as_sure_as_they_say(
     scene = builtin_scenario("climbs")
     traffic = tuple(one for one in scene.traffic if one.height_step_m == step_m)
     scene = replace(scene, duration_s=600.0, traffic=traffic)
-    found = judged(*played(tmp_path, scene, TrackingSettings()))
+    found = errors_of(*played(tmp_path, scene, TrackingSettings()))
     assert np.isfinite(found.height_m).all()
     assert np.isfinite(found.rate_mps).mean() > 0.99
     assert 0.6 < found.height_nees < 1.5
@@ -118,13 +118,13 @@ def test_garbled_and_missing_heights_leave_height_and_rate_as_sure_as_they_say(
 
 
 @pytest.mark.parametrize("name", sorted(FILTERS))
-def test_two_radars_find_the_height_of_an_aircraft_that_tells_none(
+def test_two_radars_estimate_the_height_of_an_aircraft_without_mode_c(
     tmp_path: Path, name: str
 ) -> None:
-    scene = unheard(2)
-    found = judged(*played(tmp_path, scene, TrackingSettings(filter_name=name)))
-    told = np.isfinite(found.height_m)
-    assert told.mean() > 0.8
+    scene = without_heights(2)
+    found = errors_of(*played(tmp_path, scene, TrackingSettings(filter_name=name)))
+    has_height = np.isfinite(found.height_m)
+    assert has_height.mean() > 0.8
     assert np.isnan(found.rate_mps).all()
     assert found.height_nees < 1.2
     assert found.place_nees < 1.0
@@ -133,14 +133,14 @@ def test_two_radars_find_the_height_of_an_aircraft_that_tells_none(
     assert found.place_rms_m < 90.0
 
 
-def test_one_radar_cannot_tell_the_height_and_says_so(tmp_path: Path) -> None:
-    found = judged(*played(tmp_path, unheard(1), TrackingSettings()))
+def test_the_height_is_unobservable_from_one_radar(tmp_path: Path) -> None:
+    found = errors_of(*played(tmp_path, without_heights(1), TrackingSettings()))
     assert np.isfinite(found.height_m).mean() < 0.1
     assert found.place_nees < 1.0
     assert np.mean(found.place_m > 3.0 * found.place_sigma_m) < 0.002
 
 
-def test_aircraft_that_tell_no_height_do_not_speak_of_the_biases(tmp_path: Path) -> None:
+def test_aircraft_without_height_do_not_contribute_to_the_biases(tmp_path: Path) -> None:
     scene = builtin_scenario("climbs")
     scene = replace(scene, duration_s=300.0, traffic=scene.traffic[2:])
     engine, _, _ = played(tmp_path, scene, TrackingSettings())
@@ -149,7 +149,7 @@ def test_aircraft_that_tell_no_height_do_not_speak_of_the_biases(tmp_path: Path)
 
 def test_a_height_heard_late_moves_the_aircraft_to_where_it_belongs(tmp_path: Path) -> None:
     # Until 300 s no radar gives heights; then they come.
-    scene = unheard(2)
+    scene = without_heights(2)
     traffic = (replace(scene.traffic[0], heard_height_share=1.0, height_step_m=7.62),)
     scene = replace(scene, traffic=traffic)
     seen = observe(scene, np.random.Generator(np.random.PCG64(scene.seed)))
@@ -164,7 +164,7 @@ def test_a_height_heard_late_moves_the_aircraft_to_where_it_belongs(tmp_path: Pa
     updates = TrackUpdates.concatenate([engine.push(batch).updates, engine.flush().updates])
     assert engine.counts["REFUSED"] + engine.counts["RESTARTED"] == 0
     tracks = wire.tracks_frame(updates, table)
-    found = judged(engine, tracks, truth_frame(scene, seen))
+    found = errors_of(engine, tracks, truth_frame(scene, seen))
     assert found.place_nees < 1.5
     known = tracks.select(
         before=pl.col("vertical_rate_mps").filter(pl.col("time_s") < 300.0).is_not_null().any(),

@@ -38,7 +38,7 @@ class _Replay:
         return next(n for n in itertools.count() if n not in self.acknowledged)
 
     def run(self, answers_until_kill: int | None, delay_s: float) -> int:
-        """Send what is open; kill after so many answers (the first tells that it is ready)."""
+        """Send what is open; kill after so many answers (the first means that it is ready)."""
         process = LiveProcess(self._journal, workers=1 + len(self.acknowledged) % 2)
         room = threading.Semaphore(OUTSTANDING_MAX)
         ready = threading.Event()
@@ -80,7 +80,7 @@ class _Replay:
             self.sha256 = answer.get("sha256", "")
             ready.set()
         ready.set()
-        # A sender that waits for room finds the pipe broken.
+        # A blocked sender finds the pipe broken.
         for _ in range(OUTSTANDING_MAX):
             room.release()
 
@@ -129,7 +129,7 @@ def test_the_test_resends_what_was_taken_but_not_answered(tmp_path: Path) -> Non
     batches = cut(recording(600), [5] * 119)
     replay = _Replay(batches, tmp_path / "journal.db")
     replay.run(30, 0.0)
-    # What was answered is forgotten, as by a sender that is killed too.
+    # Answers are discarded, as by a sender that is killed too.
     replay.acknowledged.clear()
     assert replay.run(None, 0.0) == 0
     assert replay.duplicates >= 28

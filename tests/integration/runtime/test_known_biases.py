@@ -1,4 +1,4 @@
-"""A bias told as known is taken off, as if it were estimated with a sigma of almost none."""
+"""Correction for a known bias equals estimation with a very small prior sigma."""
 
 import re
 from dataclasses import replace
@@ -82,7 +82,7 @@ def known(text: str) -> SensorTable:
 
 
 def without_clocks(text: str) -> str:
-    """Return the sensors with the time offset as known: stamps are then put right in both."""
+    """Return the sensors with a known time offset: time stamps are then corrected in both."""
     head, clock, tail = text.partition("time_offset_s")
     assert clock
     return head + clock + tail.replace("estimate = true", "estimate = false", 1)
@@ -90,9 +90,9 @@ def without_clocks(text: str) -> str:
 
 def test_tracks_are_those_of_a_sigma_of_almost_none(scene: tuple[pl.DataFrame, str]) -> None:
     rows, text = scene
-    told = positions(rows, known(text))
+    corrected = positions(rows, known(text))
     tight = positions(rows, sensor_table(parse_sensors(without_clocks(text))))
-    assert apart_m(told, tight) < 1.0
+    assert apart_m(corrected, tight) < 1.0
 
 
 @pytest.mark.parametrize("name", ["range_offset_m", "azimuth_offset_deg", "range_gain"])
@@ -109,13 +109,13 @@ def test_a_known_time_offset_moves_the_time_of_its_measurements(
 ) -> None:
     rows, text = scene
     table = known(text)
-    batch, refused = measurement_batch(rows, table)
-    assert not len(refused)
+    batch, rejected = measurement_batch(rows, table)
+    assert not len(rejected)
     late = np.where(batch.sensor == 1, 0.8, 0.0)
     np.testing.assert_allclose(batch.time_s, rows["time_s"].to_numpy() - late)
 
 
-def test_clocks_that_differ_by_more_than_the_horizon_are_refused(
+def test_clock_offsets_beyond_the_reorder_horizon_are_rejected(
     scene: tuple[pl.DataFrame, str],
 ) -> None:
     table = known(scene[1])

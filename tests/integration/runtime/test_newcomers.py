@@ -48,10 +48,10 @@ def test_a_false_plot_neither_delays_nor_takes_the_track_of_who_comes(
     tracks = wire.tracks_frame(updates, table).sort("time_s")
     confirmed = tracks.filter(pl.col("state") == "confirmed")
     assert confirmed["track_id"].n_unique() == 1
-    begun_s = float(confirmed["time_s"][0])
+    confirmed_s = float(confirmed["time_s"][0])
     # Three turns of the slower radar hold three plots of each.
-    assert begun_s - float(frame["time_s"][0]) <= 2.0 * 11.4
-    assert len(confirmed) == int((frame["time_s"] >= begun_s).sum())
+    assert confirmed_s - float(frame["time_s"][0]) <= 2.0 * 11.4
+    assert len(confirmed) == int((frame["time_s"] >= confirmed_s).sum())
 
 
 def newcomer() -> Scenario:

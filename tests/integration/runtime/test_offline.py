@@ -83,10 +83,10 @@ def test_each_reject_names_its_place_its_reason_and_what_it_said(
     _run(measured, tmp_path / "out")
     lines = (tmp_path / "out" / "rejects.ndjson").read_text().splitlines()
     rejects = [Reject.model_validate_json(line) for line in lines]
-    refused = {reject.offset: str(reject.code) for reject in rejects}
+    rejected = {reject.offset: str(reject.code) for reject in rejects}
     twice = {row: "DUPLICATE" for row in range(2000, 2005)}
-    # A row that is there before is the one that is kept; row 1500 is one of the refused ones.
-    assert refused == SPOILT | twice
+    # The first of equal rows is kept; row 1500 is one of the rejected ones.
+    assert rejected == SPOILT | twice
     assert len(rejects) == len(SPOILT) + len(twice)
     written = pl.read_parquet(measured)
     for reject in rejects:
@@ -203,8 +203,8 @@ def test_a_measurement_without_an_outcome_stops_the_run(
     counts = vars(Engine)["counts"].fget
 
     def forgetful(engine: Engine) -> dict[str, int]:
-        told: dict[str, int] = counts(engine)
-        return {**told, "UPDATED": told["UPDATED"] - 1}
+        true_counts: dict[str, int] = counts(engine)
+        return {**true_counts, "UPDATED": true_counts["UPDATED"] - 1}
 
     monkeypatch.setattr(Engine, "counts", property(forgetful))
     with pytest.raises(AccountingError, match="an outcome for each accepted"):

@@ -151,7 +151,7 @@ def test_an_aircraft_that_radars_should_see_and_do_not_is_flagged_and_kept(
 
 
 @CASES
-def test_nobody_else_is_flagged_even_where_no_radar_can_see(
+def test_no_other_aircraft_is_flagged_even_outside_radar_coverage(
     filter_name: str, hidden: tuple[str, ...]
 ) -> None:
     tracks, engine = tracked("ghost-adsb", filter_name, hidden)
@@ -160,7 +160,7 @@ def test_nobody_else_is_flagged_even_where_no_radar_can_see(
     for unseen in (BEYOND, LOW):
         assert len(tracks.filter(pl.col("aircraft") == unseen)) > 500
     assert engine.counts["IMPLAUSIBLE"] > 1000
-    # By radars, of one that its reports had begun in a wrong place.
+    # By radars, of a track that its reports had initiated at a wrong position.
     assert engine.counts["RESTARTED"] <= 1
 
 
@@ -198,7 +198,7 @@ def test_turns_between_reports_ten_seconds_apart_are_not_taken_for_errors() -> N
     assert not updates.adsb_implausible.any()
 
 
-def test_reports_that_are_believed_start_no_track_anew_that_radars_measure() -> None:
+def test_plausible_reports_restart_no_track_measured_by_radars() -> None:
     """Multilateration that jumps by 5 km and comes several times between two plots."""
     one = scene("ghost-adsb")
     table = replace(one.table, self_reported=np.zeros(len(one.table), np.bool_))

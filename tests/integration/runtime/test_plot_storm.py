@@ -1,4 +1,4 @@
-"""Ten times as many false plots as true ones for a minute: nobody is lost, and nothing."""
+"""Ten times as many false plots as true ones for a minute: no track and no plot is lost."""
 
 import threading
 from collections import Counter
@@ -48,8 +48,8 @@ def table(tmp_path_factory: pytest.TempPathFactory) -> SensorTable:
 
 
 def played(table: SensorTable, settings: TrackingSettings) -> tuple[list[EngineOutput], Engine]:
-    batch, refused = wire.measurement_batch(FRAME, table)
-    assert len(refused) == 0
+    batch, rejected = wire.measurement_batch(FRAME, table)
+    assert len(rejected) == 0
     engine = Engine(table, settings)
     outputs = [
         engine.push(batch.select(slice(first, first + 4096)))
@@ -139,25 +139,25 @@ def test_a_burst_over_http_loses_nothing_and_leaves_the_tracks_as_offline(
 
 
 def post(client: httpx.Client, rows: pl.DataFrame) -> int:
-    """Hand rows in, again when the service says so; return how many were accepted."""
+    """Submit rows, repeatedly while the service is busy; return the number accepted."""
     body = rows.write_ndjson().encode()
     kind = {"content-type": "application/x-ndjson"}
     accepted: list[int] = []
 
-    def taken() -> bool:
+    def was_accepted() -> bool:
         answer = client.post("/v1/measurements", content=body, headers=kind)
         if answer.status_code != httpx.codes.TOO_MANY_REQUESTS:
             accepted.append(answer.json()["accepted"])
         return bool(accepted)
 
-    wait_until(taken, "room in the service")
+    wait_until(was_accepted, "space in the intake")
     return accepted[0]
 
 
 def send_rubbish(url: str, sent: "Counter[str]") -> None:
-    """Plots of a radar that nobody knows, as many as of all others in the storm."""
+    """Plots of an unknown radar, as many as of all others in the clutter burst."""
     storm = FRAME.filter(pl.col("time_s").is_between(*STORM_S))
-    rows = storm.with_columns(sensor_id=pl.lit("nobody"))
+    rows = storm.with_columns(sensor_id=pl.lit("unlisted"))
     with clients.client(url) as client:
         for first in range(0, len(rows), MESSAGE_ROWS):
             part = rows[first : first + MESSAGE_ROWS]

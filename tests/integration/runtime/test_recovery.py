@@ -1,7 +1,7 @@
 """A crash at every step of every transaction: what was answered is there, what follows is the same.
 
 The disk is copied as a crash would leave it: before the commit, after the commit but before the
-answer, and with the log torn anywhere within the last transaction.
+answer, and with the log cut anywhere within the last transaction.
 """
 
 import shutil
@@ -62,14 +62,14 @@ class _Watched(SqliteJournal):
         self._copy(frozenset(self.answered), None)
         return sequences
 
-    def _copy(self, answered: frozenset[str], torn_at: int | None) -> None:
+    def _copy(self, answered: frozenset[str], cut_at: int | None) -> None:
         folder = self._images / str(len(self.taken))
         folder.mkdir()
         for file in (self._path, self._path.with_name(self._path.name + "-wal")):
             shutil.copy(file, folder / file.name)
-        if torn_at is not None:
+        if cut_at is not None:
             with (folder / (self._path.name + "-wal")).open("r+b") as stream:
-                stream.truncate(torn_at)
+                stream.truncate(cut_at)
         self.taken.append(_Image(folder / self._path.name, answered))
 
 
@@ -137,7 +137,7 @@ def test_a_journal_that_is_damaged_stops_the_start_and_names_the_entry(tmp_path:
     SqliteJournal(path, "f").close()
 
 
-def test_a_service_that_recovers_can_be_read_by_nobody_and_takes_nothing(tmp_path: Path) -> None:
+def test_a_recovering_service_neither_answers_nor_accepts(tmp_path: Path) -> None:
     path = tmp_path / "journal.db"
     _play(_service(SqliteJournal(path, "f")), [recording(300)], set())
     held, seen = threading.Event(), threading.Event()
@@ -158,7 +158,7 @@ def test_a_service_that_recovers_can_be_read_by_nobody_and_takes_nothing(tmp_pat
     starting.start()
     assert seen.wait(WAIT_TIMEOUT_S)
     assert str(service.state) == "recovering"
-    with pytest.raises(Exception, match="expected a running service, was recovering"):
+    with pytest.raises(Exception, match="the service is not running: recovering"):
         service.submit(recording(1), source="test")
     held.set()
     join(starting)

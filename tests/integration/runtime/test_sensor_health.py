@@ -1,4 +1,4 @@
-"""Radars that jump, fall silent or are told wrong are found; those that are well are left alone."""
+"""Bias jumps, silent radars and wrong configurations raise alarms; healthy radars do not."""
 
 from dataclasses import replace
 from typing import Any
@@ -28,7 +28,7 @@ def tracked(batch: MeasurementBatch, table: SensorTable, **more: Any) -> Any:
 
 
 @pytest.mark.parametrize("filter_name", ["two-stage", "imm", "joint"])
-def test_jumps_are_found_in_three_turns_the_biases_follow_and_no_track_is_torn(
+def test_jumps_are_detected_in_three_scans_the_biases_follow_and_no_track_is_broken(
     filter_name: str,
 ) -> None:
     scene = builtin_scenario("radar-jump")
@@ -80,7 +80,7 @@ def test_radars_that_are_well_raise_no_alarm(name: str, filter_name: str) -> Non
     assert tracked(*simulated(name), filter_name=filter_name).alarms() == []
 
 
-def test_silence_is_told_within_the_gaps_and_detection_is_that_of_the_scene() -> None:
+def test_silence_is_reported_within_the_gaps_and_detection_matches_the_scenario() -> None:
     run = tracked(*simulated("rotating-gaps"))
     sensors = {one.identifier: one for one in builtin_scenario("rotating-gaps").sensors}
     alarms = run.alarms()
@@ -99,19 +99,19 @@ def test_silence_is_told_within_the_gaps_and_detection_is_that_of_the_scene() ->
         assert alarm == ""
 
 
-def test_noise_that_is_told_too_small_is_measured() -> None:
+def test_noise_configured_too_small_is_measured() -> None:
     batch, table = simulated("crossing")
     north = table.ids.index("north")
-    told = table.range_sigma_m.copy()
-    told[north] = 12.0
-    run = tracked(batch, replace(table, range_sigma_m=told), filter_name="imm")
+    configured = table.range_sigma_m.copy()
+    configured[north] = 12.0
+    run = tracked(batch, replace(table, range_sigma_m=configured), filter_name="imm")
     assert {(name, alarm) for _, name, alarm in run.alarms()} == {("north", "noise")}
     ratio = run.health.filter(pl.col("sensor_id") == "north")["range_sigma_ratio"][-1]
-    # The tracks trust the radar too much, and their own uncertainty is told too small with it.
+    # The tracks overweight the radar, and their published sigma is too small.
     assert ratio == pytest.approx(40.0 / 12.0, rel=0.3)
 
 
-def test_a_site_that_is_told_a_kilometre_off_is_suspected() -> None:
+def test_a_site_configured_a_kilometre_off_raises_an_alarm() -> None:
     batch, table = simulated("crossing")
     west = table.ids.index("west")
     latitude = table.latitude_rad.copy()

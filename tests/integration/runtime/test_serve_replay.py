@@ -41,10 +41,10 @@ def test_the_output_is_that_of_track(
 ) -> None:
     sensors, measurements, expected = scene
     served = Served(sensors, tmp_path / "state", workers=workers)
-    told = run("replay", measurements, "--to", served.url, "--speed", "max", "--batch", batch)
+    answer = run("replay", measurements, "--to", served.url, "--speed", "max", "--batch", batch)
     status = served.status()
     assert served.stop() == 0
-    assert told["accepted"] == ROWS
+    assert answer["accepted"] == ROWS
     assert status["accepted"] == ROWS
     assert status["output_sha256"] == expected
     figures = json.loads((measurements.parent / "tracks" / "report.json").read_text())["figures"]
@@ -67,9 +67,9 @@ def test_kills_of_the_service_in_a_replay_leave_no_trace(tmp_path: Path) -> None
     killed = 0
     while killed < KILLS and replay.poll() is None:
         served = Served(sensors, tmp_path / "state", port, workers=1 + killed % 2)
-        begun = served.status()["accepted"]
+        before = served.status()["accepted"]
         # Not before the replay has come back and been heard.
-        wait_until(partial(_goes_on, served, begun + 50, replay), "50 more measurements")
+        wait_until(partial(_goes_on, served, before + 50, replay), "50 more measurements")
         pause(float(random.uniform(0.0, 0.2)))
         served.kill()
         killed += 1
@@ -80,8 +80,8 @@ def test_kills_of_the_service_in_a_replay_leave_no_trace(tmp_path: Path) -> None
     assert replay.wait() == 0
     status = served.status()
     assert served.stop() == 0
-    told = json.loads(out)
+    answer = json.loads(out)
     # Answered again is what was taken, but not answered, before a kill.
-    assert told["accepted"] + told["duplicate"] == rows
+    assert answer["accepted"] + answer["duplicate"] == rows
     assert status["accepted"] == rows
     assert status["output_sha256"] == expected

@@ -51,7 +51,7 @@ def run(
     return outputs, engine
 
 
-def told(outputs: list[EngineOutput]) -> list[bytes]:
+def row_bytes(outputs: list[EngineOutput]) -> list[bytes]:
     """Everything that came out, whatever the pieces."""
     updates = TrackUpdates.concatenate([one.updates for one in outputs])
     estimates = np.concatenate([one.biases.estimate for one in outputs])
@@ -75,10 +75,12 @@ def test_the_output_does_not_depend_on_batches_or_workers(filter_name: str) -> N
     middle = batch.select((batch.time_s > 250.0) & (batch.time_s < 420.0))
     settings = replace(SHARED, filter_name=filter_name)
     whole, engine = run(table, middle, settings)
-    assert told(whole) == told(run(table, middle, settings, rows=7)[0])
-    assert told(whole) == told(run(table, middle, settings, rows=1)[0])
-    assert told(whole) == told(run(table, middle, settings, workers=3)[0])
-    assert told(whole) != told(run(table, middle, replace(NEAREST, filter_name=filter_name))[0])
+    assert row_bytes(whole) == row_bytes(run(table, middle, settings, rows=7)[0])
+    assert row_bytes(whole) == row_bytes(run(table, middle, settings, rows=1)[0])
+    assert row_bytes(whole) == row_bytes(run(table, middle, settings, workers=3)[0])
+    assert row_bytes(whole) != row_bytes(
+        run(table, middle, replace(NEAREST, filter_name=filter_name))[0]
+    )
     assert engine.counts["SINGULAR"] == 0
 
 
@@ -93,7 +95,7 @@ def test_where_nothing_is_in_doubt_it_is_the_nearest(filter_name: str) -> None:
     assert len(alone) > 300
     settings = replace(SHARED, filter_name=filter_name)
     nearest = replace(NEAREST, filter_name=filter_name)
-    assert told(run(table, alone, settings)[0]) == told(run(table, alone, nearest)[0])
+    assert row_bytes(run(table, alone, settings)[0]) == row_bytes(run(table, alone, nearest)[0])
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
@@ -147,7 +149,7 @@ def test_one_plot_of_two_aircraft_does_not_make_their_tracks_swap() -> None:
 
 
 @pytest.mark.parametrize("name", ["blom", "blom-macro", "ci", "joint"])
-def test_a_filter_that_cannot_share_plots_is_refused(name: str) -> None:
+def test_a_filter_that_cannot_share_plots_is_rejected(name: str) -> None:
     table, _, _ = made("unresolved", 1)
     with pytest.raises(ConfigurationError, match="two-stage or imm where the association is prob"):
         Engine(table, replace(SHARED, filter_name=name))

@@ -25,7 +25,7 @@ from support.scenarios.live_scene import cut
 from support.scenarios.trajectory_scene import MUTE, TABLE, TURNING, recording
 from support.scenarios.zenoh_scene import free_endpoint
 
-TOLD = (TURNING, MUTE, 3, 4)
+WITH_BUNDLES = (TURNING, MUTE, 3, 4)
 FORECAST = "by=bundle;horizon_s=30;step_s=10"
 
 
@@ -59,11 +59,11 @@ def _asked(application: Application) -> _Answers:
         wait_until(lambda: not counted()["plots_waiting"], "the bundles to have taken all plots")
         counts = counted()
         path = f"/v1/tracks/{{}}/trajectories?step_s={STEP_S}"
-        http = {track: client.get(path.format(track)).json() for track in TOLD}
+        http = {track: client.get(path.format(track)).json() for track in WITH_BUNDLES}
         forecast = client.get(f"/v1/tracks/{TURNING}/forecast?{FORECAST.replace(';', '&')}").json()
     queried = {}
     with zenoh.open(client_config(application.zenoh_endpoints[0])) as session:
-        for track in TOLD:
+        for track in WITH_BUNDLES:
             selector = f"multiradar/v1/trajectories/{track}?step_s={STEP_S}"
             (reply,) = session.get(selector, timeout=WAIT_TIMEOUT_S)
             assert reply.ok is not None
@@ -109,18 +109,18 @@ def test_a_forecast_by_the_bundle_is_the_same_over_http_and_zenoh(
     live: _Answers, restarted: _Answers
 ) -> None:
     http, queried = live.forecasts
-    told = Forecast.model_validate_json(httpx.Response(200, json=http).content)
-    assert [point.members is not None for point in told.points] == [True] * 4
+    document = Forecast.model_validate_json(httpx.Response(200, json=http).content)
+    assert [point.members is not None for point in document.points] == [True] * 4
     assert queried == http
     assert restarted.forecasts == live.forecasts
 
 
-def test_every_track_is_told_of(live: _Answers) -> None:
+def test_every_track_has_trajectories(live: _Answers) -> None:
     for track, answer in live.http.items():
-        told = Trajectories.model_validate_json(httpx.Response(200, json=answer).content)
-        assert told.track_id == track
-        assert told.state == "confirmed"
-    assert live.counts["aircraft"] == len(TOLD)
+        document = Trajectories.model_validate_json(httpx.Response(200, json=answer).content)
+        assert document.track_id == track
+        assert document.state == "confirmed"
+    assert live.counts["aircraft"] == len(WITH_BUNDLES)
     assert live.counts["plots_lost"] == 0
 
 

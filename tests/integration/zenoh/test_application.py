@@ -1,4 +1,4 @@
-"""The whole application on Zenoh: it announces where it listens, not where it was told to."""
+"""The whole application on Zenoh: it announces its actual address, not the configured one."""
 
 from pathlib import Path
 
@@ -16,12 +16,12 @@ def test_the_endpoints_announced_are_those_of_the_configuration_file(tmp_path: P
         listen: {{ endpoints: ["{endpoint}"] }},
         scouting: {{ multicast: {{ enabled: false }} }},
     }}""")
-    told = {
+    settings = {
         "server": {"port": 0},
         "journal": {"path": tmp_path / "journal.sqlite"},
         "zenoh": {"config_file": file},
     }
-    application = Application(load_settings(None, told), live_scene.sensors(), lambda: None)
+    application = Application(load_settings(None, settings), live_scene.sensors(), lambda: None)
     assert list(application.zenoh_endpoints) == []
     application.start()
     try:

@@ -75,7 +75,7 @@ def test_a_subscriber_that_sleeps_gets_every_update_also_of_tracks_that_began_me
 
 
 @pytest.mark.slow
-def test_a_subscriber_that_is_stopped_slows_nobody_and_catches_up() -> None:
+def test_a_stopped_subscriber_delays_no_other_and_catches_up() -> None:
     view = StreamingView()
     count = 30_000
     with (
@@ -85,7 +85,7 @@ def test_a_subscriber_that_is_stopped_slows_nobody_and_catches_up() -> None:
     ):
         os.kill(stopped.process.pid, signal.SIGSTOP)
         view.stream(count, tracks=100, per_s=15_000)
-        # The other has everything although nobody has read for the first.
+        # The other has everything although the first does not read.
         of_other = other.result()
         os.kill(stopped.process.pid, signal.SIGCONT)
         of_stopped = stopped.result()

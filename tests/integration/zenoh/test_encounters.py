@@ -23,7 +23,7 @@ from support.processes.zenoh_subscriber import client_config
 from support.scenarios.live_scene import recording, sensors
 from support.scenarios.zenoh_scene import free_endpoint
 
-#: After a minute and a half forecasts of ten seconds have been judged.
+#: After a minute and a half forecasts of ten seconds have been evaluated.
 ROWS = 2400
 ASKED = {"horizon_s": 90, "distance_m": 12000, "height_m": 250}
 QUERY = EncounterQuery(90.0, 12_000.0, 250.0, limit=None)
@@ -47,7 +47,7 @@ def _over_zenoh(session: zenoh.Session, selector: str) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("batch_rows", [8192, 97])
-async def test_http_zenoh_and_offline_tell_the_same(tmp_path: Path, batch_rows: int) -> None:
+async def test_http_zenoh_and_offline_agree(tmp_path: Path, batch_rows: int) -> None:
     frame = recording(ROWS)
     frame.write_parquet(tmp_path / "measurements.parquet")
     (tmp_path / "out").mkdir()
@@ -74,8 +74,8 @@ async def test_http_zenoh_and_offline_tell_the_same(tmp_path: Path, batch_rows: 
         with zenoh.open(client_config(gateway.endpoints[0])) as session:
             selector = "?" + ";".join(f"{name}={value}" for name, value in ASKED.items())
             assert _over_zenoh(session, selector) == http
-            refused = _over_zenoh(session, "?horizon_s=601")
-            assert refused["code"] == "OUT_OF_RANGE"
+            error = _over_zenoh(session, "?horizon_s=601")
+            assert error["code"] == "OUT_OF_RANGE"
             assert _over_zenoh(session, "?order=distance")["code"] == "OUT_OF_RANGE"
             assert _over_zenoh(session, "?limit=0")["code"] == "OUT_OF_RANGE"
             assert _over_zenoh(session, "?range_m=5")["code"] == "UNKNOWN_PARAMETER"

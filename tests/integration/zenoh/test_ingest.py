@@ -84,13 +84,13 @@ def test_a_query_is_answered_when_its_measurements_are_in_the_journal(
         "journal_sequence": 1,
     }
     assert service.view.status()["accepted"] == rows.height
-    # Asked again under the same key, nothing is taken again.
+    # A repeated query with the same key is not accepted again.
     _, again = ask(client, f"{MEASUREMENTS}/41-10", **content, attachment="batch-1")
     assert again == {**receipt, "duplicate": True}
     assert service.view.status()["accepted"] == rows.height
 
 
-def test_a_query_names_each_refused_row(client: zenoh.Session) -> None:
+def test_a_query_lists_each_rejected_row(client: zenoh.Session) -> None:
     rows = of_sensor(recording(60), "41-10").with_columns(
         sensor_id=pl.when(pl.int_range(pl.len()) == 1).then(pl.lit("41-20")).otherwise("sensor_id")
     )
@@ -133,34 +133,35 @@ def test_a_replay_over_zenoh_is_taken_once(running: ZenohGateway, service: Servi
     assert service.view.status()["accepted"] == 200
 
 
-def test_a_payload_that_does_not_parse_is_counted_and_told_on_the_status_key(
+def test_an_invalid_payload_is_counted_and_reported_on_the_status_key(
     running: ZenohGateway, client: zenoh.Session, service: Service
 ) -> None:
-    told: list[dict[str, Any]] = []
+    received: list[dict[str, Any]] = []
     client.declare_subscriber(
-        "multiradar/v1/status", lambda sample: told.append(json.loads(sample.payload.to_bytes()))
+        "multiradar/v1/status",
+        lambda sample: received.append(json.loads(sample.payload.to_bytes())),
     )
     client.put(f"{MEASUREMENTS}/41-10", b"[{", encoding="application/json")
     assert waited_for(running, "messages_malformed", 1) == 1
     wait_until(
-        lambda: any(status["zenoh"]["messages_malformed"] for status in told),
+        lambda: any(status["zenoh"]["messages_malformed"] for status in received),
         "a status that counts the message",
     )
-    alarm = told[-1]["zenoh"]["alarms"][-1]
+    alarm = received[-1]["zenoh"]["alarms"][-1]
     assert alarm["code"] == "MALFORMED_JSON"
     assert alarm["key"] == f"{MEASUREMENTS}/41-10"
-    # As an answer to a query, it is an error and nothing was taken.
-    key, refusal = ask(client, f"{MEASUREMENTS}/41-10", payload=b"[{", encoding="application/json")
-    assert (key, refusal["code"]) == ("", "MALFORMED_JSON")
+    # As an answer to a query it is an error, and nothing was accepted.
+    key, error = ask(client, f"{MEASUREMENTS}/41-10", payload=b"[{", encoding="application/json")
+    assert (key, error["code"]) == ("", "MALFORMED_JSON")
     assert service.view.status()["read"] == 0
 
 
-def test_a_query_without_content_is_told_so(client: zenoh.Session) -> None:
-    key, refusal = ask(client, f"{MEASUREMENTS}/41-10")
-    assert (key, refusal["code"]) == ("", "MISSING_FIELD")
+def test_a_query_without_content_is_rejected(client: zenoh.Session) -> None:
+    key, error = ask(client, f"{MEASUREMENTS}/41-10")
+    assert (key, error["code"]) == ("", "MISSING_FIELD")
 
 
-def test_a_key_that_was_used_for_another_message_is_refused_as_over_http(
+def test_a_key_used_for_another_message_is_rejected_as_over_http(
     client: zenoh.Session, running: ZenohGateway
 ) -> None:
     rows = of_sensor(recording(60), "41-10")
@@ -177,17 +178,17 @@ def test_a_key_that_was_used_for_another_message_is_refused_as_over_http(
 
 
 def test_a_misspelt_parameter_does_not_pass_for_nothing(client: zenoh.Session) -> None:
-    _, refusal = ask(client, f"{MEASUREMENTS}/*?flsh")
-    assert refusal["code"] == "UNKNOWN_PARAMETER"
-    assert "flush" in refusal["reason"]
+    _, error = ask(client, f"{MEASUREMENTS}/*?flsh")
+    assert error["code"] == "UNKNOWN_PARAMETER"
+    assert "flush" in error["reason"]
 
 
 def test_a_full_intake_asks_queries_to_come_back_and_counts_lost_samples() -> None:
-    def refuse(_submission: Any, _future: "Future[Any]") -> None:
+    def reject(_submission: Any, _future: "Future[Any]") -> None:
         raise QueueFullError("intake", 7, 2.5)
 
     view = StreamingView()
-    with gateway(view, FakeService(view=view, answer=refuse)) as full:
+    with gateway(view, FakeService(view=view, answer=reject)) as full:
         destination = ZenohDestination(full.endpoints[0], "json")
         try:
             with pytest.raises(UnavailableError) as caught:

@@ -32,7 +32,7 @@ def test_a_router_that_restarts_costs_no_update() -> None:
     ):
         view.stream(1000, tracks=20, per_s=5000)
         close(first)
-        # Nobody is told of these when they happen.
+        # No client is notified of these when they happen.
         view.stream(1000, tracks=20, per_s=5000)
         wait_until(lambda: running.counts.number("published_tracks") == 2000, "2000 updates")
         second = router(endpoint)

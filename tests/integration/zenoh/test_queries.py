@@ -136,7 +136,7 @@ def test_biases_of_one_sensor_and_of_all(session: zenoh.Session, service: Servic
     assert {key.rpartition("/")[2] for key, _, _ in every} == {"41-10", "41-20", "adsb"}
 
 
-def test_a_sensor_is_told_as_over_http(session: zenoh.Session, service: Service) -> None:
+def test_a_sensor_is_published_as_over_http(session: zenoh.Session, service: Service) -> None:
     known = {sensor["id"]: sensor for sensor in service.view.sensors()}
     every = {key: found for key, found, _ in answers(session, "multiradar/v1/sensors/*")}
     assert set(every) == {f"multiradar/v1/sensors/{name}" for name in known}
@@ -179,8 +179,8 @@ def test_the_status_says_what_the_service_says(session: zenoh.Session, service: 
         ("multiradar/v1/tracks/*?after=7;limit=1;after=7", "INVALID_PARAMETER"),
         ("multiradar/v1/measurements/*?flush;flush", "INVALID_PARAMETER"),
         ("multiradar/v1/status?x;x", "UNKNOWN_PARAMETER"),
-        ("multiradar/v1/biases/nobody", "NOT_FOUND"),
-        ("multiradar/v1/sensors/nobody", "NOT_FOUND"),
+        ("multiradar/v1/biases/unlisted", "NOT_FOUND"),
+        ("multiradar/v1/sensors/unlisted", "NOT_FOUND"),
     ],
 )
 def test_what_cannot_be_answered_is_an_error_with_a_code(

@@ -54,7 +54,7 @@ def test_live_tracks_are_the_last_rows_of_tracks_that_did_not_end(
         live.update(rows)
         expected.update(zip(rows["track_id"].tolist(), rows["sequence"].tolist(), strict=True))
         sequence += len(rows)
-        live.end(np.array([end, 10_000]))
+        live.remove(np.array([end, 10_000]))
         ended.add(end)
         expected.pop(end, None)
         found = live.all()

@@ -6,7 +6,7 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from multiradar.runtime.trajectories.roster import Roster, Sampled, Take
+from multiradar.runtime.trajectories.roster import PushPlots, Roster, Sampled
 from support.fakes.engine_outputs import Bias, End, Event, Sample, Update, output_of
 from support.scenarios import live_scene
 
@@ -41,14 +41,14 @@ def orders(outputs: Sequence[Sequence[Event]], room: int) -> dict[int, list[obje
     roster = Roster(room, TABLE)
     found: dict[int, list[object]] = {}
     for events in outputs:
-        for order in roster.take(output_of(events)):
+        for order in roster.push(output_of(events)):
             if isinstance(order, Sampled):
                 # All tracks have had their plots before it, and none after.
                 for own in found.values():
                     own.append(order.epoch)
                 continue
             own = found.setdefault(order.track_id, [])
-            if isinstance(order, Take):
+            if isinstance(order, PushPlots):
                 bias = float(order.published.estimate[0, 0])
                 own += [(time_s, bias) for time_s in order.plots["time_s"].tolist()]
             else:
@@ -69,8 +69,8 @@ def test_batches_leave_no_trace(
     held: set[int] = set()
     roster = Roster(room, TABLE)
     for event in events:
-        for order in roster.take(output_of([event])):
-            if isinstance(order, Take):
+        for order in roster.push(output_of([event])):
+            if isinstance(order, PushPlots):
                 held.add(order.track_id)
             elif not isinstance(order, Sampled):
                 held.discard(order.track_id)

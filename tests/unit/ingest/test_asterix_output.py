@@ -15,7 +15,7 @@ from multiradar.ingest.asterix_output.sender import AsterixSender, Outlet
 from multiradar.ingest.asterix_output.sinks import MemorySink, Sink, open_sink
 from multiradar.runtime.asterix.channel import Channel, ChannelOptions
 from multiradar.runtime.engine.engine import Engine
-from multiradar.runtime.live.output_feed import Fed, OutputFeed
+from multiradar.runtime.live.output_feed import FeedItem, OutputFeed
 from multiradar.settings.asterix_output import AsterixOutputSettings
 from multiradar.tracking.outputs import EndedTracks, EngineOutput
 from multiradar.tracking.settings import TrackingSettings
@@ -71,18 +71,18 @@ def test_nothing_is_sent_of_what_the_journal_says_again() -> None:
     sink = MemorySink()
     sending, _ = sender(sink)
     for output in played:
-        sending.step(Fed(output))
-    sending.step(Fed(caught_up=True))
+        sending.step(FeedItem(output))
+    sending.step(FeedItem(caught_up=True))
     assert sink.blocks == []
     for output in new:
-        sending.step(Fed(output))
+        sending.step(FeedItem(output))
     assert {block[0] for block in sink.blocks} == {62, 63, 65}
     # The same as for a user from the start, except for the marks of first messages.
     whole = MemorySink()
     other, _ = sender(whole)
-    other.step(Fed(caught_up=True))
+    other.step(FeedItem(caught_up=True))
     for output in made:
-        other.step(Fed(output))
+        other.step(FeedItem(output))
     assert whole.blocks[-2:] == sink.blocks[-2:]
     assert len(sink.blocks) < len(whole.blocks)
 
@@ -92,15 +92,15 @@ def test_after_a_failure_of_the_engine_nothing_is_reported_twice() -> None:
     once, again = MemorySink(), MemorySink()
     for sink in (once, again):
         sending, _ = sender(sink)
-        sending.step(Fed(caught_up=True))
+        sending.step(FeedItem(caught_up=True))
         for output in made[:4]:
-            sending.step(Fed(output))
+            sending.step(FeedItem(output))
         if sink is again:
-            sending.step(Fed(restarted=True))
+            sending.step(FeedItem(restarted=True))
             for output in made[:4]:
-                sending.step(Fed(output))
+                sending.step(FeedItem(output))
         for output in made[4:]:
-            sending.step(Fed(output))
+            sending.step(FeedItem(output))
     # What was in the air when it happened may differ; the number of messages does not.
     assert len(once.blocks) == len(again.blocks)
     assert once.blocks[-1] == again.blocks[-1]
@@ -110,13 +110,13 @@ def test_tracks_that_ended_while_output_was_lost_are_given_up() -> None:
     made = outputs(1200, 6)
     sink = MemorySink()
     sending, _ = sender(sink, live=[1, 2, 3])
-    sending.step(Fed(caught_up=True))
+    sending.step(FeedItem(caught_up=True))
     for output in made[:3]:
-        sending.step(Fed(output))
-    sending.step(Fed(lost=True))
+        sending.step(FeedItem(output))
+    sending.step(FeedItem(lost=True))
     sink.blocks.clear()
     # No later output reports their end.
-    sending.step(Fed(replace(made[3], ended=EndedTracks.concatenate([]))))
+    sending.step(FeedItem(replace(made[3], ended=EndedTracks.concatenate([]))))
     ended = [track["040"] for track in tracks(sink.blocks) if track["080"]["TSE"]]
     assert sorted(ended) == [4, 5, 6, 7, 8, 9, 10, 11, 12]
     # The next service status reports it.
@@ -126,9 +126,9 @@ def test_tracks_that_ended_while_output_was_lost_are_given_up() -> None:
 
 def test_what_a_sink_does_not_take_is_counted() -> None:
     sending, _ = sender(Rejecting())
-    sending.step(Fed(caught_up=True))
+    sending.step(FeedItem(caught_up=True))
     for output in outputs(800, 2):
-        sending.step(Fed(output))
+        sending.step(FeedItem(output))
     counts = sending.counts()["outputs"]["display"]
     assert counts["blocks_sent"] == 0
     assert counts["octets"] == 0
@@ -163,7 +163,7 @@ def test_an_error_in_the_thread_is_reported_and_the_service_continues(
     output = engine.push(measurement_batch(recording(400), TABLE)[0])
     feed.put(replace(output, spread=output.spread[:0]))
     sending.stop()
-    assert "expected a plot and a spread" in str(sending.counts()["failure"])
+    assert "expected a plot and a covariance" in str(sending.counts()["failure"])
     assert "ASTERIX output has stopped" in caplog.text
 
 

@@ -1,4 +1,4 @@
-"""What `check_late` tells of late plots: the algorithm is right, and so is its sigma."""
+"""`check_late`: the retrodiction of late plots is correct, and so is its sigma."""
 
 import pytest
 
@@ -11,9 +11,9 @@ def test_a_retrodicted_plot_is_worth_as_much_as_all_filtered_again(
 ) -> None:
     monkeypatch.setattr(check_late, "RUNS", 60)
     figures = [float(one.removesuffix(" m")) for one in check_late.row(density, 4.0)]
-    refused, retrodicted, exact, waited = figures[:4]
+    rejected, retrodicted, exact, waited = figures[:4]
     assert retrodicted == pytest.approx(exact, abs=0.3)
     assert waited <= exact
-    # The decision to refuse what is late stands on how little this is.
-    assert gain[0] < 1.0 - retrodicted / refused < gain[1]
+    # This small gain is the reason for rejecting late plots.
+    assert gain[0] < 1.0 - retrodicted / rejected < gain[1]
     assert all(0.85 < one < 1.15 for one in figures[8:])

@@ -47,11 +47,13 @@ BEARING = {"time_s": 100.0, "sensor_id": "df", "kind": "bearing", "azimuth_deg":
 SOURCE = {"source_latitude_deg": 50.5, "source_longitude_deg": 15.5, "source_height_m": 4000.0}
 
 
-def taken(table: SensorTable, *rows: dict[str, object]) -> tuple[MeasurementBatch, list[str]]:
+def translated(table: SensorTable, *rows: dict[str, object]) -> tuple[MeasurementBatch, list[str]]:
     frame = pl.DataFrame(list(rows), schema=MEASUREMENT_SCHEMA)
-    batch, refused = measurement_batch(frame, table)
-    assert len(batch) + len(refused) == len(rows)
-    return batch, [f"{code}: {why}" for code, why in zip(refused.code, refused.reason, strict=True)]
+    batch, rejected = measurement_batch(frame, table)
+    assert len(batch) + len(rejected) == len(rows)
+    return batch, [
+        f"{code}: {why}" for code, why in zip(rejected.code, rejected.reason, strict=True)
+    ]
 
 
 def test_columns_come_through_in_every_encoding() -> None:
@@ -64,14 +66,14 @@ def test_columns_come_through_in_every_encoding() -> None:
     )
     for parsed in bodies:
         assert not parsed.rejected
-        batch, refused = measurement_batch(parsed.frame, MOVING)
-        assert not len(refused)
-        told = batch.directions
-        assert told is not None
-        assert np.degrees(told.elevation_rad[0]) == pytest.approx(-1.5, abs=1e-12)
-        assert np.degrees(told.source_latitude_rad[0]) == pytest.approx(50.5, abs=1e-12)
-        assert np.degrees(told.source_longitude_rad[0]) == pytest.approx(15.5, abs=1e-12)
-        assert told.source_height_m[0] == 4000.0
+        batch, rejected = measurement_batch(parsed.frame, MOVING)
+        assert not len(rejected)
+        directions = batch.directions
+        assert directions is not None
+        assert np.degrees(directions.elevation_rad[0]) == pytest.approx(-1.5, abs=1e-12)
+        assert np.degrees(directions.source_latitude_rad[0]) == pytest.approx(50.5, abs=1e-12)
+        assert np.degrees(directions.source_longitude_rad[0]) == pytest.approx(15.5, abs=1e-12)
+        assert directions.source_height_m[0] == 4000.0
         (back,) = measurement_rows(batch, MOVING)
         assert {name: back[name] for name in SOURCE} == pytest.approx(SOURCE)
 
@@ -88,20 +90,20 @@ def test_columns_come_through_in_every_encoding() -> None:
         ({"elevation_deg": 3.0, "azimuth_deg": None}, RejectCode.MISSING_FIELD),
     ],
 )
-def test_what_cannot_be_is_refused_alike_in_every_encoding(
+def test_implausible_directions_are_rejected_in_every_encoding(
     fields: dict[str, object], code: RejectCode
 ) -> None:
     row = {**BEARING, **fields}
     assert [one.code for one in parse_json(json.dumps([row]).encode()).rejected] == [code]
     frame = pl.DataFrame([row], schema={name: MEASUREMENT_SCHEMA[name] for name in row})
-    (refused,) = parse_arrow(encode_rows(frame)).rejected
-    assert refused.code is code
-    assert "expected" in refused.reason
-    assert [why.partition(":")[0] for why in taken(MOVING, row)[1]] == [str(code)]
+    (rejected,) = parse_arrow(encode_rows(frame)).rejected
+    assert rejected.code is code
+    assert "expected" in rejected.reason
+    assert [why.partition(":")[0] for why in translated(MOVING, row)[1]] == [str(code)]
 
 
 @pytest.mark.parametrize("missing", list(SOURCE))
-def test_half_a_place_of_the_source_is_refused_in_one_sentence(missing: str) -> None:
+def test_an_incomplete_sensor_position_is_rejected_with_one_reason(missing: str) -> None:
     """Once the sentence ended with the whole row."""
     row = BEARING | {name: value for name, value in SOURCE.items() if name != missing}
     expected = f"{missing}: expected all of {', '.join(SOURCE)} or none, was absent"
@@ -118,11 +120,11 @@ def test_a_sensor_gives_only_what_it_is_said_to_measure() -> None:
         (MOVING, BEARING, "expected all of source_latitude_deg"),
         (MIXED, plot | SOURCE, "expected no source position"),
     ):
-        batch, (why,) = taken(table, row)
+        batch, (why,) = translated(table, row)
         assert not len(batch)
         assert words in why
-    batch, refused = taken(ELEVATED, BEARING, BEARING | {"elevation_deg": 1.0})
-    assert not refused
+    batch, rejected = translated(ELEVATED, BEARING, BEARING | {"elevation_deg": 1.0})
+    assert not rejected
     assert batch.directions is not None
     assert np.isnan(batch.directions.elevation_rad).tolist() == [True, False]
 
@@ -151,17 +153,17 @@ def test_rows_are_ordered_by_their_directions_too() -> None:
         BEARING | SOURCE | {"elevation_deg": 1.0},
         BEARING | SOURCE | {"source_longitude_deg": 15.4, "elevation_deg": 1.0},
     ]
-    batch, _ = taken(MOVING, *rows)
+    batch, _ = translated(MOVING, *rows)
     # By elevation, what has none last, then by place.
     assert canonical_order(batch).tolist() == [3, 2, 0, 1]
-    turned, _ = taken(MOVING, *reversed(rows))
+    turned, _ = translated(MOVING, *reversed(rows))
     assert canonical_order(turned).tolist() == [0, 1, 3, 2]
 
 
 def test_batches_with_and_without_directions_join() -> None:
-    plain, _ = taken(PLAIN, BEARING)
+    plain, _ = translated(PLAIN, BEARING)
     assert plain.directions is None
-    moved, _ = taken(MOVING, BEARING | SOURCE)
+    moved, _ = translated(MOVING, BEARING | SOURCE)
     joined = MeasurementBatch.concatenate([plain, moved])
     assert joined.directions is not None
     assert joined.directions.moves.tolist() == [False, True]
@@ -169,19 +171,19 @@ def test_batches_with_and_without_directions_join() -> None:
     assert joined.select(slice(1, 2)).directions is not None
 
 
-def test_a_journal_holds_what_it_held_where_nobody_tells_directions() -> None:
+def test_a_journal_without_directions_is_unchanged() -> None:
     """Bytes of earlier versions are read, and written, where there is nothing new to say."""
     old = [name for name in MEASUREMENT_SCHEMA if name not in MEASUREMENT_DIRECTIONS]
     whole = pl.DataFrame([BEARING], schema=MEASUREMENT_SCHEMA)
     assert decode_rows(encode_rows(whole)).columns == old
-    batch, refused = measurement_batch(decode_rows(encode_rows(whole)), PLAIN)
+    batch, rejected = measurement_batch(decode_rows(encode_rows(whole)), PLAIN)
     assert len(batch) == 1
-    assert not len(refused)
-    told = pl.DataFrame([BEARING | SOURCE], schema=MEASUREMENT_SCHEMA)
-    assert decode_rows(encode_rows(told)).equals(told)
+    assert not len(rejected)
+    directions = pl.DataFrame([BEARING | SOURCE], schema=MEASUREMENT_SCHEMA)
+    assert decode_rows(encode_rows(directions)).equals(directions)
 
 
-def test_a_message_that_differs_in_its_directions_is_another() -> None:
+def test_messages_with_different_directions_differ() -> None:
     def submission(*rows: dict[str, object]) -> Submission:
         frame = pl.DataFrame(list(rows), schema=MEASUREMENT_SCHEMA)
         return Submission(EntryKind.BATCH, frame, "test", "key", ())

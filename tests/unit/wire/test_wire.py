@@ -1,4 +1,4 @@
-"""The translation between wire and core: units, order, missing values, and what is refused."""
+"""The translation between wire and core: units, order, missing values, and rejected rows."""
 
 import numpy as np
 import polars as pl
@@ -104,8 +104,8 @@ def test_minus_zero_is_zero() -> None:
 
 def test_callsigns_are_the_same_whatever_blanks_and_small_letters_they_come_with() -> None:
     given = ["DLH8JW", " dlh8jw  ", None, "A", "ABCD1234"]
-    batch, refused = measurement_batch(frame(*(radar(callsign=one) for one in given)), TABLE)
-    assert len(refused) == 0
+    batch, rejected = measurement_batch(frame(*(radar(callsign=one) for one in given)), TABLE)
+    assert len(rejected) == 0
     # Letters count from 1, digits from 48, blanks are 32: ICAO Annex 10.
     codes = [4, 12, 8, 56, 10, 23, 32, 32]
     number = sum(code << 6 * (7 - place) for place, code in enumerate(codes))
@@ -115,11 +115,11 @@ def test_callsigns_are_the_same_whatever_blanks_and_small_letters_they_come_with
 
 
 @pytest.mark.parametrize("callsign", ["", "   ", "ABCDEFGHI", "AB CD", "AB-1", "ÄB1", "AB1\n"])
-def test_what_is_no_callsign_is_refused(callsign: str) -> None:
-    batch, refused = measurement_batch(frame(radar(callsign=callsign), radar()), TABLE)
+def test_an_invalid_callsign_is_rejected(callsign: str) -> None:
+    batch, rejected = measurement_batch(frame(radar(callsign=callsign), radar()), TABLE)
     assert len(batch) == 1
-    assert refused.code == (RejectCode.OUT_OF_RANGE,)
-    assert refused.reason[0].startswith("callsign: expected text of the form")
+    assert rejected.code == (RejectCode.OUT_OF_RANGE,)
+    assert rejected.reason[0].startswith("callsign: expected text of the form")
 
 
 def test_a_sensor_is_also_known_by_its_numbers() -> None:
@@ -138,9 +138,9 @@ height_m = 500.0
     table = sensor_table(parse_sensors(numbers))
     names = ["26-10", "20-130", "Lausanne", "10-26"]
     rows = [radar(sensor_id=name) for name in names]
-    batch, refused = measurement_batch(pl.DataFrame(rows, schema=MEASUREMENT_SCHEMA), table)
+    batch, rejected = measurement_batch(pl.DataFrame(rows, schema=MEASUREMENT_SCHEMA), table)
     assert batch.sensor.tolist() == [0, 0, 0]
-    assert refused.index.tolist() == [3]
+    assert rejected.index.tolist() == [3]
 
 
 def test_a_sensor_that_comes_through_two_networks_is_one() -> None:
@@ -157,9 +157,9 @@ height_m = 500.0
 """
     table = sensor_table(parse_sensors(text))
     rows = [radar(sensor_id=name) for name in ("41-10", "43-10", "44-10")]
-    batch, refused = measurement_batch(pl.DataFrame(rows, schema=MEASUREMENT_SCHEMA), table)
+    batch, rejected = measurement_batch(pl.DataFrame(rows, schema=MEASUREMENT_SCHEMA), table)
     assert batch.sensor.tolist() == [0, 0]
-    assert refused.index.tolist() == [2]
+    assert rejected.index.tolist() == [2]
     other = text.replace("41-10", "45-10").replace("source = 41", "source = 45")
     with pytest.raises(SchemaError, match="once, was twice 43-10"):
         parse_sensors(text + other)
@@ -213,7 +213,7 @@ def test_numbers_that_a_kind_does_not_use_do_not_reach_the_core() -> None:
         (adsb(longitude_deg=180.5), RejectCode.OUT_OF_RANGE, "longitude_deg"),
     ],
 )
-def test_a_row_that_cannot_be_true_is_refused_and_the_others_pass(
+def test_an_implausible_row_is_rejected_and_the_others_are_accepted(
     row: dict[str, object], code: RejectCode, named: str
 ) -> None:
     batch, rejected = measurement_batch(frame(adsb(), row, radar()), TABLE)
@@ -248,7 +248,7 @@ def test_optional_columns_may_miss_and_further_ones_are_ignored() -> None:
     assert batch.mode_s_address.tolist() == [-1]
 
 
-def test_a_table_without_a_needed_column_or_with_another_type_is_refused_whole() -> None:
+def test_a_table_with_a_missing_column_or_a_wrong_type_is_rejected() -> None:
     with pytest.raises(MissingColumnError, match="kind"):
         measurement_batch(frame(radar()).drop("kind"), TABLE)
     with pytest.raises(InputError, match="range_m to be Float64, was String"):
@@ -331,7 +331,7 @@ def test_biases_have_degrees_for_azimuth_only() -> None:
         BiasEstimate.model_validate(row)
 
 
-def test_health_is_told_in_degrees_and_by_the_hour_and_what_is_not_known_is_null() -> None:
+def test_health_is_in_degrees_and_per_hour_and_missing_values_are_null() -> None:
     records = health_records(
         time_s=[8.0, 8.0],
         sensor=[0, 0],

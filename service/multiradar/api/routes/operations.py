@@ -1,4 +1,4 @@
-"""Routes for those who run the service: health, readiness, counters, status and the quarantine."""
+"""Routes for operators: health, readiness, counters, status and the quarantine."""
 
 from typing import Annotated
 
@@ -14,7 +14,7 @@ from multiradar.errors import RequestError
 from multiradar.observability.metrics import EXPOSITION_MEDIA_TYPE, exposition
 from multiradar_schemas.measurements.reject import RejectCode
 
-# Of the states of a service, the one in which it takes measurements.
+# The state in which the service accepts measurements.
 _READY_STATE = "running"
 
 router = APIRouter(tags=["operations"], dependencies=[Depends(strict_query)])

@@ -20,29 +20,29 @@ from multiradar.runtime.queries.registry import NO_ANSWER, QUERIES, Query
 
 router = APIRouter(prefix="/v1", tags=["tracks"], dependencies=[Depends(strict_query)])
 
-#: Longer texts are no choice.
+#: Maximum length of a choice.
 _TEXT_LENGTH_MAX = 40
 
 
 def track_not_found(track_id: int) -> RequestError:
-    """Return the refusal of a request for a track that is not known."""
+    """Return the error of a request for an unknown track."""
     return RequestError(404, "TRACK_NOT_FOUND", f"no track with the number {track_id} is known")
 
 
 def _annotation(parameter: Parameter) -> Any:
     examples = None if parameter.example is None else [parameter.example]
-    said: dict[str, Any] = {"description": parameter.description, "examples": examples}
+    info: dict[str, Any] = {"description": parameter.description, "examples": examples}
     if parameter.kind is str:
-        return Annotated[Literal[parameter.choices], QueryInformation(**said)]
-    said["le"] = parameter.most if math.isfinite(parameter.most) else None
+        return Annotated[Literal[parameter.choices], QueryInformation(**info)]
+    info["le"] = parameter.most if math.isfinite(parameter.most) else None
     if parameter.above is not None:
-        said["gt"] = parameter.above
+        info["gt"] = parameter.above
     else:
-        said["ge"] = parameter.least
+        info["ge"] = parameter.least
     kind: Any = Integer if parameter.kind is int else Number
     if parameter.default is None:
         kind = kind | None
-    return Annotated[kind, QueryInformation(**said)]
+    return Annotated[kind, QueryInformation(**info)]
 
 
 def _arguments(query: Query) -> Iterator[inspect.Parameter]:
@@ -66,7 +66,7 @@ def _endpoint(query: Query) -> Callable[..., Awaitable[Response]]:
             raise track_not_found(track_id or 0)
         return json_response(document)
 
-    # What FastAPI reads of a function: its name, its parameters, and what it says of itself.
+    # FastAPI reads the name, the signature and the docstring of a function.
     verb = "get" if query.of_track else "list"
     answer.__name__ = f"{verb}_{query.name.replace('-', '_')}"
     answer.__doc__ = query.summary

@@ -26,10 +26,10 @@ CLOSE_TRY_LATER = 1013
 CLOSE_SLOW_CLIENT = 4408
 
 _EVENT_STREAM = "text/event-stream"
-# A close frame holds no more of a reason, in bytes.
+# Maximum length of the reason in a close frame, bytes.
 _CLOSE_REASON_LENGTH_MAX = 120
-# What an event source waits before it connects again, ms: each client another time, so that those
-# who lost the service together do not come back together.
+# Reconnection delay of an event source, ms: randomised, so that clients do not reconnect together
+# after a failure.
 _RETRY_MS = 2000
 _RETRY_SPREAD_MS = 2000
 
@@ -96,7 +96,7 @@ def chosen_kinds(text: str | None) -> frozenset[str]:
     Raises
     ------
     RequestError
-        422 when there is another name in it.
+        422 for an unknown name.
     """
     if text is None:
         return frozenset(KINDS)
@@ -147,7 +147,7 @@ async def _send_batches(
 
 
 async def _first_of(*works: Coroutine[None, None, None]) -> None:
-    # Run side by side until one ends, then stop the others; an error of one is an error of all.
+    # Run concurrently until one ends, then cancel the others; an error of one is raised.
     tasks = {asyncio.create_task(work) for work in works}
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -164,10 +164,10 @@ def _heartbeat(batch: Batch) -> str:
 
 
 async def _listen(socket: WebSocket) -> None:
-    # The stream goes one way; a client that talks is told so, and a closed one is noticed.
+    # The stream is one-way: a message from the client closes it; a disconnect ends it.
     received = await socket.receive()
     if received["type"] == "websocket.receive":
-        await socket.close(CLOSE_POLICY, "this stream takes no messages")
+        await socket.close(CLOSE_POLICY, "this stream accepts no messages")
 
 
 def _socket_parameters(items: Sequence[tuple[str, str]]) -> tuple[int | None, frozenset[str]]:
@@ -190,7 +190,7 @@ def _sequence(text: str, name: str) -> int:
 
 
 class _EventStream(Response):
-    # A response that sends batches until the client is gone or does not read any more.
+    # A response that sends batches until the client disconnects or stops reading.
 
     def __init__(self, access: Access, after: int | None, kinds: frozenset[str]) -> None:
         super().__init__(media_type=_EVENT_STREAM)
@@ -201,20 +201,20 @@ class _EventStream(Response):
         self._kinds = kinds
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        # Refused here, before anything is sent: the answer is a problem document then.
+        # Rejected before anything is sent, so that the answer is a problem document.
         with self._access.hub.slot("sse"):
             start = {"type": "http.response.start", "status": 200, "headers": self.raw_headers}
             await send(start)
             await _first_of(self._send_batches(send), _until_gone(receive))
 
     async def _send_batches(self, send: Send) -> None:
-        # A comment and the time to wait before connecting again come first, at once.
+        # A comment and the reconnection delay are sent first, at once.
         retry_ms = _RETRY_MS + secrets.randbelow(_RETRY_SPREAD_MS)
         await _send_body(send, b": multiradar events\nretry: %d\n\n" % retry_ms)
         batches = self._access.hub.batches("sse", self._after, self._kinds, event_lines)
         async with contextlib.aclosing(batches):
             async for batch in batches:
-                # An `id` line of its own moves the place to resume, without an event.
+                # A separate `id` line advances the resume position without an event.
                 text = batch.text or b": heartbeat\nid: %d\n\n" % batch.last
                 try:
                     await _send_body(send, text)

@@ -161,13 +161,13 @@ def _condition(
 def _chosen(page: pl.DataFrame, names: list[str] | None, form: str) -> pl.DataFrame:
     if names is None:
         return page
-    # A feature has a position, whatever fields are asked for.
+    # A feature always has a position.
     always = {"latitude_deg", "longitude_deg"} if form == "geojson" else set()
     return page.select(name for name in page.columns if name in always or name in names)
 
 
 class _Asked(NamedTuple):
-    # What a request says of the rows and the form of a table by time of a track.
+    # Parameters of a request for a table of a track by time.
     track_id: int
     since: float | None
     cursor: str | None
@@ -184,7 +184,7 @@ def _table_of_track(request: Request, view: View, history: History, asked: _Aske
 
 
 def _check_known(view: View, track_id: int, page: pl.DataFrame) -> None:
-    # A page may be empty for a time at which nothing was; of a track that nobody knows it is.
+    # A page may be empty because of `since`, or because the track is unknown.
     if not page.is_empty() or view.track(track_id) is not None:
         return
     if all(view.rows(one, track_id, None, 1).is_empty() for one in (UPDATES, TRANSITIONS)):

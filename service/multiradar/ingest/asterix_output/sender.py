@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.ingest.asterix_output.sinks import Sink
 from multiradar.runtime.asterix.channel import Channel
-from multiradar.runtime.asterix.cycles import Cycles, Told
-from multiradar.runtime.live.output_feed import Fed, OutputFeed
+from multiradar.runtime.asterix.cycles import ChannelBlocks, Cycles
+from multiradar.runtime.live.output_feed import FeedItem, OutputFeed
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 
@@ -117,11 +117,11 @@ class AsterixSender:
         return {
             "updates_dropped": self._feed.dropped,
             "failure": self._failure,
-            "unnumbered_tracks": self._cycles.tracks.numbers.refused,
+            "unnumbered_tracks": self._cycles.tracks.numbers.unassigned,
             "outputs": {outlet.name: outlet.counts() for outlet in self._outlets},
         }
 
-    def step(self, fed: Fed) -> None:
+    def step(self, fed: FeedItem) -> None:
         """Process the next output and send what is due."""
         if fed.restarted:
             # Before the first catch-up nothing was sent.
@@ -133,7 +133,7 @@ class AsterixSender:
             self._cycles.overloaded.clear()
         elif fed.lost:
             self._cycles.overloaded = set(range(len(self._outlets)))
-            self._cycles.tracks.keep(self._live_ids())
+            self._cycles.tracks.retain(self._live_ids())
         elif fed.output is not None:
             self._process(fed.output)
 
@@ -144,7 +144,7 @@ class AsterixSender:
 
     def _run(self) -> None:
         try:
-            while (fed := self._feed.take()) is not None:
+            while (fed := self._feed.pop()) is not None:
                 self.step(fed)
             self._send(self._cycles.finish())
         except Exception as error:
@@ -157,11 +157,11 @@ class AsterixSender:
         latest_s = output.updates.time_s.max(initial=-math.inf)
         replaying = self._silent_until_s == math.inf
         if replaying or -math.inf < latest_s <= self._silent_until_s:
-            self._cycles.learn(output)
+            self._cycles.absorb(output)
         else:
-            self._send(self._cycles.take(output))
+            self._send(self._cycles.push(output))
 
-    def _send(self, reports: Iterator[Told]) -> None:
+    def _send(self, reports: Iterator[ChannelBlocks]) -> None:
         for one in reports:
             if one.time_s <= self._silent_until_s:
                 continue

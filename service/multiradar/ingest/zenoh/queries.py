@@ -40,15 +40,15 @@ class Answers:
     Parameters
     ----------
     view : View
-        What is known.
+        The read interface of the service.
     status : callable
         Returns the status document.
     catch_up : CatchUp
         The last track updates.
     counts : ZenohCounts
-        Told of every query.
+        Counts queries.
     later : callable
-        Runs a function in another thread; False when too many wait already.
+        Runs a function in another thread; False when its queue is full.
     """
 
     def __init__(
@@ -87,24 +87,24 @@ class Answers:
     ) -> Callable[[Request], None]:
         def answered(request: Request) -> None:
             try:
-                _refuse_wrong(request, parameters)
+                _require_known(request, parameters)
                 answer(request)
             except RequestError as error:
-                self._refuse(request, error.code, str(error))
-            except Exception as error:  # An answer is owed whatever happens.
-                self._refuse(request, "INTERNAL", f"the query failed: {type(error).__name__}")
+                self._reject(request, error.code, str(error))
+            except Exception as error:  # Every query is answered.
+                self._reject(request, "INTERNAL", f"the query failed: {type(error).__name__}")
             finally:
                 request.finish()
 
         def handle(request: Request) -> None:
             self._counts.add(queries=1)
             if not self._later(lambda: answered(request)):
-                self._refuse(request, "BUSY", "too many queries wait already; ask again later")
+                self._reject(request, "BUSY", "too many queries are queued; try again later")
                 request.finish()
 
         return handle
 
-    def _refuse(self, request: Request, code: str, reason: str) -> None:
+    def _reject(self, request: Request, code: str, reason: str) -> None:
         self._counts.add(queries_refused=1)
         request.reply_error(json.dumps({"code": code, "reason": reason}).encode())
 
@@ -126,8 +126,8 @@ class Answers:
         limit = min(_whole(request.parameters, "limit", CATCH_UP_LIMIT), CATCH_UP_LIMIT)
         updates, lost = self._catch_up.after(after, limit)
         if lost:
-            reason = f"the {lost} updates after {after} are not kept any more; what follows is"
-            self._refuse(request, "GAP", reason)
+            reason = f"the {lost} updates after {after} are no longer retained; later ones follow"
+            self._reject(request, "GAP", reason)
         wanted = None if name is None else f"{TRACKS}/{_known_track(name)}"
         for update in updates:
             if wanted is None or update.key == wanted:
@@ -221,7 +221,7 @@ def _value(parameter: Parameter, given: Mapping[str, str]) -> float | str | None
     return value
 
 
-def _refuse_wrong(request: Request, known: frozenset[str]) -> None:
+def _require_known(request: Request, known: frozenset[str]) -> None:
     wrong = wrong_parameters(request, known)
     if wrong is not None:
         raise RequestError(_BAD_REQUEST, *wrong)

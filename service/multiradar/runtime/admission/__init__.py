@@ -1,1 +1,1 @@
-"""What may enter the engine, and what became of it."""
+"""Admission of measurements by time, and records of rejected ones."""

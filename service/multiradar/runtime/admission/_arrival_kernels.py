@@ -17,7 +17,7 @@ def count_delays(
     delays: NDArray[np.int64],
     counts: NDArray[np.int64],
 ) -> None:
-    """Add rows to the delays (sensors, steps) and to the counts (sensors, verdicts), in place.
+    """Add rows to the delays (sensors, steps) and to the counts (sensors, codes), in place.
 
     ``clock_s`` is the data time before the first row, NaN where there was none.
     """

@@ -1,13 +1,13 @@
-"""Which measurements are taken, by their time: neither too late nor from the future.
+"""Admission of measurements by time: rejects those that are too late or in the future.
 
 The data clock is the greatest time accepted. A row is *late* when it is older than the data clock
-by more than the reorder horizon (or older than the end of a stream that was flushed), and *from the
-future* when it is ahead of the data clock by more than the forward jump. One sensor with a wrong
-clock must not carry the data clock away and make everybody else late, so the clock jumps only when
-several rows in a row agree, and not on the word of one sensor among several: a run of such rows
-counts when it holds two sensors, or when only that sensor was ever heard, or when it lasts long.
+by more than the reorder horizon (or older than the end of a flushed stream), and *in the future*
+when it is ahead of the data clock by more than the forward jump. One sensor with a wrong clock must
+not advance the data clock and make all other sensors late. So the clock jumps only after a run of
+consecutive rows with consistent times. The run must contain two sensors, or come from the only
+sensor received so far, or span `ALONE_S`.
 
-The decisions depend on the sequence of rows alone, not on how they are cut into batches.
+The result depends only on the sequence of rows, not on the batches.
 """
 
 import json
@@ -26,9 +26,9 @@ LATE = kernels.LATE
 FUTURE = kernels.FUTURE
 
 FORWARD_JUMP_MAX_S = 600.0
-#: So many rows in a row, each within the forward jump of the one before, move the data clock.
+#: Consecutive rows, each within the forward jump of the one before, that move the data clock.
 AGREE_ROWS = 5
-#: A run of one sensor among several is believed after this much data time without any other.
+#: Data time after which a run of one sensor among several moves the data clock, s.
 ALONE_S = 60.0
 
 
@@ -42,16 +42,16 @@ def _unset_run() -> NDArray[np.int64]:
 
 @dataclass(slots=True)
 class Admission:
-    """Decides by time which measurements are taken; owned by one thread.
+    """Accepts or rejects measurements by time; owned by one thread.
 
     Parameters
     ----------
     horizon_s : float
-        Reorder horizon, s; 0 takes only what is in order.
+        Reorder horizon, s; 0 accepts only measurements in time order.
     forward_jump_max_s : float
-        What is farther ahead of the data clock is from the future, s.
+        Measurements farther ahead of the data clock are in the future, s.
     arrivals : ArrivalBoard, optional
-        Is told how far behind the data clock each row is.
+        Counts the delay of each row behind the data clock.
     """
 
     horizon_s: float
@@ -75,11 +75,11 @@ class Admission:
 
     @property
     def floor_s(self) -> float:
-        """End of the last stream that was flushed, which nothing may come before; −∞ without."""
+        """End of the last flushed stream: earlier rows are late; −∞ without."""
         return float(self._clock[kernels.FLOOR])
 
     def admit(self, batch: MeasurementBatch) -> NDArray[np.int8]:
-        """Decide about the next rows.
+        """Classify the next rows.
 
         Parameters
         ----------
@@ -109,14 +109,14 @@ class Admission:
         return code
 
     def flush(self) -> None:
-        """End the stream: what was accepted is released, so nothing may come before it any more."""
+        """End the stream: accepted rows are released, so earlier rows are late from now on."""
         if self.data_clock_s is not None:
             self._clock[kernels.FLOOR] = self._clock[kernels.CLOCK]
         self._run[kernels.RUN_COUNT] = 0
 
     def state(self) -> str:
         """Return the state as JSON, for `restore`."""
-        # Floats as hexadecimal text: exact, and NaN and infinity have a form.
+        # Hexadecimal floats are exact, and represent NaN and infinity.
         return json.dumps(
             {"clock": [value.hex() for value in self._clock.tolist()], "run": self._run.tolist()}
         )
@@ -127,7 +127,7 @@ class Admission:
         Raises
         ------
         JournalError
-            If the text is no state of an admission.
+            If the text is not a state of an admission.
         """
         try:
             fields = json.loads(state)

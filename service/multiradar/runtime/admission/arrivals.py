@@ -1,7 +1,7 @@
-"""How far behind the data time the measurements of each sensor arrive, and how many too late.
+"""Arrival delays of measurements behind the data time by sensor, and counts of late ones.
 
-The data time is the greatest that was accepted so far. What is learnt is since the process began;
-it changes no output.
+The data time is the greatest time accepted so far. Counts start with the process; no output depends
+on them.
 """
 
 from typing import Any
@@ -14,14 +14,14 @@ from multiradar.runtime._kernels import FUTURE, LATE
 from multiradar.runtime.admission._arrival_kernels import count_delays
 from multiradar.tracking.input.measurements import MeasurementBatch
 
-#: Steps in which delays are told, s, and the longest that is told.
+#: Resolution of the delays, s, and the longest delay counted.
 DELAY_STEP_S = 0.05
 DELAY_MAX_S = 120.0
-#: A sensor of which a greater part comes too late, of so many at least, is named in words.
+#: A warning names each sensor with a greater fraction of late measurements, of so many at least.
 LATE_SHARE_MAX = 0.01
 LATE_ROWS_MIN = 100
 
-_VERDICTS = 3
+_OUTCOMES = 3
 
 
 class ArrivalBoard:
@@ -40,17 +40,17 @@ class ArrivalBoard:
         self._horizon_s = horizon_s
         steps = int(DELAY_MAX_S / DELAY_STEP_S) + 1
         self._delays = np.zeros((len(sensors), steps), np.int64)
-        self._counts = np.zeros((len(sensors), _VERDICTS), np.int64)
+        self._counts = np.zeros((len(sensors), _OUTCOMES), np.int64)
 
     def count(self, batch: MeasurementBatch, code: NDArray[np.int8], clock_s: float | None) -> None:
-        """Take measurements that were admitted or not.
+        """Count measurements with their result of admission.
 
         Parameters
         ----------
         batch : MeasurementBatch
             Measurements in the order of their arrival.
         code : (n,) int8
-            The verdict on each.
+            Result of the admission of each.
         clock_s : float or None
             Data time before the first of them.
         """
@@ -61,46 +61,46 @@ class ArrivalBoard:
         )  # fmt: skip
 
     def records(self) -> dict[str, dict[str, Any]]:
-        """Return what is known of each sensor that measured, by identifier.
+        """Return the counts of each sensor with measurements, by identifier.
 
         Returns
         -------
         dict
-            `received`, `late` and `future` measurements, and the delay behind the data time, s,
-            that half and 99 % of them have at most, in steps of `DELAY_STEP_S`; late ones are among
-            them, those from the future are not, and it is None where there are no others.
+            `received`, `late` and `future` measurements, and the median and 99th percentile of
+            the delay behind the data time, s, in steps of `DELAY_STEP_S`. Late measurements are
+            included, future ones are not; None where there are no others.
         """
-        told = {}
+        records = {}
         for number in np.flatnonzero(self._counts.sum(axis=1)).tolist():
             counts = self._counts[number].tolist()
-            told[self._sensors.ids[number]] = {
+            records[self._sensors.ids[number]] = {
                 "received": sum(counts),
                 "late": counts[LATE],
                 "future": counts[FUTURE],
                 "delay_s_median": self._delay(number, 0.5),
                 "delay_s_p99": self._delay(number, 0.99),
             }
-        return told
+        return records
 
     def warnings(self) -> list[str]:
         """Return a sentence for each sensor for which the reorder horizon is too short."""
-        told = []
+        sentences = []
         for name, record in self.records().items():
             received, late = record["received"], record["late"]
             if received < LATE_ROWS_MIN or late <= LATE_SHARE_MAX * received:
                 continue
-            told.append(
-                f"{name}: {late} of {received} measurements ({late / received:.1%}) came later "
-                f"than the reorder horizon of {self._horizon_s:g} s allows and were refused; half "
-                f"of all arrive within {record['delay_s_median']:g} s of the data time, 99 % "
-                f"within {record['delay_s_p99']:g} s (reorder_horizon_s)"
+            sentences.append(
+                f"{name}: {late} of {received} measurements ({late / received:.1%}) arrived "
+                f"later than the reorder horizon of {self._horizon_s:g} s and were rejected; delay "
+                f"behind the data time: median {record['delay_s_median']:g} s, 99th percentile "
+                f"{record['delay_s_p99']:g} s (reorder_horizon_s)"
             )
-        return told
+        return sentences
 
-    def _delay(self, number: int, share: float) -> float | None:
+    def _delay(self, number: int, fraction: float) -> float | None:
         behind = np.cumsum(self._delays[number])
         if behind[-1] == 0:
             return None
-        step = int(np.searchsorted(behind, share * behind[-1]))
-        # The upper end of the step, but for those that are not behind at all.
+        step = int(np.searchsorted(behind, fraction * behind[-1]))
+        # The upper end of the step; 0 for rows without delay.
         return 0.0 if step == 0 else round(DELAY_STEP_S * (step + 1), 2)

@@ -1,1 +1,1 @@
-"""System tracks, sensor status and service status in ASTERIX, made of what the engine puts out."""
+"""System tracks, sensor status and service status in ASTERIX, from the output of the engine."""

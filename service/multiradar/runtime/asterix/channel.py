@@ -1,4 +1,4 @@
-"""One user of system tracks: which tracks it gets, and what it was told of each before."""
+"""One user of system tracks: the tracks it receives, and which of them it has received before."""
 
 from collections import Counter
 from dataclasses import dataclass, replace
@@ -25,25 +25,25 @@ _NO_CODE = -1
 
 @dataclass(frozen=True, slots=True)
 class ChannelOptions:
-    """What a user gets.
+    """Output of one user.
 
     Attributes
     ----------
     sender : Sender
-        Codes of the service, and the service's number for this user.
+        SAC/SIC of the service, and the service identification for this user.
     period_s : float
         Data time between two reports of a track.
     status_period_s : float
         Data time between two reports of the sensors and of the service.
     area_deg : tuple of float, optional
-        West, south, east and north of the area; all tracks without it. An area whose west lies
-        east of its east goes over the antimeridian.
+        West, south, east and north of the area; all tracks without it. An area with west greater
+        than east crosses the antimeridian.
     tentative : bool
-        Whether tentative tracks are told of.
+        Whether tentative tracks are reported.
     plane : StereographicPlane, optional
         The user's Cartesian plane.
     block_octets_max : int
-        Octets of a block, and so of a datagram.
+        Maximum octets of a block, and so of a datagram.
     """
 
     sender: Sender
@@ -56,44 +56,44 @@ class ChannelOptions:
 
 
 class Channel:
-    """Turns reports into blocks for one user, and remembers what the user knows; one owner.
+    """Encodes reports into blocks for one user, and keeps which tracks it has received; one owner.
 
     Parameters
     ----------
     options : ChannelOptions
-        What the user gets.
+        Output of the user.
     """
 
     def __init__(self, options: ChannelOptions) -> None:
         self.options = options
-        #: Records written, by category and, of items left out since they could not hold a
-        #: value, by category and item.
+        #: Records written by category, and items omitted because a value does not fit, by
+        #: category and item.
         self.counts: Counter[str] = Counter()
-        self._told = np.zeros(NUMBERS, np.bool_)
+        self._known = np.zeros(NUMBERS, np.bool_)
         self._code = np.full(NUMBERS, _NO_CODE, np.int64)
 
     def tracks(self, reports: TrackReports) -> list[bytes]:
-        """Return blocks of category 062, and one of 065 that says that they are all."""
-        told = self.choose(reports)
+        """Return blocks of category 062, and one of 065 with the end of batch."""
+        chosen = self.choose(reports)
         sender, time_s = self.options.sender, reports.time_s
         return [
-            *self._blocks(track_reports.CATEGORY, track_records(told, sender)),
+            *self._blocks(track_reports.CATEGORY, track_records(chosen, sender)),
             *self._blocks(status_reports.SERVICE_CATEGORY, batch_record(time_s, sender)),
         ]
 
     def choose(self, reports: TrackReports) -> TrackReports:
-        """Return what the user is told of all tracks, and note that the user knows it."""
+        """Return the reports for the user, and record that it has received them."""
         wanted = self._within(reports) & ~reports.last
         if not self.options.tentative:
             wanted &= ~reports.tentative
-        known = self._told[reports.number]
-        # Who knows a track is told once when it ends, or leaves what is wanted.
+        known = self._known[reports.number]
+        # A track known to the user is reported once more when it is dropped or filtered out.
         rows = wanted | known
         chosen = reports.select(rows)
         number, last = chosen.number, ~wanted[rows]
         before = self._code[number]
         changed = known[rows] & (before != _NO_CODE) & (before != chosen.mode_3a)
-        self._told[number] = ~last
+        self._known[number] = ~last
         self._code[number] = np.where(last, _NO_CODE, chosen.mode_3a)
         chosen = replace(chosen, first=~known[rows], last=last, code_changed=changed)
         return chosen if self.options.plane is None else _on_plane(chosen, self.options.plane)
@@ -101,7 +101,7 @@ class Channel:
     def status(self, reports: SensorReports, *, overload: bool = False) -> list[bytes]:
         """Return blocks of category 063, and one of 065 with the state of the service.
 
-        An overload is one since the last such block: something was lost on the way to the user.
+        Overload: reports to the user were lost since the last such block.
         """
         sender = self.options.sender
         state = status_record(reports.time_s, sender, overload=overload)
@@ -111,7 +111,7 @@ class Channel:
         ]
 
     def service(self, time_s: float, report: int) -> list[bytes]:
-        """Return a block of category 065 that says what became of the service."""
+        """Return a block of category 065 with a service status report."""
         record = service_record(time_s, self.options.sender, report)
         return self._blocks(status_reports.SERVICE_CATEGORY, record)
 

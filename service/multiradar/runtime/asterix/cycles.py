@@ -1,7 +1,7 @@
-"""The output of the engine cut at moments of data time, and what users are told at each.
+"""Cyclic ASTERIX output: the output of the engine cut at multiples of the periods of users.
 
-Moments are whole periods; the engine releases measurements in steps that periods are made of. So
-what is told at a moment is all that was measured before it, however the output came in pieces.
+The periods are multiples of the step in which the engine releases measurements. So the report of a
+cycle contains everything measured before it, independently of the batches of output.
 """
 
 import math
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 Columns = TypeVar("Columns", bound="DataclassInstance")
 
 
-class Told(NamedTuple):
-    """Blocks for one user: its number among the channels, the data time, and the octets."""
+class ChannelBlocks(NamedTuple):
+    """Blocks for one user: index of its channel, data time and octets."""
 
     channel: int
     time_s: float
@@ -37,7 +37,7 @@ class Told(NamedTuple):
 
 
 class Cycles:
-    """Follows the engine's output and tells users of it; one owner.
+    """Turns the engine's output into cyclic reports to users; one owner.
 
     Parameters
     ----------
@@ -66,59 +66,59 @@ class Cycles:
                     )
         self._channels = channels
         self._sensors = SensorPicture(sensors, tracking.drop_after_s)
-        #: The tracks as they are told of.
+        #: The tracks as they are reported.
         self.tracks = TrackPicture(sensors, self._sensors, tracking)
-        #: Users who have not been told yet that something was lost.
+        #: Channels with losses that have not been reported yet.
         self.overloaded: set[int] = set()
         self._next_tracks_s = [math.inf] * len(channels)
         self._next_status_s = [math.inf] * len(channels)
-        # When each user was last told of the tracks.
-        self._told_s = [-math.inf] * len(channels)
+        # Data time of the last track reports of each channel.
+        self._reported_s = [-math.inf] * len(channels)
         #: Greatest data time so far.
         self.reached_s = -math.inf
 
-    def take(self, output: EngineOutput) -> Iterator[Told]:
-        """Take the next output; yield what users are told in the order of data time.
+    def push(self, output: EngineOutput) -> Iterator[ChannelBlocks]:
+        """Process the next output; yield the reports due, in the order of data time.
 
         Parameters
         ----------
         output : EngineOutput
-            With the plots behind its updates, and their spread.
+            With the plots of its updates, and their covariance.
 
         Raises
         ------
         ValueError
-            The plots or the spread are missing.
+            The plots or the covariances are missing.
         """
         pieces = _Pieces(output)
         if math.isinf(self.reached_s) and pieces.next_s < math.inf:
             self._begin(pieces.next_s)
         while (moment_s := self._next_moment()) <= pieces.last_s:
-            self._learn(pieces, moment_s)
-            yield from self._tell(moment_s, pieces.next_s)
-        self._learn(pieces, math.inf)
+            self._update_pictures(pieces, moment_s)
+            yield from self._emit(moment_s, pieces.next_s)
+        self._update_pictures(pieces, math.inf)
         self.reached_s = max(self.reached_s, pieces.last_s)
 
-    def learn(self, output: EngineOutput) -> None:
-        """Take the next output and tell nobody."""
+    def absorb(self, output: EngineOutput) -> None:
+        """Update the tracks and sensors without reports."""
         pieces = _Pieces(output)
-        self._learn(pieces, math.inf)
+        self._update_pictures(pieces, math.inf)
         self.reached_s = max(self.reached_s, pieces.last_s)
         if math.isfinite(self.reached_s):
-            self.tracks.tidy(self.reached_s)
+            self.tracks.discard_terminated(self.reached_s)
             self._begin(self.reached_s)
 
-    def finish(self) -> Iterator[Told]:
-        """Tell of the last moment, and that the service ends."""
+    def finish(self) -> Iterator[ChannelBlocks]:
+        """Yield the last reports, and the end of the service."""
         if math.isinf(self.reached_s):
             return
         tracks = self.tracks.reports(self.reached_s)
         for number, channel in enumerate(self._channels):
-            yield Told(number, self.reached_s, channel.tracks(tracks))
+            yield ChannelBlocks(number, self.reached_s, channel.tracks(tracks))
         yield from self._status(range(len(self._channels)), self.reached_s)
         for number, channel in enumerate(self._channels):
             ended = channel.service(self.reached_s, SERVICE_ENDED)
-            yield Told(number, self.reached_s, ended)
+            yield ChannelBlocks(number, self.reached_s, ended)
 
     # ---------------------------------------------------------------- inside
 
@@ -130,43 +130,43 @@ class Cycles:
     def _next_moment(self) -> float:
         return min([*self._next_tracks_s, *self._next_status_s])
 
-    def _learn(self, pieces: "_Pieces", until_s: float) -> None:
-        part = pieces.until(until_s)
-        self._sensors.learn_biases(part.biases)
-        self._sensors.learn_health(part.health)
-        self.tracks.take(part.updates, part.plots.measured, part.spread)
-        self.tracks.end(part.ended.track_id)
+    def _update_pictures(self, pieces: "_Pieces", until_s: float) -> None:
+        part = pieces.up_to(until_s)
+        self._sensors.update_biases(part.biases)
+        self._sensors.update_health(part.health)
+        self.tracks.update(part.updates, part.plots.measured, part.spread)
+        self.tracks.terminate(part.ended.track_id)
 
-    def _tell(self, moment_s: float, next_s: float) -> Iterator[Told]:
+    def _emit(self, moment_s: float, next_s: float) -> Iterator[ChannelBlocks]:
         due = [k for k, one in enumerate(self._next_tracks_s) if one <= moment_s]
         if due:
             for number in due:
-                self._told_s[number] = moment_s
-            # Who has a longer period hears later of the tracks that ended.
-            tracks = self.tracks.reports(moment_s, min(self._told_s))
+                self._reported_s[number] = moment_s
+            # Channels of a longer period report dropped tracks later.
+            tracks = self.tracks.reports(moment_s, min(self._reported_s))
             for number in due:
                 channel = self._channels[number]
                 self._next_tracks_s[number] = moment_s + channel.options.period_s
-                yield Told(number, moment_s, channel.tracks(tracks))
+                yield ChannelBlocks(number, moment_s, channel.tracks(tracks))
         due = [k for k, one in enumerate(self._next_status_s) if one <= moment_s]
         for number in due:
             period_s = self._channels[number].options.status_period_s
             self._next_status_s[number] = moment_s + period_s
         yield from self._status(due, moment_s)
         if not len(self.tracks) and next_s < math.inf:
-            self._pass_over(next_s)
+            self._skip_to(next_s)
 
-    def _status(self, due: Sequence[int], time_s: float) -> Iterator[Told]:
+    def _status(self, due: Sequence[int], time_s: float) -> Iterator[ChannelBlocks]:
         if due:
             sensors = self._sensors.reports(time_s)
             for number in due:
                 channel = self._channels[number]
                 lost = number in self.overloaded
                 self.overloaded.discard(number)
-                yield Told(number, time_s, channel.status(sensors, overload=lost))
+                yield ChannelBlocks(number, time_s, channel.status(sensors, overload=lost))
 
-    def _pass_over(self, next_s: float) -> None:
-        # Nothing was measured until then: no moments before it.
+    def _skip_to(self, next_s: float) -> None:
+        # No measurements until then: no cycles before it.
         for number, channel in enumerate(self._channels):
             options = channel.options
             for times, period_s in (
@@ -177,11 +177,11 @@ class Cycles:
 
 
 class _Pieces:
-    # Output that is taken piece by piece, each up to a data time.
+    # Output consumed in pieces, each up to a data time.
     def __init__(self, output: EngineOutput) -> None:
         if not len(output.updates) == len(output.plots) == len(output.spread):
             raise ValueError(
-                f"expected a plot and a spread of each of {len(output.updates)} updates, was "
+                f"expected a plot and a covariance for each of {len(output.updates)} updates, was "
                 f"{len(output.plots)} and {len(output.spread)}"
             )
         self._output = output
@@ -198,12 +198,12 @@ class _Pieces:
 
     @property
     def next_s(self) -> float:
-        """Time of the next update that was not taken, infinite for none."""
+        """Time of the next update that is left, infinite for none."""
         times = self._reached["updates"][self._done["updates"] :]
         return float(times[0]) if len(times) else math.inf
 
-    def until(self, time_s: float) -> EngineOutput:
-        """Take what lies before a time."""
+    def up_to(self, time_s: float) -> EngineOutput:
+        """Return what is left before a time."""
         rows = {}
         for name, reached in self._reached.items():
             last = int(np.searchsorted(reached, time_s, side="left"))

@@ -1,4 +1,4 @@
-"""From the settings of a user of system tracks to what the user gets."""
+"""Channel options from the settings of a user of system tracks."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from multiradar_converters.asterix.writing.senders import Sender
 
 
 def channel_options(settings: AsterixOutputSettings) -> ChannelOptions:
-    """Return what a user gets."""
+    """Return the options of a user's channel."""
     plane = None
     if settings.plane_centre_deg is not None:
         plane = StereographicPlane(*np.radians(settings.plane_centre_deg).tolist())

@@ -11,18 +11,18 @@ from multiradar.tracking.settings import TrackingSettings
 
 
 class AsterixRecorder:
-    """Writes what the engine puts out to a file, blocks one after another.
+    """Writes the output of the engine to a file of ASTERIX blocks.
 
     Parameters
     ----------
     path : Path
-        The file; what is there is written over.
+        The file; it is overwritten.
     sensors : SensorTable
         The sensors.
     tracking : TrackingSettings
         Settings of the tracker.
     options : ChannelOptions
-        What is written.
+        Output options.
     """
 
     def __init__(
@@ -36,25 +36,25 @@ class AsterixRecorder:
         self._cycles = Cycles(sensors, tracking, [self._channel])
         self._file: BinaryIO = path.open("wb")
 
-    def take(self, output: EngineOutput) -> None:
-        """Write what the output makes known."""
-        for told in self._cycles.take(output):
-            self._file.writelines(told.blocks)
+    def write(self, output: EngineOutput) -> None:
+        """Write the reports due after an output."""
+        for sent in self._cycles.push(output):
+            self._file.writelines(sent.blocks)
 
     def finish(self) -> dict[str, int]:
-        """Write the last state, and that the service ends.
+        """Write the last reports, and the end of the service.
 
         Returns
         -------
         dict
-            Records by category; items left out since they could not hold a value, by category and
-            item; and `unnumbered`, how often a track was not told of since no number was free.
+            Records by category; items omitted because a value does not fit, by category and item;
+            and `unnumbered`: tracks not reported because no number was free.
         """
-        for told in self._cycles.finish():
-            self._file.writelines(told.blocks)
+        for sent in self._cycles.finish():
+            self._file.writelines(sent.blocks)
         counts = dict(sorted(self._channel.counts.items()))
-        refused = self._cycles.tracks.numbers.refused
-        return counts | ({"unnumbered": refused} if refused else {})
+        unassigned = self._cycles.tracks.numbers.unassigned
+        return counts | ({"unnumbered": unassigned} if unassigned else {})
 
     def close(self) -> None:
         """Close the file."""

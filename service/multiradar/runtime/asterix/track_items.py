@@ -1,4 +1,4 @@
-"""What single items of a track say, of many tracks at once."""
+"""Single items of category 062, of many tracks at once."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Rows = NDArray[np.void]
 
-#: A mode of movement counts as known when it is more likely than all others together.
+#: A mode of movement is determined when its probability exceeds that of all others together.
 LIKELY = 0.5
 #: Slower climbs and descents count as level flight, m/s: 300 ft/min.
 LEVEL_MPS = 1.524
@@ -24,22 +24,22 @@ _NONE, _RIGHT_OR_UP, _LEFT_OR_DOWN = range(3)
 _TYPE_PRIMARY, _TYPE_SECONDARY, _TYPE_ROLL_CALL = 1, 2, 5
 
 
-#: What is kept of the last measurement of a track; names are those of `MeasurementBatch`.
+#: Retained columns of the last measurement of a track; names as in `MeasurementBatch`.
 MEASURED_DTYPE = row_type(
     MeasurementBatch, ("kind", "range_m", "azimuth_rad", "height_m", "mode_3a", "mode_s_address")
 )
 
 
 def sources(measured: Rows, self_reported: NDArray[np.bool_]) -> Integers:
-    """Return what each measurement was, as a column of `SOURCES`, `NO_SOURCE` for bearings.
+    """Return the source of each measurement as a column of `SOURCES`, `NO_SOURCE` for bearings.
 
     Parameters
     ----------
     measured : (n,) rows of `MEASURED_DTYPE`
-        The measurements. A plot with an address is one of Mode S, one with a code or a height
-        secondary, one with nothing of these primary.
+        The measurements. A plot with an address is Mode S, one with a code or a height secondary,
+        any other primary.
     self_reported : (n,) bool
-        Whether the sensor relays what aircraft say of themselves.
+        Whether the sensor relays reports of aircraft (ADS-B).
     """
     reported = measured["kind"] == KIND_POSITION
     return np.select(
@@ -56,7 +56,7 @@ def sources(measured: Rows, self_reported: NDArray[np.bool_]) -> Integers:
 
 
 def plot_types(measured: Rows) -> Integers:
-    """Return what radars' plots are in item 340/TYP."""
+    """Return the plot types of item 340/TYP."""
     return np.select(
         [measured["mode_s_address"] >= 0, _is_secondary(measured)],
         [_TYPE_ROLL_CALL, _TYPE_SECONDARY],
@@ -65,7 +65,7 @@ def plot_types(measured: Rows) -> Integers:
 
 
 def ages(time_s: float, last_s: Floats) -> Floats:
-    """Return how long ago something was; NaN for never, which is minus infinity."""
+    """Return ages; NaN for never, which is minus infinity."""
     return np.where(np.isinf(last_s), np.nan, time_s - last_s)
 
 
@@ -78,7 +78,7 @@ def movement(rows: Rows) -> tuple[Integers, Integers]:
         [_RIGHT_OR_UP, _LEFT_OR_DOWN, _NONE],
         UNDETERMINED,
     )
-    # Whether the speed grows or shrinks is not told by the modes.
+    # The modes do not distinguish acceleration from deceleration.
     speeding = np.where(changing < LIKELY, _NONE, UNDETERMINED)
     return turning, speeding
 
@@ -93,5 +93,5 @@ def climbing(climb_mps: Floats) -> Integers:
 
 
 def _is_secondary(measured: Rows) -> NDArray[np.bool_]:
-    told = (measured["mode_3a"] >= 0) | ~np.isnan(measured["height_m"])
-    return np.asarray(told | (measured["mode_s_address"] >= 0))
+    coded = (measured["mode_3a"] >= 0) | ~np.isnan(measured["height_m"])
+    return np.asarray(coded | (measured["mode_s_address"] >= 0))

@@ -1,4 +1,4 @@
-"""All live tracks as a display sees them at one time: moved on to it, with what updated them."""
+"""All live tracks extrapolated to a common time, with their last plots and ages."""
 
 from typing import NamedTuple, TypeVar
 
@@ -37,23 +37,23 @@ Integers = NDArray[np.int64]
 Rows = NDArray[np.void]
 Array = TypeVar("Array", Rows, Floats)
 
-#: What is kept of a track beside its last update.
+#: State of a track beside its last update.
 _LIFE_DTYPE = np.dtype(
     [
         ("number", np.int64),
         ("first_s", np.float64),
-        ("heard_m", np.float64),
-        ("heard_s", np.float64),
+        ("height_m", np.float64),
+        ("height_s", np.float64),
         ("code_s", np.float64),
         ("ended", np.bool_),
-        # When it was first told of that it ended; infinite while it lives.
+        # When its end was first reported; infinite for a live track.
         ("last_s", np.float64),
     ]
 )
 
 
 class _Plots(NamedTuple):
-    # The last plots of tracks: the radar's codes, and the plot without its biases.
+    # The last plots of tracks: SAC/SIC of the radar, and the bias-corrected plot.
     sensor: Integers
     range_m: Floats
     azimuth_deg: Floats
@@ -61,14 +61,14 @@ class _Plots(NamedTuple):
 
 
 class _Shown(NamedTuple):
-    # The last updates of tracks, their places, and which of them ended.
+    # The last updates of tracks, their slots, and which of them are terminated.
     rows: Rows
-    places: NDArray[np.int32]
+    slots: NDArray[np.int32]
     ended: NDArray[np.bool_]
 
 
 class TrackPicture:
-    """The tracks, changed in place by one owner.
+    """Live tracks as reported, updated in place by one owner.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class TrackPicture:
     sensor_picture : SensorPicture
         Their codes and biases.
     tracking : TrackingSettings
-        How long tracks coast and live without measurements, and how aircraft move.
+        Coasting and drop times, and process noise.
     """
 
     def __init__(
@@ -86,7 +86,7 @@ class TrackPicture:
         self._sensors = sensors
         self._sensor_picture = sensor_picture
         self._tracking = tracking
-        # Later than the tracker ends them, so that a track that ended does not come back.
+        # Later than the tracker drops them, so that a dropped track does not reappear.
         self._silent_after_s = tracking.drop_after_s + tracking.epoch_s
         self._plane = SystemPlane.for_sensors(sensors.latitude_rad, sensors.longitude_rad)
         #: Numbers of the tracks, the same for all users.
@@ -101,63 +101,63 @@ class TrackPicture:
     def __len__(self) -> int:
         return len(self._live)
 
-    def take(self, updates: TrackUpdates, measured: MeasurementBatch, spread: Floats) -> None:
-        """Take updates in order, with their measurements and `EngineOutput.spread`."""
+    def update(self, updates: TrackUpdates, measured: MeasurementBatch, spread: Floats) -> None:
+        """Add updates in order, with their measurements and `EngineOutput.spread`."""
         if not len(updates):
             return
         rows, plots = rows_of(updates), rows_of(measured, MEASURED_DTYPE)
         tracks, first = np.unique(rows["track_id"], return_index=True)
-        new = self._live.places(tracks) < 0
+        new = self._live.slots(tracks) < 0
         self._live.update(rows)
-        self._make_room()
-        begun = self._live.places(tracks[new])
-        self._life[begun] = (NO_NUMBER, 0.0, np.nan, -np.inf, -np.inf, False, np.inf)
-        self._life["first_s"][begun] = rows["time_s"][first[new]]
-        self._source_s[begun] = -np.inf
-        self._sensor_s[begun] = -np.inf
-        self._note(rows, plots)
-        # Of rows of one track the last one stays, as numpy promises of such assignments.
-        self._spread[self._live.places(rows["track_id"])] = spread
+        self._grow()
+        initiated = self._live.slots(tracks[new])
+        self._life[initiated] = (NO_NUMBER, 0.0, np.nan, -np.inf, -np.inf, False, np.inf)
+        self._life["first_s"][initiated] = rows["time_s"][first[new]]
+        self._source_s[initiated] = -np.inf
+        self._sensor_s[initiated] = -np.inf
+        self._record(rows, plots)
+        # NumPy assigns in order: the last row of each track is kept.
+        self._spread[self._live.slots(rows["track_id"])] = spread
 
-    def end(self, track_ids: Integers) -> None:
-        """Note that tracks ended: they are told of once more."""
-        places = self._live.places(track_ids)
-        self._life["ended"][places[places >= 0]] = True
+    def terminate(self, track_ids: Integers) -> None:
+        """Mark tracks as terminated: they are reported once more."""
+        slots = self._live.slots(track_ids)
+        self._life["ended"][slots[slots >= 0]] = True
 
-    def reports(self, time_s: float, heard_s: float | None = None) -> TrackReports:
-        """Return all tracks that have a number, by identifier, and forget those that ended.
+    def reports(self, time_s: float, reported_s: float | None = None) -> TrackReports:
+        """Return the tracks with a number, by identifier, and discard terminated ones.
 
         Parameters
         ----------
         time_s : float
-            Data time, not before that of any update taken.
-        heard_s : float, optional
-            Data time up to which all users were told, s: of tracks that ended later not all have
-            heard, and they stay. `time_s` without it.
+            Data time, not before that of any update.
+        reported_s : float, optional
+            Data time of the earliest last report among the users, s. Tracks terminated later are
+            kept until all users have received it. `time_s` by default.
 
         Returns
         -------
         TrackReports
-            Positions moved on to the time; `first` and `code_changed` are for each user to fill,
-            and so is the Cartesian plane.
+            Extrapolated to the time; each channel sets `first`, `code_changed` and the Cartesian
+            plane.
         """
         shown = self._numbered(time_s)
-        reports = self._told(time_s, shown)
-        self._forget(shown, time_s, time_s if heard_s is None else heard_s)
+        reports = self._reported(time_s, shown)
+        self._discard(shown, time_s, time_s if reported_s is None else reported_s)
         return reports
 
-    def tidy(self, time_s: float) -> None:
-        """Give numbers to the tracks and forget those that ended, without telling of them."""
-        self._forget(self._numbered(time_s), time_s, time_s)
+    def discard_terminated(self, time_s: float) -> None:
+        """Assign numbers to the tracks and discard terminated ones, without reports."""
+        self._discard(self._numbered(time_s), time_s, time_s)
 
-    def keep(self, track_ids: Integers) -> None:
-        """Note that all tracks but these ended."""
+    def retain(self, track_ids: Integers) -> None:
+        """Terminate all tracks but these."""
         held = self._live.all()["track_id"]
-        self.end(held[~np.isin(held, track_ids)])
+        self.terminate(held[~np.isin(held, track_ids)])
 
     # ---------------------------------------------------------------- inside
 
-    def _make_room(self) -> None:
+    def _grow(self) -> None:
         size, held = self._live.capacity, len(self._life)
         if size > held:
             self._life = _grown(self._life, size)
@@ -166,49 +166,49 @@ class TrackPicture:
             self._source_s = _grown(self._source_s, size)
             self._sensor_s = _grown(self._sensor_s, size)
 
-    def _note(self, rows: Rows, plots: Rows) -> None:
-        places = self._live.places(rows["track_id"])
+    def _record(self, rows: Rows, plots: Rows) -> None:
+        slots = self._live.slots(rows["track_id"])
         time_s, sensor = rows["time_s"], rows["sensor"]
         source = sources(plots, self._sensors.self_reported[sensor])
         known = source != NO_SOURCE
-        np.maximum.at(self._source_s, (places[known], source[known]), time_s[known])
-        np.maximum.at(self._sensor_s, (places, sensor), time_s)
-        self._measured[places] = plots
-        heard = ~np.isnan(plots["height_m"])
-        self._life["heard_m"][places[heard]] = plots["height_m"][heard]
-        self._life["heard_s"][places[heard]] = time_s[heard]
+        np.maximum.at(self._source_s, (slots[known], source[known]), time_s[known])
+        np.maximum.at(self._sensor_s, (slots, sensor), time_s)
+        self._measured[slots] = plots
+        has_height = ~np.isnan(plots["height_m"])
+        self._life["height_m"][slots[has_height]] = plots["height_m"][has_height]
+        self._life["height_s"][slots[has_height]] = time_s[has_height]
         coded = plots["mode_3a"] >= 0
-        self._life["code_s"][places[coded]] = time_s[coded]
+        self._life["code_s"][slots[coded]] = time_s[coded]
         radar = plots["kind"] == KIND_RADAR
-        self._sensor_picture.hear(sensor, time_s, plot=radar, primary=source == PRIMARY)
+        self._sensor_picture.record_plots(sensor, time_s, plot=radar, primary=source == PRIMARY)
 
     def _numbered(self, time_s: float) -> "_Shown":
         rows = self._live.all()
-        places = self._live.places(rows["track_id"])
+        slots = self._live.slots(rows["track_id"])
         silent = time_s - rows["time_s"] > self._silent_after_s
-        ended = self._life["ended"][places] | silent
-        last_s = np.minimum(self._life["last_s"][places], time_s)
-        self._life["last_s"][places] = np.where(ended, last_s, np.inf)
-        new = (self._life["number"][places] == NO_NUMBER) & ~ended
-        self._life["number"][places[new]] = self.numbers.give(rows["track_id"][new], time_s)
-        return _Shown(rows, places, ended)
+        ended = self._life["ended"][slots] | silent
+        last_s = np.minimum(self._life["last_s"][slots], time_s)
+        self._life["last_s"][slots] = np.where(ended, last_s, np.inf)
+        new = (self._life["number"][slots] == NO_NUMBER) & ~ended
+        self._life["number"][slots[new]] = self.numbers.give(rows["track_id"][new], time_s)
+        return _Shown(rows, slots, ended)
 
-    def _forget(self, shown: "_Shown", time_s: float, heard_s: float) -> None:
-        gone = shown.ended & (self._life["last_s"][shown.places] <= heard_s)
-        self.numbers.free(self._life["number"][shown.places[gone]], time_s)
-        self._live.end(shown.rows["track_id"][gone])
+    def _discard(self, shown: "_Shown", time_s: float, reported_s: float) -> None:
+        gone = shown.ended & (self._life["last_s"][shown.slots] <= reported_s)
+        self.numbers.free(self._life["number"][shown.slots[gone]], time_s)
+        self._live.remove(shown.rows["track_id"][gone])
 
-    def _told(self, time_s: float, shown: "_Shown") -> TrackReports:
-        told = self._life["number"][shown.places] != NO_NUMBER
-        rows, places, ended = (column[told] for column in shown)
-        life, measured = self._life[places], self._measured[places]
+    def _reported(self, time_s: float, shown: "_Shown") -> TrackReports:
+        numbered = self._life["number"][shown.slots] != NO_NUMBER
+        rows, slots, ended = (column[numbered] for column in shown)
+        life, measured = self._life[slots], self._measured[slots]
         age_s = np.maximum(time_s - rows["time_s"], 0.0)
         here = _moved(rows, age_s)
-        heard = ~np.isnan(life["heard_m"])
+        has_height = ~np.isnan(life["height_m"])
         climb = rows["vertical_rate_mps"]
         height_m = rows["height_m"] + np.nan_to_num(climb) * age_s
         none = np.full(len(rows), np.nan)
-        variances = self._variances(rows, self._spread[places], age_s)
+        variances = self._variances(rows, self._spread[slots], age_s)
         recent = rows["time_s"] - self._tracking.coast_after_s
         turning, speeding = movement(rows)
         plots = self._plots(rows, measured)
@@ -225,22 +225,22 @@ class TrackPicture:
             mode_s_address=rows["mode_s_address"],
             callsign=rows["callsign"],
             code_changed=np.zeros(len(rows), np.bool_),
-            measured_height_m=life["heard_m"],
-            barometric_m=np.where(heard, height_m, np.nan),
-            geometric_m=np.where(heard, np.nan, height_m),
+            measured_height_m=life["height_m"],
+            barometric_m=np.where(has_height, height_m, np.nan),
+            geometric_m=np.where(has_height, np.nan, height_m),
             climb_mps=climb,
             turning=turning,
             speeding=speeding,
             climbing=climbing(climb),
-            monosensor=(self._sensor_s[places] >= recent[:, None]).sum(axis=1) <= 1,
+            monosensor=(self._sensor_s[slots] >= recent[:, None]).sum(axis=1) <= 1,
             tentative=rows["state"] == STATE_TENTATIVE,
             first=np.zeros(len(rows), np.bool_),
             last=ended,
             implausible=rows["adsb_implausible"],
             coasting=(age_s > self._tracking.coast_after_s) & (rows["state"] == STATE_CONFIRMED),
             track_age_s=time_s - life["first_s"],
-            age_s=ages(time_s, self._source_s[places]),
-            height_age_s=ages(time_s, life["heard_s"]),
+            age_s=ages(time_s, self._source_s[slots]),
+            height_age_s=ages(time_s, life["height_s"]),
             code_age_s=ages(time_s, life["code_s"]),
             old_s=self._tracking.coast_after_s,
             sensor=plots.sensor,
@@ -273,12 +273,12 @@ class TrackPicture:
         matrix = self._plane.local_matrix(spread[:, 0], spread[:, 1], height_m)
         plane = spread[:, [2, 3, 3, 4]].reshape(-1, 2, 2)
         true = matrix @ plane @ matrix.swapaxes(-1, -2)
-        # How errors of place and velocity go together is not told: at worst their sigmas add up.
+        # The correlation of position and velocity errors is unknown: worst case, sigmas add up.
         sigma = np.sqrt(np.stack([true[:, 0, 0], true[:, 1, 1]], axis=1))
         moved = (rows["velocity_sigma_mps"] / np.sqrt(2.0) * age_s)[:, None]
         noise = (self._tracking.acceleration_density * age_s**3 / 3.0)[:, None]
         grown = (sigma + moved) ** 2 + noise
-        # The correlation stays as it was.
+        # The correlation of east and north is kept.
         ratio = np.sqrt(grown[:, 0] * grown[:, 1]) / (sigma[:, 0] * sigma[:, 1])
         return np.concatenate([grown, (true[:, 0, 1] * ratio)[:, None]], axis=1)
 

@@ -1,1 +1,1 @@
-"""The engine: measurements in, updates of tracks and shared biases out."""
+"""The engine: measurements in, track updates and shared biases out."""

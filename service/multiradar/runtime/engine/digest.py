@@ -1,4 +1,4 @@
-"""A digest of all output, by which two runs are told equal or not."""
+"""A digest of all output, to compare two runs."""
 
 import hashlib
 from dataclasses import fields
@@ -10,10 +10,10 @@ from multiradar.tracking.outputs import EngineOutput
 
 
 class OutputDigest:
-    """SHA-256 over every row of the output, in order; the cuts between calls leave no trace.
+    """SHA-256 over every row of the output, in order; independent of the cuts between calls.
 
-    Tracks, biases, ends and transitions of tracks are digested apart, since how they interleave in
-    calls depends on the batches; the digest of the four digests is the result.
+    Track updates, biases, track ends and transitions have separate digests, because their order
+    within calls depends on the batches. The result is the digest of the four.
     """
 
     def __init__(self) -> None:
@@ -23,7 +23,7 @@ class OutputDigest:
         self._transitions = hashlib.sha256()
 
     def add(self, output: EngineOutput) -> None:
-        """Take the rows of one call of the engine."""
+        """Add the rows of one call of the engine."""
         self._updates.update(_row_bytes(output.updates))
         self._biases.update(_row_bytes(output.biases))
         self._ended.update(_row_bytes(output.ended))

@@ -1,9 +1,8 @@
 """The estimation engine: measurements in, track updates and biases out, by epochs of data time.
 
-During an epoch every aircraft uses the biases published at the end of the epoch before; what the
-measurements of an epoch say about the biases is merged, partition by partition, when it closes.
-The output is a function of the sequence of measurements alone: batches, workers and the time of
-day leave no trace in it.
+During an epoch every track uses the biases published at the end of the previous epoch. The bias
+information of the measurements of an epoch is merged, partition by partition, when it closes. The
+output depends only on the sequence of measurements, not on batches, workers or wall-clock time.
 """
 
 import itertools
@@ -74,20 +73,20 @@ class Engine:
     sensors : SensorTable
         The sensors and their bias parameters.
     settings : TrackingSettings
-        What the output depends on beside the measurements.
+        Settings of the tracker.
     workers : int
-        Threads that step the aircraft, 1 to `WORKERS_MAX`; the output does not depend on it.
+        Threads that update the tracks, 1 to `WORKERS_MAX`; the output does not depend on it.
     pictures : bool
-        Whether the output has the live tracks at the end of each epoch.
+        Whether the output contains the live tracks at the end of each epoch.
     sampling : Sampling
-        Which tracks' states the output has at ends of epochs.
+        Which track states the output contains at ends of epochs.
 
     Raises
     ------
     ConfigurationError
-        If a setting or prior cannot be used.
+        If a setting or prior is invalid.
     UnknownFilterError
-        If there is no filter of the name in the settings.
+        If the filter of the settings does not exist.
     """
 
     def __init__(
@@ -100,7 +99,7 @@ class Engine:
         sampling: Sampling = Sampling.NONE,
     ) -> None:
         if not 1 <= workers <= WORKERS_MAX:
-            raise ConfigurationError(f"expected 1 to {WORKERS_MAX} workers, was {workers}")
+            raise ConfigurationError(f"workers: expected 1 to {WORKERS_MAX}, was {workers}")
         _require_clocks_within(sensors, settings.reorder_horizon_s)
         self._settings, self._sensors = settings, sensors
         self._sources: Sources | None = None
@@ -139,52 +138,52 @@ class Engine:
 
     @property
     def counts(self) -> dict[str, int]:
-        """What became of the measurements so far, by outcome; also `LATE` and `DUPLICATE`."""
+        """Measurements so far by outcome; also `LATE` and `DUPLICATE`."""
         counts = {outcome.name: self._outcomes[outcome.name] for outcome in Outcome}
-        twice = self._order.duplicates + self._near.count
-        return {**counts, "LATE": self._order.late, "DUPLICATE": twice}
+        duplicates = self._order.duplicates + self._near.count
+        return {**counts, "LATE": self._order.late, "DUPLICATE": duplicates}
 
     @property
     def waiting_from(self) -> int:
-        """Place, by arrival from 0, of the first measurement that waits to be put in order."""
+        """Number, by arrival from 0, of the first measurement in the reorder buffer."""
         return self._order.waiting_from
 
     @property
     def transitions(self) -> dict[str, int]:
-        """How often tracks without identity went on to another stage of their lives, by reason."""
+        """Lifecycle transitions of tracks without identity, by reason."""
         return self._association.transitions
 
     @property
     def biases(self) -> BiasState:
-        """The biases as they are published."""
+        """The published biases."""
         return self._biases.state
 
     def push(self, batch: MeasurementBatch) -> EngineOutput:
-        """Take admitted measurements.
+        """Process admitted measurements.
 
         Parameters
         ----------
         batch : MeasurementBatch
-            Rows in the order of their arrival, in any order of time within the horizon.
+            Rows in order of arrival, in any order of time within the reorder horizon.
 
         Returns
         -------
         EngineOutput
-            What came out: nothing while the rows wait for the horizon to pass.
+            Output of the rows released from the reorder buffer.
         """
         released = self._order.push(batch)
         return _EMPTY if released is None else self._process(released)
 
     def flush(self) -> EngineOutput:
-        """Release what waits to be put in order and close the epoch: the end of a stream.
+        """Empty the reorder buffer and close the epoch: the end of a stream.
 
-        Measurements of the same epoch that come later open it again; its biases are then said once
-        more, with these measurements in them, at its end.
+        Later measurements of the same epoch reopen it. At its end its biases are then published
+        once more, with these measurements included.
 
         Returns
         -------
         EngineOutput
-            What came out.
+            The output.
         """
         released = self._order.flush()
         output = _EMPTY if released is None else self._process(released)
@@ -193,7 +192,7 @@ class Engine:
             output,
             biases=BiasRecords.concatenate([output.biases, biases]),
             health=HealthRecords.concatenate([output.health, health]),
-            pictures=output.pictures + self._taken_pictures(),
+            pictures=output.pictures + self._pop_pictures(),
             samples=(*output.samples, *samples),
         )
 
@@ -204,17 +203,17 @@ class Engine:
         slots = slots[np.argsort(self._pool.roster.track_id[slots])]
         return track_states(self._pool, slots, self._filter, self._biases)
 
-    def untold(self) -> tuple[UnobservableBias, ...]:
-        """Return the combinations of biases that the measurements so far have told nothing of."""
-        return self._biases.untold()
+    def unobservable_biases(self) -> tuple[UnobservableBias, ...]:
+        """Return the combinations of biases that are not observable so far."""
+        return self._biases.unobservable_biases()
 
     def close(self) -> None:
-        """Let the threads go."""
+        """Stop the threads."""
         self._stepper.close()
 
     @property
     def _model(self) -> Model:
-        """What all aircraft share, with the sites of the rows at hand."""
+        """The model shared by all tracks, with the sites of the rows being processed."""
         model = self._biases.model
         return model if self._sources is None else self._sources.within(model)
 
@@ -238,12 +237,12 @@ class Engine:
             if epoch != self._epoch:
                 closed.append(self._close_epoch())
                 if self._epoch is None:
-                    self._biases.begin(epoch * self._settings.epoch_s)
+                    self._biases.start(epoch * self._settings.epoch_s)
                 ended.append(self._open_epoch(epoch, first))
                 self._epoch = epoch
             self._epoch_open = True
             for begin, end in self._enter_steps(batch.time_s, first, last):
-                ended += self._take(run, begin, end)
+                ended += self._process_step(run, begin, end)
             self._last_s = float(batch.time_s[last - 1])
         updates, transitions, plots, spread, outcomes = self._describe(shown, run)
         return EngineOutput(
@@ -255,13 +254,13 @@ class Engine:
             health=HealthRecords.concatenate([one.health for one in closed]),
             plots=plots,
             spread=spread,
-            pictures=self._taken_pictures(),
+            pictures=self._pop_pictures(),
             samples=tuple(sample for one in closed for sample in one.samples),
             outcomes=outcomes,
         )
 
-    def _take(self, run: Run, first: int, last: int) -> list[EndedTracks]:
-        """Take the rows of a step, window by window where some must be associated."""
+    def _process_step(self, run: Run, first: int, last: int) -> list[EndedTracks]:
+        """Process the rows of a step, window by window where association is required."""
         ended = []
         for begin, end, needs_window in self._association.windows(run.batch, first, last):
             window = Window(run.batch, run.codes, run.rows, run.identities, begin, end)
@@ -269,24 +268,26 @@ class Engine:
             if needs_window:
                 start_s = math.floor(run.batch.time_s[begin] / WINDOW_S) * WINDOW_S
                 ends = self._association.drop_tracks(start_s, self._model, self._pool)
-                ended.append(self._end(begin, start_s, ends))
+                ended.append(self._terminate(begin, start_s, ends))
                 shares = self._association.associate(window, self._model, self._pool)
-                self._plausibility.reassign_reports(_told(run, begin, end), self._pool)
+                self._plausibility.reassign_reports(
+                    _plausibility_window(run, begin, end), self._pool
+                )
             self._bearing_starts.assign(window, self._model, self._biases.state, self._pool)
             steps = self._plausibility.steps(
-                _told(run, begin, end), self._model, self._biases.state, self._pool
+                _plausibility_window(run, begin, end), self._model, self._biases.state, self._pool
             )
             if shares is None or self._shared is None:
                 for start, stop in steps:
                     self._stepper.step(run.rows, run.result, (start, stop), self._model)
             else:
-                # Clusters are of the whole window: all of it is judged first.
+                # Clusters span the whole window: the plausibility of all of it is evaluated first.
                 for _ in steps:
                     continue
-                taken = RowSelection(np.arange(begin, end), run.rows, run.result)
-                left = self._shared.update(shares, taken, self._model, self._pool)
-                quiet = self._pool.bias_excluded(run.rows.slot[left])
-                self._stepper.step_some(run.rows, run.result, left, quiet, self._model)
+                selection = RowSelection(np.arange(begin, end), run.rows, run.result)
+                left = self._shared.update(shares, selection, self._model, self._pool)
+                excluded = self._pool.bias_excluded(run.rows.slot[left])
+                self._stepper.step_some(run.rows, run.result, left, excluded, self._model)
             if needs_window:
                 self._association.update_lifecycles(window, run.result, self._pool, run.confirmed)
             self._health.gather(
@@ -295,18 +296,18 @@ class Engine:
         return ended
 
     def _enter_steps(self, time_s: Floats, first: int, last: int) -> Iterator[tuple[int, int]]:
-        """Walk through the rows of one epoch step by step; the biases drift from each to the next.
+        """Yield the rows of one epoch step by step, with bias drift from each step to the next.
 
-        Steps are numbered from the beginning of time, as epochs are; a power of two of them to an
-        epoch makes their bounds exact.
+        Steps are numbered from time zero, as epochs are. The number of steps in an epoch is a power
+        of two, so that their bounds are exact.
         """
         steps = np.floor(time_s[first:last] / self._settings.epoch_s * self._steps).astype(np.int64)
         cuts = [0, *(np.flatnonzero(np.diff(steps)) + 1).tolist(), last - first]
         for begin, end in itertools.pairwise(cuts):
             start_s = int(steps[begin]) * self._settings.epoch_s / self._steps
-            if start_s > self._biases.walked_s:
+            if start_s > self._biases.drifted_s:
                 self._biases.merge(self._pool)
-                self._biases.walk(start_s, self._pool)
+                self._biases.drift(start_s, self._pool)
             yield first + begin, first + end
 
     def _prepare(self, batch: MeasurementBatch) -> tuple[Rows, Result, NDArray[np.int64]]:
@@ -336,34 +337,34 @@ class Engine:
         self, shown: MeasurementBatch, run: Run
     ) -> tuple[TrackUpdates, TrackTransitions, TrackPlots, Floats, NDArray[np.int64]]:
         batch, result, identities = run.batch, run.result, run.identities
-        taken = np.flatnonzero(result.outcome <= RESTARTED)
-        described = np.empty((len(taken), 6))
-        describe(taken, result.readout, self._biases.model.plane, described)
-        # An estimate beyond the edge of the Earth has no latitude: nothing is told of it.
-        told = np.isfinite(described).all(axis=1)
+        accepted = np.flatnonzero(result.outcome <= RESTARTED)
+        described = np.empty((len(accepted), 6))
+        describe(accepted, result.readout, self._biases.model.plane, described)
+        # An estimate beyond the edge of the system plane has no latitude: it is not published.
+        located = np.isfinite(described).all(axis=1)
         outcomes = result.outcome.copy()
-        outcomes[taken[~told]] = Outcome.UNLOCATABLE
-        taken, described = taken[told], described[told]
+        outcomes[accepted[~located]] = Outcome.UNLOCATABLE
+        accepted, described = accepted[located], described[located]
         by_sensor = np.zeros((len(self._sensors), len(Outcome)), np.int64)
         np.add.at(by_sensor, (batch.sensor, outcomes), 1)
         self._outcomes.update({one.name: int(by_sensor[:, one].sum()) for one in Outcome})
         first = self._sequence + 1
-        self._sequence += len(taken)
-        confirmed = result.readout[taken, READOUT_UPDATES] >= self._settings.confirm_updates
-        judged = run.confirmed[taken]
-        confirmed = np.where(judged < 0, confirmed, judged > 0)
-        judged_updates = Updated(
-            taken, identities.slot, identities.track_id, result.outcome, run.confirmed,
+        self._sequence += len(accepted)
+        confirmed = result.readout[accepted, READOUT_UPDATES] >= self._settings.confirm_updates
+        decided = run.confirmed[accepted]
+        confirmed = np.where(decided < 0, confirmed, decided > 0)
+        updated = Updated(
+            accepted, identities.slot, identities.track_id, result.outcome, run.confirmed,
             batch.time_s, confirmed.astype(np.int64),
         )  # fmt: skip
         slots = len(self._pool.roster.track_id)
-        transitions = self._transitions.update(judged_updates, slots)
+        transitions = self._transitions.update(updated, slots)
         updates = track_updates(
-            shown, run, Described(taken, described, confirmed, first), self._settings.hidden_fields,
-            keeps_modes=self._filter.keeps_modes,
+            shown, run, Described(accepted, described, confirmed, first),
+            self._settings.hidden_fields, keeps_modes=self._filter.keeps_modes,
         )  # fmt: skip
-        plots = TrackPlots(updates.track_id, shown.select(taken))
-        return updates, transitions, plots, result.readout[taken][:, _SPREAD], by_sensor
+        plots = TrackPlots(updates.track_id, shown.select(accepted))
+        return updates, transitions, plots, result.readout[accepted][:, _SPREAD], by_sensor
 
     def _close_epoch(self) -> "_Closed":
         if self._epoch is None or not self._epoch_open:
@@ -373,14 +374,14 @@ class Engine:
         end_s = (self._epoch + 1) * self._settings.epoch_s
         health = self._health.close(self._epoch, end_s, self._biases.state, self._pool)
         if health.jumped >= 0:
-            self._biases.open(health.jumped, self._pool)
+            self._biases.reset_offsets(health.jumped, self._pool)
         if self._pictures is not None:
             self._pictures.append(Picture(self._last_s, self.tracks()))
         samples = self._samples(self._epoch, end_s)
         return _Closed(self._biases.records(self._epoch, end_s), health.records, samples)
 
     def _samples(self, epoch: int, end_s: float) -> tuple[StateSample, ...]:
-        # An epoch that a flush has closed may close again.
+        # An epoch closed by a flush may close again.
         wanted = self._sampling is not Sampling.NONE and epoch > self._sampled
         if not wanted or not is_due(epoch, self._settings.epoch_s):
             return ()
@@ -395,23 +396,23 @@ class Engine:
         named = self._pool.aircraft.updates[slots] >= self._settings.confirm_updates
         return np.asarray(np.where(stage == BY_IDENTITY, named, stage == STAGE_CONFIRMED))
 
-    def _taken_pictures(self) -> tuple[Picture, ...]:
-        taken, self._pictures = self._pictures, None if self._pictures is None else []
-        return tuple(taken or ())
+    def _pop_pictures(self) -> tuple[Picture, ...]:
+        pictures, self._pictures = self._pictures, None if self._pictures is None else []
+        return tuple(pictures or ())
 
     def _open_epoch(self, opened: int, row: int) -> EndedTracks:
-        """End the tracks that are too old by then, and let the biases drift until then."""
+        """Drop the tracks without recent updates, and drift the biases up to the epoch."""
         start_s = opened * self._settings.epoch_s
         old = self._pool.silent(start_s - self._settings.drop_after_s)
         ends = self._pool.terminate(old, np.where(self._confirmed(old), SILENT, UNCONFIRMED))
-        ended = self._end(row, start_s, ends)
+        ended = self._terminate(row, start_s, ends)
         self._transitions.check_coasting(row, start_s)
-        self._biases.walk(start_s, self._pool)
+        self._biases.drift(start_s, self._pool)
         self._steps = self._biases.steps(self._settings.epoch_s)
         return ended
 
-    def _end(self, row: int, time_s: float, ends: TerminatedTracks) -> EndedTracks:
-        """Note that tracks ended before a row."""
+    def _terminate(self, row: int, time_s: float, ends: TerminatedTracks) -> EndedTracks:
+        """Record tracks terminated before a row."""
         self._transitions.terminate(row, time_s, ends)
         return EndedTracks(
             track_id=ends.track_id,
@@ -422,13 +423,13 @@ class Engine:
 
 
 class _Closed(NamedTuple):
-    # What the end of an epoch tells.
+    # Output at the end of an epoch.
     biases: BiasRecords
     health: HealthRecords
     samples: tuple[StateSample, ...]
 
 
-def _told(run: Run, first: int, last: int) -> PlausibilityWindow:
+def _plausibility_window(run: Run, first: int, last: int) -> PlausibilityWindow:
     return PlausibilityWindow(
         run.rows, run.identities, run.batch.mode_s_address, run.flagged, first, last
     )
@@ -437,14 +438,14 @@ def _told(run: Run, first: int, last: int) -> PlausibilityWindow:
 def _plane_for(sensors: SensorTable) -> SystemPlane:
     if np.isnan(sensors.latitude_rad).all():
         raise ConfigurationError(
-            "expected at least one sensor with a position, there is none: give one latitude_deg "
-            "and longitude_deg in the sensors file (for ADS-B alone, the middle of the area)"
+            "no sensor has a position; set latitude_deg and longitude_deg of at least one in the "
+            "sensors file (for ADS-B alone, the centre of the area)"
         )
     return SystemPlane.for_sensors(sensors.latitude_rad, sensors.longitude_rad)
 
 
 def _require_clocks_within(sensors: SensorTable, horizon_s: float) -> None:
-    # Time stamps are put right before measurements are put in order.
+    # Time stamps are corrected before measurements are reordered.
     apart_s = float(np.ptp(sensors.known_bias[:, PARAMETER_TIME_OFFSET]))
     if apart_s > horizon_s:
         raise ConfigurationError(
@@ -453,7 +454,7 @@ def _require_clocks_within(sensors: SensorTable, horizon_s: float) -> None:
         )
 
 
-# Columns of a readout that tell where a track lies in the plane, and how well.
+# Columns of a readout with the position of a track in the plane, and its covariance.
 _SPREAD = np.array([0, 1, 4, 5, 6])
 
 _EMPTY = EngineOutput(

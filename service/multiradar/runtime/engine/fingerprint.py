@@ -1,4 +1,4 @@
-"""A fingerprint of what the output depends on, beside the measurements."""
+"""A fingerprint of all that the output depends on, apart from the measurements."""
 
 import hashlib
 from dataclasses import asdict, fields
@@ -10,8 +10,8 @@ from multiradar.runtime.admission.admission import FORWARD_JUMP_MAX_S
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_compiled.kernels import compilation_target
 
-#: Number of the rules by which measurements become output, beside the settings; raised whenever a
-#: change of the program changes the bytes that a journal plays to.
+#: Version of the processing rules; incremented whenever a change of the program changes the output
+#: of a journal's replay.
 OUTPUT_RULES = 9
 
 
@@ -22,9 +22,9 @@ def configuration_fingerprint(
 ) -> str:
     """Return the SHA-256 of sensors, settings, rules and the processor.
 
-    A journal that was begun with one configuration cannot go on with another: its replay would give
-    other tracks than those that were told before. That holds for the kind of processor as well, on
-    which the last bits depend (`multiradar_compiled.kernels.compilation_target`).
+    A journal started with one configuration cannot continue with another: its replay would not
+    reproduce the tracks published before. This includes the kind of processor, on which the last
+    bits depend (`multiradar_compiled.kernels.compilation_target`).
 
     Parameters
     ----------
@@ -48,9 +48,9 @@ def configuration_fingerprint(
     whole.update(f";aliases={sensors.aliases!r}".encode())
     for field in fields(sensors):
         value = getattr(sensors, field.name)
-        # What earlier versions did not know of counts where it says something.
-        silent = field.name in LATER_FIELDS and not np.nan_to_num(value).any()
-        if not silent and isinstance(value, np.ndarray):
+        # Fields added by later versions are included only where they are set.
+        unset = field.name in LATER_FIELDS and not np.nan_to_num(value).any()
+        if not unset and isinstance(value, np.ndarray):
             little = value.astype(value.dtype.newbyteorder("<"))
             whole.update(f";{field.name}:{little.dtype.str}:".encode() + little.tobytes())
     return whole.hexdigest()

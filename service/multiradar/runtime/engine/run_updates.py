@@ -1,4 +1,4 @@
-"""What a run of measurements said of tracks, as rows of their updates."""
+"""Track updates of a run of measurements."""
 
 from collections.abc import Collection
 from typing import NamedTuple
@@ -19,24 +19,24 @@ from multiradar.tracking.roster import RowIdentities
 
 
 class Run(NamedTuple):
-    """The rows of one release, and what is found out about them.
+    """The rows of one release of the reorder buffer, and their results.
 
     Attributes
     ----------
     batch : MeasurementBatch
-        The measurements, without what is hidden from the tracker.
+        The measurements, without the fields hidden from the tracker.
     codes : (n,) int64
         Their Mode 3/A codes.
     rows : Rows
-        The same as the filters take them.
+        The same as input of the filters.
     result : Result
-        What the filter made of them.
+        Results of the filter.
     identities : RowIdentities
-        Whose they are.
+        Track and identity of each.
     confirmed : (n,) int64
-        Whether the track is confirmed, -1 where its number of updates decides.
+        Whether the track is confirmed, -1 where the number of updates decides.
     flagged : (n,) int64
-        Whether the reports of the aircraft are implausible.
+        Whether the ADS-B reports of the track are implausible.
     """
 
     batch: MeasurementBatch
@@ -49,22 +49,22 @@ class Run(NamedTuple):
 
 
 class Described(NamedTuple):
-    """The rows of a run that are told of.
+    """The rows of a run that update a track.
 
     Attributes
     ----------
-    taken : (m,) int64
-        Which rows.
+    updated : (m,) int64
+        Row numbers.
     described : (m, 6) float64
-        Latitude, longitude, speed, heading, sigma of position and of velocity, as
-        `tracking._kernels.describe` gives them.
+        Latitude, longitude, speed, heading, sigma of position and of velocity from
+        `tracking._kernels.describe`.
     confirmed : (m,) bool
         Whether the track is confirmed.
     first : int
         Number of the first update.
     """
 
-    taken: NDArray[np.intp]
+    updated: NDArray[np.intp]
     described: NDArray[np.float64]
     confirmed: NDArray[np.bool_]
     first: int
@@ -73,7 +73,7 @@ class Described(NamedTuple):
 def track_updates(
     shown: MeasurementBatch,
     run: Run,
-    told: Described,
+    accepted: Described,
     hidden_fields: Collection[str],
     *,
     keeps_modes: bool,
@@ -83,39 +83,39 @@ def track_updates(
     Parameters
     ----------
     shown : MeasurementBatch
-        The measurements as they came.
+        The measurements as received.
     run : Run
-        The same without what is hidden, and what became of them.
-    told : Described
-        The rows that are told of.
+        The same without hidden fields, and their results.
+    accepted : Described
+        The rows that update a track.
     hidden_fields : collection of str
-        What is told as it was measured, since the tracker did not see it.
+        Fields published as measured, because they are hidden from the tracker.
     keeps_modes : bool
         Whether the filter has modes of motion.
 
     Returns
     -------
     TrackUpdates
-        One row for each row that is told of.
+        One row for each row of `accepted`.
     """
     batch, result, identities = run.batch, run.result, run.identities
-    taken, described, confirmed, first = told
-    height_m = result.readout[taken, READOUT_HEIGHT]
-    chances = result.readout[taken, READOUT_MODES : READOUT_MODES + 3]
+    updated, described, confirmed, first = accepted
+    height_m = result.readout[updated, READOUT_HEIGHT]
+    modes = result.readout[updated, READOUT_MODES : READOUT_MODES + 3]
     if not keeps_modes:
-        chances = np.full_like(chances, np.nan)
+        modes = np.full_like(modes, np.nan)
     known = {
         name: getattr(shown if name in hidden_fields else identities, name)
         for name in ("track_number", "mode_s_address", "mode_3a", "callsign")
     }
     return TrackUpdates(
-        sequence=np.arange(first, first + len(taken), dtype=np.int64),
-        time_s=batch.time_s[taken],
-        track_id=identities.track_id[taken],
-        sensor=batch.sensor[taken],
-        track_number=known["track_number"][taken],
-        mode_s_address=known["mode_s_address"][taken],
-        mode_3a=known["mode_3a"][taken].astype(np.int32),
+        sequence=np.arange(first, first + len(updated), dtype=np.int64),
+        time_s=batch.time_s[updated],
+        track_id=identities.track_id[updated],
+        sensor=batch.sensor[updated],
+        track_number=known["track_number"][updated],
+        mode_s_address=known["mode_s_address"][updated],
+        mode_3a=known["mode_3a"][updated].astype(np.int32),
         latitude_rad=described[:, 0],
         longitude_rad=described[:, 1],
         height_m=height_m,
@@ -124,13 +124,13 @@ def track_updates(
         position_sigma_m=described[:, 4],
         velocity_sigma_mps=described[:, 5],
         state=np.where(confirmed, STATE_CONFIRMED, STATE_TENTATIVE).astype(np.int8),
-        turn_right_probability=chances[:, 0],
-        turn_left_probability=chances[:, 1],
-        speed_change_probability=chances[:, 2],
-        vertical_rate_mps=result.readout[taken, READOUT_RATE],
+        turn_right_probability=modes[:, 0],
+        turn_left_probability=modes[:, 1],
+        speed_change_probability=modes[:, 2],
+        vertical_rate_mps=result.readout[updated, READOUT_RATE],
         height_sigma_m=np.where(
-            np.isnan(height_m), np.nan, np.sqrt(result.readout[taken, READOUT_HEIGHT_VARIANCE])
+            np.isnan(height_m), np.nan, np.sqrt(result.readout[updated, READOUT_HEIGHT_VARIANCE])
         ),
-        adsb_implausible=run.flagged[taken] != 0,
-        callsign=known["callsign"][taken],
+        adsb_implausible=run.flagged[updated] != 0,
+        callsign=known["callsign"][updated],
     )

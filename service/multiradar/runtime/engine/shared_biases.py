@@ -1,4 +1,4 @@
-"""The biases as all aircraft of an engine share them: merged, walked on, published."""
+"""The sensor biases shared by all tracks of an engine: merge, drift, publication."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 
 
 class SharedBiases:
-    """The published biases of an engine, and what its partitions have said of them since.
+    """The published biases of an engine, and the information gathered since.
 
     Parameters
     ----------
@@ -29,20 +29,20 @@ class SharedBiases:
     settings : TrackingSettings
         Settings of the tracker.
     definition : FilterDefinition
-        Decides how measurements are merged.
+        Determines how measurements are merged.
     plane : SystemPlane
         The system plane.
 
     Attributes
     ----------
     model : Model
-        What all aircraft share, the published biases in it.
+        The model shared by all tracks, with the published biases.
     information : (p, c, c) float64
-        What each partition said of the biases since they were merged; steps add to it.
+        Bias information of each partition since the last merge; steps add to it.
     vector : (p, c) float64
         Its information vector.
     walked_s : float
-        Data time up to which the biases have walked.
+        Data time up to which the biases have drifted.
     """
 
     def __init__(
@@ -53,84 +53,86 @@ class SharedBiases:
         plane: SystemPlane,
     ) -> None:
         self._sensors, self._filter = sensors, definition
-        self._book = BiasEstimator(sensors, definition)
+        self._estimator = BiasEstimator(sensors, definition)
         columns = len(sensors.parameter_kind)
         self.information = np.zeros((PARTITIONS, columns, columns))
         self.vector = np.zeros((PARTITIONS, columns))
-        self.model: Model = filter_model(sensors, settings, plane, self._book.state)
-        self._began_s = self.walked_s = 0.0
+        self.model: Model = filter_model(sensors, settings, plane, self._estimator.state)
+        self._started_s = self.drifted_s = 0.0
 
     @property
     def state(self) -> BiasState:
-        """The biases as they are published."""
-        return self._book.state
+        """The published biases."""
+        return self._estimator.state
 
-    def begin(self, time_s: float) -> None:
-        """Say when the prior held: the begin of the first epoch."""
-        self._began_s = self.walked_s = time_s
+    def start(self, time_s: float) -> None:
+        """Set the time of the prior: the start of the first epoch."""
+        self._started_s = self.drifted_s = time_s
 
     def log(self, log: Floats, sensors: NDArray[np.int64]) -> None:
-        """Keep logged measurements, in canonical order, where the filter folds them."""
-        self._book.log(log, sensors)
+        """Log measurements, in canonical order, where the filter folds them."""
+        self._estimator.log(log, sensors)
 
-    def unheard(self, result: Result) -> Result:
-        """Return a result that shares all with another but the sums about the biases."""
+    def without_bias_sums(self, result: Result) -> Result:
+        """Return a view of a result with separate, discarded sums for the biases."""
         return result._replace(
             information=np.zeros_like(self.information), vector=np.zeros_like(self.vector)
         )
 
     def merge(self, pool: AircraftPool) -> None:
-        """Merge what was measured into the biases, and publish them."""
+        """Merge the gathered information into the biases, and publish them."""
         if self._filter.corrects_biases:
-            self._book.set_state(self.model.bias, self.model.bias_covariance)
+            self._estimator.set_state(self.model.bias, self.model.bias_covariance)
         else:
             self._filter.close(
                 pool.bias_contributors(), self.model, pool.aircraft, self.information, self.vector
             )
-            self._book.merge(self.information, self.vector)
+            self._estimator.merge(self.information, self.vector)
         if self._filter.stacks_plots:
-            # What unheeded aircraft kept must not wait for a later epoch.
+            # Plots retained by tracks that do not contribute must not wait for a later epoch.
             pool.aircraft.recent[:, :, RECENT_TIME] = np.nan
         self.information[:] = 0.0
         self.vector[:] = 0.0
         self._publish()
 
-    def walk(self, until_s: float, pool: AircraftPool) -> None:
-        """Let the biases walk until a time, and publish them."""
-        if until_s > self.walked_s and self._book.drift(until_s - self.walked_s, pool.aircraft):
+    def drift(self, until_s: float, pool: AircraftPool) -> None:
+        """Drift the biases up to a time, and publish them."""
+        if until_s > self.drifted_s and self._estimator.drift(
+            until_s - self.drifted_s, pool.aircraft
+        ):
             self._publish()
-        self.walked_s = until_s
+        self.drifted_s = until_s
 
-    def open(self, sensor: int, pool: AircraftPool) -> None:
-        """Let the offsets of a sensor be found anew, and publish how uncertain they are."""
-        if self._book.reset_offsets(sensor, pool.aircraft):
+    def reset_offsets(self, sensor: int, pool: AircraftPool) -> None:
+        """Reset the offsets of a sensor to their prior uncertainty, and publish them."""
+        if self._estimator.reset_offsets(sensor, pool.aircraft):
             self._publish()
 
     def steps(self, epoch_s: float) -> int:
-        """Return into how many steps the epoch that begins is divided."""
+        """Return the number of steps of the next epoch."""
         if self._filter.stacks_plots:  # Its stacks are of a whole epoch.
             return 1
-        return drift_steps(self._book.state, self._sensors.drift, epoch_s)
+        return drift_steps(self._estimator.state, self._sensors.drift, epoch_s)
 
     def records(self, epoch: int, end_s: float) -> BiasRecords:
-        """Return what is said of the biases at the end of an epoch."""
-        state, count = self._book.state, len(self._sensors.parameter_kind)
-        # The walk since the last measurements included.
-        walked = self._sensors.drift**2 * max(end_s - self.walked_s, 0.0)
+        """Return the bias estimates at the end of an epoch."""
+        state, count = self._estimator.state, len(self._sensors.parameter_kind)
+        # Includes the drift since the last measurements.
+        drifted = self._sensors.drift**2 * max(end_s - self.drifted_s, 0.0)
         return BiasRecords(
             epoch=np.full(count, epoch, np.int64),
             time_s=np.full(count, end_s),
             sensor=self._sensors.parameter_sensor,
             parameter=self._sensors.parameter_kind,
             estimate=state.estimate,
-            sigma=np.sqrt(np.diagonal(state.covariance) + walked),
+            sigma=np.sqrt(np.diagonal(state.covariance) + drifted),
         )
 
-    def untold(self) -> tuple[UnobservableBias, ...]:
-        """Return the combinations of biases that the measurements so far have told nothing of."""
+    def unobservable_biases(self) -> tuple[UnobservableBias, ...]:
+        """Return the combinations of biases that are not observable so far."""
         return unobservable_combinations(
-            self._sensors, self._book.state.covariance, self.walked_s - self._began_s
+            self._sensors, self._estimator.state.covariance, self.drifted_s - self._started_s
         )
 
     def _publish(self) -> None:
-        self.model = with_biases(self.model, self._book.state)
+        self.model = with_biases(self.model, self._estimator.state)

@@ -1,4 +1,4 @@
-"""The filter's step for rows of many aircraft, on one thread or several."""
+"""The filter step for rows of many tracks, on one thread or several."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -10,22 +10,22 @@ from multiradar.estimation.filters.bank import FilterDefinition
 from multiradar.runtime.engine.shared_biases import SharedBiases
 from multiradar.tracking.pool import PARTITIONS, AircraftPool
 
-#: Fewer rows than this are not worth waking other workers for.
+#: Fewer rows than this are processed by one thread.
 PARALLEL_ROWS_MIN = 512
 WORKERS_MAX = PARTITIONS
 
 
 class Stepper:
-    """Steps the aircraft of a pool; the output does not depend on the number of workers.
+    """Updates the tracks of a pool; the output does not depend on the number of workers.
 
     Parameters
     ----------
     chosen : FilterDefinition
         The filter.
     pool : AircraftPool
-        The aircraft, by partition.
+        The tracks, by partition.
     biases : SharedBiases
-        The biases to which the aircraft contribute.
+        The biases to which the tracks contribute.
     workers : int
         Threads, 1 to `WORKERS_MAX`.
     """
@@ -38,33 +38,33 @@ class Stepper:
         self._executor = ThreadPoolExecutor(workers, "step") if workers > 1 else None
 
     def step(self, rows: Rows, result: Result, cut: tuple[int, int], model: Model) -> None:
-        """Filter the rows of a cut; those of quiet tracks do not speak about the biases."""
+        """Filter rows; excluded tracks do not contribute to the bias estimate."""
         first, last = cut
         every = np.arange(first, last)
-        quiet = self._pool.bias_excluded(rows.slot[first:last])
-        if not quiet.any() or self._filter.corrects_biases:
+        excluded = self._pool.bias_excluded(rows.slot[first:last])
+        if not excluded.any() or self._filter.corrects_biases:
             self._step_rows(rows, result, every, model)
             self._biases.log(result.log[first:last], rows.sensor[first:last])
             return
-        self.step_some(rows, result, every, quiet, model)
+        self.step_some(rows, result, every, excluded, model)
 
     def step_some(
         self,
         rows: Rows,
         result: Result,
         which: NDArray[np.int64],
-        quiet: NDArray[np.bool_],
+        excluded: NDArray[np.bool_],
         model: Model,
     ) -> None:
-        """Filter some rows, of which those marked as quiet do not speak about the biases."""
-        loud = which[~quiet]
-        self._step_rows(rows, result, loud, model)
+        """Filter some rows; those marked as excluded do not contribute to the bias estimate."""
+        contributing = which[~excluded]
+        self._step_rows(rows, result, contributing, model)
         if len(result.log):
-            self._biases.log(result.log[loud], rows.sensor[loud])
-        self._step_rows(rows, self._biases.unheard(result), which[quiet], model)
+            self._biases.log(result.log[contributing], rows.sensor[contributing])
+        self._step_rows(rows, self._biases.without_bias_sums(result), which[excluded], model)
 
     def close(self) -> None:
-        """Let the threads go."""
+        """Stop the threads."""
         if self._executor is not None:
             self._executor.shutdown()
 
@@ -76,13 +76,13 @@ class Stepper:
         if self._executor is None or len(which) < PARALLEL_ROWS_MIN or len(used) == 1:
             step(work, rows, model, aircraft, result, want_readout=True)
             return
-        shares = [
+        parts = [
             Work(used[worker :: self._workers].copy(), work.bounds, work.order)
             for worker in range(self._workers)
         ]
         tasks = [
-            self._executor.submit(step, share, rows, model, aircraft, result, want_readout=True)
-            for share in shares
+            self._executor.submit(step, part, rows, model, aircraft, result, want_readout=True)
+            for part in parts
         ]
         for task in tasks:
             task.result()

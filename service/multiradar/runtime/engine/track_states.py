@@ -1,4 +1,4 @@
-"""The states of live tracks as the filter knows them, the uncertainty of the biases included."""
+"""The filter states of live tracks, with the uncertainty of the biases."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,18 +20,18 @@ def track_states(
     Parameters
     ----------
     pool : AircraftPool
-        Where they live.
+        The pool of tracks.
     slots : (n,) int
-        Which of them; they have started.
+        Their slots; initiated tracks only.
     used : FilterDefinition
         The filter.
     biases : SharedBiases
-        What is published of the biases.
+        The published biases.
 
     Returns
     -------
     TrackStates
-        One for each slot, in their order.
+        One for each slot, in the same order.
     """
     aircraft = pool.aircraft
     covariance = np.empty((len(slots), 4, 4))
@@ -62,12 +62,12 @@ def track_states(
 def sampled(
     pool: AircraftPool, confirmed: NDArray[np.bool_], epoch: int, end_s: float, sampling: Sampling
 ) -> NDArray[np.intp]:
-    """Return the slots of the tracks that are in a sample, by ascending identifier.
+    """Return the slots of the tracks of a sample, by ascending identifier.
 
     Parameters
     ----------
     pool : AircraftPool
-        Where they live.
+        The pool of tracks.
     confirmed : (s,) bool
         Whether the track in each slot in use is confirmed.
     epoch : int
@@ -75,12 +75,12 @@ def sampled(
     end_s : float
         Data time of its end, s.
     sampling : Sampling
-        All of them, or those that are drawn.
+        All tracks, or randomly drawn ones.
 
     Returns
     -------
     (n,) int
-        Confirmed tracks that were updated since the sample before.
+        Confirmed tracks updated since the previous sample.
     """
     slots = pool.used()
     slots = slots[confirmed & (pool.aircraft.time[slots] >= end_s - SAMPLE_EVERY_S)]

@@ -1,4 +1,4 @@
-"""What the live pipeline asks of the estimation engine."""
+"""Interface of the estimation engine to the live pipeline."""
 
 from typing import Protocol
 
@@ -10,8 +10,7 @@ from multiradar.tracking.outputs import EngineOutput, TrackStates
 class TrackingEngine(Protocol):
     """Estimates tracks and biases; owned by one thread at a time.
 
-    Its output is a function of the sequence of measurements alone, however they are cut into
-    batches.
+    Its output depends only on the sequence of measurements, not on the batches.
     """
 
     @property
@@ -21,20 +20,20 @@ class TrackingEngine(Protocol):
 
     @property
     def counts(self) -> dict[str, int]:
-        """What became of the measurements so far, by outcome."""
+        """Measurements so far by outcome."""
         ...
 
     @property
     def waiting_from(self) -> int:
-        """Place, by arrival from 0, of the first measurement that the output may still speak of."""
+        """Number, by arrival from 0, of the first measurement that later output may refer to."""
         ...
 
     def push(self, batch: MeasurementBatch) -> EngineOutput:
-        """Take admitted measurements, in the order of their arrival."""
+        """Process admitted measurements, in the order of arrival."""
         ...
 
     def flush(self) -> EngineOutput:
-        """Release what waits to be put in order and close the epoch: the end of a stream."""
+        """Empty the reorder buffer and close the epoch: the end of a stream."""
         ...
 
     def tracks(self) -> TrackStates:
@@ -42,5 +41,5 @@ class TrackingEngine(Protocol):
         ...
 
     def close(self) -> None:
-        """Let threads and memory go."""
+        """Release threads and memory."""
         ...

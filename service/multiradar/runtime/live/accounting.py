@@ -1,4 +1,4 @@
-"""Everything that was read is accounted for: read = accepted + duplicate + rejected."""
+"""Row accounting: read = accepted + duplicate + rejected."""
 
 from dataclasses import dataclass
 
@@ -7,9 +7,9 @@ from multiradar.errors import PipelineError
 
 @dataclass(slots=True)
 class Accounting:
-    """Rows by what became of them; owned by the writer of the journal, read by anyone.
+    """Rows by outcome; written by the journal writer, read by any thread.
 
-    `accepted` and `rejected` come from the journal and survive a restart; `duplicate` counts since
+    `accepted` and `rejected` come from the journal and survive a restart; `duplicate` counts from
     the start.
     """
 
@@ -19,19 +19,19 @@ class Accounting:
     rejected: int = 0
 
     def resume(self, accepted: int, rejected: int) -> None:
-        """Begin with what the journal holds."""
+        """Start with the counts of the journal."""
         self.read = accepted + rejected
         self.accepted = accepted
         self.duplicate = 0
         self.rejected = rejected
 
     def check(self) -> None:
-        """Compare both sides.
+        """Check the balance.
 
         Raises
         ------
         PipelineError
-            If a row is missing, or counted twice: our own mistake, and no reason to go on.
+            If a row is missing or counted twice: a bug in multiradar.
         """
         if self.read != self.accepted + self.duplicate + self.rejected:
             raise PipelineError(

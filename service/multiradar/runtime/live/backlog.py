@@ -1,4 +1,4 @@
-"""The bounded queue between the journal and the engine: entries on disk that wait their turn."""
+"""The bounded queue of journal entries between the journal and the engine."""
 
 import threading
 from collections import deque
@@ -16,15 +16,15 @@ class Journalled:
     Attributes
     ----------
     sequence : int
-        Place in the journal.
+        Number in the journal.
     kind : EntryKind
         Measurements, or the end of a stream.
     batch : MeasurementBatch
         The accepted measurements, in the order of their arrival.
     source : str
-        Who sent them.
+        Their sender.
     rejects : tuple of RejectedRow
-        The rows of the same message that were refused.
+        The rejected rows of the same message.
     """
 
     sequence: int
@@ -35,27 +35,27 @@ class Journalled:
 
 
 def grouped(waiting: deque[Journalled], rows_max: int) -> list[Journalled]:
-    """Take from the left what goes to the engine in one call: batches, or one end of a stream."""
-    taken = [waiting.popleft()]
-    rows = len(taken[0].batch)
+    """Pop the entries for one call of the engine: batches, or one end of a stream."""
+    popped = [waiting.popleft()]
+    rows = len(popped[0].batch)
     while (
         waiting
-        and taken[-1].kind is EntryKind.BATCH
+        and popped[-1].kind is EntryKind.BATCH
         and waiting[0].kind is EntryKind.BATCH
         and rows + len(waiting[0].batch) <= rows_max
     ):
         rows += len(waiting[0].batch)
-        taken.append(waiting.popleft())
-    return taken
+        popped.append(waiting.popleft())
+    return popped
 
 
 class Backlog:
-    """Journalled entries that wait for the engine; the writer waits when they are too many.
+    """Journalled entries queued for the engine; the writer blocks when the queue is full.
 
     Parameters
     ----------
     rows_max : int
-        Measurements that may wait; a larger entry enters an empty backlog.
+        Maximum queued measurements; a larger entry is accepted when the queue is empty.
     """
 
     def __init__(self, rows_max: int) -> None:
@@ -68,17 +68,17 @@ class Backlog:
 
     @property
     def rows(self) -> int:
-        """Measurements that wait."""
+        """Queued measurements."""
         return self._rows
 
     def put(self, entries: list[Journalled]) -> None:
-        """Add entries, waiting for room.
+        """Add entries; block while the queue is full.
 
         Raises
         ------
         PipelineError
-            If the engine has stopped. The entries are in the journal and will be processed after
-            the next start.
+            If the engine has stopped. The entries are in the journal and are processed after the
+            next start.
         """
         for entry in entries:
             with self._changed:
@@ -87,31 +87,31 @@ class Backlog:
                         break
                     self._changed.wait()
                 if self._broken:
-                    raise PipelineError("the engine has stopped")
+                    raise PipelineError("the engine has stopped; see the log")
                 self._waiting.append(entry)
                 self._rows += len(entry.batch)
                 self._changed.notify_all()
 
-    def take(self, rows_max: int) -> list[Journalled]:
-        """Wait for entries and return those that go together; empty when closed and drained."""
+    def pop(self, rows_max: int) -> list[Journalled]:
+        """Wait for entries and return those of one call; empty when closed and drained."""
         with self._changed:
             while not self._waiting and not self._closed:
                 self._changed.wait()
             if not self._waiting:
                 return []
-            taken = grouped(self._waiting, rows_max)
-            self._rows -= sum(len(entry.batch) for entry in taken)
+            popped = grouped(self._waiting, rows_max)
+            self._rows -= sum(len(entry.batch) for entry in popped)
             self._changed.notify_all()
-            return taken
+            return popped
 
     def close(self) -> None:
-        """Add nothing more; what waits can still be taken out."""
+        """Accept no more entries; queued ones can still be popped."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
 
     def abandon(self) -> None:
-        """Drop what waits and refuse more: the engine has stopped."""
+        """Discard queued entries and reject further ones: the engine has stopped."""
         with self._changed:
             self._broken = self._closed = True
             self._waiting.clear()

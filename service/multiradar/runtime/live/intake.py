@@ -17,7 +17,7 @@ from multiradar.storage.entries import EntryKind, RejectedRow
 
 @dataclass(frozen=True, slots=True)
 class Submission:
-    """A message that waits for the journal.
+    """A message queued for the journal.
 
     Attributes
     ----------
@@ -26,13 +26,13 @@ class Submission:
     frame : DataFrame
         The rows, columns of `MEASUREMENT_SCHEMA` and perhaps `index`.
     source : str
-        Who sent it.
+        Its sender.
     idempotency_key : str or None
         The sender's name for the message.
     rejected : sequence of RejectedRow
-        Rows that the edge refused.
+        Rows rejected at the interface.
     latest_s : float
-        Measurements later than this are from the future, s.
+        Measurements later than this are in the future, s.
     future : Future of Receipt
         Resolved when the message is in the journal.
     """
@@ -47,12 +47,12 @@ class Submission:
 
     @property
     def rows(self) -> int:
-        """Rows of the message, refused ones included."""
+        """Rows of the message, including rejected ones."""
         return len(self.frame) + len(self.rejected)
 
 
 class Intake:
-    """A queue with a bound on messages and on rows; full means: come back later.
+    """A queue with a bound on messages and on rows.
 
     Parameters
     ----------
@@ -64,17 +64,17 @@ class Intake:
         self._limits = limits
         self._waiting: deque[Submission] = deque()
         self._rows = 0
-        self._refusal: MultiradarError | None = None
+        self._closed_with: MultiradarError | None = None
         self._changed = threading.Condition()
 
     @property
     def batches(self) -> int:
-        """Messages that wait."""
+        """Queued messages."""
         return len(self._waiting)
 
     @property
     def rows(self) -> int:
-        """Rows that wait."""
+        """Queued rows."""
         return self._rows
 
     def put(self, submission: Submission) -> None:
@@ -83,14 +83,15 @@ class Intake:
         Raises
         ------
         QueueFullError
-            If a bound is reached. A message larger than the bound enters an empty queue.
+            If a bound is reached. A message larger than the bound is accepted when the queue is
+            empty.
         MultiradarError
-            If the queue was closed: the reason it was closed for.
+            If the queue is closed: the error it was closed with.
         """
         limits = self._limits
         with self._changed:
-            if self._refusal is not None:
-                raise self._refusal
+            if self._closed_with is not None:
+                raise self._closed_with
             full = len(self._waiting) >= limits.intake_batches_max or (
                 self._waiting and self._rows + submission.rows > limits.intake_rows_max
             )
@@ -100,18 +101,18 @@ class Intake:
             self._rows += submission.rows
             self._changed.notify()
 
-    def take(self, batches_max: int) -> list[Submission]:
+    def pop(self, batches_max: int) -> list[Submission]:
         """Wait for messages and return the oldest ones; empty when closed and drained."""
         with self._changed:
-            while not self._waiting and self._refusal is None:
+            while not self._waiting and self._closed_with is None:
                 self._changed.wait()
-            taken = [self._waiting.popleft() for _ in range(min(batches_max, len(self._waiting)))]
-            self._rows -= sum(submission.rows for submission in taken)
-            return taken
+            popped = [self._waiting.popleft() for _ in range(min(batches_max, len(self._waiting)))]
+            self._rows -= sum(submission.rows for submission in popped)
+            return popped
 
-    def close(self, refusal: MultiradarError | None = None) -> None:
-        """Take nothing more; what waits can still be taken out."""
+    def close(self, error: MultiradarError | None = None) -> None:
+        """Accept no more messages; queued ones can still be popped."""
         with self._changed:
-            if self._refusal is None:
-                self._refusal = refusal or PipelineError("the service is stopping")
+            if self._closed_with is None:
+                self._closed_with = error or PipelineError("the service is stopping")
             self._changed.notify_all()

@@ -1,7 +1,7 @@
-"""What is probably wrong with sensors while the service runs, from the last measurements.
+"""Diagnosis of sensors in the running service, from the last measurements.
 
-Measurements are retained from the start of a window of data time to its end; then a thread of its
-own diagnoses them, and the next window begins. Nothing waits for it, and no output depends on it.
+Measurements are gathered over a window of data time. At its end a separate thread diagnoses them,
+and the next window starts. No other thread waits for it, and no output depends on it.
 """
 
 import json
@@ -21,23 +21,23 @@ from multiradar.tracking.outputs import EngineOutput
 
 _log = logging.getLogger(__name__)
 
-#: A window ends when one of its sources spans so much data time, s, or has sent so many rows.
+#: A window ends when one of its sources spans this data time, s, or reaches `ROWS_MAX` rows.
 WINDOW_S = 60.0
-#: How often it is looked whether it has ended, s of the machine.
+#: Interval between checks for the end of the window, s of the machine.
 PERIOD_S = 5.0
-#: Without an aircraft in its coverage a radar sends nothing for longer than a window.
+#: Codes that need more than a window: a radar without aircraft in coverage sends nothing.
 _OF_LONGER_TIMES = ("no_measurements",)
 
 
 class LiveDiagnosis:
-    """Diagnoses what comes in; every method may be called from any thread.
+    """Diagnoses incoming measurements; every method may be called from any thread.
 
     Parameters
     ----------
     sensors : SensorTable
         The sensors.
     period_s : float
-        How often it is looked whether a window has ended, s.
+        Interval between checks for the end of a window, s.
     """
 
     def __init__(self, sensors: SensorTable, period_s: float = PERIOD_S) -> None:
@@ -50,18 +50,18 @@ class LiveDiagnosis:
         self._thread: threading.Thread | None = None
 
     def start(self) -> None:
-        """Diagnose from now on."""
+        """Start the thread."""
         self._thread = threading.Thread(target=self._run, name="diagnosis", daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
-        """End; may be called twice, and without a start."""
+        """Stop; may be called twice, and without a start."""
         self._stopping.set()
         if self._thread is not None:
             self._thread.join()
 
-    def read(self, frame: pl.DataFrame, rejects: Sequence[RejectedRow]) -> None:
-        """Take measurements as they came, and what was rejected of them."""
+    def record(self, frame: pl.DataFrame, rejects: Sequence[RejectedRow]) -> None:
+        """Record measurements as received, and their rejected rows."""
         if self._thread is None:
             return
         with self._lock:
@@ -71,26 +71,26 @@ class LiveDiagnosis:
                 self._evidence.reject(_sensor_of(row), row.code)
 
     def put(self, output: EngineOutput) -> None:
-        """Take what came out of the engine."""
+        """Record output of the engine."""
         if self._thread is None:
             return
         with self._lock:
             self._evidence.record_output(output)
 
     def restart(self) -> None:
-        """Hear that the engine begins again: what it puts out has been diagnosed."""
+        """Start over: the engine restarts, and its output has been diagnosed."""
         with self._lock:
             self._evidence = Evidence(self._sensors)
 
     def records(self) -> list[dict[str, str]]:
-        """Return what is probably wrong now."""
+        """Return the present findings."""
         return [one.document() for one in self._found]
 
     def of(self, sensor_id: str) -> list[dict[str, str]]:
-        """Return what is probably wrong with a sensor now."""
+        """Return the present findings about a sensor."""
         return [one for one in self.records() if one["sensor_id"] == sensor_id]
 
-    def look(self) -> bool:
+    def check(self) -> bool:
         """Diagnose if the window has ended; return whether it had."""
         with self._lock:
             evidence = self._evidence
@@ -108,9 +108,9 @@ class LiveDiagnosis:
     def _run(self) -> None:
         while not self._stopping.wait(self._period_s):
             try:
-                self.look()
+                self.check()
             except Exception as error:
-                # What the service is for goes on without a diagnosis.
+                # The service continues without a diagnosis.
                 _log.error("diagnosis failed", exc_info=error)
 
 
@@ -119,7 +119,7 @@ def _is_over(evidence: Evidence) -> bool:
     return any(one.last_s - one.first_s >= WINDOW_S or one.read >= ROWS_MAX for one in sources)
 
 
-# What was refused at the edge is text of the sender's: it may be anything.
+# A row rejected at the interface is arbitrary text of the sender.
 def _sensor_of(row: RejectedRow) -> str:
     try:
         raw: Any = json.loads(row.raw)

@@ -1,4 +1,4 @@
-"""The engine's output for one reader in a thread of its own, who is never waited for."""
+"""A queue of engine output for one reader in a separate thread; the engine never waits for it."""
 
 import math
 import threading
@@ -8,26 +8,26 @@ from typing import Protocol
 
 from multiradar.tracking.outputs import EngineOutput
 
-#: Updates that wait for a reader at most; all that wait are dropped when there are more.
+#: Maximum queued updates; when exceeded, the queue is discarded.
 ROWS_MAX = 262_144
 
 
 @dataclass(frozen=True, slots=True)
-class Fed:
-    """What a reader gets next.
+class FeedItem:
+    """An item of the queue.
 
     Attributes
     ----------
     output : EngineOutput, optional
         Output of the engine; None for a notice.
     lost : bool
-        Whether output before this was dropped.
+        Whether earlier output was discarded.
     restarted : bool
-        Whether the engine begins again: what it put out before comes once more.
+        Whether the engine restarts: its earlier output is repeated.
     caught_up : bool
-        Whether what follows is new: the journal was played.
+        Whether the following output is new: the journal has been replayed.
     reached_s : float
-        With `caught_up`, the greatest data time of what was put before it, s.
+        With `caught_up`, the greatest data time of earlier output, s.
     """
 
     output: EngineOutput | None = None
@@ -38,43 +38,43 @@ class Fed:
 
 
 class OutputReader(Protocol):
-    """Who is handed all output of the engine, in its thread."""
+    """Receives all output of the engine, in the engine's thread."""
 
     def put(self, output: EngineOutput) -> None:
-        """Take output."""
+        """Process output."""
         ...
 
     def restart(self) -> None:
-        """Hear that the engine begins again."""
+        """Start over: the engine restarts."""
         ...
 
 
 class OutputFeed:
-    """A bounded queue of output; any thread puts, one reads.
+    """A bounded queue of output with one reader; any thread may put.
 
     Parameters
     ----------
     rows_max : int
-        Updates that may wait.
+        Maximum queued updates.
     """
 
     def __init__(self, rows_max: int = ROWS_MAX) -> None:
         self._rows_max = rows_max
-        self._waiting: deque[Fed] = deque()
+        self._waiting: deque[FeedItem] = deque()
         self._rows = 0
         self._changed = threading.Condition()
         self._closed = False
         self._reached_s = -math.inf
-        #: Updates that were dropped.
+        #: Discarded updates.
         self.dropped = 0
 
     @property
     def rows(self) -> int:
-        """Updates that wait."""
+        """Queued updates."""
         return self._rows
 
     def put(self, output: EngineOutput) -> None:
-        """Add output; never waits. Of a closed feed nothing more is read, so nothing is kept."""
+        """Add output; never blocks. Ignored after `close`."""
         with self._changed:
             if self._closed:
                 return
@@ -83,28 +83,27 @@ class OutputFeed:
             if lost:
                 self._drop(output)
             else:
-                self._waiting.append(Fed(output))
+                self._waiting.append(FeedItem(output))
                 self._rows += len(output.updates)
             self._changed.notify()
 
     def restart(self) -> None:
-        """Say that the engine begins again."""
+        """Queue a notice that the engine restarts."""
         with self._changed:
-            # Nobody says twice that the journal was played: a reader that did not hear it would
-            # wait for it for ever.
+            # `caught_up` is sent once: a reader that missed it would wait for ever.
             kept = [fed for fed in self._waiting if fed.caught_up]
-            self._waiting = deque([*kept, Fed(restarted=True)])
+            self._waiting = deque([*kept, FeedItem(restarted=True)])
             self._rows = 0
             self._changed.notify()
 
     def catch_up(self) -> None:
-        """Say that what follows is new."""
+        """Queue a notice that the following output is new."""
         with self._changed:
-            self._waiting.append(Fed(caught_up=True, reached_s=self._reached_s))
+            self._waiting.append(FeedItem(caught_up=True, reached_s=self._reached_s))
             self._changed.notify()
 
-    def take(self) -> Fed | None:
-        """Wait for what is next; None when the feed is closed and empty."""
+    def pop(self) -> FeedItem | None:
+        """Wait for the next item; None when the feed is closed and empty."""
         with self._changed:
             self._changed.wait_for(lambda: self._waiting or self._closed)
             if not self._waiting:
@@ -115,14 +114,14 @@ class OutputFeed:
             return fed
 
     def close(self) -> None:
-        """Take nothing more; what waits can still be read."""
+        """Accept no more output; queued items can still be popped."""
         with self._changed:
             self._closed = True
             self._changed.notify()
 
     def _drop(self, output: EngineOutput) -> None:
         self.dropped += self._rows + len(output.updates)
-        # Notices stay: each of them ends what came before it. One of a loss is enough.
+        # Notices are kept: each separates output. One notice of a loss is sufficient.
         kept = [fed for fed in self._waiting if fed.output is None and not fed.lost]
-        self._waiting = deque([*kept, Fed(lost=True)])
+        self._waiting = deque([*kept, FeedItem(lost=True)])
         self._rows = 0

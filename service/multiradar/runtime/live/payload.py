@@ -1,4 +1,4 @@
-"""Measurements as the journal holds them: an Arrow IPC stream of the batch form."""
+"""Encoding of measurements in the journal: an Arrow IPC stream."""
 
 import io
 
@@ -9,7 +9,7 @@ from multiradar_schemas.measurements.directions import without_empty_directions
 
 
 def encode_rows(frame: pl.DataFrame) -> bytes:
-    """Return measurements as an Arrow IPC stream; nothing for no rows."""
+    """Return measurements as an Arrow IPC stream; empty for no rows."""
     if not len(frame):
         return b""
     buffer = io.BytesIO()

@@ -1,7 +1,7 @@
-"""From messages to entries of the journal: validation, admission, and what was refused.
+"""From messages to journal entries: validation, admission and rejected rows.
 
-Messages that wait together are translated together, because a translation costs much and its rows
-cost little; what becomes of each message is the same as if it had come alone.
+Queued messages are translated together, because the cost of a translation depends little on its
+number of rows. The result for each message is the same as if it had come alone.
 """
 
 import itertools
@@ -18,7 +18,7 @@ from multiradar.errors import JournalError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.admission import admission as admissions
 from multiradar.runtime.admission.admission import Admission
-from multiradar.runtime.admission.reject_file import TimeRefusals
+from multiradar.runtime.admission.reject_file import TimeRejects
 from multiradar.runtime.live.backlog import Journalled
 from multiradar.runtime.live.intake import Submission
 from multiradar.runtime.live.payload import complete, decode_rows, encode_rows
@@ -28,18 +28,18 @@ from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.directions import has_directions, without_empty_directions
 from multiradar_schemas.measurements.reject import RejectCode
 
-#: Column of a frame with the place of each row in its message.
+#: Column of a frame with the index of each row in its message.
 INDEX_COLUMN = "index"
 
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
-    """A message, decided but not yet in the journal.
+    """A message after admission, not yet in the journal.
 
     Attributes
     ----------
     entry : Entry
-        What the journal will hold.
+        The entry for the journal.
     batch : MeasurementBatch
         The accepted measurements, for the engine.
     """
@@ -48,14 +48,14 @@ class Prepared:
     batch: MeasurementBatch
 
 
-# The measurements of one message that can be true, and the rows that cannot.
+# The plausible measurements of one message, and the rejected rows.
 _Translated = tuple[MeasurementBatch, wire.Rejected]
 
 
 def prepare(
     submissions: Sequence[Submission], table: SensorTable, admission: Admission
 ) -> list[Prepared | Exception]:
-    """Decide about each row of messages, in their order.
+    """Accept or reject each row of messages, in their order.
 
     Parameters
     ----------
@@ -64,14 +64,13 @@ def prepare(
     table : SensorTable
         The sensors.
     admission : Admission
-        Decides by time; its state goes on.
+        Accepts or rejects by time; its state is updated.
 
     Returns
     -------
     list of Prepared or Exception
-        One for each message. Accepted and refused rows are all rows of the message; an exception
-        tells that the message as a whole cannot be understood, and it left no trace in the
-        admission.
+        One for each message. Accepted and rejected rows together are all rows of the message. An
+        exception means that the message as a whole is invalid; it did not change the admission.
     """
     prepared: list[Prepared | Exception] = []
     translated = _translate([submission.frame for submission in submissions], table)
@@ -88,12 +87,12 @@ def prepare(
 
 
 def journalled(entries: Sequence[StoredEntry], table: SensorTable) -> list[Journalled]:
-    """Return entries of the journal as the engine takes them: the same as when they came in.
+    """Return journal entries as input of the engine, identical to their first processing.
 
     Raises
     ------
     JournalError
-        If rows that were accepted are refused now: the rules have changed.
+        If rows accepted before are rejected now: the rules have changed.
     """
     frames = [
         decode_rows(stored.entry.payload) if stored.entry.payload else _NO_ROWS
@@ -101,11 +100,11 @@ def journalled(entries: Sequence[StoredEntry], table: SensorTable) -> list[Journ
     ]
     found = []
     for stored, translated in zip(entries, _translate(frames, table), strict=True):
-        taken = 0 if isinstance(translated, Exception) else len(translated[0])
-        if isinstance(translated, Exception) or taken != stored.entry.accepted:
+        count = 0 if isinstance(translated, Exception) else len(translated[0])
+        if isinstance(translated, Exception) or count != stored.entry.accepted:
             raise JournalError(
-                f"entry {stored.sequence} of the journal: expected {stored.entry.accepted} "
-                f"measurements that can be taken, was {taken}; it was written under other rules"
+                f"journal entry {stored.sequence}: expected {stored.entry.accepted} accepted "
+                f"measurements, was {count}; it was written under other rules"
             )
         entry = stored.entry
         found.append(
@@ -115,16 +114,16 @@ def journalled(entries: Sequence[StoredEntry], table: SensorTable) -> list[Journ
 
 
 def same_message(submission: Submission, entry: Entry) -> bool:
-    """Tell whether a message is the one that an entry was made of."""
+    """Return whether a message is identical to that of a journal entry."""
     if entry.kind is not submission.kind:
         return False
     if submission.rows != entry.accepted + len(entry.rejects):
         return False
-    refused = np.array([row.index for row in entry.rejects], np.int64)
-    accepted = submission.frame.filter(pl.Series(~np.isin(_places(submission.frame), refused)))
+    rejected = np.array([row.index for row in entry.rejects], np.int64)
+    accepted = submission.frame.filter(pl.Series(~np.isin(_indices(submission.frame), rejected)))
     if not entry.payload:
         return not len(accepted)
-    # An entry of an earlier version has fewer columns: what it had no room for cannot differ.
+    # An entry of an earlier version has fewer columns: only those are compared.
     stored = decode_rows(entry.payload)
     sent = complete(accepted)
     if has_directions(sent) != has_directions(stored):
@@ -142,18 +141,18 @@ _NOTHING: _Translated = (
 def _translate(frames: Sequence[pl.DataFrame], table: SensorTable) -> list[_Translated | Exception]:
     found: list[_Translated | Exception] = [_NOTHING] * len(frames)
     whole = {}
-    for place, frame in enumerate(frames):
+    for index, frame in enumerate(frames):
         if not len(frame):
             continue
         try:
-            # Refuses columns of the wrong type.
+            # Rejects columns of the wrong type.
             if not _is_complete(frame):
                 wire.measurement_batch(frame.clear(), table)
-            whole[place] = complete(frame)
+            whole[index] = complete(frame)
         except Exception as error:
-            found[place] = error
-    for place, one in zip(whole, _translate_together(list(whole.values()), table), strict=True):
-        found[place] = one
+            found[index] = error
+    for index, one in zip(whole, _translate_together(list(whole.values()), table), strict=True):
+        found[index] = one
     return found
 
 
@@ -163,9 +162,9 @@ def _translate_together(
     if not frames:
         return
     try:
-        batch, refused = wire.measurement_batch(pl.concat(frames), table)
+        batch, rejected = wire.measurement_batch(pl.concat(frames), table)
     except Exception as error:
-        # One of them is poison: each for itself, so that the others do not suffer.
+        # One of them cannot be processed: translate each separately.
         if len(frames) == 1:
             yield error
             return
@@ -173,59 +172,59 @@ def _translate_together(
             yield from _translate_together([frame], table)
         return
     ends = list(itertools.accumulate((len(frame) for frame in frames), initial=0))
-    cuts = np.searchsorted(refused.index, np.array(ends)).tolist()
+    cuts = np.searchsorted(rejected.index, np.array(ends)).tolist()
     for (start, end), (first, last) in zip(
         itertools.pairwise(ends), itertools.pairwise(cuts), strict=True
     ):
-        rejected = wire.Rejected(
-            refused.index[first:last] - start,
-            refused.code[first:last],
-            refused.reason[first:last],
+        own = wire.Rejected(
+            rejected.index[first:last] - start,
+            rejected.code[first:last],
+            rejected.reason[first:last],
         )
-        # Rows taken before a row are the rows before it less those refused before it.
-        yield batch.select(slice(start - first, end - last)), rejected
+        # Rows accepted before a row: the rows before it less those rejected before it.
+        yield batch.select(slice(start - first, end - last)), own
 
 
 def _decide(
     submission: Submission,
     batch: MeasurementBatch,
-    refused: wire.Rejected,
+    rejected: wire.Rejected,
     admission: Admission,
 ) -> Prepared:
     frame = submission.frame
-    batch, refused = _until(submission.latest_s, frame, batch, refused)
+    batch, rejected = _until(submission.latest_s, frame, batch, rejected)
     clock_s = admission.data_clock_s
     code = admission.admit(batch)
-    if not len(refused) and not code.any():
+    if not len(rejected) and not code.any():
         return Prepared(_entry(submission, frame, [], admission), batch)
-    late_or_future = TimeRefusals(admission, clock_s, batch.time_s, code).verdicts
-    passed = np.delete(np.arange(len(frame)), refused.index)
-    verdicts = [
-        *zip(refused.index.tolist(), refused.code, refused.reason, strict=True),
-        *((int(passed[row]), why, reason) for row, why, reason in late_or_future),
+    by_time = TimeRejects(admission, clock_s, batch.time_s, code).rejections
+    passed = np.delete(np.arange(len(frame)), rejected.index)
+    rejections = [
+        *zip(rejected.index.tolist(), rejected.code, rejected.reason, strict=True),
+        *((int(passed[row]), why, reason) for row, why, reason in by_time),
     ]
     accepted = code == admissions.ACCEPTED
     kept = frame[passed[accepted]]
-    entry = _entry(submission, kept, _rejected_rows(frame, verdicts), admission)
+    entry = _entry(submission, kept, _rejected_rows(frame, rejections), admission)
     return Prepared(entry, batch.select(accepted))
 
 
 def _until(
-    latest_s: float, frame: pl.DataFrame, batch: MeasurementBatch, refused: wire.Rejected
+    latest_s: float, frame: pl.DataFrame, batch: MeasurementBatch, rejected: wire.Rejected
 ) -> _Translated:
-    """Refuse measurements that lie ahead of the time of day; the journal holds none of them."""
+    """Reject measurements ahead of the system clock; the journal contains none of them."""
     ahead = batch.time_s > latest_s
     if not ahead.any():
-        return batch, refused
-    rows = np.delete(np.arange(len(frame)), refused.index)[ahead]
+        return batch, rejected
+    rows = np.delete(np.arange(len(frame)), rejected.index)[ahead]
     reasons = [
-        f"expected a time that is not ahead of the time of day ({latest_s:.0f} s), was {time_s} s"
+        f"expected a time not ahead of the system clock ({latest_s:.0f} s), was {time_s} s"
         for time_s in batch.time_s[ahead].tolist()
     ]
     together = wire.Rejected(
-        np.concatenate([refused.index, rows]),
-        (*refused.code, *[RejectCode.TIME_FUTURE] * len(rows)),
-        (*refused.reason, *reasons),
+        np.concatenate([rejected.index, rows]),
+        (*rejected.code, *[RejectCode.TIME_FUTURE] * len(rows)),
+        (*rejected.reason, *reasons),
     )
     return batch.select(~ahead), together
 
@@ -249,16 +248,16 @@ def _entry(
 
 
 def _rejected_rows(
-    frame: pl.DataFrame, verdicts: Sequence[tuple[int, str, str]]
+    frame: pl.DataFrame, rejections: Sequence[tuple[int, str, str]]
 ) -> list[RejectedRow]:
-    rows = [row for row, _, _ in verdicts]
+    rows = [row for row, _, _ in rejections]
     content = (
         without_empty_directions(frame[rows]).drop(INDEX_COLUMN, strict=False).iter_rows(named=True)
     )
     return [
-        RejectedRow(place, str(code), reason, json.dumps(raw, ensure_ascii=False))
-        for place, (_, code, reason), raw in zip(
-            _places(frame)[rows].tolist(), verdicts, content, strict=True
+        RejectedRow(index, str(code), reason, json.dumps(raw, ensure_ascii=False))
+        for index, (_, code, reason), raw in zip(
+            _indices(frame)[rows].tolist(), rejections, content, strict=True
         )
     ]
 
@@ -268,7 +267,7 @@ def _is_complete(frame: pl.DataFrame) -> bool:
     return list(columns) == list(MEASUREMENT_SCHEMA.items())
 
 
-def _places(frame: pl.DataFrame) -> NDArray[np.int64]:
+def _indices(frame: pl.DataFrame) -> NDArray[np.int64]:
     if INDEX_COLUMN in frame.columns:
         return frame[INDEX_COLUMN].cast(pl.Int64).to_numpy()
     return np.arange(len(frame), dtype=np.int64)

@@ -1,8 +1,8 @@
-"""The one owner of the engine: plays the journal, then what arrives, and publishes the output.
+"""Owner of the engine: replays the journal, processes new entries, publishes the output.
 
-An entry on which the engine fails twice is marked in the journal and passed over from then on, so
-that one poisonous message cannot keep the service from starting. The engine is built anew after a
-failure, and the journal played again: what was published before comes out the same.
+An entry on which the engine fails twice is marked in the journal and skipped from then on, so that
+one message cannot prevent the service from starting. After a failure the engine is rebuilt and the
+journal replayed: the output is the same as before.
 """
 
 import logging
@@ -14,7 +14,7 @@ from concurrent.futures import Future
 from multiradar.errors import MultiradarError, PipelineError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.admission.places import Places
+from multiradar.runtime.admission.origins import Origins
 from multiradar.runtime.engine.digest import OutputDigest
 from multiradar.runtime.engine.tracking_engine import TrackingEngine
 from multiradar.runtime.live.backlog import Backlog, Journalled, grouped
@@ -27,14 +27,14 @@ from multiradar.tracking.outputs import EngineOutput, TrackStates
 
 _log = logging.getLogger(__name__)
 
-#: Entries that may be passed over in one recovery before the engine is given up.
+#: Maximum entries skipped in one recovery; with more the engine stops.
 POISON_ENTRIES_MAX = 10
-#: Entries of the journal that are in memory at once while it is played.
+#: Journal entries in memory at once during a replay.
 PIECE_ENTRIES_MAX = 256
 
 
 class _EngineFailureError(Exception):
-    # The engine failed on these entries.
+    # The engine raised an error with these entries.
     def __init__(self, entries: Sequence[Journalled], cause: Exception) -> None:
         self.entries = entries
         self.cause = cause
@@ -47,15 +47,15 @@ class Processor:
     Parameters
     ----------
     journal : Journal
-        What is played at the start.
+        Replayed at the start.
     backlog : Backlog
-        What arrives.
+        New entries.
     open_engine : callable
-        Builds an engine that has seen nothing.
+        Builds an engine without state.
     sensors : SensorTable
         The sensors.
     publication : Publication
-        Where the output goes.
+        Receives the output.
     rows_max : int
         Measurements in one call of the engine.
     """
@@ -77,14 +77,14 @@ class Processor:
         self._publication = publication
         self._rows_max = rows_max
         self._lock = threading.Lock()
-        # A lock of its own: who waits must not wait for a call of the engine to begin waiting.
+        # A separate lock: registering a future must not wait for a call of the engine.
         self._settling_lock = threading.Lock()
         self._settling: list[tuple[int, Future[int]]] = []
         self._ended: MultiradarError | None = None
         self._states: TrackStates | None = None
         self._data_time_s: float | None = None
-        self._begin()
-        #: Entries that are passed over, with the reason of each.
+        self._reset()
+        #: Skipped entries, with the reason of each.
         self.skipped: dict[int, str] = {}
         #: Why the engine has stopped, or None.
         self.failure: MultiradarError | None = None
@@ -97,14 +97,14 @@ class Processor:
 
     @property
     def counts(self) -> dict[str, int]:
-        """What became of the measurements in the engine, by outcome."""
+        """Measurements in the engine by outcome."""
         with self._lock:
             return dict(sorted(self._engine.counts.items()))
 
     def states(self) -> tuple[TrackStates, SystemPlane]:
-        """Return the live tracks and their plane; waits for a call of the engine to end.
+        """Return the live tracks and their plane; waits for a running call of the engine.
 
-        The tracks are taken from the engine once for each change, however many readers ask.
+        The tracks are read from the engine once after each change and cached.
         """
         with self._lock:
             if self._states is None:
@@ -112,20 +112,20 @@ class Processor:
             return self._states, self._engine.plane
 
     def replay(self) -> None:
-        """Play the journal from its beginning.
+        """Replay the journal from the start.
 
         Raises
         ------
         JournalError
-            If it does not verify.
+            If its verification fails.
         PipelineError
             If the engine fails on too many entries.
         """
         self._rebuild(None, one_by_one=False)
 
     def run(self) -> None:
-        """Process what arrives until the backlog is closed and drained."""
-        while group := self._backlog.take(self._rows_max):
+        """Process entries until the backlog is closed and drained."""
+        while group := self._backlog.pop(self._rows_max):
             try:
                 self._process_or_rebuild(group)
             except Exception as error:
@@ -135,7 +135,7 @@ class Processor:
     def settled(self, sequence: int) -> Future[int]:
         """Return a future of the last update, resolved when an entry has been processed.
 
-        It fails where nothing is processed any more and the entry was not.
+        It fails when processing has stopped before the entry.
         """
         future: Future[int] = Future()
         with self._settling_lock:
@@ -146,17 +146,17 @@ class Processor:
         return future
 
     def close(self) -> None:
-        """Let the engine go; futures that cannot be resolved any more fail."""
+        """Close the engine; unresolved futures fail."""
         with self._lock:
             self._engine.close()
         self._give_up(self.failure or PipelineError("the service has stopped"))
 
     # ---------------------------------------------------------------- inside
 
-    def _begin(self) -> None:
+    def _reset(self) -> None:
         self._engine = self._open_engine()
         self._digest = OutputDigest()
-        self._places = Places()
+        self._origins = Origins()
         self._states = None
         self._data_time_s = None
         self._updates = 0
@@ -167,7 +167,7 @@ class Processor:
         try:
             self._process(group)
         except _EngineFailureError as failure:
-            _log.warning("the engine failed, the journal is played again", exc_info=failure.cause)
+            _log.warning("engine failed, replaying the journal", exc_info=failure.cause)
             self._rebuild(group[-1].sequence, one_by_one=True)
         self._settle()
 
@@ -177,27 +177,27 @@ class Processor:
             self.skipped = self._journal.skipped()
             with self._lock:
                 self._engine.close()
-                self._begin()
+                self._reset()
             self._publication.restart()
             try:
                 for group in self._stored(until, rows_max):
                     self._process(group)
             except _EngineFailureError as failure:
                 if isinstance(failure.cause, MemoryError):
-                    raise PipelineError("the engine has no memory left") from failure.cause
+                    raise PipelineError("the engine is out of memory") from failure.cause
                 if rows_max == 1:
-                    # The second failure that this entry has a part in.
+                    # The second failure that involves this entry.
                     sequence = failure.entries[0].sequence
-                    _log.error("entry %d is passed over", sequence, exc_info=failure.cause)
+                    _log.error("skipping unprocessable entry %d", sequence, exc_info=failure.cause)
                     self._journal.skip(sequence, repr(failure.cause))
                 rows_max = 1
             else:
-                # The last entries may be among those that are passed over.
+                # The last entries may be among the skipped ones.
                 self.processed = self._journal.counts().entries if until is None else until
                 return
         raise PipelineError(f"the engine fails on more than {POISON_ENTRIES_MAX} entries")
 
-    # The journal in groups for the engine, without what is passed over.
+    # The journal in groups for the engine, without skipped entries.
     def _stored(self, until: int | None, rows_max: int) -> Iterator[list[Journalled]]:
         for piece in self._pieces(until, rows_max):
             waiting = deque(journalled(piece, self._sensors))
@@ -233,14 +233,14 @@ class Processor:
                 self._updates = int(output.updates.sequence[-1])
         self._publication.publish(output, self._data_time_s)
         self._quarantine(group, output)
-        # Only now can a reader see what came of it.
+        # The output is visible to readers only from now on.
         self.processed = group[-1].sequence
 
     def _push(self, group: Sequence[Journalled]) -> EngineOutput:
         if group[0].kind is EntryKind.FLUSH:
             return self._engine.flush()
         for entry in group:
-            self._places.add(entry.sequence, len(entry.batch))
+            self._origins.add(entry.sequence, len(entry.batch))
         batches = [entry.batch for entry in group]
         batch = batches[0] if len(batches) == 1 else MeasurementBatch.concatenate(batches)
         output = self._engine.push(batch)
@@ -250,14 +250,16 @@ class Processor:
             self._data_time_s = latest if known_s is None else max(known_s, latest)
         return output
 
-    # Tell of what was refused with these entries, and of what the engine found to be there twice.
+    # Record the rejected rows of these entries, and the duplicates found by the engine.
     def _quarantine(self, group: Sequence[Journalled], output: EngineOutput) -> None:
-        board = self._publication.refusals
+        board = self._publication.rejects
         for entry in group:
-            board.refuse(entry.sequence, entry.source, entry.rejects)
+            board.record(entry.sequence, entry.source, entry.rejects)
         if len(output.duplicates):
-            board.drop(output.duplicates, self._places.find(output.duplicates.arrival.tolist()))
-        self._places.forget(self._engine.waiting_from)
+            board.record_duplicates(
+                output.duplicates, self._origins.find(output.duplicates.arrival.tolist())
+            )
+        self._origins.discard(self._engine.waiting_from)
 
     def _settle(self) -> None:
         with self._settling_lock:
@@ -265,7 +267,7 @@ class Processor:
             done = [future for sequence, future in self._settling if sequence <= processed]
             self._settling = [one for one in self._settling if one[0] > processed]
         for future in done:
-            # Who asked may have stopped waiting.
+            # The caller may have cancelled it.
             if future.set_running_or_notify_cancel():
                 future.set_result(updates)
 
@@ -274,11 +276,11 @@ class Processor:
             self.failure = error
         else:
             self.failure = PipelineError(f"the engine has stopped: {error!r}")
-        _log.error("the engine has stopped", exc_info=error)
+        _log.error("engine stopped", exc_info=error)
         self._backlog.abandon()
         self._give_up(self.failure)
 
-    # What waits from now on is given up by who begins to wait.
+    # Futures registered later fail in `settled`.
     def _give_up(self, error: MultiradarError) -> None:
         self._ended = error
         with self._settling_lock:

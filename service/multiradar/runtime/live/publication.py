@@ -1,4 +1,4 @@
-"""What the engine put out, handed to everything that reads it."""
+"""Distribution of the engine's output to its readers."""
 
 from collections.abc import Callable
 from typing import Any
@@ -17,7 +17,7 @@ from multiradar.tracking.settings import TrackingSettings
 
 
 class Publication:
-    """Hands the output of the engine to the view, the stream of events and other readers.
+    """Distributes the output of the engine to the view, the event stream and other readers.
 
     Parameters
     ----------
@@ -36,42 +36,42 @@ class Publication:
         self._events = OutputEvents(sensors, limits)
         self.diagnosis = LiveDiagnosis(sensors)
         self._readers: list[OutputReader] = [self.diagnosis]
-        #: What was rejected, by reason.
-        self.refusals = RejectBoard(sensors, limits.rejects_kept_max)
-        #: What all of this looks like to a reader.
-        self.view = LiveView(self._known, self._events, self.refusals, self.diagnosis)
+        #: Rejected rows by code.
+        self.rejects = RejectBoard(sensors, limits.rejects_kept_max)
+        #: The read interface.
+        self.view = LiveView(self._known, self._events, self.rejects, self.diagnosis)
 
     def count_edge(self, name: str, counts: Callable[[], dict[str, Any]]) -> None:
-        """Have the status report, under a name of its own, what an edge of the service counts.
+        """Add the counters of an interface to the status, under a name.
 
-        Before the start: readers do not expect the parts of the status to change.
+        To be called before the start: the members of the status do not change afterwards.
         """
         self.view.edge_counts[name] = counts
 
     def keep(self, trajectories: TrajectoryFeed) -> None:
-        """Have bundles of trajectories made of the output. Before the start."""
+        """Reconstruct trajectory bundles from the output. To be called before the start."""
         self._known.trajectories = trajectories
         self.feed(trajectories)
         self.count_edge("trajectories", trajectories.counts)
 
     def feed(self, reader: OutputReader) -> None:
-        """Have all output of the engine handed to a reader, too. Before the start."""
+        """Add a reader of all output of the engine. To be called before the start."""
         self._readers.append(reader)
 
     def attach(self, states: Callable[[], States], counts: Callable[[], dict[str, Any]]) -> None:
-        """Name where the states of the filter, in their plane, and the counters come from."""
+        """Set the sources of the filter states, in their plane, and of the counters."""
         self._known.attach(states)
         self.view.service_counts = counts
 
     def publish(self, output: EngineOutput, data_time_s: float | None) -> None:
-        """Hand on what the engine put out; on the engine's thread.
+        """Distribute output of the engine; in the engine's thread.
 
         Parameters
         ----------
         output : EngineOutput
             Output of one call.
         data_time_s : float or None
-            Greatest data time handed to the engine; None before the first measurement.
+            Greatest data time of the engine's input; None before the first measurement.
         """
         self._known.absorb(output, data_time_s)
         self._events.publish(output)
@@ -79,9 +79,9 @@ class Publication:
             reader.put(output)
 
     def restart(self) -> None:
-        """Discard everything: the journal is about to be played again from its beginning."""
+        """Discard everything: the journal is replayed from the start."""
         self._known.clear()
-        self.refusals.clear()
+        self.rejects.clear()
         self._events.restart()
         for reader in self._readers:
             reader.restart()

@@ -1,4 +1,4 @@
-"""What the sender of measurements is told once they are in the journal."""
+"""The receipt of a message once it is in the journal."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -15,7 +15,7 @@ __all__ = [
 ]
 
 IDEMPOTENCY_KEY_LENGTH_MAX = 128
-#: What an idempotency key looks like, for people.
+#: The form of an idempotency key, for error messages.
 IDEMPOTENCY_KEY_FORM = (
     f"1 to {IDEMPOTENCY_KEY_LENGTH_MAX} printable ASCII characters without a space at either end"
 )
@@ -23,19 +23,19 @@ IDEMPOTENCY_KEY_FORM = (
 
 @dataclass(frozen=True, slots=True)
 class Receipt:
-    """The answer to one message: everything in it is accounted for, and on disk.
+    """The answer to one message: all its rows are accounted for, and on disk.
 
     Attributes
     ----------
     accepted : int
-        Rows that are in the journal.
+        Rows in the journal.
     rejected : tuple of RejectedRow
-        Rows that were refused, by ascending index; they are in the quarantine.
+        Rejected rows, by ascending index; they are in the quarantine.
     duplicate : bool
-        True when a message with the same idempotency key was taken before; nothing was taken
-        again, and the other fields say what became of the first.
+        True when a message with the same idempotency key was accepted before; the other fields
+        are those of its receipt.
     journal_sequence : int
-        Entry of the journal that holds the message.
+        Journal entry of the message.
     """
 
     accepted: int
@@ -45,7 +45,7 @@ class Receipt:
 
 
 def receipt_document(receipt: Receipt) -> dict[str, Any]:
-    """Return a receipt as its sender reads it, whatever way the message came."""
+    """Return the JSON document of a receipt, the same for all interfaces."""
     return {
         "accepted": receipt.accepted,
         "rejected": [
@@ -57,7 +57,7 @@ def receipt_document(receipt: Receipt) -> dict[str, Any]:
 
 
 def is_idempotency_key(text: str) -> bool:
-    """Return whether a sender may name a message so: `IDEMPOTENCY_KEY_FORM`."""
+    """Return whether a text is a valid idempotency key: `IDEMPOTENCY_KEY_FORM`."""
     return (
         0 < len(text) <= IDEMPOTENCY_KEY_LENGTH_MAX
         and text.isascii()

@@ -1,9 +1,9 @@
-"""The live pipeline as others see it: hand in measurements, read what is known.
+"""The live pipeline: submit measurements, read tracks.
 
 ::
 
-    submit ─ intake ─ writer: decide, journal, answer ─ backlog ─ engine ─ publication
-             bounded          on disk before the answer  bounded            rings, bounded
+    submit ─ intake ─ writer: admit, journal, answer ─ backlog ─ engine ─ publication
+            bounded          on disk before the answer bounded            rings, bounded
 """
 
 import threading
@@ -37,17 +37,17 @@ from multiradar.tracking.settings import TrackingSettings
 
 __all__ = ["Receipt", "RejectedRow", "Service", "ServiceState"]
 
-#: Entries passed over that the status names one by one.
+#: Maximum skipped entries listed in the status.
 _SKIPPED_SHOWN_MAX = 100
 
 
 class ServiceState(StrEnum):
-    """What the service can do now."""
+    """State of the service."""
 
     STOPPED = "stopped"
     RECOVERING = "recovering"
     RUNNING = "running"
-    #: Nothing more is taken; what is known can still be read.
+    #: No more measurements are accepted; tracks can still be read.
     FAILED = "failed"
 
 
@@ -59,7 +59,7 @@ class Service:
     open_journal : callable
         Opens the journal; called by `start`.
     open_engine : callable
-        Builds an engine that has seen nothing; called by `start`, and again after its failure.
+        Builds an engine without state; called by `start`, and again after its failure.
     sensors : SensorTable
         The sensors.
     tracking : TrackingSettings
@@ -67,14 +67,14 @@ class Service:
     limits : RuntimeLimits
         Bounds of queues and rings.
     forward_jump_max_s : float
-        Measurements farther ahead of the data time are refused.
+        Measurements farther ahead of the data time are rejected.
     clock : Clock, optional
-        The time of day, by which measurements from the future are told; the machine's by default.
+        Clock to detect measurements from the future; the system clock by default.
 
     Attributes
     ----------
     publication : Publication
-        What hands the output of the engine on.
+        Distributes the output of the engine.
     view : LiveView
         The read side.
     """
@@ -114,34 +114,34 @@ class Service:
 
     @property
     def state(self) -> ServiceState:
-        """What the service can do now."""
+        """State of the service."""
         if self._state is ServiceState.RUNNING and self.failure is not None:
             return ServiceState.FAILED
         return self._state
 
     @property
     def failure(self) -> MultiradarError | None:
-        """Why nothing more is taken, or None."""
+        """Why no more measurements are accepted, or None."""
         # The engine first: the writer stops when the engine has.
         failures = [part.failure for part in (self._processor, self._writer) if part is not None]
         return next((failure for failure in failures if failure is not None), None)
 
     @property
     def start_step(self) -> str:
-        """What a service that is starting is doing now; empty once it runs."""
+        """The present step of the start; empty once the service runs."""
         return self._start_step
 
     def note_start(self, step: str) -> None:
-        """Say what is done now so that the service can start: `/readyz` repeats it."""
+        """Set the present step of the start, for `/readyz`."""
         self._start_step = step
 
     def start(self) -> None:
-        """Open the journal, play it into the engine, then take measurements.
+        """Open the journal, replay it, then accept measurements.
 
         Raises
         ------
         JournalError
-            If the journal cannot be opened or does not verify.
+            If the journal cannot be opened or its verification fails.
         ConfigurationError
             If it was written with other sensors or settings.
         PipelineError
@@ -149,7 +149,7 @@ class Service:
         """
         with self._changing:
             if self._journal is not None:
-                raise PipelineError("expected a service that was never started, was started before")
+                raise PipelineError("the service was started before; create a new one")
             self._state = ServiceState.RECOVERING
             self.note_start("replaying the journal")
             try:
@@ -163,7 +163,7 @@ class Service:
             self._state = ServiceState.RUNNING
 
     def stop(self) -> None:
-        """Take nothing more, finish what was taken, and close the journal; may be called twice."""
+        """Stop accepting, process what is queued, close the journal; may be called twice."""
         with self._changing:
             self._intake.close()
             if self._threads:
@@ -184,19 +184,19 @@ class Service:
         idempotency_key: str | None = None,
         rejected: Sequence[RejectedRow] = (),
     ) -> Future[Receipt]:
-        """Hand in measurements.
+        """Submit measurements.
 
         Parameters
         ----------
         frame : DataFrame
             Columns of `MEASUREMENT_SCHEMA` (optional ones may be missing); a column `index` gives
-            the place of each row in its message.
+            the index of each row in its message.
         source : str
-            Who sends.
+            The sender.
         idempotency_key : str, optional
-            The sender's name for the message: a message with the same name is taken once.
+            The sender's key for the message: messages with the same key are accepted once.
         rejected : sequence of RejectedRow
-            Rows of the message that the edge refused; they go to the quarantine.
+            Rows of the message rejected at the interface; they go to the quarantine.
 
         Returns
         -------
@@ -208,9 +208,9 @@ class Service:
         Raises
         ------
         QueueFullError
-            If too much waits already; try again later.
+            If the intake is full; try again later.
         PipelineError, JournalError
-            If the service is not running, or has stopped taking measurements.
+            If the service is not running, or does not accept measurements any more.
         """
         return self._put(
             Submission(
@@ -224,56 +224,57 @@ class Service:
         )
 
     def flush(self, *, source: str, idempotency_key: str | None = None) -> Future[Receipt]:
-        """Hand in the end of a stream: what waits to be put in order is released.
+        """Submit the end of a stream: the reorder buffer is emptied.
 
         Measurements older than the newest so far are late from then on.
 
         Parameters
         ----------
         source : str
-            Who sends.
+            The sender.
         idempotency_key : str, optional
-            The sender's name for the message, as for `submit`.
+            The sender's key for the message, as for `submit`.
 
         Returns
         -------
         Future of Receipt
-            Resolved when all that was taken before, and what was released, can be read. Fails as
-            that of `submit` does, and with `PipelineError` when the engine stops before.
+            Resolved when all measurements accepted before are processed. Fails as that of
+            `submit`, and with `PipelineError` when the engine stops before.
 
         Raises
         ------
         QueueFullError, PipelineError, JournalError
             As `submit`.
         """
-        taken = self._put(Submission(EntryKind.FLUSH, pl.DataFrame(), source, idempotency_key, ()))
+        journalled = self._put(
+            Submission(EntryKind.FLUSH, pl.DataFrame(), source, idempotency_key, ())
+        )
         assert self._processor is not None, "a running service has one"
-        return _when_processed(taken, self._processor)
+        return _when_processed(journalled, self._processor)
 
     def settled(self) -> Future[int]:
-        """Return a future that resolves when everything journalled so far has been processed.
+        """Return a future that resolves when all journal entries so far are processed.
 
         Returns
         -------
         Future of int
-            Number of the last track update then. Fails when the service or the engine has stopped
-            and something was not processed.
+            Number of the last track update then. Fails when the service or the engine stops before.
         """
         if self._processor is None or self._writer is None:
             raise PipelineError("the service is not running")
         return self._processor.settled(self._writer.head)
 
     def quarantined(self, after: int, limit: int, code: str | None = None) -> list[Quarantined]:
-        """Return refused rows that follow a number of the quarantine, at most `limit`.
+        """Return rejected rows after a number of the quarantine, at most `limit`.
 
-        Fewer than `limit` mean that there are no more for now. With a code, the last of those that
-        are kept of it, numbered among themselves: also measurements that were accepted and then
-        found to be there twice.
+        Fewer than `limit` mean that there are no more for now. With a code, the retained rows of
+        that code with their own numbers; these include measurements accepted first and then found
+        to be duplicates.
         """
         if self._journal is None:
             raise PipelineError("the service is not running")
         if code is not None:
-            kept = self.publication.refusals.last(code)
+            kept = self.publication.rejects.last(code)
             return [row for row in kept if row.number > after][:limit]
         return self._journal.quarantined(after, limit)
 
@@ -281,7 +282,7 @@ class Service:
 
     def _put(self, submission: Submission) -> Future[Receipt]:
         if self._state is not ServiceState.RUNNING:
-            raise PipelineError(f"expected a running service, was {self._state}")
+            raise PipelineError(f"the service is not running: {self._state}")
         failure = self.failure
         if failure is not None:
             raise failure
@@ -315,7 +316,7 @@ class Service:
             admission=admission,
             accounting=self._accounting,
             batches_max=self._limits.commit_batches_max,
-            on_taken=self.publication.diagnosis.read,
+            on_journalled=self.publication.diagnosis.record,
         )
         self.publication.diagnosis.start()
         self._writer.head = counts.entries
@@ -358,16 +359,15 @@ class Service:
         }
 
 
-# The receipt again, once a reader can see what came of its entry. Nobody can cancel it: the thread
-# of the engine resolves it.
-def _when_processed(taken: Future[Receipt], processor: Processor) -> Future[Receipt]:
-    told: Future[Receipt] = Future()
-    told.set_running_or_notify_cancel()
+# The same receipt, once its entry is processed. It cannot be cancelled: the engine resolves it.
+def _when_processed(journalled: Future[Receipt], processor: Processor) -> Future[Receipt]:
+    answer: Future[Receipt] = Future()
+    answer.set_running_or_notify_cancel()
 
     def on_disk(done: Future[Receipt]) -> None:
         error = done.exception()
         if error is not None:
-            told.set_exception(error)
+            answer.set_exception(error)
             return
         receipt = done.result()
         processed = processor.settled(receipt.journal_sequence)
@@ -376,15 +376,15 @@ def _when_processed(taken: Future[Receipt], processor: Processor) -> Future[Rece
     def readable(settled: Future[int], receipt: Receipt) -> None:
         error = settled.exception()
         if error is not None:
-            told.set_exception(error)
+            answer.set_exception(error)
         else:
-            told.set_result(receipt)
+            answer.set_result(receipt)
 
-    taken.add_done_callback(on_disk)
-    return told
+    journalled.add_done_callback(on_disk)
+    return answer
 
 
-# Has the loops compiled before the first message waits for them.
+# Compiles the kernels before the first message.
 def _warm_up(admission: Admission) -> None:
     admission.admit(MeasurementBatch.empty())
     TrackHistory(1).read(1, None, 1)

@@ -18,7 +18,7 @@ Counts = Callable[[], dict[str, Any]]
 
 
 class LiveView:
-    """What can be read of the running service, from any thread.
+    """The read interface of the running service, for any thread.
 
     Parameters
     ----------
@@ -26,27 +26,27 @@ class LiveView:
         Tracks, biases and sensors.
     events : OutputEvents
         The stream of events.
-    refusals : RejectBoard
-        What was rejected, by reason.
+    rejects : RejectBoard
+        Rejected rows by code.
     diagnosis : LiveDiagnosis
-        What is probably wrong with a sensor.
+        Findings about sensors.
     """
 
     def __init__(
-        self, known: Knowledge, events: OutputEvents, refusals: RejectBoard,
+        self, known: Knowledge, events: OutputEvents, rejects: RejectBoard,
         diagnosis: LiveDiagnosis,
     ) -> None:  # fmt: skip
         self._known = known
         self._events = events
-        self._refusals = refusals
+        self._rejects = rejects
         self._diagnosis = diagnosis
-        #: Counts of the service itself, and of its edges, by the name in the status.
+        #: Counters of the service, and of its interfaces by their name in the status.
         self.service_counts: Counts = dict
         self.edge_counts: dict[str, Counts] = {}
 
     @property
     def page_rows_max(self) -> int:
-        """Rows of one page of a history; who pages bounds the pages, or rows would go unseen."""
+        """Maximum rows of one page of a history; larger pages would skip rows."""
         return self._known.limits.page_rows_max
 
     def tracks(self) -> pl.DataFrame:
@@ -79,7 +79,7 @@ class LiveView:
         since_s : float or None
             A data time: the first rows from then on. None: the last rows.
         limit : int
-            Number of rows at most: fewer mean that there are no more.
+            Maximum number of rows; fewer mean that there are no more.
         """
         return history.read(self._known, subject, since_s, limit)
 
@@ -90,9 +90,9 @@ class LiveView:
         -------
         list of dict
             `id`, `kind` (radar, position or bearing), site, standard deviations, `updates`,
-            `last_update_s`, `age_s`, `health` (a row of `health.parquet`; radars have one from the
-            end of the first epoch on), `biases` (the latest row of `biases.parquet` of each
-            parameter; none before the first epoch ended), `diagnoses`. What it has not is None.
+            `last_update_s`, `age_s`, `health` (a row of `health.parquet`, for radars from the end
+            of the first epoch on), `biases` (the latest row of `biases.parquet` of each parameter,
+            from the end of the first epoch on), `diagnoses`. Missing values are None.
         """
         records = self._known.sensor_records()
         for record in records:
@@ -107,20 +107,20 @@ class LiveView:
             **self._known.counts(),
             "event_sequence": ring.head,
             "subscribers": ring.subscriber_count,
-            "rejected_by_code": self._refusals.counts,
-            "duplicates_by_sensor": self._refusals.duplicates_by_sensor,
+            "rejected_by_code": self._rejects.counts,
+            "duplicates_by_sensor": self._rejects.duplicates_by_sensor,
             "diagnoses": self._diagnosis.records(),
             **{name: counts() for name, counts in self.edge_counts.items()},
         }
 
     def subscribe(self, after: int | None, depth: int) -> Subscription:
-        """Enter the stream of events.
+        """Subscribe to the stream of events.
 
         Parameters
         ----------
         after : int or None
-            The last event that the reader has; None: from now on.
+            The last event received; None: from now on.
         depth : int
-            A reader that lies farther behind gets a gap notice instead of the oldest events.
+            A reader farther behind receives a gap notice instead of the oldest events.
         """
         return self._events.ring.subscribe(after, depth)

@@ -1,8 +1,8 @@
-"""The one writer of the journal: decides, writes several messages in one transaction, answers.
+"""The journal writer: admits messages, writes several in one transaction, answers.
 
-An answer is given when the transaction is on disk. A journal that cannot be written stops the
-intake for good, because after a failed write nothing says what is on disk; only a full disk, which
-the journal reports before anything is changed, lets the next message try again.
+An answer is given when the transaction is on disk. A failed write stops the intake permanently,
+because the content of the disk is unknown afterwards. Only a full disk, which the journal reports
+before any change, allows the next message to be tried.
 """
 
 import logging
@@ -31,16 +31,16 @@ _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
-class _Taken:
-    # A message that goes into the journal with this transaction.
+class _Admitted:
+    # A message of this transaction.
     submission: Submission
     prepared: Prepared
 
 
-#: Given the rows of a message that is in the journal, and those of it that were rejected.
-OnTaken = Callable[[pl.DataFrame, Sequence[RejectedRow]], None]
+#: Called with the rows of a journalled message, and its rejected rows.
+OnJournalled = Callable[[pl.DataFrame, Sequence[RejectedRow]], None]
 
-# A message of a known key, and what was taken under it.
+# A message with a known key, and the earlier message with that key.
 _Again = tuple[Submission, StoredEntry | Submission]
 
 
@@ -50,21 +50,21 @@ class Writer:
     Parameters
     ----------
     intake : Intake
-        Where messages wait.
+        Queue of messages.
     journal : Journal
-        Where they go.
+        The journal.
     backlog : Backlog
-        Where the engine finds them, once they are on disk.
+        Queue of the engine, for messages on disk.
     sensors : SensorTable
         The sensors.
     admission : Admission
-        Decides by time.
+        Accepts or rejects by time.
     accounting : Accounting
-        Counts rows.
+        Row counts.
     batches_max : int
         Messages in one transaction.
-    on_taken : callable
-        Given the rows of each message that is in the journal, and those of it that were rejected.
+    on_journalled : callable
+        Called with the rows of each journalled message, and its rejected rows.
     """
 
     def __init__(
@@ -77,11 +77,11 @@ class Writer:
         admission: Admission,
         accounting: Accounting,
         batches_max: int,
-        on_taken: Callable[[pl.DataFrame, Sequence[RejectedRow]], None] = lambda _rows, _rejects: (
-            None
-        ),
+        on_journalled: Callable[
+            [pl.DataFrame, Sequence[RejectedRow]], None
+        ] = lambda _rows, _rejects: None,
     ) -> None:
-        self._on_taken = on_taken
+        self._on_journalled = on_journalled
         self._intake = intake
         self._journal = journal
         self._backlog = backlog
@@ -89,14 +89,14 @@ class Writer:
         self._admission = admission
         self._accounting = accounting
         self._batches_max = batches_max
-        #: Last entry of the journal that this writer, or the one before the restart, completed.
+        #: Last journal entry completed by this writer, or before the restart.
         self.head = 0
-        #: Why nothing more is taken, or None.
+        #: Why no more messages are accepted, or None.
         self.failure: MultiradarError | None = None
 
     def run(self) -> None:
         """Write until the intake is closed and drained."""
-        while group := self._intake.take(self._batches_max):
+        while group := self._intake.pop(self._batches_max):
             running = [one for one in group if one.future.set_running_or_notify_cancel()]
             if self.failure is not None:
                 _fail(running, self.failure)
@@ -107,29 +107,29 @@ class Writer:
                 self._stop(error, running)
 
     def write(self, group: Sequence[Submission]) -> None:
-        """Write messages in one transaction, answer them, and hand them to the engine."""
+        """Write messages in one transaction, answer them, and queue them for the engine."""
         before = self._admission.state()
         fresh, again = self._sort(group)
-        taken = self._prepare(fresh)
-        entries = [one.prepared.entry for one in taken]
+        admitted = self._prepare(fresh)
+        entries = [one.prepared.entry for one in admitted]
         try:
             sequences = self._journal.append(entries) if entries else []
         except JournalFullError as error:
             self._admission.restore(before)
             _fail(group, error)
             return
-        self._answer(taken, sequences, again)
+        self._answer(admitted, sequences, again)
         self._backlog.put(
             [
                 Journalled(sequence, entry.kind, one.prepared.batch, entry.source, entry.rejects)
-                for sequence, one, entry in zip(sequences, taken, entries, strict=True)
+                for sequence, one, entry in zip(sequences, admitted, entries, strict=True)
             ]
         )
-        for one in taken:
-            self._on_taken(one.submission.frame, one.prepared.entry.rejects)
+        for one in admitted:
+            self._on_journalled(one.submission.frame, one.prepared.entry.rejects)
 
-    # Messages to take, and messages of a key that is known, with what was taken under it: an entry
-    # of the journal, or an earlier message of this group.
+    # New messages, and messages with a known key together with the earlier one: a journal entry, or
+    # a message of this group.
     def _sort(self, group: Sequence[Submission]) -> tuple[list[Submission], list[_Again]]:
         fresh: list[Submission] = []
         again: list[_Again] = []
@@ -147,27 +147,27 @@ class Writer:
                 keys[key] = submission
         return fresh, again
 
-    def _prepare(self, fresh: Sequence[Submission]) -> list[_Taken]:
-        taken = []
+    def _prepare(self, fresh: Sequence[Submission]) -> list[_Admitted]:
+        admitted = []
         prepared = prepare(fresh, self._sensors, self._admission)
         for submission, one in zip(fresh, prepared, strict=True):
             if isinstance(one, Prepared):
-                taken.append(_Taken(submission, one))
+                admitted.append(_Admitted(submission, one))
                 continue
             if not isinstance(one, MultiradarError):
-                _log.error("a message of %s is poison", submission.source, exc_info=one)
+                _log.error("unprocessable message from %s", submission.source, exc_info=one)
             submission.future.set_exception(one)
-        return taken
+        return admitted
 
     def _answer(
         self,
-        taken: Sequence[_Taken],
+        admitted: Sequence[_Admitted],
         sequences: Sequence[int],
         again: Sequence[_Again],
     ) -> None:
         accounting = self._accounting
         receipts = []
-        for one, sequence in zip(taken, sequences, strict=True):
+        for one, sequence in zip(admitted, sequences, strict=True):
             entry = one.prepared.entry
             accounting.read += one.submission.rows
             accounting.accepted += entry.accepted
@@ -175,11 +175,11 @@ class Writer:
             receipts.append(Receipt(entry.accepted, entry.rejects, False, sequence))
             self.head = sequence
         accounting.check()
-        for one, receipt in zip(taken, receipts, strict=True):
+        for one, receipt in zip(admitted, receipts, strict=True):
             one.submission.future.set_result(receipt)
         known = {
             id(one.submission): (one.prepared.entry, sequence)
-            for one, sequence in zip(taken, sequences, strict=True)
+            for one, sequence in zip(admitted, sequences, strict=True)
         }
         for submission, earlier in again:
             if isinstance(earlier, StoredEntry):
@@ -187,7 +187,7 @@ class Writer:
             elif id(earlier) in known:
                 self._answer_again(submission, *known[id(earlier)])
             else:
-                # What came first under this key could not be understood.
+                # The first message with this key was invalid.
                 submission.future.set_exception(earlier.future.exception())
 
     def _answer_again(self, submission: Submission, entry: Entry, sequence: int) -> None:
@@ -204,8 +204,8 @@ class Writer:
         if isinstance(error, MultiradarError):
             failure: MultiradarError = error
         else:
-            failure = PipelineError(f"the writer of the journal has stopped: {error!r}")
-        _log.error("nothing more is taken", exc_info=error)
+            failure = PipelineError(f"the journal writer has stopped: {error!r}")
+        _log.error("journal writer failed, ingest stopped", exc_info=error)
         self.failure = failure
         self._intake.close(failure)
         _fail(group, failure)

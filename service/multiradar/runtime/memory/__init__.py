@@ -1,1 +1,1 @@
-"""What is retained for readers: history, live tracks, boards."""
+"""Retained data for readers: history, live tracks, biases, sensors, rejects."""

@@ -1,4 +1,4 @@
-"""The bias estimates of now and of the last epochs."""
+"""Bias estimates of the present and of the last epochs."""
 
 import numpy as np
 import polars as pl
@@ -12,7 +12,7 @@ from multiradar.tracking.outputs import BiasRecords
 #: A row of `BiasRecords`; field names are the same.
 BIAS_DTYPE = row_type(BiasRecords)
 
-#: So many epochs of rows are looked at before older ones.
+#: Epochs searched before older ones.
 EPOCHS_FIRST = 16
 
 
@@ -24,7 +24,7 @@ class BiasBoard:
     sensors : SensorTable
         The sensors.
     rows_max : int
-        Number of records that are kept.
+        Number of retained records.
     """
 
     def __init__(self, sensors: SensorTable, rows_max: int) -> None:
@@ -36,7 +36,7 @@ class BiasBoard:
 
     @property
     def epoch(self) -> int | None:
-        """Number of the last epoch that ended; None before the first."""
+        """Number of the last completed epoch; None before the first."""
         return self._epoch
 
     def append(self, records: BiasRecords) -> None:
@@ -49,10 +49,10 @@ class BiasBoard:
         self._rows[np.arange(first, first + len(kept)) % len(self._rows)] = kept
         self._count += len(rows)
         self._epoch = int(rows["epoch"][-1])
-        for place, (sensor, parameter) in enumerate(
+        for k, (sensor, parameter) in enumerate(
             zip(rows["sensor"].tolist(), rows["parameter"].tolist(), strict=True)
         ):
-            self._latest.setdefault(sensor, {})[parameter] = rows[place : place + 1]
+            self._latest.setdefault(sensor, {})[parameter] = rows[k : k + 1]
 
     def latest(self, sensor_id: str | None = None) -> NDArray[np.void]:
         """Return the latest record of each parameter of a sensor, or of all; a copy."""
@@ -66,12 +66,12 @@ class BiasBoard:
         """Return the record of each parameter that was the latest at a data time; a copy."""
         held = min(self._count, len(self._rows))
         parameters = sum(map(len, self._latest.values()))
-        taken = min(held, EPOCHS_FIRST * parameters)
-        found = self._at(time_s, taken)
-        # Asked about now, the newest rows tell all; whoever publishes waits meanwhile.
-        while len(found) < parameters and taken < held:
-            taken = min(held, 4 * taken)
-            found = self._at(time_s, taken)
+        newest = min(held, EPOCHS_FIRST * parameters)
+        found = self._at(time_s, newest)
+        # The newest rows suffice for the present; the publishing thread waits meanwhile.
+        while len(found) < parameters and newest < held:
+            newest = min(held, 4 * newest)
+            found = self._at(time_s, newest)
         return found
 
     def history(self, sensor_id: str, since_s: float | None, limit: int) -> NDArray[np.void]:
@@ -86,9 +86,9 @@ class BiasBoard:
         rows: NDArray[np.void] = self._rows[chosen]
         return rows
 
-    def _at(self, time_s: float, taken: int) -> NDArray[np.void]:
-        """Return what `at` does, of the newest rows alone."""
-        order = np.arange(self._count - taken, self._count) % len(self._rows)
+    def _at(self, time_s: float, newest: int) -> NDArray[np.void]:
+        """Return the result of `at` from the newest rows alone."""
+        order = np.arange(self._count - newest, self._count) % len(self._rows)
         until = order[self._rows["time_s"][order] <= time_s][::-1]
         named = np.stack([self._rows["sensor"][until], self._rows["parameter"][until]])
         rows: NDArray[np.void] = self._rows[until[np.unique(named, axis=1, return_index=True)[1]]]

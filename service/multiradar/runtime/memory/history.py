@@ -1,8 +1,8 @@
 """The last rows of all tracks, in a ring of fixed size with a chain through each track.
 
-Appending costs the same whatever is kept; reading a track costs what it returns. One thread
-appends, any thread reads without a lock: a reader copies rows and then drops those whose place was
-taken meanwhile.
+The cost of appending does not depend on the rows retained; the cost of reading a track is
+proportional to the rows returned. One thread appends, any thread reads without a lock: a reader
+copies rows and then drops those overwritten meanwhile.
 """
 
 import numpy as np
@@ -24,7 +24,7 @@ class TrackHistory:
     Parameters
     ----------
     rows_max : int
-        Number of rows that are kept; the oldest go first.
+        Number of retained rows; the oldest are overwritten first.
     row_type : dtype
         Of the rows, with `track_id` and `time_s`.
     """
@@ -33,13 +33,13 @@ class TrackHistory:
         self._rows = np.empty(rows_max, row_type)
         self._time_s = np.empty(rows_max, np.float64)
         self._previous = np.full(rows_max, _NONE, np.int64)
-        # Number of the newest row of each track, by track identifier (they count from 1).
+        # Number of the newest row of each track, by track identifier (from 1).
         self._newest = np.full(1024, _NONE, np.int64)
-        # Rows below `_taken` − capacity may be overwritten at any moment.
-        self._taken = 0
+        # Rows below `_appended` − capacity may be overwritten at any moment.
+        self._appended = 0
 
     def __len__(self) -> int:
-        return min(self._taken, len(self._rows))
+        return min(self._appended, len(self._rows))
 
     def append(self, rows: NDArray[np.void]) -> None:
         """Add rows, in order."""
@@ -53,12 +53,12 @@ class TrackHistory:
         Parameters
         ----------
         track_id : int
-            The track, live or ended.
+            The track, live or dropped.
         since_s : float or None
             With a data time: the first `limit` updates from then on, so that a reader can page
             forward. None: the last `limit` updates.
         limit : int
-            Number of rows at most.
+            Maximum number of rows.
 
         Returns
         -------
@@ -68,7 +68,7 @@ class TrackHistory:
         if not 0 < track_id < len(self._newest) or limit < 1:
             return self._rows[:0].copy()
         found = np.empty(limit, np.int64)
-        oldest = max(self._taken - len(self._rows), 0)
+        oldest = max(self._appended - len(self._rows), 0)
         since = -np.inf if since_s is None else float(since_s)
         newest = int(self._newest[track_id])
         count = kernels.follow(
@@ -77,30 +77,30 @@ class TrackHistory:
         start = count % limit if count > limit else 0
         numbers = np.roll(found[: min(count, limit)], -start)[::-1]
         rows: NDArray[np.void] = self._rows[numbers % len(self._rows)]
-        gone = numbers < self._taken - len(self._rows)
-        # A row that was overwritten while being copied, or a link read from one.
+        gone = numbers < self._appended - len(self._rows)
+        # Without rows overwritten during the copy, or reached by a link of one.
         intact: NDArray[np.void] = rows[~gone & (rows["track_id"] == track_id)]
         return intact
 
     def _append(self, rows: NDArray[np.void]) -> None:
-        first = self._taken
-        self._taken = first + len(rows)
-        numbers = np.arange(first, self._taken)
+        first = self._appended
+        self._appended = first + len(rows)
+        numbers = np.arange(first, self._appended)
         order = np.argsort(rows["track_id"], kind="stable")
         tracks = rows["track_id"][order]
         starts = np.r_[True, tracks[1:] != tracks[:-1]]
-        self._make_room(int(tracks[-1]))
+        self._grow(int(tracks[-1]))
         previous = np.empty(len(rows), np.int64)
         previous[1:] = numbers[order[:-1]]
         previous[starts] = self._newest[tracks[starts]]
-        place = numbers % len(self._rows)
-        self._rows[place] = rows
-        self._time_s[place] = rows["time_s"]
-        self._previous[place[order]] = previous
+        slot = numbers % len(self._rows)
+        self._rows[slot] = rows
+        self._time_s[slot] = rows["time_s"]
+        self._previous[slot[order]] = previous
         ends = np.r_[starts[1:], True]
         self._newest[tracks[ends]] = numbers[order[ends]]
 
-    def _make_room(self, track_id: int) -> None:
+    def _grow(self, track_id: int) -> None:
         if track_id >= len(self._newest):
             grown = np.full(max(track_id + 1, 2 * len(self._newest)), _NONE, np.int64)
             grown[: len(self._newest)] = self._newest

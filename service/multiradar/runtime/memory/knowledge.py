@@ -1,7 +1,7 @@
-"""What the service knows: live tracks, history, biases, sensors; read by queries from any thread.
+"""Present data of the service: live tracks, history, biases, sensors; read by any thread.
 
-The engine's thread writes (`absorb`), any thread reads. A reader copies what it needs under a
-short lock and turns it into tables in its own time.
+The engine's thread writes (`absorb`), any thread reads. A reader copies rows under a short lock
+and converts them to tables outside it.
 """
 
 import threading
@@ -47,7 +47,7 @@ class Window(NamedTuple):
 
 
 class Knowledge:
-    """What the service knows.
+    """Live tracks, history, biases and sensors of the service.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class Knowledge:
         self.sensors = sensors
         self.tracking = tracking
         self.limits = limits
-        #: Trajectory sets of the live tracks; None where the service makes none.
+        #: Trajectory sets of the live tracks; None where they are disabled.
         self.trajectories: TrajectoryFeed | None = None
         self._lock = threading.Lock()
         self._states: Callable[[], States] | None = None
@@ -115,24 +115,24 @@ class Knowledge:
         Returns
         -------
         Window or None
-            None when there is no such live track, or its measurements are not retained any more.
+            None when there is no such live track, or its measurements are no longer retained.
         """
         with self._lock:
             live = self._live.get(track_id)
             if live is None:
                 return None
-            # What is learnt of the biases after the last measurement changes nothing.
+            # Bias estimates after the last measurement have no effect.
             biases = self._biases.at(float(live["time_s"][0]))
             rows = self._plots.read(track_id, None, POINTS_MAX)
         return Window(rows, biases) if len(rows) else None
 
     def history(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
-        """Return updates of a track, live or ended, as rows of `tracks.parquet`."""
+        """Return updates of a track, live or dropped, as rows of `tracks.parquet`."""
         rows = self._history.read(track_id, since_s, limit)
         return wire.tracks_frame(table_of(TrackUpdates, rows), self.sensors)
 
     def transitions(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
-        """Return transitions of a track, live or ended, as rows of `transitions.parquet`."""
+        """Return transitions of a track, live or dropped, as rows of `transitions.parquet`."""
         rows = self._transitions.read(track_id, since_s, limit)
         return wire.transitions_frame(table_of(TrackTransitions, rows))
 
@@ -165,7 +165,7 @@ class Knowledge:
             }
 
     def trajectory_feed(self) -> TrajectoryFeed:
-        """Return the trajectory sets, or raise TrajectoryError where the service makes none."""
+        """Return the trajectory sets, or raise TrajectoryError where they are disabled."""
         return required_feed(self.trajectories)
 
     # ---------------------------------------------------------------- the engine's thread
@@ -178,7 +178,7 @@ class Knowledge:
         output : EngineOutput
             Output of one call.
         data_time_s : float or None
-            Greatest data time handed to the engine; None before the first measurement.
+            Greatest data time of the engine's input; None before the first measurement.
         """
         rows = rows_of(output.updates)
         with self._lock:
@@ -192,20 +192,20 @@ class Knowledge:
             if len(output.plots):
                 self._plots.append(plot_rows(output))
             self._biases.append(output.biases)
-            self._board.hear(output.health)
+            self._board.update_health(output.health)
             if len(output.transitions):
                 self._transitions.append(rows_of(output.transitions))
             self.calibration.observe(output)
-            self._live.end(output.ended.track_id)
-            self._tally.take(output)
+            self._live.remove(output.ended.track_id)
+            self._tally.update(output)
             self._version += 1
 
     def attach(self, states: Callable[[], States]) -> None:
-        """Name where the states of the filter, in their plane, come from."""
+        """Set the source of the filter states, in their plane."""
         self._states = states
 
     def clear(self) -> None:
-        """Discard everything: the journal is about to be played again from its beginning."""
+        """Discard everything: the journal is replayed from the start."""
         with self._lock:
             limits = self.limits
             self._history = TrackHistory(limits.history_rows_max)

@@ -12,7 +12,7 @@ _NONE = -1
 def ages_and_states(
     rows: NDArray[np.void], time_s: float, coast_after_s: float
 ) -> tuple[NDArray[np.float64], NDArray[np.int8]]:
-    """Return how old updates are at a data time, and the states of their tracks then.
+    """Return the ages of updates at a data time, and the states of their tracks.
 
     Parameters
     ----------
@@ -21,7 +21,7 @@ def ages_and_states(
     time_s : float
         The data time, s.
     coast_after_s : float
-        A confirmed track that is older coasts, s.
+        Age from which a confirmed track is coasting, s.
 
     Returns
     -------
@@ -36,13 +36,13 @@ def ages_and_states(
 
 
 class LiveTracks:
-    """The latest update of every live track, in arrays that are changed in place by one owner."""
+    """The latest update of every live track, in arrays updated in place by one owner."""
 
     def __init__(self) -> None:
         self._rows = np.zeros(64, UPDATE_DTYPE)
         self._free: list[int] = list(range(63, -1, -1))
-        # Place of each live track, by track identifier.
-        self._place = np.full(1024, _NONE, np.int32)
+        # Slot of each live track, by track identifier.
+        self._slot = np.full(1024, _NONE, np.int32)
         self._count = 0
 
     def __len__(self) -> int:
@@ -50,50 +50,50 @@ class LiveTracks:
 
     @property
     def capacity(self) -> int:
-        """Places that there are now; more when they are needed."""
+        """Present number of slots; grows as needed."""
         return len(self._rows)
 
-    def places(self, tracks: NDArray[np.int64]) -> NDArray[np.int32]:
-        """Return the place of each track, a number below the capacity, -1 for those not live."""
-        known = (tracks > 0) & (tracks < len(self._place))
+    def slots(self, tracks: NDArray[np.int64]) -> NDArray[np.int32]:
+        """Return the slot of each track, below the capacity, -1 for those not live."""
+        known = (tracks > 0) & (tracks < len(self._slot))
         found = np.full(len(tracks), _NONE, np.int32)
-        found[known] = self._place[tracks[known]]
+        found[known] = self._slot[tracks[known]]
         return found
 
     def update(self, rows: NDArray[np.void]) -> None:
-        """Keep the last of the rows of each track."""
+        """Set the last row of each track."""
         if not len(rows):
             return
-        # The first of each in the reversed order is the last in the order of arrival.
+        # The first of each in reversed order is the last by arrival.
         tracks, backwards = np.unique(rows["track_id"][::-1], return_index=True)
-        self._make_room(int(tracks[-1]))
-        for track in tracks[self._place[tracks] == _NONE]:
-            self._place[track] = self._take_place()
-        self._rows[self._place[tracks]] = rows[len(rows) - 1 - backwards]
+        self._grow(int(tracks[-1]))
+        for track in tracks[self._slot[tracks] == _NONE]:
+            self._slot[track] = self._allocate()
+        self._rows[self._slot[tracks]] = rows[len(rows) - 1 - backwards]
 
-    def end(self, tracks: NDArray[np.int64]) -> None:
-        """Forget tracks; those that are not live are passed over."""
+    def remove(self, tracks: NDArray[np.int64]) -> None:
+        """Remove tracks; those not live are skipped."""
         for track in tracks:
-            place = int(self._place[track]) if track < len(self._place) else _NONE
-            if place != _NONE:
-                self._place[track] = _NONE
-                self._rows[place]["track_id"] = 0
-                self._free.append(place)
+            slot = int(self._slot[track]) if track < len(self._slot) else _NONE
+            if slot != _NONE:
+                self._slot[track] = _NONE
+                self._rows[slot]["track_id"] = 0
+                self._free.append(slot)
                 self._count -= 1
 
     def get(self, track_id: int) -> NDArray[np.void] | None:
         """Return the row of a live track, shape (1,), a copy."""
-        if not 0 < track_id < len(self._place) or self._place[track_id] == _NONE:
+        if not 0 < track_id < len(self._slot) or self._slot[track_id] == _NONE:
             return None
-        place = int(self._place[track_id])
-        return self._rows[place : place + 1].copy()
+        slot = int(self._slot[track_id])
+        return self._rows[slot : slot + 1].copy()
 
     def all(self) -> NDArray[np.void]:
         """Return the rows of all live tracks by ascending identifier, a copy."""
         rows = self._rows[self._rows["track_id"] > 0]
         return rows[np.argsort(rows["track_id"])]
 
-    def _take_place(self) -> int:
+    def _allocate(self) -> int:
         if not self._free:
             held = len(self._rows)
             self._rows = np.concatenate([self._rows, np.zeros(held, UPDATE_DTYPE)])
@@ -101,8 +101,8 @@ class LiveTracks:
         self._count += 1
         return self._free.pop()
 
-    def _make_room(self, track_id: int) -> None:
-        if track_id >= len(self._place):
-            grown = np.full(max(track_id + 1, 2 * len(self._place)), _NONE, np.int32)
-            grown[: len(self._place)] = self._place
-            self._place = grown
+    def _grow(self, track_id: int) -> None:
+        if track_id >= len(self._slot):
+            grown = np.full(max(track_id + 1, 2 * len(self._slot)), _NONE, np.int32)
+            grown[: len(self._slot)] = self._slot
+            self._slot = grown

@@ -1,6 +1,6 @@
-"""What was refused, by reason: how often, and the last of each; for any thread to read.
+"""Counts of rejected rows and the last ones by code; read by any thread.
 
-It is filled in the order of the journal, so a restart shows the same again.
+It is filled in the order of the journal, so its content is the same after a restart.
 """
 
 import json
@@ -16,14 +16,14 @@ from multiradar_schemas.measurements.reject import RejectCode
 
 
 class RejectBoard:
-    """Counts refusals by code and keeps the last of each code.
+    """Counts rejected rows by code and retains the last of each code.
 
     Parameters
     ----------
     sensors : SensorTable
         The sensors.
     kept_max : int
-        Refusals that are kept of each code.
+        Retained rows of each code.
     """
 
     def __init__(self, sensors: SensorTable, kept_max: int) -> None:
@@ -36,50 +36,50 @@ class RejectBoard:
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many were refused, by code, in the order of the codes."""
+        """Number of rejected rows by code, in the order of the codes."""
         with self._lock:
             return dict(sorted(self._counts.items()))
 
     @property
     def duplicates_by_sensor(self) -> dict[str, int]:
-        """How many measurements of each sensor were there twice, of sensors that have some."""
+        """Number of duplicate measurements by sensor, where there are any."""
         with self._lock:
             return {self._sensors.ids[sensor]: n for sensor, n in sorted(self._twice.items())}
 
     def last(self, code: str) -> list[Quarantined]:
-        """Return the last refusals of a code, oldest first; they are numbered within their code."""
+        """Return the last rows of a code, oldest first; they are numbered within their code."""
         with self._lock:
             return list(self._last.get(code, ()))
 
-    def refuse(self, sequence: int, source: str, rows: Sequence[RejectedRow]) -> None:
-        """Take rows that were refused when their message came."""
+    def record(self, sequence: int, source: str, rows: Sequence[RejectedRow]) -> None:
+        """Record the rejected rows of a message."""
         with self._lock:
             for row in rows:
                 self._add(sequence, source, row)
 
-    def drop(self, found: Duplicates, entries: Sequence[tuple[int, int]]) -> None:
-        """Take measurements that were accepted and then found to be there twice.
+    def record_duplicates(self, found: Duplicates, entries: Sequence[tuple[int, int]]) -> None:
+        """Record measurements accepted first and then found to be duplicates.
 
         Parameters
         ----------
         found : Duplicates
             The measurements.
         entries : sequence of (int, int)
-            Entry of the journal of each, and its place among the measurements of that entry.
+            Journal entry of each, and its index among the measurements of that entry.
         """
         code = str(RejectCode.DUPLICATE)
-        # Only the last can be read: of a flood of duplicates nothing else is made into text.
-        silent = max(len(found) - self._kept_max, 0)
-        reasons = found.reasons()[silent:]
-        raw = wire.measurement_rows(found.batch.select(slice(silent, None)), self._sensors)
+        # Only the last are retained: no others are converted to text.
+        skipped = max(len(found) - self._kept_max, 0)
+        reasons = found.reasons()[skipped:]
+        raw = wire.measurement_rows(found.batch.select(slice(skipped, None)), self._sensors)
         with self._lock:
-            self._counts[code] += silent
+            self._counts[code] += skipped
             self._twice.update(found.batch.sensor.tolist())
-            for (sequence, place), reason, said in zip(entries[silent:], reasons, raw, strict=True):
-                self._add(sequence, "", RejectedRow(place, code, reason, json.dumps(said)))
+            for (sequence, index), reason, row in zip(entries[skipped:], reasons, raw, strict=True):
+                self._add(sequence, "", RejectedRow(index, code, reason, json.dumps(row)))
 
     def clear(self) -> None:
-        """Forget everything: the journal is about to be played again."""
+        """Discard everything: the journal is replayed."""
         with self._lock:
             self._counts.clear()
             self._twice.clear()

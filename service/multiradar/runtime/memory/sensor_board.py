@@ -1,4 +1,4 @@
-"""The sensors as readers see them, with what was heard of each."""
+"""The sensors as published, with the time and number of their updates."""
 
 from typing import Any
 
@@ -9,12 +9,12 @@ from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking.health.health_records import HealthRecords
 
-#: Names of what a sensor measures, by kind.
+#: Names of the kinds of measurement.
 KIND_NAMES = ("radar", "position", "bearing")
 
 
 class SensorBoard:
-    """Counts what each sensor contributed; one owner.
+    """Counts the updates of each sensor; one owner.
 
     Parameters
     ----------
@@ -34,23 +34,23 @@ class SensorBoard:
         self._updates += np.bincount(sensor, minlength=len(self._updates))
         np.maximum.at(self._last_s, sensor, rows["time_s"])
 
-    def hear(self, records: HealthRecords) -> None:
-        """Take what was said of the health of radars; the last row of each counts."""
+    def update_health(self, records: HealthRecords) -> None:
+        """Set the health of radars; the last row of each applies."""
         if len(records):
             radars = len(np.unique(records.sensor))
             self._health = records.select(np.arange(len(records)) >= len(records) - radars)
 
     def alarms(self) -> dict[str, list[str]]:
-        """Return what is wrong with each radar of which something is."""
-        said = zip(self._health.sensor.tolist(), self._health.alarms.tolist(), strict=True)
-        return {self._sensors.ids[sensor]: wire.alarm_names(bits) for sensor, bits in said if bits}
+        """Return the alarms of each radar with alarms."""
+        rows = zip(self._health.sensor.tolist(), self._health.alarms.tolist(), strict=True)
+        return {self._sensors.ids[sensor]: wire.alarm_names(bits) for sensor, bits in rows if bits}
 
     def records(self, data_time_s: float | None) -> list[dict[str, Any]]:
-        """Return the sensors by identifier; what a sensor has not is None."""
+        """Return the sensors by identifier; missing values are None."""
         sensors = self._sensors
         records = []
-        said = wire.health_frame(self._health, sensors).to_dicts()
-        health = {row["sensor_id"]: row for row in said}
+        rows = wire.health_frame(self._health, sensors).to_dicts()
+        health = {row["sensor_id"]: row for row in rows}
         for number, name in enumerate(sensors.ids):
             last_s = _finite(self._last_s[number])
             age_s = None

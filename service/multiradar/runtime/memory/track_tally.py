@@ -1,4 +1,4 @@
-"""How many tracks there were: initiated, confirmed, ended."""
+"""Numbers of tracks: initiated, confirmed, terminated."""
 
 import numpy as np
 
@@ -9,18 +9,18 @@ from multiradar.tracking.outputs import EngineOutput
 class TrackTally:
     """Counts the tracks in the output of an engine.
 
-    A track counts as confirmed from the moment it first was, also when it is tentative again after
-    it was reinitialised.
+    A track that was confirmed once counts as confirmed, even if it is tentative again after it was
+    reinitialised.
     """
 
     def __init__(self) -> None:
         self._initiated = 0
         self._ended = 0
         self._confirmed_ended = 0
-        # Only live tracks are kept: memory does not grow with the time the service runs.
+        # Only live tracks are kept, so that memory is bounded.
         self._confirmed_live: set[int] = set()
 
-    def take(self, output: EngineOutput) -> None:
+    def update(self, output: EngineOutput) -> None:
         """Count the tracks of one call of the engine."""
         if len(output.updates):
             # Tracks are numbered from 1 without gaps by first appearance.
@@ -40,7 +40,7 @@ class TrackTally:
 
     @property
     def confirmed(self) -> int:
-        """Number of tracks so far that have been confirmed."""
+        """Number of tracks confirmed so far."""
         return self._confirmed_ended + len(self._confirmed_live)
 
     def counts(self) -> dict[str, int]:

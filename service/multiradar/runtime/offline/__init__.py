@@ -1,1 +1,1 @@
-"""A recording through the same engine, to tables on disk."""
+"""Tracking of a recording with the same engine, to tables on disk."""

@@ -1,4 +1,4 @@
-"""Forecasts of a whole run as rows of a table: each track, every so many seconds, all horizons."""
+"""Table of the forecasts of a run: each track, at a fixed interval, at all horizons."""
 
 from typing import Any
 
@@ -30,7 +30,7 @@ EVERY_MAX_S = 600.0
 
 
 class ForecastTable:
-    """Makes the rows of `forecasts.parquet` of the samples of states in the engine's output.
+    """Computes the rows of `forecasts.parquet` from the state samples in the engine's output.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class ForecastTable:
     plane : SystemPlane
         The plane of the states.
     every_s : float
-        Data time between two forecasts of a track at least, s.
+        Minimum data time between two forecasts of a track, s.
     """
 
     def __init__(
@@ -52,12 +52,12 @@ class ForecastTable:
         self._live = LiveTracks()
         self._last_s = -np.inf
 
-    def take(self, output: EngineOutput) -> pl.DataFrame:
+    def update(self, output: EngineOutput) -> pl.DataFrame:
         """Return the rows of the samples in an output."""
         found: list[dict[str, Any]] = []
         rows = rows_of(output.updates)
         first = 0
-        # What is learnt until a sample is what it is forecast with, as live.
+        # A forecast uses the calibration up to its sample, as in the service.
         for part in self._calibration.parts(output):
             last = first + part.updates
             self._live.update(rows[first:last])
@@ -65,28 +65,28 @@ class ForecastTable:
             if part.sample is not None and part.sample.time_s >= self._last_s + self._every_s:
                 self._last_s = part.sample.time_s
                 found += self._rows(part.sample)
-        self._live.end(output.ended.track_id)
+        self._live.remove(output.ended.track_id)
         return pl.DataFrame(found, schema=FORECAST_SCHEMA)
 
     def finish(self) -> pl.DataFrame:
-        """Return no rows: all of them came with their samples."""
+        """Return no rows: all were returned with their samples."""
         return pl.DataFrame(schema=FORECAST_SCHEMA)
 
     def _rows(self, sample: StateSample) -> list[dict[str, Any]]:
         found: list[dict[str, Any]] = []
         states, method = sample.states, method_of(FILTER, PROBABILITY_DEFAULT)
-        for place, track_id in enumerate(states.track_id.tolist()):
+        for row, track_id in enumerate(states.track_id.tolist()):
             live = self._live.get(track_id)
             if live is None:
                 continue
             updates = table_of(TrackUpdates, live)
             track = wire.tracks_frame(updates, self._sensors).row(0, named=True)
-            known = Known(states, place, self._calibration, no_bundle, no_plots)
-            ahead_s = track["time_s"] + HORIZONS_S - states.time_s[place]
+            known = Known(states, row, self._calibration, no_bundle, no_plots)
+            ahead_s = track["time_s"] + HORIZONS_S - states.time_s[row]
             if ahead_s[0] < 0.0:
                 continue
             course = method(known, ahead_s)
-            time_s = states.time_s[place] + ahead_s
+            time_s = states.time_s[row] + ahead_s
             points = forecast_points(course, time_s, track, self._plane)
             same = {
                 "track_id": track_id,

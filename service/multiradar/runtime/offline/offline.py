@@ -1,7 +1,7 @@
-"""A recording from disk through the tracker to tables on disk: the same path as live, no service.
+"""Tracking of a recording from disk to tables on disk: the same processing as live, no service.
 
-Memory is bounded: the recording is read in blocks, outputs are spooled. What is written is a
-function of the recording, the sensors and the settings; not of batch sizes or workers.
+Memory is bounded: the recording is read in blocks, outputs are spooled. The output depends on the
+recording, the sensors and the settings, not on batch sizes or workers.
 """
 
 from collections import Counter
@@ -24,8 +24,8 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.admission.admission import ACCEPTED, Admission
 from multiradar.runtime.admission.arrivals import ArrivalBoard
-from multiradar.runtime.admission.places import Places
-from multiradar.runtime.admission.reject_file import RejectFile, TimeRefusals
+from multiradar.runtime.admission.origins import Origins
+from multiradar.runtime.admission.reject_file import RejectFile, TimeRejects
 from multiradar.runtime.engine.digest import OutputDigest
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.memory.track_tally import TrackTally
@@ -35,7 +35,7 @@ from multiradar.runtime.offline.stage_times import READING, TRACKING, WRITING, S
 from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.runtime.queries.manoeuvre_planes import plane_of_track
 from multiradar.runtime.queries.observabilities import observability_of_track
-from multiradar.runtime.queries.track_windows import Judge, WindowTable
+from multiradar.runtime.queries.track_windows import WindowAnalysis, WindowTable
 from multiradar.runtime.trajectories.forecast_rows import BundleForecasts, BundleForecastTable
 from multiradar.runtime.trajectories.options import TrajectoryOptions
 from multiradar.runtime.trajectories.table import TrajectoryTable
@@ -77,31 +77,31 @@ REJECTS_FILE = "rejects.ndjson"
 
 @dataclass(frozen=True, slots=True)
 class OfflineJob:
-    """What is tracked, and how.
+    """Input and settings of an offline run.
 
     Attributes
     ----------
     recording : Recording
         The measurements.
     sensors : SensorTable
-        The sensors that may measure.
+        The sensors.
     settings : TrackingSettings
-        What the output depends on beside these.
+        Settings of the tracker.
     kinds : collection of str, optional
-        Kinds of measurement to use; all when absent.
+        Kinds of measurement to use; all by default.
     workers : int
         Threads of the tracker.
     batch_rows : int
-        Measurements handed on at once.
+        Measurements in one call of the engine.
     plane_window_s, observability_window_s : float, optional
-        Windows of the planes in which tracks manoeuvre, and of whether they are observable, s;
-        none are written when absent.
+        Windows of the manoeuvre planes and of the observability of tracks, s; not written by
+        default.
     encounters : EncounterQuery, optional
-        Which encounters are written; none when absent.
+        Encounters to write; none by default.
     trajectories : TrajectoryOptions, optional
-        Bundles of trajectories; none are made when absent.
+        Settings of trajectory bundles; none by default.
     forecasts_every_s : float, optional
-        Data time between two forecasts of a track, s; none are written when absent.
+        Data time between two forecasts of a track, s; not written by default.
     """
 
     recording: Recording
@@ -119,45 +119,45 @@ class OfflineJob:
 
 @dataclass(slots=True)
 class OfflineResult:
-    """What a run read, refused and wrote.
+    """Counts and results of a run.
 
     Attributes
     ----------
     read, accepted, duplicate : int
-        Measurements of the kinds chosen; those that the tracker took; those that another says.
+        Measurements of the selected kinds; those processed by the tracker; duplicates.
     duplicates_by_sensor : Counter
-        Those of them of each sensor that has some.
+        Duplicates by sensor, where there are any.
     rejected : Counter
-        Those refused, by code.
+        Rejected measurements by code.
     updates, tracks, tracks_confirmed, bias_rows, health_rows, steps : int
-        Rows of `tracks.parquet`, different tracks in it, those of them that were confirmed, rows of
-        `biases.parquet`, of `health.parquet` and of `transitions.parquet`.
+        Rows of `tracks.parquet`, tracks initiated and confirmed, rows of `biases.parquet`, of
+        `health.parquet` and of `transitions.parquet`.
     window_rows : dict
-        Rows of the tables by epochs that were asked for, by file.
+        Rows of the requested tables by epoch, by file.
     final_biases : dict
-        Last estimate of each sensor and parameter, with its sigma, and that over its prior sigma.
+        Last estimate of each sensor and parameter, its sigma, and sigma over prior sigma.
     final_health : dict
         Last row of `health.parquet` of each radar.
     alarms : list of dict
-        What went wrong with radars: `time_s`, `sensor_id` and the `alarm` that began.
-    untold : tuple of UnobservableBias
-        Combinations of biases of which the measurements have told nothing.
+        Alarms of radars: `time_s`, `sensor_id` and the `alarm` raised.
+    unobservable_biases : tuple of UnobservableBias
+        Combinations of biases that are not observable from the measurements.
     tracker : dict
-        What became of the accepted measurements in the filter, by outcome.
+        Accepted measurements by outcome in the filter.
     transitions : dict
-        How often tracks without identity went on in their lives, by reason.
+        Lifecycle transitions of tracks without identity, by reason.
     arrivals : dict
-        Of each sensor: measurements received, how many too late, how far behind the data time.
+        By sensor: measurements received, late measurements, delay behind the data time.
     warnings : list of str
-        What the reader should know.
+        Warnings for the user.
     output_sha256 : str
         Digest of all updates and biases.
     trajectories : dict
-        What became of the plots that bundles of trajectories were given; empty without bundles.
+        Plots of trajectory bundles by outcome; empty without bundles.
     asterix : dict
-        Records of ASTERIX that were written, by category, and what was left out of them.
+        ASTERIX records written, by category, and omitted items.
     diagnoses : list of Diagnosis
-        What is probably wrong with sensors, their settings or the recording.
+        Findings about sensors, their settings or the recording.
     """
 
     read: int = 0
@@ -175,7 +175,7 @@ class OfflineResult:
     final_biases: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
     final_health: dict[str, dict[str, Any]] = field(default_factory=dict)
     alarms: list[dict[str, Any]] = field(default_factory=list)
-    untold: tuple[UnobservableBias, ...] = ()
+    unobservable_biases: tuple[UnobservableBias, ...] = ()
     tracker: dict[str, int] = field(default_factory=dict)
     transitions: dict[str, int] = field(default_factory=dict)
     arrivals: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -187,7 +187,7 @@ class OfflineResult:
 
     @property
     def rejected_total(self) -> int:
-        """Number of measurements refused."""
+        """Number of rejected measurements."""
         return sum(self.rejected.values())
 
 
@@ -203,14 +203,14 @@ def track_recording(
     Parameters
     ----------
     job : OfflineJob
-        What is tracked.
+        Input and settings.
     folder : Path
         Existing, empty folder for `tracks.parquet`, `transitions.parquet`, `biases.parquet`,
         `health.parquet` and `rejects.ndjson`.
     on_progress : callable
-        Told the number of measurements that are done, after every batch.
+        Called with the number of processed measurements, after every batch.
     on_output : callable, optional
-        Given all that the engine puts out.
+        Called with all output of the engine.
     stages : StageTimes, optional
         Measures the time of each stage.
 
@@ -227,7 +227,7 @@ def track_recording(
         Read is not accepted + rejected.
     """
     pictures = job.encounters is not None
-    # Encounters learn from forecasts of a few tracks, as live.
+    # Encounters are calibrated with forecasts of a few tracks, as in the service.
     sampling = Sampling.DRAWN if pictures else Sampling.NONE
     if job.forecasts_every_s is not None:
         sampling = Sampling.ALL
@@ -238,7 +238,7 @@ def track_recording(
         run = _Run(job, folder, engine, on_output, stages)
         done = 0
         for block in stages.each(READING, job.recording.blocks(job.kinds)):
-            for rows in run.take(block):
+            for rows in run.process(block):
                 on_progress(done + rows)
             done += len(block)
         return run.finish()
@@ -274,34 +274,36 @@ class _Run:
         self._transitions = TableWriter(folder / TRANSITIONS_FILE, TRANSITION_SCHEMA)
         self._windows = _tables(job, folder, engine.plane)
         self._rejects = RejectFile(folder / REJECTS_FILE, job.recording.path.name)
-        self._places = Places()
+        self._origins = Origins()
         self._evidence = Evidence(job.sensors, job.kinds)
         self._result = OfflineResult()
 
-    # Takes one block; yields how many of its rows are done, batch after batch.
-    def take(self, block: pl.DataFrame) -> Iterator[int]:
+    # Processes one block; yields the number of rows done after each batch.
+    def process(self, block: pl.DataFrame) -> Iterator[int]:
         with self._stages.measure(READING):
-            measured, refused = wire.measurement_batch(block.drop(INDEX_COLUMN), self._sensors)
+            measured, rejected = wire.measurement_batch(block.drop(INDEX_COLUMN), self._sensors)
         clock_s = self._admission.data_clock_s
         codes = np.zeros(len(measured), np.int8)
-        at = np.delete(block[INDEX_COLUMN].cast(pl.Int64).to_numpy(), refused.index)
+        at = np.delete(block[INDEX_COLUMN].cast(pl.Int64).to_numpy(), rejected.index)
         outputs = []
         for start in range(0, len(measured), self._batch_rows):
             rows = slice(start, start + self._batch_rows)
             with self._stages.measure(TRACKING):
                 batch = measured.select(rows)
                 codes[rows] = self._admission.admit(batch)
-                taken = codes[rows] == ACCEPTED
-                self._places.add(0, int(np.count_nonzero(taken)), at[rows][taken])
-                outputs.append(self._engine.push(batch if taken.all() else batch.select(taken)))
+                accepted = codes[rows] == ACCEPTED
+                self._origins.add(0, int(np.count_nonzero(accepted)), at[rows][accepted])
+                outputs.append(
+                    self._engine.push(batch if accepted.all() else batch.select(accepted))
+                )
             yield min(rows.stop, len(block))
         self._result.read += len(block)
         self._result.accepted += int(np.count_nonzero(codes == ACCEPTED))
-        self._evidence.record_batch(block, refused, measured, codes)
-        times = TimeRefusals(self._admission, clock_s, measured.time_s, codes)
+        self._evidence.record_batch(block, rejected, measured, codes)
+        times = TimeRejects(self._admission, clock_s, measured.time_s, codes)
         with self._stages.measure(WRITING):
             self._write(outputs)
-            self._result.rejected += self._rejects.write(block, refused, times)
+            self._result.rejected += self._rejects.write(block, rejected, times)
             self._write_duplicates(outputs)
 
     def finish(self) -> OfflineResult:
@@ -326,7 +328,7 @@ class _Run:
         outcomes = self._engine.counts
         result.duplicate = outcomes.pop("DUPLICATE")
         result.accepted -= result.duplicate
-        # The admission has refused what is late, so the tracker finds nothing late any more.
+        # The admission has rejected late measurements, so the tracker finds none.
         late = outcomes.pop("LATE")
         result.tracker = {name.lower(): count for name, count in outcomes.items()}
         _check(result, late)
@@ -334,7 +336,7 @@ class _Run:
         result.transitions = self._engine.transitions
         result.arrivals = self._arrivals.records()
         result.warnings += self._arrivals.warnings()
-        result.untold = self._engine.untold()
+        result.unobservable_biases = self._engine.unobservable_biases()
         result.output_sha256 = self._digest.hexdigest()
         result.diagnoses = diagnose(self._evidence)
         return result
@@ -345,11 +347,11 @@ class _Run:
     def _write(self, outputs: Sequence[EngineOutput]) -> None:
         for output in outputs:
             self._digest.add(output)
-            self._tally.take(output)
+            self._tally.update(output)
             self._evidence.record_output(output)
             for file, (table, writer) in self._windows.items():
                 with self._stages.measure(_stage_of(file)):
-                    self._keep_windows(file, writer, table.take(output))
+                    self._keep_windows(file, writer, table.update(output))
             if self._on_output is not None:
                 self._on_output(output)
         updates = TrackUpdates.concatenate([output.updates for output in outputs])
@@ -389,11 +391,11 @@ class _Run:
 
     def _write_duplicates(self, outputs: Sequence[EngineOutput]) -> None:
         found = Duplicates.concatenate([output.duplicates for output in outputs])
-        places = [row for _, row in self._places.find(found.arrival.tolist())]
-        self._rejects.write_duplicates(found, places, self._sensors)
+        indices = [row for _, row in self._origins.find(found.arrival.tolist())]
+        self._rejects.write_duplicates(found, indices, self._sensors)
         named = (self._sensors.ids[sensor] for sensor in found.batch.sensor.tolist())
         self._result.duplicates_by_sensor.update(named)
-        self._places.forget(self._engine.waiting_from)
+        self._origins.discard(self._engine.waiting_from)
 
     def _keep_last(self, frame: pl.DataFrame) -> None:
         last = frame.unique(["sensor_id", "parameter"], keep="last", maintain_order=True)
@@ -410,16 +412,16 @@ def _stage_of(file: str) -> str:
 
 class _Table(Protocol):
     # A table by epochs of data time.
-    def take(self, output: EngineOutput) -> pl.DataFrame: ...
+    def update(self, output: EngineOutput) -> pl.DataFrame: ...
 
     def finish(self) -> pl.DataFrame: ...
 
 
-# What is told by epochs of each track, or of each pair, with its file.
+# The requested tables by epoch, with their files.
 def _tables(
     job: OfflineJob, folder: Path, plane: SystemPlane
 ) -> dict[str, tuple[_Table, TableWriter]]:
-    kinds: tuple[tuple[str, float | None, Judge, pl.Schema], ...] = (
+    kinds: tuple[tuple[str, float | None, WindowAnalysis, pl.Schema], ...] = (
         (PLANES_FILE, job.plane_window_s, plane_of_track, MANOEUVRE_PLANE_SCHEMA),
         (
             OBSERVABILITY_FILE, job.observability_window_s, observability_of_track,
@@ -428,10 +430,10 @@ def _tables(
     )  # fmt: skip
     tables: dict[str, tuple[_Table, TableWriter]] = {
         file: (
-            WindowTable(judge, schema, job.sensors, window_s, job.settings.epoch_s),
+            WindowTable(analyse, schema, job.sensors, window_s, job.settings.epoch_s),
             TableWriter(folder / file, schema),
         )
-        for file, window_s, judge, schema in kinds
+        for file, window_s, analyse, schema in kinds
         if window_s is not None
     }
     if job.encounters is not None:

@@ -23,22 +23,22 @@ REPORT_FILE = "report.json"
 
 
 def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
-    """Return what a run did, without a trace of batches, workers or the time of day.
+    """Return the report of a run; it does not depend on batches, workers or wall-clock time.
 
     Parameters
     ----------
     job : OfflineJob
-        What was tracked.
+        Input and settings.
     result : OfflineResult
-        What came of it.
+        Counts and results.
 
     Returns
     -------
     Report
         Counts, settings, digest; figures: whether the recording had to be sorted, number of tracks,
-        last biases with sigma, health of the radars and what went wrong with them, combinations of
-        biases that are unobservable, what became of the accepted measurements in the filter, what
-        became of plots in bundles of trajectories, and what was written in ASTERIX.
+        last biases with sigma, health and alarms of the radars, unobservable combinations of
+        biases, accepted measurements by outcome, plots of trajectory bundles by outcome, and
+        ASTERIX records written.
     """
     counts = Counts(
         read=result.read,
@@ -89,14 +89,18 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
             "final_biases": biases,
             "sensor_health": {name: {**row} for name, row in result.final_health.items()},
             "sensor_alarms": [{**alarm} for alarm in result.alarms],
-            "unobservable_biases": [_untold_figures(one, job.sensors) for one in result.untold],
+            "unobservable_biases": [
+                _unobservable_figures(one, job.sensors) for one in result.unobservable_biases
+            ],
             **({"trajectories": {**result.trajectories}} if result.trajectories else {}),
             **({"asterix_records": {**result.asterix}} if result.asterix else {}),
         },
     )
 
 
-def _untold_figures(untold: UnobservableBias, sensors: SensorTable) -> dict[str, JsonValue]:
+def _unobservable_figures(
+    combination: UnobservableBias, sensors: SensorTable
+) -> dict[str, JsonValue]:
     weights: list[JsonValue] = [
         {
             "sensor_id": sensors.ids[sensor],
@@ -104,8 +108,8 @@ def _untold_figures(untold: UnobservableBias, sensors: SensorTable) -> dict[str,
             "weight": weight,
         }
         for sensor, kind, weight in zip(
-            sensors.parameter_sensor, sensors.parameter_kind, untold.weights, strict=True
+            sensors.parameter_sensor, sensors.parameter_kind, combination.weights, strict=True
         )
         if weight != 0.0
     ]
-    return {"what": untold.name, "prior_ratio": untold.prior_ratio, "weights": weights}
+    return {"what": combination.name, "prior_ratio": combination.prior_ratio, "weights": weights}

@@ -1,4 +1,4 @@
-"""How long each stage of a run took, compilation of kernels apart."""
+"""Duration of the stages of a run, with the compilation of kernels counted separately."""
 
 import threading
 from collections.abc import Callable, Iterable, Iterator
@@ -18,22 +18,22 @@ _COMPILATION = "numba:compile"
 
 
 class StageTimes(event.Listener):
-    """Divides the time of a run between its stages: at each moment one of them runs.
+    """Attributes the time of a run to its stages; one of them is active at any time.
 
-    What belongs to no stage is the start. While any thread compiles kernels, nothing else counts;
-    kernels that come from the cache are not compiled.
+    Time outside any stage counts as the start. While any thread compiles kernels, the time counts
+    as compilation; kernels loaded from the cache are not compiled.
 
     Parameters
     ----------
     clock : Clock
-        Tells the time.
+        The clock.
     since_s : float, optional
-        When the run began, by that clock; now where not given.
+        Start of the run by that clock; now by default.
     """
 
     def __init__(self, clock: Clock, since_s: float | None = None) -> None:
         self._clock = clock
-        # Compilation may be told of by threads of the tracker.
+        # Compilation may be reported by threads of the tracker.
         self._lock = threading.Lock()
         self._stages = [STARTING]
         self._compilations = 0
@@ -42,7 +42,7 @@ class StageTimes(event.Listener):
 
     @contextmanager
     def measure(self, stage: str) -> Iterator[None]:
-        """Count the time within to a stage; a stage within it counts apart."""
+        """Attribute the time within to a stage; nested stages count separately."""
         with self._lock:
             self._settle()
             self._stages.append(stage)
@@ -56,14 +56,14 @@ class StageTimes(event.Listener):
 
     @contextmanager
     def enter(self, stage: str, manager: AbstractContextManager[Item]) -> Iterator[Item]:
-        """Enter and leave a context manager; the time that these take counts to a stage."""
+        """Enter and leave a context manager; that time counts to a stage."""
         with ExitStack() as held:
             with self.measure(stage):
                 entered = held.enter_context(manager)
             yield entered
 
     def timed(self, stage: str, call: Callable[[Item], object]) -> Callable[[Item], None]:
-        """Return a function that does the same; its time counts to a stage."""
+        """Wrap a function so that its time counts to a stage."""
 
         def measured(item: Item) -> None:
             with self.measure(stage):
@@ -72,7 +72,7 @@ class StageTimes(event.Listener):
         return measured
 
     def each(self, stage: str, items: Iterable[Item]) -> Iterator[Item]:
-        """Yield items; the time that making them takes counts to a stage."""
+        """Yield items; the time to produce them counts to a stage."""
         iterator = iter(items)
         nothing = object()
         while True:
@@ -84,7 +84,7 @@ class StageTimes(event.Listener):
 
     @contextmanager
     def listening(self) -> Iterator[None]:
-        """Notice compilations within."""
+        """Count compilations within."""
         event.register(_COMPILATION, self)  # type: ignore[no-untyped-call]  # of numba
         try:
             yield
@@ -92,13 +92,13 @@ class StageTimes(event.Listener):
             event.unregister(_COMPILATION, self)  # type: ignore[no-untyped-call]  # of numba
 
     def on_start(self, _event: event.Event) -> None:
-        """Notice that a kernel begins to be compiled."""
+        """Record the start of a compilation."""
         with self._lock:
             self._settle()
             self._compilations += 1
 
     def on_end(self, _event: event.Event) -> None:
-        """Notice that a kernel is compiled."""
+        """Record the end of a compilation."""
         with self._lock:
             self._settle()
             self._compilations -= 1

@@ -1,1 +1,1 @@
-"""What readers may ask of live tracks: forecasts, encounters, windows of measurements."""
+"""Queries of live tracks: forecasts, encounters, windows of measurements."""

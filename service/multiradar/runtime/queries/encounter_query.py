@@ -1,4 +1,4 @@
-"""Which encounters are asked for, the same over HTTP, over Zenoh and of a recording."""
+"""Selection of encounters, the same over HTTP, over Zenoh and offline."""
 
 from dataclasses import asdict, dataclass
 
@@ -14,29 +14,29 @@ from multiradar.runtime.queries.parameters import (
 
 @dataclass(frozen=True, slots=True)
 class EncounterQuery:
-    """Which encounters are asked for.
+    """Selection of encounters.
 
     Attributes
     ----------
     horizon_s : float
-        How far ahead, s.
+        Prediction horizon, s.
     distance_m : float
-        Pairs whose expected positions come so near, m.
+        Horizontal threshold: pairs whose predicted positions come closer, m.
     height_m : float or None
-        Without those whose heights are expected to be farther apart, m, all the while that they are
-        within `distance_m`; those of unknown height stay.
+        Vertical threshold, m: skip pairs separated by more while within `distance_m`; pairs of
+        unknown height are kept.
     probability_min : float
-        Without those that are less likely to come within both (`distance_m` where a height is not
-        known, or `height_m` not given).
+        Skip pairs with a lower probability of coming within both thresholds (`distance_m` alone
+        where a height is unknown or `height_m` is not given).
     order : str
-        `time` of the closest approach, or `probability`, the greatest first.
+        `time` of closest approach, or `probability`, greatest first.
     limit : int or None
         Maximum number of encounters; None is no limit.
 
     Raises
     ------
     ForecastError
-        If a number is out of its bounds or none.
+        If a number is out of its bounds or NaN.
     """
 
     horizon_s: float = ENCOUNTER_HORIZON_S

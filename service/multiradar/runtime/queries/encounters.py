@@ -1,4 +1,4 @@
-"""Encounters of live tracks: which are expected to come near each other, for whoever asks."""
+"""Encounters of live tracks: pairs predicted to come into proximity."""
 
 from typing import Any, NamedTuple
 
@@ -32,25 +32,25 @@ from multiradar.tracking.forecast.forecast_calibration import ForecastCalibratio
 from multiradar.tracking.outputs import STATE_NAMES, STATE_TENTATIVE, TrackStates
 from multiradar.tracking.settings import TrackingSettings
 
-#: Forecasts are made at times so far apart, s; between them tracks follow cubics.
+#: Interval of forecast times, s; paths between them are cubic.
 PIECE_S = 10.0
-# Nowhere below sea level is a true metre longer than this on the plane.
+# Upper bound of the scale of the plane at and above sea level.
 _METRE_MAX = 1.001
 
 Floats = NDArray[np.float64]
 
 
-class Sky(NamedTuple):
-    """The live tracks of one moment.
+class TrackSnapshot(NamedTuple):
+    """The live tracks at one time.
 
     Attributes
     ----------
     time_s : float
-        The moment: data time.
+        Data time.
     rows : (n,) ndarray of `UPDATE_DTYPE`
         The last update of each track, by ascending track.
     states : TrackStates
-        The tracks as the filter has them.
+        The filter states of the tracks.
     """
 
     time_s: float
@@ -59,8 +59,8 @@ class Sky(NamedTuple):
 
 
 class _Chosen(NamedTuple):
-    # The tracks that take part, those that do not counted.
-    places: NDArray[np.intp]
+    # The tracks included, and the number of tentative ones.
+    rows: NDArray[np.intp]
     track_id: NDArray[np.int64]
     state: NDArray[np.int8]
     age_s: Floats
@@ -68,14 +68,14 @@ class _Chosen(NamedTuple):
 
 
 class _Found(NamedTuple):
-    # Encounters, a row each, before they are told.
+    # Encounters, one row each.
     tracks: NDArray[np.int64]
     approaches: Approaches
     between: Floats
     within: Floats
     both: Floats
 
-    def take(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> "_Found":
+    def select(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> "_Found":
         return _Found(
             self.tracks[rows], self.approaches.select(rows), self.between[rows], self.within[rows],
             self.both[rows],
@@ -83,41 +83,41 @@ class _Found(NamedTuple):
 
 
 def encounters(
-    sky: Sky,
+    snapshot: TrackSnapshot,
     query: EncounterQuery,
     plane: SystemPlane,
     settings: TrackingSettings,
     calibration: ForecastCalibration,
 ) -> dict[str, Any]:
-    """Return the encounters that are expected among live tracks.
+    """Return the encounters predicted among live tracks.
 
     Parameters
     ----------
-    sky : Sky
+    snapshot : TrackSnapshot
         The tracks.
     query : EncounterQuery
-        What is asked for.
+        Selection of encounters.
     plane : SystemPlane
         The plane of the states.
     settings : TrackingSettings
         When tracks coast.
     calibration : ForecastCalibration
-        What the run has taught of forecasts.
+        Calibration of forecasts.
 
     Returns
     -------
     dict
         The fields of `multiradar_schemas.products.encounter.Encounters`.
     """
-    # Tracks may have moved on since the data time was asked for.
-    time_s = float(np.max(sky.states.time_s, initial=sky.time_s))
-    chosen = _chosen(sky, time_s, settings)
-    ahead_s = time_s - sky.states.time_s[chosen.places]
+    # Track states may be newer than the data time of the snapshot.
+    time_s = float(np.max(snapshot.states.time_s, initial=snapshot.time_s))
+    chosen = _chosen(snapshot, time_s, settings)
+    ahead_s = time_s - snapshot.states.time_s[chosen.rows]
     times_s = np.append(np.arange(0.0, query.horizon_s, PIECE_S), query.horizon_s)
-    paths = _paths(calibration, sky.states.at(chosen.places), ahead_s, times_s)
+    paths = _paths(calibration, snapshot.states.at(chosen.rows), ahead_s, times_s)
     paths = paths._replace(points=points_inside(plane, paths.means))
     pairs = near_pairs(paths, query.distance_m * _METRE_MAX)
-    found, told = _selected(_found(paths, pairs, query, plane), query)
+    found, reported = _selected(_found(paths, pairs, query, plane), query)
     return {
         **no_encounters(query),
         "time_s": time_s,
@@ -126,18 +126,18 @@ def encounters(
         "tracks_off_plane": int(np.count_nonzero(paths.points < 2)),
         "pairs_left_out": pairs.left_out,
         "total": found,
-        "count": len(told.tracks),
-        "encounters": _told(told, chosen, time_s, plane, paths),
+        "count": len(reported.tracks),
+        "encounters": _documents(reported, chosen, time_s, plane, paths),
     }
 
 
 def answer_encounters(known: Knowledge, **values: Any) -> dict[str, Any]:
-    """Return the encounters that are expected among the live tracks.
+    """Return the encounters predicted among the live tracks.
 
     Parameters
     ----------
     known : Knowledge
-        What the service knows.
+        Present data of the service.
     **values
         The fields of `EncounterQuery`.
 
@@ -151,12 +151,12 @@ def answer_encounters(known: Knowledge, **values: Any) -> dict[str, Any]:
     if now is None or now_s is None:
         return no_encounters(query)
     states, plane = now
-    sky = Sky(now_s, rows, states)
-    return encounters(sky, query, plane, known.tracking, known.calibration)
+    snapshot = TrackSnapshot(now_s, rows, states)
+    return encounters(snapshot, query, plane, known.tracking, known.calibration)
 
 
 def no_encounters(query: EncounterQuery) -> dict[str, Any]:
-    """Return the answer as long as there is no track."""
+    """Return the answer without tracks."""
     counts = ("tracks", "tracks_tentative", "tracks_off_plane", "pairs_left_out", "total", "count")
     return {
         "time_s": None,
@@ -168,15 +168,15 @@ def no_encounters(query: EncounterQuery) -> dict[str, Any]:
     }
 
 
-def _chosen(sky: Sky, time_s: float, settings: TrackingSettings) -> _Chosen:
-    # Tracks that both the filter and the readers know; a tentative one may be no aircraft.
-    track_id, places, at = np.intersect1d(
-        sky.states.track_id, sky.rows["track_id"], assume_unique=True, return_indices=True
+def _chosen(snapshot: TrackSnapshot, time_s: float, settings: TrackingSettings) -> _Chosen:
+    # Tracks present in both states and updates; a tentative track may be false.
+    track_id, rows, at = np.intersect1d(
+        snapshot.states.track_id, snapshot.rows["track_id"], assume_unique=True, return_indices=True
     )
-    age_s, state = ages_and_states(sky.rows[at], time_s, settings.coast_after_s)
+    age_s, state = ages_and_states(snapshot.rows[at], time_s, settings.coast_after_s)
     sure = state != STATE_TENTATIVE
     return _Chosen(
-        places[sure], track_id[sure], state[sure], age_s[sure], int(np.count_nonzero(~sure))
+        rows[sure], track_id[sure], state[sure], age_s[sure], int(np.count_nonzero(~sure))
     )
 
 
@@ -207,7 +207,7 @@ def _heights(states: TrackStates, ahead_s: Floats) -> Floats:
 
 def _found(paths: Paths, pairs: Pairs, query: EncounterQuery, plane: SystemPlane) -> _Found:
     tracks = pairs.tracks
-    # Where they meet is found on the plane, how near they come there in true metres.
+    # The position of closest approach is found on the plane, the distance there in true metres.
     flat = closest_approaches(
         paths, tracks, np.tile(np.eye(2), (len(tracks), 1, 1)), query.distance_m
     )
@@ -218,24 +218,24 @@ def _found(paths: Paths, pairs: Pairs, query: EncounterQuery, plane: SystemPlane
     between = heights_between(paths, tracks)
     kept = approaches.distance_m <= query.distance_m
     if query.height_m is not None:
-        # Written so that unknown heights stay.
+        # Written so that unknown heights (NaN) are kept.
         kept &= ~(least_heights(approaches, between, query.distance_m) > query.height_m)
     unknown = np.full(np.count_nonzero(kept), np.nan)
     return _Found(tracks[kept], approaches.select(kept), between[kept], unknown, unknown)
 
 
-# How many there are, and those that are told.
+# The number of encounters, and those reported.
 def _selected(found: _Found, query: EncounterQuery) -> tuple[int, _Found]:
-    # Chances cost most: where they decide nothing only those of who is told are asked for.
+    # Probabilities are expensive: unless they select or sort, only reported pairs need them.
     decisive = query.order == BY_PROBABILITY or query.probability_min > 0.0
     if decisive:
-        found = _with_chances(found, query)
-        found = found.take(_probability(found) >= query.probability_min)
-    ordered = found.take(_order(found, query)[: query.limit])
-    return len(found.tracks), ordered if decisive else _with_chances(ordered, query)
+        found = _with_probabilities(found, query)
+        found = found.select(_probability(found) >= query.probability_min)
+    ordered = found.select(_order(found, query)[: query.limit])
+    return len(found.tracks), ordered if decisive else _with_probabilities(ordered, query)
 
 
-def _with_chances(found: _Found, query: EncounterQuery) -> _Found:
+def _with_probabilities(found: _Found, query: EncounterQuery) -> _Found:
     within, both = conflict_probabilities(
         found.approaches, found.between, query.distance_m, query.height_m
     )
@@ -254,7 +254,7 @@ def _order(found: _Found, query: EncounterQuery) -> NDArray[np.intp]:
     return np.lexsort(keys)
 
 
-def _told(
+def _documents(
     found: _Found, chosen: _Chosen, time_s: float, plane: SystemPlane, paths: Paths
 ) -> list[dict[str, Any]]:
     approaches = found.approaches
@@ -276,9 +276,9 @@ def _told(
         "probability_both": found.both,
     }
     sides = (("first", approaches.first), ("second", approaches.second))
-    for side, (name, places) in enumerate(sides):
+    for side, (name, positions) in enumerate(sides):
         tracks = found.tracks[:, side]
-        latitude_rad, longitude_rad = plane.to_geodetic(places[:, 0], places[:, 1])
+        latitude_rad, longitude_rad = plane.to_geodetic(positions[:, 0], positions[:, 1])
         heights = paths.heights[tracks]
         columns |= {
             f"{name}_track_id": chosen.track_id[tracks],

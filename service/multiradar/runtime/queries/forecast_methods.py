@@ -1,4 +1,4 @@
-"""The methods by which tracks are forecast, by name."""
+"""Forecast methods by name."""
 
 from collections.abc import Callable
 from functools import partial
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from multiradar.errors import TrajectoryError
 from multiradar.runtime.queries.parameters import BUNDLE, FILTER, POLYNOMIAL
 from multiradar.runtime.queries.polynomial_forecasts import LastPlots
-from multiradar.runtime.trajectories.fans import FanCourse, fan_course
+from multiradar.runtime.trajectories.ensemble_paths import EnsemblePath, ensemble_path
 from multiradar.runtime.trajectories.pool import Reading
 from multiradar.tracking.forecast.forecast_calibration import ForecastCalibration
 from multiradar.tracking.forecast.forecast_scores import Plan
@@ -21,16 +21,16 @@ Floats = NDArray[np.float64]
 
 
 class Known(NamedTuple):
-    """What a track is forecast from.
+    """Input of a forecast of a track.
 
     Attributes
     ----------
     states : TrackStates
-        States of the filter, in the system plane.
-    place : int
-        Which of them the track has.
+        Filter states, in the system plane.
+    row : int
+        Index of the track's state.
     calibration : ForecastCalibration
-        The motions of the filter.
+        Calibration of the motions of the filter.
     bundle : callable
         Returns the bundle of the track, or raises a TrajectoryError.
     plots : callable
@@ -38,14 +38,14 @@ class Known(NamedTuple):
     """
 
     states: TrackStates
-    place: int
+    row: int
     calibration: ForecastCalibration
     bundle: Callable[[], Reading]
     plots: Callable[[], LastPlots | None]
 
 
-class Course(NamedTuple):
-    """Where a track is expected to be.
+class PredictedPath(NamedTuple):
+    """Predicted path of a track.
 
     Attributes
     ----------
@@ -54,13 +54,13 @@ class Course(NamedTuple):
     covariances : (k, 2, 2) float64
         m².
     factors : (k,) float64
-        The region of the probability asked for is {x : (x − m)ᵀ C⁻¹ (x − m) ≤ factor}.
+        The region of the requested probability is {x : (x − m)ᵀ C⁻¹ (x − m) ≤ factor}.
     calibrated : (k,) bool
-        Whether earlier forecasts as far ahead have told how large regions must be.
+        Whether the region is calibrated by earlier forecasts of that horizon.
     motion : str
-        How the aircraft is taken to move.
-    fan : FanCourse, optional
-        What members it has, if it has any.
+        Name of the motion model.
+    ensemble : EnsemblePath, optional
+        Ensemble with its members, if any.
     """
 
     means: Floats
@@ -68,55 +68,62 @@ class Course(NamedTuple):
     factors: Floats
     calibrated: NDArray[np.bool_]
     motion: str
-    fan: FanCourse | None = None
+    ensemble: EnsemblePath | None = None
 
 
 #: Forecasts a track at times after its state, s.
-Method = Callable[[Known, Floats], Course]
-#: The same with regions of a probability, which comes first.
-Regional = Callable[[float, Known, Floats], Course]
+Method = Callable[[Known, Floats], PredictedPath]
+#: The same with the probability of the regions as first argument.
+Regional = Callable[[float, Known, Floats], PredictedPath]
 
 
-def by_filter(probability: float, known: Known, ahead_s: Floats) -> Course:
-    """Forecast by the motion that has fitted the traffic best, with regions as past errors ask."""
+def by_filter(probability: float, known: Known, ahead_s: Floats) -> PredictedPath:
+    """Forecast with the best-scoring motion and regions calibrated by past errors."""
     return by_plan(known, ahead_s, known.calibration.scores.plan(ahead_s, probability))
 
 
-def by_plan(known: Known, ahead_s: Floats, plan: Plan) -> Course:
-    """Forecast by a motion of the filter, with the regions of a plan."""
-    found = known.calibration.forecast_by(plan, known.states, known.place, ahead_s)
-    return Course(*found, plan.calibrated, known.calibration.family.names[plan.motion])
+def by_plan(known: Known, ahead_s: Floats, plan: Plan) -> PredictedPath:
+    """Forecast with a motion of the filter and the regions of a plan."""
+    found = known.calibration.forecast_by(plan, known.states, known.row, ahead_s)
+    return PredictedPath(*found, plan.calibrated, known.calibration.family.names[plan.motion])
 
 
-def by_bundle(probability: float, known: Known, ahead_s: Floats) -> Course:
-    """Forecast by the fan of the track's bundle, with regions as past errors ask."""
-    time_s = known.states.time_s[known.place] + ahead_s
-    return course_of_bundle(known.bundle(), time_s, probability)
+def by_bundle(probability: float, known: Known, ahead_s: Floats) -> PredictedPath:
+    """Forecast with the ensemble of the track's bundle and regions calibrated by past errors."""
+    time_s = known.states.time_s[known.row] + ahead_s
+    return bundle_path(known.bundle(), time_s, probability)
 
 
-def course_of_bundle(reading: Reading, time_s: Floats, probability: float) -> Course:
-    """Forecast by the fan of a bundle at ascending data times, s."""
-    fan = fan_course(reading, time_s, probability)
-    return Course(fan.means, fan.covariances, fan.factors, fan.calibrated, BUNDLE, fan)
+def bundle_path(reading: Reading, time_s: Floats, probability: float) -> PredictedPath:
+    """Forecast with the ensemble of a bundle at ascending data times, s."""
+    ensemble = ensemble_path(reading, time_s, probability)
+    return PredictedPath(
+        ensemble.means,
+        ensemble.covariances,
+        ensemble.factors,
+        ensemble.calibrated,
+        BUNDLE,
+        ensemble,
+    )
 
 
-def by_polynomial(probability: float, known: Known, ahead_s: Floats) -> Course:
-    """Forecast by a polynomial through the last plots, with the regions of a Gaussian.
+def by_polynomial(probability: float, known: Known, ahead_s: Floats) -> PredictedPath:
+    """Forecast with a polynomial through the last plots and Gaussian regions.
 
     Raises
     ------
     TrajectoryError
-        If the plots are too few for one.
+        If there are too few plots.
     """
     plots = known.plots()
     if plots is None:
-        raise TrajectoryError("TOO_FEW_PLOTS", "expected plots of the track, was none")
-    found = plots.forecast(known.states.time_s[known.place] + ahead_s)
+        raise TrajectoryError("TOO_FEW_PLOTS", "the track has no plots")
+    found = plots.forecast(known.states.time_s[known.row] + ahead_s)
     factors = np.full(len(ahead_s), gaussian_factor(probability))
-    return Course(*found, factors, np.zeros(len(ahead_s), np.bool_), POLYNOMIAL)
+    return PredictedPath(*found, factors, np.zeros(len(ahead_s), np.bool_), POLYNOMIAL)
 
 
-#: The methods by name; `parameters.METHOD` offers them over HTTP and Zenoh.
+#: The methods by name, as in `parameters.METHOD`.
 METHODS: dict[str, Regional] = {
     FILTER: by_filter,
     BUNDLE: by_bundle,
@@ -125,7 +132,7 @@ METHODS: dict[str, Regional] = {
 
 
 def method_of(name: str, probability: float) -> Method:
-    """Return a method of forecasting, with regions of a probability."""
+    """Return a forecast method with regions of a probability."""
     return partial(METHODS[name], probability)
 
 
@@ -135,7 +142,7 @@ def no_bundle() -> NoReturn:
 
 
 def no_plots() -> None:
-    """Tell that a track has no plots."""
+    """Return None: the track has no plots."""
 
 
 def known_of(
@@ -145,7 +152,7 @@ def known_of(
     bundle: Callable[[], Reading] = no_bundle,
     plots: Callable[[], LastPlots | None] = no_plots,
 ) -> Known | None:
-    """Return what a track is forecast from, None when the filter has no such track."""
-    place = int(np.searchsorted(states.track_id, track_id))
-    found = place < len(states) and states.track_id[place] == track_id
-    return Known(states, place, calibration, bundle, plots) if found else None
+    """Return the input of a track's forecast, None when the filter has no such track."""
+    row = int(np.searchsorted(states.track_id, track_id))
+    found = row < len(states) and states.track_id[row] == track_id
+    return Known(states, row, calibration, bundle, plots) if found else None

@@ -8,9 +8,15 @@ from numpy.typing import NDArray
 from multiradar.errors import ForecastError
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.memory.knowledge import Knowledge
-from multiradar.runtime.queries.forecast_methods import Course, Known, Method, known_of, method_of
+from multiradar.runtime.queries.forecast_methods import (
+    Known,
+    Method,
+    PredictedPath,
+    known_of,
+    method_of,
+)
 from multiradar.runtime.queries.polynomial_forecasts import LastPlots, last_plots
-from multiradar.runtime.trajectories.fans import told_members
+from multiradar.runtime.trajectories.ensemble_paths import member_documents
 from multiradar.tracking.forecast.polynomial_forecast import WINDOW_S
 from multiradar.tracking.forecast.regions import ellipses
 from multiradar.tracking.outputs import TrackStates
@@ -22,19 +28,19 @@ def forecast_steps(horizon_s: float, step_s: float, points_max: int) -> NDArray[
     Parameters
     ----------
     horizon_s, step_s : float
-        How far, and in what steps, s.
+        Horizon and step, s.
     points_max : int
-        Most points, that of now included.
+        Maximum number of points, including the present one.
 
     Returns
     -------
     (k,) ndarray
-        Times after now, s, the first 0.
+        Times ahead, s, the first 0.
 
     Raises
     ------
     ForecastError
-        If the points are too many.
+        If there are too many points.
     """
     # The tolerance keeps the last point when the step divides the horizon but for rounding.
     count = int(horizon_s / step_s + 1e-9) + 1
@@ -48,7 +54,7 @@ def forecast_steps(horizon_s: float, step_s: float, points_max: int) -> NDArray[
 
 
 def ahead_of(
-    states: TrackStates, place: int, track: dict[str, Any], steps_s: NDArray[np.float64]
+    states: TrackStates, row: int, track: dict[str, Any], steps_s: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return times after the state of a track.
 
@@ -56,45 +62,45 @@ def ahead_of(
     ----------
     states : TrackStates
         States of the filter.
-    place : int
-        Which of them.
+    row : int
+        Index of the track's state.
     track : dict
-        The track as published, with its honest age.
+        The track as published, with its age.
     steps_s : (k,) ndarray
-        Times after the data time of now, s.
+        Times after the present data time, s.
 
     Returns
     -------
     (k,) ndarray
-        Times after the state, s. A state that is newer than the data time is not turned back.
+        Times after the state, s. A state newer than the data time is not extrapolated back.
     """
-    state_time_s = float(states.time_s[place])
+    state_time_s = float(states.time_s[row])
     now_s = max(state_time_s, track["time_s"] + track["age_s"])
     ahead_s: NDArray[np.float64] = now_s + steps_s - state_time_s
     return ahead_s
 
 
 def forecast_points(
-    course: Course, time_s: NDArray[np.float64], track: dict[str, Any], plane: SystemPlane
+    course: PredictedPath, time_s: NDArray[np.float64], track: dict[str, Any], plane: SystemPlane
 ) -> list[dict[str, Any]]:
-    """Return the points of a forecast as they are told.
+    """Return the points of a forecast as published.
 
     Parameters
     ----------
-    course : Course
-        Where the track is expected to be on the plane.
+    course : PredictedPath
+        Predicted path on the plane.
     time_s : (k,) ndarray
         Data times of its points, s.
     track : dict
-        The track as published, with its honest state.
+        The track as published, with its state.
     plane : SystemPlane
-        The plane of the course.
+        The plane of the path.
 
     Returns
     -------
     list of dict
-        Fields of `ForecastPoint` of the schemas, with the state of the track and the
-        age of its last update then. A track that leaves the plane has points up to there.
+        Fields of `ForecastPoint` of the schemas, with the state of the track and the age of its
+        last update at each point. The points end where the track leaves the plane.
     """
     inside = int(points_inside(plane, course.means))
     east_m, north_m = course.means[:inside].T
@@ -117,12 +123,12 @@ def forecast_points(
         "calibrated": course.calibrated[:inside],
         "age_s": time_s[:inside] - track["time_s"],
     }
-    told = {"height_m": track["height_m"], "state": track["state"], "motion": course.motion}
+    same = {"height_m": track["height_m"], "state": track["state"], "motion": course.motion}
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-    points = [{**dict(zip(columns, row, strict=True)), **told} for row in rows]
-    if course.fan is None:
+    points = [{**dict(zip(columns, row, strict=True)), **same} for row in rows]
+    if course.ensemble is None:
         return points
-    members = told_members(course.fan, plane, track["height_m"] or 0.0)
+    members = member_documents(course.ensemble, plane, track["height_m"] or 0.0)
     return [{**point, "members": each} for point, each in zip(points, members, strict=False)]
 
 
@@ -133,18 +139,18 @@ def forecast_from(
     steps_s: NDArray[np.float64],
     method: Method,
 ) -> list[dict[str, Any]]:
-    """Return the points of a forecast from the data time of now on.
+    """Return the points of a forecast from the present data time on.
 
     Parameters
     ----------
     known : Known
-        What the track is forecast from.
+        Input of the forecast.
     track : dict
-        The track as published, with its honest state and age.
+        The track as published, with its state and age.
     plane : SystemPlane
         The plane of the states.
     steps_s : (k,) ndarray
-        Times after the data time of now, s.
+        Times after the present data time, s.
     method : callable
         Of `forecast_methods.method_of`.
 
@@ -153,13 +159,13 @@ def forecast_from(
     list of dict
         As `forecast_points`.
     """
-    ahead_s = ahead_of(known.states, known.place, track, steps_s)
+    ahead_s = ahead_of(known.states, known.row, track, steps_s)
     course = method(known, ahead_s)
-    return forecast_points(course, known.states.time_s[known.place] + ahead_s, track, plane)
+    return forecast_points(course, known.states.time_s[known.row] + ahead_s, track, plane)
 
 
 def points_inside(plane: SystemPlane, means: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return how many points of paths there are before the first that is outside the plane.
+    """Return the number of points of paths before the first outside the plane.
 
     Parameters
     ----------
@@ -181,16 +187,16 @@ def points_inside(plane: SystemPlane, means: NDArray[np.float64]) -> NDArray[np.
 def answer_forecast(
     known: Knowledge, track_id: int, *, horizon_s: float, step_s: float, probability: float, by: str
 ) -> dict[str, Any] | None:
-    """Return where a live track is expected to be, from the data time of now on.
+    """Return the forecast of a live track, from the present data time on.
 
     Parameters
     ----------
     known : Knowledge
-        What the service knows.
+        Present data of the service.
     track_id : int
         The track.
     horizon_s, step_s : float
-        How far, and in what steps, s. The first point is at the data time of now.
+        Horizon and step, s. The first point is at the present data time.
     probability : float
         Containment probability of the regions.
     by : str
@@ -199,15 +205,15 @@ def answer_forecast(
     Returns
     -------
     dict or None
-        The fields of `Forecast` of the schemas, no point beyond the system plane. None when there
-        is no such live track.
+        The fields of `Forecast` of the schemas, without points outside the system plane. None when
+        there is no such live track.
 
     Raises
     ------
     ForecastError
-        If the points are too many.
+        If there are too many points.
     TrajectoryError
-        If the track has no bundle, or too few plots, for the method; `code` says why.
+        If the track has no bundle or too few plots for the method; see `code`.
     """
     steps = forecast_steps(horizon_s, step_s, known.limits.forecast_steps_max)
     track, now = known.track(track_id), known.states()

@@ -1,4 +1,4 @@
-"""The planes in which tracks manoeuvre, from the last plots of a track."""
+"""Manoeuvre planes fitted to the last plots of a track."""
 
 from typing import Any
 
@@ -14,18 +14,18 @@ from multiradar.runtime.queries.track_windows import bias_estimates, window_plot
 def plane_of_track(
     rows: NDArray[np.void], window_s: float, biases: NDArray[np.void], sensors: SensorTable
 ) -> dict[str, Any]:
-    """Return the plane through the plots of a window.
+    """Fit a plane to the plots of a window.
 
     Parameters
     ----------
     rows : (n,) ndarray of `PLOT_DTYPE`
         The last plots of a track, by ascending time, at least one.
     window_s : float
-        Plots so long before the last one are used, s.
+        Length of the window before the last plot, s.
     biases : (k,) ndarray of `BIAS_DTYPE`
-        What was published of the biases when the last plot came; it is taken off the plots.
+        The biases published at the time of the last plot; the plots are corrected for them.
     sensors : SensorTable
-        Who measured them.
+        The sensors.
 
     Returns
     -------
@@ -35,7 +35,7 @@ def plane_of_track(
     Raises
     ------
     PlaneError
-        If the plots determine no plane.
+        If the plots do not determine a plane.
     """
     last_s = float(rows["time_s"][-1])
     plots = window_plots(rows, window_s)

@@ -1,4 +1,4 @@
-"""Whether the last measurements of a track say where it is."""
+"""Observability of a track's position from its last measurements."""
 
 from typing import Any
 
@@ -18,18 +18,18 @@ from multiradar.runtime.queries.track_windows import (
 def observability_of_track(
     rows: NDArray[np.void], window_s: float, biases: NDArray[np.void], sensors: SensorTable
 ) -> dict[str, Any]:
-    """Return what the measurements of a window determine.
+    """Return the observability of the position from the measurements of a window.
 
     Parameters
     ----------
     rows : (n,) ndarray of `PLOT_DTYPE`
         The last measurements of a track, by ascending time, at least one.
     window_s : float
-        Measurements so long before the last one are looked at, s.
+        Length of the window before the last measurement, s.
     biases : (k,) ndarray of `BIAS_DTYPE`
-        What was published of the biases when the last one came.
+        The biases published at the time of the last measurement.
     sensors : SensorTable
-        Who measured.
+        The sensors.
 
     Returns
     -------
@@ -38,7 +38,7 @@ def observability_of_track(
     """
     last = rows[-1]
     height_m = float(last["track_height_m"])
-    place = (
+    position = (
         float(last["track_latitude_rad"]), float(last["track_longitude_rad"]),
         0.0 if np.isnan(height_m) else height_m,
     )  # fmt: skip
@@ -47,7 +47,7 @@ def observability_of_track(
         plots,
         sensors,
         bias_estimates(biases, len(sensors)),
-        place,
+        position,
         _directions(rows[-len(plots.time_s) :]),
         bias_sigma_rad=azimuth_bias_sigmas(biases, sensors),
     )
@@ -62,8 +62,10 @@ def observability_of_track(
 
 
 def _directions(rows: NDArray[np.void]) -> Sightings | None:
-    told = rows["directions"]
-    if np.isnan(told).all():
+    directions = rows["directions"]
+    if np.isnan(directions).all():
         return None
-    ways = [rows[name] for name in ("track_latitude_rad", "track_longitude_rad", "track_height_m")]
-    return Sightings(told[:, 0], told[:, 1:], np.nan_to_num(np.column_stack(ways)))
+    positions = [
+        rows[name] for name in ("track_latitude_rad", "track_longitude_rad", "track_height_m")
+    ]
+    return Sightings(directions[:, 0], directions[:, 1:], np.nan_to_num(np.column_stack(positions)))

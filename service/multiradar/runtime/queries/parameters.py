@@ -16,7 +16,7 @@ BUNDLE = "bundle"
 POLYNOMIAL = "polynomial"
 BY_TIME, BY_PROBABILITY = "time", "probability"
 
-#: Defaults that also stand elsewhere.
+#: Defaults used elsewhere as well.
 HORIZON_DEFAULT_S, STEP_DEFAULT_S = 60.0, 5.0
 PROBABILITY_DEFAULT = 0.95
 WINDOW_DEFAULT_S = 60.0
@@ -34,20 +34,19 @@ class Parameter:
     Attributes
     ----------
     name : str
-        With its unit at the end.
+        Name, ending with the unit.
     default : float, int, str or None
-        Its value where none is given; None where it then has no effect. Its type is that of the
-        parameter, `float` for None.
+        Value if absent; None: no effect. Its type is that of the parameter, `float` for None.
     description : str
-        What it means.
+        Description.
     least, most : float
         Bounds of a number.
     above : float, optional
-        A bound that the number must exceed, in place of `least`.
+        Exclusive lower bound, in place of `least`.
     choices : tuple of str
-        The values of a text.
+        Permitted values of a text.
     example : float, int or str, optional
-        For the documentation.
+        Example for the documentation.
     """
 
     name: str
@@ -70,7 +69,7 @@ class Parameter:
         Raises
         ------
         ForecastError
-            If it is out of them, or no number.
+            If it is out of bounds, or not a number.
         """
         if self.choices:
             if value not in self.choices:

@@ -1,4 +1,4 @@
-"""Plots of live tracks, for forecasts by a polynomial through them."""
+"""Plots of live tracks for polynomial forecasts."""
 
 from typing import NamedTuple
 
@@ -22,14 +22,14 @@ class LastPlots(NamedTuple):
     plane: SystemPlane
 
     def forecast(self, time_s: Floats) -> PolynomialForecast:
-        """Return where the track is expected on the plane at ascending data times, s.
+        """Return the predicted positions on the plane at ascending data times, s.
 
-        From where it leaves the plane or the frame on there are no numbers: NaN.
+        NaN from where the path leaves the plane or the frame.
 
         Raises
         ------
         TrajectoryError
-            If the plots are too few.
+            If there are too few plots.
         """
         placed, plane = self
         found = polynomial_forecast(
@@ -42,7 +42,7 @@ class LastPlots(NamedTuple):
         east, north = plane.to_plane(latitude_rad[on_plane], longitude_rad[on_plane])
         means = np.full_like(found.means, np.nan)
         means[inside] = np.column_stack([east, north])
-        # Metres of the local frame are true ones near its centre.
+        # The local frame has true scale near its centre.
         across = np.linalg.inv(plane.local_matrix(east, north))
         covariances = np.full_like(found.covariances, np.nan)
         covariances[inside] = across @ found.covariances[inside] @ across.transpose(0, 2, 1)
@@ -65,21 +65,21 @@ def last_plots(
     rows : (n,) ndarray of `PLOT_DTYPE`
         The last measurements of a track, by ascending time, at least one.
     window_s : float
-        Those so long before the last one are taken, s.
+        Length of the window before the last measurement, s.
     biases : (k,) ndarray of `BIAS_DTYPE`
-        What was published of the biases when the last one came; it is taken off.
+        The biases published at the time of the last measurement; the plots are corrected for them.
     sensors : SensorTable
-        Who measured them.
+        The sensors.
 
     Returns
     -------
     LastPlots
-        Those that have a height and a place.
+        Plots with height and position.
 
     Raises
     ------
     TrajectoryError
-        If none has.
+        If there are none.
     """
     estimates = bias_estimates(biases, len(sensors))
     try:

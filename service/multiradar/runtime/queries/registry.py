@@ -1,6 +1,6 @@
 """The queries of the service, each declared once; HTTP, Zenoh and offline tables read them here.
 
-A new query is an entry of `QUERIES` with its parameters (`parameters`), its answer and its model.
+A query is an entry of `QUERIES` with its parameters (`parameters`), its answer and its model.
 """
 
 from collections.abc import Callable
@@ -18,7 +18,7 @@ from multiradar.runtime.queries.forecasts import answer_forecast
 from multiradar.runtime.queries.manoeuvre_planes import plane_of_track
 from multiradar.runtime.queries.observabilities import observability_of_track
 from multiradar.runtime.queries.parameters import Parameter
-from multiradar.runtime.queries.track_windows import Judge
+from multiradar.runtime.queries.track_windows import WindowAnalysis
 from multiradar.runtime.queries.trajectory_sets import answer_trajectories
 from multiradar_schemas.products.encounter import Encounters
 from multiradar_schemas.products.forecast import Forecast
@@ -28,7 +28,7 @@ from multiradar_schemas.products.trajectories import Trajectories
 
 Document = dict[str, Any]
 
-#: What a query raises when its track has no such answer; each has a `code`.
+#: Errors of a query that has no answer for its track; each has a `code`.
 NO_ANSWER = (PlaneError, TrajectoryError)
 
 
@@ -39,23 +39,23 @@ class Query:
     Attributes
     ----------
     name : str
-        The last part of its path over HTTP; with its plural its key over Zenoh.
+        The last part of its HTTP path.
     plural : str
         The part of its Zenoh key before the track.
     of_track : bool
-        Whether it is about one track; else about all.
+        Whether it concerns one track; otherwise all.
     parameters : tuple of Parameter
-        What can be asked for.
+        Its parameters.
     answer : callable
-        Given what is known, the track where it is about one, and the values of all parameters:
-        the document, or None when there is no such live track. Raises one of `NO_ANSWER`, and
-        ForecastError when values do not go together.
+        Called with the present data, the track if `of_track`, and the values of all parameters.
+        Returns the document, or None when there is no such live track. Raises one of `NO_ANSWER`,
+        and ForecastError for inconsistent values.
     model : type
-        The document.
+        Model of the document.
     summary : str
         One sentence for the documentation.
     no_answer : str
-        When it is a conflict; empty when it never is.
+        Description of the conflict; empty if there is none.
     """
 
     name: str
@@ -68,7 +68,7 @@ class Query:
     no_answer: str = ""
 
     def ask(self, known: Knowledge, track_id: int | None, given: dict[str, Any]) -> Document | None:
-        """Return the answer; parameters that are not given have their defaults.
+        """Return the answer; absent parameters have their defaults.
 
         Raises
         ------
@@ -83,12 +83,12 @@ class Query:
         return self.answer(known, **values)
 
 
-def _of_window(judge: Judge) -> Callable[..., Document | None]:
+def _of_window(analyse: WindowAnalysis) -> Callable[..., Document | None]:
     def answer(known: Knowledge, track_id: int, *, window_s: float) -> Document | None:
         window = known.window(track_id)
         if window is None:
             return None
-        return judge(window.rows, window_s, window.biases, known.sensors)
+        return analyse(window.rows, window_s, window.biases, known.sensors)
 
     return answer
 
@@ -130,10 +130,10 @@ class History:
     Attributes
     ----------
     name : str
-        The member of the answer that holds its rows.
+        The member of the answer with its rows.
     read : callable
-        Given what is known, the subject, a data time or None, and a number of rows: the first rows
-        from that time on, or the last; fewer when there are no more.
+        Called with the present data, the subject, a data time or None, and a number of rows.
+        Returns the first rows from that time on, or the last; fewer when there are no more.
     """
 
     name: str

@@ -1,11 +1,11 @@
-"""What the last measurements of a track say of it: windows that run with it, live and offline.
+"""Sliding windows over the last measurements of a track, live and offline.
 
-A window ends with the last measurement of a track. It is judged with the biases that were published
-when that came, so that the answer is the same whenever one asks.
+A window ends with the last measurement of a track. It is evaluated with the biases published then,
+so that the answer does not depend on the time of the query.
 """
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -25,7 +25,7 @@ from multiradar.tracking.columns import row_type
 from multiradar.tracking.input.measurements import Directions, MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput
 
-#: Most measurements of a window; the last ones are used.
+#: Maximum measurements of a window; the last ones are used.
 POINTS_MAX = 1000
 
 # Identity is not kept.
@@ -33,13 +33,13 @@ _MEASURED = (
     "time_s", "sensor", "kind", "range_m", "azimuth_rad", "latitude_rad", "longitude_rad",
     "height_m",
 )  # fmt: skip
-# Where the track was taken to be after the measurement: columns of its update.
+# Estimated position after the measurement: columns of the update.
 _OF_TRACK = "track_"
 _TRACK = ("latitude_rad", "longitude_rad", "height_m")
-# Elevations and places of moving sources, side by side; NaN where none are told.
+# Elevations and positions of moving sensors, side by side; NaN where not reported.
 _DIRECTIONS = "directions"
-#: A measurement behind an update; field names are those of `MeasurementBatch`, and of the update
-#: with `track_` before them.
+#: The measurement of an update; field names are those of `MeasurementBatch`, and of the update with
+#: the prefix `track_`.
 PLOT_DTYPE = np.dtype(
     [("track_id", np.int64)]
     + row_type(MeasurementBatch, _MEASURED).descr
@@ -47,23 +47,21 @@ PLOT_DTYPE = np.dtype(
     + [(_DIRECTIONS, np.float64, (len(Directions._fields),))]
 )
 
-#: What is told of a window.
-Told = TypeVar("Told")
-#: Judges a window: measurements as `PLOT_DTYPE`, its length in s, the biases as `BIAS_DTYPE`, the
-#: sensors; raises PlaneError where there is no answer.
-Judge = Callable[[NDArray[np.void], float, NDArray[np.void], SensorTable], dict[str, Any]]
+#: Evaluates a window: measurements as `PLOT_DTYPE`, its length in s, biases as `BIAS_DTYPE`,
+#: sensors. Raises PlaneError if there is no answer.
+WindowAnalysis = Callable[[NDArray[np.void], float, NDArray[np.void], SensorTable], dict[str, Any]]
 
 
 def plot_rows(output: EngineOutput, row_type: np.dtype[np.void] = PLOT_DTYPE) -> NDArray[np.void]:
-    """Return the measurements behind the updates of an output as rows.
+    """Return the measurements of the updates of an output as rows.
 
     Parameters
     ----------
     output : EngineOutput
-        What the engine put out.
+        Output of the engine.
     row_type : dtype
-        `track_id`, columns of `MeasurementBatch`, and columns of `TrackUpdates` with `track_`
-        before them.
+        `track_id`, columns of `MeasurementBatch`, and columns of `TrackUpdates` with the prefix
+        `track_`.
 
     Returns
     -------
@@ -78,8 +76,8 @@ def plot_rows(output: EngineOutput, row_type: np.dtype[np.void] = PLOT_DTYPE) ->
         elif name.startswith(_OF_TRACK):
             rows[name] = getattr(updates, name.removeprefix(_OF_TRACK))
         elif name == _DIRECTIONS:
-            told = plots.measured.directions
-            rows[name] = np.nan if told is None else np.column_stack(told)
+            directions = plots.measured.directions
+            rows[name] = np.nan if directions is None else np.column_stack(directions)
         else:
             rows[name] = getattr(plots.measured, name)
     return rows
@@ -93,46 +91,46 @@ def window_plots(rows: NDArray[np.void], window_s: float) -> Plots:
     rows : (n,) ndarray of `PLOT_DTYPE`
         The last measurements of a track, by ascending time, at least one.
     window_s : float
-        Those so long before the last one are in it, s.
+        Length of the window before the last measurement, s.
 
     Returns
     -------
     Plots
-        Without what was made of them.
+        The plots of the window.
     """
     chosen = rows[rows["time_s"] >= rows["time_s"][-1] - window_s]
     return Plots(*(chosen[name] for name in Plots._fields))
 
 
 def bias_estimates(records: NDArray[np.void], sensors: int) -> NDArray[np.float64]:
-    """Return records of biases as a table by sensor and kind of parameter, 0 where none is."""
+    """Return bias records as a table by sensor and parameter, 0 where there is none."""
     estimates = np.zeros((sensors, len(PARAMETER_NAMES)))
     estimates[records["sensor"], records["parameter"]] = records["estimate"]
     return estimates
 
 
 def azimuth_bias_sigmas(records: NDArray[np.void], sensors: SensorTable) -> NDArray[np.float64]:
-    """Return what is not known of the azimuth bias of each sensor, rad.
+    """Return the sigma of the azimuth bias of each sensor, rad.
 
-    That of the records, before there are any that of the prior; 0 where no bias is estimated.
+    Sigma of the record, or of the prior where there is none; 0 where no bias is estimated.
     """
     sigmas = np.zeros(len(sensors))
     own = sensors.parameter_kind == PARAMETER_AZIMUTH_OFFSET
     sigmas[sensors.parameter_sensor[own]] = sensors.prior_sigma[own]
-    told = records[records["parameter"] == PARAMETER_AZIMUTH_OFFSET]
-    sigmas[told["sensor"]] = told["sigma"]
+    own_records = records[records["parameter"] == PARAMETER_AZIMUTH_OFFSET]
+    sigmas[own_records["sensor"]] = own_records["sigma"]
     return sigmas
 
 
 class WindowTable:
-    """A table by track and epoch: each track as judged at its last update of each epoch.
+    """A table by track and epoch: the result at the last update of each track in each epoch.
 
     Parameters
     ----------
-    judge : callable
-        Judges a window.
+    analyse : callable
+        Evaluates a window.
     schema : Schema
-        Columns of the table; where there is no answer `reason` says why, if there is that column.
+        Columns of the table; a column `reason` contains the error code where there is no answer.
     sensors : SensorTable
         The sensors.
     window_s : float
@@ -143,35 +141,35 @@ class WindowTable:
 
     def __init__(
         self,
-        judge: Judge,
+        analyse: WindowAnalysis,
         schema: pl.Schema,
         sensors: SensorTable,
         window_s: float,
         epoch_s: float,
     ) -> None:
-        # The same bounds as live, or a window would be another.
+        # The same bounds as live, so that the windows are identical.
         limits = RuntimeLimits()
-        self._judge, self._schema = judge, schema
+        self._analyse, self._schema = analyse, schema
         self._sensors, self._window_s, self._epoch_s = sensors, window_s, epoch_s
         self._plots = TrackHistory(limits.plot_rows_max, PLOT_DTYPE)
         self._biases = BiasBoard(sensors, limits.bias_history_rows_max)
         self._epoch: int | None = None
         self._updated: set[int] = set()
 
-    def take(self, output: EngineOutput) -> pl.DataFrame:
-        """Return the rows of the epochs that an output of the engine ends."""
+    def update(self, output: EngineOutput) -> pl.DataFrame:
+        """Return the rows of the epochs completed by an output of the engine."""
         found: list[dict[str, Any]] = []
         rows = plot_rows(output)
         epochs = np.floor(rows["time_s"] / self._epoch_s).astype(np.int64)
-        # What an epoch ends with is published before anything of the next one comes.
+        # The biases of an epoch are published before any output of the next one.
         self._biases.append(output.biases)
         for epoch in np.unique(epochs).tolist():
             if epoch != self._epoch:
                 found += self._close()
                 self._epoch = epoch
-            mine = rows[epochs == epoch]
-            self._plots.append(mine)
-            self._updated.update(mine["track_id"].tolist())
+            current = rows[epochs == epoch]
+            self._plots.append(current)
+            self._updated.update(current["track_id"].tolist())
         return pl.DataFrame(found, schema=self._schema)
 
     def finish(self) -> pl.DataFrame:
@@ -185,7 +183,7 @@ class WindowTable:
             last_s = float(rows["time_s"][-1])
             biases = self._biases.at(last_s)
             try:
-                row = self._judge(rows, self._window_s, biases, self._sensors)
+                row = self._analyse(rows, self._window_s, biases, self._sensors)
             except PlaneError as error:
                 row = {"track_id": track_id, "time_s": last_s, "window_s": self._window_s}
                 row["reason"] = error.code

@@ -1,4 +1,4 @@
-"""How live tracks flew, by their bundles."""
+"""Reconstructed trajectories of live tracks."""
 
 from typing import Any
 
@@ -9,16 +9,16 @@ from multiradar.runtime.trajectories.document import trajectories_of
 def answer_trajectories(
     known: Knowledge, track_id: int, *, points: int, step_s: int
 ) -> dict[str, Any] | None:
-    """Return how a live track flew, by its bundle of trajectories.
+    """Return the reconstructed trajectories of a live track.
 
     Parameters
     ----------
     known : Knowledge
-        What the service knows.
+        Present data of the service.
     track_id : int
         The track.
     points : int
-        Points of each path at most, the last ones.
+        Maximum points of each path, the last ones.
     step_s : int
         Whole seconds between them.
 
@@ -30,7 +30,7 @@ def answer_trajectories(
     Raises
     ------
     TrajectoryError
-        If there are no trajectories of it; `code` says why.
+        If there are none; see `code`.
     """
     track = known.track(track_id)
     if track is None:

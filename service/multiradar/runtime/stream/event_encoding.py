@@ -1,8 +1,8 @@
 """The events of one output of the engine: their order, and their JSON.
 
-Within an output the events stand in the order of data time: what an epoch ended with (biases, ended
-tracks) comes before the first update that is later, whatever batches the engine was given. So the
-numbers of the events are a function of the journal.
+Within an output the events are in order of data time: the end of an epoch (biases, terminated
+tracks) precedes the first later update, independently of the engine's batches. So the numbers of
+the events depend only on the journal.
 """
 
 import io
@@ -20,15 +20,15 @@ from multiradar.runtime.stream.events import BIAS, ENDED, STATUS, TRACK, Event
 from multiradar.tracking.lifecycle.transitions import NO_TRACK, REASON_NAMES
 from multiradar.tracking.outputs import EngineOutput
 
-# Classes of events at one time, in the order in which they stand.
+# Classes of events at one time, in their order.
 _BIAS, _ENDED, _STATUS, _TRACK = range(4)
-# Below this a table costs more than its rows.
+# For fewer rows, encoding each is faster than encoding a table.
 _FEW_ROWS = 4
 
 
 @dataclass(frozen=True, slots=True)
 class StatusMarks:
-    """Moments of data time at which a status event stands.
+    """Data times of status events.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ def status_marks(
     last_mark: float,
     period_s: float,
 ) -> tuple[StatusMarks, float]:
-    """Return the status events that fall among updates.
+    """Return the status events among updates.
 
     Parameters
     ----------
@@ -57,14 +57,14 @@ def status_marks(
     sequence : (n,) ndarray
         Numbers of the updates.
     last_mark : float
-        Number of the period in which the last status event fell; NaN before the first.
+        Number of the period of the last status event; NaN before the first.
     period_s : float
         Data time between two status events.
 
     Returns
     -------
     marks : StatusMarks
-        One for each update that begins a new period; it stands before that update.
+        One for each update that starts a new period; it precedes that update.
     last_mark : float
         For the next call.
     """
@@ -72,8 +72,8 @@ def status_marks(
         return StatusMarks(np.empty(0), np.empty(0, np.int64)), last_mark
     period = np.floor(reached_s / period_s)
     before = np.r_[last_mark, period[:-1]]
-    begins = period > before
-    marks = StatusMarks(period[begins] * period_s, sequence[begins] - 1)
+    starts = period > before
+    marks = StatusMarks(period[starts] * period_s, sequence[starts] - 1)
     return marks, float(period[-1])
 
 
@@ -103,9 +103,9 @@ def encode_events(
     first : int
         Number of the first event.
     output : EngineOutput
-        What the engine put out.
+        Output of the engine.
     marks : StatusMarks
-        Where the status events stand.
+        The status events.
     order : (n,) ndarray
         Order of the events, from `event_order`.
     table : SensorTable
@@ -122,7 +122,7 @@ def encode_events(
         *_status_events(marks),
         *_track_events(output, table),
     ]
-    return [Event(first + place, *unordered[chosen]) for place, chosen in enumerate(order.tolist())]
+    return [Event(first + k, *unordered[chosen]) for k, chosen in enumerate(order.tolist())]
 
 
 def json_rows(frame: pl.DataFrame) -> list[bytes]:
@@ -163,13 +163,13 @@ def _bias_events(output: EngineOutput, table: SensorTable) -> list[_Parts]:
 def _ended_events(output: EngineOutput) -> list[_Parts]:
     ended = output.ended
     columns = ended.track_id, ended.time_s, ended.reason, ended.into_track_id
-    told = []
+    events = []
     for track, time_s, reason, into in zip(*(column.tolist() for column in columns), strict=True):
         end = {"time_s": time_s, "track_id": track, "reason": REASON_NAMES[reason]}
         if into != NO_TRACK:
             end["into_track_id"] = into
-        told.append((ENDED, str(track), json.dumps(end).encode()))
-    return told
+        events.append((ENDED, str(track), json.dumps(end).encode()))
+    return events
 
 
 def _status_events(marks: StatusMarks) -> list[_Parts]:

@@ -1,7 +1,7 @@
 """Numbered events, the bounded ring that keeps them, and the subscribers that read it.
 
-The engine's thread only appends; what is in a chunk is turned into JSON when the first subscriber
-reads it, once, in the thread of that subscriber. Nobody who reads can make the engine wait.
+The engine's thread only appends. A chunk is encoded as JSON once, when the first subscriber reads
+it, in the thread of that subscriber. Readers never block the engine.
 """
 
 import threading
@@ -15,7 +15,7 @@ TRACK = "track"
 BIAS = "bias"
 ENDED = "ended"
 STATUS = "status"
-#: Not in the ring: tells one subscriber which events it will not get.
+#: Not in the ring: notifies one subscriber of events that are no longer available.
 GAP = "gap"
 
 
@@ -26,8 +26,8 @@ class Event:
     Attributes
     ----------
     sequence : int
-        Number of the event, 1, 2, 3, …: a function of the journal, the same after a restart. A gap
-        notice carries the last number that it covers.
+        Number of the event, 1, 2, 3, …; depends only on the journal, the same after a restart. A
+        gap notice has the last number that it covers.
     kind : str
         `track`, `bias`, `ended`, `status` or `gap`.
     key : str
@@ -43,12 +43,12 @@ class Event:
 
 
 def gap_notice(first: int, last: int) -> Event:
-    """Return the notice that the events from `first` to `last` are not available any more."""
+    """Return the notice that the events from `first` to `last` are no longer available."""
     return Event(last, GAP, "", b'{"gap":{"from":%d,"to":%d}}' % (first, last))
 
 
 class EventChunk:
-    """Consecutive events that became known together, encoded when first read.
+    """Consecutive events of one output, encoded when first read.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ class EventChunk:
         return self.first + self.count - 1
 
     def events(self) -> Sequence[Event]:
-        """Return the events, encoding them if nobody did."""
+        """Return the events, encoding them at the first call."""
         with self._lock:
             if self._encode is not None:
                 self._events = self._encode()
@@ -88,7 +88,7 @@ class EventRing:
     Parameters
     ----------
     events_max : int
-        Number of events that are kept; whole chunks go when their room is needed.
+        Number of retained events; whole chunks are discarded.
     """
 
     def __init__(self, events_max: int) -> None:
@@ -111,7 +111,7 @@ class EventRing:
         return len(self._subscriptions)
 
     def append(self, count: int, encode: Callable[[], Sequence[Event]]) -> None:
-        """Add the next `count` events, to be encoded when somebody reads them, and wake readers."""
+        """Add the next `count` events, to be encoded when read, and wake readers."""
         with self._lock:
             self._chunks.append(EventChunk(self._head + 1, count, encode))
             self._head += count
@@ -123,7 +123,7 @@ class EventRing:
             subscription.wake()
 
     def clear(self) -> None:
-        """Forget all events and start again at number 1; subscribers wait until theirs return."""
+        """Discard all events and restart at number 1; subscribers wait for their number."""
         with self._lock:
             self._chunks.clear()
             self._held = 0
@@ -135,13 +135,13 @@ class EventRing:
             head = self._head
             subscription = Subscription(self, head if after is None else min(after, head), depth)
             if after is not None and after > head:
-                # The number is from another journal: what this one said before is not known there.
+                # The number is from another journal: the reader lacks all events of this one.
                 subscription.announce(gap_notice(1, head))
             self._subscriptions.add(subscription)
             return subscription
 
     def discard(self, subscription: "Subscription") -> None:
-        """Forget a subscription."""
+        """Remove a subscription."""
         with self._lock:
             self._subscriptions.discard(subscription)
             if subscription in self._asleep:
@@ -157,30 +157,30 @@ class EventRing:
             return True
 
     def after(self, sequence: int, depth: int, events_max: int) -> tuple[int, list[EventChunk]]:
-        """Return what a reader that has read up to a number can still get.
+        """Return the events available to a reader that has read up to a number.
 
         Parameters
         ----------
         sequence : int
             Last event that was read.
         depth : int
-            A reader that lies farther behind than this loses what is older.
+            A reader farther behind than this loses the older events.
         events_max : int
-            No more chunks than those with the next so many events.
+            Number of events; no further chunks are returned.
 
         Returns
         -------
         next : int
             Number of the first event that is available; greater than `sequence` + 1 after a gap.
         chunks : list of EventChunk
-            The chunks from `next` on, the first perhaps begun before.
+            The chunks from `next` on; the first may start earlier.
         """
         with self._lock:
             oldest = max(self._head - self._held, self._head - depth) + 1
             first = max(sequence + 1, oldest)
-            begin = bisect_left(self._chunks, first, key=lambda chunk: chunk.last)
+            start = bisect_left(self._chunks, first, key=lambda chunk: chunk.last)
             chunks: list[EventChunk] = []
-            for chunk in islice(self._chunks, begin, None):
+            for chunk in islice(self._chunks, start, None):
                 if chunk.first >= first + events_max:
                     break
                 chunks.append(chunk)
@@ -188,10 +188,10 @@ class EventRing:
 
 
 class Subscription:
-    """One reader of the ring: a place in it, and a way to be woken.
+    """One reader of the ring: a position in it, and a wake-up function.
 
-    Poll until the answer is empty, then wait for the wake-up; a wake-up comes once, when there is
-    something new after an empty answer. One thread reads a subscription at a time.
+    Poll until the answer is empty, then wait for the wake-up: one call when there are new events
+    after an empty answer. One thread reads a subscription at a time.
     """
 
     def __init__(self, ring: EventRing, after: int, depth: int) -> None:
@@ -204,12 +204,12 @@ class Subscription:
         self._wakeup: Callable[[], None] | None = None
         self._closed = False
         self._notices: list[Event] = []
-        #: Events that this reader lost because it was too slow or came too late.
+        #: Events lost because the reader was too slow or subscribed too late.
         self.lost = 0
 
     @property
     def after(self) -> int:
-        """Sequence number of the last event that was read or declared lost."""
+        """Sequence number of the last event read or reported lost."""
         return self._after
 
     @property
@@ -220,48 +220,48 @@ class Subscription:
     def poll(self, max_events: int) -> list[Event]:
         """Return the next events, at most so many; empty when there is nothing new.
 
-        A gap notice counts as one event and stands before the events that follow the gap.
+        A gap notice counts as one event and precedes the events after the gap.
         """
         if self._closed:
             return []
         first, chunks = self._ring.after(self._after, self._depth, max_events)
-        taken, self._notices = self._notices, []
+        polled, self._notices = self._notices, []
         if first > self._after + 1:
-            taken.append(gap_notice(self._after + 1, first - 1))
+            polled.append(gap_notice(self._after + 1, first - 1))
             self.lost += first - 1 - self._after
             self._after = first - 1
         for chunk in chunks:
-            if len(taken) >= max_events:
+            if len(polled) >= max_events:
                 break
             start = self._after + 1 - chunk.first
-            taken.extend(chunk.events()[start : start + max_events - len(taken)])
-            self._after = taken[-1].sequence
-        if not taken and not self._ring.sleep(self, self._after):
-            # Something arrived between the look and the sleep.
+            polled.extend(chunk.events()[start : start + max_events - len(polled)])
+            self._after = polled[-1].sequence
+        if not polled and not self._ring.sleep(self, self._after):
+            # An event arrived before the sleep.
             return self.poll(max_events)
-        return taken
+        return polled
 
     def announce(self, notice: Event) -> None:
-        """Put a notice before what is polled next."""
+        """Insert a notice before the next events."""
         self._notices.append(notice)
 
     def set_wakeup(self, callback: Callable[[], None]) -> None:
-        """Name what is called, from the engine's thread, when there is something new.
+        """Set a function that is called, from the engine's thread, when there are new events.
 
-        It must return at once and not poll. It is called now if there is something already.
+        It must return at once and not poll. It is called now if there are new events already.
         """
         self._wakeup = callback
         if not self._ring.sleep(self, self._after):
             callback()
 
     def wake(self) -> None:
-        """Tell the reader that there is something new; a reader that cannot be told is closed."""
+        """Notify the reader of new events; it is closed if that fails."""
         if self._wakeup is None:
             return
         try:
             self._wakeup()
         except Exception:
-            # Its event loop is gone. One reader must not stop the engine for all.
+            # Its event loop is closed. One reader must not stop the engine for all.
             self.close()
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""The output of the engine as numbered events, with a mark of the status every so many seconds."""
+"""The output of the engine as numbered events, with periodic status events."""
 
 import numpy as np
 
@@ -10,14 +10,14 @@ from multiradar.tracking.outputs import EngineOutput
 
 
 class OutputEvents:
-    """The ring of events and what of the output has become one; the engine's thread writes.
+    """Converts output to events in the ring; written by the engine's thread.
 
     Parameters
     ----------
     sensors : SensorTable
         The sensors.
     limits : RuntimeLimits
-        The size of the ring, and the data time between two marks.
+        The size of the ring, and the data time between two status events.
     """
 
     def __init__(self, sensors: SensorTable, limits: RuntimeLimits) -> None:
@@ -39,6 +39,6 @@ class OutputEvents:
             self.ring.append(len(order), lambda: encode_events(first, output, marks, order, table))
 
     def restart(self) -> None:
-        """Discard all events: the journal is played again from its beginning."""
+        """Discard all events: the journal is replayed from the start."""
         self._reached_s, self._last_mark = -np.inf, np.nan
         self.ring.clear()

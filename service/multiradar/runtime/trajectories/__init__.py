@@ -1,1 +1,1 @@
-"""Bundles of trajectories of the tracks of the service, and of a run without service."""
+"""Trajectory bundles of tracks, in the service and offline."""

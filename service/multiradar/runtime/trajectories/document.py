@@ -1,4 +1,4 @@
-"""What a bundle says of its track, as numbers for the outside."""
+"""The published document of a trajectory bundle."""
 
 from typing import Any
 
@@ -16,14 +16,14 @@ from multiradar.runtime.trajectories.pool import Reading
 
 Floats = NDArray[np.float64]
 
-#: Fewer plots make no triple.
+#: Minimum plots of a triple.
 _TRIPLE = 3
 
 
 def trajectories_of(
     track_id: int, reading: Reading, plane: SystemPlane, points: int, step_s: int
 ) -> dict[str, Any]:
-    """Return what the bundle of a track says.
+    """Return the document of the bundle of a track.
 
     Parameters
     ----------
@@ -32,11 +32,11 @@ def trajectories_of(
     reading : Reading
         Its bundle.
     plane : SystemPlane
-        The plane that the bundle is on.
+        The plane of the bundle.
     points : int
-        Points of each path at most, the last ones.
+        Maximum points of each path, the last ones.
     step_s : int
-        Whole seconds between them: they stand at its multiples.
+        Whole seconds between them; their times are multiples of it.
 
     Returns
     -------
@@ -46,8 +46,8 @@ def trajectories_of(
     Raises
     ------
     TrajectoryError
-        If there are no trajectories yet: `TOO_FEW_PLOTS`, `NO_TRIPLE`; or if one leads out of the
-        plane: `NO_PLACE`.
+        If there are no trajectories yet: `TOO_FEW_PLOTS`, `NO_TRIPLE`; or if one leaves the plane:
+        `NO_PLACE`.
     """
     bundle = reading.bundle
     require_tracks(bundle)
@@ -83,7 +83,7 @@ def require_tracks(bundle: Bundle) -> None:
     raise TrajectoryError("NO_TRIPLE", f"{expected}, was none among the last {bundle.plots} plots")
 
 
-# Segments begin within the window; those that end before it are not told.
+# Segments start within the window; those that end before it are omitted.
 def _trajectory(one: Trajectory, begin_s: float) -> dict[str, Any]:
     begins = one.controls.begin_s.tolist()
     ends = [*begins[1:], None]
@@ -101,7 +101,7 @@ def _trajectory(one: Trajectory, begin_s: float) -> dict[str, Any]:
 
 
 class _Ground:
-    # Turns what is on the plane into degrees and true metres at a height.
+    # Converts from the plane to degrees and true metres at a height.
     def __init__(self, plane: SystemPlane, height_m: float) -> None:
         self._plane, self._height_m = plane, height_m
 
@@ -122,9 +122,9 @@ class _Ground:
 
     def estimate(self, path: Path) -> dict[str, Any]:
         _, _, velocity, covariance = self._true(path)
-        told: dict[str, Any] = dict(self.points(path)[0])
+        point: dict[str, Any] = dict(self.points(path)[0])
         return {
-            **told,
+            **point,
             "velocity_east_mps": float(velocity[0, 0]),
             "velocity_north_mps": float(velocity[0, 1]),
             "covariance": covariance[0].ravel().tolist(),
@@ -149,5 +149,5 @@ class _Ground:
 
 def _headings(velocity: Floats) -> Floats:
     heading_deg = np.degrees(np.arctan2(velocity[:, 0], velocity[:, 1])) % 360.0
-    # A tiny negative angle rounds up to a whole turn.
+    # A tiny negative angle rounds up to 360°.
     return np.where(heading_deg >= 360.0, 0.0, heading_deg)

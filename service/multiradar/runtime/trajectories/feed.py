@@ -1,8 +1,8 @@
-"""Bundles in a running service: fed by the engine's thread, made by one of their own.
+"""Trajectory bundles in a running service: queued by the engine's thread, updated by another.
 
-The engine's thread only says which plots belong to which bundle. The bundles themselves, a
-thousand times dearer, are made by a thread that owns them; its kernels let other threads run.
-While the journal is played the engine waits when too many plots wait; afterwards it never does.
+The engine's thread only assigns plots to bundles. The bundles, a thousand times more expensive, are
+updated by a thread that owns them; its kernels release the interpreter lock. While the journal is
+replayed the engine waits when the queue is full; afterwards it never waits.
 """
 
 import logging
@@ -13,10 +13,10 @@ from multiradar.errors import TrajectoryError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.trajectories.options import TrajectoryOptions
-from multiradar.runtime.trajectories.plots import PlotPlaces
-from multiradar.runtime.trajectories.pool import TAKEN, BundlePool, Reading, warm_up
-from multiradar.runtime.trajectories.roster import LetGo, Order, Roster, Sampled
-from multiradar.runtime.trajectories.waiting import Next, WaitingPlots
+from multiradar.runtime.trajectories.plots import PlotLocator
+from multiradar.runtime.trajectories.pool import ACCEPTED, BundlePool, Reading, warm_up
+from multiradar.runtime.trajectories.roster import DropBundle, Order, Roster, Sampled
+from multiradar.runtime.trajectories.waiting import NextPlots, WaitingPlots
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 
@@ -31,7 +31,7 @@ class TrajectoryFeed:
     options : TrajectoryOptions
         Bounds and rules.
     sensors : SensorTable
-        Who measures.
+        The sensors.
     tracking : TrackingSettings
         Settings of the tracker.
     """
@@ -39,19 +39,19 @@ class TrajectoryFeed:
     def __init__(
         self, options: TrajectoryOptions, sensors: SensorTable, tracking: TrackingSettings
     ) -> None:
-        places = self._places = PlotPlaces(sensors, tracking)
+        locator = self._locator = PlotLocator(sensors, tracking)
         self._sensors = sensors
-        #: The plane that bundles are on.
-        self.plane: SystemPlane = places.plane
+        #: The plane of the bundles.
+        self.plane: SystemPlane = locator.plane
         self._options = options
         self._roster = Roster(options.aircraft_max, sensors)
         self._waiting = WaitingPlots(options.plots_waiting_max)
-        self._pool = BundlePool(places, options.bundle)
-        # Guards the roster and what waits.
+        self._pool = BundlePool(locator, options.bundle)
+        # Guards the roster and the queue.
         self._changed = threading.Condition()
-        # Guards the pool; held while one plot is taken.
+        # Guards the pool; held while one plot is processed.
         self._using = threading.Lock()
-        # Plots that were taken from those that wait, and not yet by their bundle.
+        # Plots popped from the queue and not yet processed by their bundle.
         self._in_hand = 0
         self._busy = False
         self._closed = False
@@ -60,17 +60,17 @@ class TrajectoryFeed:
         self._thread = threading.Thread(target=self._run, name="trajectories", daemon=True)
 
     def start(self) -> None:
-        """Make bundles from now on; their kernels are compiled or loaded before."""
-        warm_up(self._places, self._options.bundle, self._sensors)
+        """Compile or load the kernels, then start the thread."""
+        warm_up(self._locator, self._options.bundle, self._sensors)
         self._thread.start()
 
-    def begin(self) -> None:
-        """Never make the engine wait from now on: the journal was played."""
+    def go_live(self) -> None:
+        """End the replay: from now on `put` never blocks."""
         with self._changed:
             self._patient = False
 
     def stop(self) -> None:
-        """Take nothing more; what waits is left."""
+        """Stop the thread; queued plots are discarded."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
@@ -78,27 +78,27 @@ class TrajectoryFeed:
             self._thread.join()
 
     def put(self, output: EngineOutput) -> None:
-        """Take output of the engine, in order; what goes wrong here is no matter of the engine."""
+        """Queue output of the engine, in order; a failure here does not affect the engine."""
         with self._changed:
             if self._failure is not None:
                 return
             try:
-                for order in self._roster.take(output):
+                for order in self._roster.push(output):
                     self._put(order)
             except Exception as error:
                 self._fail(error)
             self._changed.notify_all()
 
     def restart(self) -> None:
-        """Expect output again from the beginning: what was taken is the same and is passed over."""
+        """Start over: the output is repeated from the start, and what is known is skipped."""
 
     def settle(self, timeout_s: float | None = None) -> bool:
-        """Wait until nothing waits any more; tell whether that came true in time.
+        """Wait until the queue is processed; return whether it was in time.
 
         Raises
         ------
         TrajectoryError
-            If no bundles are made any more, and something waits: `FAILED`.
+            If the thread has stopped with plots in the queue: `FAILED`.
         """
 
         def settled() -> bool:
@@ -107,7 +107,7 @@ class TrajectoryFeed:
         with self._changed:
             self._changed.wait_for(lambda: self._closed or settled(), timeout_s)
             if self._closed and not settled():
-                reason = "expected bundles that are made, was a service that has stopped"
+                reason = "the trajectory service has stopped; see the log"
                 raise TrajectoryError("FAILED", self._failure or reason)
             return settled()
 
@@ -122,32 +122,32 @@ class TrajectoryFeed:
         Returns
         -------
         Reading
-            As it is now: plots may wait that it has not taken yet.
+            Its present state, without plots that are still queued.
 
         Raises
         ------
         TrajectoryError
-            If the track has none: `NOT_CONFIRMED`, `NO_ROOM`, or `TOO_FEW_PLOTS` when none of its
-            plots was taken yet.
+            If the track has none: `NOT_CONFIRMED`, `NO_ROOM`, or `TOO_FEW_PLOTS` when no plot was
+            processed yet.
         """
         with self._changed:
             if self._failure is not None:
                 raise TrajectoryError("FAILED", self._failure)
-            has, waits = self._roster.has(track_id), self._roster.waits(track_id)
-        if waits:
+            has, is_queued = self._roster.has(track_id), self._roster.is_queued(track_id)
+        if is_queued:
             most = self._options.aircraft_max
-            reason = f"track {track_id} waits for room: {most} tracks at most have trajectories"
+            reason = f"track {track_id} is queued: at most {most} tracks have trajectories"
             raise TrajectoryError("NO_ROOM", reason)
         if not has:
             raise TrajectoryError("NOT_CONFIRMED", f"track {track_id} is not confirmed yet")
         with self._using:
             reading = self._pool.read(track_id)
         if reading is None:
-            raise TrajectoryError("TOO_FEW_PLOTS", f"no plot of track {track_id} was taken yet")
+            raise TrajectoryError("TOO_FEW_PLOTS", f"no plot of track {track_id} was processed yet")
         return reading
 
     def counts(self) -> dict[str, Any]:
-        """Return how many bundles there are and what became of plots."""
+        """Return the number of bundles, and plots by outcome."""
         with self._changed:
             held, waiting = self._roster.held, self._roster.waiting
             plots_waiting = self._waiting.count + self._in_hand
@@ -160,7 +160,7 @@ class TrajectoryFeed:
             "aircraft_waiting": waiting,
             "plots_waiting": plots_waiting,
             "plots_lost": lost,
-            "plots_taken": outcomes.pop(TAKEN, 0),
+            "plots_taken": outcomes.pop(ACCEPTED, 0),
             "plots_refused": dict(sorted(outcomes.items())),
             "restarts": restarts,
             "failure": self._failure,
@@ -177,56 +177,56 @@ class TrajectoryFeed:
     def _run(self) -> None:
         try:
             while (following := self._next()) is not None:
-                self._take(following)
+                self._process(following)
         except Exception as error:
             with self._changed:
                 self._fail(error)
                 self._changed.notify_all()
 
-    # A mistake of ours ends the bundles, and leaves the tracker alone.
+    # A bug stops the bundles, not the tracker.
     def _fail(self, error: Exception) -> None:
-        _log.error("no trajectories are made any more", exc_info=error)
-        self._failure = f"trajectories are not made any more: {error!r}"
+        _log.error("trajectory service stopped", exc_info=error)
+        self._failure = f"the trajectory service has stopped: {error!r}"
         self._closed = True
 
-    def _next(self) -> Next | LetGo | Sampled | None:
+    def _next(self) -> NextPlots | DropBundle | Sampled | None:
         with self._changed:
             self._busy, self._in_hand = False, 0
             self._changed.notify_all()
             self._changed.wait_for(lambda: self._closed or len(self._waiting))
             if self._closed:
                 return None
-            following = self._waiting.take()
+            following = self._waiting.pop()
             self._busy = following is not None
-            self._in_hand = len(following.plots) if isinstance(following, Next) else 0
+            self._in_hand = len(following.plots) if isinstance(following, NextPlots) else 0
             self._changed.notify_all()
             return following
 
-    def _let_go(self, track_id: int) -> None:
+    def _drop(self, track_id: int) -> None:
         with self._using:
-            self._pool.let_go(track_id)
+            self._pool.drop(track_id)
 
-    def _take(self, following: Next | LetGo | Sampled) -> None:
+    def _process(self, following: NextPlots | DropBundle | Sampled) -> None:
         if isinstance(following, Sampled):
             with self._using:
                 self._pool.sample(following)
             return
-        if isinstance(following, LetGo) or following.anew:
-            self._let_go(following.track_id)
-        if isinstance(following, LetGo):
+        if isinstance(following, DropBundle) or following.restart:
+            self._drop(following.track_id)
+        if isinstance(following, DropBundle):
             return
         for plot in following.plots:
-            # The service may stop meanwhile.
+            # The service may have stopped meanwhile.
             if self._closed:
                 return
             with self._using:
-                self._pool.take(following.track_id, plot, following.published)
+                self._pool.push(following.track_id, plot, following.published)
             self._in_hand -= 1
 
 
 def required_feed(feed: TrajectoryFeed | None) -> TrajectoryFeed:
-    """Return the bundles of a service, or raise TrajectoryError where it makes none."""
+    """Return the bundles of a service, or raise TrajectoryError where they are disabled."""
     if feed is None:
-        reason = "trajectories.aircraft_max is 0: this service makes no trajectories"
+        reason = "trajectories are disabled: trajectories.aircraft_max is 0"
         raise TrajectoryError("TRAJECTORIES_OFF", reason)
     return feed

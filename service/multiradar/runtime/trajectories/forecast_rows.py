@@ -1,4 +1,4 @@
-"""The table of forecasts from the bundles of a run without service."""
+"""The table of ensemble forecasts of an offline run."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ import numpy as np
 import polars as pl
 
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.queries.forecast_methods import course_of_bundle
+from multiradar.runtime.queries.forecast_methods import bundle_path
 from multiradar.runtime.queries.forecasts import forecast_points
 from multiradar.runtime.queries.parameters import PROBABILITY_DEFAULT
 from multiradar.runtime.trajectories.pool import Reading
@@ -19,12 +19,12 @@ _MEMBERS = "members"
 
 
 class BundleForecasts:
-    """Makes forecasts of bundles as they end epochs.
+    """Computes forecasts of bundles at ends of epochs.
 
     Parameters
     ----------
     every_s : float
-        Data time between two forecasts of a track at least, s.
+        Minimum data time between two forecasts of a track, s.
     """
 
     def __init__(self, every_s: float) -> None:
@@ -32,7 +32,7 @@ class BundleForecasts:
         self._last_s: dict[int, float] = {}
 
     def __call__(self, track_id: int, reading: Reading, plane: SystemPlane) -> list[dict[str, Any]]:
-        """Return the rows of a bundle, none where it has no tracks or it is too soon."""
+        """Return the rows of a bundle; none if it has no tracks or the interval is not over."""
         if not len(reading.bundle):
             return []
         made_s = reading.bundle.window_s[1]
@@ -43,24 +43,24 @@ class BundleForecasts:
 
 
 class BundleForecastTable:
-    """Hands out the rows of `bundle_forecasts.parquet`.
+    """Returns the rows of `bundle_forecasts.parquet`.
 
     Parameters
     ----------
     table : TrajectoryTable
-        That makes them beside its own; it takes each output before this one does.
+        Computes the rows; it is updated with each output before this table.
     """
 
     def __init__(self, table: TrajectoryTable) -> None:
         self._table = table
 
-    def take(self, output: EngineOutput) -> pl.DataFrame:
-        """Return the rows of the epochs that were ended."""
+    def update(self, output: EngineOutput) -> pl.DataFrame:
+        """Return the rows of the completed epochs."""
         return self.finish()
 
     def finish(self) -> pl.DataFrame:
         """Return the rows of the last epoch."""
-        return pl.DataFrame(self._table.said_also(), schema=FORECAST_SCHEMA)
+        return pl.DataFrame(self._table.pop_extra_rows(), schema=FORECAST_SCHEMA)
 
 
 def rows_of_bundle(track_id: int, reading: Reading, plane: SystemPlane) -> list[dict[str, Any]]:
@@ -83,9 +83,9 @@ def rows_of_bundle(track_id: int, reading: Reading, plane: SystemPlane) -> list[
     made_s = reading.bundle.window_s[1]
     time_s = made_s + HORIZONS_S
     height_m = None if np.isnan(reading.height_m) else reading.height_m
-    # Its last plot is that of an update: the track is confirmed, or it would have no bundle.
+    # A track with a bundle is confirmed.
     track = {"height_m": height_m, "state": "confirmed", "time_s": made_s}
-    course = course_of_bundle(reading, time_s, PROBABILITY_DEFAULT)
+    course = bundle_path(reading, time_s, PROBABILITY_DEFAULT)
     same = {
         "track_id": track_id, "made_s": made_s, "probability": PROBABILITY_DEFAULT,
         "by": course.motion,

@@ -1,11 +1,11 @@
-"""What the bundles of a service, or of a run without service, depend on."""
+"""Options of trajectory bundles, in the service and offline."""
 
 from dataclasses import dataclass, field
 
 from multiradar.errors import ConfigurationError
 from multiradar.restoration.control_tracks.settings import BundleSettings
 
-#: Length of the initial window of a bundle, s: an aircraft of 27 m/s flies 800 m twice in it.
+#: Length of the initial window of a bundle, s: an aircraft at 27 m/s flies twice 800 m in it.
 INITIAL_S = 60.0
 
 
@@ -16,9 +16,9 @@ class TrajectoryOptions:
     Attributes
     ----------
     aircraft_max : int
-        Tracks that have a bundle at once, at most.
+        Maximum number of tracks with a bundle.
     plots_waiting_max : int
-        Plots that may wait for their bundles.
+        Maximum queued plots.
     bundle : BundleSettings
         Rules of each bundle.
 
@@ -45,7 +45,7 @@ def trajectory_options(
     lateral_max_mps2: float,
     longitudinal_max_mps2: float,
 ) -> TrajectoryOptions:
-    """Return the options that go with settings of the section `trajectories`."""
+    """Return the options from settings of the section `trajectories`."""
     bundle = BundleSettings(
         initial_s=INITIAL_S,
         lateral_max_mps2=lateral_max_mps2,

@@ -1,7 +1,7 @@
-"""Plots of tracks as places on the system plane, for bundles.
+"""Plots of tracks as positions on the system plane, for bundles.
 
-What was published of the biases when a plot came is taken off it; what was not known of them is in
-its covariance, as if it were noise of its own.
+Plots are corrected for the biases published at their time; the uncertainty of the biases is added
+to their covariance, as if it were independent noise.
 """
 
 from enum import StrEnum
@@ -31,7 +31,7 @@ from multiradar.tracking.settings import TrackingSettings
 
 Floats = NDArray[np.float64]
 
-#: A plot with what its track was taken to be after it, as `track_windows.plot_rows` fills it.
+#: A plot with the state of its track after it, filled by `track_windows.plot_rows`.
 PLOT_DTYPE = np.dtype(
     [("track_id", np.int64), ("sensor", np.int32), ("kind", np.int8)]
     + [
@@ -44,18 +44,18 @@ PLOT_DTYPE = np.dtype(
 )  # fmt: skip
 
 
-class Unplaced(StrEnum):
-    """Why a plot has no place on the plane."""
+class NotLocated(StrEnum):
+    """Why a plot has no position on the plane."""
 
-    #: It is a bearing: a line, not a place.
+    #: A bearing: a line, not a position.
     BEARING = "BEARING"
-    #: The aircraft is above its radar, where azimuths are not to be trusted.
+    #: The aircraft is in the radar's cone of silence, where azimuths are unreliable.
     CONE_OF_SILENCE = "CONE_OF_SILENCE"
-    #: No point of the plane is at its range and height.
+    #: No point of the plane has its range and height.
     NO_PLACE = "NO_PLACE"
 
 
-class Placed(NamedTuple):
+class LocatedPlot(NamedTuple):
     """A plot on the plane.
 
     Attributes
@@ -63,9 +63,9 @@ class Placed(NamedTuple):
     position_m : (2,) float64
         East and north.
     covariance_m2 : (2, 2) float64
-        Noise, and what is not known of the biases and of the height.
+        Noise, and uncertainty of biases and height.
     shared_m2 : (2, 2) float64
-        The part of it that plots share: that of biases, and of a height that no plot tells.
+        The part common to all plots: of biases, and of a height that is not reported.
     """
 
     position_m: Floats
@@ -74,7 +74,7 @@ class Placed(NamedTuple):
 
 
 class Published(NamedTuple):
-    """What is said of the biases of all sensors.
+    """The published biases of all sensors.
 
     Attributes
     ----------
@@ -86,8 +86,8 @@ class Published(NamedTuple):
     sigma: Floats
 
 
-def known_beforehand(sensors: SensorTable) -> Published:
-    """Return what is known of the biases before any is published."""
+def prior_biases(sensors: SensorTable) -> Published:
+    """Return the prior biases."""
     estimate = np.zeros((len(sensors), len(PARAMETER_NAMES)))
     sigma = np.zeros_like(estimate)
     estimate[sensors.parameter_sensor, sensors.parameter_kind] = sensors.prior_mean
@@ -95,8 +95,8 @@ def known_beforehand(sensors: SensorTable) -> Published:
     return Published(estimate, sigma)
 
 
-def published_next(before: Published, records: BiasRecords, rows: NDArray[np.intp]) -> Published:
-    """Return what is known of the biases after some records, which come in their order."""
+def updated_biases(before: Published, records: BiasRecords, rows: NDArray[np.intp]) -> Published:
+    """Return the biases updated with records, in their order."""
     estimate, sigma = before.estimate.copy(), before.sigma.copy()
     for row in rows.tolist():
         at = records.sensor[row], records.parameter[row]
@@ -104,15 +104,15 @@ def published_next(before: Published, records: BiasRecords, rows: NDArray[np.int
     return Published(estimate, sigma)
 
 
-class PlotPlaces:
-    """Lays plots on the system plane.
+class PlotLocator:
+    """Computes positions of plots on the system plane.
 
     Parameters
     ----------
     sensors : SensorTable
-        Who measures.
+        The sensors.
     tracking : TrackingSettings
-        What the tracker takes heights for that nobody tells, and where its cones of silence are.
+        Assumed height of aircraft without height, and cone of silence.
     """
 
     def __init__(self, sensors: SensorTable, tracking: TrackingSettings) -> None:
@@ -126,50 +126,50 @@ class PlotPlaces:
             for sensor in np.flatnonzero(np.isfinite(sensors.latitude_rad)).tolist()
         }  # fmt: skip
 
-    def place(self, plot: np.void, published: Published) -> Placed | Unplaced:
-        """Return where a plot was measured.
+    def locate(self, plot: np.void, published: Published) -> LocatedPlot | NotLocated:
+        """Return the position of a plot.
 
         Parameters
         ----------
         plot : row of `PLOT_DTYPE`
             The plot.
         published : Published
-            The biases as they were published when it came.
+            The biases published at its time.
 
         Returns
         -------
-        Placed or Unplaced
-            Its place, or why it has none.
+        LocatedPlot or NotLocated
+            Its position, or why it has none.
 
         Notes
         -----
-        A plot without height is laid at the height of its track, or where that is not known at the
-        assumed one, as the tracker does; how well the height is known is in the covariance.
+        A plot without height is located at the height of its track, or at the assumed height where
+        that is unknown, as in the tracker. The covariance includes the uncertainty of the height.
 
         References
         ----------
-        IMM UrO RAN report (2016), equation (1.5), for the biases; the rest is the project's own.
+        IMM UrO RAN report (2016), equation (1.5), for the biases; otherwise the project's own.
         """
         if plot["kind"] == KIND_BEARING:
-            return Unplaced.BEARING
+            return NotLocated.BEARING
         try:
             if plot["kind"] == KIND_POSITION:
-                return self._reported(plot)
-            placed = self._seen(plot, published)
-            if isinstance(placed, Unplaced):
+                return self._reported_position(plot)
+            placed = self._measured_plot(plot, published)
+            if isinstance(placed, NotLocated):
                 return placed
-            return self._at_its_time(placed, plot, published)
+            return self._at_reported_time(placed, plot, published)
         except OutsidePlaneError:
-            return Unplaced.NO_PLACE
+            return NotLocated.NO_PLACE
 
-    def _seen(self, plot: np.void, published: Published) -> Placed | Unplaced:
+    def _measured_plot(self, plot: np.void, published: Published) -> LocatedPlot | NotLocated:
         sensors, own = self._sensors, int(plot["sensor"])
         estimate, sigma = published.estimate[own], published.sigma[own]
         height_m, own_variance, shared_variance = self.height(plot)
-        said = np.array([plot["range_m"]]), np.array([plot["azimuth_rad"]])
-        (range_m,), (azimuth_rad,) = polar_without_biases(*said, estimate[None])
+        polar = np.array([plot["range_m"]]), np.array([plot["azimuth_rad"]])
+        (range_m,), (azimuth_rad,) = polar_without_biases(*polar, estimate[None])
         measured = np.array([range_m, azimuth_rad, height_m])
-        # J P Jᵀ of a bias is what as much noise of the range or azimuth would do.
+        # J P Jᵀ of a bias equals that of the same noise in range or azimuth.
         common = np.array(
             [
                 sigma[PARAMETER_RANGE_OFFSET] ** 2 + (range_m * sigma[PARAMETER_RANGE_GAIN]) ** 2,
@@ -181,26 +181,28 @@ class PlotPlaces:
             [sensors.range_sigma_m[own] ** 2, sensors.azimuth_sigma_rad[own] ** 2, own_variance]
         )
         position, covariance, shared = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
-        place = self.plane.parameters, self._sites[own], measured
-        ground_m = locate_polar_plot(*place, noise + common, position, covariance)
-        locate_polar_plot(*place, common, position, shared)
+        geometry = self.plane.parameters, self._sites[own], measured
+        ground_m = locate_polar_plot(*geometry, noise + common, position, covariance)
+        locate_polar_plot(*geometry, common, position, shared)
         if np.isnan(ground_m):
-            return Unplaced.NO_PLACE
+            return NotLocated.NO_PLACE
         cone_ratio = self._tracking.cone_ratio
         if not outside_cone(ground_m, height_m, sensors.height_m[own], cone_ratio):
-            return Unplaced.CONE_OF_SILENCE
-        return Placed(position[:2], covariance[:2, :2], shared[:2, :2])
+            return NotLocated.CONE_OF_SILENCE
+        return LocatedPlot(position[:2], covariance[:2, :2], shared[:2, :2])
 
-    def _reported(self, plot: np.void) -> Placed:
+    def _reported_position(self, plot: np.void) -> LocatedPlot:
         east, north = self.plane.to_plane(plot["latitude_rad"], plot["longitude_rad"])
         across = np.linalg.inv(self.plane.local_matrix(east, north))
         variance = self._sensors.position_sigma_m[plot["sensor"]] ** 2
         covariance = variance * across @ across.T
-        return Placed(np.array([east, north], np.float64), covariance, np.zeros((2, 2)))
+        return LocatedPlot(np.array([east, north], np.float64), covariance, np.zeros((2, 2)))
 
-    # A plot whose clock is fast is laid where its track is at the time it says, so that the order
-    # of the plots stays.
-    def _at_its_time(self, placed: Placed, plot: np.void, published: Published) -> Placed:
+    # A plot with a time offset is extrapolated to its reported time, so that the order of plots is
+    # kept.
+    def _at_reported_time(
+        self, placed: LocatedPlot, plot: np.void, published: Published
+    ) -> LocatedPlot:
         own = int(plot["sensor"])
         offset_s = published.estimate[own, PARAMETER_TIME_OFFSET]
         sigma_s = published.sigma[own, PARAMETER_TIME_OFFSET]
@@ -210,20 +212,20 @@ class PlotPlaces:
         true = speed * np.array([np.sin(heading), np.cos(heading)])
         velocity = np.linalg.solve(self.plane.local_matrix(*placed.position_m), true)
         late = sigma_s**2 * np.outer(velocity, velocity)
-        return Placed(
+        return LocatedPlot(
             placed.position_m + offset_s * velocity,
             placed.covariance_m2 + late,
             placed.shared_m2 + late,
         )
 
     def height(self, plot: np.void) -> tuple[float, float, float]:
-        """Return the height at which a plot is laid, m, and its variances, m².
+        """Return the height at which a plot is located, m, and its variances, m².
 
-        The first is that of the plot alone, the second that of a height taken for all of them.
+        The first is independent for each plot, the second that of a height common to all plots.
         """
-        told = float(plot["height_m"])
-        if np.isfinite(told):
-            return told, height_variance(np.array([told])), 0.0
+        measured_m = float(plot["height_m"])
+        if np.isfinite(measured_m):
+            return measured_m, height_variance(np.array([measured_m])), 0.0
         known, sigma = float(plot["track_height_m"]), float(plot["track_height_sigma_m"])
         if np.isfinite(known) and np.isfinite(sigma):
             return known, 0.0, sigma**2

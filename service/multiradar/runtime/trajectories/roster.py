@@ -1,8 +1,8 @@
-"""Which tracks have a bundle, and the plots that belong to each: the cheap half, in engine order.
+"""Assignment of bundles to tracks, and of plots to bundles, in the order of the engine's output.
 
-A track gets a bundle when it is confirmed, as long as there is room. When another track lets go of
-its own, the waiting track of the lowest number has it. All of it is a function of the engine's
-output as a whole: how that is cut into batches leaves no trace.
+A track gets a bundle when it is confirmed, up to a maximum. When a bundle is dropped, the queued
+track of the lowest number gets one. The assignment depends on the engine's output only, not on its
+batches.
 """
 
 from collections.abc import Iterator
@@ -16,50 +16,50 @@ from multiradar.runtime.queries.track_windows import plot_rows
 from multiradar.runtime.trajectories.plots import (
     PLOT_DTYPE,
     Published,
-    known_beforehand,
-    published_next,
+    prior_biases,
+    updated_biases,
 )
 from multiradar.tracking.outputs import STATE_CONFIRMED, BiasRecords, EngineOutput
 
 
-class Take(NamedTuple):
-    """Plots for the bundle of a track, in order, with the biases as published when they came."""
+class PushPlots(NamedTuple):
+    """Plots for the bundle of a track, in order, with the biases published at their time."""
 
     track_id: int
     plots: NDArray[np.void]
     published: Published
 
 
-class LetGo(NamedTuple):
-    """A track has ended: its bundle is let go."""
+class DropBundle(NamedTuple):
+    """A track is terminated: its bundle is dropped."""
 
     track_id: int
 
 
 class Sampled(NamedTuple):
-    """An epoch has ended at whose end forecasts are made and judged: all plots before came."""
+    """End of a sampled epoch: all its plots precede it; forecasts are made and evaluated."""
 
     epoch: int
     time_s: float
 
 
-Order = Take | LetGo | Sampled
+Order = PushPlots | DropBundle | Sampled
 
 
 class Roster:
-    """Says what happens to bundles; one owner.
+    """Assigns bundles and plots; one owner.
 
     Parameters
     ----------
     aircraft_max : int
-        Tracks that have a bundle at once, at most.
+        Maximum number of tracks with a bundle.
     sensors : SensorTable
-        Who measures.
+        The sensors.
     """
 
     def __init__(self, aircraft_max: int, sensors: SensorTable) -> None:
-        self._room = aircraft_max
-        self._published = known_beforehand(sensors)
+        self._aircraft_max = aircraft_max
+        self._published = prior_biases(sensors)
         self._pending = BiasRecords.concatenate([])
         self._held: set[int] = set()
         # Confirmed tracks without a bundle.
@@ -75,24 +75,24 @@ class Roster:
 
     @property
     def waiting(self) -> int:
-        """Confirmed tracks for which there is no room."""
+        """Confirmed tracks queued for a bundle."""
         return len(self._waiting)
 
     def has(self, track_id: int) -> bool:
-        """Tell whether a track has a bundle."""
+        """Return whether a track has a bundle."""
         return track_id in self._held
 
-    def waits(self, track_id: int) -> bool:
-        """Tell whether a confirmed track waits for room."""
+    def is_queued(self, track_id: int) -> bool:
+        """Return whether a confirmed track is queued for a bundle."""
         return track_id in self._waiting
 
-    def take(self, output: EngineOutput) -> Iterator[Order]:
-        """Take output of the engine, in order; what it put out before may come again.
+    def push(self, output: EngineOutput) -> Iterator[Order]:
+        """Process output of the engine, in order; repeated output is skipped.
 
         Yields
         ------
-        Take, LetGo or Sampled
-            What happens to bundles, in order for each track; samples in order for all of them.
+        PushPlots, DropBundle or Sampled
+            Operations on bundles, in order for each track; samples in order for all of them.
         """
         updates = output.updates
         fresh = updates.sequence > self._sequence
@@ -113,10 +113,10 @@ class Roster:
             self._publish(time_s)
             yield from self._sampled(output, time_s)
             for track_id in output.ended.track_id[output.ended.time_s == time_s].tolist():
-                yield from self._end(track_id)
+                yield from self._terminate(track_id)
         yield from self._plots(plots[begin:], confirmed[begin:])
 
-    # Times at which something changes among the plots: they stand after it.
+    # Times of changes: plots from then on come after them.
     def _cuts(self, output: EngineOutput) -> list[float]:
         times = np.concatenate([self._pending.time_s, output.ended.time_s])
         found: list[float] = np.unique(times[times <= self._reached_s]).tolist()
@@ -124,14 +124,14 @@ class Roster:
         samples = [one.time_s for one in output.samples]
         return sorted({*found, *ends.tolist(), *samples})
 
-    # What was told already may come again when the engine is built anew.
+    # Samples are repeated when the engine is rebuilt.
     def _sampled(self, output: EngineOutput, time_s: float) -> Iterator[Order]:
         for sample in output.samples:
             if sample.time_s == time_s and sample.epoch > self._epoch:
                 self._epoch = sample.epoch
                 yield Sampled(sample.epoch, sample.time_s)
 
-    # What was applied already may come again when the engine is built anew.
+    # Biases are repeated when the engine is rebuilt.
     def _note(self, records: BiasRecords) -> None:
         if len(records):
             both = BiasRecords.concatenate([self._pending, records])
@@ -140,15 +140,15 @@ class Roster:
     def _publish(self, time_s: float) -> None:
         due = self._pending.time_s <= time_s
         if due.any():
-            self._published = published_next(self._published, self._pending, np.flatnonzero(due))
+            self._published = updated_biases(self._published, self._pending, np.flatnonzero(due))
             self._pending = _chosen(self._pending, ~due)
 
-    def _end(self, track_id: int) -> Iterator[Order]:
+    def _terminate(self, track_id: int) -> Iterator[Order]:
         self._waiting.discard(track_id)
         if track_id not in self._held:
             return
         self._held.discard(track_id)
-        yield LetGo(track_id)
+        yield DropBundle(track_id)
         if self._waiting:
             first = min(self._waiting)
             self._waiting.discard(first)
@@ -162,14 +162,14 @@ class Roster:
         for row in np.flatnonzero(confirmed).tolist():
             track_id = int(tracks[row])
             if track_id not in self._held and track_id not in self._waiting:
-                if len(self._held) < self._room:
+                if len(self._held) < self._aircraft_max:
                     self._held.add(track_id)
                     since[track_id] = row
                 else:
                     self._waiting.add(track_id)
         for track_id, first in since.items():
             own = first + np.flatnonzero(tracks[first:] == track_id)
-            yield Take(track_id, plots[own], self._published)
+            yield PushPlots(track_id, plots[own], self._published)
 
 
 def _chosen(records: BiasRecords, rows: NDArray[np.bool_]) -> BiasRecords:

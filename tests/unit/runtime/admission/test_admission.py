@@ -6,7 +6,7 @@ import pytest
 from multiradar.errors import ConfigurationError, JournalError
 from multiradar.runtime import _kernels as kernels
 from multiradar.runtime.admission.admission import ACCEPTED, FUTURE, LATE, Admission
-from multiradar.runtime.admission.reject_file import TimeRefusals
+from multiradar.runtime.admission.reject_file import TimeRejects
 from multiradar.tracking.input.measurements import MeasurementBatch
 from support.inputs.timed_batches import timed_batch
 from support.kernels import plain as plain_form
@@ -105,17 +105,17 @@ def test_the_end_of_a_stream_that_never_began_changes_nothing() -> None:
 def _sentences(admission: Admission, times: list[float]) -> list[str]:
     batch, clock_s = timed_batch(times), admission.data_clock_s
     codes = admission.admit(batch)
-    return [why for _, _, why in TimeRefusals(admission, clock_s, batch.time_s, codes).verdicts]
+    return [why for _, _, why in TimeRejects(admission, clock_s, batch.time_s, codes).rejections]
 
 
-def test_a_refusal_says_what_was_expected_and_what_was_met() -> None:
+def test_a_reject_reason_has_the_expected_and_the_actual_time() -> None:
     assert _sentences(Admission(6.0), [100.0, 93.0, 1e10]) == [
         "expected a time at most 6 s before the data time 100.0 s, was 93.0 s",
         "expected a time at most 600 s after the data time 100.0 s, was 10000000000.0 s",
     ]
 
 
-def test_what_comes_after_the_end_of_its_stream_is_told_so() -> None:
+def test_measurements_after_the_end_of_their_stream_are_late() -> None:
     admission = Admission(6.0)
     admission.admit(timed_batch([100.0]))
     admission.flush()
@@ -127,13 +127,13 @@ def test_what_comes_after_the_end_of_its_stream_is_told_so() -> None:
 
 
 @pytest.mark.parametrize("state", ["", "{}", "[]", '{"clock": [], "run": []}', '{"clock": "x"}'])
-def test_a_state_that_is_none_is_refused(state: str) -> None:
+def test_an_invalid_state_is_rejected(state: str) -> None:
     with pytest.raises(JournalError, match="expected the state of an admission"):
         Admission(6.0).restore(state)
 
 
 @pytest.mark.parametrize(("horizon_s", "jump_s"), [(-1.0, 600.0), (np.nan, 600.0), (6.0, 0.0)])
-def test_bounds_that_make_no_sense_are_refused(horizon_s: float, jump_s: float) -> None:
+def test_invalid_bounds_are_rejected(horizon_s: float, jump_s: float) -> None:
     with pytest.raises(ConfigurationError, match="expected a reorder horizon"):
         Admission(horizon_s, jump_s)
 

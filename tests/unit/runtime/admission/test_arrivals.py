@@ -1,4 +1,4 @@
-"""How late each sensor comes is learnt, shown, and told in words where the horizon is too short."""
+"""Arrival delays are counted by sensor, with a warning where the horizon is too short."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -36,7 +36,7 @@ def delayed(delay_s: np.ndarray[tuple[int], np.dtype[np.float64]]) -> Measuremen
     return replace(rows, sensor=sensor).select(order)
 
 
-def told(batch: MeasurementBatch, size: int = 10**6) -> ArrivalBoard:
+def counted(batch: MeasurementBatch, size: int = 10**6) -> ArrivalBoard:
     board = ArrivalBoard(TABLE, HORIZON_S)
     admission = Admission(HORIZON_S, arrivals=board)
     for first in range(0, len(batch), size):
@@ -46,7 +46,7 @@ def told(batch: MeasurementBatch, size: int = 10**6) -> ArrivalBoard:
 
 def test_the_delay_of_a_sensor_is_that_behind_the_data_time() -> None:
     delay_s = np.where(np.arange(1000) % 50 == 0, 5.0, 2.0)
-    records = told(delayed(delay_s)).records()
+    records = counted(delayed(delay_s)).records()
     steady, slow = records["41-10"], records["41-20"]
     assert steady["delay_s_median"] == steady["delay_s_p99"] == 0.0
     assert slow["delay_s_median"] == pytest.approx(2.0, abs=2 * DELAY_STEP_S)
@@ -57,28 +57,28 @@ def test_the_delay_of_a_sensor_is_that_behind_the_data_time() -> None:
 
 def test_delays_do_not_depend_on_batches() -> None:
     batch = delayed(np.random.default_rng(1).uniform(0.0, 9.0, 400))
-    expected = told(batch).records()
+    expected = counted(batch).records()
     assert expected["41-20"]["late"] > 50
     for size in (1, 7):
-        assert told(batch, size).records() == expected
+        assert counted(batch, size).records() == expected
 
 
 @pytest.mark.parametrize(("late", "warned"), [(9, False), (30, True)])
-def test_a_horizon_that_is_too_short_is_told_in_words(late: int, warned: bool) -> None:
+def test_a_warning_is_issued_for_a_short_horizon(late: int, warned: bool) -> None:
     delay_s = np.full(1000, 1.0)
     delay_s[100 : 100 + 20 * late : 20] = 8.0
-    board = told(delayed(delay_s))
+    board = counted(delayed(delay_s))
     assert board.records()["41-20"]["late"] == late
     sentences = board.warnings()
     assert len(sentences) == warned
     if warned:
-        assert sentences[0].startswith("41-20: 30 of 1000 measurements (3.0%) came later than")
-        assert "99 % within 8" in sentences[0]
+        assert sentences[0].startswith("41-20: 30 of 1000 measurements (3.0%) arrived later than")
+        assert "99th percentile 8" in sentences[0]
 
 
 def test_endless_delays_and_wrong_clocks_are_counted_too() -> None:
     batch = batch_of([1000.0, 1.0, 5000.0])
-    record = told(batch).records()["41-10"]
+    record = counted(batch).records()["41-10"]
     assert (record["received"], record["late"], record["future"]) == (3, 1, 1)
     assert record["delay_s_p99"] >= DELAY_MAX_S
     only_future = ArrivalBoard(TABLE, HORIZON_S)

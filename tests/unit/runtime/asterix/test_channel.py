@@ -1,4 +1,4 @@
-"""What a user is told of each track, and when for the first and for the last time."""
+"""The reports of each track to a user, with its first and last one."""
 
 from dataclasses import replace
 from typing import Any
@@ -16,7 +16,7 @@ def channel(**said: Any) -> Channel:
     return Channel(ChannelOptions(SENDER, **said))
 
 
-def told(user: Channel, tracks: TrackReports) -> list[tuple[int, bool, bool]]:
+def received(user: Channel, tracks: TrackReports) -> list[tuple[int, bool, bool]]:
     """Number, first and last of each report."""
     chosen = user.choose(tracks)
     return list(
@@ -24,29 +24,29 @@ def told(user: Channel, tracks: TrackReports) -> list[tuple[int, bool, bool]]:
     )
 
 
-def test_a_track_is_first_told_once_and_last_told_once() -> None:
+def test_a_track_has_one_first_and_one_last_report() -> None:
     user = channel()
-    assert told(user, reports(2)) == [(0, True, False), (1, True, False)]
-    assert told(user, reports(2)) == [(0, False, False), (1, False, False)]
+    assert received(user, reports(2)) == [(0, True, False), (1, True, False)]
+    assert received(user, reports(2)) == [(0, False, False), (1, False, False)]
     ended = replace(reports(2), last=np.array([False, True]))
-    assert told(user, ended) == [(0, False, False), (1, False, True)]
-    assert told(user, ended) == [(0, False, False)]
+    assert received(user, ended) == [(0, False, False), (1, False, True)]
+    assert received(user, ended) == [(0, False, False)]
     # The number comes back with another track.
-    assert told(user, reports(2)) == [(0, False, False), (1, True, False)]
+    assert received(user, reports(2)) == [(0, False, False), (1, True, False)]
 
 
-def test_a_track_that_ended_before_it_was_told_is_not_told() -> None:
-    assert told(channel(), reports(last=True)) == []
+def test_a_track_dropped_before_its_first_report_is_not_reported() -> None:
+    assert received(channel(), reports(last=True)) == []
 
 
-def test_a_track_that_leaves_the_area_is_told_for_the_last_time() -> None:
+def test_a_track_that_leaves_the_area_has_a_last_report() -> None:
     user = channel(area_deg=(14.0, 49.0, 16.0, 51.0))
-    assert told(user, reports(2, longitude_deg=[15.0, 17.0])) == [(0, True, False)]
-    assert told(user, reports(2, longitude_deg=[17.0, 15.0])) == [
+    assert received(user, reports(2, longitude_deg=[15.0, 17.0])) == [(0, True, False)]
+    assert received(user, reports(2, longitude_deg=[17.0, 15.0])) == [
         (0, False, True),
         (1, True, False),
     ]
-    assert told(user, reports(2, longitude_deg=[15.0, 15.0])) == [
+    assert received(user, reports(2, longitude_deg=[15.0, 15.0])) == [
         (0, True, False),
         (1, False, False),
     ]
@@ -57,13 +57,13 @@ def test_an_area_over_the_antimeridian_holds_both_its_ends() -> None:
     places = reports(
         4, longitude_deg=[175.0, -175.0, 0.0, 180.0], latitude_deg=[0.0, 5.0, 0.0, -9.0]
     )
-    assert [number for number, *_ in told(user, places)] == [0, 1, 3]
+    assert [number for number, *_ in received(user, places)] == [0, 1, 3]
 
 
-def test_tentative_tracks_are_told_unless_they_are_not_wanted() -> None:
+def test_tentative_tracks_are_reported_unless_excluded() -> None:
     tracks = reports(2, tentative=np.array([True, False]))
-    assert [number for number, *_ in told(channel(), tracks)] == [0, 1]
-    assert [number for number, *_ in told(channel(tentative=False), tracks)] == [1]
+    assert [number for number, *_ in received(channel(), tracks)] == [0, 1]
+    assert [number for number, *_ in received(channel(tentative=False), tracks)] == [1]
 
 
 def test_a_new_code_is_marked_once_for_each_user() -> None:
@@ -86,7 +86,7 @@ def test_a_plane_gives_places_and_covariances_on_it() -> None:
     assert chosen.variance_x_m2[0] < 900.0 * scale
 
 
-def test_blocks_are_no_longer_than_told_and_end_with_the_end_of_the_batch() -> None:
+def test_blocks_respect_the_maximum_and_end_with_the_end_of_batch() -> None:
     user = channel(block_octets_max=500)
     blocks = user.tracks(reports(100))
     assert {block[0] for block in blocks[:-1]} == {62}

@@ -24,15 +24,15 @@ TRACKING = TrackingSettings(filter_name="imm")
 
 
 class Kept(Channel):
-    """A user of whom is kept what it is told."""
+    """A channel that keeps its reports."""
 
     def __init__(self, **said: float) -> None:
         super().__init__(ChannelOptions(SENDER, **said))  # type: ignore[arg-type]
-        self.told: list[TrackReports] = []
+        self.received: list[TrackReports] = []
 
     def choose(self, reports: TrackReports) -> TrackReports:
-        self.told.append(super().choose(reports))
-        return self.told[-1]
+        self.received.append(super().choose(reports))
+        return self.received[-1]
 
 
 def outputs(pieces: Iterable[pl.DataFrame]) -> list[EngineOutput]:
@@ -44,17 +44,17 @@ def outputs(pieces: Iterable[pl.DataFrame]) -> list[EngineOutput]:
 def octets(pieces: Sequence[pl.DataFrame]) -> bytes:
     user = Channel(ChannelOptions(SENDER, period_s=1.5))
     cycles = Cycles(TABLE, TRACKING, [user])
-    told = [one for output in outputs(pieces) for one in cycles.take(output)]
-    told += list(cycles.finish())
-    return b"".join(block for one in told for block in one.blocks)
+    received = [one for output in outputs(pieces) for one in cycles.push(output)]
+    received += list(cycles.finish())
+    return b"".join(block for one in received for block in one.blocks)
 
 
 def followed(frame: pl.DataFrame, **said: float) -> list[TrackReports]:
     user = Kept(**said)
     cycles = Cycles(TABLE, TRACKING, [user])
     for output in outputs([frame]):
-        list(cycles.take(output))
-    return user.told
+        list(cycles.push(output))
+    return user.received
 
 
 @pytest.mark.slow
@@ -66,7 +66,7 @@ def test_the_same_octets_whatever_the_batches() -> None:
     assert octets(cut(frame, [7] * 170)) == whole
 
 
-def test_every_track_is_told_with_the_callsign_of_its_aircraft() -> None:
+def test_every_track_is_reported_with_its_callsign() -> None:
     whole = followed(recording(600))
     assert len(whole) > 2
     for one in whole:
@@ -79,13 +79,13 @@ def test_moments_are_whole_periods_and_each_user_has_its_own() -> None:
     cycles = Cycles(TABLE, TRACKING, [slow, fast])
     times: dict[int, set[float]] = {0: set(), 1: set()}
     for output in outputs([recording(1000)]):
-        for one in cycles.take(output):
+        for one in cycles.push(output):
             times[one.channel].add(one.time_s - START_S)
-    assert [one.time_s - START_S for one in slow.told] == [8.0, 16.0, 24.0, 32.0, 40.0, 48.0]
-    assert [one.time_s - START_S for one in fast.told] == [2.5 * k for k in range(1, 20)]
+    assert [one.time_s - START_S for one in slow.received] == [8.0, 16.0, 24.0, 32.0, 40.0, 48.0]
+    assert [one.time_s - START_S for one in fast.received] == [2.5 * k for k in range(1, 20)]
     assert times[0] <= {8.0 * k for k in range(1, 7)}
-    # Told is what was measured before the moment, not at it.
-    assert min(np.nanmin(one.age_s) for one in fast.told) > 0.0
+    # A cycle contains measurements before its time, not at it.
+    assert min(np.nanmin(one.age_s) for one in fast.received) > 0.0
 
 
 def test_a_track_lies_where_it_was_last_seen_and_moved_on() -> None:
@@ -101,7 +101,7 @@ def test_a_track_lies_where_it_was_last_seen_and_moved_on() -> None:
     east_m = (reports.longitude_deg - longitude) * 72_000.0
     # Radars with 50 m and 0.06° at 100 km: a hundred metres, four sigma.
     assert np.hypot(north_m, east_m).max() < 150.0
-    # The sigma that is told goes with it.
+    # The reported sigma agrees with it.
     ratio = np.sqrt(north_m**2 / reports.variance_north_m2 + east_m**2 / reports.variance_east_m2)
     assert ratio.max() < 4.0
     assert reports.velocity_east_mps == pytest.approx(0.0002 * 72_000.0, abs=6.0)
@@ -109,7 +109,7 @@ def test_a_track_lies_where_it_was_last_seen_and_moved_on() -> None:
     assert np.isnan(reports.geometric_m).all()
 
 
-def test_silent_tracks_coast_and_are_told_once_more_when_they_are_given_up() -> None:
+def test_tracks_without_plots_coast_and_are_reported_once_more_when_dropped() -> None:
     frame = recording(3000)
     time_s = frame["time_s"] - START_S
     rounds = followed(frame.filter((frame["track_number"] != 3) | (time_s < 30.0)), period_s=4.0)
@@ -135,13 +135,13 @@ def test_every_user_hears_once_that_a_track_ended_whatever_its_period() -> None:
     users = [Kept(period_s=2.5), Kept(period_s=8.0)]
     cycles = Cycles(TABLE, TRACKING, users)
     for output in outputs([frame.filter((frame["track_number"] != 3) | (time_s < 30.0))]):
-        list(cycles.take(output))
+        list(cycles.push(output))
     for user in users:
-        ended = [one.mode_s_address[one.last].tolist() for one in user.told if one.last.any()]
+        ended = [one.mode_s_address[one.last].tolist() for one in user.received if one.last.any()]
         assert ended == [[0x4B0003]]
 
 
-def test_a_gap_in_the_data_is_passed_over() -> None:
+def test_a_gap_in_the_data_is_skipped() -> None:
     frame = recording(2000)
     later = pl.when(pl.col("time_s") > START_S + 50.0).then(36_000.0).otherwise(0.0)
     rounds = followed(frame.with_columns(pl.col("time_s") + later))
@@ -152,7 +152,7 @@ def test_a_gap_in_the_data_is_passed_over() -> None:
     assert resumed[0].first.any()
 
 
-def test_what_was_measured_last_is_told_without_its_biases() -> None:
+def test_the_last_plot_is_reported_bias_corrected() -> None:
     reports = followed(recording(1500))[-1]
     plot = reports.sensor >= 0
     assert plot.any()
@@ -161,12 +161,12 @@ def test_what_was_measured_last_is_told_without_its_biases() -> None:
     assert reports.plot_mode_3a[plot].tolist() == reports.mode_3a[plot].tolist()
 
 
-def test_a_user_is_told_once_that_something_was_lost() -> None:
+def test_a_loss_is_reported_once_to_the_user() -> None:
     user = Kept(status_period_s=1.0)
     cycles = Cycles(TABLE, TRACKING, [user])
     made = outputs([recording(400)])
     cycles.overloaded.add(0)
-    blocks = [block for output in made for one in cycles.take(output) for block in one.blocks]
+    blocks = [block for output in made for one in cycles.push(output) for block in one.blocks]
     states = [block for block in blocks if block[0] == 65 and block[3] == 0xF4]
     assert [block[-1] for block in states] == [0x60] + [0] * (len(states) - 1)
     assert len(states) > 5
@@ -174,14 +174,14 @@ def test_a_user_is_told_once_that_something_was_lost() -> None:
 
 def test_output_without_plots_or_spread_is_a_mistake() -> None:
     cycles = Cycles(TABLE, TRACKING, [Kept()])
-    told, _ = outputs([recording(200)])
-    with pytest.raises(ValueError, match="a plot and a spread of each of"):
-        list(cycles.take(replace(told, spread=told.spread[:3])))
+    received, _ = outputs([recording(200)])
+    with pytest.raises(ValueError, match="a plot and a covariance for each of"):
+        list(cycles.push(replace(received, spread=received.spread[:3])))
 
 
 def test_nothing_in_and_nothing_out() -> None:
     cycles = Cycles(TABLE, TRACKING, [Kept()])
-    assert [list(cycles.take(output)) for output in outputs([])] == [[]]
+    assert [list(cycles.push(output)) for output in outputs([])] == [[]]
     assert list(cycles.finish()) == []
 
 

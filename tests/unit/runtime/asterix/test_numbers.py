@@ -29,7 +29,7 @@ def test_more_tracks_than_numbers_are_counted() -> None:
     numbers = TrackNumbers()
     assert set(given(numbers, list(range(1, NUMBERS + 1)), 0.0)) == set(range(NUMBERS))
     assert given(numbers, [NUMBERS + 1, NUMBERS + 2], 0.0) == [NO_NUMBER, NO_NUMBER]
-    assert numbers.refused == 2
+    assert numbers.unassigned == 2
     numbers.free(np.array([77]), 10.0)
     assert given(numbers, [NUMBERS + 2], 10.0) == [NO_NUMBER]
     assert given(numbers, [NUMBERS + 2, NUMBERS + 3], 10.0 + REST_S) == [77, NO_NUMBER]

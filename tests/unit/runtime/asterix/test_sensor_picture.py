@@ -1,4 +1,4 @@
-"""The biases of sensors as ASTERIX tells of them."""
+"""Sensor biases as reported in ASTERIX."""
 
 from dataclasses import replace
 
@@ -46,35 +46,35 @@ def biases(estimate: dict[int, float], sigma: float = 1e-6) -> BiasRecords:
 def heard(sensors: SensorTable, time_s: float = 100.0) -> SensorPicture:
     picture = SensorPicture(sensors, 60.0)
     plot = np.array([True, False])
-    picture.hear(
+    picture.record_plots(
         np.array([0, 2], np.int32), np.full(2, time_s), plot=plot, primary=np.array([False, True])
     )
     return picture
 
 
-def test_sensors_without_codes_are_not_told_of() -> None:
+def test_sensors_without_codes_are_not_reported() -> None:
     reports = heard(table()).reports(100.0)
     assert reports.sensor.tolist() == [20 << 8 | 130, 20 << 8 | 9]
     # Who reports positions has no biases of plots.
     assert (reports.secondary.tolist(), reports.primary.tolist()) == ([True, False], [False, False])
 
 
-def test_a_bias_is_told_when_it_has_settled() -> None:
+def test_a_bias_is_reported_when_it_has_settled() -> None:
     picture = heard(table())
     assert np.isnan(picture.reports(100.0).range_offset_m).all()
     assert picture.reports(100.0).condition.tolist() == [INITIALISING, OPERATIONAL]
-    picture.learn_biases(biases({RANGE: 120.0}, sigma=240.0))
+    picture.update_biases(biases({RANGE: 120.0}, sigma=240.0))
     reports = picture.reports(100.0)
     assert reports.range_offset_m[0] == 120.0
     assert reports.range_gain[0] == 0.0
     # The azimuth has not been estimated yet.
     assert np.isnan(reports.azimuth_offset_deg[0])
     assert np.isnan(reports.time_offset_s[0])
-    picture.learn_biases(biases({RANGE: 120.0}, sigma=260.0))
+    picture.update_biases(biases({RANGE: 120.0}, sigma=260.0))
     assert np.isnan(picture.reports(100.0).range_offset_m[0])
 
 
-def test_known_and_estimated_biases_are_told_as_one() -> None:
+def test_known_and_estimated_biases_are_combined() -> None:
     """What the standard's formula takes off is what the tracker takes off in two steps."""
     known = (
         "[sensor.bias]\nrange_offset_m = { prior = 300.0, estimate = false }\n"
@@ -82,13 +82,13 @@ def test_known_and_estimated_biases_are_told_as_one() -> None:
         "azimuth_offset_deg = { prior = 0.3, estimate = false }\n"
         "time_offset_s = { prior = 0.25, estimate = false }\n"
     )
-    told = table(known)
+    sensors_known = table(known)
     # The parameters are known here; an estimate beside them is what one of the rest would be.
-    picture = heard(told)
-    picture.learn_biases(biases({RANGE: 50.0, GAIN: 0.001, AZIMUTH: -0.001}))
+    picture = heard(sensors_known)
+    picture.update_biases(biases({RANGE: 50.0, GAIN: 0.001, AZIMUTH: -0.001}))
     reports = picture.reports(100.0)
     measured = Measured(np.array([7.0]), np.array([250_000.0]), np.array([1.0]))
-    first = without_known_biases(measured, told.known_bias[:1])
+    first = without_known_biases(measured, sensors_known.known_bias[:1])
     range_m, azimuth_rad = picture.without_biases(
         np.zeros(1, np.int32), first.range_m, first.azimuth_rad
     )
@@ -100,7 +100,7 @@ def test_known_and_estimated_biases_are_told_as_one() -> None:
 
 def test_a_sensor_that_is_not_heard_is_silent() -> None:
     picture = heard(table())
-    picture.learn_biases(biases({RANGE: 0.0, AZIMUTH: 0.0}))
+    picture.update_biases(biases({RANGE: 0.0, AZIMUTH: 0.0}))
     assert picture.reports(160.0).silent.tolist() == [False, False]
     assert picture.reports(160.0).condition.tolist() == [OPERATIONAL, OPERATIONAL]
     assert picture.reports(161.0).silent.tolist() == [True, True]

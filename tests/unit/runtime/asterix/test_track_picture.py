@@ -1,4 +1,4 @@
-"""Single tracks as they are told of: moved on, with what updated them, wherever they are."""
+"""Reports of single tracks: extrapolated, with ages by source, anywhere on the Earth."""
 
 from typing import Any
 
@@ -27,14 +27,14 @@ TABLE = sensors()
 TRACKING = TrackingSettings()
 RADAR, OTHER_RADAR, ADSB = 0, 1, 2
 
-Taken = tuple[TrackUpdates, MeasurementBatch, NDArray[np.float64]]
+Added = tuple[TrackUpdates, MeasurementBatch, NDArray[np.float64]]
 
 
 def picture() -> TrackPicture:
     return TrackPicture(TABLE, SensorPicture(TABLE, 60.0), TRACKING)
 
 
-def updates(time_s: Any, **said: Any) -> Taken:
+def updates(time_s: Any, **said: Any) -> Added:
     """Updates of track 1 by a Mode S plot over (50° N, 15° E), but for what is said.
 
     `plot_…` is of the measurement, the rest of the track.
@@ -63,10 +63,10 @@ def updates(time_s: Any, **said: Any) -> Taken:
     return TrackUpdates(time_s=times, **whole), MeasurementBatch(**measured), spread
 
 
-def told(time_s: float, *taken: Taken) -> TrackReports:
+def reported(time_s: float, *added: Added) -> TrackReports:
     tracks = picture()
-    for one in taken:
-        tracks.take(*one)
+    for one in added:
+        tracks.update(*one)
     return tracks.reports(time_s)
 
 
@@ -84,7 +84,7 @@ def test_a_track_is_moved_on_over_ground(
         heading_rad=np.radians(heading_deg),
         vertical_rate_mps=-10.0,
     )
-    reports = told(110.0, place)
+    reports = reported(110.0, place)
     geod = pyproj.Geod(ellps="WGS84")
     longitude, latitude, back = geod.fwd(longitude_deg, latitude_deg, heading_deg, 2500.0)
     apart = geod.inv(longitude, latitude, reports.longitude_deg[0], reports.latitude_deg[0])[2]
@@ -99,26 +99,26 @@ def test_a_track_is_moved_on_over_ground(
     assert -180.0 <= record["105"]["LON"] < 180.0
 
 
-def test_the_accuracy_is_that_of_the_time_told() -> None:
-    at_once = told(100.0, updates(100.0))
+def test_the_accuracy_is_that_of_the_reported_time() -> None:
+    at_once = reported(100.0, updates(100.0))
     # 30 m to the east, 20 m to the north, on a plane whose scale is one to 10⁻³ here.
     assert np.sqrt(at_once.variance_east_m2[0]) == pytest.approx(30.0, rel=2e-3)
     assert np.sqrt(at_once.variance_north_m2[0]) == pytest.approx(20.0, rel=2e-3)
-    later = told(110.0, updates(100.0))
+    later = reported(110.0, updates(100.0))
     # At worst the errors of place and velocity go together; 3 m/s is that of both axes.
     noise = TRACKING.acceleration_density * 10.0**3 / 3.0
     expected = np.sqrt((30.0 + 3.0 / np.sqrt(2.0) * 10.0) ** 2 + noise)
     assert np.sqrt(later.variance_east_m2[0]) == pytest.approx(expected, rel=2e-3)
 
 
-def test_ages_are_told_by_what_updated_the_track() -> None:
+def test_ages_are_reported_by_source() -> None:
     radar = updates([100.0, 102.0], plot_mode_s_address=[-1, 0x4B1234])
     primary = updates(104.0, plot_mode_s_address=-1, plot_mode_3a=-1, plot_height_m=np.nan)
     squitter = updates(105.0, sensor=ADSB, plot_kind=KIND_POSITION, plot_range_m=np.nan)
     bearing = updates(
         106.0, plot_kind=KIND_BEARING, plot_mode_3a=-1, plot_height_m=np.nan, plot_mode_s_address=-1
     )
-    reports = told(110.0, radar, primary, squitter, bearing)
+    reports = reported(110.0, radar, primary, squitter, bearing)
     np.testing.assert_allclose(reports.age_s[0], [6.0, 10.0, 8.0, 5.0, np.nan])
     assert reports.track_age_s[0] == 10.0
     assert (reports.height_age_s[0], reports.code_age_s[0]) == (5.0, 5.0)
@@ -136,41 +136,41 @@ def test_ages_are_told_by_what_updated_the_track() -> None:
         ({"plot_mode_s_address": -1, "plot_mode_3a": -1, "plot_height_m": np.nan}, 1),
     ],
 )
-def test_a_plot_is_of_the_kind_that_it_tells(said: dict[str, Any], kind: int) -> None:
-    assert told(101.0, updates(100.0, **said)).plot_type.tolist() == [kind]
+def test_the_plot_type_follows_from_its_fields(said: dict[str, Any], kind: int) -> None:
+    assert reported(101.0, updates(100.0, **said)).plot_type.tolist() == [kind]
 
 
 def test_a_track_of_one_sensor_lately_is_monosensor() -> None:
     both = updates([100.0, 101.0], sensor=[RADAR, OTHER_RADAR])
-    assert not told(102.0, both).monosensor[0]
+    assert not reported(102.0, both).monosensor[0]
     long_s = TRACKING.coast_after_s + 1.0
     alone = updates(101.0 + long_s, sensor=RADAR)
-    assert told(103.0 + long_s, both, alone).monosensor[0]
+    assert reported(103.0 + long_s, both, alone).monosensor[0]
 
 
-def test_a_height_that_nobody_measured_is_geometric() -> None:
+def test_a_height_that_is_not_measured_is_geometric() -> None:
     unheard = updates([100.0, 104.0], plot_height_m=np.nan, height_m=[8000.0, 8100.0])
-    reports = told(105.0, unheard)
+    reports = reported(105.0, unheard)
     assert reports.geometric_m[0] == 8100.0
     assert np.isnan(reports.barometric_m[0])
-    nothing = told(105.0, updates(100.0, plot_height_m=np.nan, height_m=np.nan))
+    nothing = reported(105.0, updates(100.0, plot_height_m=np.nan, height_m=np.nan))
     assert np.isnan([nothing.geometric_m[0], nothing.barometric_m[0]]).all()
 
 
-def test_modes_of_motion_are_told_where_one_is_likely() -> None:
+def test_modes_of_movement_are_reported_where_one_is_likely() -> None:
     def movement(right: float, left: float, speed: float, climb: float) -> list[int]:
         one = updates(
             100.0, turn_right_probability=right, turn_left_probability=left,
             speed_change_probability=speed, vertical_rate_mps=climb,
         )  # fmt: skip
-        reports = told(101.0, one)
+        reports = reported(101.0, one)
         return [int(part[0]) for part in (reports.turning, reports.speeding, reports.climbing)]
 
     assert movement(0.1, 0.1, 0.1, 0.0) == [0, 0, 0]
     assert movement(0.6, 0.1, 0.1, 5.0) == [1, 0, 1]
     assert movement(0.1, 0.6, 0.1, -5.0) == [2, 0, 2]
     assert movement(0.3, 0.3, 0.2, 1.0) == [3, 0, 0]
-    # That the speed changes is told, whether it grows is not.
+    # That the speed changes is reported, its sign is undetermined.
     assert movement(0.1, 0.1, 0.7, np.nan) == [0, 3, 3]
     assert movement(np.nan, np.nan, np.nan, np.nan) == [3, 3, 3]
     # What is as likely as not is undetermined; 300 ft/min is still level.
@@ -183,35 +183,35 @@ def test_modes_of_motion_are_told_where_one_is_likely() -> None:
 def test_more_tracks_than_numbers_are_left_out_and_counted() -> None:
     tracks = picture()
     many = NUMBERS + 10
-    tracks.take(*updates(np.full(many, 100.0), track_id=np.arange(1, many + 1)))
+    tracks.update(*updates(np.full(many, 100.0), track_id=np.arange(1, many + 1)))
     reports = tracks.reports(101.0)
     assert sorted(reports.number.tolist()) == list(range(NUMBERS))
-    assert tracks.numbers.refused == 10
+    assert tracks.numbers.unassigned == 10
 
 
-def test_a_track_that_ended_is_told_once_more_and_then_forgotten() -> None:
+def test_a_terminated_track_is_reported_once_more_and_then_discarded() -> None:
     tracks = picture()
-    tracks.take(*updates([100.0, 100.0], track_id=[1, 2]))
+    tracks.update(*updates([100.0, 100.0], track_id=[1, 2]))
     assert tracks.reports(101.0).last.tolist() == [False, False]
-    tracks.end(np.array([2, 77]))
+    tracks.terminate(np.array([2, 77]))
     reports = tracks.reports(102.0)
     assert (reports.number.tolist(), reports.last.tolist()) == ([1, 2], [False, True])
     assert tracks.reports(103.0).number.tolist() == [1]
-    tracks.tidy(100.0 + TRACKING.drop_after_s + TRACKING.epoch_s + 1.0)
+    tracks.discard_terminated(100.0 + TRACKING.drop_after_s + TRACKING.epoch_s + 1.0)
     assert len(tracks) == 0
 
 
 def test_a_track_that_ended_stays_until_all_users_have_heard() -> None:
     tracks = picture()
-    tracks.take(*updates([100.0, 100.0], track_id=[1, 2]))
+    tracks.update(*updates([100.0, 100.0], track_id=[1, 2]))
     assert tracks.reports(101.0, 101.0).last.tolist() == [False, False]
-    tracks.end(np.array([2]))
+    tracks.terminate(np.array([2]))
     assert tracks.reports(102.0, 101.0).last.tolist() == [False, True]
     assert tracks.reports(103.0, 103.0).last.tolist() == [False, True]
     assert tracks.reports(104.0, 104.0).number.tolist() == [1]
 
 
-def test_a_track_is_told_with_the_callsign_it_has_now() -> None:
-    reports = told(103.0, updates(100.0, callsign=-1), updates(102.0, callsign=0x10C238A57820))
+def test_a_track_is_reported_with_its_present_callsign() -> None:
+    reports = reported(103.0, updates(100.0, callsign=-1), updates(102.0, callsign=0x10C238A57820))
     assert reports.callsign.tolist() == [0x10C238A57820]
-    assert told(101.0, updates(100.0)).callsign.tolist() == [-1]
+    assert reported(101.0, updates(100.0)).callsign.tolist() == [-1]

@@ -76,7 +76,7 @@ def test_what_is_hidden_moves_nothing_and_reaches_the_output(scene: Scene) -> No
     assert set(again.track_number.tolist()) == set(other.tolist())
 
 
-def test_a_field_that_is_not_hidden_is_told_as_the_tracker_knows_it(scene: Scene) -> None:
+def test_a_field_that_is_not_hidden_is_published_as_the_tracker_has_it(scene: Scene) -> None:
     known = played(scene, TrackingSettings())[1]
     kept = played(scene, TrackingSettings(hidden_fields=("mode_3a", "callsign")))[1]
     np.testing.assert_array_equal(kept.track_number, known.track_number)
@@ -117,7 +117,7 @@ def test_a_track_that_wrong_heights_began_ends_when_they_end() -> None:
     rng = np.random.default_rng(5)
     scene = make_scene(rng, three_radars()[:2], [Flight(0.0, 120.0, (2e4, 3e4, 150.0, 80.0))])
     batch = scene.batch
-    # For a while the second radar tells another height, so that its plots begin a track.
+    # For a while the second radar reports another height, so that its plots initiate a track.
     early = (batch.sensor == 1) & (batch.time_s < batch.time_s[0] + 40.0)
     height_m = np.where(early, batch.height_m - 2500.0, batch.height_m)
     _, updates, engine = played(replace(scene, batch=replace(batch, height_m=height_m)), NAMELESS)

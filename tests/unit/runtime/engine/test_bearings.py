@@ -32,8 +32,8 @@ def _tracked(
     engine = Engine(TABLE, TrackingSettings(**settings))  # type: ignore[arg-type]
     outputs: list[EngineOutput] = []
     for part in scene.frame.iter_slices(batch_rows):
-        batch, refused = measurement_batch(part, TABLE)
-        assert not len(refused.index)
+        batch, rejected = measurement_batch(part, TABLE)
+        assert not len(rejected.index)
         outputs.append(engine.push(batch))
     outputs.append(engine.flush())
     updates = TrackUpdates.concatenate([output.updates for output in outputs])
@@ -49,7 +49,7 @@ def _after(tracks: pl.DataFrame, since_s: float) -> pl.DataFrame:
 @pytest.mark.parametrize("filter_name", ["two-stage", "imm"])
 @pytest.mark.parametrize("named", [True, False])
 def test_tracks_live_on_by_bearings(filter_name: str, named: bool) -> None:
-    """Three minutes without ranges: 300 m, and errors as large as told, on bearings of 0.2°."""
+    """Three minutes without ranges: 300 m, and consistent errors, on bearings of 0.2°."""
     scene = bearing_scene.make(named=named)
     engine, tracks = _tracked(scene, filter_name=filter_name)
     late = _after(tracks, 130.0)
@@ -59,7 +59,7 @@ def test_tracks_live_on_by_bearings(filter_name: str, named: bool) -> None:
     distance, sigma = scene.errors(late)
     assert np.sqrt(np.mean(distance**2)) < 300.0
     assert 0.2 < np.mean((distance / sigma) ** 2) < 1.5
-    # What cannot be told whose it is is of none: no more than one nameless bearing in ten.
+    # Ambiguous bearings are not associated: at most one anonymous bearing in ten.
     bearings = scene.frame.filter(pl.col("kind") == "bearing")
     unassociated = engine.counts["UNASSOCIATED"]
     assert unassociated < (0.02 if named else 0.1) * len(bearings)
@@ -93,18 +93,18 @@ def test_filters_that_take_no_bearings_count_them() -> None:
     assert counts["UNSUPPORTED"] > 100
 
 
-def test_a_radar_may_lose_its_range_and_nobody_else_gets_bearings() -> None:
+def test_a_radar_may_lose_its_range_but_other_kinds_have_no_bearings() -> None:
     one = bearing_scene.make(seconds=20.0).frame.filter(pl.col("kind") == "bearing")[:1]
     of_radar = one.with_columns(sensor_id=pl.lit("41-10"))
-    batch, refused = measurement_batch(of_radar, TABLE)
+    batch, rejected = measurement_batch(of_radar, TABLE)
     assert len(batch) == 1
-    assert not len(refused.index)
+    assert not len(rejected.index)
     without = of_radar.with_columns(kind=pl.lit("radar"))
-    _, refused = measurement_batch(without, TABLE)
-    assert [RejectCode(code) for code in refused.code] == [RejectCode.MISSING_FIELD]
+    _, rejected = measurement_batch(without, TABLE)
+    assert [RejectCode(code) for code in rejected.code] == [RejectCode.MISSING_FIELD]
     of_finder = one.with_columns(kind=pl.lit("radar"), range_m=pl.lit(50e3))
-    _, refused = measurement_batch(of_finder, TABLE)
-    assert [RejectCode(code) for code in refused.code] == [RejectCode.UNKNOWN_KIND]
+    _, rejected = measurement_batch(of_finder, TABLE)
+    assert [RejectCode(code) for code in rejected.code] == [RejectCode.UNKNOWN_KIND]
 
 
 def test_a_track_that_is_not_observable_says_so() -> None:
@@ -123,12 +123,12 @@ def test_a_track_that_is_not_observable_says_so() -> None:
         batch, _ = measurement_batch(part, TABLE)
         output = engine.push(batch)
         publication.publish(output, float(batch.time_s.max()))
-        rows.append(table.take(output))
+        rows.append(table.update(output))
         answer = view.ask(OBSERVABILITY, 1, window_s=WINDOW_S)
         if answer is not None:
             live[answer["time_s"]] = answer
     output = engine.flush()
-    rows += [table.take(output), table.finish()]
+    rows += [table.update(output), table.finish()]
     offline = pl.concat(rows).filter(pl.col("track_id") == 1)
     both = [row for row in offline.iter_rows(named=True) if row["time_s"] in live]
     assert len(both) > 10
@@ -150,7 +150,7 @@ def test_a_track_that_is_not_observable_says_so() -> None:
 
 @pytest.mark.parametrize("filter_name", ["two-stage", "imm"])
 def test_tracks_begin_by_bearings_of_two_places(filter_name: str) -> None:
-    """Two direction finders alone, azimuths of 0.2° and a bias of 0.5° that nobody knows."""
+    """Two direction finders alone, azimuths of 0.2° and an unknown bias of 0.5°."""
     scene = bearing_scene.make(seconds=150.0, from_s=1000.0)
     engine, tracks = _tracked(scene, filter_name=filter_name)
     first = tracks.group_by("track_number").agg(pl.col("time_s").min(), pl.col("track_id"))

@@ -1,4 +1,4 @@
-"""Tracks tell the callsign last heard, which says nothing of which plot is whose."""
+"""Tracks have the last received callsign, which is not used for association."""
 
 from dataclasses import fields, replace
 
@@ -21,12 +21,12 @@ NAMELESS = ("track_number", "mode_s_address", "mode_3a")
 
 @pytest.fixture(scope="module")
 def scene() -> Scene:
-    """A scene in which every second plot tells the callsign of its aircraft."""
+    """A scenario in which every second plot has a callsign."""
     rng = np.random.default_rng(5)
     made = make_scene(rng, three_radars(), random_flights(rng, 4, 90.0))
     names = pl.Series([f"TST{number}" for number in made.batch.track_number.tolist()])
-    told = np.where(np.arange(len(made.batch)) % 2 == 0, packed_callsigns(names), -1)
-    return replace(made, batch=replace(made.batch, callsign=told))
+    callsigns = np.where(np.arange(len(made.batch)) % 2 == 0, packed_callsigns(names), -1)
+    return replace(made, batch=replace(made.batch, callsign=callsigns))
 
 
 def updates(scene: Scene, *hidden: str) -> TrackUpdates:
@@ -36,16 +36,16 @@ def updates(scene: Scene, *hidden: str) -> TrackUpdates:
     return TrackUpdates.concatenate([one.updates for one in outputs])
 
 
-def test_a_track_tells_the_callsign_last_heard(scene: Scene) -> None:
+def test_a_track_has_the_last_received_callsign(scene: Scene) -> None:
     found = updates(scene)
-    told = callsign_texts(found.callsign).to_list()
+    callsigns = callsign_texts(found.callsign).to_list()
     for track in np.unique(found.track_number).tolist():
-        own = [told[row] for row in np.flatnonzero(found.track_number == track).tolist()]
+        own = [callsigns[row] for row in np.flatnonzero(found.track_number == track).tolist()]
         first = own.index(f"TST{track}")
         assert first < 6
         assert own == [None] * first + [f"TST{track}"] * (len(own) - first)
     frame = wire.tracks_frame(found, scene.sensors)
-    assert frame["callsign"].to_list() == told
+    assert frame["callsign"].to_list() == callsigns
 
 
 def test_callsigns_are_no_evidence_for_which_plot_is_whose(scene: Scene) -> None:
@@ -60,7 +60,7 @@ def test_callsigns_are_no_evidence_for_which_plot_is_whose(scene: Scene) -> None
     assert not (without.callsign >= 0).any()
 
 
-def test_a_hidden_callsign_is_told_as_each_plot_carried_it(scene: Scene) -> None:
+def test_a_hidden_callsign_is_published_as_measured(scene: Scene) -> None:
     found = updates(scene, "callsign")
     assert 0.4 < (found.callsign >= 0).mean() < 0.6
 
@@ -75,6 +75,6 @@ def test_a_journal_from_before_there_were_callsigns_still_plays() -> None:
     now = pl.DataFrame([radar(callsign="KLM1"), radar()])
     stored = decode_rows(encode_rows(now))
     assert stored["callsign"].to_list() == ["KLM1", None]
-    batch, refused = wire.measurement_batch(stored.drop("callsign"), table)
-    assert (len(batch), len(refused)) == (2, 0)
+    batch, rejected = wire.measurement_batch(stored.drop("callsign"), table)
+    assert (len(batch), len(rejected)) == (2, 0)
     assert batch.callsign.tolist() == [-1, -1]

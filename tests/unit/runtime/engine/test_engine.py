@@ -67,7 +67,7 @@ def test_output_depends_neither_on_batches_nor_on_workers(scene: Scene, name: st
 
 
 def test_output_depends_on_the_measurements(scene: Scene) -> None:
-    # The digest that the other tests compare tells runs apart that differ in one row.
+    # The digest that the other tests compare differs for runs that differ in one row.
     settings = TrackingSettings()
     rows = np.delete(np.arange(len(scene.batch)), 500)
     engine = Engine(scene.sensors, settings)
@@ -135,8 +135,8 @@ def test_aircraft_without_heights_are_tracked_with_an_honest_sigma() -> None:
 def test_biases_seen_from_one_site_alone_keep_the_sigma_of_their_prior(
     name: str, count: int
 ) -> None:
-    # One radar, or two on one mast, cannot tell a turn of the antenna from a turn of the sky. A
-    # filter that linearises anew at every plot once invented 700 m at a claimed sigma of 300 m.
+    # One radar, or two on one mast, cannot observe the azimuth bias. A filter that relinearises at
+    # every plot once estimated 700 m at a published sigma of 300 m.
     site = three_radars()[0]
     radars = [
         Radar(f"radar-{index}", site.latitude_deg, site.longitude_deg, biases=site.biases)
@@ -176,8 +176,8 @@ def test_plots_without_height_say_nothing_of_the_biases(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", FILTERS)
-def test_a_plot_that_is_refused_leaves_the_uncertainty_as_it_was(name: str) -> None:
-    # A refused outlier once counted as a manoeuvre: the process noise rose three hundredfold, and
+def test_a_rejected_plot_does_not_change_the_uncertainty(name: str) -> None:
+    # A rejected outlier once counted as a manoeuvre: the process noise rose three hundredfold, and
     # the next outlier was believed.
     rng = np.random.default_rng(9)
     scene = make_scene(rng, three_radars(), random_flights(rng, 3, 300.0))
@@ -217,14 +217,14 @@ def test_flush_twice_says_nothing_new_of_tracks(scene: Scene) -> None:
     assert len(engine.flush().updates) == 0
 
 
-def test_a_filter_that_does_not_exist_is_refused_with_the_names_that_do() -> None:
+def test_an_unknown_filter_is_rejected_with_the_known_names() -> None:
     with pytest.raises(UnknownFilterError, match="two-stage, imm, joint, blom, blom-macro, ci"):
         Engine(busy_scene(aircraft=1, duration_s=5.0).sensors, TrackingSettings(filter_name="x"))
 
 
 @pytest.mark.parametrize("workers", [0, 17])
-def test_a_number_of_workers_out_of_bounds_is_refused(workers: int) -> None:
-    with pytest.raises(ConfigurationError, match="1 to 16 workers"):
+def test_a_number_of_workers_out_of_bounds_is_rejected(workers: int) -> None:
+    with pytest.raises(ConfigurationError, match="workers: expected 1 to 16"):
         Engine(busy_scene(aircraft=1, duration_s=5.0).sensors, TrackingSettings(), workers)
 
 
@@ -293,7 +293,7 @@ def test_the_sigma_at_the_end_of_an_epoch_includes_the_walk_since_the_last_plots
     np.testing.assert_allclose(walked, epoch_s, rtol=1e-6)
 
 
-def test_an_estimate_without_a_latitude_is_counted_and_not_told(
+def test_an_estimate_without_a_latitude_is_counted_and_not_published(
     scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def beyond_the_edge(taken: Integers, readout: Floats, plane: Floats, described: Floats) -> None:

@@ -23,11 +23,11 @@ def test_the_same_configuration_has_the_same_fingerprint() -> None:
 def test_settings_sensors_and_admission_count() -> None:
     table = sensors()
     moved = replace(table, latitude_rad=table.latitude_rad + 1e-12)
-    told = table.known_bias.copy()
-    told[0, PARAMETER_TIME_OFFSET] = 0.25
+    known_bias = table.known_bias.copy()
+    known_bias[0, PARAMETER_TIME_OFFSET] = 0.25
     found = {
         configuration_fingerprint(table, SETTINGS),
-        configuration_fingerprint(replace(table, known_bias=told), SETTINGS),
+        configuration_fingerprint(replace(table, known_bias=known_bias), SETTINGS),
         configuration_fingerprint(table, replace(SETTINGS, refuse_nis=30.0)),
         configuration_fingerprint(moved, SETTINGS),
         configuration_fingerprint(table, SETTINGS, 1.0),

@@ -44,8 +44,8 @@ def tracked(
     engine = Engine(table, TrackingSettings(**settings))  # type: ignore[arg-type]
     outputs = []
     for part in frame.iter_slices(batch_rows):
-        batch, refused = measurement_batch(part, table)
-        assert not len(refused.index)
+        batch, rejected = measurement_batch(part, table)
+        assert not len(rejected.index)
         outputs.append(engine.push(batch))
     outputs.append(engine.flush())
     updates = TrackUpdates.concatenate([output.updates for output in outputs])
@@ -63,7 +63,7 @@ def test_a_source_that_out_manoeuvres_a_straight_target_finds_it_alone(filter_na
     _, tracks = tracked(frame, WELL_ALIGNED, filter_name=filter_name)
     assert tracks["track_id"].n_unique() == 1
     distance, sigma = moving_scene.errors(late(tracks, 200.0), FAR)
-    # 0.2° at 40 km is 140 m across the line of sight; the distance is told by the circle.
+    # 0.2° at 40 km is 140 m across the line of sight; the circle determines the distance.
     assert len(distance) > 90
     assert np.sqrt(np.mean(distance**2)) < 1500.0
     assert np.mean((distance / sigma) ** 2) < 2.0
@@ -101,7 +101,7 @@ def test_a_moving_source_keeps_a_track_that_a_radar_began(filter_name: str, name
 
 
 def test_the_azimuth_bias_of_a_moving_source_is_estimated() -> None:
-    """It is the same wherever the source is, and the radar's plots tell it."""
+    """It is independent of the sensor's position, and observable from the radar's plots."""
     rng = np.random.default_rng(3)
     parts = []
     for number in range(6):
@@ -114,7 +114,7 @@ def test_the_azimuth_bias_of_a_moving_source_is_estimated() -> None:
     engine, _ = tracked(together(*parts))
     column = int(np.flatnonzero(TABLE.parameter_sensor == TABLE.ids.index(FLYING))[0])
     sigma = float(np.sqrt(engine.biases.covariance[column, column]))
-    # Common to both is the azimuth bias of the radar, whose plots alone tell no absolute north.
+    # Common to both is the azimuth bias of the radar, whose plots alone do not determine north.
     assert np.degrees(sigma) < 0.3
     assert abs(engine.biases.estimate[column] - np.radians(0.7)) < 3.5 * sigma
 
@@ -137,7 +137,7 @@ def test_an_elevation_and_a_height_are_a_distance(filter_name: str) -> None:
 
 
 @pytest.mark.parametrize("filter_name", FILTERS)
-def test_elevations_tell_the_height_of_an_aircraft_that_tells_none(filter_name: str) -> None:
+def test_elevations_determine_the_height_of_an_aircraft_without_mode_c(filter_name: str) -> None:
     rng = np.random.default_rng(5)
     frame = together(
         seen(FIXED, TARGET, 1, times(300.0), rng, elevations=True),
@@ -183,7 +183,7 @@ def test_filters_without_bearings_count_elevations_and_moving_sources_as_unsuppo
     assert len(tracks) == 8
 
 
-def test_a_scene_in_which_nobody_ranges_is_tracked() -> None:
+def test_a_scenario_without_ranges_is_tracked() -> None:
     """Fifteen aircraft, half without heights, biases of 0.3° to 0.4°: all of them, once each."""
     scene = builtin_scenario("bearings-only")
     observation = observe(scene, np.random.default_rng(scene.seed))
@@ -209,7 +209,7 @@ def test_a_scene_in_which_nobody_ranges_is_tracked() -> None:
 
 
 @pytest.mark.slow
-def test_observability_of_a_lone_moving_source_is_told_offline() -> None:
+def test_observability_from_a_single_moving_sensor_is_written_offline() -> None:
     rng = np.random.default_rng(8)
     frame = seen(FLYING, FAR, 1, times(400.0), rng, source=CIRCLING)
     settings = TrackingSettings()
@@ -219,9 +219,9 @@ def test_observability_of_a_lone_moving_source_is_told_offline() -> None:
         )
         engine = Engine(WELL_ALIGNED, settings)
         batch, _ = measurement_batch(frame, WELL_ALIGNED)
-        rows = [table.take(engine.push(batch)), table.take(engine.flush()), table.finish()]
-        told = pl.concat(rows)
-        assert len(told) > 20
-        last = told.row(-1, named=True)
+        rows = [table.update(engine.push(batch)), table.update(engine.flush()), table.finish()]
+        table_rows = pl.concat(rows)
+        assert len(table_rows) > 20
+        last = table_rows.row(-1, named=True)
         assert last["is_observable"] is expected
         assert (last["ranges"], last["places"]) == (0, 1)

@@ -47,17 +47,17 @@ def test_a_straight_flight_goes_on_on_the_earth(view: LiveView, number: int) -> 
     assert points is not None
     assert len(points) == 3
     for point in points:
-        told = ForecastPoint.model_validate(point)
-        assert told.motion == POLYNOMIAL
-        assert not told.calibrated
-        assert told.region_factor == gaussian_factor(0.9)
+        made = ForecastPoint.model_validate(point)
+        assert made.motion == POLYNOMIAL
+        assert not made.calibrated
+        assert made.region_factor == gaussian_factor(0.9)
         place = np.radians([point["latitude_deg"], point["longitude_deg"]])
         east, north = PLANE.to_plane(*place)
         truth = flown(number, np.array([point["time_s"] - START_S]))
         off = np.hypot(east - truth[0][0], north - truth[1][0])
         # Three sigmas of the place, of which there are two components.
-        assert off < 3.0 * told.position_sigma_m
-        assert told.position_sigma_m < 1000.0
+        assert off < 3.0 * made.position_sigma_m
+        assert made.position_sigma_m < 1000.0
 
 
 def test_it_begins_at_the_data_time_of_now_as_others_do(view: LiveView) -> None:
@@ -81,9 +81,9 @@ def test_a_forecast_ends_where_the_parabola_of_a_turn_leaves_the_plane() -> None
     assert len(far) == 1
 
 
-def test_a_track_without_heights_or_with_few_plots_is_told_so(view: LiveView) -> None:
+def test_a_track_without_heights_or_with_few_plots_has_no_forecast(view: LiveView) -> None:
     for asked, number in ((view, MUTE), (view_after(8.0), TURNING)):
-        with pytest.raises(TrajectoryError) as told:
+        with pytest.raises(TrajectoryError) as error:
             forecast(asked, number, 10.0, 5.0, 0.9, POLYNOMIAL)
-        assert told.value.code == "TOO_FEW_PLOTS"
+        assert error.value.code == "TOO_FEW_PLOTS"
     assert forecast(view, 10_000, 10.0, 5.0, 0.9, POLYNOMIAL) is None

@@ -1,4 +1,4 @@
-"""Who comes where another aircraft was lost is another aircraft; who flies on stays the same."""
+"""An aircraft near a lost track is a new track; one that continues keeps its track."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What became of each track, when and why, is told of all tracks and is the same however cut."""
+"""Lifecycle transitions are complete for all tracks and independent of the batches."""
 
 from dataclasses import replace
 
@@ -26,7 +26,7 @@ def seen(*flights: Flight) -> Scene:
     return make_scene(np.random.default_rng(5), three_radars(), list(flights) or [STRAIGHT])
 
 
-def told(
+def tracked(
     batch: MeasurementBatch, scene: Scene, settings: TrackingSettings, size: int = 10**6
 ) -> tuple[TrackTransitions, EndedTracks, str]:
     engine, digest = Engine(scene.sensors, settings), OutputDigest()
@@ -59,12 +59,12 @@ def without(scene: Scene, first_s: float, last_s: float) -> MeasurementBatch:
     ("settings", "started", "confirmed"),
     [(KNOWN, "new-identity", "updates"), (NAMELESS, "new-place", "likelihood")],
 )
-def test_a_gap_is_told_as_coasting_and_as_resumed(
+def test_a_gap_is_reported_as_coasting_and_resumed(
     settings: TrackingSettings, started: str, confirmed: str
 ) -> None:
     scene = seen(STRAIGHT, OTHER)
     rows = without(scene, 120.0, 150.0)
-    found, ended, _ = told(rows, scene, settings)
+    found, ended, _ = tracked(rows, scene, settings)
     first_s = scene.batch.time_s[0]
     track = 1 + int(scene.aircraft[0] != 0)
     mine = found.track_id == track
@@ -88,7 +88,7 @@ def test_a_gap_is_told_as_coasting_and_as_resumed(
 @pytest.mark.parametrize("settings", [KNOWN, NAMELESS])
 def test_a_track_that_fell_silent_ended_for_that(settings: TrackingSettings) -> None:
     scene = seen(replace(STRAIGHT, end_s=60.0), OTHER)
-    found, ended, _ = told(scene.batch, scene, settings)
+    found, ended, _ = tracked(scene.batch, scene, settings)
     (track,) = ended.track_id.tolist()
     assert [REASON_NAMES[why] for why in ended.reason] in (["silent"], ["unlikely"])
     assert steps(found, track)[-1] == ("ended", REASON_NAMES[ended.reason[0]])
@@ -101,17 +101,17 @@ def test_a_track_that_fell_silent_ended_for_that(settings: TrackingSettings) -> 
 def test_a_track_that_earned_no_trust_ended_unconfirmed() -> None:
     scene = seen(replace(STRAIGHT, end_s=6.0), OTHER)
     rows = scene.batch.select((scene.aircraft != 0) | (scene.batch.sensor == 0))
-    found, ended, _ = told(rows, scene, NAMELESS)
+    found, ended, _ = tracked(rows, scene, NAMELESS)
     (track,) = ended.track_id.tolist()
     assert steps(found, track) == [("started", "new-place"), ("ended", "unconfirmed")]
 
 
-def test_plots_that_do_not_fit_restart_a_track_and_it_is_confirmed_anew() -> None:
+def test_outliers_restart_a_track_and_it_is_confirmed_again() -> None:
     scene = seen()
     batch = scene.batch
     late = batch.time_s > batch.time_s[0] + 120.0
     moved = replace(batch, range_m=np.where(late, batch.range_m + 30e3, batch.range_m))
-    found, _, _ = told(moved, scene, KNOWN)
+    found, _, _ = tracked(moved, scene, KNOWN)
     restarts = steps(found)
     assert restarts[:2] == [("started", "new-identity"), ("confirmed", "updates")]
     assert ("restarted", "refused") in restarts
@@ -145,19 +145,19 @@ def test_the_steps_do_not_depend_on_batches_and_never_go_back(settings: Tracking
     radars = [replace(radar, detection=0.8) for radar in three_radars()]
     scene = make_scene(rng, radars, random_flights(rng, 20, 200.0, lives_differ=True))
     rows = without(scene, 90.0, 112.0)
-    expected, ended, digest = told(rows, scene, settings)
+    expected, ended, digest = tracked(rows, scene, settings)
     assert len(ended) >= 3
     assert (np.diff(expected.time_s) >= 0.0).all()
     ends = expected.transition == TRANSITION_NAMES.index("ended")
     assert expected.track_id[ends].tolist() == ended.track_id.tolist()
     for size in (1, 7, 300):
-        assert told(rows, scene, settings, size)[2] == digest
+        assert tracked(rows, scene, settings, size)[2] == digest
 
 
 def test_every_track_starts_once_and_first() -> None:
     rng = np.random.default_rng(8)
     scene = make_scene(rng, three_radars(), random_flights(rng, 12, 60.0, lives_differ=True))
-    found, _, _ = told(scene.batch, scene, NAMELESS)
+    found, _, _ = tracked(scene.batch, scene, NAMELESS)
     for track in np.unique(found.track_id).tolist():
         names = [name for name, _ in steps(found, track)]
         assert names.index("started") == 0

@@ -1,4 +1,4 @@
-"""A live measurement from the future is refused before it can move the data time."""
+"""A live measurement from the future is rejected before it can advance the data time."""
 
 import polars as pl
 

@@ -15,7 +15,7 @@ WRONG = recording().changed("1-10", range_m=pl.col("range_m") / 1e3)
 
 
 def opened() -> LiveDiagnosis:
-    """Return one that looks when it is asked to, not by itself."""
+    """Return one that checks on request only."""
     diagnosis = LiveDiagnosis(WRONG.table(), period_s=3600.0)
     diagnosis.start()
     return diagnosis
@@ -23,20 +23,20 @@ def opened() -> LiveDiagnosis:
 
 def test_a_window_that_is_not_over_says_nothing() -> None:
     diagnosis = opened()
-    diagnosis.read(WRONG.frame.filter(pl.col("time_s") < START_S + 30.0), ())
-    assert not diagnosis.look()
+    diagnosis.record(WRONG.frame.filter(pl.col("time_s") < START_S + 30.0), ())
+    assert not diagnosis.check()
     assert diagnosis.records() == []
     diagnosis.stop()
 
 
-def test_what_is_wrong_is_told_of_its_sensor_and_logged_once(
+def test_a_finding_is_reported_for_its_sensor_and_logged_once(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     diagnosis = opened()
     with caplog.at_level(logging.WARNING):
         for _ in range(2):
-            diagnosis.read(WRONG.frame, ())
-            assert diagnosis.look()
+            diagnosis.record(WRONG.frame, ())
+            assert diagnosis.check()
     assert [one["code"] for one in diagnosis.of("1-10")] == ["range_unit"]
     assert diagnosis.of("2-10") == []
     assert [one["sensor_id"] for one in diagnosis.records()] == ["1-10"]
@@ -46,13 +46,13 @@ def test_what_is_wrong_is_told_of_its_sensor_and_logged_once(
     diagnosis.stop()
 
 
-def test_what_is_right_again_is_told_no_more() -> None:
+def test_a_resolved_finding_is_no_longer_reported() -> None:
     diagnosis = opened()
-    diagnosis.read(WRONG.frame, ())
-    diagnosis.look()
-    diagnosis.read(recording().frame, ())
+    diagnosis.record(WRONG.frame, ())
+    diagnosis.check()
+    diagnosis.record(recording().frame, ())
     diagnosis.put(output_of([Update(1, START_S, 1)]))
-    diagnosis.look()
+    diagnosis.check()
     assert diagnosis.records() == []
     diagnosis.stop()
 
@@ -63,8 +63,8 @@ def test_rows_that_were_rejected_count_for_their_sensor() -> None:
     raw = json.dumps({"sensor_id": "1-10", "range_m": 1e9})
     diagnosis.put(output_of([Update(1, START_S, 1)]))
     rejects = [RejectedRow(row, "OUT_OF_RANGE", "too far", raw) for row in range(900)]
-    diagnosis.read(right, [*rejects, RejectedRow(900, "MALFORMED_JSON", "no JSON", "{")])
-    diagnosis.look()
+    diagnosis.record(right, [*rejects, RejectedRow(900, "MALFORMED_JSON", "no JSON", "{")])
+    diagnosis.check()
     found = diagnosis.of("1-10")
     assert [one["code"] for one in found] == ["measurements_lost"]
     assert "900 OUT_OF_RANGE" in found[0]["sentence"]
@@ -73,6 +73,6 @@ def test_rows_that_were_rejected_count_for_their_sensor() -> None:
 
 def test_before_the_start_nothing_is_retained() -> None:
     diagnosis = LiveDiagnosis(WRONG.table())
-    diagnosis.read(WRONG.frame, ())
-    assert not diagnosis.look()
+    diagnosis.record(WRONG.frame, ())
+    assert not diagnosis.check()
     diagnosis.stop()

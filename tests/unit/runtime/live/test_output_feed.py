@@ -30,9 +30,9 @@ def test_output_comes_in_order_and_then_the_end() -> None:
         feed.put(output)
     feed.close()
     assert feed.rows == sum(len(output.updates) for output in outputs)
-    taken = [feed.take() for _ in outputs]
+    taken = [feed.pop() for _ in outputs]
     assert [fed.output for fed in taken if fed is not None] == outputs
-    assert feed.take() is None
+    assert feed.pop() is None
     assert (feed.rows, feed.dropped) == (0, 0)
 
 
@@ -48,7 +48,7 @@ def test_what_is_too_much_is_dropped_and_counted_and_notices_stay() -> None:
     assert feed.dropped == sum(rows[:3])
     feed.put(outputs[3])
     feed.close()
-    taken = [feed.take() for _ in range(3)]
+    taken = [feed.pop() for _ in range(3)]
     assert [fed is not None and fed.caught_up for fed in taken] == [True, False, False]
     assert [fed is not None and fed.lost for fed in taken] == [False, True, False]
     assert taken[2] is not None
@@ -60,19 +60,19 @@ def test_a_restart_takes_the_place_of_what_waits() -> None:
     feed.put(outputs[0])
     feed.restart()
     feed.close()
-    fed = feed.take()
+    fed = feed.pop()
     assert fed is not None
     assert fed.restarted
     assert (feed.rows, feed.dropped) == (0, 0)
 
 
 def test_that_the_journal_was_played_is_heard_across_a_restart() -> None:
-    """Nobody says it again, and before it is heard nothing is told to anybody."""
+    """The notice is sent once, and nothing is reported before it."""
     feed, outputs = OutputFeed(), made(3)
     feed.put(outputs[0])
     feed.catch_up()
     feed.restart()
-    first, second = feed.take(), feed.take()
+    first, second = feed.pop(), feed.pop()
     assert first is not None
     assert (first.caught_up, first.restarted) == (True, False)
     assert first.reached_s == outputs[0].updates.time_s.max()
@@ -85,13 +85,13 @@ def test_a_closed_feed_keeps_nothing_more() -> None:
     feed.close()
     feed.put(outputs[0])
     assert feed.rows == 0
-    assert feed.take() is None
+    assert feed.pop() is None
 
 
 def test_who_waits_is_woken() -> None:
     feed, outputs = OutputFeed(), made(3)
     taken = []
-    reader = threading.Thread(target=lambda: taken.extend([feed.take(), feed.take()]))
+    reader = threading.Thread(target=lambda: taken.extend([feed.pop(), feed.pop()]))
     reader.start()
     feed.put(outputs[0])
     feed.close()

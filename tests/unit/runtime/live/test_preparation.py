@@ -13,7 +13,7 @@ from multiradar.tracking.input.measurements import MeasurementBatch
 from support.scenarios.live_scene import cut, recording, sensors
 
 TABLE = sensors()
-#: A row of the message that cannot be translated, for a reason that nobody foresaw.
+#: A row of the message whose translation raises an unexpected error.
 POISON_M = 123_456.0
 
 

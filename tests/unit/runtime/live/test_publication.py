@@ -1,4 +1,4 @@
-"""The read side is honest about age, and says the same as the output of the engine."""
+"""The read interface has true ages, and agrees with the output of the engine."""
 
 import json
 import threading
@@ -38,7 +38,7 @@ from support.scenarios.live_scene import START_S, recording, sensors
 TABLE = sensors()
 
 
-class _Told:
+class _Published:
     """A publication that a fake engine writes to."""
 
     def __init__(self, **limits: float) -> None:
@@ -49,7 +49,7 @@ class _Told:
         self.publication.attach(lambda: (self.engine.tracks(), self.engine.plane), dict)
         self.data_time_s = -np.inf
 
-    def tell(self, frame: pl.DataFrame) -> EngineOutput:
+    def push(self, frame: pl.DataFrame) -> EngineOutput:
         """Push a frame through the engine and publish what comes out."""
         batch, _ = measurement_batch(frame, TABLE)
         return self.publish(self.engine.push(batch), float(batch.time_s.max()))
@@ -70,8 +70,8 @@ class _Told:
         self.publish(EngineOutput(nothing.updates, nothing.biases, ended), time_s)
 
 
-def _nothing(told: _Told) -> EngineOutput:
-    return told.engine.push(MeasurementBatch.empty())
+def _nothing(published: _Published) -> EngineOutput:
+    return published.engine.push(MeasurementBatch.empty())
 
 
 def _events(view: LiveView) -> list[Event]:
@@ -87,67 +87,67 @@ def _at(frame: pl.DataFrame, time_s: float) -> pl.DataFrame:
 
 
 def test_a_live_track_is_its_latest_update_and_its_age() -> None:
-    told = _Told()
-    output = told.tell(recording(300))
+    published = _Published()
+    output = published.push(recording(300))
     every = tracks_frame(output.updates, TABLE)
     expected = every.group_by("track_id", maintain_order=True).last().sort("track_id")
-    tracks = told.view.tracks()
+    tracks = published.view.tracks()
     assert dict(tracks.schema) == {**TRACK_SCHEMA, "age_s": pl.Float64()}
     assert tracks.drop("age_s").equals(expected.select(tracks.columns[:-1]))
-    age_s = told.data_time_s - expected["time_s"]
+    age_s = published.data_time_s - expected["time_s"]
     assert tracks["age_s"].to_list() == age_s.to_list()
-    assert told.view.track(3) == tracks.filter(pl.col("track_id") == 3).row(0, named=True)
-    assert told.view.track(99) is None
+    assert published.view.track(3) == tracks.filter(pl.col("track_id") == 3).row(0, named=True)
+    assert published.view.track(99) is None
 
 
 def test_a_track_that_was_not_heard_coasts_and_one_that_ended_is_gone() -> None:
-    told, frame = _Told(), recording(10)
+    published, frame = _Published(), recording(10)
     number = int(frame["track_number"][0]) + 1
-    told.tell(_at(frame, 0.0))
+    published.push(_at(frame, 0.0))
     other = frame[:1].with_columns(
         track_number=pl.lit(100, pl.Int64), time_s=pl.lit(START_S + 15.0)
     )
-    told.tell(other)
-    assert told.view.tracks()["state"].to_list() == ["confirmed", "confirmed"]
-    told.tell(other.with_columns(time_s=pl.lit(START_S + 15.001)))
-    assert told.view.tracks()["state"].to_list() == ["coasting", "confirmed"]
-    track = told.view.track(number)
+    published.push(other)
+    assert published.view.tracks()["state"].to_list() == ["confirmed", "confirmed"]
+    published.push(other.with_columns(time_s=pl.lit(START_S + 15.001)))
+    assert published.view.tracks()["state"].to_list() == ["coasting", "confirmed"]
+    track = published.view.track(number)
     assert track is not None
     assert (track["state"], track["age_s"]) == ("coasting", pytest.approx(15.001, abs=1e-6))
-    points = forecast(told.view, number, 10.0, 5.0)
+    points = forecast(published.view, number, 10.0, 5.0)
     assert points is not None
     assert {point["state"] for point in points} == {"coasting"}
-    told.end([number], START_S + 60.0)
-    assert told.view.tracks()["track_id"].to_list() == [101]
-    assert told.view.track(number) is None
-    assert forecast(told.view, number, 10.0, 5.0) is None
-    status = told.view.status()
+    published.end([number], START_S + 60.0)
+    assert published.view.tracks()["track_id"].to_list() == [101]
+    assert published.view.track(number) is None
+    assert forecast(published.view, number, 10.0, 5.0) is None
+    status = published.view.status()
     assert (status["tracks"], status["tracks_initiated"], status["tracks_ended"]) == (1, 101, 1)
-    assert len(told.view.rows(UPDATES, number, None, 10)) == 1
+    assert len(published.view.rows(UPDATES, number, None, 10)) == 1
 
 
 def test_a_tentative_track_stays_tentative() -> None:
-    told, frame = _Told(), recording(10)
-    output = told.engine.push(measurement_batch(_at(frame, 0.0), TABLE)[0])
+    published, frame = _Published(), recording(10)
+    output = published.engine.push(measurement_batch(_at(frame, 0.0), TABLE)[0])
     output.updates.state[:] = STATE_TENTATIVE
-    told.publish(output, START_S + 100.0)
-    assert told.view.tracks()["state"].to_list() == ["tentative"]
+    published.publish(output, START_S + 100.0)
+    assert published.view.tracks()["state"].to_list() == ["tentative"]
 
 
 def test_a_measurement_that_is_newer_than_the_data_time_has_no_negative_age() -> None:
-    told, frame = _Told(), recording(10)
-    output = told.engine.push(measurement_batch(_at(frame, 5.0), TABLE)[0])
-    told.publish(output, START_S)
-    assert told.view.tracks()["age_s"].to_list() == [0.0]
+    published, frame = _Published(), recording(10)
+    output = published.engine.push(measurement_batch(_at(frame, 5.0), TABLE)[0])
+    published.publish(output, START_S)
+    assert published.view.tracks()["age_s"].to_list() == [0.0]
 
 
 def test_a_forecast_begins_now_and_spreads() -> None:
-    told, frame = _Told(), recording(10)
+    published, frame = _Published(), recording(10)
     number = int(frame["track_number"][0]) + 1
-    told.tell(_at(frame, 0.0))
-    told.data_time_s = START_S + 4.0
-    told.end([], START_S + 4.0)
-    points = forecast(told.view, number, 60.0, 20.0)
+    published.push(_at(frame, 0.0))
+    published.data_time_s = START_S + 4.0
+    published.end([], START_S + 4.0)
+    points = forecast(published.view, number, 60.0, 20.0)
     assert points is not None
     assert [point["time_s"] - START_S for point in points] == [4.0, 24.0, 44.0, 64.0]
     assert [point["age_s"] for point in points] == [4.0, 24.0, 44.0, 64.0]
@@ -183,96 +183,96 @@ def test_a_forecast_begins_now_and_spreads() -> None:
         (3600.1, 10.0),
     ],
 )
-def test_a_forecast_without_sense_is_refused(horizon_s: float, step_s: float) -> None:
-    told = _Told()
-    told.tell(recording(10))
+def test_an_invalid_forecast_is_rejected(horizon_s: float, step_s: float) -> None:
+    published = _Published()
+    published.push(recording(10))
     with pytest.raises(ForecastError, match="expected"):
-        forecast(told.view, 1, horizon_s, step_s)
+        forecast(published.view, 1, horizon_s, step_s)
 
 
-def test_a_forecast_of_the_bound_is_given_and_one_more_is_refused() -> None:
-    told, frame = _Told(forecast_steps_max=10), recording(10)
+def test_a_forecast_at_the_maximum_is_answered_and_beyond_is_rejected() -> None:
+    published, frame = _Published(forecast_steps_max=10), recording(10)
     number = int(frame["track_number"][0]) + 1
-    told.tell(frame)
-    points = forecast(told.view, number, 0.9, 0.1)
+    published.push(frame)
+    points = forecast(published.view, number, 0.9, 0.1)
     assert points is not None
     assert len(points) == 10
     with pytest.raises(ForecastError, match="at most 10 points, was 11"):
-        forecast(told.view, number, 1.0, 0.1)
+        forecast(published.view, number, 1.0, 0.1)
 
 
 def test_biases_are_the_latest_and_the_history_pages() -> None:
-    told = _Told()
-    output = told.tell(recording(2000))
+    published = _Published()
+    output = published.push(recording(2000))
     name = TABLE.ids[0]
     every = biases_frame(output.biases, TABLE)
-    assert biases(told.view, name) == every[-1:].to_dicts()
-    assert biases(told.view, "nobody") == []
-    assert biases(told.view, TABLE.ids[1]) == []
-    history = told.view.rows(BIASES, name, None, 1000)
+    assert biases(published.view, name) == every[-1:].to_dicts()
+    assert biases(published.view, "unlisted") == []
+    assert biases(published.view, TABLE.ids[1]) == []
+    history = published.view.rows(BIASES, name, None, 1000)
     assert dict(history.schema) == dict(BIAS_SCHEMA)
     assert history.equals(every)
-    assert told.view.rows(BIASES, name, None, 3).equals(every[-3:])
+    assert published.view.rows(BIASES, name, None, 3).equals(every[-3:])
     since = every["time_s"][5]
-    assert told.view.rows(BIASES, name, since, 4).equals(every[5:9])
+    assert published.view.rows(BIASES, name, since, 4).equals(every[5:9])
 
 
 def test_small_pages_cut_no_read_of_a_history() -> None:
-    """Who pages reads one row more than the page: a read that is cut looks like the last page."""
-    told = _Told(page_rows_max=3)
+    """Paging reads one row more than the page: a shortened read would seem to be the last page."""
+    published = _Published(page_rows_max=3)
     frame = recording(2000)
-    output = told.tell(frame)
+    output = published.push(frame)
     number = int(output.updates.track_id[0])
-    assert told.view.page_rows_max == 3
-    assert len(told.view.rows(UPDATES, number, -1e11, 10)) == 10
-    assert len(told.view.rows(BIASES, TABLE.ids[0], -1e11, 10)) == 10
+    assert published.view.page_rows_max == 3
+    assert len(published.view.rows(UPDATES, number, -1e11, 10)) == 10
+    assert len(published.view.rows(BIASES, TABLE.ids[0], -1e11, 10)) == 10
 
 
 def test_the_bias_history_is_bounded() -> None:
-    told = _Told(bias_history_rows_max=7)
-    every = biases_frame(told.tell(recording(2000)).biases, TABLE)
+    published = _Published(bias_history_rows_max=7)
+    every = biases_frame(published.push(recording(2000)).biases, TABLE)
     assert len(every) > 14
-    assert told.view.rows(BIASES, TABLE.ids[0], None, 1000).equals(every[-7:])
+    assert published.view.rows(BIASES, TABLE.ids[0], None, 1000).equals(every[-7:])
 
 
-def test_sensors_tell_what_was_heard_of_them() -> None:
-    told, frame = _Told(), recording(300)
-    told.tell(frame)
-    by_id = {sensor["id"]: sensor for sensor in told.view.sensors()}
+def test_sensors_contain_their_updates() -> None:
+    published, frame = _Published(), recording(300)
+    published.push(frame)
+    by_id = {sensor["id"]: sensor for sensor in published.view.sensors()}
     assert list(by_id) == sorted(TABLE.ids)
     counts = frame.group_by("sensor_id").agg(pl.len(), pl.col("time_s").max())
     for name, count, last_s in counts.iter_rows():
         assert by_id[name]["updates"] == count
         assert by_id[name]["last_update_s"] == last_s
-        assert by_id[name]["age_s"] == told.data_time_s - last_s
+        assert by_id[name]["age_s"] == published.data_time_s - last_s
     assert by_id["adsb"]["latitude_deg"] is None
     assert by_id["41-10"]["latitude_deg"] == pytest.approx(50.0)
     assert json.loads(json.dumps(by_id, allow_nan=False))
 
 
 def test_the_health_of_a_radar_is_that_of_the_last_epoch() -> None:
-    told = _Told()
-    output = told.tell(recording(300))
-    assert told.view.sensors()[0]["health"] is None
-    assert told.view.status()["sensor_alarms"] == {}
+    published = _Published()
+    output = published.push(recording(300))
+    assert published.view.sensors()[0]["health"] is None
+    assert published.view.status()["sensor_alarms"] == {}
     health = health_records(
         epoch=[1, 1, 2, 2], sensor=[0, 1, 0, 1], time_s=[4.0, 4.0, 8.0, 8.0], alarms=[0, 0, 1, 0]
     )
-    told.publish(replace(output, updates=_nothing(told).updates, health=health), 8.0)
-    told.publish(_nothing(told), 9.0)
-    by_id = {sensor["id"]: sensor["health"] for sensor in told.view.sensors()}
+    published.publish(replace(output, updates=_nothing(published).updates, health=health), 8.0)
+    published.publish(_nothing(published), 9.0)
+    by_id = {sensor["id"]: sensor["health"] for sensor in published.view.sensors()}
     assert by_id["41-10"]["alarms"] == "silent"
     assert {row["time_s"] for row in by_id.values() if row} == {8.0}
     assert by_id["adsb"] is None
-    assert told.view.status()["sensor_alarms"] == {"41-10": ["silent"]}
+    assert published.view.status()["sensor_alarms"] == {"41-10": ["silent"]}
     RadarHealth.model_validate(by_id["41-20"])
 
 
-def test_events_tell_every_row_in_the_order_of_data_time() -> None:
-    told = _Told(status_period_s=20.0)
-    output = told.tell(recording(1000))
-    told.end([4], told.data_time_s)
-    events = _events(told.view)
+def test_events_contain_every_row_in_the_order_of_data_time() -> None:
+    published = _Published(status_period_s=20.0)
+    output = published.push(recording(1000))
+    published.end([4], published.data_time_s)
+    events = _events(published.view)
     assert [event.sequence for event in events] == list(range(1, len(events) + 1))
     by_kind = {
         kind: [json.loads(event.payload) for event in events if event.kind == kind]
@@ -284,7 +284,9 @@ def test_events_tell_every_row_in_the_order_of_data_time() -> None:
     assert pl.DataFrame(by_kind["bias"], schema=BIAS_SCHEMA).equals(
         biases_frame(output.biases, TABLE)
     )
-    assert by_kind["ended"] == [{"time_s": told.data_time_s, "track_id": 4, "reason": "silent"}]
+    assert by_kind["ended"] == [
+        {"time_s": published.data_time_s, "track_id": 4, "reason": "silent"}
+    ]
     assert [mark["time_s"] - START_S for mark in by_kind["status"]] == [20.0, 40.0]
     for event in events:
         payload = json.loads(event.payload)
@@ -304,21 +306,21 @@ def test_events_tell_every_row_in_the_order_of_data_time() -> None:
 @pytest.mark.parametrize("size", [1, 7, 150, 299])
 def test_events_do_not_depend_on_the_batches(size: int) -> None:
     frame = recording(300, step_s=0.2)
-    whole, pieces = _Told(), _Told()
-    whole.tell(frame)
+    whole, pieces = _Published(), _Published()
+    whole.push(frame)
     for start in range(0, len(frame), size):
-        pieces.tell(frame[start : start + size])
+        pieces.push(frame[start : start + size])
     assert _events(pieces.view) == _events(whole.view)
 
 
 def test_numbers_that_do_not_exist_are_null() -> None:
-    told, frame = _Told(), recording(10)
+    published, frame = _Published(), recording(10)
     for count in (1, 10):
-        output = told.engine.push(measurement_batch(frame[:count], TABLE)[0])
+        output = published.engine.push(measurement_batch(frame[:count], TABLE)[0])
         output.updates.height_m[:] = np.nan
         output.updates.velocity_sigma_mps[:] = np.inf
-        told.publish(output, START_S)
-    for event in _events(told.view):
+        published.publish(output, START_S)
+    for event in _events(published.view):
         if event.kind == "track":
             payload = json.loads(event.payload, parse_constant=lambda word: pytest.fail(word))
             assert payload["height_m"] is payload["velocity_sigma_mps"] is None
@@ -338,26 +340,26 @@ def test_nothing_is_known_before_the_first_measurement() -> None:
 
 
 def test_the_table_of_tracks_follows_every_publication() -> None:
-    told, frame = _Told(), recording(200)
-    told.tell(frame[:100])
-    first = told.view.tracks()
-    assert told.view.tracks() is first
-    told.tell(frame[100:])
-    assert told.view.tracks()["sequence"].max() == 200
+    published, frame = _Published(), recording(200)
+    published.push(frame[:100])
+    first = published.view.tracks()
+    assert published.view.tracks() is first
+    published.push(frame[100:])
+    assert published.view.tracks()["sequence"].max() == 200
 
 
 @pytest.mark.slow
 def test_readers_of_all_kinds_do_not_disturb_the_writer() -> None:
-    told, frame, done = _Told(history_rows_max=100), recording(600), threading.Event()
+    published, frame, done = _Published(history_rows_max=100), recording(600), threading.Event()
     failures: list[BaseException] = []
     calls: list[Callable[[], object]] = [
-        told.view.tracks,
-        lambda: told.view.track(2),
-        lambda: told.view.rows(UPDATES, 2, None, 50),
-        told.view.sensors,
-        lambda: told.view.rows(BIASES, TABLE.ids[0], START_S, 50),
-        told.view.status,
-        lambda: _events(told.view),
+        published.view.tracks,
+        lambda: published.view.track(2),
+        lambda: published.view.rows(UPDATES, 2, None, 50),
+        published.view.sensors,
+        lambda: published.view.rows(BIASES, TABLE.ids[0], START_S, 50),
+        published.view.status,
+        lambda: _events(published.view),
     ]
 
     def read(call: Callable[[], object]) -> None:
@@ -372,26 +374,26 @@ def test_readers_of_all_kinds_do_not_disturb_the_writer() -> None:
     for reader in readers:
         reader.start()
     for start in range(0, len(frame), 20):
-        told.tell(frame[start : start + 20])
+        published.push(frame[start : start + 20])
     done.set()
     for reader in readers:
         join(reader)
     assert failures == []
-    assert told.view.status()["output_sequence"] == 600
+    assert published.view.status()["output_sequence"] == 600
 
 
-def test_a_bound_of_zero_is_refused() -> None:
+def test_a_bound_of_zero_is_rejected() -> None:
     with pytest.raises(ConfigurationError, match="events_max: expected a bound greater than 0"):
         RuntimeLimits(events_max=0)
 
 
-def test_a_publication_that_begins_anew_says_the_same_again() -> None:
-    told, frame = _Told(), recording(500)
-    told.tell(frame)
-    before, tracks = _events(told.view), told.view.tracks()
-    told.publication.restart()
-    assert told.view.tracks().is_empty()
-    told.engine = FakeEngine()
-    told.tell(frame)
-    assert _events(told.view) == before
-    assert told.view.tracks().equals(tracks)
+def test_a_restarted_publication_repeats_its_output() -> None:
+    published, frame = _Published(), recording(500)
+    published.push(frame)
+    before, tracks = _events(published.view), published.view.tracks()
+    published.publication.restart()
+    assert published.view.tracks().is_empty()
+    published.engine = FakeEngine()
+    published.push(frame)
+    assert _events(published.view) == before
+    assert published.view.tracks().equals(tracks)

@@ -52,10 +52,10 @@ def test_a_service_that_has_started_or_stopped_is_at_no_step_of_its_start(start:
     assert service.start_step == ""
 
 
-def test_every_row_is_accepted_or_refused_with_its_place_and_content(start: Starter) -> None:
+def test_every_row_is_accepted_or_rejected_with_its_index_and_content(start: Starter) -> None:
     service = start()
     frame = recording(10).with_columns(
-        sensor_id=pl.when(pl.int_range(10) == 3).then(pl.lit("nobody")).otherwise("sensor_id"),
+        sensor_id=pl.when(pl.int_range(10) == 3).then(pl.lit("unlisted")).otherwise("sensor_id"),
         time_s=pl.col("time_s") + pl.when(pl.int_range(10) == 7).then(1e6).otherwise(0.0),
         height_m=pl.when(pl.int_range(10) == 5).then(float("nan")).otherwise("height_m"),
     )
@@ -81,13 +81,13 @@ def test_every_row_is_accepted_or_refused_with_its_place_and_content(start: Star
     kept = service.quarantined(0, 100)
     assert [one.row for one in kept] == list(receipt.rejected)
     assert [one.row.raw for one in kept][:2] == ["raw 0", "raw 4"]
-    assert '"sensor_id": "nobody"' in kept[2].row.raw
+    assert '"sensor_id": "unlisted"' in kept[2].row.raw
     assert '"height_m": NaN' in kept[3].row.raw
     assert "was 1701000000" in kept[4].row.reason
     assert service.quarantined(3, 1)[0].number == 4
 
 
-def test_late_rows_are_refused_and_the_rest_taken(start: Starter) -> None:
+def test_late_rows_are_rejected_and_the_rest_accepted(start: Starter) -> None:
     service = start()
     frame = recording(400)
     submit(service, frame[300:])
@@ -166,7 +166,7 @@ def test_a_journal_from_before_there_were_callsigns_plays_and_knows_its_messages
     assert settled(service)["accepted"] == 40
 
 
-def test_a_key_that_is_used_for_another_message_is_refused(start: Starter) -> None:
+def test_a_key_used_for_another_message_is_rejected(start: Starter) -> None:
     service = start()
     frame = recording(50)
     submit(service, frame[:20], "key")
@@ -326,19 +326,19 @@ def test_what_is_settled_can_be_read(start: Starter, monkeypatch: pytest.MonkeyP
     """Once, a reader that came between the engine and the publication saw nothing."""
     service = start()
     publish = service.publication.publish
-    begun, gate = threading.Event(), threading.Event()
+    entered, gate = threading.Event(), threading.Event()
 
     def publish_late(output: EngineOutput, data_time_s: float | None) -> None:
-        begun.set()
+        entered.set()
         assert gate.wait(WAIT_TIMEOUT_S)
         publish(output, data_time_s)
 
     monkeypatch.setattr(service.publication, "publish", publish_late)
     for number, piece in enumerate(cut(recording(30), [10, 10])):
-        begun.clear()
+        entered.clear()
         gate.clear()
         submit(service, piece)
-        assert begun.wait(WAIT_TIMEOUT_S)
+        assert entered.wait(WAIT_TIMEOUT_S)
         all_can_be_read = service.settled()
         assert not all_can_be_read.done()
         gate.set()

@@ -17,9 +17,9 @@ def test_what_was_known_at_a_time_is_the_last_row_of_each_parameter_until_then(
     rows_max: int, silent_from: int
 ) -> None:
     board = BiasBoard(sensors(), rows_max)
-    told = []
+    rows = []
     for epoch in range(EPOCHS):
-        # From some epoch on, nothing is told of the last parameter.
+        # From some epoch on, there are no records of the last parameter.
         names = [(0, 0), (0, 1), (1, 0), (1, 1)][: 4 if epoch < silent_from else 3]
         count = len(names)
         records = BiasRecords(
@@ -29,8 +29,8 @@ def test_what_was_known_at_a_time_is_the_last_row_of_each_parameter_until_then(
             np.arange(count, dtype=np.float64) + 10.0 * epoch, np.ones(count),
         )  # fmt: skip
         board.append(records)
-        told += [(epoch, EPOCH_S * epoch, *name, k + 10.0 * epoch) for k, name in enumerate(names)]
-    kept = told[-rows_max:]
+        rows += [(epoch, EPOCH_S * epoch, *name, k + 10.0 * epoch) for k, name in enumerate(names)]
+    kept = rows[-rows_max:]
     for time_s in (EPOCH_S * EPOCHS, EPOCH_S * (EPOCHS - 60) + 1.0, 700.0, 10.0):
         expected = {row[2:4]: row[4] for row in kept if row[1] <= time_s}
         found = board.at(time_s)

@@ -36,12 +36,12 @@ def _stepped(output: EngineOutput, steps: list[tuple[int, int]]) -> EngineOutput
 def test_a_track_that_is_confirmed_again_is_one_and_ends_once() -> None:
     tally = TrackTally()
     first = output_of([Update(1, 0.0, 1), Update(2, 0.0, 2), Update(3, 0.0, 3)])
-    tally.take(_stepped(first, [(1, STARTED), (1, CONFIRMED), (2, STARTED), (3, CONFIRMED)]))
-    tally.take(_stepped(output_of([Update(4, 1.0, 1)]), [(1, CONFIRMED)]))
+    tally.update(_stepped(first, [(1, STARTED), (1, CONFIRMED), (2, STARTED), (3, CONFIRMED)]))
+    tally.update(_stepped(output_of([Update(4, 1.0, 1)]), [(1, CONFIRMED)]))
     assert tally.counts() == {
         "tracks_initiated": 3, "tracks_confirmed": 2, "tracks_confirmed_live": 2, "tracks_ended": 0,
     }  # fmt: skip
-    tally.take(output_of([End(2.0, 1), End(2.0, 2)]))
+    tally.update(output_of([End(2.0, 1), End(2.0, 2)]))
     assert tally.counts() == {
         "tracks_initiated": 3, "tracks_confirmed": 2, "tracks_confirmed_live": 1, "tracks_ended": 2,
     }  # fmt: skip
@@ -50,7 +50,7 @@ def test_a_track_that_is_confirmed_again_is_one_and_ends_once() -> None:
 
 def test_a_track_that_is_confirmed_and_ends_in_one_call_is_counted() -> None:
     tally = TrackTally()
-    tally.take(_stepped(output_of([Update(1, 0.0, 1), End(9.0, 1)]), [(1, CONFIRMED)]))
+    tally.update(_stepped(output_of([Update(1, 0.0, 1), End(9.0, 1)]), [(1, CONFIRMED)]))
     assert (tally.confirmed, tally.counts()["tracks_confirmed_live"]) == (1, 0)
 
 
@@ -67,7 +67,7 @@ def test_the_counts_of_a_run_are_those_of_its_rows(hidden: tuple[str, ...]) -> N
     outputs = [*map(engine.push, pieces), engine.flush()]
     engine.close()
     for output in outputs:
-        tally.take(output)
+        tally.update(output)
     rows = wire.tracks_frame(TrackUpdates.concatenate([one.updates for one in outputs]), TABLE)
     confirmed = rows.filter(pl.col("state") != "tentative")["track_id"].n_unique()
     assert tally.initiated == rows["track_id"].n_unique()

@@ -34,7 +34,7 @@ def _table(scene: Scene, settings: TrackingSettings, rows: int, every_s: float) 
     table = ForecastTable(scene.sensors, settings, engine.plane, every_s)
     cuts = range(0, len(scene.batch), rows)
     outputs = [engine.push(scene.batch.select(slice(cut, cut + rows))) for cut in cuts]
-    frames = [table.take(output) for output in (*outputs, engine.flush())]
+    frames = [table.update(output) for output in (*outputs, engine.flush())]
     return pl.concat([*frames, table.finish()])
 
 
@@ -75,7 +75,7 @@ def test_a_service_gives_the_numbers_of_the_table(filter_name: str) -> None:
         (engine := Engine(scene.sensors, settings, sampling=Sampling.ALL)).plane,
         8.0,
     )
-    rows = pl.concat([table.take(engine.push(batch)), table.take(engine.flush())])
+    rows = pl.concat([table.update(engine.push(batch)), table.update(engine.flush())])
     live = Engine(scene.sensors, settings, sampling=Sampling.DRAWN)
     publication = Publication(scene.sensors, settings, RuntimeLimits())
     view = publication.view
@@ -88,10 +88,10 @@ def test_a_service_gives_the_numbers_of_the_table(filter_name: str) -> None:
     (track_id,) = newest["track_id"].unique()
     points = forecast(view, track_id, 300.0, 10.0)
     assert points is not None
-    told = {point["time_s"] - now_s: point for point in points}
+    by_horizon = {point["time_s"] - now_s: point for point in points}
     assert len(newest) == len(HORIZONS_S)
     for row in newest.to_dicts():
-        point = told[row["horizon_s"]]
+        point = by_horizon[row["horizon_s"]]
         for name, value in point.items():
             known = isinstance(value, float)
             assert row[name] == (pytest.approx(value, rel=1e-12) if known else value), name

@@ -1,4 +1,4 @@
-"""Encounters of live tracks: who takes part, what is told, the same as forecasts and all pairs."""
+"""Encounters of live tracks: selection and content; they agree with forecasts and all pairs."""
 
 from dataclasses import asdict, replace
 from functools import partial
@@ -19,8 +19,8 @@ from multiradar.runtime.memory.history import UPDATE_DTYPE
 from multiradar.runtime.memory.live_tracks import LiveTracks
 from multiradar.runtime.offline.encounter_table import EncounterTable
 from multiradar.runtime.queries.encounter_query import EncounterQuery
-from multiradar.runtime.queries.encounters import Sky, encounters, no_encounters
-from multiradar.runtime.queries.forecast_methods import Course, Known, by_plan, known_of
+from multiradar.runtime.queries.encounters import TrackSnapshot, encounters, no_encounters
+from multiradar.runtime.queries.forecast_methods import Known, PredictedPath, by_plan, known_of
 from multiradar.runtime.queries.forecasts import forecast_from
 from multiradar.runtime.queries.registry import ENCOUNTERS
 from multiradar.settings.limits import RuntimeLimits
@@ -48,7 +48,7 @@ NOW_S = 1000.0
 LEVEL = [9000.0, 0.0, 100.0, 0.0, 1.0, 2.0]
 
 
-def sky(means: list[list[float]], ages_s: list[float] | None = None) -> Sky:
+def snapshot(means: list[list[float]], ages_s: list[float] | None = None) -> TrackSnapshot:
     """Confirmed tracks whose states are of their last updates, at 9 km."""
     count = len(means)
     time_s = NOW_S - np.array(ages_s or [0.0] * count)
@@ -62,25 +62,25 @@ def sky(means: list[list[float]], ages_s: list[float] | None = None) -> Sky:
     )
     rows = np.zeros(count, UPDATE_DTYPE)
     rows["track_id"], rows["time_s"], rows["state"] = states.track_id, time_s, STATE_CONFIRMED
-    return Sky(NOW_S, rows, states)
+    return TrackSnapshot(NOW_S, rows, states)
 
 
-def straight(known: Known, ahead_s: NDArray[np.float64]) -> Course:
+def straight(known: Known, ahead_s: NDArray[np.float64]) -> PredictedPath:
     """Forecast by straight flight, whatever the traffic did."""
     calibration = known.calibration
     motion = calibration.family.names.index("straight")
     return by_plan(known, ahead_s, calibration.scores.plan(ahead_s, 0.95, motion))
 
 
-def asked(scene: Sky, **query: Any) -> Encounters:
+def asked(scene: TrackSnapshot, **query: Any) -> Encounters:
     """Ask for encounters; the answer keeps to its schema."""
     answer = encounters(scene, EncounterQuery(**query), PLANE, SETTINGS, calibration_for(SETTINGS))
     return Encounters.model_validate(answer)
 
 
 def test_two_that_cross_meet_where_their_forecasts_say() -> None:
-    """Forecasts of both at the time that is told have the places that are told."""
-    crossing = sky([[0.0, 0.0, 200.0, 0.0], [12e3, -13e3, 0.0, 210.0]], [3.0, 7.0])
+    """Forecasts of both at the reported time have the reported positions."""
+    crossing = snapshot([[0.0, 0.0, 200.0, 0.0], [12e3, -13e3, 0.0, 210.0]], [3.0, 7.0])
     (found,) = asked(crossing).encounters
     assert 55.0 < found.time_to_closest_s < 62.0
     assert found.closest_time_s == NOW_S + found.time_to_closest_s
@@ -109,16 +109,16 @@ def test_two_that_cross_meet_where_their_forecasts_say() -> None:
 
 def test_distances_are_true_ones_far_from_the_centre() -> None:
     """At 3 000 km two aircraft 9.9 km apart on the plane are 11.2 km apart on the Earth."""
-    far = sky([[3.0e6, 0.0, 0.0, 200.0], [3.0e6 + 9.9e3, 0.0, 0.0, 200.0]])
+    far = snapshot([[3.0e6, 0.0, 0.0, 200.0], [3.0e6 + 9.9e3, 0.0, 0.0, 200.0]])
     assert asked(far, distance_m=11e3).total == 0
     (found,) = asked(far, distance_m=12e3).encounters
     assert found.distance_m == pytest.approx(9.9e3 / np.cos(np.arcsin(3.0 / 6.378)), rel=0.01)
 
 
 @pytest.mark.parametrize("apart_m", [0.0, 400.0, 5000.0])
-def test_two_that_fly_together_are_told_with_time_now(apart_m: float) -> None:
+def test_two_aircraft_in_formation_are_reported_with_the_present_time(apart_m: float) -> None:
     """Also two tracks of one aircraft; their velocities differ by less than these err by."""
-    formation = sky([[0.0, 0.0, 200.0, 0.0], [-apart_m, 0.0, 203.0, 1.0]])
+    formation = snapshot([[0.0, 0.0, 200.0, 0.0], [-apart_m, 0.0, 203.0, 1.0]])
     (found,) = asked(formation, horizon_s=300.0).encounters
     assert found.together
     assert found.time_to_closest_s == 0.0
@@ -130,14 +130,14 @@ def test_two_that_fly_together_are_told_with_time_now(apart_m: float) -> None:
 
 
 def test_two_that_are_near_and_fly_apart_are_nearest_now_but_not_together() -> None:
-    (found,) = asked(sky([[0.0, 0.0, 200.0, 0.0], [-2e3, 0.0, -200.0, 0.0]])).encounters
+    (found,) = asked(snapshot([[0.0, 0.0, 200.0, 0.0], [-2e3, 0.0, -200.0, 0.0]])).encounters
     assert not found.together
     assert found.time_to_closest_s == 0.0
 
 
-def test_tentative_tracks_are_counted_not_told_and_coasting_ones_are_marked() -> None:
+def test_tentative_tracks_are_counted_not_reported_and_coasting_ones_are_marked() -> None:
     near = [[1e3 * place, 0.0, 200.0, 0.0] for place in range(3)]
-    scene = sky(near, [0.0, 30.0, 0.0])
+    scene = snapshot(near, [0.0, 30.0, 0.0])
     scene.rows["state"][2] = STATE_TENTATIVE
     found = asked(scene)
     assert (found.tracks, found.tracks_tentative, found.total) == (2, 1, 1)
@@ -148,7 +148,7 @@ def test_tentative_tracks_are_counted_not_told_and_coasting_ones_are_marked() ->
 
 
 def test_tracks_that_only_the_filter_or_only_the_readers_know_take_no_part() -> None:
-    scene = sky([[1e3 * place, 0.0, 200.0, 0.0] for place in range(3)])
+    scene = snapshot([[1e3 * place, 0.0, 200.0, 0.0] for place in range(3)])
     scene.rows["track_id"][1] = 7
     found = asked(scene._replace(rows=np.sort(scene.rows, order="track_id")))
     assert found.tracks == 2
@@ -158,7 +158,7 @@ def test_tracks_that_only_the_filter_or_only_the_readers_know_take_no_part() -> 
 def test_tracks_off_the_plane_are_counted_and_those_that_leave_it_meet_until_then() -> None:
     """The plane ends at 5 517 km: the second pair is beyond it when it would meet."""
     edge_m = 5.516e6
-    scene = sky(
+    scene = snapshot(
         [
             [edge_m + 1e5, 0.0, 0.0, 0.0],
             [edge_m - 3e3, 0.0, 300.0, 0.0],
@@ -173,7 +173,7 @@ def test_tracks_off_the_plane_are_counted_and_those_that_leave_it_meet_until_the
 
 
 def test_heights_of_another_kind_or_unknown_are_not_compared() -> None:
-    scene = sky([[1e3 * place, 0.0, 200.0, 0.0] for place in range(3)])
+    scene = snapshot([[1e3 * place, 0.0, 200.0, 0.0] for place in range(3)])
     assert scene.states.climbs is not None
     scene.states.climbs[1] = np.nan
     scene.states.climbs[2, -1] = 1.0  # Reported, and so perhaps geometric.
@@ -187,7 +187,7 @@ def test_heights_of_another_kind_or_unknown_are_not_compared() -> None:
 
 def test_those_far_apart_in_height_are_left_out_unless_they_climb_through() -> None:
     """They are within 9 260 m for a minute and a half: 1 200 m are 13 m/s away."""
-    scene = sky([[0.0, 0.0, 100.0, 0.0], [12e3, -13e3, 0.0, 110.0]])
+    scene = snapshot([[0.0, 0.0, 100.0, 0.0], [12e3, -13e3, 0.0, 110.0]])
     assert scene.states.climbs is not None
     scene.states.climbs[1, 0] += 1200.0
     assert asked(scene).total == 1
@@ -201,7 +201,7 @@ def test_those_far_apart_in_height_are_left_out_unless_they_climb_through() -> N
 def test_the_order_and_the_least_probability_are_as_asked_for() -> None:
     rng = np.random.default_rng(3)
     states = np.column_stack([rng.uniform(-6e4, 6e4, (60, 2)), rng.normal(0.0, 150.0, (60, 2))])
-    scene = sky(states.tolist())
+    scene = snapshot(states.tolist())
     by_time = asked(scene, limit=10_000)
     times = [one.time_to_closest_s for one in by_time.encounters]
     assert by_time.total == by_time.count == len(times) > 50
@@ -224,7 +224,7 @@ def test_all_pairs_tried_one_by_one_give_the_same() -> None:
     states[5], states[7, 2:] = states[4], states[6, 2:]
     ages_s = rng.uniform(0.0, 12.0, count)
     ages_s[5] = ages_s[4]
-    scene = sky(states.tolist(), ages_s.tolist())
+    scene = snapshot(states.tolist(), ages_s.tolist())
     found = asked(scene, horizon_s=horizon_s, distance_m=distance_m, limit=10_000)
     places = states[:, :2] + ages_s[:, None] * states[:, 2:]
     least = {}
@@ -235,18 +235,18 @@ def test_all_pairs_tried_one_by_one_give_the_same() -> None:
             time_s = min(max(-float(place @ rate) / square, 0.0), horizon_s) if square else 0.0
             least[i + 1, j + 1] = float(np.hypot(*(place + time_s * rate)))
     # True metres at 9 km and up to 110 km from the centre are 0.14 to 0.16 % more.
-    told = {(one.first_track_id, one.second_track_id): one for one in found.encounters}
-    assert {pair for pair, apart in least.items() if 1.0018 * apart < distance_m} <= set(told)
-    assert set(told) <= {pair for pair, apart in least.items() if apart < distance_m}
-    for pair, one in told.items():
+    by_pair = {(one.first_track_id, one.second_track_id): one for one in found.encounters}
+    assert {pair for pair, apart in least.items() if 1.0018 * apart < distance_m} <= set(by_pair)
+    assert set(by_pair) <= {pair for pair, apart in least.items() if apart < distance_m}
+    for pair, one in by_pair.items():
         if not one.together:
             assert one.distance_m == pytest.approx(least[pair], rel=1.8e-3)
-    assert told[5, 6].together
-    assert told[5, 6].distance_m == pytest.approx(0.0, abs=1e-6)
+    assert by_pair[5, 6].together
+    assert by_pair[5, 6].distance_m == pytest.approx(0.0, abs=1e-6)
 
 
 def test_what_the_biases_do_to_both_alike_does_not_part_them() -> None:
-    """One radar tells its bias to nobody: places err by a kilometre, and neighbours by the same."""
+    """The bias of one radar is unobservable: neighbours have the same error of a kilometre."""
     radar = Radar("r", 50.0, 15.0, biases={0: 300.0, 1: np.radians(0.3)})
     east, north = 100e3, 100e3
     flights = [Flight(0.0, 120.0, (east + 2e3 * place, north, 200.0, 0.0)) for place in range(2)]
@@ -256,7 +256,7 @@ def test_what_the_biases_do_to_both_alike_does_not_part_them() -> None:
         live.update(rows_of(output.updates))
     states = engine.tracks()
     assert states.shared is not None
-    seen = Sky(float(scene.batch.time_s[-1]), live.all(), states)
+    seen = TrackSnapshot(float(scene.batch.time_s[-1]), live.all(), states)
     settings = TrackingSettings()
     rest = EncounterQuery(), engine.plane, settings, calibration_for(settings)
     (found,) = encounters(seen, *rest)["encounters"]
@@ -277,15 +277,17 @@ def _states_of(engine: Engine) -> tuple[TrackStates, SystemPlane]:
 def test_a_row_of_the_table_is_what_was_answered_at_the_end_of_its_epoch(filter_name: str) -> None:
     """Streams that end within the recording, asked at once, beside the table of the whole.
 
-    In the end forecasts of ten seconds have been judged, so that it is of what was learnt.
+    At the end forecasts of ten seconds have been evaluated, so that the calibration is used.
     """
     settings = TrackingSettings(filter_name=filter_name, reorder_horizon_s=0.0)
     batch, _ = measurement_batch(recording(2400).sort("time_s"), sensors())
     query = EncounterQuery(60.0, 12_000.0, 200.0, limit=None)
     engine = Engine(sensors(), settings, pictures=True, sampling=Sampling.ALL)
     table = EncounterTable(query, engine.plane, settings)
-    parts = [table.take(engine.push(batch.select(slice(k, k + 530)))) for k in range(0, 2400, 530)]
-    rows = pl.concat([*parts, table.take(engine.flush()), table.finish()])
+    parts = [
+        table.update(engine.push(batch.select(slice(k, k + 530)))) for k in range(0, 2400, 530)
+    ]
+    rows = pl.concat([*parts, table.update(engine.flush()), table.finish()])
     ends_s = rows["time_s"].unique().sort().to_list()
     assert len(ends_s) == 30, "120 s have as many epochs"
     calibration = calibration_for(settings)
@@ -316,24 +318,24 @@ def answered(view: LiveView, query: EncounterQuery) -> dict[str, Any]:
 def test_a_table_from_which_pairs_may_be_missing_says_so() -> None:
     """Of 320 aircraft above each other 51 040 pairs are near, and there is room for 50 000."""
     count = 320
-    crowd = sky([[10.0 * k, 0.0, 0.0, 0.0] for k in range(count)]).states
+    crowd = snapshot([[10.0 * k, 0.0, 0.0, 0.0] for k in range(count)]).states
     climbs = np.tile(LEVEL, (count, 1))
     climbs[:, 0] += 100.0 * np.arange(count)
     events = [Update(track, NOW_S, track) for track in range(1, count + 1)]
     picture = Picture(NOW_S, replace(crowd, climbs=climbs))
     table = EncounterTable(EncounterQuery(20.0, height_m=1.0, limit=None), PLANE, SETTINGS)
-    table.take(output_of(events))
+    table.update(output_of(events))
     assert table.warnings() == []
-    rows = table.take(replace(output_of([]), pictures=(picture,)))
+    rows = table.update(replace(output_of([]), pictures=(picture,)))
     assert rows.is_empty(), "none is near in height"
     (warning,) = table.warnings()
     # In either piece of the horizon.
-    assert warning.startswith("encounters may be missing: 2080 comparisons")
+    assert warning.startswith("encounters may be missing: 2080 pairs")
 
 
-def test_nobody_is_no_encounter() -> None:
-    nobody = sky([])
-    found = asked(nobody)
+def test_no_tracks_have_no_encounters() -> None:
+    empty = snapshot([])
+    found = asked(empty)
     assert (found.tracks, found.total, found.time_s) == (0, 0, NOW_S)
     assert no_encounters(EncounterQuery())["encounters"] == []
 
@@ -347,7 +349,7 @@ def test_nobody_is_no_encounter() -> None:
         {"limit": 0}, {"limit": 10_001},
     ],
 )  # fmt: skip
-def test_what_is_out_of_bounds_is_refused_with_its_name(wrong: dict[str, Any]) -> None:
+def test_a_parameter_out_of_bounds_is_rejected_with_its_name(wrong: dict[str, Any]) -> None:
     with pytest.raises(ForecastError) as raised:
         EncounterQuery(**wrong)
     assert raised.value.parameter == next(iter(wrong))

@@ -1,4 +1,4 @@
-"""Forecasts are told in true metres east and north at the aircraft, far from the centre too."""
+"""Forecasts are in true metres east and north at the aircraft, also far from the centre."""
 
 from typing import Any
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.queries.forecast_methods import Course, known_of
+from multiradar.runtime.queries.forecast_methods import PredictedPath, known_of
 from multiradar.runtime.queries.forecasts import ahead_of, forecast_points
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.outputs import TrackStates
@@ -49,7 +49,9 @@ def _points(
     density = settings.acceleration_density
     means, covariances = forecast(states.mean[0], states.covariance[0], density, ahead_s)
     known = np.ones(len(ahead_s), np.bool_)
-    course = Course(means[:, :2], covariances[:, :2, :2], np.full(len(known), 4.0), known, "any")
+    course = PredictedPath(
+        means[:, :2], covariances[:, :2, :2], np.full(len(known), 4.0), known, "any"
+    )
     return forecast_points(course, states.time_s[0] + ahead_s, track, PLANE)
 
 
@@ -106,7 +108,7 @@ def test_a_track_outside_the_plane_has_no_points() -> None:
     assert points == []
 
 
-def test_the_covariance_is_told_at_the_height_of_the_aircraft() -> None:
+def test_the_covariance_is_scaled_at_the_height_of_the_aircraft() -> None:
     """Verticals spread: 10 km up, 100 m on the ground are 100 × (1 + 10/6378) m."""
     states, now = _states(0.0, 0.0, [100.0, 0.0]), np.array([0.0])
     low = _points(states, TRACK, now, STILL)

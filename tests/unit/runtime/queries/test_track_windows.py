@@ -29,7 +29,7 @@ from support.scenarios import live_scene
 
 TABLE = live_scene.sensors()
 SETTINGS = TrackingSettings(reorder_horizon_s=0.0)
-#: Tracks by first appearance: the turn, the straight flight, the aircraft that tells no height.
+#: Tracks by first appearance: the turn, the straight flight, the aircraft without height.
 TURNING, STRAIGHT, MUTE = 1, 2, 3
 
 
@@ -81,8 +81,8 @@ def scene(seconds: float = 80.0) -> pl.DataFrame:
     )
 
 
-class _Told:
-    """An engine, and what is published of it."""
+class _Published:
+    """An engine and its published output."""
 
     def __init__(self, **limits: int) -> None:
         self.engine = Engine(TABLE, SETTINGS)
@@ -98,25 +98,25 @@ class _Told:
         batch, _ = measurement_batch(frame, TABLE)
         output = self.engine.push(batch)
         self.publication.publish(output, float(batch.time_s.max()))
-        self.rows = self.rows.vstack(self.table.take(output))
+        self.rows = self.rows.vstack(self.table.update(output))
 
     def end(self) -> None:
         output = self.engine.flush()
         self.publication.publish(output, None)
-        self.rows = self.rows.vstack(self.table.take(output)).vstack(self.table.finish())
+        self.rows = self.rows.vstack(self.table.update(output)).vstack(self.table.finish())
 
 
 @pytest.fixture(scope="module")
-def told() -> _Told:
-    found = _Told()
+def published() -> _Published:
+    found = _Published()
     found.push(scene())
     found.end()
     return found
 
 
-def test_a_turn_in_a_tilted_plane_is_found(told: _Told) -> None:
+def test_a_turn_in_a_tilted_plane_is_found(published: _Published) -> None:
     """Λ near its degrees of freedom, the tilt within 4 of its sigmas."""
-    answer = told.view.ask(MANOEUVRE_PLANE, TURNING, window_s=60.0)
+    answer = published.view.ask(MANOEUVRE_PLANE, TURNING, window_s=60.0)
     assert answer is not None
     plane = ManoeuvrePlane.model_validate(answer)
     assert plane.is_planar
@@ -130,14 +130,14 @@ def test_a_turn_in_a_tilted_plane_is_found(told: _Told) -> None:
 
 
 @pytest.mark.slow
-def test_offline_says_what_the_service_says(told: _Told) -> None:
+def test_offline_says_what_the_service_says(published: _Published) -> None:
     """The last row of each track, and on the way: after every epoch the service was asked too."""
-    live = told.view.ask(MANOEUVRE_PLANE, TURNING, window_s=WINDOW_DEFAULT_S)
+    live = published.view.ask(MANOEUVRE_PLANE, TURNING, window_s=WINDOW_DEFAULT_S)
     assert live is not None
     del live["positions"]
-    last = told.rows.filter(pl.col("track_id") == TURNING).row(-1, named=True)
+    last = published.rows.filter(pl.col("track_id") == TURNING).row(-1, named=True)
     assert last == {**live, "reason": None}
-    on_the_way = _Told()
+    on_the_way = _Published()
     asked: dict[float, dict[str, Any]] = {}
     for measured in scene().iter_slices(1):
         on_the_way.push(measured)
@@ -150,47 +150,47 @@ def test_offline_says_what_the_service_says(told: _Told) -> None:
             asked[answer["time_s"]] = answer
     on_the_way.end()
     asked[live["time_s"]] = live
-    assert on_the_way.rows.equals(told.rows)
+    assert on_the_way.rows.equals(published.rows)
     planes = on_the_way.rows.filter(pl.col("track_id") == TURNING, pl.col("reason").is_null())
     assert len(planes) >= 15
     for row in planes.iter_rows(named=True):
         assert row == {**asked[row["time_s"]], "reason": None}
 
 
-def test_a_straight_flight_and_one_without_heights_say_why(told: _Told) -> None:
+def test_a_straight_flight_and_one_without_heights_say_why(published: _Published) -> None:
     for track_id, code in ((STRAIGHT, "POINTS_ON_A_LINE"), (MUTE, "TOO_FEW_POINTS")):
         with pytest.raises(PlaneError) as error:
-            told.view.ask(MANOEUVRE_PLANE, track_id, window_s=60.0)
+            published.view.ask(MANOEUVRE_PLANE, track_id, window_s=60.0)
         assert error.value.code == code
-        row = told.rows.filter(pl.col("track_id") == track_id).row(-1, named=True)
+        row = published.rows.filter(pl.col("track_id") == track_id).row(-1, named=True)
         assert row["reason"] == code
         assert row["p_value"] is None
-    assert told.view.ask(MANOEUVRE_PLANE, 99, window_s=60.0) is None
+    assert published.view.ask(MANOEUVRE_PLANE, 99, window_s=60.0) is None
 
 
-def test_the_window_runs_with_the_track(told: _Told) -> None:
-    short = told.view.ask(MANOEUVRE_PLANE, TURNING, window_s=20.0)
+def test_the_window_runs_with_the_track(published: _Published) -> None:
+    short = published.view.ask(MANOEUVRE_PLANE, TURNING, window_s=20.0)
     assert short is not None
     assert short["points"] == 21
     assert short["positions"][0]["time_s"] >= short["time_s"] - 20.0
 
 
 def test_plots_that_were_dropped_from_memory_are_no_plane() -> None:
-    found = _Told(plot_rows_max=4)
+    found = _Published(plot_rows_max=4)
     found.push(scene(20.0))
     with pytest.raises(PlaneError, match="points"):
         found.view.ask(MANOEUVRE_PLANE, TURNING, window_s=60.0)
 
 
-def test_what_is_not_known_of_an_azimuth_bias_is_its_prior_until_it_is_told() -> None:
+def test_the_azimuth_bias_sigma_is_its_prior_until_it_is_published() -> None:
     own = np.flatnonzero(TABLE.parameter_kind == PARAMETER_AZIMUTH_OFFSET)
     beforehand = np.zeros(len(TABLE))
     beforehand[TABLE.parameter_sensor[own]] = TABLE.prior_sigma[own]
     assert 0 < np.count_nonzero(beforehand) < len(TABLE)
     assert azimuth_bias_sigmas(np.empty(0, BIAS_DTYPE), TABLE).tolist() == beforehand.tolist()
     first = int(TABLE.parameter_sensor[own[0]])
-    told = np.zeros(2, BIAS_DTYPE)
-    told["sensor"], told["parameter"] = first, (PARAMETER_AZIMUTH_OFFSET, 0)
-    told["sigma"] = 1e-4, 30.0
+    published = np.zeros(2, BIAS_DTYPE)
+    published["sensor"], published["parameter"] = first, (PARAMETER_AZIMUTH_OFFSET, 0)
+    published["sigma"] = 1e-4, 30.0
     beforehand[first] = 1e-4
-    assert azimuth_bias_sigmas(told, TABLE).tolist() == beforehand.tolist()
+    assert azimuth_bias_sigmas(published, TABLE).tolist() == beforehand.tolist()

@@ -58,7 +58,7 @@ def test_a_reader_resumes_after_its_number() -> None:
     assert _drain(ring.subscribe(8, 100)) == []
 
 
-def test_a_reader_is_told_what_the_ring_has_lost() -> None:
+def test_a_reader_gets_a_notice_of_events_lost_from_the_ring() -> None:
     ring = EventRing(10)
     _fill(ring, 4, 4, 4, 4)
     found = _drain(ring.subscribe(2, 100))
@@ -171,7 +171,7 @@ def test_readers_wait_for_their_numbers_while_the_journal_is_played_again() -> N
 
 
 @pytest.mark.parametrize(("after", "depth"), [(-1, 10), (0, 0)])
-def test_a_place_that_makes_no_sense_is_refused(after: int, depth: int) -> None:
+def test_an_invalid_position_is_rejected(after: int, depth: int) -> None:
     with pytest.raises(ValueError, match="expected after >= 0 and depth >= 1"):
         EventRing(10).subscribe(after, depth)
 

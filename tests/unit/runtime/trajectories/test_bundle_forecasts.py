@@ -10,7 +10,7 @@ from multiradar.errors import ForecastError, TrajectoryError
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.queries.parameters import BUNDLE, FILTER
-from multiradar.runtime.trajectories import fan_scores
+from multiradar.runtime.trajectories import ensemble_scores
 from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.runtime.trajectories.forecast_rows import BundleForecasts, BundleForecastTable
 from multiradar.runtime.trajectories.options import TrajectoryOptions
@@ -78,8 +78,8 @@ def table_of(outputs: list[EngineOutput], every_s: float) -> pl.DataFrame:
     table = BundleForecastTable(bundles)
     parts = []
     for output in outputs:
-        bundles.take(output)
-        parts.append(table.take(output))
+        bundles.update(output)
+        parts.append(table.update(output))
     bundles.finish()
     return pl.concat([*parts, table.finish()])
 
@@ -114,15 +114,15 @@ def test_points_are_what_the_schema_says_and_hold_the_aircraft(scene: Scene) -> 
     assert points is not None
     assert len(points) == 4
     for point in points:
-        told = ForecastPoint.model_validate(point)
-        assert told.motion == BUNDLE
-        assert not told.calibrated
-        assert told.members is not None
-        assert sum(one.weight for one in told.members) == pytest.approx(1.0)
-        east, north = PLANE.to_plane(np.radians(told.latitude_deg), np.radians(told.longitude_deg))
-        truth = np.array(flown(TURNING, np.array(told.time_s - START_S)))
+        made = ForecastPoint.model_validate(point)
+        assert made.motion == BUNDLE
+        assert not made.calibrated
+        assert made.members is not None
+        assert sum(one.weight for one in made.members) == pytest.approx(1.0)
+        east, north = PLANE.to_plane(np.radians(made.latitude_deg), np.radians(made.longitude_deg))
+        truth = np.array(flown(TURNING, np.array(made.time_s - START_S)))
         # The turn goes on in truth: the region of 95 % holds it.
-        assert np.hypot(*(truth - [east, north])) < told.region_major_m
+        assert np.hypot(*(truth - [east, north])) < made.region_major_m
 
 
 def test_the_filter_has_no_members(scene: Scene) -> None:
@@ -149,7 +149,7 @@ def test_the_table_does_not_depend_on_how_outputs_are_cut(
     assert table_of(outputs, 8.0).equals(table)
 
 
-def test_a_horizon_beyond_the_bound_is_refused(scene: Scene) -> None:
+def test_a_horizon_beyond_the_bound_is_rejected(scene: Scene) -> None:
     with pytest.raises(ForecastError, match="720 s after the last plot") as error:
         forecast(scene.view, TURNING, 1200.0, 600.0, 0.95, BUNDLE)
     assert error.value.parameter == "horizon_s"
@@ -187,7 +187,7 @@ LONG_S = 168.0
 def learning() -> Iterator[Scene]:
     """A scene long enough, with forecasts frequent enough, to learn from."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(fan_scores, "PLOTS_EACH", 4.0)
+        patch.setattr(ensemble_scores, "PLOTS_EACH", 4.0)
         patch.setattr(forecast_scores, "CALIBRATED", 20.0)
         found = Scene(LONG_S, Sampling.DRAWN)
         found.publish(START_S + LONG_S)
@@ -221,7 +221,7 @@ def test_what_the_table_learns_does_not_depend_on_how_outputs_are_cut(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """One of the aircraft is seen every twelve seconds: its last plot is of an earlier epoch."""
-    monkeypatch.setattr(fan_scores, "PLOTS_EACH", 2.0)
+    monkeypatch.setattr(ensemble_scores, "PLOTS_EACH", 2.0)
     monkeypatch.setattr(forecast_scores, "CALIBRATED", 10.0)
     often = (pl.col("track_number") != MUTE) | (pl.col("time_s") % 12.0 < 4.0)
     rows = recording(200.0).filter(often)
@@ -237,7 +237,7 @@ def test_what_the_table_learns_does_not_depend_on_how_outputs_are_cut(
 def test_a_track_that_ends_while_plots_wait_teaches_as_much_as_one_that_ends_later(
     learning: Scene,
 ) -> None:
-    """After a restart all plots of an ended track may still wait when its end is told."""
+    """After a restart all plots of a terminated track may still be queued at its end."""
     last = learning.outputs[-1].updates
     end_s = float(last.time_s[-1]) + 1.0
     epoch = learning.outputs[-1].samples[-1].epoch + 1

@@ -1,4 +1,4 @@
-"""What is told of a bundle: on whole seconds, in true metres, or a reason why there is nothing."""
+"""The document of a bundle: on whole seconds, in true metres, or a reason if there is none."""
 
 import numpy as np
 import pytest
@@ -28,8 +28,8 @@ def reading() -> Reading:
 
 
 def test_it_is_what_the_schema_says(reading: Reading) -> None:
-    told = trajectories_of(7, reading, PLANE, 120, 1)
-    answer = Trajectories.model_validate({**told, "state": "coasting", "age_s": 12.0})
+    document = trajectories_of(7, reading, PLANE, 120, 1)
+    answer = Trajectories.model_validate({**document, "state": "coasting", "age_s": 12.0})
     assert (answer.track_id, answer.plots, answer.height_m) == (7, 90, 9000.0)
     begin_s, now_s = reading.bundle.window_s
     assert (answer.window_begin_s, answer.time_s, answer.estimate.time_s) == (
@@ -69,9 +69,9 @@ def test_it_is_what_the_schema_says(reading: Reading) -> None:
 def test_points_stand_at_multiples_of_the_step_the_last_ones(
     reading: Reading, points: int, step_s: int, expected: int
 ) -> None:
-    told = trajectories_of(1, reading, PLANE, points, step_s)
-    times = [point["time_s"] for point in told["weighted"]]
-    assert times == [point["time_s"] for point in told["best"]]
+    document = trajectories_of(1, reading, PLANE, points, step_s)
+    times = [point["time_s"] for point in document["weighted"]]
+    assert times == [point["time_s"] for point in document["best"]]
     assert len(times) == pytest.approx(expected, abs=1 if points == POINTS_MAX else 0)
     assert all(time % step_s == 0.0 for time in times)
     begin_s, now_s = reading.bundle.window_s
@@ -88,12 +88,12 @@ def test_far_from_the_centre_speeds_are_true_ones() -> None:
         place = flown.position_m[row] + np.array([5e5, 0.0])
         bundle.push(float(flown.time_s[row]), place, flown.covariance_m2[row])
     now = bundle.estimate()
-    told = trajectories_of(1, Reading(bundle, 9, np.nan), PLANE, 0, 1)
+    document = trajectories_of(1, Reading(bundle, 9, np.nan), PLANE, 0, 1)
     matrix = PLANE.local_matrix(now.state[0], now.state[1], 0.0)
     speed = float(np.hypot(*(matrix @ now.state[2:])))
-    assert told["height_m"] is None
-    assert told["estimate"]["speed_mps"] == pytest.approx(speed)
-    assert told["estimate"]["speed_mps"] > 1.002 * now.speed_mps
+    assert document["height_m"] is None
+    assert document["estimate"]["speed_mps"] == pytest.approx(speed)
+    assert document["estimate"]["speed_mps"] > 1.002 * now.speed_mps
 
 
 def test_too_few_plots_and_plots_without_a_triple_say_so() -> None:
@@ -127,15 +127,15 @@ def test_what_leads_out_of_the_plane_says_so() -> None:
 
 
 def test_a_row_of_the_table_has_the_same_numbers(reading: Reading) -> None:
-    told = trajectories_of(7, reading, PLANE, 120, 5)
-    row = table_row(told)
+    document = trajectories_of(7, reading, PLANE, 120, 5)
+    row = table_row(document)
     assert set(TRAJECTORY_SCHEMA) - set(row) == {"reason"}
-    assert row["weights"] == [one["weight"] for one in told["trajectories"]]
-    assert row["speed_mps"] == told["estimate"]["speed_mps"]
-    assert row["time_s"] == told["time_s"]
+    assert row["weights"] == [one["weight"] for one in document["trajectories"]]
+    assert row["speed_mps"] == document["estimate"]["speed_mps"]
+    assert row["time_s"] == document["time_s"]
     second = [place for place, one in enumerate(row["segment_trajectory"]) if one == 1]
     kinds = [row["segment_kind"][place] for place in second]
-    assert kinds == [one["kind"] for one in told["trajectories"][1]["segments"]]
-    assert row["best_latitude_deg"] == [point["latitude_deg"] for point in told["best"]]
-    assert row["point_time_s"] == [point["time_s"] for point in told["weighted"]]
+    assert kinds == [one["kind"] for one in document["trajectories"][1]["segments"]]
+    assert row["best_latitude_deg"] == [point["latitude_deg"] for point in document["best"]]
+    assert row["point_time_s"] == [point["time_s"] for point in document["weighted"]]
     assert row["weighted_heading_deg"] != row["best_heading_deg"]

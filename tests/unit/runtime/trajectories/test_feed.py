@@ -64,7 +64,7 @@ def feeds() -> Iterator[Feeds]:
 
 def followed(feed: TrajectoryFeed, outputs: Sequence[EngineOutput]) -> TrajectoryFeed:
     feed.start()
-    feed.begin()
+    feed.go_live()
     for output in outputs:
         feed.put(output)
     assert feed.settle(WAIT_TIMEOUT_S)
@@ -152,7 +152,7 @@ def test_a_running_service_never_waits_for_bundles(
 ) -> None:
     """Without anybody who makes bundles, and room for ten plots, all is handed over at once."""
     feed = feeds.make(plots_waiting_max=10)
-    feed.begin()
+    feed.go_live()
     for output in outputs:
         feed.put(output)
     counts = feed.counts()
@@ -160,19 +160,19 @@ def test_a_running_service_never_waits_for_bundles(
     assert counts["plots_lost"] > 100
 
 
-def test_each_plot_that_a_bundle_takes_waits_no_more(
+def test_each_processed_plot_leaves_the_queue(
     feeds: Feeds, outputs: list[EngineOutput], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     feed = feeds.make()
-    take, counted = feed._pool.take, []
+    push, counted = feed._pool.push, []
 
     def watched(*plot: Any) -> None:
         # Of the plots in hand: the one that is taken now still waits.
         counted.append(feed._in_hand)
-        take(*plot)
+        push(*plot)
 
-    monkeypatch.setattr(feed._pool, "take", watched)
-    feed.begin()
+    monkeypatch.setattr(feed._pool, "push", watched)
+    feed.go_live()
     for output in outputs:
         feed.put(output)
     waited = feed.counts()["plots_waiting"]
@@ -184,9 +184,9 @@ def test_each_plot_that_a_bundle_takes_waits_no_more(
     assert all(now - 1 == then for now, then in zip(counted, after, strict=True) if now > 1)
 
 
-def test_after_a_loss_a_bundle_begins_anew(feeds: Feeds, outputs: list[EngineOutput]) -> None:
+def test_after_a_loss_a_bundle_is_reinitialised(feeds: Feeds, outputs: list[EngineOutput]) -> None:
     feed = feeds.make(plots_waiting_max=30)
-    feed.begin()
+    feed.go_live()
     for output in outputs[:4]:
         feed.put(output)
     assert feed.counts()["plots_lost"] > 0
@@ -230,37 +230,35 @@ def test_a_service_that_stops_while_the_journal_is_played_lets_the_engine_go(
     join(player)
 
 
-def test_who_waits_for_bundles_is_told_that_they_have_stopped(
+def test_waiting_for_bundles_fails_when_the_service_has_stopped(
     feeds: Feeds, outputs: list[EngineOutput]
 ) -> None:
-    """Once it waited for ever for plots that nobody took any more."""
+    """Once it waited for ever for plots that were no longer processed."""
     feed = feeds.make()
-    feed.begin()
+    feed.go_live()
     for output in outputs:
         feed.put(output)
-    told: list[BaseException] = []
+    errors: list[BaseException] = []
 
     def wait() -> None:
         try:
             feed.settle()
         except TrajectoryError as error:
-            told.append(error)
+            errors.append(error)
 
     waiter = threading.Thread(target=wait, daemon=True)
     waiter.start()
     feed.stop()
     join(waiter)
-    with pytest.raises(TrajectoryError, match="was a service that has stopped"):
+    with pytest.raises(TrajectoryError, match="the trajectory service has stopped"):
         feed.settle(WAIT_TIMEOUT_S)
-    assert [str(error) for error in told] == [
-        "expected bundles that are made, was a service that has stopped"
-    ]
+    assert [str(error) for error in errors] == ["the trajectory service has stopped; see the log"]
     idle = feeds.make()
     idle.stop()
     assert idle.settle(WAIT_TIMEOUT_S)
 
 
-def test_a_mistake_of_ours_ends_the_bundles_and_not_the_engine(
+def test_a_bug_stops_the_bundles_and_not_the_engine(
     feeds: Feeds, outputs: list[EngineOutput], caplog: pytest.LogCaptureFixture
 ) -> None:
     feed = followed(feeds.make(), outputs[:3])
@@ -268,7 +266,7 @@ def test_a_mistake_of_ours_ends_the_bundles_and_not_the_engine(
     object.__setattr__(broken.updates, "state", np.zeros(7, np.int8))
     feed.put(broken)
     feed.put(outputs[4])
-    assert "no trajectories" in caplog.text
+    assert "trajectory service stopped" in caplog.text
     assert code_of(feed, TURNING) == "FAILED"
     assert feed.counts()["failure"] is not None
 
@@ -292,9 +290,9 @@ def test_a_coasting_track_is_marked(feeds: Feeds, outputs: list[EngineOutput]) -
     for output in outputs:
         publication.publish(output, live_scene.START_S + 100.0 + TRACKING.coast_after_s + 5.0)
     assert feed.settle(WAIT_TIMEOUT_S)
-    told = view.ask(TRAJECTORIES, TURNING, points=0, step_s=1)
-    assert told is not None
-    assert told["state"] == "coasting"
-    assert told["age_s"] > TRACKING.coast_after_s
-    assert told["time_s"] + told["age_s"] == live_scene.START_S + 105.0 + TRACKING.coast_after_s
+    answer = view.ask(TRAJECTORIES, TURNING, points=0, step_s=1)
+    assert answer is not None
+    assert answer["state"] == "coasting"
+    assert answer["age_s"] > TRACKING.coast_after_s
+    assert answer["time_s"] + answer["age_s"] == live_scene.START_S + 105.0 + TRACKING.coast_after_s
     assert view.status()["trajectories"]["aircraft"] == 4

@@ -1,4 +1,4 @@
-"""Plots as places: biases are taken off, what is not known of them and of heights is not hidden."""
+"""Positions of plots: corrected for biases, with the uncertainty of biases and heights."""
 
 from dataclasses import replace
 from typing import Any
@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.runtime.trajectories.plots import (
     PLOT_DTYPE,
-    Placed,
-    PlotPlaces,
+    LocatedPlot,
+    NotLocated,
+    PlotLocator,
     Published,
-    Unplaced,
-    known_beforehand,
+    prior_biases,
 )
 from multiradar.tracking.input.measurements import KIND_BEARING, KIND_POSITION, KIND_RADAR
 from multiradar.tracking.settings import TrackingSettings
@@ -23,7 +23,7 @@ from support.scenarios import live_scene
 TABLE = live_scene.sensors()
 RADAR, ADSB = TABLE.ids.index("41-10"), TABLE.ids.index("adsb")
 TRACKING = TrackingSettings()
-PLACES = PlotPlaces(TABLE, TRACKING)
+PLACES = PlotLocator(TABLE, TRACKING)
 PLACE = np.radians([50.4, 14.9])
 HEIGHT_M = 9144.0
 NOTHING = Published(np.zeros((len(TABLE), 4)), np.zeros((len(TABLE), 4)))
@@ -56,9 +56,9 @@ def seen(**values: Any) -> np.void:
     return plot(**{"range_m": slant[0], "azimuth_rad": azimuth[0]} | values)
 
 
-def placed(row: np.void, published: Published = NOTHING) -> Placed:
-    found = PLACES.place(row, published)
-    assert isinstance(found, Placed)
+def placed(row: np.void, published: Published = NOTHING) -> LocatedPlot:
+    found = PLACES.locate(row, published)
+    assert isinstance(found, LocatedPlot)
     return found
 
 
@@ -76,7 +76,7 @@ def test_a_plot_without_errors_lies_where_the_aircraft_is() -> None:
     assert placed(seen()).position_m == pytest.approx(truth(), abs=0.01)
 
 
-def test_published_biases_are_taken_off() -> None:
+def test_plots_are_corrected_for_published_biases() -> None:
     clean = seen(track_speed_mps=200.0, track_heading_rad=0.3)
     off = clean.copy()
     off["range_m"] = clean["range_m"] * (1.0 + BIASES[2]) + BIASES[0]
@@ -146,31 +146,31 @@ def test_a_reported_position_lies_where_it_says_in_true_metres() -> None:
 @pytest.mark.parametrize(
     ("row", "reason"),
     [
-        (plot(kind=KIND_BEARING, azimuth_rad=1.0, range_m=np.nan), Unplaced.BEARING),
-        (plot(range_m=9200.0, azimuth_rad=1.0), Unplaced.CONE_OF_SILENCE),
+        (plot(kind=KIND_BEARING, azimuth_rad=1.0, range_m=np.nan), NotLocated.BEARING),
+        (plot(range_m=9200.0, azimuth_rad=1.0), NotLocated.CONE_OF_SILENCE),
         # Nearer than the aircraft is high.
-        (plot(range_m=5000.0, azimuth_rad=1.0), Unplaced.NO_PLACE),
-        (plot(range_m=np.nan, azimuth_rad=1.0), Unplaced.NO_PLACE),
+        (plot(range_m=5000.0, azimuth_rad=1.0), NotLocated.NO_PLACE),
+        (plot(range_m=np.nan, azimuth_rad=1.0), NotLocated.NO_PLACE),
         # Beyond the edge of the plane.
         (plot(sensor=ADSB, kind=KIND_POSITION, latitude_rad=-1.2, longitude_rad=2.0),
-         Unplaced.NO_PLACE),
-        (plot(sensor=ADSB, kind=KIND_POSITION), Unplaced.NO_PLACE),
+         NotLocated.NO_PLACE),
+        (plot(sensor=ADSB, kind=KIND_POSITION), NotLocated.NO_PLACE),
     ],
 )  # fmt: skip
-def test_what_has_no_place_says_why(row: np.void, reason: Unplaced) -> None:
-    assert PLACES.place(row, NOTHING) is reason
+def test_a_plot_without_position_has_a_reason(row: np.void, reason: NotLocated) -> None:
+    assert PLACES.locate(row, NOTHING) is reason
 
 
 def test_the_cone_is_that_of_the_tracker() -> None:
     steep = plot(range_m=12_000.0, azimuth_rad=1.0)
-    assert PLACES.place(steep, NOTHING) is Unplaced.CONE_OF_SILENCE
-    wide = PlotPlaces(TABLE, replace(TRACKING, cone_ratio=0.5))
-    assert isinstance(wide.place(steep, NOTHING), Placed)
+    assert PLACES.locate(steep, NOTHING) is NotLocated.CONE_OF_SILENCE
+    wide = PlotLocator(TABLE, replace(TRACKING, cone_ratio=0.5))
+    assert isinstance(wide.locate(steep, NOTHING), LocatedPlot)
 
 
-def test_a_prior_that_is_not_zero_is_taken_off_before_the_first_epoch() -> None:
+def test_plots_are_corrected_for_the_prior_before_the_first_epoch() -> None:
     means = np.zeros_like(TABLE.prior_mean)
     means[0] = 120.0
     sensor, kind = int(TABLE.parameter_sensor[0]), int(TABLE.parameter_kind[0])
-    known = known_beforehand(replace(TABLE, prior_mean=means))
+    known = prior_biases(replace(TABLE, prior_mean=means))
     assert known.estimate[sensor, kind] == 120.0

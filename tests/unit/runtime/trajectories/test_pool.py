@@ -1,4 +1,4 @@
-"""Bundles share memory and nothing else; what they refuse is counted and hurts nobody."""
+"""Bundles share scratch memory only; rejected plots are counted and affect no other bundle."""
 
 import numpy as np
 import pytest
@@ -8,12 +8,12 @@ from multiradar.restoration.bundle.bundle import Bundle
 from multiradar.restoration.control_tracks.settings import BundleSettings
 from multiradar.runtime.trajectories.plots import (
     PLOT_DTYPE,
-    Placed,
-    PlotPlaces,
+    LocatedPlot,
+    NotLocated,
+    PlotLocator,
     Published,
-    Unplaced,
 )
-from multiradar.runtime.trajectories.pool import TAKEN, BundlePool, warm_up
+from multiradar.runtime.trajectories.pool import ACCEPTED, BundlePool, warm_up
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import sensor_table
 from multiradar_schemas.sensors.sensor import parse_sensors
@@ -26,18 +26,18 @@ SETTINGS = BundleSettings()
 NOISE = 2500.0 * np.eye(2)
 
 
-class Given(PlotPlaces):
+class Given(PlotLocator):
     """Lays plots where the test says: latitude and longitude are east and north, m."""
 
     def __init__(self) -> None:
         super().__init__(TABLE, TrackingSettings())
 
-    def place(self, plot: np.void, published: Published) -> Placed | Unplaced:
+    def locate(self, plot: np.void, published: Published) -> LocatedPlot | NotLocated:
         if plot["range_m"] < 0.0:
             raise ZeroDivisionError
         covariance = NOISE.copy() if plot["azimuth_rad"] == 0.0 else -NOISE
         position = np.array([plot["latitude_rad"], plot["longitude_rad"]])
-        return Placed(position, covariance, np.zeros((2, 2)))
+        return LocatedPlot(position, covariance, np.zeros((2, 2)))
 
 
 def rows(seed: int, end_s: float = 60.0) -> np.ndarray[tuple[int], np.dtype[np.void]]:
@@ -54,7 +54,7 @@ def fed(*seeds: int) -> BundlePool:
     pool = BundlePool(Given(), SETTINGS)
     for plots in zip(*(rows(seed) for seed in seeds), strict=True):
         for seed, plot in zip(seeds, plots, strict=True):
-            pool.take(seed, plot, NOTHING)
+            pool.push(seed, plot, NOTHING)
     return pool
 
 
@@ -77,7 +77,7 @@ def test_bundles_that_share_memory_say_what_they_say_alone() -> None:
         assert reading is not None
         assert said(reading.bundle) == said(alone(seed))
         assert (reading.plots, reading.height_m) == (len(rows(seed)), 9000.0 + seed)
-    assert pool.outcomes == {TAKEN: 3 * len(rows(1))}
+    assert pool.outcomes == {ACCEPTED: 3 * len(rows(1))}
     assert len(pool) == 3
 
 
@@ -89,7 +89,7 @@ def test_what_was_read_stays_as_it_was_and_may_go_on() -> None:
     time_s = float(rows(1)["time_s"][-1]) + 3.0
     later = rows(1)[-1].copy()
     later["time_s"] = time_s
-    pool.take(1, later, NOTHING)
+    pool.push(1, later, NOTHING)
     assert said(reading.bundle) == before
     place = np.array([later["latitude_rad"], later["longitude_rad"]])
     reading.bundle.push(time_s, place, NOISE)
@@ -98,7 +98,7 @@ def test_what_was_read_stays_as_it_was_and_may_go_on() -> None:
     assert said(now.bundle) == said(reading.bundle) != before
 
 
-def test_refusals_are_counted_and_change_nothing() -> None:
+def test_rejects_are_counted_and_change_nothing() -> None:
     pool, plots = fed(1), rows(1)
     reading = pool.read(1)
     assert reading is not None
@@ -106,9 +106,9 @@ def test_refusals_are_counted_and_change_nothing() -> None:
         wrong = plots[-1].copy()
         wrong["time_s"] += 5.0
         wrong[name] = value
-        pool.take(1, wrong, NOTHING)
+        pool.push(1, wrong, NOTHING)
     assert pool.outcomes == {
-        TAKEN: len(plots), "TIME_NOT_ASCENDING": 1, "NOT_FINITE": 1, "NO_COVARIANCE": 1,
+        ACCEPTED: len(plots), "TIME_NOT_ASCENDING": 1, "NOT_FINITE": 1, "NO_COVARIANCE": 1,
     }  # fmt: skip
     now = pool.read(1)
     assert now is not None
@@ -121,14 +121,14 @@ def test_a_mistake_of_ours_costs_one_bundle(caplog: pytest.LogCaptureFixture) ->
     pool = fed(1, 2)
     wrong = rows(1)[-1].copy()
     wrong["range_m"] = -1.0
-    pool.take(1, wrong, NOTHING)
+    pool.push(1, wrong, NOTHING)
     assert pool.outcomes["FAILED"] == 1
     assert pool.read(1) is None
     assert "track 1" in caplog.text
     reading = pool.read(2)
     assert reading is not None
     assert said(reading.bundle) == said(alone(2))
-    pool.take(1, rows(1)[0], NOTHING)
+    pool.push(1, rows(1)[0], NOTHING)
     again = pool.read(1)
     assert again is not None
     assert again.plots == 1
@@ -136,27 +136,28 @@ def test_a_mistake_of_ours_costs_one_bundle(caplog: pytest.LogCaptureFixture) ->
 
 def test_a_track_that_ends_lets_its_bundle_go() -> None:
     pool = fed(1, 2)
-    pool.let_go(1)
-    pool.let_go(7)
+    pool.drop(1)
+    pool.drop(7)
     assert pool.read(1) is None
     assert len(pool) == 1
 
 
-class Laid(PlotPlaces):
+class Laid(PlotLocator):
     """Keeps where plots were laid."""
 
-    placed: list[Placed | Unplaced]
+    placed: list[LocatedPlot | NotLocated]
 
-    def place(self, plot: np.void, published: Published) -> Placed | Unplaced:
-        self.placed.append(super().place(plot, published))
+    def locate(self, plot: np.void, published: Published) -> LocatedPlot | NotLocated:
+        self.placed.append(super().locate(plot, published))
         return self.placed[-1]
 
 
 @pytest.mark.parametrize(
-    ("kind", "expected"), [("radar", Placed), ("mlat", Placed), ("direction-finder", None)]
+    ("kind", "expected"),
+    [("radar", LocatedPlot), ("mlat", LocatedPlot), ("direction-finder", None)],
 )
-def test_warming_up_lays_plots_of_whatever_tells_places(
-    kind: str, expected: type[Placed] | None
+def test_warming_up_locates_plots_of_any_sensor_with_positions(
+    kind: str, expected: type[LocatedPlot] | None
 ) -> None:
     """Without a radar the first aircraft would wait for the kernels, and who reads with it."""
     site = "latitude_deg = 50\nlongitude_deg = 15\nheight_m = 300"
@@ -167,6 +168,6 @@ def test_warming_up_lays_plots_of_whatever_tells_places(
     assert {type(one) for one in places.placed} == ({expected} if expected else set())
     bundle = Bundle(SETTINGS)
     for number, one in enumerate(places.placed):
-        assert isinstance(one, Placed)
+        assert isinstance(one, LocatedPlot)
         bundle.push(10.0 * number, one.position_m, one.covariance_m2)
     assert bool(len(bundle)) == bool(expected)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from multiradar.runtime.trajectories.roster import LetGo, Order, Roster, Sampled, Take
+from multiradar.runtime.trajectories.roster import DropBundle, Order, PushPlots, Roster, Sampled
 from support.fakes.engine_outputs import Bias, End, Event, Sample, Update, output_of
 from support.scenarios import live_scene
 
@@ -19,14 +19,14 @@ def followed(
     roster = Roster(room, TABLE)
     found: dict[int, list[tuple[float, float] | str]] = {}
     for events in outputs:
-        for order in roster.take(output_of(events)):
+        for order in roster.push(output_of(events)):
             assert not isinstance(order, Sampled)
             own = found.setdefault(order.track_id, [])
-            if isinstance(order, Take):
+            if isinstance(order, PushPlots):
                 bias = float(order.published.estimate[0, 0])
                 own += [(time_s, bias) for time_s in order.plots["time_s"].tolist()]
             else:
-                assert isinstance(order, LetGo)
+                assert isinstance(order, DropBundle)
                 own.append("gone")
     return found
 
@@ -60,7 +60,7 @@ def test_without_room_tracks_wait_and_the_lowest_number_is_next() -> None:
     }  # fmt: skip
 
 
-def test_whoever_waited_longest_the_lowest_number_has_the_room() -> None:
+def test_the_queued_track_of_the_lowest_number_gets_the_free_bundle() -> None:
     tracks = (1, 7, 6, 8, 5)
     events: list[Event] = [Update(n, float(n), track) for n, track in enumerate(tracks, 1)]
     events += [End(9.0, 1), *(Update(n + 10, 10.0 + n, track) for n, track in enumerate(tracks))]
@@ -78,8 +78,8 @@ def test_biases_are_those_of_the_time_of_the_plot() -> None:
     assert followed([[event] for event in events])[1] == expected
 
 
-def test_an_epoch_that_goes_on_after_the_end_of_a_stream_is_told_by_its_last_word() -> None:
-    # The stream was ended at 2 s: the epoch's biases were told for its end, and then once more.
+def test_an_epoch_reopened_after_a_flush_uses_its_last_biases() -> None:
+    # The stream was flushed at 2 s: the epoch's biases are published at its end, then once more.
     outputs: list[list[Event]] = [
         [Update(1, 1.0, 1), Bias(4.0, 10.0)], [Update(2, 2.5, 1)],
         [Bias(4.0, 12.0), Update(3, 4.5, 1)],
@@ -88,15 +88,15 @@ def test_an_epoch_that_goes_on_after_the_end_of_a_stream_is_told_by_its_last_wor
 
 
 def test_priors_are_known_before_anything_is_published() -> None:
-    order = next(iter(Roster(1, TABLE).take(output_of([Update(1, 1.0, 1)]))))
-    assert isinstance(order, Take)
+    order = next(iter(Roster(1, TABLE).push(output_of([Update(1, 1.0, 1)]))))
+    assert isinstance(order, PushPlots)
     sigma = order.published.sigma
-    told = sigma[TABLE.parameter_sensor, TABLE.parameter_kind]
-    assert told.tolist() == TABLE.prior_sigma.tolist()
+    prior = sigma[TABLE.parameter_sensor, TABLE.parameter_kind]
+    assert prior.tolist() == TABLE.prior_sigma.tolist()
     assert np.count_nonzero(sigma) == np.count_nonzero(TABLE.prior_sigma)
 
 
-def test_output_that_comes_again_is_passed_over() -> None:
+def test_repeated_output_is_skipped() -> None:
     """After a failure of the engine all is put out once more from the beginning."""
     first: list[Event] = [
         Update(1, 1.0, 1), Update(2, 2.0, 2), Bias(4.0, 10.0), End(4.0, 2), Update(3, 5.0, 1),
@@ -111,14 +111,14 @@ def test_a_track_that_ends_in_the_output_of_its_last_plot_is_let_go_after_it(roo
     assert followed([events], room)[1] == [(1.0, 0.0), (2.0, 0.0), "gone"]
 
 
-def told(outputs: Sequence[Sequence[Event]]) -> list[float | str]:
+def served(outputs: Sequence[Sequence[Event]]) -> list[float | str]:
     """Times of plots, ends and samples in their order, those of plots of one order sorted."""
     roster, orders = Roster(10, TABLE), list[Order]()
     for events in outputs:
-        orders += roster.take(output_of(events))
+        orders += roster.push(output_of(events))
     found: list[float | str] = []
     for order in orders:
-        if isinstance(order, Take):
+        if isinstance(order, PushPlots):
             found += order.plots["time_s"].tolist()
         else:
             found.append(f"epoch {order.epoch}" if isinstance(order, Sampled) else "gone")
@@ -131,7 +131,7 @@ def test_a_sample_stands_between_the_plots_before_and_after_it_however_outputs_a
         Update(4, 15.0, 1), Sample(16.0, 3), Update(5, 17.0, 1),
     ]  # fmt: skip
     expected = [1.0, 7.5, "epoch 1", 8.0, "gone", 15.0, "epoch 3", 17.0]
-    assert told([events]) == expected
-    assert told([[event] for event in events]) == expected
+    assert served([events]) == expected
+    assert served([[event] for event in events]) == expected
     # All of it comes again after a failure of the engine.
-    assert told([events[:4], events]) == expected
+    assert served([events[:4], events]) == expected

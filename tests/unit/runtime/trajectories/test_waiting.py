@@ -3,26 +3,26 @@
 import numpy as np
 
 from multiradar.runtime.trajectories.plots import PLOT_DTYPE, Published
-from multiradar.runtime.trajectories.roster import LetGo, Sampled, Take
-from multiradar.runtime.trajectories.waiting import Next, WaitingPlots
+from multiradar.runtime.trajectories.roster import DropBundle, PushPlots, Sampled
+from multiradar.runtime.trajectories.waiting import NextPlots, WaitingPlots
 
 NOTHING = Published(np.zeros((1, 4)), np.zeros((1, 4)))
 
 
-def take(track_id: int, first_s: float, count: int) -> Take:
+def plots_of(track_id: int, first_s: float, count: int) -> PushPlots:
     plots = np.zeros(count, PLOT_DTYPE)
     plots["time_s"] = first_s + np.arange(count)
-    return Take(track_id, plots, NOTHING)
+    return PushPlots(track_id, plots, NOTHING)
 
 
 def drained(
     waiting: WaitingPlots,
-) -> list[tuple[int, bool, list[float]] | LetGo | Sampled]:
-    found: list[tuple[int, bool, list[float]] | LetGo | Sampled] = []
-    while (following := waiting.take()) is not None:
-        if isinstance(following, Next):
+) -> list[tuple[int, bool, list[float]] | DropBundle | Sampled]:
+    found: list[tuple[int, bool, list[float]] | DropBundle | Sampled] = []
+    while (following := waiting.pop()) is not None:
+        if isinstance(following, NextPlots):
             times = following.plots["time_s"].tolist()
-            found.append((following.track_id, following.anew, times))
+            found.append((following.track_id, following.restart, times))
         else:
             found.append(following)
     assert len(waiting) == waiting.count == 0
@@ -33,13 +33,14 @@ def test_all_is_served_in_the_order_in_which_it_came() -> None:
     """Or what is learnt at a sample would depend on how far other tracks are."""
     waiting = WaitingPlots(100)
     for one in (
-        take(1, 0.0, 2), take(2, 5.0, 1), Sampled(3, 8.0), take(1, 3.0, 1), LetGo(1),
-        Sampled(4, 16.0),
+        plots_of(1, 0.0, 2), plots_of(2, 5.0, 1), Sampled(3, 8.0), plots_of(1, 3.0, 1),
+        DropBundle(1), Sampled(4, 16.0),
     ):  # fmt: skip
         waiting.put(one)
     assert (waiting.count, len(waiting)) == (4, 6)
     assert drained(waiting) == [
-        (1, False, [0.0, 1.0]), (2, False, [5.0]), Sampled(3, 8.0), (1, False, [3.0]), LetGo(1),
+        (1, False, [0.0, 1.0]), (2, False, [5.0]), Sampled(3, 8.0), (1, False, [3.0]),
+        DropBundle(1),
         Sampled(4, 16.0),
     ]  # fmt: skip
 
@@ -47,10 +48,10 @@ def test_all_is_served_in_the_order_in_which_it_came() -> None:
 def test_a_track_ends_although_its_plots_were_lost() -> None:
     """Its bundle would stay for ever."""
     waiting = WaitingPlots(3)
-    for one in (take(1, 0.0, 3), LetGo(1), take(2, 0.0, 2)):
+    for one in (plots_of(1, 0.0, 3), DropBundle(1), plots_of(2, 0.0, 2)):
         waiting.put(one)
     assert waiting.lost == 3
-    assert drained(waiting) == [LetGo(1), (2, False, [0.0, 1.0])]
+    assert drained(waiting) == [DropBundle(1), (2, False, [0.0, 1.0])]
 
 
 def test_samples_without_plots_are_bounded_too() -> None:
@@ -63,33 +64,33 @@ def test_samples_without_plots_are_bounded_too() -> None:
     assert drained(waiting) == samples[2:]
 
 
-def test_without_room_the_longest_queue_is_lost_and_begins_anew() -> None:
+def test_a_full_queue_loses_the_most_queued_track_which_restarts() -> None:
     waiting = WaitingPlots(5)
-    waiting.put(take(1, 0.0, 3))
-    waiting.put(take(2, 0.0, 2))
-    assert not waiting.fits(take(2, 2.0, 1))
-    waiting.put(take(2, 2.0, 1))
+    waiting.put(plots_of(1, 0.0, 3))
+    waiting.put(plots_of(2, 0.0, 2))
+    assert not waiting.fits(plots_of(2, 2.0, 1))
+    waiting.put(plots_of(2, 2.0, 1))
     assert (waiting.count, waiting.lost) == (3, 3)
-    waiting.put(take(1, 9.0, 1))
+    waiting.put(plots_of(1, 9.0, 1))
     # The plots of track 1 are not those that follow the ones it had.
     assert drained(waiting) == [(2, False, [0.0, 1.0]), (2, False, [2.0]), (1, True, [9.0])]
-    waiting.put(take(1, 10.0, 1))
+    waiting.put(plots_of(1, 10.0, 1))
     assert drained(waiting) == [(1, False, [10.0])]
 
 
-def test_what_was_served_or_forgotten_makes_no_queue_longer() -> None:
+def test_popped_or_discarded_plots_do_not_count() -> None:
     waiting = WaitingPlots(6)
-    for one in (take(1, 0.0, 3), take(1, 3.0, 1), take(2, 0.0, 2)):
+    for one in (plots_of(1, 0.0, 3), plots_of(1, 3.0, 1), plots_of(2, 0.0, 2)):
         waiting.put(one)
-    assert waiting.take() is not None
+    assert waiting.pop() is not None
     # One plot of track 1 is left, two of track 2.
-    waiting.put(take(3, 0.0, 4))
+    waiting.put(plots_of(3, 0.0, 4))
     assert (waiting.count, waiting.lost) == (3, 4)
-    following = waiting.take()
-    assert isinstance(following, Next)
+    following = waiting.pop()
+    assert isinstance(following, NextPlots)
     assert following.track_id == 1
-    waiting.put(take(4, 0.0, 3))
-    waiting.put(take(1, 4.0, 3))
+    waiting.put(plots_of(4, 0.0, 3))
+    waiting.put(plots_of(1, 4.0, 3))
     # Two of track 2 were left, three of 4 and of 1: of equals the lower number is lost.
     assert (waiting.count, waiting.lost) == (5, 7)
     assert drained(waiting) == [(2, False, [0.0, 1.0]), (4, False, [0.0, 1.0, 2.0])]
@@ -97,6 +98,6 @@ def test_what_was_served_or_forgotten_makes_no_queue_longer() -> None:
 
 def test_more_than_may_wait_at_all_is_lost() -> None:
     waiting = WaitingPlots(5)
-    assert waiting.fits(take(1, 0.0, 6))
-    waiting.put(take(1, 0.0, 6))
+    assert waiting.fits(plots_of(1, 0.0, 6))
+    waiting.put(plots_of(1, 0.0, 6))
     assert (waiting.count, waiting.lost) == (0, 6)

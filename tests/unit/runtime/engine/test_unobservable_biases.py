@@ -25,7 +25,7 @@ def tracked(
     engine = Engine(scene.sensors, TrackingSettings(filter_name=name, acceleration_density=0.5))
     engine.push(batch)
     engine.flush()
-    return engine.untold(), engine
+    return engine.unobservable_biases(), engine
 
 
 def ratios(engine: Engine, scene: Scene) -> np.ndarray:
@@ -36,8 +36,8 @@ def ratios(engine: Engine, scene: Scene) -> np.ndarray:
 @pytest.mark.parametrize("name", EXACT)
 def test_one_radar_alone_shows_nothing_of_its_biases(name: str) -> None:
     scene = scene_of(three_radars()[:1])
-    untold, engine = tracked(name, scene, scene.batch)
-    assert [one.name for one in untold] == ["range offset of A", "azimuth offset of A"]
+    unobservable, engine = tracked(name, scene, scene.batch)
+    assert [one.name for one in unobservable] == ["range offset of A", "azimuth offset of A"]
     np.testing.assert_allclose(ratios(engine, scene), 1.0, rtol=1e-9)
 
 
@@ -45,8 +45,8 @@ def test_one_radar_alone_shows_nothing_of_its_biases(name: str) -> None:
 def test_two_radars_on_one_site_show_nothing_of_their_biases(name: str) -> None:
     first = three_radars()[0]
     scene = scene_of([first, replace(first, identifier="A2")])
-    untold, engine = tracked(name, scene, scene.batch)
-    assert len(untold) == 4
+    unobservable, engine = tracked(name, scene, scene.batch)
+    assert len(unobservable) == 4
     np.testing.assert_allclose(ratios(engine, scene), 1.0, rtol=1e-9)
 
 
@@ -55,20 +55,20 @@ def test_two_radars_close_to_each_other_do_not_show_what_is_common_to_them(name:
     first = three_radars()[0]
     near = replace(first, identifier="A2", latitude_deg=first.latitude_deg + 0.011)
     scene = scene_of([first, near], duration_s=60.0)
-    untold, engine = tracked(name, scene, scene.batch)
-    assert {one.name for one in untold} == {
+    unobservable, engine = tracked(name, scene, scene.batch)
+    assert {one.name for one in unobservable} == {
         "range offsets of A and A2 together (one offset of all ranges)",
         "azimuth offsets of A and A2 together (a common turn)",
     }
-    assert min(one.prior_ratio for one in untold) > 0.7
+    assert min(one.prior_ratio for one in unobservable) > 0.7
     assert ratios(engine, scene).max() < 0.75
 
 
 @pytest.mark.parametrize("name", EXACT)
 def test_three_radars_show_all(name: str) -> None:
     scene = scene_of(three_radars())
-    untold, engine = tracked(name, scene, scene.batch)
-    assert untold == ()
+    unobservable, engine = tracked(name, scene, scene.batch)
+    assert unobservable == ()
     assert ratios(engine, scene).max() < 0.05
 
 
@@ -93,16 +93,16 @@ def test_reported_positions_anchor_a_radar(name: str) -> None:
     )
     both = MeasurementBatch.concatenate([scene.batch, reports])
     both = both.select(np.argsort(both.time_s, kind="stable"))
-    untold, engine = tracked(name, scene, both)
-    assert untold == ()
+    unobservable, engine = tracked(name, scene, both)
+    assert unobservable == ()
     assert ratios(engine, scene).max() < 0.1
     error = engine.biases.estimate - scene.biases_at(0.0)
     assert np.abs(error / engine.biases.sigma).max() < 4.0
 
 
-def test_biases_that_nobody_measured_drift_and_are_said_to_be_untold() -> None:
+def test_biases_without_measurements_drift_and_are_unobservable() -> None:
     radar = replace(three_radars()[0], drifts={0: 20.0, 1: 2e-4})
     scene = scene_of([radar])
-    untold, engine = tracked("two-stage", scene, scene.batch)
-    assert [one.prior_ratio for one in untold] == pytest.approx([1.0, 1.0])
+    unobservable, engine = tracked("two-stage", scene, scene.batch)
+    assert [one.prior_ratio for one in unobservable] == pytest.approx([1.0, 1.0])
     assert ratios(engine, scene).min() > 1.02

@@ -1,4 +1,4 @@
-"""Where the measurements that were handed to the engine came from, as long as they wait in it."""
+"""Journal entry, or recording, and row of the measurements that the engine still buffers."""
 
 from bisect import bisect_right
 from collections.abc import Sequence
@@ -9,18 +9,18 @@ from numpy.typing import NDArray
 
 
 class _Part(NamedTuple):
-    # Consecutive measurements: number of the first, how many, what they came in, and the place of
-    # each there (None: counted from 0).
+    # Consecutive measurements: number of the first, count, their entry, and the row of each in it
+    # (None: counted from 0).
     first: int
     length: int
     origin: int
     rows: NDArray[np.int64] | None
 
 
-class Places:
-    """Remembers the origin of measurements that the engine may still speak of.
+class Origins:
+    """Retains the origin of the measurements that the engine may still report as duplicates.
 
-    The engine numbers measurements in the order in which they are handed to it, from 0.
+    The engine numbers measurements from 0 in the order of arrival.
     """
 
     def __init__(self) -> None:
@@ -28,31 +28,31 @@ class Places:
         self._parts: list[_Part] = []
 
     def add(self, origin: int, count: int, rows: NDArray[np.int64] | None = None) -> None:
-        """Note the next measurements.
+        """Record the origin of the next measurements.
 
         Parameters
         ----------
         origin : int
-            What they came in.
+            The entry that contains them.
         count : int
-            How many they are.
+            Number of measurements.
         rows : (count,) int64, optional
-            Place of each there; by default they are counted from 0.
+            Row of each in the entry; counted from 0 by default.
         """
         if count:
             self._parts.append(_Part(self._next, count, origin, rows))
             self._next += count
 
     def find(self, numbers: Sequence[int]) -> list[tuple[int, int]]:
-        """Return what measurements came in, and their places there."""
+        """Return the entries of measurements, and their rows in them."""
         found = []
         for number in numbers:
             part = self._parts[bisect_right(self._parts, number, key=lambda one: one.first) - 1]
-            place = number - part.first
-            found.append((part.origin, place if part.rows is None else int(part.rows[place])))
+            row = number - part.first
+            found.append((part.origin, row if part.rows is None else int(part.rows[row])))
         return found
 
-    def forget(self, before: int) -> None:
-        """Forget measurements with lower numbers, of which the engine has let go."""
+    def discard(self, before: int) -> None:
+        """Discard measurements with lower numbers, which the engine has processed."""
         done = bisect_right(self._parts, before, key=lambda one: one.first + one.length)
         del self._parts[:done]

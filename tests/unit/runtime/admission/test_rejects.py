@@ -1,4 +1,4 @@
-"""Refusals have a count, a reason and a place, also of what is found to be there twice."""
+"""Rejected rows have a count, a reason and an origin, including duplicates."""
 
 import json
 from collections.abc import Iterator
@@ -8,7 +8,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.runtime.admission.places import Places
+from multiradar.runtime.admission.origins import Origins
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.memory.reject_board import RejectBoard
 from multiradar.storage.entries import RejectedRow
@@ -36,12 +36,12 @@ def engine() -> Engine:
 def spoilt(rows: int) -> pl.DataFrame:
     row = pl.int_range(rows)
     return recording(rows).with_columns(
-        sensor_id=pl.when(row % 50 == 7).then(pl.lit("nobody")).otherwise("sensor_id"),
+        sensor_id=pl.when(row % 50 == 7).then(pl.lit("unlisted")).otherwise("sensor_id"),
         height_m=pl.when(row == 11).then(float("nan")).otherwise("height_m"),
     )
 
 
-def test_refusals_are_counted_by_reason_and_the_last_of_each_can_be_read(start: Starter) -> None:
+def test_rejects_are_counted_by_code_and_the_last_of_each_are_retained(start: Starter) -> None:
     service = start(engine=engine)
     submit(service, spoilt(200))
     submit(service, recording(200)[170:175])
@@ -61,7 +61,7 @@ def test_refusals_are_counted_by_reason_and_the_last_of_each_can_be_read(start: 
         assert "equal to the one at" in row.row.reason
 
 
-def test_a_restart_shows_the_same_refusals(start: Starter) -> None:
+def test_rejects_are_the_same_after_a_restart(start: Starter) -> None:
     journal = MemoryJournal()
     first = start(journal, engine=engine)
     submit(first, spoilt(200))
@@ -73,11 +73,11 @@ def test_a_restart_shows_the_same_refusals(start: Starter) -> None:
     assert (settled(again)["rejected_by_code"], again.quarantined(0, 100, "DUPLICATE")) == before
 
 
-def test_a_flood_of_refusals_keeps_the_last_and_counts_all() -> None:
+def test_many_rejects_are_all_counted_and_the_last_retained() -> None:
     board = RejectBoard(TABLE, 3)
-    board.refuse(1, "a", [RejectedRow(row, "TOO_LARGE", "why", "") for row in range(10)])
+    board.record(1, "a", [RejectedRow(row, "TOO_LARGE", "why", "") for row in range(10)])
     twice = Duplicates.equal(np.arange(5), batch_of([float(row) for row in range(5)]))
-    board.drop(twice, [(2, row) for row in range(5)])
+    board.record_duplicates(twice, [(2, row) for row in range(5)])
     assert board.counts == {"DUPLICATE": 5, "TOO_LARGE": 10}
     assert [(one.number, one.row.index) for one in board.last("TOO_LARGE")] == [
         (8, 7),
@@ -93,13 +93,13 @@ def test_a_flood_of_refusals_keeps_the_last_and_counts_all() -> None:
     assert (board.counts, board.last("TOO_LARGE")) == ({}, [])
 
 
-def test_what_waits_is_found_where_it_came_from_and_the_rest_forgotten() -> None:
-    places = Places()
+def test_origins_of_buffered_measurements_are_found_and_others_discarded() -> None:
+    places = Origins()
     places.add(7, 3)
     places.add(8, 0)
     places.add(9, 2, np.array([4, 6]))
     assert places.find([0, 2, 3, 4]) == [(7, 0), (7, 2), (9, 4), (9, 6)]
-    places.forget(4)
+    places.discard(4)
     assert places.find([4]) == [(9, 6)]
     assert len(places._parts) == 1
 
@@ -120,7 +120,7 @@ def test_the_buffer_names_what_it_drops_by_its_place_of_arrival() -> None:
     assert buffer.waiting_from == 6
 
 
-def test_a_near_duplicate_tells_how_near_it_is() -> None:
+def test_a_near_duplicate_reports_its_distance() -> None:
     found = replace(
         Duplicates.equal(np.array([1]), batch_of([5.25])),
         twin_time_s=np.array([5.0]),

@@ -1,4 +1,4 @@
-"""A forecast from a bundle tells its members, or why there is none."""
+"""A forecast from a bundle has members, or a reason if there is none."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,11 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.restoration.bundle.bundle import Bundle
 from multiradar.restoration.control_tracks.settings import BundleSettings
 from multiradar.restoration.forecast.settings import AHEAD_MAX_S
-from multiradar.runtime.trajectories.fans import MEMBERS_MAX, fan_course, told_members
+from multiradar.runtime.trajectories.ensemble_paths import (
+    MEMBERS_MAX,
+    ensemble_path,
+    member_documents,
+)
 from multiradar.runtime.trajectories.pool import Reading
 from multiradar.tracking.forecast.regions import gaussian_factor
 from multiradar_schemas.products.forecast import ForecastMember
@@ -27,24 +31,24 @@ def reading() -> Reading:
 
 
 def test_members_are_bounded_and_of_sum_one(reading: Reading) -> None:
-    course = fan_course(reading, NOW_S + AHEAD_S, 0.95)
-    told = told_members(course, PLANE, 9000.0)
-    assert len(course.fan) > MEMBERS_MAX
-    for each in told:
+    course = ensemble_path(reading, NOW_S + AHEAD_S, 0.95)
+    documents = member_documents(course, PLANE, 9000.0)
+    assert len(course.ensemble) > MEMBERS_MAX
+    for each in documents:
         members = [ForecastMember.model_validate(one) for one in each]
         assert 1 <= len(members) <= MEMBERS_MAX + 1
         assert sum(one.weight for one in members) == pytest.approx(1.0)
         weights = [one.weight for one in members if one.trajectory is not None]
         assert weights == sorted(weights, reverse=True)
-    # At first nothing new has begun, at last the rest is told as one.
-    assert {one["later"] for one in told[0]} <= {"straight", None}
-    assert told[-1][-1]["trajectory"] is None
-    assert all(one["trajectory"] is not None for one in told[-1][:-1])
+    # At first no manoeuvre has started, at last the rest is merged into one.
+    assert {one["later"] for one in documents[0]} <= {"straight", None}
+    assert documents[-1][-1]["trajectory"] is None
+    assert all(one["trajectory"] is not None for one in documents[-1][:-1])
 
 
 def test_the_members_have_the_mean_of_the_whole(reading: Reading) -> None:
-    course = fan_course(reading, NOW_S + AHEAD_S, 0.95)
-    for k, each in enumerate(told_members(course, PLANE, 9000.0)):
+    course = ensemble_path(reading, NOW_S + AHEAD_S, 0.95)
+    for k, each in enumerate(member_documents(course, PLANE, 9000.0)):
         latitude_rad, longitude_rad = (
             np.radians([one[name] for one in each]) for name in ("latitude_deg", "longitude_deg")
         )
@@ -54,35 +58,35 @@ def test_the_members_have_the_mean_of_the_whole(reading: Reading) -> None:
 
 
 def test_a_region_grows_with_its_probability(reading: Reading) -> None:
-    half, most = (fan_course(reading, NOW_S + AHEAD_S, one).factors for one in (0.5, 0.95))
+    half, most = (ensemble_path(reading, NOW_S + AHEAD_S, one).factors for one in (0.5, 0.95))
     assert np.all(most > half)
     # Of a mixture, not of one Gaussian.
     assert np.abs(most / gaussian_factor(0.95) - 1.0).max() > 0.1
 
 
-def test_a_time_too_far_ahead_is_refused(reading: Reading) -> None:
+def test_a_time_too_far_ahead_is_rejected(reading: Reading) -> None:
     with pytest.raises(ForecastError, match="expected at most 720 s") as error:
-        fan_course(reading, np.array([NOW_S, NOW_S + AHEAD_MAX_S + 1.0]), 0.95)
+        ensemble_path(reading, np.array([NOW_S, NOW_S + AHEAD_MAX_S + 1.0]), 0.95)
     assert error.value.parameter == "horizon_s"
 
 
 def test_a_bundle_without_tracks_says_why() -> None:
     with pytest.raises(TrajectoryError) as error:
-        fan_course(Reading(Bundle(BundleSettings()), 0, np.nan), np.array([0.0]), 0.95)
+        ensemble_path(Reading(Bundle(BundleSettings()), 0, np.nan), np.array([0.0]), 0.95)
     assert error.value.code == "TOO_FEW_PLOTS"
 
 
 def test_members_outside_the_plane_are_left_out(reading: Reading) -> None:
-    course = fan_course(reading, NOW_S + AHEAD_S, 0.95)
+    course = ensemble_path(reading, NOW_S + AHEAD_S, 0.95)
     course.members.state[1:, 0, :2] = 1e9
     every = [int(np.sum(weights > 0.0)) for weights in course.members.weight]
-    told = [len(each) for each in told_members(course, PLANE, 9000.0)]
-    assert told == [every[0], *(count - 1 for count in every[1:])]
+    documents = [len(each) for each in member_documents(course, PLANE, 9000.0)]
+    assert documents == [every[0], *(count - 1 for count in every[1:])]
 
 
 def test_members_without_weight_are_left_out(reading: Reading) -> None:
-    course = fan_course(reading, NOW_S + AHEAD_S, 0.95)
-    every = [len(each) for each in told_members(course, PLANE, 9000.0)]
+    course = ensemble_path(reading, NOW_S + AHEAD_S, 0.95)
+    every = [len(each) for each in member_documents(course, PLANE, 9000.0)]
     course.members.weight[1, 0] = 0.0
-    told = [len(each) for each in told_members(course, PLANE, 9000.0)]
-    assert told == [every[0], every[1] - 1, *every[2:]]
+    documents = [len(each) for each in member_documents(course, PLANE, 9000.0)]
+    assert documents == [every[0], every[1] - 1, *every[2:]]

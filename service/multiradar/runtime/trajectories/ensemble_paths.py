@@ -1,4 +1,4 @@
-"""Forecasts from bundles: the fan on the plane, its regions, and its members on the Earth."""
+"""Ensemble forecasts from bundles: mean, containment regions and members."""
 
 from typing import Any, NamedTuple
 
@@ -16,60 +16,60 @@ from multiradar.restoration.forecast.ensemble import (
 from multiradar.restoration.forecast.forecast import forecast
 from multiradar.restoration.forecast.settings import AHEAD_MAX_S
 from multiradar.runtime.trajectories.document import require_tracks
-from multiradar.runtime.trajectories.fan_scores import SETTINGS
+from multiradar.runtime.trajectories.ensemble_scores import SETTINGS
 from multiradar.runtime.trajectories.pool import Reading
 from multiradar.tracking.forecast.forecast_scores import Plan
 from multiradar.tracking.forecast.regions import region_factors
 
 Floats = NDArray[np.float64]
 
-#: So many members are told one by one, the rest as one more.
+#: Maximum members published separately; the rest is merged into one more.
 MEMBERS_MAX = 15
 
 
-class FanCourse(NamedTuple):
-    """Where a bundle expects its aircraft.
+class EnsemblePath(NamedTuple):
+    """Predicted path of an ensemble forecast.
 
     Attributes
     ----------
     means, covariances : (k, 2) and (k, 2, 2) float64
         East and north in the plane, m and m².
     factors : (k,) float64
-        The region of the probability asked for is {x : (x − m)ᵀ C⁻¹ (x − m) ≤ factor}.
+        The region of the requested probability is {x : (x − m)ᵀ C⁻¹ (x − m) ≤ factor}.
     calibrated : (k,) bool
-        Whether earlier forecasts as far ahead have told how large it must be; elsewhere it is that
+        Whether the region is calibrated by earlier forecasts of that horizon; otherwise it is that
         of the mixture.
-    fan : ForecastEnsemble
-        All of it.
+    ensemble : ForecastEnsemble
+        The ensemble.
     members : Members
-        Those that are told.
+        The published members.
     """
 
     means: Floats
     covariances: Floats
     factors: Floats
     calibrated: NDArray[np.bool_]
-    fan: ForecastEnsemble
+    ensemble: ForecastEnsemble
     members: Members
 
 
-def fan_course(reading: Reading, time_s: Floats, probability: float) -> FanCourse:
-    """Return where a bundle expects its aircraft.
+def ensemble_path(reading: Reading, time_s: Floats, probability: float) -> EnsemblePath:
+    """Return the ensemble forecast of a bundle.
 
     Parameters
     ----------
     reading : Reading
         The bundle.
     time_s : (k,) ndarray
-        Ascending data times, s. Before the last plot of the bundle nothing is forecast: such a time
-        is told as that of the plot.
+        Ascending data times, s; times before the last plot of the bundle are set to that of the
+        plot.
     probability : float
-        That of the regions.
+        Probability of the regions.
 
     Returns
     -------
-    FanCourse
-        At these times.
+    EnsemblePath
+        The forecast at these times.
 
     Raises
     ------
@@ -88,52 +88,59 @@ def fan_course(reading: Reading, time_s: Floats, probability: float) -> FanCours
             f"was {ahead_s[-1]:.1f} s"
         )
         raise ForecastError("horizon_s", reason)
-    fan = forecast(ends, ahead_s, SETTINGS, bundle.manoeuvre_history)
-    covariances = fan.spread()[:, :2, :2]
+    ensemble = forecast(ends, ahead_s, SETTINGS, bundle.manoeuvre_history)
+    covariances = ensemble.spread()[:, :2, :2]
     plan = reading.learnt.plan(ahead_s, probability)
-    factors = _factors(plan, fan, ends.shared_m2, probability)
-    return FanCourse(
-        fan.mean()[:, :2], covariances, factors, plan.calibrated, fan, fan.heaviest(MEMBERS_MAX)
+    factors = _factors(plan, ensemble, ends.shared_m2, probability)
+    return EnsemblePath(
+        ensemble.mean()[:, :2],
+        covariances,
+        factors,
+        plan.calibrated,
+        ensemble,
+        ensemble.heaviest(MEMBERS_MAX),
     )
 
 
-# As large as past errors ask, or as the mixture itself where none have been judged.
-def _factors(plan: Plan, fan: ForecastEnsemble, shared_m2: Floats, probability: float) -> Floats:
-    # No surer than of what plots share, such as biases: no later place of a bundle tells that.
-    part = np.linalg.solve(fan.spread()[:, :2, :2], shared_m2)
+# Regions calibrated by past errors; uncalibrated ones are those of the mixture.
+def _factors(
+    plan: Plan, ensemble: ForecastEnsemble, shared_m2: Floats, probability: float
+) -> Floats:
+    # At least the error shared by all plots, such as biases: the bundle does not observe it.
+    part = np.linalg.solve(ensemble.spread()[:, :2, :2], shared_m2)
     least = 0.5 * plan.single * np.trace(part, axis1=1, axis2=2)
     factors: Floats = np.maximum(plan.factor, least)
-    untold = ~plan.calibrated
-    if untold.any():
-        places = fan.heaviest(REGION_MEMBERS)
-        factors[untold] = region_factors(
-            places.weight[untold], places.state[untold, :, :2],
-            places.covariance[untold, :, :2, :2], probability,
+    uncalibrated = ~plan.calibrated
+    if uncalibrated.any():
+        mixture = ensemble.heaviest(REGION_MEMBERS)
+        factors[uncalibrated] = region_factors(
+            mixture.weight[uncalibrated], mixture.state[uncalibrated, :, :2],
+            mixture.covariance[uncalibrated, :, :2, :2], probability,
         )  # fmt: skip
     return factors
 
 
-def told_members(course: FanCourse, plane: SystemPlane, height_m: float) -> list[list[Any]]:
-    """Return the members of each time as they are told.
+def member_documents(course: EnsemblePath, plane: SystemPlane, height_m: float) -> list[list[Any]]:
+    """Return the published members at each time.
 
     Parameters
     ----------
-    course : FanCourse
-        Of a bundle.
+    course : EnsemblePath
+        The forecast of a bundle.
     plane : SystemPlane
         The plane of the bundle.
     height_m : float
-        Height at which a metre is a metre.
+        Height of true scale.
 
     Returns
     -------
     list of list of dict
-        Fields of `ForecastMember` of the schemas, by falling weight; without those
-        that have left the plane.
+        Fields of `ForecastMember` of the schemas, by descending weight; without members outside the
+        plane.
     """
-    members, fan = course.members, course.fan
-    places = members.state[..., :2]
-    inside = (members.weight > 0.0) & plane.contains(places[..., 0], places[..., 1])
+    members, ensemble = course.members, course.ensemble
+    positions = members.state[..., :2]
+    inside = (members.weight > 0.0) & plane.contains(positions[..., 0], positions[..., 1])
     time = np.nonzero(inside)[0]
     state, member = members.state[inside], members.member[inside]
     latitude_rad, longitude_rad = plane.to_geodetic(state[:, 0], state[:, 1])
@@ -151,18 +158,18 @@ def told_members(course: FanCourse, plane: SystemPlane, height_m: float) -> list
         "covariance_north_m2": covariance[:, 1, 1],
     }
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-    told: list[list[Any]] = [[] for _ in range(len(course.means))]
+    documents: list[list[Any]] = [[] for _ in range(len(course.means))]
     for at, number, row in zip(time.tolist(), member.tolist(), rows, strict=True):
-        told[at].append({**dict(zip(columns, row, strict=True)), **_named(fan, number)})
-    return told
+        documents[at].append({**dict(zip(columns, row, strict=True)), **_named(ensemble, number)})
+    return documents
 
 
-def _named(fan: ForecastEnsemble, member: int) -> dict[str, Any]:
+def _named(ensemble: ForecastEnsemble, member: int) -> dict[str, Any]:
     if member < 0:
         return {"trajectory": None, "lasts_s": None, "later": None}
-    lasts_s = float(fan.lasts_s[member])
+    lasts_s = float(ensemble.lasts_s[member])
     return {
-        "trajectory": int(fan.track[member]),
+        "trajectory": int(ensemble.track[member]),
         "lasts_s": lasts_s if np.isfinite(lasts_s) else None,
-        "later": LATER_NAMES[int(fan.later[member])],
+        "later": LATER_NAMES[int(ensemble.later[member])],
     }

@@ -1,9 +1,9 @@
-"""Forecasts from bundles that learn from how far earlier ones were off.
+"""Calibration of ensemble forecasts from bundles by the errors of earlier ones.
 
-Where an epoch ends at which states are sampled, the fans of a few bundles are kept. When a bundle
-has gone on long enough, it says where its aircraft was at those times, and the errors are counted
-as those of the filter's forecasts are. All of it happens in the thread that owns the bundles, at
-the ends of epochs, so that what is learnt is a function of the measurements.
+At the end of each sampled epoch the ensemble forecasts of a few bundles are stored. When a bundle
+covers the forecast times, its positions are the reference, and the errors are counted as those of
+the filter's forecasts. This is done in the thread that owns the bundles, at the ends of epochs, so
+that the calibration depends only on the measurements.
 """
 
 from collections.abc import Sequence
@@ -28,28 +28,25 @@ from multiradar.tracking.forecast.state_samples import SAMPLE_TRACKS_MAX, drawn
 Floats = NDArray[np.float64]
 
 SETTINGS = ForecastSettings()
-#: A bundle is asked where its aircraft was when it has gone on for so long, s; or when its track
+#: A forecast is evaluated when the bundle extends this much beyond its time, s, or when its track
 #: ends.
 SETTLED_S = 15.0
-#: It is asked of all times at once when the first of them was so long ago, s: well within its
-#: window.
+#: All due forecasts are evaluated when the first of them is this old, s: well within the window.
 ASKED_AFTER_S = 45.0
-#: Plots for which one forecast is made: the time that learning takes is a share of that of bundles.
+#: Plots per forecast: the calibration takes a fixed fraction of the time of bundles.
 PLOTS_EACH = 50.0
-#: At the first so many samples so many tracks at least are forecast, for something is to be known
-#: soon; at later ones one.
+#: Minimum tracks forecast at the first samples, for a fast calibration; one at later samples.
 EAGER_SAMPLES, EAGER_TRACKS = 40, 3
-#: Most forecasts, each of one horizon, that wait for their time: a bound of memory. Those of the
-#: longest horizon and all shorter ones are half as many.
+#: Maximum pending forecasts, each of one horizon: a bound of memory.
 WAITING_MAX = 2000
-#: Errors are taken to be as large as regions of this probability say.
+#: Probability of the regions from which the scale of covariances is taken.
 PROBABILITY = 0.95
-#: What is known at first.
+#: Calibration before any forecast is evaluated.
 NOTHING_LEARNT = ForecastScores(1, 0).learnt
 
 
-class _Judged(NamedTuple):
-    # One whose error is known.
+class _Evaluated(NamedTuple):
+    # A forecast with known error.
     track_id: int
     due_s: float
     horizon: int
@@ -57,25 +54,25 @@ class _Judged(NamedTuple):
     size: float
 
 
-class FanScores:
-    """What past forecasts from bundles tell of future ones; one owner."""
+class EnsembleScores:
+    """Scores of past ensemble forecasts from bundles; one owner."""
 
     def __init__(self) -> None:
         self._scores = ForecastScores(1, 0)
         self._pending = PendingForecasts.none(1)
-        self._judged: list[_Judged] = []
+        self._evaluated: list[_Evaluated] = []
         self._allowed, self._samples = 0.0, 0
-        # How much larger than claimed the covariances of forecasts are, by horizon.
+        # Ratio of actual to predicted covariance, by horizon.
         self._excess = np.ones(len(HORIZONS_S))
 
     @property
     def learnt(self) -> Learnt:
-        """What was learnt until the last sample."""
+        """The calibration up to the last sample."""
         return self._scores.learnt
 
     @property
     def heard(self) -> Floats:
-        """Forecasts that count, by horizon; old ones count less."""
+        """Effective number of evaluated forecasts by horizon; old ones have less weight."""
         return self._scores.heard
 
     @property
@@ -84,45 +81,46 @@ class FanScores:
         return self._pending.rows
 
     def chosen(self, tracks: Sequence[int], epoch: int, plots: int) -> list[int]:
-        """Return the tracks that are forecast at a sample, others each time.
+        """Return the tracks to forecast at a sample, different ones each time.
 
         Parameters
         ----------
         tracks : sequence of int
-            Those that may be, ascending.
+            Candidates, ascending.
         epoch : int
             Number of the epoch.
         plots : int
-            Plots that bundles took since the sample before.
+            Plots accepted by bundles since the previous sample.
 
         Returns
         -------
         list of int
-            One at least where there are any, `EAGER_TRACKS` at first, one for `PLOTS_EACH` plots,
-            and never more than `SAMPLE_TRACKS_MAX`.
+            One for each `PLOTS_EACH` plots, at least one (`EAGER_TRACKS` at first), at most
+            `SAMPLE_TRACKS_MAX`.
         """
         self._samples += 1
         least = EAGER_TRACKS if self._samples <= EAGER_SAMPLES else 1
         self._allowed = min(self._allowed + plots / PLOTS_EACH, float(SAMPLE_TRACKS_MAX))
         count = min(max(int(self._allowed), least), len(tracks))
         self._allowed = max(self._allowed - count, 0.0)
-        places = drawn(np.array(tracks, np.int64), epoch, count)
-        return [tracks[place] for place in places.tolist()]
+        indices = drawn(np.array(tracks, np.int64), epoch, count)
+        return [tracks[index] for index in indices.tolist()]
 
     def make(self, track_id: int, bundle: Bundle) -> None:
-        """Forecast by a bundle with tracks, at all horizons, and wait for their times."""
+        """Forecast with a bundle at all horizons, and store the forecasts until they are due."""
         horizons = len(HORIZONS_S)
         if self.waiting + horizons > WAITING_MAX:
             return
-        fan = forecast(bundle.final_states(), HORIZONS_S, SETTINGS, bundle.manoeuvre_history)
+        ensemble = forecast(bundle.final_states(), HORIZONS_S, SETTINGS, bundle.manoeuvre_history)
         made = PendingForecasts(
-            np.full(horizons, track_id), fan.time_s + HORIZONS_S, np.arange(horizons),
-            fan.mean()[:, None, :2], fan.spread()[:, None, :2, :2], np.zeros((horizons, 3)),
+            np.full(horizons, track_id), ensemble.time_s + HORIZONS_S, np.arange(horizons),
+            ensemble.mean()[:, None, :2], ensemble.spread()[:, None, :2, :2],
+            np.zeros((horizons, 3)),
         )  # fmt: skip
         self._pending = self._pending.followed_by(made)
 
-    def judge(self, track_id: int, bundle: Bundle, time_s: float | None) -> None:
-        """Compare forecasts whose time has come with where the bundle says that its aircraft was.
+    def evaluate(self, track_id: int, bundle: Bundle, time_s: float | None) -> None:
+        """Compare due forecasts with the positions of the bundle at their times.
 
         Parameters
         ----------
@@ -131,7 +129,7 @@ class FanScores:
         bundle : Bundle
             Its bundle.
         time_s : float or None
-            Data time of now, s; None when this is the last that is heard of the track.
+            Present data time, s; None at the end of the track.
         """
         pending, due_s = self._pending, self._pending.due_s
         own = pending.track_id == track_id
@@ -140,7 +138,7 @@ class FanScores:
         begin_s, now_s = bundle.window_s
         until_s, waiting = now_s, own
         if time_s is not None:
-            # No plot comes any more that would be near enough.
+            # Times in a gap between plots that is too long cannot be evaluated.
             silent_s = max(now_s, time_s - GAP_MAX_S)
             waiting = own & ~((now_s < due_s) & (due_s < silent_s))
             until_s = now_s - SETTLED_S
@@ -152,17 +150,17 @@ class FanScores:
         if made.rows:
             self._compare(track_id, made.at(np.lexsort((made.horizon, made.due_s))), bundle)
 
-    def forget(self, track_id: int) -> None:
-        """Wait for nothing more of a track."""
+    def discard(self, track_id: int) -> None:
+        """Discard the pending forecasts of a track."""
         self._pending = self._pending.at(self._pending.track_id != track_id)
 
     def settle(self) -> None:
-        """Learn from all that was judged since the last time, in an order of its own."""
-        if not self._judged:
+        """Update the calibration with the evaluated forecasts, in canonical order."""
+        if not self._evaluated:
             return
-        judged, self._judged = sorted(self._judged), []
+        evaluated, self._evaluated = sorted(self._evaluated), []
         for horizon in range(len(HORIZONS_S)):
-            own = [(one.score, one.size) for one in judged if one.horizon == horizon]
+            own = [(one.score, one.size) for one in evaluated if one.horizon == horizon]
             if own:
                 scores, sizes = np.array(own).T
                 self._scores.record(horizon, scores[:, None], sizes[:, None])
@@ -173,18 +171,18 @@ class FanScores:
     def _compare(self, track_id: int, made: PendingForecasts, bundle: Bundle) -> None:
         path = bundle.path(made.due_s)
         error = path.state[:, None, :2] - made.mean
-        # A forecast ensemble claims more than errors are where no aircraft manoeuvres: the part of
-        # them that the bundle still has is one of the errors as they are.
+        # Predicted covariances exceed the errors of aircraft that do not manoeuvre. The error of
+        # the reference is part of the actual errors, so it is not scaled.
         excess = self._excess[made.horizon][:, None]
         covariance = excess[..., None, None] * made.covariance
         scores, sizes = standardised(error, covariance, path.covariance[:, :2, :2])
         scores *= excess
         columns = (made.due_s, made.horizon, scores[:, 0], sizes[:, 0])
         rows = zip(*(column.tolist() for column in columns), strict=True)
-        self._judged += [_Judged(track_id, *row) for row in rows]
+        self._evaluated += [_Evaluated(track_id, *row) for row in rows]
 
 
-# Whether a bundle is sure of times: those between plots that are not too far apart.
+# Whether times lie between two plots that are not too far apart.
 def _is_between(plots_s: Floats, time_s: Floats) -> NDArray[np.bool_]:
     after = np.searchsorted(plots_s, time_s)
     inside = (after > 0) & (after < len(plots_s))

@@ -6,13 +6,13 @@ import pytest
 from multiradar.restoration.bundle.bundle import Bundle
 from multiradar.restoration.control_tracks.settings import BundleSettings
 from multiradar.restoration.forecast.forecast import forecast
-from multiradar.runtime.trajectories import fan_scores
-from multiradar.runtime.trajectories.fan_scores import (
+from multiradar.runtime.trajectories import ensemble_scores
+from multiradar.runtime.trajectories.ensemble_scores import (
     ASKED_AFTER_S,
     EAGER_SAMPLES,
     EAGER_TRACKS,
     PLOTS_EACH,
-    FanScores,
+    EnsembleScores,
 )
 from multiradar.tracking.forecast.forecast_scores import CALIBRATED, HORIZONS_S
 from multiradar.tracking.forecast.regions import gaussian_factor
@@ -39,23 +39,23 @@ def flown(seconds: float, number: int = 0) -> Bundle:
 
 
 @pytest.fixture(scope="module")
-def taught() -> FanScores:
+def taught() -> EnsembleScores:
     """What aircraft teach that never manoeuvre."""
-    fans, random = FanScores(), np.random.default_rng(9)
+    scores, random = EnsembleScores(), np.random.default_rng(9)
     bundles = {number: Bundle(BundleSettings()) for number in range(AIRCRAFT)}
     for time_s in np.arange(0.0, SECONDS, PLOT_EVERY_S).tolist():
         for number, bundle in bundles.items():
             plot(bundle, number, time_s, random)
         if time_s > 60.0 and time_s % 8.0 == 0.0:
             for number, bundle in bundles.items():
-                fans.judge(number, bundle, time_s)
-            fans.settle()
+                scores.evaluate(number, bundle, time_s)
+            scores.settle()
             for number, bundle in bundles.items():
-                fans.make(number, bundle)
-    return fans
+                scores.make(number, bundle)
+    return scores
 
 
-def test_where_nobody_manoeuvres_regions_shrink(taught: FanScores) -> None:
+def test_regions_shrink_without_manoeuvres(taught: EnsembleScores) -> None:
     plan = taught.learnt.plan(HORIZONS_S, 0.95)
     assert plan.calibrated.tolist() == [True, True, True, True, False]
     assert (plan.factor[1:3] < 0.2 * gaussian_factor(0.95)).all()
@@ -63,19 +63,19 @@ def test_where_nobody_manoeuvres_regions_shrink(taught: FanScores) -> None:
     assert taught.heard[-1] == 0.0
 
 
-def test_learnt_regions_hold_as_many_as_they_say(taught: FanScores) -> None:
+def test_learnt_regions_hold_as_many_as_they_say(taught: EnsembleScores) -> None:
     """The truth is known here; what teaches is the bundle's own word."""
     inside = []
     plan = taught.learnt.plan(HORIZONS_S, 0.95)
     for number in range(100, 140):
         bundle = flown(100.0 + number % 7, number)
-        fan = forecast(
-            bundle.final_states(), HORIZONS_S, fan_scores.SETTINGS, bundle.manoeuvre_history
+        ensemble = forecast(
+            bundle.final_states(), HORIZONS_S, ensemble_scores.SETTINGS, bundle.manoeuvre_history
         )
-        at_s = fan.time_s + HORIZONS_S
+        at_s = ensemble.time_s + HORIZONS_S
         truth = np.stack([SPEED_MPS * at_s, np.full(len(at_s), 1e4 * number)], axis=1)
-        off = truth - fan.mean()[:, :2]
-        spread = fan.spread()[:, :2, :2]
+        off = truth - ensemble.mean()[:, :2]
+        spread = ensemble.spread()[:, :2, :2]
         square = np.einsum("ki,ki->k", off, np.linalg.solve(spread, off[..., None])[..., 0])
         inside.append(square <= plan.factor)
     # Of forty, and learnt from six aircraft: 95 % to 9 %.
@@ -84,85 +84,87 @@ def test_learnt_regions_hold_as_many_as_they_say(taught: FanScores) -> None:
 
 def test_what_a_sample_costs_is_a_share_of_the_plots(monkeypatch: pytest.MonkeyPatch) -> None:
     tracks = list(range(1, 30))
-    first = FanScores()
+    first = EnsembleScores()
     assert [len(first.chosen(tracks, epoch, 1)) for epoch in range(EAGER_SAMPLES)] == (
         [EAGER_TRACKS] * EAGER_SAMPLES
     )
     assert len(first.chosen(tracks, 99, 1)) == 1
-    monkeypatch.setattr(fan_scores, "EAGER_SAMPLES", 0)
-    fans = FanScores()
-    assert len(fans.chosen(tracks, 1, 1)) == 1
-    assert len(fans.chosen(tracks, 2, int(3 * PLOTS_EACH))) == 3
-    assert len(fans.chosen(tracks, 3, int(100 * PLOTS_EACH))) == SAMPLE_TRACKS_MAX
-    assert fans.chosen([], 4, 1000) == []
-    assert fans.chosen([7], 5, 1000) == [7]
-    counts = [len(FanScores().chosen(tracks, epoch, int(2 * PLOTS_EACH))) for epoch in range(9)]
+    monkeypatch.setattr(ensemble_scores, "EAGER_SAMPLES", 0)
+    scores = EnsembleScores()
+    assert len(scores.chosen(tracks, 1, 1)) == 1
+    assert len(scores.chosen(tracks, 2, int(3 * PLOTS_EACH))) == 3
+    assert len(scores.chosen(tracks, 3, int(100 * PLOTS_EACH))) == SAMPLE_TRACKS_MAX
+    assert scores.chosen([], 4, 1000) == []
+    assert scores.chosen([7], 5, 1000) == [7]
+    counts = [
+        len(EnsembleScores().chosen(tracks, epoch, int(2 * PLOTS_EACH))) for epoch in range(9)
+    ]
     assert counts == [2] * 9
-    drawn = {one for epoch in range(60) for one in FanScores().chosen(tracks, epoch, 1)}
+    drawn = {one for epoch in range(60) for one in EnsembleScores().chosen(tracks, epoch, 1)}
     assert len(drawn) > 15
 
 
 def test_a_time_without_plots_around_it_teaches_nothing() -> None:
-    fans, random = FanScores(), np.random.default_rng(3)
+    scores, random = EnsembleScores(), np.random.default_rng(3)
     bundle = flown(100.0)
-    fans.make(0, bundle)
+    scores.make(0, bundle)
     last_s = bundle.window_s[1]
     # Silence from 5 to 35 s after the forecast: 10 and 30 s lie in it.
     for time_s in (last_s + 5.0, *(last_s + np.arange(35.0, 120.0, PLOT_EVERY_S)).tolist()):
         plot(bundle, 0, time_s, random)
-    fans.judge(0, bundle, last_s + 120.0)
-    fans.settle()
-    assert fans.heard.tolist() == [0.0, 0.0, 1.0, 0.0, 0.0]
-    assert fans.waiting == 2
+    scores.evaluate(0, bundle, last_s + 120.0)
+    scores.settle()
+    assert scores.heard.tolist() == [0.0, 0.0, 1.0, 0.0, 0.0]
+    assert scores.waiting == 2
 
 
 def test_a_track_that_was_heard_no_more_is_not_waited_for() -> None:
-    fans, bundle = FanScores(), flown(100.0)
-    fans.make(0, bundle)
+    scores, bundle = EnsembleScores(), flown(100.0)
+    scores.make(0, bundle)
     last_s = bundle.window_s[1]
-    fans.judge(0, bundle, last_s + 80.0)
+    scores.evaluate(0, bundle, last_s + 80.0)
     # Those of 120 and 300 s may still come.
-    assert fans.waiting == 2
-    fans.forget(0)
-    assert fans.waiting == 0
+    assert scores.waiting == 2
+    scores.discard(0)
+    assert scores.waiting == 0
 
 
-def test_a_track_that_ends_tells_what_it_knows() -> None:
-    fans, random = FanScores(), np.random.default_rng(3)
+def test_a_terminated_track_evaluates_its_due_forecasts() -> None:
+    scores, random = EnsembleScores(), np.random.default_rng(3)
     bundle = flown(100.0)
-    fans.make(0, bundle)
+    scores.make(0, bundle)
     last_s = bundle.window_s[1]
     for time_s in (last_s + np.arange(PLOT_EVERY_S, 33.0, PLOT_EVERY_S)).tolist():
         plot(bundle, 0, time_s, random)
     assert last_s + 33.0 < last_s + HORIZONS_S[0] + ASKED_AFTER_S
-    fans.judge(0, bundle, last_s + 33.0)
-    fans.settle()
-    assert fans.heard.tolist() == [0.0] * 5
-    fans.judge(0, bundle, None)
-    fans.settle()
-    assert fans.heard.tolist() == [1.0, 1.0, 0.0, 0.0, 0.0]
+    scores.evaluate(0, bundle, last_s + 33.0)
+    scores.settle()
+    assert scores.heard.tolist() == [0.0] * 5
+    scores.evaluate(0, bundle, None)
+    scores.settle()
+    assert scores.heard.tolist() == [1.0, 1.0, 0.0, 0.0, 0.0]
 
 
 def test_no_more_forecasts_wait_than_may(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fan_scores, "WAITING_MAX", 12)
-    fans, bundle = FanScores(), flown(100.0)
+    monkeypatch.setattr(ensemble_scores, "WAITING_MAX", 12)
+    scores, bundle = EnsembleScores(), flown(100.0)
     for track_id in range(4):
-        fans.make(track_id, bundle)
-    assert fans.waiting == 2 * len(HORIZONS_S)
+        scores.make(track_id, bundle)
+    assert scores.waiting == 2 * len(HORIZONS_S)
 
 
 def test_the_order_of_the_tracks_leaves_no_trace() -> None:
     learnt = []
     for order in ((1, 2, 3), (3, 1, 2)):
-        fans = FanScores()
+        scores = EnsembleScores()
         bundles = {number: flown(100.0, number) for number in order}
         random = {number: np.random.default_rng(number + 50) for number in order}
         for number, bundle in bundles.items():
-            fans.make(number, bundle)
+            scores.make(number, bundle)
         for number, bundle in bundles.items():
             for time_s in np.arange(100.0, 180.0, PLOT_EVERY_S).tolist():
                 plot(bundle, number, time_s, random[number])
-            fans.judge(number, bundle, 180.0)
-        fans.settle()
-        learnt.append(fans.learnt.shares)
+            scores.evaluate(number, bundle, 180.0)
+        scores.settle()
+        learnt.append(scores.learnt.shares)
     np.testing.assert_array_equal(learnt[0], learnt[1])
