@@ -1,4 +1,4 @@
-"""HEAD over a real connection: nothing of a body comes, and the next request is understood."""
+"""HEAD over a real connection: no body is sent, and the next request is answered."""
 
 import json
 
@@ -25,7 +25,7 @@ def test_a_connection_goes_on_after_head() -> None:
     assert json.loads(body) == {"status": "alive"}
 
 
-def test_head_of_the_events_ends_and_gives_its_place_back() -> None:
+def test_head_of_the_events_ends_and_frees_its_slot() -> None:
     limits = HttpLimits(streams_max=1)
     application = create_api(FakeService(), limits)
     with (
@@ -33,5 +33,5 @@ def test_head_of_the_events_ends_and_gives_its_place_back() -> None:
         client(f"http://127.0.0.1:{port}") as http,
     ):
         for _ in range(5):
-            # The place may be free a moment after the answer has come.
+            # The slot may become free shortly after the answer.
             assert any(http.head("/v1/events").status_code == 200 for _ in range(1000))

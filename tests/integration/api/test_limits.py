@@ -23,7 +23,7 @@ LIMITS = HttpLimits(
     send_deadline_s=WAIT_TIMEOUT_S,
     connections_max=20,
 )
-#: For those who are let go: others may be too slow for it on a busy machine.
+#: For clients that are disconnected: others may be too slow for it on a busy machine.
 HASTY = replace(LIMITS, header_deadline_s=1.0)
 HASTY_WITH_BODIES = replace(LIMITS, body_deadline_s=0.2)
 
@@ -42,7 +42,7 @@ def port(service: FakeService) -> Iterator[int]:
 
 @pytest.fixture
 def hasty(service: FakeService) -> Iterator[RawClient]:
-    """A client of a service whose headers are to come soon."""
+    """A client of a service with a short deadline for headers."""
     with serving(create_api(service, HASTY), HASTY) as port:
         client = RawClient(port)
         yield client
@@ -103,7 +103,7 @@ def test_a_client_that_writes_before_it_reads_finds_the_413(raw: RawClient) -> N
     assert _code(raw.until(b"}")) == (b"413", "BODY_TOO_LARGE")
 
 
-def test_a_body_of_just_the_limit_is_taken(raw: RawClient) -> None:
+def test_a_body_of_exactly_the_limit_is_accepted(raw: RawClient) -> None:
     raw.send(_post(b"Content-Length: 100000\r\nConnection: close\r\n") + b"\n" * 100_000)
     assert raw.answer().split()[1] == b"200"
 
@@ -159,7 +159,7 @@ def test_endless_headers_are_rejected(raw: RawClient) -> None:
     assert raw.answer()[:12] in {b"HTTP/1.1 400", b""}
 
 
-def test_a_connection_that_says_nothing_is_dropped(hasty: RawClient) -> None:
+def test_a_silent_connection_is_dropped(hasty: RawClient) -> None:
     assert hasty.answer() == b""
 
 
@@ -206,14 +206,14 @@ def test_pipelined_requests_are_answered_in_order(raw: RawClient) -> None:
     assert answer.index(b'"track_id": 1') < answer.index(b"alive")
 
 
-def test_a_reader_that_stops_is_let_go_and_others_are_served(service: FakeService) -> None:
+def test_a_stopped_reader_is_disconnected_and_others_are_served(service: FakeService) -> None:
     before, service.view.live = service.view.live, live_tracks(10_000)
     limits = replace(LIMITS, send_deadline_s=0.5)
     try:
         with serving(create_api(service, limits), limits) as port:
             stopped = RawClient(port, receive_buffer_bytes=4096)
             dropped = dropped_connections(port)
-            # Ten answers of some MB each, of which nothing is read.
+            # Ten answers of some MB each, none of them read.
             request = b"GET /v1/tracks?limit=10000 HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
             stopped.send(request * 10)
             wait_until(lambda: dropped_connections(port) > dropped, "the reader to be let go")

@@ -44,7 +44,7 @@ def port(view: FakeView) -> Iterator[int]:
 
 @pytest.fixture(scope="module")
 def hasty(view: FakeView) -> Iterator[int]:
-    """A service that lets go soon who does not read."""
+    """A service that disconnects clients soon that do not read."""
     limits = replace(LIMITS, send_deadline_s=1.0)
     with serving(create_api(FakeService(view), limits), limits) as port:
         yield port
@@ -114,7 +114,7 @@ def test_a_socket_gets_every_event_once_in_order_in_batches(port: int, view: Fak
     assert batches < 100
 
 
-def test_after_0_begins_with_the_oldest_event_kept(port: int, view: FakeView) -> None:
+def test_after_0_starts_with_the_oldest_retained_event(port: int, view: FakeView) -> None:
     view.add_events(5)
     with _socket(port, "?after=0") as stream:
         assert _numbers(_events(stream), 5) == [1, 2, 3, 4, 5]
@@ -128,7 +128,7 @@ def test_without_after_only_new_events_come(port: int, view: FakeView) -> None:
         assert _numbers(_events(stream), 2) == [6, 7]
 
 
-def test_a_client_that_comes_back_misses_nothing(port: int, view: FakeView) -> None:
+def test_a_reconnecting_client_misses_no_event(port: int, view: FakeView) -> None:
     view.add_events(10)
     with _socket(port, "?after=0") as stream:
         last = _numbers(_events(stream), 10)[-1]
@@ -137,7 +137,7 @@ def test_a_client_that_comes_back_misses_nothing(port: int, view: FakeView) -> N
         assert _numbers(_events(stream), 10) == list(range(11, 21))
 
 
-def test_kinds_are_filtered_and_the_place_moves_on(port: int, view: FakeView) -> None:
+def test_kinds_are_filtered_and_the_position_advances(port: int, view: FakeView) -> None:
     view.add_events(3)
     view.add_events(2, kind="bias")
     view.add_events(4)
@@ -296,7 +296,7 @@ def test_a_stalled_socket_that_reads_again_finds_its_close_code(hasty: int, view
         _wait_for_subscribers(view, 1)
 
         def disconnected() -> bool:
-            # Nothing is read; the buffers on the way fill until the client is let go.
+            # Nothing is read; the buffers fill until the client is disconnected.
             view.add_events(500, padding=1_900)
             return view.ring.subscriber_count == 0
 
@@ -307,7 +307,7 @@ def test_a_stalled_socket_that_reads_again_finds_its_close_code(hasty: int, view
         assert closed.value.rcvd.code == 4408
 
 
-def test_a_slow_reader_hears_of_its_gap_and_goes_on(view: FakeView) -> None:
+def test_a_slow_reader_gets_a_gap_and_continues(view: FakeView) -> None:
     # A reader that pauses for less than the deadline stays and gets a gap for lost events.
     limits = HttpLimits(send_deadline_s=WAIT_TIMEOUT_S, stream_batch_events_max=100)
     slow_view = FakeView(ring=EventRing(500))
@@ -337,7 +337,7 @@ def test_an_event_source_resumes_by_its_last_event_id(port: int, view: FakeView)
     view.add_events(1, kind="status")
     url = f"http://127.0.0.1:{port}/v1/events?after=0"
     with clients.event_source(url, headers={"last-event-id": "4"}) as response:
-        # A browser's EventSource takes nothing but 200.
+        # A browser's EventSource accepts only 200.
         assert response.status_code == 200
         assert response.headers["content-type"] == "text/event-stream; charset=utf-8"
         assert "content-length" not in response.headers
@@ -358,7 +358,7 @@ def test_an_invalid_last_event_id_is_rejected(port: int, last_event_id: str) -> 
     assert (answer.status_code, answer.json()["code"]) == (422, "INVALID_PARAMETER")
 
 
-def test_clients_that_leave_leave_nothing_behind(port: int, view: FakeView) -> None:
+def test_disconnected_clients_leave_no_subscription(port: int, view: FakeView) -> None:
     for _ in range(10):
         with _socket(port):
             pass

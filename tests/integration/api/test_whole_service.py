@@ -35,7 +35,7 @@ height_m = 150.0
 
 
 def _plots(start_s: float, turns: int) -> list[dict[str, Any]]:
-    """Two aircraft that fly away from a radar at 200 m/s, seen once in five seconds."""
+    """Two aircraft that fly away from a radar at 200 m/s, one plot every five seconds."""
     return [
         {
             "time_s": start_s + 5.0 * turn + 0.5 * aircraft,
@@ -68,7 +68,7 @@ def _feed(application: Application) -> None:
     with clients.client(application.http_url) as client:
         for batch in (_plots(1000.0, 10), _plots(1050.0, 10)):
             assert client.post("/v1/measurements", json=batch).json()["accepted"] == len(batch)
-        # Answered when all of it can be read.
+        # Answered when all of it is processed.
         assert client.post("/v1/flush").status_code == 200
 
 

@@ -80,7 +80,7 @@ def test_tracks_appear_from_multicast_and_every_octet_is_counted(
     assert f"{line} {len(bad):.1f}" in metrics
 
 
-def test_a_recording_is_sent_as_if_it_came_now(
+def test_a_recording_is_sent_with_present_times(
     serving: Callable[..., Application], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """It was recorded over midnight, long ago."""

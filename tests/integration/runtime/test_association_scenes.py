@@ -44,10 +44,10 @@ def test_every_aircraft_has_one_track_and_every_track_one_aircraft(
 
 
 @pytest.mark.parametrize("filter_name", ["two-stage", "imm"])
-def test_an_aircraft_lost_in_a_turn_at_the_edge_of_the_cover_keeps_its_track(
+def test_an_aircraft_lost_in_a_turn_at_the_edge_of_coverage_keeps_its_track(
     tmp_path: Path, filter_name: str
 ) -> None:
-    """Aircraft 1 and 3 come back after 30 to 36 s; 2 and 4 after 42 to 60 s, nearly too late.
+    """Aircraft 1 and 3 reappear after 30 to 36 s; 2 and 4 after 42 to 60 s, nearly too late.
 
     Who is lost in a turn and who comes in where another left look alike: in doubt a track begins.
     """
@@ -75,7 +75,7 @@ def test_an_aircraft_lost_in_a_turn_at_the_edge_of_the_cover_keeps_its_track(
 def tracked(
     tmp_path: Path, name: str, settings: TrackingSettings
 ) -> tuple[pl.DataFrame, pl.DataFrame, dict[str, float]]:
-    """Return the tracks of a scene, whose plots they are of, and the turns of its sensors."""
+    """Return the tracks of a scenario, the aircraft of their plots, and rotation periods."""
     scene = builtin_scenario(name)
     seen = observe(scene, np.random.Generator(np.random.PCG64(scene.seed)))
     path = tmp_path / "sensors.toml"

@@ -45,7 +45,7 @@ def expected(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Event], str
 def test_batches_and_workers_leave_no_trace(
     tmp_path: Path, expected: tuple[list[Event], str], size: int, workers: int
 ) -> None:
-    # The intake holds 1024 messages; what is left comes in one.
+    # The intake is bounded to 1024 messages; the rest is sent in one.
     pieces = cut(FRAME, [size] * (len(FRAME) // size - 1))
     if size == 1:
         pieces = cut(FRAME, [1] * 400)
@@ -92,7 +92,7 @@ def test_numbers_go_on_over_a_restart_in_the_middle(
     second.stop()
 
 
-def test_whatever_the_journal_holds_the_output_is_a_function_of_it(tmp_path: Path) -> None:
+def test_the_output_is_a_function_of_the_journal(tmp_path: Path) -> None:
     """Late, future, duplicate and broken rows included."""
     random = np.random.default_rng(11)
     rows = np.sort(np.r_[np.arange(3000), random.integers(0, 3000, 300)])

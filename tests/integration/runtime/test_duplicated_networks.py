@@ -1,4 +1,4 @@
-"""A radar whose plots come through two networks counts once, and claims no more than it knows."""
+"""A radar received through two networks counts once, and the tracks stay consistent."""
 
 from dataclasses import replace
 
@@ -69,7 +69,7 @@ def rows(scene: Scenario, table: SensorTable) -> tuple[Observation, MeasurementB
 def normalised(
     scene: Scenario, found: Observation, outputs: list[EngineOutput], table: SensorTable
 ) -> float:
-    """Mean of error² / sigma² of the positions of settled, confirmed tracks: 1 where honest."""
+    """Mean of error² / sigma² of the positions of settled, confirmed tracks: 1 if consistent."""
     updates = wire.tracks_frame(outputs[0].updates, table).vstack(
         wire.tracks_frame(outputs[-1].updates, table)
     )
@@ -96,7 +96,7 @@ def test_errors_are_as_claimed_with_copies_as_without(
     outputs, counts = played(batch, table, settings)
     copies = int(found.copies.sum())
     assert copies > 2000
-    # A turn ends at north: an aircraft there may be met twice within one hundredth of a second.
+    # A scan ends at north: an aircraft there may be detected twice within 0.01 s.
     assert copies <= counts["DUPLICATE"] <= copies + 3
     double = normalised(twice, found, outputs, table)
     assert 0.7 < single < 1.3
@@ -108,7 +108,7 @@ def test_errors_are_as_claimed_with_copies_as_without(
         assert deceived > 1.3 * single
 
 
-def test_no_copy_begins_a_track(twice: Scenario, table: SensorTable) -> None:
+def test_no_duplicate_plot_initiates_a_track(twice: Scenario, table: SensorTable) -> None:
     _, batch = rows(twice, table)
     outputs, _ = played(batch, table, NAMELESS)
     for output in outputs:

@@ -147,7 +147,7 @@ def test_aircraft_without_height_do_not_contribute_to_the_biases(tmp_path: Path)
     np.testing.assert_array_equal(engine.biases.estimate, 0.0)
 
 
-def test_a_height_heard_late_moves_the_aircraft_to_where_it_belongs(tmp_path: Path) -> None:
+def test_a_late_first_height_corrects_the_position(tmp_path: Path) -> None:
     # Until 300 s no radar gives heights; then they come.
     scene = without_heights(2)
     traffic = (replace(scene.traffic[0], heard_height_share=1.0, height_step_m=7.62),)

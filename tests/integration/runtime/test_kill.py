@@ -85,7 +85,7 @@ class _Replay:
             room.release()
 
 
-def test_kills_at_random_moments_leave_no_trace_in_the_output(tmp_path: Path) -> None:
+def test_kills_at_random_times_do_not_change_the_output(tmp_path: Path) -> None:
     random = np.random.default_rng(20260101 + KILLS)
     frame = recording(KILLS * ROWS_A_KILL, aircraft=40, step_s=0.02)
     sizes = random.choice([1, 7, 50, 400], KILLS * ROWS_A_KILL, p=[0.2, 0.3, 0.3, 0.2])
@@ -95,7 +95,7 @@ def test_kills_at_random_moments_leave_no_trace_in_the_output(tmp_path: Path) ->
     replay = _Replay(batches, path)
     killed = 0
     while killed < KILLS:
-        # One in four while it still recovers, the others while it takes measurements.
+        # One in four during the recovery, the others while it accepts measurements.
         answers = int(random.choice([0, 1, 10, 60, 90]))
         delay_s = float(random.uniform(0.2, 1.5) if answers == 0 else random.exponential(0.01))
         status = replay.run(answers, delay_s)
@@ -124,8 +124,8 @@ def test_kills_at_random_moments_leave_no_trace_in_the_output(tmp_path: Path) ->
     assert pl.concat([decode_rows(entry.payload) for entry in stored]).equals(frame)
 
 
-def test_the_test_resends_what_was_taken_but_not_answered(tmp_path: Path) -> None:
-    """Without duplicates the test above would not have met the moment between disk and answer."""
+def test_the_test_resends_accepted_but_unanswered_messages(tmp_path: Path) -> None:
+    """Without duplicates the test above would not cover the time between disk and answer."""
     batches = cut(recording(600), [5] * 119)
     replay = _Replay(batches, tmp_path / "journal.db")
     replay.run(30, 0.0)

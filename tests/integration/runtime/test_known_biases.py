@@ -88,7 +88,7 @@ def without_clocks(text: str) -> str:
     return head + clock + tail.replace("estimate = true", "estimate = false", 1)
 
 
-def test_tracks_are_those_of_a_sigma_of_almost_none(scene: tuple[pl.DataFrame, str]) -> None:
+def test_tracks_equal_those_with_a_very_small_sigma(scene: tuple[pl.DataFrame, str]) -> None:
     rows, text = scene
     corrected = positions(rows, known(text))
     tight = positions(rows, sensor_table(parse_sensors(without_clocks(text))))
@@ -96,7 +96,9 @@ def test_tracks_are_those_of_a_sigma_of_almost_none(scene: tuple[pl.DataFrame, s
 
 
 @pytest.mark.parametrize("name", ["range_offset_m", "azimuth_offset_deg", "range_gain"])
-def test_the_sign_and_the_size_count(scene: tuple[pl.DataFrame, str], name: str) -> None:
+def test_sign_and_magnitude_of_a_known_bias_matter(
+    scene: tuple[pl.DataFrame, str], name: str
+) -> None:
     rows, text = scene
     right = positions(rows, known(text))
     turned = re.sub(rf"(bias.{name}\][^\[]*prior = )", r"\g<1>-", text).replace("--", "")

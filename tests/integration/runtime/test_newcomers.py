@@ -32,7 +32,7 @@ FIRST_S = 40.0
         (16.0, 3000.0, 4000.0),
     ],
 )  # fmt: skip
-def test_a_false_plot_neither_delays_nor_takes_the_track_of_who_comes(
+def test_a_false_plot_neither_delays_nor_takes_over_the_track_of_a_new_aircraft(
     tmp_path: Path, filter_name: str, before_s: float, east_m: float, north_m: float
 ) -> None:
     scene = newcomer()
@@ -49,7 +49,7 @@ def test_a_false_plot_neither_delays_nor_takes_the_track_of_who_comes(
     confirmed = tracks.filter(pl.col("state") == "confirmed")
     assert confirmed["track_id"].n_unique() == 1
     confirmed_s = float(confirmed["time_s"][0])
-    # Three turns of the slower radar hold three plots of each.
+    # Three scans of the slower radar contain three plots of each.
     assert confirmed_s - float(frame["time_s"][0]) <= 2.0 * 11.4
     assert len(confirmed) == int((frame["time_s"] >= confirmed_s).sum())
 

@@ -77,9 +77,7 @@ def test_everything_read_is_accepted_rejected_or_a_duplicate(
     assert sum(result.tracker.values()) == result.accepted
 
 
-def test_each_reject_names_its_place_its_reason_and_what_it_said(
-    measured: Path, tmp_path: Path
-) -> None:
+def test_each_reject_has_its_row_its_reason_and_its_content(measured: Path, tmp_path: Path) -> None:
     _run(measured, tmp_path / "out")
     lines = (tmp_path / "out" / "rejects.ndjson").read_text().splitlines()
     rejects = [Reject.model_validate_json(line) for line in lines]

@@ -1,4 +1,4 @@
-"""What aircraft report of themselves against what radars measure: flagged, and not followed."""
+"""Aircraft reports that contradict radars are flagged, and not followed."""
 
 from dataclasses import dataclass, replace
 from functools import cache
@@ -23,7 +23,7 @@ from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 
-#: Three turns of the slowest radar of the scenes.
+#: Three scans of the slowest radar of the scenarios.
 SCANS_3_S = 18.0
 JUMPS, DRIFTS, WRONG, BEYOND, LOW = 1, 2, 3, 5, 6
 JUMP_S, RIGHT_AGAIN_S, DRIFT_S, GHOST_S = 300.0, 600.0, 300.0, 200.0
@@ -32,7 +32,7 @@ EARTH_RADIUS_M = 6_371_000.0
 
 @dataclass(frozen=True)
 class Scene:
-    """A simulated scene as the tracker gets it, and its truth."""
+    """A simulated scenario as input of the tracker, and its truth."""
 
     table: SensorTable
     frame: pl.DataFrame
@@ -70,7 +70,7 @@ def batch_of(frame: pl.DataFrame, table: SensorTable) -> MeasurementBatch:
 
 @cache
 def tracked(name: str, filter_name: str, hidden: tuple[str, ...]) -> tuple[pl.DataFrame, Engine]:
-    """Return the tracks of a scene with what is true of their plots, and the engine."""
+    """Return the tracks of a scenario with the truth of their plots, and the engine."""
     one = scene(name)
     engine = Engine(one.table, TrackingSettings(filter_name=filter_name, hidden_fields=hidden))
     batch = batch_of(one.frame, one.table)
@@ -110,7 +110,7 @@ def test_reports_that_jump_are_flagged_within_three_scans_and_not_followed(
     tracks, _ = tracked("ghost-adsb", filter_name, hidden)
     times = flagged_s(tracks, JUMPS)
     assert JUMP_S < times[0] <= JUMP_S + SCANS_3_S
-    # Six agreeing comparisons bring trust back.
+    # Six consistent comparisons clear the flag.
     assert RIGHT_AGAIN_S - 6.0 <= times[-1] <= RIGHT_AGAIN_S + SCANS_3_S
     assert worst_m(tracks, JUMPS, 60.0) <= 200.0
     assert tracks.filter(pl.col("aircraft") == JUMPS)["track_id"].n_unique() == 1
@@ -165,7 +165,7 @@ def test_no_other_aircraft_is_flagged_even_outside_radar_coverage(
 
 
 @pytest.mark.parametrize("filter_name", ["two-stage", "imm"])
-def test_wrong_reports_leave_the_biases_alone(filter_name: str) -> None:
+def test_wrong_reports_do_not_change_the_biases(filter_name: str) -> None:
     _, engine = tracked("ghost-adsb", filter_name, ())
     table, truth = scene("ghost-adsb").table, scene("ghost-adsb").biases
     sigma = np.sqrt(np.diag(engine.biases.covariance))
@@ -177,13 +177,13 @@ def test_wrong_reports_leave_the_biases_alone(filter_name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["one-radar-adsb", "range-gain"])
-def test_no_honest_report_is_flagged(name: str) -> None:
+def test_no_correct_report_is_flagged(name: str) -> None:
     tracks, engine = tracked(name, "two-stage", ())
     assert not tracks["adsb_implausible"].any()
     assert engine.counts["IMPLAUSIBLE"] == 0
 
 
-def test_turns_between_reports_ten_seconds_apart_are_not_taken_for_errors() -> None:
+def test_turns_between_reports_ten_seconds_apart_are_not_flagged() -> None:
     described = builtin_scenario("manoeuvring-traffic")
     receiver = Sensor("adsb", "adsb", position_sigma_m=25.0, interval_s=10.0)
     described = replace(described, sensors=(*described.sensors, receiver), duration_s=300.0)
@@ -199,7 +199,7 @@ def test_turns_between_reports_ten_seconds_apart_are_not_taken_for_errors() -> N
 
 
 def test_plausible_reports_restart_no_track_measured_by_radars() -> None:
-    """Multilateration that jumps by 5 km and comes several times between two plots."""
+    """Multilateration that jumps by 5 km and is received several times between two plots."""
     one = scene("ghost-adsb")
     table = replace(one.table, self_reported=np.zeros(len(one.table), np.bool_))
     frame = one.frame.filter(pl.col("track_number").is_in([JUMPS, 7, 8, 9, 10, 11, 12]))
@@ -213,7 +213,7 @@ def test_plausible_reports_restart_no_track_measured_by_radars() -> None:
     assert engine.counts["RESTARTED"] == 0
 
 
-def test_a_radar_that_most_aircraft_contradict_is_not_believed() -> None:
+def test_a_radar_contradicted_by_most_aircraft_flags_no_reports() -> None:
     one = scene("one-radar-adsb")
     jumped = (pl.col("kind") == "radar") & (pl.col("time_s") > 450.0)
     frame = one.frame.with_columns(
@@ -225,7 +225,7 @@ def test_a_radar_that_most_aircraft_contradict_is_not_believed() -> None:
     assert not updates.adsb_implausible.any()
 
 
-def test_what_is_flagged_depends_neither_on_batches_nor_on_workers() -> None:
+def test_flags_depend_neither_on_batches_nor_on_workers() -> None:
     one = scene("ghost-adsb")
     rows = one.frame.filter(pl.col("time_s") < 360.0)
     batch = batch_of(rows, one.table)

@@ -90,18 +90,18 @@ def test_every_aircraft_keeps_its_track_through_the_storm(table: SensorTable) ->
     assert len(engine.tracks()) < 100
 
 
-def test_false_plots_take_no_more_room_than_a_few_turns_of_them(table: SensorTable) -> None:
+def test_memory_for_false_plots_is_bounded_by_a_few_scans(table: SensorTable) -> None:
     batch, _ = wire.measurement_batch(FRAME, table)
     engine = Engine(table, NAMELESS)
     alive = []
     for first in range(0, len(batch), 256):
         engine.push(batch.select(slice(first, first + 256)))
         alive.append(len(engine.tracks()))
-    # 300 plots a turn of each of three radars; a track of one plot ends after three turns.
+    # 300 plots per scan of each of three radars; a track of one plot is dropped after three scans.
     assert max(alive) < 3 * 3 * 300 + 200
 
 
-def test_a_burst_over_http_loses_nothing_and_leaves_the_tracks_as_offline(
+def test_a_clutter_burst_over_http_loses_no_plot_and_gives_the_offline_tracks(
     table: SensorTable, tmp_path: Path
 ) -> None:
     chosen = {

@@ -52,7 +52,7 @@ def test_jumps_are_detected_in_three_scans_the_biases_follow_and_no_track_is_bro
     assert run.counts["RESTARTED"] == run.counts["REFUSED"] == 0
 
 
-def test_what_is_said_does_not_depend_on_batches_or_workers() -> None:
+def test_health_does_not_depend_on_batches_or_workers() -> None:
     batch, table = simulated("radar-jump", 340.0)
     whole = tracked(batch, table)
     assert [name for _, name, _ in whole.alarms()] == ["west"]

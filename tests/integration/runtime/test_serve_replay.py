@@ -56,7 +56,7 @@ def _goes_on(served: Served, accepted: int, replay: Command) -> bool:
     return replay.poll() is not None or served.status()["accepted"] >= accepted
 
 
-def test_kills_of_the_service_in_a_replay_leave_no_trace(tmp_path: Path) -> None:
+def test_kills_of_the_service_in_a_replay_do_not_change_the_output(tmp_path: Path) -> None:
     rows = (KILLS + 1) * ROWS_A_KILL
     sensors, measurements, expected = _scene(tmp_path, rows)
     random, port = np.random.default_rng(KILLS), free_port()
@@ -68,7 +68,7 @@ def test_kills_of_the_service_in_a_replay_leave_no_trace(tmp_path: Path) -> None
     while killed < KILLS and replay.poll() is None:
         served = Served(sensors, tmp_path / "state", port, workers=1 + killed % 2)
         before = served.status()["accepted"]
-        # Not before the replay has come back and been heard.
+        # Not before the replay has reconnected and been accepted.
         wait_until(partial(_goes_on, served, before + 50, replay), "50 more measurements")
         pause(float(random.uniform(0.0, 0.2)))
         served.kill()
@@ -81,7 +81,7 @@ def test_kills_of_the_service_in_a_replay_leave_no_trace(tmp_path: Path) -> None
     status = served.status()
     assert served.stop() == 0
     answer = json.loads(out)
-    # Answered again is what was taken, but not answered, before a kill.
+    # Messages accepted but not answered before a kill are answered again.
     assert answer["accepted"] + answer["duplicate"] == rows
     assert status["accepted"] == rows
     assert status["output_sha256"] == expected

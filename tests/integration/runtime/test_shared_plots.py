@@ -1,4 +1,4 @@
-"""Scenes in which aircraft come close, tracked with plots that are shared."""
+"""Scenarios of closely spaced aircraft, tracked with probabilistic association."""
 
 from dataclasses import fields, replace
 from functools import cache
@@ -52,7 +52,7 @@ def run(
 
 
 def row_bytes(outputs: list[EngineOutput]) -> list[bytes]:
-    """Everything that came out, whatever the pieces."""
+    """The bytes of all output, independent of the batches."""
     updates = TrackUpdates.concatenate([one.updates for one in outputs])
     estimates = np.concatenate([one.biases.estimate for one in outputs])
     ended = np.concatenate([one.ended.track_id for one in outputs])
@@ -85,9 +85,9 @@ def test_the_output_does_not_depend_on_batches_or_workers(filter_name: str) -> N
 
 
 @pytest.mark.parametrize("filter_name", ["two-stage", "imm"])
-def test_where_nothing_is_in_doubt_it_is_the_nearest(filter_name: str) -> None:
+def test_without_ambiguity_the_nearest_plot_is_used(filter_name: str) -> None:
     table, batch, truth = made("crossing", 1)
-    # Three that are never close to each other, and one radar, so that each has one track only.
+    # Three aircraft that are never close, and one radar, so that each has one track only.
     chosen = truth.select(
         pl.col("track_number").is_in([1, 5, 9]) & (pl.col("sensor_id") == "north")
     )
@@ -99,7 +99,7 @@ def test_where_nothing_is_in_doubt_it_is_the_nearest(filter_name: str) -> None:
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_who_leaves_a_formation_has_a_track_of_its_own_and_the_first_keeps_its_own(
+def test_an_aircraft_leaving_a_formation_gets_a_new_track_and_the_leader_keeps_its_own(
     seed: int,
 ) -> None:
     table, batch, truth = made("formation-split", seed)
@@ -119,7 +119,7 @@ def test_who_leaves_a_formation_has_a_track_of_its_own_and_the_first_keeps_its_o
 
 
 def kept(rows: pl.DataFrame) -> int:
-    """How many of the aircraft that cross have the same track before and after."""
+    """Number of crossing aircraft with the same track before and after."""
     same = 0
     for number in range(1, 13):
         mine = rows.filter(pl.col("track_number") == number)
@@ -129,7 +129,7 @@ def kept(rows: pl.DataFrame) -> int:
     return same
 
 
-def test_tracks_that_cross_unresolved_are_not_taken_for_one_aircraft() -> None:
+def test_tracks_that_cross_unresolved_are_not_merged() -> None:
     table, batch, truth = made("unresolved", 2)
     tracks = {}
     for settings in (NEAREST, SHARED):
@@ -139,11 +139,11 @@ def test_tracks_that_cross_unresolved_are_not_taken_for_one_aircraft() -> None:
     assert tracks["probabilistic"] == 12 < tracks["nearest"]
 
 
-def test_one_plot_of_two_aircraft_does_not_make_their_tracks_swap() -> None:
+def test_an_unresolved_plot_of_two_aircraft_causes_no_track_swap() -> None:
     table, batch, truth = made("unresolved", 4)
     settings = replace(SHARED, filter_name="imm")
     assert kept(confirmed(table, run(table, batch, settings)[0], truth)) == 12
-    # Where each plot is of one aircraft alone, those that cross at 5° do not get theirs back.
+    # With each plot assigned to one aircraft, tracks that cross at 5° swap.
     nearest = replace(NEAREST, filter_name="imm")
     assert kept(confirmed(table, run(table, batch, nearest)[0], truth)) < 12
 

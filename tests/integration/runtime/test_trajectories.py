@@ -124,16 +124,16 @@ def test_every_track_has_trajectories(live: _Answers) -> None:
     assert live.counts["plots_lost"] == 0
 
 
-def test_zenoh_says_what_http_says(live: _Answers) -> None:
+def test_zenoh_agrees_with_http(live: _Answers) -> None:
     assert live.zenoh == live.http
 
 
-def test_a_restart_says_the_same(live: _Answers, restarted: _Answers) -> None:
+def test_answers_are_the_same_after_a_restart(live: _Answers, restarted: _Answers) -> None:
     assert restarted.http == live.http
     assert restarted.counts == live.counts
 
 
-def test_track_says_the_same(live: _Answers, tmp_path: Path) -> None:
+def test_the_track_command_agrees(live: _Answers, tmp_path: Path) -> None:
     source = tmp_path / "measurements.parquet"
     recording().write_parquet(source)
     (tmp_path / "out").mkdir()

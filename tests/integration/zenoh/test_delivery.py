@@ -39,7 +39,7 @@ def test_a_subscriber_that_joins_while_updates_flow_gets_every_update(detect: bo
     view = StreamingView()
     before, count = 15_000, 35_000
     with gateway(view) as running:
-        # A history that takes longer to send than a track waits for its next update.
+        # Sending the history takes longer than the interval of track updates.
         view.stream(before, tracks=150, per_s=100_000)
         flow = threading.Thread(target=view.stream, args=(count - before, 150, 12_000.0))
         flow.start()
@@ -64,7 +64,7 @@ def test_a_subscriber_that_sleeps_gets_every_update_also_of_tracks_that_began_me
         SubscriberProcess(running.endpoints[0], count) as awake,
     ):
         for number in range(rounds):
-            # Enough to fill what the network holds for the one that sleeps.
+            # Enough to fill the network buffers of the sleeping subscriber.
             tracks = range(1 + number * tracks_a_round, 1 + (number + 1) * tracks_a_round)
             view.publish_updates(list(tracks) * repeats, padding=900)
             pause(0.03)
@@ -93,14 +93,14 @@ def test_a_stopped_subscriber_delays_no_other_and_catches_up() -> None:
     assert complete(of_stopped, count), of_stopped
 
 
-def test_a_subscriber_that_lost_its_connection_gets_also_the_tracks_that_began_meanwhile() -> None:
+def test_a_reconnected_subscriber_also_gets_the_tracks_initiated_meanwhile() -> None:
     view = StreamingView()
     # A track more in each round, all of them updated again and again.
     rounds, repeats = 30, 10
     count = repeats * rounds * (rounds + 1) // 2
     with (
         gateway(view) as running,
-        # The service hears nothing of it for so long, and closes the connection.
+        # The service receives nothing from it for this time, and closes the connection.
         SubscriberProcess(running.endpoints[0], count, lease_ms=1000) as stopped,
         SubscriberProcess(running.endpoints[0], count) as other,
     ):

@@ -100,7 +100,7 @@ def test_a_query_lists_each_rejected_row(client: zenoh.Session) -> None:
     assert [(row["index"], row["code"]) for row in receipt["rejected"]] == [(1, "UNKNOWN_SENSOR")]
 
 
-def test_samples_are_taken_and_the_tracks_come_out(
+def test_samples_are_accepted_and_tracked(
     running: ZenohGateway, client: zenoh.Session, service: Service
 ) -> None:
     rows = recording(400)
@@ -120,7 +120,7 @@ def test_samples_are_taken_and_the_tracks_come_out(
     assert (result["twice"], result["out_of_order"], result["mismatched"]) == (0, 0, 0)
 
 
-def test_a_replay_over_zenoh_is_taken_once(running: ZenohGateway, service: Service) -> None:
+def test_a_replay_over_zenoh_is_accepted_once(running: ZenohGateway, service: Service) -> None:
     rows = recording(200)
     destination = ZenohDestination(running.endpoints[0], "arrow")
     try:
@@ -177,13 +177,13 @@ def test_a_key_used_for_another_message_is_rejected_as_over_http(
     assert running.counts.document()["alarms"][-1]["code"] == "IDEMPOTENCY_KEY_REUSED"
 
 
-def test_a_misspelt_parameter_does_not_pass_for_nothing(client: zenoh.Session) -> None:
+def test_a_misspelt_parameter_is_rejected(client: zenoh.Session) -> None:
     _, error = ask(client, f"{MEASUREMENTS}/*?flsh")
     assert error["code"] == "UNKNOWN_PARAMETER"
     assert "flush" in error["reason"]
 
 
-def test_a_full_intake_asks_queries_to_come_back_and_counts_lost_samples() -> None:
+def test_a_full_intake_asks_queries_to_retry_and_counts_lost_samples() -> None:
     def reject(_submission: Any, _future: "Future[Any]") -> None:
         raise QueueFullError("intake", 7, 2.5)
 

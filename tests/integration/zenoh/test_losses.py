@@ -49,7 +49,7 @@ def test_a_router_that_restarts_costs_no_update() -> None:
     }, result
 
 
-def test_a_service_starts_without_its_router_and_publishes_when_it_comes() -> None:
+def test_a_service_starts_without_its_router_and_publishes_when_it_is_available() -> None:
     view, endpoint = StreamingView(), free_endpoint()
     with gateway(view, mode="peer", listen=(), connect=(endpoint,)):
         view.stream(200, tracks=5, per_s=100_000)
@@ -60,7 +60,7 @@ def test_a_service_starts_without_its_router_and_publishes_when_it_comes() -> No
     assert result["distinct"] == 200, result
 
 
-def test_a_client_without_its_router_says_so() -> None:
+def test_a_client_without_its_router_reports_an_error() -> None:
     options = ZenohOptions(
         mode="client", listen=(), connect=("tcp/127.0.0.1:1",), client_wait_s=0.3
     )
@@ -69,7 +69,7 @@ def test_a_client_without_its_router_says_so() -> None:
     assert "/src/" not in str(caught.value)
 
 
-def test_a_port_that_is_taken_is_an_error_at_the_start() -> None:
+def test_a_port_in_use_is_an_error_at_the_start() -> None:
     with (
         gateway(StreamingView()) as running,
         pytest.raises(ConfigurationError, match="zenoh does not open"),
@@ -94,7 +94,7 @@ def test_others_see_an_instance_come_and_go() -> None:
     assert seen[0][1] == seen[1][1]
 
 
-def test_what_was_known_before_the_start_is_there_for_those_who_join() -> None:
+def test_late_subscribers_get_the_data_from_before_the_start() -> None:
     view = StreamingView()
     view.publish_updates([1, 2, 3] * 100)
     with gateway(view) as running:
@@ -104,7 +104,7 @@ def test_what_was_known_before_the_start_is_there_for_those_who_join() -> None:
     assert (result["distinct"], result["twice"]) == (300, 0), result
 
 
-def test_a_publication_that_fell_behind_says_so() -> None:
+def test_a_publication_behind_reports_lost_events() -> None:
     view = StreamingView()
     with gateway(view) as running:
         gap = json.dumps({"gap": {"from": 1, "to": 9}}).encode()

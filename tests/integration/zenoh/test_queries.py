@@ -80,7 +80,9 @@ def test_the_live_tracks_can_be_asked_for_at_once_or_one_by_one(
     assert attachment == str(document["sequence"])
 
 
-def test_who_has_a_number_gets_what_follows_it(session: zenoh.Session, service: Service) -> None:
+def test_a_query_with_a_number_gets_the_following_updates(
+    session: zenoh.Session, service: Service
+) -> None:
     updates = service.view.status()["output_sequence"]
     following = answers(session, f"multiradar/v1/tracks/*?after={updates - 20}")
     numbers = [document["sequence"] for _, document, _ in following]
@@ -148,7 +150,7 @@ def test_a_sensor_is_published_as_over_http(session: zenoh.Session, service: Ser
     assert alone["health"] == radar["health"]
 
 
-def test_the_status_says_what_the_service_says(session: zenoh.Session, service: Service) -> None:
+def test_the_status_agrees_with_the_service(session: zenoh.Session, service: Service) -> None:
     ((_, status, _),) = answers(session, "multiradar/v1/status")
     known = service.view.status()
     assert status["output_sha256"] == known["output_sha256"]

@@ -6,7 +6,7 @@ from validation.tracker import check_late
 
 
 @pytest.mark.parametrize(("density", "gain"), [(0.01, (0.05, 0.15)), (4.0, (0.0, 0.05))])
-def test_a_retrodicted_plot_is_worth_as_much_as_all_filtered_again(
+def test_retrodiction_is_as_accurate_as_filtering_again(
     monkeypatch: pytest.MonkeyPatch, density: float, gain: tuple[float, float]
 ) -> None:
     monkeypatch.setattr(check_late, "RUNS", 60)

@@ -1,4 +1,4 @@
-"""Elevations and places of moving sources, from the wire to the core and back."""
+"""Elevations and positions of moving sensors, from the wire to the core and back."""
 
 import hashlib
 import json
@@ -104,7 +104,7 @@ def test_implausible_directions_are_rejected_in_every_encoding(
 
 @pytest.mark.parametrize("missing", list(SOURCE))
 def test_an_incomplete_sensor_position_is_rejected_with_one_reason(missing: str) -> None:
-    """Once the sentence ended with the whole row."""
+    """Once the reason ended with the whole row."""
     row = BEARING | {name: value for name, value in SOURCE.items() if name != missing}
     expected = f"{missing}: expected all of {', '.join(SOURCE)} or none, was absent"
     assert [one.reason for one in parse_json(json.dumps([row]).encode()).rejected] == [expected]
@@ -112,7 +112,7 @@ def test_an_incomplete_sensor_position_is_rejected_with_one_reason(missing: str)
     assert [one.reason for one in parse_arrow(encode_rows(frame)).rejected] == [expected]
 
 
-def test_a_sensor_gives_only_what_it_is_said_to_measure() -> None:
+def test_a_sensor_reports_only_its_configured_measurements() -> None:
     plot = BEARING | {"sensor_id": "radar", "kind": "radar", "range_m": 9e4}
     for table, row, words in (
         (PLAIN, BEARING | {"elevation_deg": 1.0}, "expected no elevation"),
@@ -138,7 +138,7 @@ def test_a_sensor_gives_only_what_it_is_said_to_measure() -> None:
         ("elevation_sigma_deg = 0", "elevation_sigma_deg"),
     ],
 )
-def test_a_sensors_file_says_only_what_can_be(more: str, words: str) -> None:
+def test_an_implausible_sensors_file_is_rejected(more: str, words: str) -> None:
     text = SENSORS.format(more=more)
     if "kind" in more:
         text = text.replace('kind = "direction-finder"\n', "")
@@ -154,7 +154,7 @@ def test_rows_are_ordered_by_their_directions_too() -> None:
         BEARING | SOURCE | {"source_longitude_deg": 15.4, "elevation_deg": 1.0},
     ]
     batch, _ = translated(MOVING, *rows)
-    # By elevation, what has none last, then by place.
+    # By elevation, missing ones last, then by position.
     assert canonical_order(batch).tolist() == [3, 2, 0, 1]
     turned, _ = translated(MOVING, *reversed(rows))
     assert canonical_order(turned).tolist() == [0, 1, 3, 2]
@@ -172,7 +172,7 @@ def test_batches_with_and_without_directions_join() -> None:
 
 
 def test_a_journal_without_directions_is_unchanged() -> None:
-    """Bytes of earlier versions are read, and written, where there is nothing new to say."""
+    """Bytes of earlier versions are read, and written, where there are no directions."""
     old = [name for name in MEASUREMENT_SCHEMA if name not in MEASUREMENT_DIRECTIONS]
     whole = pl.DataFrame([BEARING], schema=MEASUREMENT_SCHEMA)
     assert decode_rows(encode_rows(whole)).columns == old
@@ -203,7 +203,7 @@ def test_messages_with_different_directions_differ() -> None:
 
 
 def test_a_configuration_without_them_has_the_fingerprint_that_it_had() -> None:
-    """A journal that an earlier version began goes on."""
+    """A journal of an earlier version is continued."""
     tracking = TrackingSettings()
     known = [configuration_fingerprint(one, tracking) for one in (PLAIN, ELEVATED, MOVING)]
     assert len(set(known)) == 3

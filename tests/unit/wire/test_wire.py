@@ -44,7 +44,7 @@ def frame(*rows: dict[str, object]) -> pl.DataFrame:
     return pl.DataFrame(rows, schema=MEASUREMENT_SCHEMA)
 
 
-def test_rows_are_shown_as_they_were_sent_without_what_is_missing() -> None:
+def test_rows_are_shown_as_sent_without_missing_values() -> None:
     plot = radar(mode_3a="0012", mode_s_address="00c0fe", track_number=7)
     report = adsb(mode_3a=None, mode_s_address=None, track_number=None, callsign=None)
     batch, _ = measurement_batch(frame(plot, report), TABLE)
@@ -102,7 +102,7 @@ def test_minus_zero_is_zero() -> None:
     assert np.signbit(batch.azimuth_rad).tolist() == [False, False]
 
 
-def test_callsigns_are_the_same_whatever_blanks_and_small_letters_they_come_with() -> None:
+def test_callsigns_are_normalised_for_blanks_and_case() -> None:
     given = ["DLH8JW", " dlh8jw  ", None, "A", "ABCD1234"]
     batch, rejected = measurement_batch(frame(*(radar(callsign=one) for one in given)), TABLE)
     assert len(rejected) == 0
@@ -122,7 +122,7 @@ def test_an_invalid_callsign_is_rejected(callsign: str) -> None:
     assert rejected.reason[0].startswith("callsign: expected text of the form")
 
 
-def test_a_sensor_is_also_known_by_its_numbers() -> None:
+def test_a_sensor_is_identified_by_its_numbers_too() -> None:
     numbers = """
 [[sensor]]
 id = "Lausanne"
@@ -143,7 +143,7 @@ height_m = 500.0
     assert rejected.index.tolist() == [3]
 
 
-def test_a_sensor_that_comes_through_two_networks_is_one() -> None:
+def test_a_sensor_received_through_two_networks_is_one() -> None:
     text = """
 [[sensor]]
 id = "41-10"
@@ -235,7 +235,7 @@ def test_an_implausible_row_is_rejected_and_the_others_are_accepted(
         radar(time_s=float(np.nextafter(1e11, 0.0))),
     ],
 )
-def test_the_bounds_themselves_are_taken(row: dict[str, object]) -> None:
+def test_the_bounds_themselves_are_accepted(row: dict[str, object]) -> None:
     batch, rejected = measurement_batch(frame(row), TABLE)
     assert (len(batch), len(rejected)) == (1, 0)
 

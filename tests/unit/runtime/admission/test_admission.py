@@ -24,7 +24,7 @@ def test_what_is_older_than_the_horizon_is_late() -> None:
     assert admission.data_clock_s == 106.0
 
 
-def test_a_horizon_of_zero_takes_what_is_in_order() -> None:
+def test_a_horizon_of_zero_accepts_ordered_rows_only() -> None:
     assert _codes(Admission(0.0), [5.0, 5.0, 4.999, 6.0]) == [ACCEPTED, ACCEPTED, LATE, ACCEPTED]
 
 
@@ -86,7 +86,7 @@ def test_a_sensor_that_is_alone_for_long_moves_the_clock() -> None:
     assert _codes(admission, times, 1) == [FUTURE] * 6 + [ACCEPTED] * 4
 
 
-def test_nothing_comes_before_the_end_of_a_stream() -> None:
+def test_no_row_is_accepted_before_the_end_of_a_stream() -> None:
     admission = Admission(6.0)
     _codes(admission, [100.0])
     admission.flush()
@@ -95,7 +95,7 @@ def test_nothing_comes_before_the_end_of_a_stream() -> None:
     ]  # fmt: skip
 
 
-def test_the_end_of_a_stream_that_never_began_changes_nothing() -> None:
+def test_the_end_of_an_empty_stream_changes_nothing() -> None:
     admission = Admission(6.0)
     admission.flush()
     assert admission.data_clock_s is None

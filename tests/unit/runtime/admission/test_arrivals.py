@@ -25,7 +25,7 @@ def start() -> Iterator[Starter]:
 
 
 def delayed(delay_s: np.ndarray[tuple[int], np.dtype[np.float64]]) -> MeasurementBatch:
-    """Two sensors that measure in turns once a second, the second with such delays."""
+    """Two sensors that measure alternately once a second, the second with these delays."""
     count = len(delay_s)
     time_s = np.repeat(np.arange(count, dtype=np.float64), 2)
     sensor = np.tile([0, 1], count).astype(np.int32)

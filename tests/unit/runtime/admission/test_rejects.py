@@ -104,7 +104,7 @@ def test_origins_of_buffered_measurements_are_found_and_others_discarded() -> No
     assert len(places._parts) == 1
 
 
-def test_the_buffer_names_what_it_drops_by_its_place_of_arrival() -> None:
+def test_the_buffer_reports_duplicates_by_arrival_number() -> None:
     buffer = ReorderBuffer(2.0)
     buffer.push(batch_of([3.0, 1.0, 2.0]))
     assert buffer.waiting_from == 0

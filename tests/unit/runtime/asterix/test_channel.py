@@ -31,7 +31,7 @@ def test_a_track_has_one_first_and_one_last_report() -> None:
     ended = replace(reports(2), last=np.array([False, True]))
     assert received(user, ended) == [(0, False, False), (1, False, True)]
     assert received(user, ended) == [(0, False, False)]
-    # The number comes back with another track.
+    # The number is reused by another track.
     assert received(user, reports(2)) == [(0, False, False), (1, True, False)]
 
 
@@ -52,7 +52,7 @@ def test_a_track_that_leaves_the_area_has_a_last_report() -> None:
     ]
 
 
-def test_an_area_over_the_antimeridian_holds_both_its_ends() -> None:
+def test_an_area_across_the_antimeridian_includes_both_its_ends() -> None:
     user = channel(area_deg=(170.0, -10.0, -170.0, 10.0))
     places = reports(
         4, longitude_deg=[175.0, -175.0, 0.0, 180.0], latitude_deg=[0.0, 5.0, 0.0, -9.0]
@@ -74,7 +74,7 @@ def test_a_new_code_is_marked_once_for_each_user() -> None:
     assert not user.choose(reports(mode_3a=0o7700)).code_changed.any()
 
 
-def test_a_plane_gives_places_and_covariances_on_it() -> None:
+def test_a_plane_gives_cartesian_positions_and_covariances() -> None:
     plane = StereographicPlane(*np.radians([47.0, 8.0]).tolist())
     chosen = channel(plane=plane).choose(reports(covariance_m2=100.0))
     assert chosen.x_m[0] == pytest.approx(plane.to_plane(*np.radians([50.0, 15.0]))[0])

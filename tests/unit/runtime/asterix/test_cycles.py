@@ -1,4 +1,4 @@
-"""System tracks in data time: the same however the output comes, honest about what is old."""
+"""System tracks in data time: independent of the batches of output, with true ages."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -58,7 +58,7 @@ def followed(frame: pl.DataFrame, **said: float) -> list[TrackReports]:
 
 
 @pytest.mark.slow
-def test_the_same_octets_whatever_the_batches() -> None:
+def test_the_octets_do_not_depend_on_the_batches() -> None:
     frame = recording(1200)
     whole = octets([frame])
     assert len(whole) > 10_000
@@ -74,7 +74,7 @@ def test_every_track_is_reported_with_its_callsign() -> None:
         assert callsign_texts(one.callsign).to_list() == [f"TST{number}" for number in numbers]
 
 
-def test_moments_are_whole_periods_and_each_user_has_its_own() -> None:
+def test_cycles_are_whole_periods_of_each_user() -> None:
     slow, fast = Kept(period_s=8.0), Kept(period_s=2.5, status_period_s=5.0)
     cycles = Cycles(TABLE, TRACKING, [slow, fast])
     times: dict[int, set[float]] = {0: set(), 1: set()}
@@ -88,11 +88,11 @@ def test_moments_are_whole_periods_and_each_user_has_its_own() -> None:
     assert min(np.nanmin(one.age_s) for one in fast.received) > 0.0
 
 
-def test_a_track_lies_where_it_was_last_seen_and_moved_on() -> None:
+def test_a_track_is_extrapolated_from_its_last_update() -> None:
     frame = recording(1500)
     reports = followed(frame, period_s=4.0)[-1]
     assert len(reports) == 12
-    # The scene: 12 aircraft on straight lines, known at any time.
+    # The scenario: 12 aircraft on straight lines, with known positions at any time.
     number = reports.mode_s_address - 0x4B0000
     time_s = reports.time_s - START_S
     latitude = 49.5 + 0.05 * number + 0.001 * (number % 3 - 1) * time_s / 10.0
@@ -129,7 +129,7 @@ def test_tracks_without_plots_coast_and_are_reported_once_more_when_dropped() ->
     assert not any(one.last.any() for one in others)
 
 
-def test_every_user_hears_once_that_a_track_ended_whatever_its_period() -> None:
+def test_every_user_gets_the_end_of_a_track_once_with_any_period() -> None:
     frame = recording(3000)
     time_s = frame["time_s"] - START_S
     users = [Kept(period_s=2.5), Kept(period_s=8.0)]
@@ -172,21 +172,21 @@ def test_a_loss_is_reported_once_to_the_user() -> None:
     assert len(states) > 5
 
 
-def test_output_without_plots_or_spread_is_a_mistake() -> None:
+def test_output_without_plots_or_covariance_is_an_error() -> None:
     cycles = Cycles(TABLE, TRACKING, [Kept()])
     received, _ = outputs([recording(200)])
     with pytest.raises(ValueError, match="a plot and a covariance for each of"):
         list(cycles.push(replace(received, spread=received.spread[:3])))
 
 
-def test_nothing_in_and_nothing_out() -> None:
+def test_empty_output_gives_no_reports() -> None:
     cycles = Cycles(TABLE, TRACKING, [Kept()])
     assert [list(cycles.push(output)) for output in outputs([])] == [[]]
     assert list(cycles.finish()) == []
 
 
 @pytest.mark.parametrize("period_s", [0.0, 0.3, -4.0, float("nan")])
-def test_periods_are_whole_steps_of_release(period_s: float) -> None:
+def test_periods_are_multiples_of_the_release_step(period_s: float) -> None:
     user = Channel(replace(ChannelOptions(SENDER), period_s=period_s))
     with pytest.raises(ConfigurationError, match=r"multiple of 0\.5 s"):
         Cycles(TABLE, TRACKING, [user])

@@ -55,7 +55,7 @@ def heard(sensors: SensorTable, time_s: float = 100.0) -> SensorPicture:
 def test_sensors_without_codes_are_not_reported() -> None:
     reports = heard(table()).reports(100.0)
     assert reports.sensor.tolist() == [20 << 8 | 130, 20 << 8 | 9]
-    # Who reports positions has no biases of plots.
+    # Sensors of reported positions have no plot biases.
     assert (reports.secondary.tolist(), reports.primary.tolist()) == ([True, False], [False, False])
 
 
@@ -75,7 +75,7 @@ def test_a_bias_is_reported_when_it_has_settled() -> None:
 
 
 def test_known_and_estimated_biases_are_combined() -> None:
-    """What the standard's formula takes off is what the tracker takes off in two steps."""
+    """The correction by the standard's formula equals that of the tracker in two steps."""
     known = (
         "[sensor.bias]\nrange_offset_m = { prior = 300.0, estimate = false }\n"
         "range_gain = { prior = 0.002, estimate = false }\n"
@@ -98,7 +98,7 @@ def test_known_and_estimated_biases_are_combined() -> None:
     assert reports.time_offset_s[0] == pytest.approx(0.25)
 
 
-def test_a_sensor_that_is_not_heard_is_silent() -> None:
+def test_a_sensor_without_measurements_is_silent() -> None:
     picture = heard(table())
     picture.update_biases(biases({RANGE: 0.0, AZIMUTH: 0.0}))
     assert picture.reports(160.0).silent.tolist() == [False, False]

@@ -105,7 +105,7 @@ def test_the_accuracy_is_that_of_the_reported_time() -> None:
     assert np.sqrt(at_once.variance_east_m2[0]) == pytest.approx(30.0, rel=2e-3)
     assert np.sqrt(at_once.variance_north_m2[0]) == pytest.approx(20.0, rel=2e-3)
     later = reported(110.0, updates(100.0))
-    # At worst the errors of place and velocity go together; 3 m/s is that of both axes.
+    # Worst case: errors of position and velocity fully correlated; 3 m/s is that of both axes.
     noise = TRACKING.acceleration_density * 10.0**3 / 3.0
     expected = np.sqrt((30.0 + 3.0 / np.sqrt(2.0) * 10.0) ** 2 + noise)
     assert np.sqrt(later.variance_east_m2[0]) == pytest.approx(expected, rel=2e-3)
@@ -201,7 +201,7 @@ def test_a_terminated_track_is_reported_once_more_and_then_discarded() -> None:
     assert len(tracks) == 0
 
 
-def test_a_track_that_ended_stays_until_all_users_have_heard() -> None:
+def test_a_terminated_track_is_kept_until_all_users_have_its_end() -> None:
     tracks = picture()
     tracks.update(*updates([100.0, 100.0], track_id=[1, 2]))
     assert tracks.reports(101.0, 101.0).last.tolist() == [False, False]

@@ -66,7 +66,7 @@ def test_every_filter_tracks_without_identity(scene: Scene) -> None:
         assert len(np.unique(pairs, axis=1).T) <= 27, name
 
 
-def test_what_is_hidden_moves_nothing_and_reaches_the_output(scene: Scene) -> None:
+def test_hidden_fields_affect_no_track_and_are_published(scene: Scene) -> None:
     _, updates, _ = played(scene, NAMELESS)
     other = np.random.default_rng(2).permutation(1000)[scene.batch.track_number]
     renamed = replace(scene, batch=replace(scene.batch, track_number=other))
@@ -93,14 +93,14 @@ def test_tracks_without_identity_are_those_with_it_and_find_the_same_biases(scen
     assert np.unique(pairs, axis=1).shape[1] == len(np.unique(updates.track_number))
 
 
-def test_a_track_says_nothing_of_the_biases_before_it_is_confirmed(scene: Scene) -> None:
+def test_a_track_contributes_to_the_biases_after_confirmation_only(scene: Scene) -> None:
     never = replace(NAMELESS, confirm_updates=1000)
     _, updates, engine = played(scene, never)
     assert not (updates.state == STATE_CONFIRMED).any()
     np.testing.assert_array_equal(engine.biases.estimate, scene.sensors.prior_mean)
 
 
-def test_plots_here_and_there_begin_tracks_that_end_unconfirmed(scene: Scene) -> None:
+def test_scattered_plots_initiate_tracks_that_end_unconfirmed(scene: Scene) -> None:
     rng = np.random.default_rng(4)
     n = len(scene.batch)
     noise = replace(
@@ -184,7 +184,7 @@ def test_a_frame_of_updates_with_hidden_identity_can_be_written(scene: Scene) ->
     assert frame.filter(pl.col("state") == "confirmed").height > 0
 
 
-def test_a_plot_without_identity_beside_one_of_a_doubted_address_is_taken_too() -> None:
+def test_an_anonymous_plot_beside_one_of_an_implausible_address_is_used_too() -> None:
     rng = np.random.default_rng(8)
     flights = [
         Flight(0.0, 60.0, (-6e4, 1e4, 200.0, 20.0)),

@@ -69,7 +69,7 @@ def test_it_begins_at_the_data_time_of_now_as_others_do(view: LiveView) -> None:
 
 
 def test_a_forecast_ends_where_the_parabola_of_a_turn_leaves_the_plane() -> None:
-    """It goes on with 4 m/s², beyond the horizon of the frame of its plots within the hour."""
+    """It continues with 4 m/s², beyond the bounds of the frame of its plots within the hour."""
     view = view_after(90.0)
     points = forecast(view, TURNING, 3600.0, 20.0, 0.9, POLYNOMIAL)
     assert points is not None

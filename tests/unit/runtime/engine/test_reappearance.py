@@ -24,7 +24,7 @@ def confirmed(scene: Scene, settings: TrackingSettings) -> TrackUpdates:
 
 
 @pytest.mark.parametrize("name", ["two-stage", "imm"])
-def test_an_aircraft_that_comes_where_another_was_lost_begins_a_track(name: str) -> None:
+def test_an_aircraft_near_a_lost_track_initiates_a_track(name: str) -> None:
     """A real case: at the edge of its cover the one slowed down, and its velocity was open; 50 s
     later another came in there, and took its track."""
     rng = np.random.default_rng(3)
@@ -45,7 +45,7 @@ def test_an_aircraft_that_comes_where_another_was_lost_begins_a_track(name: str)
 
 
 @pytest.mark.parametrize("name", ["two-stage", "imm"])
-def test_an_aircraft_that_flies_on_through_a_silence_keeps_its_track(name: str) -> None:
+def test_an_aircraft_that_continues_after_a_gap_keeps_its_track(name: str) -> None:
     rng = np.random.default_rng(4)
     flights = [
         Flight(0.0, 300.0, (east, -40e3, 150.0, 120.0)) for east in (-80e3, -40e3, 0.0, 40e3)

@@ -16,7 +16,7 @@ from support.scenarios.scenes import Flight, Scene, make_scene, random_flights, 
 KNOWN = TrackingSettings()
 NAMELESS = TrackingSettings(hidden_fields=("track_number", "mode_s_address", "mode_3a"))
 STRAIGHT = Flight(0.0, 240.0, (2e4, 3e4, 150.0, 80.0))
-# Keeps the data time going while nothing is heard of the other.
+# Advances the data time while the other aircraft has no plots.
 OTHER = replace(STRAIGHT, state=(-4e4, -2e4, 150.0, 80.0))
 
 Step = tuple[str, str]
@@ -98,7 +98,7 @@ def test_a_track_that_fell_silent_ended_for_that(settings: TrackingSettings) -> 
     assert found.into_track_id.tolist() == [-1] * len(found)
 
 
-def test_a_track_that_earned_no_trust_ended_unconfirmed() -> None:
+def test_a_track_without_support_ends_unconfirmed() -> None:
     scene = seen(replace(STRAIGHT, end_s=6.0), OTHER)
     rows = scene.batch.select((scene.aircraft != 0) | (scene.batch.sensor == 0))
     found, ended, _ = tracked(rows, scene, NAMELESS)
@@ -118,7 +118,7 @@ def test_outliers_restart_a_track_and_it_is_confirmed_again() -> None:
     assert restarts[-1] in (("confirmed", "updates"), ("restarted", "refused"))
 
 
-def test_a_merged_track_names_the_one_that_stands_for_it() -> None:
+def test_a_merged_track_names_the_remaining_one() -> None:
     scene = seen()
     engine = Engine(scene.sensors, NAMELESS)
     half = len(scene.batch) // 2

@@ -34,7 +34,7 @@ def ratios(engine: Engine, scene: Scene) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", EXACT)
-def test_one_radar_alone_shows_nothing_of_its_biases(name: str) -> None:
+def test_biases_of_a_single_radar_are_unobservable(name: str) -> None:
     scene = scene_of(three_radars()[:1])
     unobservable, engine = tracked(name, scene, scene.batch)
     assert [one.name for one in unobservable] == ["range offset of A", "azimuth offset of A"]
@@ -42,7 +42,7 @@ def test_one_radar_alone_shows_nothing_of_its_biases(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", EXACT)
-def test_two_radars_on_one_site_show_nothing_of_their_biases(name: str) -> None:
+def test_biases_of_two_radars_at_one_site_are_unobservable(name: str) -> None:
     first = three_radars()[0]
     scene = scene_of([first, replace(first, identifier="A2")])
     unobservable, engine = tracked(name, scene, scene.batch)

@@ -21,7 +21,7 @@ def opened() -> LiveDiagnosis:
     return diagnosis
 
 
-def test_a_window_that_is_not_over_says_nothing() -> None:
+def test_an_unfinished_window_has_no_findings() -> None:
     diagnosis = opened()
     diagnosis.record(WRONG.frame.filter(pl.col("time_s") < START_S + 30.0), ())
     assert not diagnosis.check()

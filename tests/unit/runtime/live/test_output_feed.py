@@ -1,4 +1,4 @@
-"""The feed of output never waits, and says when something is missing."""
+"""The output feed never blocks, and notifies the reader of losses."""
 
 import threading
 
@@ -55,7 +55,7 @@ def test_what_is_too_much_is_dropped_and_counted_and_notices_stay() -> None:
     assert taken[2].output is outputs[3]
 
 
-def test_a_restart_takes_the_place_of_what_waits() -> None:
+def test_a_restart_replaces_the_queued_output() -> None:
     feed, outputs = OutputFeed(), made(3)
     feed.put(outputs[0])
     feed.restart()
@@ -66,7 +66,7 @@ def test_a_restart_takes_the_place_of_what_waits() -> None:
     assert (feed.rows, feed.dropped) == (0, 0)
 
 
-def test_that_the_journal_was_played_is_heard_across_a_restart() -> None:
+def test_the_end_of_the_replay_is_notified_across_a_restart() -> None:
     """The notice is sent once, and nothing is reported before it."""
     feed, outputs = OutputFeed(), made(3)
     feed.put(outputs[0])
@@ -80,7 +80,7 @@ def test_that_the_journal_was_played_is_heard_across_a_restart() -> None:
     assert (second.caught_up, second.restarted) == (False, True)
 
 
-def test_a_closed_feed_keeps_nothing_more() -> None:
+def test_a_closed_feed_accepts_no_output() -> None:
     feed, outputs = OutputFeed(), made(3)
     feed.close()
     feed.put(outputs[0])
@@ -88,7 +88,7 @@ def test_a_closed_feed_keeps_nothing_more() -> None:
     assert feed.pop() is None
 
 
-def test_who_waits_is_woken() -> None:
+def test_a_waiting_reader_is_woken() -> None:
     feed, outputs = OutputFeed(), made(3)
     taken = []
     reader = threading.Thread(target=lambda: taken.extend([feed.pop(), feed.pop()]))

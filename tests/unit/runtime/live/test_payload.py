@@ -1,4 +1,4 @@
-"""Measurements in the journal have the columns of the schema, whatever they came with."""
+"""Measurements in the journal have the columns of the schema, with any columns received."""
 
 import polars as pl
 from polars.testing import assert_frame_equal
@@ -19,7 +19,7 @@ def test_absent_columns_are_null_other_types_are_cast_and_others_left_out() -> N
     assert_frame_equal(complete(whole.with_columns(more=1)), whole)
 
 
-def test_rows_come_back_as_they_were() -> None:
+def test_rows_survive_the_round_trip() -> None:
     frame = recording(20)
     assert_frame_equal(complete(decode_rows(encode_rows(frame))), complete(frame))
     assert encode_rows(frame[:0]) == b""

@@ -50,7 +50,7 @@ class _Published:
         self.data_time_s = -np.inf
 
     def push(self, frame: pl.DataFrame) -> EngineOutput:
-        """Push a frame through the engine and publish what comes out."""
+        """Push a frame through the engine and publish the output."""
         batch, _ = measurement_batch(frame, TABLE)
         return self.publish(self.engine.push(batch), float(batch.time_s.max()))
 
@@ -100,7 +100,7 @@ def test_a_live_track_is_its_latest_update_and_its_age() -> None:
     assert published.view.track(99) is None
 
 
-def test_a_track_that_was_not_heard_coasts_and_one_that_ended_is_gone() -> None:
+def test_a_track_without_updates_coasts_and_a_terminated_one_is_removed() -> None:
     published, frame = _Published(), recording(10)
     number = int(frame["track_number"][0]) + 1
     published.push(_at(frame, 0.0))
@@ -141,7 +141,7 @@ def test_a_measurement_that_is_newer_than_the_data_time_has_no_negative_age() ->
     assert published.view.tracks()["age_s"].to_list() == [0.0]
 
 
-def test_a_forecast_begins_now_and_spreads() -> None:
+def test_a_forecast_starts_now_and_its_covariance_grows() -> None:
     published, frame = _Published(), recording(10)
     number = int(frame["track_number"][0]) + 1
     published.push(_at(frame, 0.0))
@@ -217,7 +217,7 @@ def test_biases_are_the_latest_and_the_history_pages() -> None:
     assert published.view.rows(BIASES, name, since, 4).equals(every[5:9])
 
 
-def test_small_pages_cut_no_read_of_a_history() -> None:
+def test_small_pages_do_not_truncate_a_history() -> None:
     """Paging reads one row more than the page: a shortened read would seem to be the last page."""
     published = _Published(page_rows_max=3)
     frame = recording(2000)
@@ -298,7 +298,7 @@ def test_events_contain_every_row_in_the_order_of_data_time() -> None:
         if event.kind == "track":
             reached = max(reached, time_s)
         else:
-            # The end of an epoch stands before the first update that is later.
+            # The end of an epoch precedes the first later update.
             assert reached <= time_s
 
 

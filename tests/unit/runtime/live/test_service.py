@@ -36,7 +36,7 @@ def start() -> Iterator[Starter]:
         yield starter
 
 
-def test_measurements_come_out_as_updates(start: Starter) -> None:
+def test_measurements_become_updates(start: Starter) -> None:
     service = start()
     receipt = submit(service, recording(100))
     assert receipt == Receipt(100, (), False, 1)
@@ -104,7 +104,7 @@ def test_the_data_time_zero_does_not_go_back(start: Starter) -> None:
     assert settled(service)["data_time_s"] == 0.0
 
 
-def test_a_message_that_comes_again_is_taken_once(start: Starter) -> None:
+def test_a_repeated_message_is_accepted_once(start: Starter) -> None:
     journal = MemoryJournal()
     service = start(journal)
     frame = recording(50).with_columns(
@@ -124,7 +124,7 @@ def test_a_message_that_comes_again_is_taken_once(start: Starter) -> None:
     assert submit(start(journal), frame, "key") == again
 
 
-def test_a_message_that_comes_again_in_the_same_transaction_is_taken_once(start: Starter) -> None:
+def test_a_message_repeated_in_the_same_transaction_is_accepted_once(start: Starter) -> None:
     gate = GatedJournal()
     service = start(gate)
     frame = recording(30)
@@ -143,7 +143,7 @@ def test_a_message_that_comes_again_in_the_same_transaction_is_taken_once(start:
     assert settled(service)["accepted"] == 30
 
 
-def test_a_journal_from_before_there_were_callsigns_plays_and_knows_its_messages(
+def test_a_journal_without_callsigns_is_replayed_and_its_messages_recognised(
     start: Starter, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def before(frame: pl.DataFrame) -> bytes:
@@ -198,7 +198,7 @@ def test_a_message_of_the_wrong_form_harms_no_other(
         with pytest.raises(InputError):
             future.result(WAIT_TIMEOUT_S)
     assert settled(service)["read"] == 60
-    # A mistake of the sender's is no error of the service.
+    # An invalid message is no error of the service.
     assert not caplog.records
 
 
@@ -208,13 +208,13 @@ def test_optional_columns_may_be_absent(start: Starter) -> None:
     assert submit(start(), slim).accepted == len(slim)
 
 
-def test_an_empty_message_is_taken_too(start: Starter) -> None:
+def test_an_empty_message_is_accepted(start: Starter) -> None:
     service = start()
     assert submit(service, recording(10)[:0], "empty") == Receipt(0, (), False, 1)
     assert submit(service, recording(10)[:0], "empty").duplicate
 
 
-def test_a_full_intake_says_when_to_come_back_and_takes_the_rest_later(start: Starter) -> None:
+def test_a_full_intake_says_when_to_retry_and_accepts_the_rest_later(start: Starter) -> None:
     gate = GatedJournal()
     service = start(gate, intake_batches_max=3, retry_after_s=7.0)
     frame = recording(60)
@@ -230,7 +230,9 @@ def test_a_full_intake_says_when_to_come_back_and_takes_the_rest_later(start: St
     assert settled(service)["read"] == 60
 
 
-def test_the_intake_is_bounded_in_rows_and_one_large_message_still_enters(start: Starter) -> None:
+def test_the_intake_is_bounded_in_rows_and_one_large_message_is_still_accepted(
+    start: Starter,
+) -> None:
     gate = GatedJournal()
     service = start(gate, intake_rows_max=20)
     frame = recording(60)
@@ -243,7 +245,7 @@ def test_the_intake_is_bounded_in_rows_and_one_large_message_still_enters(start:
     assert (first.result(WAIT_TIMEOUT_S).accepted, large.result(WAIT_TIMEOUT_S).accepted) == (5, 50)
 
 
-def test_a_message_that_was_cancelled_while_it_waited_is_not_taken(start: Starter) -> None:
+def test_a_message_cancelled_in_the_queue_is_not_accepted(start: Starter) -> None:
     gate = GatedJournal()
     service = start(gate)
     frame = recording(30)
@@ -289,7 +291,7 @@ def test_the_end_of_a_stream_is_answered_when_its_tracks_can_be_read(
     frame = recording(40)
     submit(service, frame[:20])
     ended = service.flush(source="test", idempotency_key="end")
-    # The journal takes one after the other: the end of the stream is on disk, too.
+    # The journal is written in order: the end of the stream is on disk, too.
     submit(service, frame[20:])
     assert not ended.done()
     assert not ended.cancel()
@@ -301,7 +303,7 @@ def test_the_end_of_a_stream_is_answered_when_its_tracks_can_be_read(
     assert (again.duplicate, again.journal_sequence) == (True, 2)
 
 
-def test_messages_that_share_a_transaction_keep_their_own_rows(start: Starter) -> None:
+def test_messages_of_one_transaction_keep_their_own_rows(start: Starter) -> None:
     frame = recording(120).with_columns(
         sensor_id=pl.when(pl.int_range(120) % 7 == 3).then(pl.lit("no")).otherwise("sensor_id"),
         time_s=pl.col("time_s") + pl.when(pl.int_range(120) % 11 == 5).then(1e6).otherwise(0.0),
@@ -323,7 +325,7 @@ def test_messages_that_share_a_transaction_keep_their_own_rows(start: Starter) -
 
 
 def test_what_is_settled_can_be_read(start: Starter, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Once, a reader that came between the engine and the publication saw nothing."""
+    """Once, a reader between the engine's call and the publication got no data."""
     service = start()
     publish = service.publication.publish
     entered, gate = threading.Event(), threading.Event()

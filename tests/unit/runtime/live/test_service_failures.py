@@ -38,7 +38,7 @@ def start() -> Iterator[Starter]:
         yield starter
 
 
-def test_a_failed_journal_stops_the_intake_and_reading_goes_on(start: Starter) -> None:
+def test_a_failed_journal_stops_the_intake_and_reading_continues(start: Starter) -> None:
     journal = FailingJournal(JournalError("disk I/O error"))
     service = start(journal)
     frame = recording(100)
@@ -67,7 +67,7 @@ def test_a_full_disk_rejects_messages_until_there_is_space(start: Starter) -> No
         with pytest.raises(JournalFullError):
             submit(service, later)
     journal.failing = False
-    # The data clock did not move with what was not taken.
+    # Rejected messages did not advance the data clock.
     assert submit(service, frame[50:]).accepted == 50
     assert service.state is ServiceState.RUNNING
     assert settled(service)["read"] == 90
@@ -114,7 +114,7 @@ def test_an_engine_that_fails_once_loses_nothing(start: Starter) -> None:
     assert (status["skipped"], status["output_sequence"]) == ([], 100)
 
 
-def test_who_stops_waiting_for_the_engine_does_not_stop_it(start: Starter) -> None:
+def test_a_cancelled_wait_does_not_stop_the_engine(start: Starter) -> None:
     service, gate = start(), threading.Event()
     frame = recording(20)
     publication, publish = service.publication, service.publication.publish
@@ -135,7 +135,7 @@ def test_who_stops_waiting_for_the_engine_does_not_stop_it(start: Starter) -> No
     assert service.state is ServiceState.RUNNING
 
 
-def test_who_stopped_waiting_does_not_keep_a_service_from_stopping(start: Starter) -> None:
+def test_a_cancelled_wait_does_not_block_the_stop(start: Starter) -> None:
     service, gate = start(), threading.Event()
 
     def crash(output: EngineOutput, data_time_s: float | None) -> None:
@@ -153,7 +153,7 @@ def test_who_stopped_waiting_does_not_keep_a_service_from_stopping(start: Starte
     assert service.state is ServiceState.FAILED
 
 
-def test_an_engine_that_always_fails_stops_the_service_and_says_so(start: Starter) -> None:
+def test_an_engine_that_always_fails_stops_the_service_with_an_error(start: Starter) -> None:
     def crash(_batch: MeasurementBatch) -> None:
         raise MemoryError
 
@@ -167,7 +167,7 @@ def test_an_engine_that_always_fails_stops_the_service_and_says_so(start: Starte
 
 
 def test_requests_after_a_failure_of_the_engine_fail(start: Starter) -> None:
-    """Once, who asked whether all was processed after the engine had failed waited for ever."""
+    """Once, waiting for processing after a failure of the engine never returned."""
 
     def crash(_batch: MeasurementBatch) -> None:
         raise MemoryError
@@ -205,7 +205,7 @@ def test_what_was_processed_is_settled_after_a_stop(start: Starter) -> None:
     assert service.settled().result(WAIT_TIMEOUT_S) == 10
 
 
-def test_a_service_that_does_not_run_takes_nothing() -> None:
+def test_a_stopped_service_accepts_nothing() -> None:
     service = Service(
         open_journal=MemoryJournal,
         open_engine=FakeEngine,
@@ -231,7 +231,7 @@ def test_a_service_that_does_not_run_takes_nothing() -> None:
 
 
 def iter_events(poll: Callable[[int], Sequence[object]]) -> list[Any]:
-    """Poll until nothing comes."""
+    """Poll until there are no events."""
     found: list[Any] = []
     while part := poll(100):
         found += part

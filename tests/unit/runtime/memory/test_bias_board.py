@@ -13,7 +13,7 @@ EPOCHS = 500
 
 @pytest.mark.parametrize("rows_max", [150, 10_000])
 @pytest.mark.parametrize("silent_from", [EPOCHS, 100])
-def test_what_was_known_at_a_time_is_the_last_row_of_each_parameter_until_then(
+def test_the_biases_at_a_time_are_the_last_row_of_each_parameter_until_then(
     rows_max: int, silent_from: int
 ) -> None:
     board = BiasBoard(sensors(), rows_max)

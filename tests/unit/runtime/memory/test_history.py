@@ -52,7 +52,7 @@ def test_rows_and_updates_are_the_same_columns() -> None:
 
 
 @pytest.mark.slow
-def test_readers_see_whole_rows_of_their_track_while_it_is_written() -> None:
+def test_readers_get_complete_rows_of_their_track_during_writes() -> None:
     history, done = TrackHistory(64), threading.Event()
     wrong: list[str] = []
 

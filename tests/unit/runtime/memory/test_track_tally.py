@@ -56,7 +56,7 @@ def test_a_track_that_is_confirmed_and_ends_in_one_call_is_counted() -> None:
 
 @pytest.mark.parametrize("hidden", [(), ("track_number", "mode_3a", "mode_s_address")])
 def test_the_counts_of_a_run_are_those_of_its_rows(hidden: tuple[str, ...]) -> None:
-    # Twice the plots of every third aircraft move far away: tracks that are never confirmed.
+    # Twice the plots of every third aircraft jump far away: tracks that are never confirmed.
     frame = recording(3000)
     alone = frame.filter(pl.int_range(pl.len()) % 97 == 0).with_columns(
         range_m=pl.col("range_m") * 1.4, track_number=pl.col("track_number") + 1000

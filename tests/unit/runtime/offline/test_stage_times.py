@@ -26,7 +26,7 @@ def test_a_stage_within_another_counts_apart() -> None:
     }  # fmt: skip
 
 
-def test_while_a_kernel_compiles_nothing_else_counts() -> None:
+def test_time_during_compilation_counts_as_compilation() -> None:
     clock = FixedClock()
     stages = StageTimes(clock)
     with stages.measure("tracking"):

@@ -66,7 +66,7 @@ def snapshot(means: list[list[float]], ages_s: list[float] | None = None) -> Tra
 
 
 def straight(known: Known, ahead_s: NDArray[np.float64]) -> PredictedPath:
-    """Forecast by straight flight, whatever the traffic did."""
+    """Forecast with straight flight, without calibration."""
     calibration = known.calibration
     motion = calibration.family.names.index("straight")
     return by_plan(known, ahead_s, calibration.scores.plan(ahead_s, 0.95, motion))
@@ -124,7 +124,7 @@ def test_two_aircraft_in_formation_are_reported_with_the_present_time(apart_m: f
     assert found.time_to_closest_s == 0.0
     assert found.time_sigma_s is None
     assert found.distance_m == found.distance_now_m == pytest.approx(apart_m, rel=2e-3)
-    # Two in one place may collide: the interval begins at zero.
+    # Two at one position may collide: the interval starts at zero.
     assert found.distance_low_m <= found.distance_m
     assert found.probability > 0.99
 
@@ -147,7 +147,7 @@ def test_tentative_tracks_are_counted_not_reported_and_coasting_ones_are_marked(
     assert found.encounters[0].second_age_s == 30.0
 
 
-def test_tracks_that_only_the_filter_or_only_the_readers_know_take_no_part() -> None:
+def test_tracks_without_state_or_without_update_are_not_included() -> None:
     scene = snapshot([[1e3 * place, 0.0, 200.0, 0.0] for place in range(3)])
     scene.rows["track_id"][1] = 7
     found = asked(scene._replace(rows=np.sort(scene.rows, order="track_id")))
@@ -172,7 +172,7 @@ def test_tracks_off_the_plane_are_counted_and_those_that_leave_it_meet_until_the
     assert [(one.first_track_id, one.second_track_id) for one in found.encounters] == [(4, 5)]
 
 
-def test_heights_of_another_kind_or_unknown_are_not_compared() -> None:
+def test_heights_of_different_kinds_or_unknown_are_not_compared() -> None:
     scene = snapshot([[1e3 * place, 0.0, 200.0, 0.0] for place in range(3)])
     assert scene.states.climbs is not None
     scene.states.climbs[1] = np.nan
@@ -275,7 +275,7 @@ def _states_of(engine: Engine) -> tuple[TrackStates, SystemPlane]:
 
 @pytest.mark.parametrize("filter_name", ["two-stage", "imm"])
 def test_a_row_of_the_table_is_what_was_answered_at_the_end_of_its_epoch(filter_name: str) -> None:
-    """Streams that end within the recording, asked at once, beside the table of the whole.
+    """Queries at the ends of shortened streams, compared with the table of the whole.
 
     At the end forecasts of ten seconds have been evaluated, so that the calibration is used.
     """
@@ -315,7 +315,7 @@ def answered(view: LiveView, query: EncounterQuery) -> dict[str, Any]:
     return answer
 
 
-def test_a_table_from_which_pairs_may_be_missing_says_so() -> None:
+def test_a_table_warns_of_missing_pairs() -> None:
     """Of 320 aircraft above each other 51 040 pairs are near, and there is room for 50 000."""
     count = 320
     crowd = snapshot([[10.0 * k, 0.0, 0.0, 0.0] for k in range(count)]).states

@@ -87,7 +87,7 @@ def test_a_track_that_the_filter_does_not_know_has_no_forecast() -> None:
     assert [one is not None for one in found] == [False, True, False]
 
 
-def test_a_state_that_is_newer_than_the_data_time_is_not_turned_back() -> None:
+def test_a_state_newer_than_the_data_time_is_not_extrapolated_back() -> None:
     states = _states(0.0, 0.0, [1.0, 1.0])
     track = {**TRACK, "time_s": 90.0, "age_s": 5.0}
     points = _points(states, track, np.array([0.0, 10.0]), MOVING)

@@ -1,4 +1,4 @@
-"""The plane of a track: the same live and offline, whatever the batches; a reason where none is."""
+"""The plane of a track: the same live and offline, for any batches; or a reason."""
 
 from typing import Any
 
@@ -130,7 +130,7 @@ def test_a_turn_in_a_tilted_plane_is_found(published: _Published) -> None:
 
 
 @pytest.mark.slow
-def test_offline_says_what_the_service_says(published: _Published) -> None:
+def test_offline_agrees_with_the_service(published: _Published) -> None:
     """The last row of each track, and on the way: after every epoch the service was asked too."""
     live = published.view.ask(MANOEUVRE_PLANE, TURNING, window_s=WINDOW_DEFAULT_S)
     assert live is not None
@@ -157,7 +157,7 @@ def test_offline_says_what_the_service_says(published: _Published) -> None:
         assert row == {**asked[row["time_s"]], "reason": None}
 
 
-def test_a_straight_flight_and_one_without_heights_say_why(published: _Published) -> None:
+def test_a_straight_flight_and_one_without_heights_have_reasons(published: _Published) -> None:
     for track_id, code in ((STRAIGHT, "POINTS_ON_A_LINE"), (MUTE, "TOO_FEW_POINTS")):
         with pytest.raises(PlaneError) as error:
             published.view.ask(MANOEUVRE_PLANE, track_id, window_s=60.0)

@@ -31,7 +31,7 @@ def _drain(subscription: Subscription, at_once: int = 3) -> list[Event]:
     return found
 
 
-def test_a_reader_gets_every_event_in_order_whatever_it_asks_for_at_once() -> None:
+def test_a_reader_gets_every_event_in_order_with_any_batch_size() -> None:
     for at_once in (1, 2, 3, 100):
         ring = EventRing(100)
         subscription = ring.subscribe(None, 100)
@@ -41,7 +41,7 @@ def test_a_reader_gets_every_event_in_order_whatever_it_asks_for_at_once() -> No
         assert _numbers(_drain(subscription, at_once)) == [10, 11]
 
 
-def test_a_reader_without_a_number_begins_with_what_comes() -> None:
+def test_a_reader_without_a_number_starts_with_new_events() -> None:
     ring = EventRing(100)
     _fill(ring, 4)
     subscription = ring.subscribe(None, 100)
@@ -76,7 +76,7 @@ def test_the_ring_keeps_its_bound_of_events_and_less_than_a_chunk_more() -> None
     assert sum(chunk.count for chunk in ring.after(0, 1000, 1000)[1]) == 12
 
 
-def test_a_reader_that_lies_behind_its_depth_gets_a_gap_not_a_backlog() -> None:
+def test_a_reader_behind_its_depth_gets_a_gap_not_a_backlog() -> None:
     ring = EventRing(100)
     subscription = ring.subscribe(0, 5)
     _fill(ring, 20)
@@ -111,7 +111,7 @@ def test_events_are_encoded_once_and_only_when_read() -> None:
     assert encoded == [1]
 
 
-def test_a_wake_up_comes_once_for_each_sleep() -> None:
+def test_a_wake_up_is_called_once_for_each_sleep() -> None:
     ring, woken = EventRing(100), []
     subscription = ring.subscribe(None, 100)
     subscription.set_wakeup(lambda: woken.append(ring.head))
@@ -122,7 +122,7 @@ def test_a_wake_up_comes_once_for_each_sleep() -> None:
     assert woken == [1, 4]
 
 
-def test_a_reader_that_comes_to_events_is_woken_at_once() -> None:
+def test_a_reader_with_pending_events_is_woken_at_once() -> None:
     ring, woken = EventRing(100), []
     _fill(ring, 2)
     subscription = ring.subscribe(0, 100)

@@ -45,7 +45,7 @@ SECONDS = 80.0
 
 
 class Scene:
-    """What the engine puts out of the scene, and what a service says of it."""
+    """The output of the engine for the scenario, and the answers of a service."""
 
     def __init__(self, seconds: float = SECONDS, sampling: Sampling = Sampling.NONE) -> None:
         self.engine = Engine(TABLE, TRACKING, sampling=sampling)
@@ -89,13 +89,13 @@ def table(scene: Scene) -> pl.DataFrame:
     return table_of(scene.outputs, 8.0)
 
 
-def test_the_table_and_the_service_say_the_same(scene: Scene, table: pl.DataFrame) -> None:
+def test_the_table_and_the_service_agree(scene: Scene, table: pl.DataFrame) -> None:
     last = table.filter(pl.col("track_id") == TURNING)[-len(HORIZONS_S) :]
     made_s = last["made_s"][0]
     track = scene.view.track(TURNING)
     assert track is not None
     assert made_s == track["time_s"]
-    # The service begins at the data time of now: the last horizons lie on its steps.
+    # The service starts at the present data time: the last horizons are on its steps.
     ahead_s = made_s + HORIZONS_S - (track["time_s"] + track["age_s"])
     for row, horizon_s in zip(last.to_dicts(), ahead_s.tolist(), strict=True):
         points = forecast(scene.view, TURNING, horizon_s, horizon_s, 0.95, BUNDLE)
@@ -109,7 +109,7 @@ def test_the_table_and_the_service_say_the_same(scene: Scene, table: pl.DataFram
             assert point[name] == expected, name
 
 
-def test_points_are_what_the_schema_says_and_hold_the_aircraft(scene: Scene) -> None:
+def test_points_match_the_schema_and_their_regions_contain_the_aircraft(scene: Scene) -> None:
     points = forecast(scene.view, TURNING, 30.0, 10.0, 0.95, BUNDLE)
     assert points is not None
     assert len(points) == 4
@@ -121,7 +121,7 @@ def test_points_are_what_the_schema_says_and_hold_the_aircraft(scene: Scene) -> 
         assert sum(one.weight for one in made.members) == pytest.approx(1.0)
         east, north = PLANE.to_plane(np.radians(made.latitude_deg), np.radians(made.longitude_deg))
         truth = np.array(flown(TURNING, np.array(made.time_s - START_S)))
-        # The turn goes on in truth: the region of 95 % holds it.
+        # The true turn continues: the region of 95 % contains it.
         assert np.hypot(*(truth - [east, north])) < made.region_major_m
 
 
@@ -131,7 +131,7 @@ def test_the_filter_has_no_members(scene: Scene) -> None:
     assert all(ForecastPoint.model_validate(point).members is None for point in points)
 
 
-def test_rows_are_what_the_schema_says(table: pl.DataFrame) -> None:
+def test_rows_match_the_schema(table: pl.DataFrame) -> None:
     assert table.schema == FORECAST_SCHEMA
     assert table["by"].unique().to_list() == [BUNDLE]
     for row in table.head(10).to_dicts():
@@ -141,7 +141,7 @@ def test_rows_are_what_the_schema_says(table: pl.DataFrame) -> None:
     assert steps.drop_nulls().min() >= 8.0  # type: ignore[operator] # There are such steps.
 
 
-def test_the_table_does_not_depend_on_how_outputs_are_cut(
+def test_the_table_does_not_depend_on_the_batches_of_output(
     scene: Scene, table: pl.DataFrame
 ) -> None:
     engine = Engine(TABLE, TRACKING)
@@ -185,7 +185,7 @@ LONG_S = 168.0
 
 @pytest.fixture(scope="module")
 def learning() -> Iterator[Scene]:
-    """A scene long enough, with forecasts frequent enough, to learn from."""
+    """A scenario long enough, with forecasts frequent enough, for a calibration."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ensemble_scores, "PLOTS_EACH", 4.0)
         patch.setattr(forecast_scores, "CALIBRATED", 20.0)
@@ -211,13 +211,13 @@ def test_the_table_and_the_service_learn_the_same(learning: Scene, learnt: pl.Da
     assert row["calibrated"]
     assert points[-1]["calibrated"]
     assert points[-1]["region_factor"] == pytest.approx(row["region_factor"], rel=1e-9)
-    # Of the longest horizon nothing is known yet.
+    # The longest horizon is not calibrated yet.
     assert learnt.filter(horizon_s=300.0)["calibrated"].sum() == 0
     early = learnt.filter(pl.col("made_s") < START_S + 60.0)
     assert early["calibrated"].sum() == 0
 
 
-def test_what_the_table_learns_does_not_depend_on_how_outputs_are_cut(
+def test_the_calibration_does_not_depend_on_the_batches_of_output(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """One of the aircraft is seen every twelve seconds: its last plot is of an earlier epoch."""

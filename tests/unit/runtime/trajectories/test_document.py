@@ -27,7 +27,7 @@ def reading() -> Reading:
     return Reading(bundle, 90, 9000.0)
 
 
-def test_it_is_what_the_schema_says(reading: Reading) -> None:
+def test_the_document_matches_the_schema(reading: Reading) -> None:
     document = trajectories_of(7, reading, PLANE, 120, 1)
     answer = Trajectories.model_validate({**document, "state": "coasting", "age_s": 12.0})
     assert (answer.track_id, answer.plots, answer.height_m) == (7, 90, 9000.0)
@@ -66,7 +66,7 @@ def test_it_is_what_the_schema_says(reading: Reading) -> None:
         (1, 10, 1),
     ],
 )
-def test_points_stand_at_multiples_of_the_step_the_last_ones(
+def test_the_last_points_are_at_multiples_of_the_step(
     reading: Reading, points: int, step_s: int, expected: int
 ) -> None:
     document = trajectories_of(1, reading, PLANE, points, step_s)
@@ -96,7 +96,7 @@ def test_far_from_the_centre_speeds_are_true_ones() -> None:
     assert document["estimate"]["speed_mps"] > 1.002 * now.speed_mps
 
 
-def test_too_few_plots_and_plots_without_a_triple_say_so() -> None:
+def test_too_few_plots_and_plots_without_a_triple_have_reasons() -> None:
     bundle, nothing = Bundle(SETTINGS), Bundle(SETTINGS)
     for number in range(3):
         if number < 2:
@@ -117,7 +117,7 @@ def test_a_light_aircraft_is_followed_too() -> None:
     assert bundle.estimate().speed_mps == pytest.approx(30.0, abs=6.0)
 
 
-def test_what_leads_out_of_the_plane_says_so() -> None:
+def test_a_path_out_of_the_plane_has_a_reason() -> None:
     bundle = Bundle(SETTINGS)
     for number in range(8):
         bundle.push(10.0 * number, [2000.0 * number, 7e6], NOISE)

@@ -46,7 +46,7 @@ def test_members_are_bounded_and_of_sum_one(reading: Reading) -> None:
     assert all(one["trajectory"] is not None for one in documents[-1][:-1])
 
 
-def test_the_members_have_the_mean_of_the_whole(reading: Reading) -> None:
+def test_the_members_have_the_mean_of_the_ensemble(reading: Reading) -> None:
     course = ensemble_path(reading, NOW_S + AHEAD_S, 0.95)
     for k, each in enumerate(member_documents(course, PLANE, 9000.0)):
         latitude_rad, longitude_rad = (
@@ -70,7 +70,7 @@ def test_a_time_too_far_ahead_is_rejected(reading: Reading) -> None:
     assert error.value.parameter == "horizon_s"
 
 
-def test_a_bundle_without_tracks_says_why() -> None:
+def test_a_bundle_without_tracks_has_a_reason() -> None:
     with pytest.raises(TrajectoryError) as error:
         ensemble_path(Reading(Bundle(BundleSettings()), 0, np.nan), np.array([0.0]), 0.95)
     assert error.value.code == "TOO_FEW_PLOTS"

@@ -31,7 +31,7 @@ def plot(bundle: Bundle, number: int, time_s: float, random: np.random.Generator
 
 
 def flown(seconds: float, number: int = 0) -> Bundle:
-    """The bundle of an aircraft that flies straight on."""
+    """The bundle of an aircraft in straight flight."""
     bundle, random = Bundle(BundleSettings()), np.random.default_rng(number)
     for time_s in np.arange(0.0, seconds, PLOT_EVERY_S).tolist():
         plot(bundle, number, time_s, random)
@@ -63,7 +63,7 @@ def test_regions_shrink_without_manoeuvres(taught: EnsembleScores) -> None:
     assert taught.heard[-1] == 0.0
 
 
-def test_learnt_regions_hold_as_many_as_they_say(taught: EnsembleScores) -> None:
+def test_calibrated_regions_have_their_nominal_containment(taught: EnsembleScores) -> None:
     """The truth is known here; what teaches is the bundle's own word."""
     inside = []
     plan = taught.learnt.plan(HORIZONS_S, 0.95)
@@ -82,7 +82,7 @@ def test_learnt_regions_hold_as_many_as_they_say(taught: EnsembleScores) -> None
     assert (np.mean(inside, axis=0)[:3] > 0.86).all()
 
 
-def test_what_a_sample_costs_is_a_share_of_the_plots(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_cost_of_samples_is_proportional_to_the_plots(monkeypatch: pytest.MonkeyPatch) -> None:
     tracks = list(range(1, 30))
     first = EnsembleScores()
     assert [len(first.chosen(tracks, epoch, 1)) for epoch in range(EAGER_SAMPLES)] == (
@@ -104,7 +104,7 @@ def test_what_a_sample_costs_is_a_share_of_the_plots(monkeypatch: pytest.MonkeyP
     assert len(drawn) > 15
 
 
-def test_a_time_without_plots_around_it_teaches_nothing() -> None:
+def test_a_time_without_plots_around_it_is_not_evaluated() -> None:
     scores, random = EnsembleScores(), np.random.default_rng(3)
     bundle = flown(100.0)
     scores.make(0, bundle)
@@ -118,7 +118,7 @@ def test_a_time_without_plots_around_it_teaches_nothing() -> None:
     assert scores.waiting == 2
 
 
-def test_a_track_that_was_heard_no_more_is_not_waited_for() -> None:
+def test_forecasts_of_a_track_without_updates_are_discarded() -> None:
     scores, bundle = EnsembleScores(), flown(100.0)
     scores.make(0, bundle)
     last_s = bundle.window_s[1]

@@ -1,4 +1,4 @@
-"""Bundles in a service: a thread of their own, which the engine waits for only at the start."""
+"""Bundles in a service: in a separate thread, which the engine waits for only in a replay."""
 
 import threading
 from collections.abc import Iterable, Iterator, Sequence
@@ -36,7 +36,7 @@ TRACKING = TrackingSettings(reorder_horizon_s=0.0)
 
 @pytest.fixture(scope="module")
 def outputs() -> list[EngineOutput]:
-    """What the engine puts out of the scene, its end included."""
+    """The output of the engine for the scenario, including its end."""
     engine = Engine(TABLE, TRACKING)
     parts = [engine.push(measurement_batch(part, TABLE)[0]) for part in recording().iter_slices(20)]
     return [*parts, engine.flush()]
@@ -108,7 +108,7 @@ def test_bundles_follow_their_aircraft(feeds: Feeds, outputs: list[EngineOutput]
     assert (counts["plots_waiting"], counts["plots_lost"], counts["failure"]) == (0, 0, None)
 
 
-def test_what_has_no_bundle_says_why(feeds: Feeds, outputs: list[EngineOutput]) -> None:
+def test_a_track_without_bundle_has_a_reason(feeds: Feeds, outputs: list[EngineOutput]) -> None:
     feed = followed(feeds.make(aircraft_max=1), outputs)
     assert len(feed.read(TURNING).bundle) > 0
     assert code_of(feed, JAMMED) == "NO_ROOM"
@@ -127,12 +127,12 @@ def test_a_track_that_ends_lets_go_and_another_has_its_room(
     ended = output_of([End(end_s, TURNING), Update(last + 1, end_s + 1.0, JAMMED)])
     feed = followed(feeds.make(aircraft_max=1), [*outputs, ended])
     assert code_of(feed, TURNING) == "NOT_CONFIRMED"
-    # The lowest number of those that wait has the room; the others go on waiting.
+    # The queued track of the lowest number gets the bundle; the others stay queued.
     assert feed.counts()["aircraft"] == 1
     assert code_of(feed, JAMMED) == "NO_ROOM"
 
 
-def test_what_comes_again_after_a_failure_of_the_engine_changes_nothing(
+def test_repeated_output_after_a_failure_of_the_engine_changes_nothing(
     feeds: Feeds, outputs: list[EngineOutput]
 ) -> None:
     once = followed(feeds.make(), outputs)
@@ -150,7 +150,7 @@ def test_what_comes_again_after_a_failure_of_the_engine_changes_nothing(
 def test_a_running_service_never_waits_for_bundles(
     feeds: Feeds, outputs: list[EngineOutput]
 ) -> None:
-    """Without anybody who makes bundles, and room for ten plots, all is handed over at once."""
+    """Without the thread, and with a queue of ten plots, all output is queued at once."""
     feed = feeds.make(plots_waiting_max=10)
     feed.go_live()
     for output in outputs:
@@ -167,7 +167,7 @@ def test_each_processed_plot_leaves_the_queue(
     push, counted = feed._pool.push, []
 
     def watched(*plot: Any) -> None:
-        # Of the plots in hand: the one that is taken now still waits.
+        # Popped plots: the one being processed is still counted.
         counted.append(feed._in_hand)
         push(*plot)
 
@@ -198,7 +198,7 @@ def test_after_a_loss_a_bundle_is_reinitialised(feeds: Feeds, outputs: list[Engi
     assert feed.read(REPORTING).bundle.window_s[0] > live_scene.START_S + 20.0
 
 
-def test_while_the_journal_is_played_the_engine_waits_for_room(
+def test_during_the_replay_the_engine_waits_for_the_queue(
     feeds: Feeds, outputs: list[EngineOutput]
 ) -> None:
     feed = feeds.make(plots_waiting_max=25)

@@ -72,7 +72,7 @@ def published(estimate: NDArray[np.float64], sigma: NDArray[np.float64]) -> Publ
     return known
 
 
-def test_a_plot_without_errors_lies_where_the_aircraft_is() -> None:
+def test_a_plot_without_errors_is_located_at_the_aircraft() -> None:
     assert placed(seen()).position_m == pytest.approx(truth(), abs=0.01)
 
 
@@ -89,8 +89,8 @@ def test_plots_are_corrected_for_published_biases() -> None:
     assert np.hypot(*(placed(off).position_m - truth())) > 300.0
 
 
-def test_the_covariance_is_noise_and_what_is_not_known_of_biases_and_height() -> None:
-    """Against differences: each error moves the place, and their squares add up."""
+def test_the_covariance_includes_noise_biases_and_height() -> None:
+    """Against differences: each error shifts the position, and their squares add up."""
     row = seen(track_speed_mps=200.0, track_heading_rad=0.3)
     errors: list[tuple[str, float, float]] = [
         ("range_m", TABLE.range_sigma_m[RADAR], 1.0),
@@ -134,7 +134,7 @@ def test_a_plot_without_height_is_laid_at_that_of_its_track() -> None:
     assert off @ np.linalg.solve(placed(unknown).covariance_m2, off) < 9.0
 
 
-def test_a_reported_position_lies_where_it_says_in_true_metres() -> None:
+def test_a_reported_position_is_located_in_true_metres() -> None:
     row = plot(sensor=ADSB, kind=KIND_POSITION, latitude_rad=PLACE[0], longitude_rad=PLACE[1])
     found = placed(row)
     assert found.position_m == pytest.approx(truth(), abs=1e-6)

@@ -50,7 +50,7 @@ def rows(seed: int, end_s: float = 60.0) -> np.ndarray[tuple[int], np.dtype[np.v
 
 
 def fed(*seeds: int) -> BundlePool:
-    """Bundles by seed, whose plots are taken in turns."""
+    """Bundles by seed, with their plots interleaved."""
     pool = BundlePool(Given(), SETTINGS)
     for plots in zip(*(rows(seed) for seed in seeds), strict=True):
         for seed, plot in zip(seeds, plots, strict=True):
@@ -70,7 +70,7 @@ def said(bundle: Bundle) -> tuple[list[float], list[float]]:
     return bundle.weights().tolist(), bundle.estimate().state.tolist()
 
 
-def test_bundles_that_share_memory_say_what_they_say_alone() -> None:
+def test_bundles_with_shared_scratch_equal_separate_ones() -> None:
     pool = fed(1, 2, 3)
     for seed in (1, 2, 3):
         reading = pool.read(seed)
@@ -117,7 +117,7 @@ def test_rejects_are_counted_and_change_nothing() -> None:
         now.bundle.push(1e9, [0.0, 0.0], -NOISE)
 
 
-def test_a_mistake_of_ours_costs_one_bundle(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_bug_affects_one_bundle_only(caplog: pytest.LogCaptureFixture) -> None:
     pool = fed(1, 2)
     wrong = rows(1)[-1].copy()
     wrong["range_m"] = -1.0
@@ -159,7 +159,7 @@ class Laid(PlotLocator):
 def test_warming_up_locates_plots_of_any_sensor_with_positions(
     kind: str, expected: type[LocatedPlot] | None
 ) -> None:
-    """Without a radar the first aircraft would wait for the kernels, and who reads with it."""
+    """Without a radar the first aircraft, and its readers, would wait for the kernels."""
     site = "latitude_deg = 50\nlongitude_deg = 15\nheight_m = 300"
     table = sensor_table(parse_sensors(f'[[sensor]]\nid = "one"\nkind = "{kind}"\n{site}'))
     places = Laid(table, TrackingSettings())

@@ -1,4 +1,4 @@
-"""Which track has a bundle, with which plots and biases, whatever the batches."""
+"""Assignment of bundles, plots and biases to tracks, independent of the batches."""
 
 from collections.abc import Sequence
 
@@ -35,7 +35,7 @@ def times(found: list[tuple[float, float] | str]) -> list[float | str]:
     return [one if isinstance(one, str) else one[0] for one in found]
 
 
-def test_a_bundle_begins_with_the_plot_that_confirms_its_track() -> None:
+def test_a_bundle_starts_with_the_plot_that_confirms_its_track() -> None:
     events = [
         Update(1, 1.0, 7, False), Update(2, 2.0, 7, False), Update(3, 3.0, 7), Update(4, 4.0, 7),
         Update(5, 5.0, 8, False),
@@ -97,7 +97,7 @@ def test_priors_are_known_before_anything_is_published() -> None:
 
 
 def test_repeated_output_is_skipped() -> None:
-    """After a failure of the engine all is put out once more from the beginning."""
+    """After a failure of the engine all output is repeated from the start."""
     first: list[Event] = [
         Update(1, 1.0, 1), Update(2, 2.0, 2), Bias(4.0, 10.0), End(4.0, 2), Update(3, 5.0, 1),
     ]  # fmt: skip
@@ -106,7 +106,7 @@ def test_repeated_output_is_skipped() -> None:
 
 
 @pytest.mark.parametrize("room", [1, 2, 10])
-def test_a_track_that_ends_in_the_output_of_its_last_plot_is_let_go_after_it(room: int) -> None:
+def test_a_track_terminated_in_the_output_of_its_last_plot_is_dropped_after_it(room: int) -> None:
     events: list[Event] = [Update(1, 1.0, 1), Update(2, 2.0, 1), End(3.0, 1)]
     assert followed([events], room)[1] == [(1.0, 0.0), (2.0, 0.0), "gone"]
 
@@ -125,7 +125,7 @@ def served(outputs: Sequence[Sequence[Event]]) -> list[float | str]:
     return found
 
 
-def test_a_sample_stands_between_the_plots_before_and_after_it_however_outputs_are_cut() -> None:
+def test_a_sample_is_between_the_plots_before_and_after_it_for_any_batches() -> None:
     events: list[Event] = [
         Update(1, 1.0, 1), Update(2, 7.5, 2), Sample(8.0, 1), Update(3, 8.0, 1), End(9.0, 2),
         Update(4, 15.0, 1), Sample(16.0, 3), Update(5, 17.0, 1),
@@ -133,5 +133,5 @@ def test_a_sample_stands_between_the_plots_before_and_after_it_however_outputs_a
     expected = [1.0, 7.5, "epoch 1", 8.0, "gone", 15.0, "epoch 3", 17.0]
     assert served([events]) == expected
     assert served([[event] for event in events]) == expected
-    # All of it comes again after a failure of the engine.
+    # All of it is repeated after a failure of the engine.
     assert served([events[:4], events]) == expected

@@ -29,7 +29,7 @@ def drained(
     return found
 
 
-def test_all_is_served_in_the_order_in_which_it_came() -> None:
+def test_operations_are_popped_in_order() -> None:
     """Or what is learnt at a sample would depend on how far other tracks are."""
     waiting = WaitingPlots(100)
     for one in (
@@ -91,12 +91,12 @@ def test_popped_or_discarded_plots_do_not_count() -> None:
     assert following.track_id == 1
     waiting.put(plots_of(4, 0.0, 3))
     waiting.put(plots_of(1, 4.0, 3))
-    # Two of track 2 were left, three of 4 and of 1: of equals the lower number is lost.
+    # Two of track 2 are left, three of 4 and of 1: of equals the lower number is lost.
     assert (waiting.count, waiting.lost) == (5, 7)
     assert drained(waiting) == [(2, False, [0.0, 1.0]), (4, False, [0.0, 1.0, 2.0])]
 
 
-def test_more_than_may_wait_at_all_is_lost() -> None:
+def test_plots_beyond_the_maximum_are_lost() -> None:
     waiting = WaitingPlots(5)
     assert waiting.fits(plots_of(1, 0.0, 6))
     waiting.put(plots_of(1, 0.0, 6))
