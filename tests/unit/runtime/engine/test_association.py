@@ -1,4 +1,4 @@
-"""Plots without identity: the same bytes however they come, evidence, lives of tracks."""
+"""Plots without identity: independence of batches, evidence, track lifecycles."""
 
 from dataclasses import replace
 
@@ -57,8 +57,8 @@ def test_output_depends_neither_on_batches_nor_on_workers(scene: Scene, name: st
 
 
 def test_every_filter_tracks_without_identity(scene: Scene) -> None:
-    # The sigma of separated filters does not cover their errors while biases are learnt, nor do its
-    # gates: of 25 aircraft `blom` makes 26 to 69 tracks by the scene.
+    # The sigma and gates of separated filters are too small while biases are being estimated: for
+    # 25 aircraft `blom` has 26 to 69 tracks, depending on the scenario.
     for name in FILTERS.keys() - {"blom"}:
         _, updates, _ = played(scene, replace(NAMELESS, filter_name=name))
         confirmed = updates.state == STATE_CONFIRMED
@@ -83,7 +83,7 @@ def test_a_field_that_is_not_hidden_is_published_as_the_tracker_has_it(scene: Sc
     np.testing.assert_array_equal(kept.track_id, known.track_id)
 
 
-def test_tracks_without_identity_are_those_with_it_and_find_the_same_biases(scene: Scene) -> None:
+def test_tracks_and_biases_are_the_same_with_and_without_identity(scene: Scene) -> None:
     _, updates, engine = played(scene, NAMELESS)
     _, _, named = played(scene, TrackingSettings())
     sigma = np.sqrt(np.diagonal(named.biases.covariance))
@@ -113,7 +113,7 @@ def test_scattered_plots_initiate_tracks_that_end_unconfirmed(scene: Scene) -> N
     assert engine.transitions["ended_unconfirmed"] > 0.8 * engine.transitions["started"]
 
 
-def test_a_track_that_wrong_heights_began_ends_when_they_end() -> None:
+def test_a_track_initiated_by_wrong_heights_ends_with_them() -> None:
     rng = np.random.default_rng(5)
     scene = make_scene(rng, three_radars()[:2], [Flight(0.0, 120.0, (2e4, 3e4, 150.0, 80.0))])
     batch = scene.batch
@@ -126,7 +126,7 @@ def test_a_track_that_wrong_heights_began_ends_when_they_end() -> None:
     assert set(updates.track_id[late].tolist()) == {1}
 
 
-def test_two_tracks_of_one_aircraft_become_the_older_one() -> None:
+def test_two_tracks_of_one_aircraft_are_merged_into_the_older_one() -> None:
     rng = np.random.default_rng(5)
     scene = make_scene(rng, three_radars(), [Flight(0.0, 120.0, (2e4, 3e4, 150.0, 80.0))])
     engine = Engine(scene.sensors, NAMELESS)
@@ -161,7 +161,7 @@ def test_an_address_of_two_transponders_gives_two_tracks() -> None:
     assert np.unique(pairs, axis=1).shape[1] == 2
 
 
-def test_a_primary_plot_goes_to_the_track_that_others_name() -> None:
+def test_a_primary_plot_is_associated_with_a_track_of_known_identity() -> None:
     rng = np.random.default_rng(7)
     radars: list[Radar] = three_radars()
     scene = make_scene(rng, radars, random_flights(rng, 6, 120.0))
@@ -197,7 +197,7 @@ def test_an_anonymous_plot_beside_one_of_an_implausible_address_is_used_too() ->
         np.flatnonzero(batch.track_number == number) for number in np.unique(batch.track_number)
     )
     known = first[batch.time_s[first] < batch.time_s[0] + 40.0]
-    # In one window: a plot with the address of the track, but far away, and one with none.
+    # In one window: a distant plot with the address of the track, and one without address.
     end_s = float(np.floor(batch.time_s[known].max())) + 1.0
     late = np.array([far[0], nameless[0]])
     rows = batch.select(np.concatenate([known, late]))

@@ -1,4 +1,4 @@
-"""Bearings in the service: tracks that live on without ranges, biases of direction finders."""
+"""Bearings in the engine: track maintenance without ranges, biases of direction finders."""
 
 from dataclasses import replace
 
@@ -48,7 +48,7 @@ def _after(tracks: pl.DataFrame, since_s: float) -> pl.DataFrame:
 
 @pytest.mark.parametrize("filter_name", ["two-stage", "imm"])
 @pytest.mark.parametrize("named", [True, False])
-def test_tracks_live_on_by_bearings(filter_name: str, named: bool) -> None:
+def test_tracks_are_maintained_by_bearings(filter_name: str, named: bool) -> None:
     """Three minutes without ranges: 300 m, and consistent errors, on bearings of 0.2°."""
     scene = bearing_scene.make(named=named)
     engine, tracks = _tracked(scene, filter_name=filter_name)
@@ -84,7 +84,7 @@ def test_the_cut_into_batches_leaves_no_trace(named: bool) -> None:
     assert whole.equals(pieces)
 
 
-def test_filters_that_take_no_bearings_count_them() -> None:
+def test_filters_without_bearings_count_them() -> None:
     scene = bearing_scene.make(seconds=40.0)
     engine, _ = _tracked(scene, filter_name="ci")
     bearings = scene.frame.filter(pl.col("kind") == "bearing")
@@ -107,8 +107,8 @@ def test_a_radar_may_lose_its_range_but_other_kinds_have_no_bearings() -> None:
     assert [RejectCode(code) for code in rejected.code] == [RejectCode.UNKNOWN_KIND]
 
 
-def test_a_track_that_is_not_observable_says_so() -> None:
-    """Ranges, then lines from three places, then one direction finder alone: live and offline."""
+def test_an_unobservable_track_is_reported() -> None:
+    """Ranges, then bearings from three sites, then one direction finder: live and offline."""
     scene = bearing_scene.make(seconds=300.0, jammed_s=100.0)
     alone = bearing_scene.START_S + 200.0
     frame = scene.frame.filter((pl.col("time_s") < alone) | (pl.col("sensor_id") == "df-1"))
@@ -149,14 +149,14 @@ def test_a_track_that_is_not_observable_says_so() -> None:
 
 
 @pytest.mark.parametrize("filter_name", ["two-stage", "imm"])
-def test_tracks_begin_by_bearings_of_two_places(filter_name: str) -> None:
+def test_tracks_are_initiated_by_bearings_from_two_sites(filter_name: str) -> None:
     """Two direction finders alone, azimuths of 0.2° and an unknown bias of 0.5°."""
     scene = bearing_scene.make(seconds=150.0, from_s=1000.0)
     engine, tracks = _tracked(scene, filter_name=filter_name)
     first = tracks.group_by("track_number").agg(pl.col("time_s").min(), pl.col("track_id"))
     assert sorted(first["track_number"].to_list()) == [0, 1, 2, 3, 4]
     assert tracks["track_id"].n_unique() == 5
-    # Five bearings of two finders that look every 2 s; the first crossing may wait for a geometry.
+    # Five bearings of two finders with a period of 2 s; the first fix may need a better geometry.
     assert (first["time_s"] - bearing_scene.START_S).max() < 20.0  # type: ignore[operator]
     distance, sigma = scene.errors(tracks)
     assert 0.2 < np.mean((distance / sigma) ** 2) < 1.5
@@ -166,7 +166,7 @@ def test_tracks_begin_by_bearings_of_two_places(filter_name: str) -> None:
     assert engine.counts["UNASSOCIATED"] < 0.1 * len(scene.frame)
 
 
-def test_one_direction_finder_begins_no_track() -> None:
+def test_one_direction_finder_initiates_no_track() -> None:
     scene = bearing_scene.make(seconds=60.0, from_s=1000.0)
     alone = replace(scene, frame=scene.frame.filter(pl.col("sensor_id") == "df-1"))
     engine, tracks = _tracked(alone)
@@ -174,7 +174,7 @@ def test_one_direction_finder_begins_no_track() -> None:
     assert engine.counts["UNASSOCIATED"] == len(alone.frame)
 
 
-def test_the_cut_into_batches_leaves_no_trace_where_bearings_begin_tracks() -> None:
+def test_initiation_by_bearings_does_not_depend_on_batches() -> None:
     scene = bearing_scene.make(seconds=60.0, from_s=20.0)
     _, whole = _tracked(scene)
     for rows in (1, 41):
@@ -182,8 +182,8 @@ def test_the_cut_into_batches_leaves_no_trace_where_bearings_begin_tracks() -> N
         assert whole.equals(pieces)
 
 
-def test_a_radar_that_lost_its_ranges_is_not_silent() -> None:
-    """Both radars give no range any more; one still has bearings, the other nothing."""
+def test_a_radar_without_ranges_is_not_silent() -> None:
+    """Both radars lose their ranges; one still has bearings, the other has no plots."""
     scene = bearing_scene.make(seconds=300.0, jammed_s=120.0)
     engine = Engine(TABLE, TrackingSettings())
     batch, _ = measurement_batch(scene.frame, TABLE)

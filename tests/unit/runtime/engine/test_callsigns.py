@@ -48,7 +48,7 @@ def test_a_track_has_the_last_received_callsign(scene: Scene) -> None:
     assert frame["callsign"].to_list() == callsigns
 
 
-def test_callsigns_are_no_evidence_for_which_plot_is_whose(scene: Scene) -> None:
+def test_callsigns_are_not_used_for_association(scene: Scene) -> None:
     silent = replace(scene, batch=scene.batch.without(("callsign",)))
     with_names, without = updates(scene, *NAMELESS), updates(silent, *NAMELESS)
     for field in fields(TrackUpdates):
@@ -70,7 +70,7 @@ def test_the_history_keeps_callsigns(scene: Scene) -> None:
     np.testing.assert_array_equal(table_of(TrackUpdates, rows_of(found)).callsign, found.callsign)
 
 
-def test_a_journal_from_before_there_were_callsigns_still_plays() -> None:
+def test_a_journal_without_callsigns_is_replayed() -> None:
     table = wire.sensor_table(sensors())
     now = pl.DataFrame([radar(callsign="KLM1"), radar()])
     stored = decode_rows(encode_rows(now))

@@ -1,4 +1,4 @@
-"""The engine: the same rows give the same bytes, and the truth is found."""
+"""The engine: reproducible output, and consistent tracks and biases."""
 
 from dataclasses import replace
 
@@ -29,7 +29,7 @@ FILTERS = ("two-stage", "imm", "joint", "blom", "blom-macro", "ci")
 
 
 def busy_scene(seed: int = 1, aircraft: int = 30, duration_s: float = 240.0) -> Scene:
-    """More rows an epoch than it takes to wake several workers."""
+    """More rows per epoch than the threshold for several workers."""
     rng = np.random.default_rng(seed)
     radars = [
         Radar(
@@ -85,7 +85,7 @@ def all_output(scene: Scene, settings: TrackingSettings) -> tuple[Engine, Engine
     return engine, EngineOutput(updates, last.biases, first.ended)
 
 
-def test_biases_are_found_within_their_sigma_and_tracks_within_theirs() -> None:
+def test_biases_and_tracks_are_consistent_with_their_sigmas() -> None:
     rng = np.random.default_rng(5)
     scene = make_scene(rng, three_radars(), random_flights(rng, 25, 600.0))
     engine, output = all_output(scene, TrackingSettings(acceleration_density=0.5))
@@ -111,14 +111,14 @@ def test_every_row_has_an_outcome(scene: Scene) -> None:
     assert output.updates.sequence.tolist() == list(range(1, taken + 1))
 
 
-def test_no_output_is_ever_not_a_number_but_an_unknown_height(scene: Scene) -> None:
+def test_no_output_is_nan_except_an_unknown_height(scene: Scene) -> None:
     _, output = all_output(scene, TrackingSettings())
     for column in ("latitude_rad", "longitude_rad", "speed_mps", "heading_rad",
                    "position_sigma_m", "velocity_sigma_mps"):  # fmt: skip
         assert np.isfinite(getattr(output.updates, column)).all(), column
 
 
-def test_aircraft_without_heights_are_tracked_with_an_honest_sigma() -> None:
+def test_aircraft_without_heights_are_tracked_with_a_consistent_sigma() -> None:
     rng = np.random.default_rng(6)
     flights = [Flight(0.0, 300.0, (20_000.0, 40_000.0, 150.0, -80.0), reports_height=False)]
     scene = make_scene(rng, three_radars(), flights)
@@ -132,9 +132,7 @@ def test_aircraft_without_heights_are_tracked_with_an_honest_sigma() -> None:
 
 @pytest.mark.parametrize("name", FILTERS)
 @pytest.mark.parametrize("count", [1, 2])
-def test_biases_seen_from_one_site_alone_keep_the_sigma_of_their_prior(
-    name: str, count: int
-) -> None:
+def test_biases_of_a_single_site_keep_the_sigma_of_their_prior(name: str, count: int) -> None:
     # One radar, or two on one mast, cannot observe the azimuth bias. A filter that relinearises at
     # every plot once estimated 700 m at a published sigma of 300 m.
     site = three_radars()[0]
@@ -150,7 +148,7 @@ def test_biases_seen_from_one_site_alone_keep_the_sigma_of_their_prior(
     np.testing.assert_allclose(output.biases.estimate[last], scene.sensors.prior_mean, atol=1e-12)
 
 
-def test_a_flush_says_the_biases_of_an_epoch_once(scene: Scene) -> None:
+def test_a_flush_publishes_the_biases_of_an_epoch_once(scene: Scene) -> None:
     engine = Engine(scene.sensors, TrackingSettings())
     half = len(scene.batch) // 2
     outputs = [
@@ -166,7 +164,7 @@ def test_a_flush_says_the_biases_of_an_epoch_once(scene: Scene) -> None:
 
 
 @pytest.mark.parametrize("name", FILTERS)
-def test_plots_without_height_say_nothing_of_the_biases(name: str) -> None:
+def test_plots_without_height_do_not_contribute_to_the_biases(name: str) -> None:
     rng = np.random.default_rng(7)
     flights = [Flight(0.0, 200.0, (20_000.0, 40_000.0, 150.0, -80.0), reports_height=False)]
     scene = make_scene(rng, three_radars(), flights)
@@ -178,7 +176,7 @@ def test_plots_without_height_say_nothing_of_the_biases(name: str) -> None:
 @pytest.mark.parametrize("name", FILTERS)
 def test_a_rejected_plot_does_not_change_the_uncertainty(name: str) -> None:
     # A rejected outlier once counted as a manoeuvre: the process noise rose three hundredfold, and
-    # the next outlier was believed.
+    # the next outlier was accepted.
     rng = np.random.default_rng(9)
     scene = make_scene(rng, three_radars(), random_flights(rng, 3, 300.0))
     settings = TrackingSettings(filter_name=name)
@@ -199,7 +197,7 @@ def test_a_rejected_plot_does_not_change_the_uncertainty(name: str) -> None:
     )
 
 
-def test_a_silent_track_ends_once_and_comes_back_as_another() -> None:
+def test_a_track_without_plots_is_dropped_once_and_reappears_as_a_new_one() -> None:
     scene = busy_scene(2, aircraft=1, duration_s=30.0)
     again = scene.batch.select(slice(None))
     object.__setattr__(again, "time_s", scene.batch.time_s + 1000.0)
@@ -210,7 +208,7 @@ def test_a_silent_track_ends_once_and_comes_back_as_another() -> None:
     assert [i for output in outputs for i in output.ended.track_id.tolist()] == [1]
 
 
-def test_flush_twice_says_nothing_new_of_tracks(scene: Scene) -> None:
+def test_a_second_flush_has_no_track_output(scene: Scene) -> None:
     engine = Engine(scene.sensors, TrackingSettings())
     engine.push(scene.batch)
     engine.flush()
@@ -228,7 +226,7 @@ def test_a_number_of_workers_out_of_bounds_is_rejected(workers: int) -> None:
         Engine(busy_scene(aircraft=1, duration_s=5.0).sensors, TrackingSettings(), workers)
 
 
-def test_plots_without_identity_are_counted_and_used_by_none_where_identity_alone_counts() -> None:
+def test_plots_without_identity_are_counted_and_not_used_with_association_by_identity() -> None:
     scene = busy_scene(3, aircraft=1, duration_s=10.0)
     engine = Engine(scene.sensors, TrackingSettings(association="identity"))
     engine.push(batch_of([1.0, 2.0], track_number=[-1, -1]))
@@ -237,7 +235,7 @@ def test_plots_without_identity_are_counted_and_used_by_none_where_identity_alon
 
 
 def drifting_scene(seed: int) -> Scene:
-    """Radars that turn in a second, with biases that walk by 1 m and 0.02 degrees in a second."""
+    """Radars with a scan period of 1 s, and biases that drift by 1 m and 0.02° per √s."""
     rng = np.random.default_rng(seed)
     drifts = {PARAMETER_RANGE_OFFSET: 1.0, PARAMETER_AZIMUTH_OFFSET: float(np.radians(0.02))}
     radars = [replace(radar, drifts=drifts, rotation_s=1.0) for radar in three_radars()]
@@ -271,19 +269,19 @@ def drifted(seed: int) -> tuple[float, list[float]]:
 
 
 @pytest.mark.slow
-def test_biases_that_drift_much_within_an_epoch_keep_an_honest_sigma(
+def test_biases_with_large_drift_within_an_epoch_have_a_consistent_sigma(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     found = [drifted(seed) for seed in range(8)]
     # 48 degrees of freedom, and many that are not independent.
     assert 0.6 < np.mean([whole for whole, _ in found]) < 1.5
     assert 0.6 < np.mean([ends for _, ends in found]) < 1.4
-    # With one step an epoch, as if the drift were small, they do not.
+    # With one step per epoch, as for small drift, they do not.
     monkeypatch.setattr(shared_biases, "drift_steps", lambda *_: 1)
     assert np.mean([drifted(seed)[0] for seed in range(8)]) > 1.8
 
 
-def test_the_sigma_at_the_end_of_an_epoch_includes_the_walk_since_the_last_plots() -> None:
+def test_the_sigma_at_the_end_of_an_epoch_includes_the_drift_since_the_last_plots() -> None:
     scene, epoch_s = drifting_scene(2), TrackingSettings().epoch_s
     early = np.flatnonzero(scene.batch.time_s % epoch_s < 0.25)
     engine = Engine(scene.sensors, TrackingSettings())
@@ -312,7 +310,7 @@ def test_an_estimate_without_a_latitude_is_counted_and_not_published(
     assert output.updates.sequence.tolist() == list(range(1, len(output.updates) + 1))
 
 
-def test_what_is_known_of_drifting_biases_holds_from_the_first_measurement() -> None:
+def test_the_prior_of_drifting_biases_holds_at_the_first_measurement() -> None:
     """Not from second 0 of the day: hours of drift would have passed by the first."""
     radar = replace(three_radars()[0], drifts={PARAMETER_RANGE_OFFSET: 20.0})
     flight = Flight(0.0, 20.0, (2e4, 3e4, 150.0, 80.0))

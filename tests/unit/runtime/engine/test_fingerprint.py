@@ -20,7 +20,7 @@ def test_the_same_configuration_has_the_same_fingerprint() -> None:
     )
 
 
-def test_settings_sensors_and_admission_count() -> None:
+def test_settings_sensors_and_admission_change_it() -> None:
     table = sensors()
     moved = replace(table, latitude_rad=table.latitude_rad + 1e-12)
     known_bias = table.known_bias.copy()
@@ -35,13 +35,13 @@ def test_settings_sensors_and_admission_count() -> None:
     assert len(found) == 5
 
 
-def test_rules_count(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_rules_change_it(monkeypatch: pytest.MonkeyPatch) -> None:
     before = configuration_fingerprint(sensors(), SETTINGS)
     monkeypatch.setattr(fingerprint, "OUTPUT_RULES", fingerprint.OUTPUT_RULES + 1)
     assert configuration_fingerprint(sensors(), SETTINGS) != before
 
 
-def test_the_processor_that_fuses_products_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_processor_with_fused_multiply_add_changes_it(monkeypatch: pytest.MonkeyPatch) -> None:
     before = configuration_fingerprint(sensors(), SETTINGS)
     monkeypatch.setattr(fingerprint, "compilation_target", lambda: "another")
     assert configuration_fingerprint(sensors(), SETTINGS) != before

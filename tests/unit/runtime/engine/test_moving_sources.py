@@ -1,4 +1,4 @@
-"""Bearings of sources that move, and elevations, in the tracker."""
+"""Bearings of moving sensors, and elevations, in the tracker."""
 
 import numpy as np
 import polars as pl
@@ -57,7 +57,7 @@ def late(tracks: pl.DataFrame, since_s: float) -> pl.DataFrame:
 
 
 @pytest.mark.parametrize("filter_name", FILTERS)
-def test_a_source_that_out_manoeuvres_a_straight_target_finds_it_alone(filter_name: str) -> None:
+def test_a_single_moving_sensor_locates_a_straight_target_by_manoeuvring(filter_name: str) -> None:
     rng = np.random.default_rng(1)
     frame = seen(FLYING, FAR, 1, times(400.0), rng, source=CIRCLING)
     _, tracks = tracked(frame, WELL_ALIGNED, filter_name=filter_name)
@@ -69,8 +69,8 @@ def test_a_source_that_out_manoeuvres_a_straight_target_finds_it_alone(filter_na
     assert np.mean((distance / sigma) ** 2) < 2.0
 
 
-def test_a_source_that_flies_as_straight_as_its_target_begins_no_track() -> None:
-    """Targets twice as far and twice as fast would be seen at the same azimuths."""
+def test_a_moving_sensor_in_straight_flight_initiates_no_track() -> None:
+    """Targets at twice the distance and speed have the same azimuths."""
     rng = np.random.default_rng(1)
     frame = seen(FLYING, FAR, 1, times(200.0), rng, source=STRAIGHT)
     engine, tracks = tracked(frame, WELL_ALIGNED)
@@ -80,8 +80,10 @@ def test_a_source_that_flies_as_straight_as_its_target_begins_no_track() -> None
 
 @pytest.mark.parametrize("filter_name", FILTERS)
 @pytest.mark.parametrize("named", [True, False])
-def test_a_moving_source_keeps_a_track_that_a_radar_began(filter_name: str, named: bool) -> None:
-    """Ranges and bearings of a moving source in one track; then the bearings alone."""
+def test_a_moving_sensor_maintains_a_track_initiated_by_a_radar(
+    filter_name: str, named: bool
+) -> None:
+    """Ranges and bearings of a moving sensor in one track; then the bearings alone."""
     rng = np.random.default_rng(2)
     number = 1 if named else None
     frame = together(
@@ -94,13 +96,13 @@ def test_a_moving_source_keeps_a_track_that_a_radar_began(filter_name: str, name
     assert after["track_id"].n_unique() == 1
     assert len(after) > 95
     distance, sigma = moving_scene.errors(after, TARGET)
-    # Biases of 0.5° beforehand are 0.3 km at 35 km, and the lines cross flatly for a while.
+    # Prior biases of 0.5° are 0.3 km at 35 km, and the crossing angles are small for a while.
     assert np.sqrt(np.mean(distance**2)) < 800.0
     assert 0.05 < np.mean((distance / sigma) ** 2) < 2.0
     assert engine.counts["UNASSOCIATED"] <= 5
 
 
-def test_the_azimuth_bias_of_a_moving_source_is_estimated() -> None:
+def test_the_azimuth_bias_of_a_moving_sensor_is_estimated() -> None:
     """It is independent of the sensor's position, and observable from the radar's plots."""
     rng = np.random.default_rng(3)
     parts = []
@@ -120,14 +122,14 @@ def test_the_azimuth_bias_of_a_moving_source_is_estimated() -> None:
 
 
 @pytest.mark.parametrize("filter_name", FILTERS)
-def test_an_elevation_and_a_height_are_a_distance(filter_name: str) -> None:
-    """One direction finder that stands still, with Mode C: a track; without: none."""
+def test_an_elevation_and_a_height_determine_the_distance(filter_name: str) -> None:
+    """One fixed direction finder, with Mode C: a track; without: none."""
     rng = np.random.default_rng(4)
     frame = seen(FIXED, TARGET, 1, times(200.0), rng, elevations=True, heights=True)
     _, tracks = tracked(frame, WELL_ALIGNED, filter_name=filter_name)
     assert tracks["track_id"].n_unique() == 1
     distance, sigma = moving_scene.errors(late(tracks, 20.0), TARGET)
-    # At 20 to 40 km an elevation of 0.2° is wrong by 0.2 to 0.6 km of range.
+    # At 20 to 40 km an elevation error of 0.2° is 0.2 to 0.6 km of range.
     assert np.sqrt(np.mean(distance**2)) < 700.0
     assert 0.2 < np.mean((distance / sigma) ** 2) < 2.0
     _, none = tracked(frame.with_columns(height_m=pl.lit(None, pl.Float64)), WELL_ALIGNED)
@@ -154,7 +156,7 @@ def test_elevations_determine_the_height_of_an_aircraft_without_mode_c(filter_na
 
 
 @pytest.mark.parametrize("named", [True, False])
-def test_the_cut_into_batches_and_the_workers_leave_no_trace(named: bool) -> None:
+def test_output_with_moving_sensors_depends_neither_on_batches_nor_on_workers(named: bool) -> None:
     rng = np.random.default_rng(6)
     other = Path((-20e3, 30e3), (120.0, 60.0), height_m=7000.0)
     parts = []
@@ -172,7 +174,7 @@ def test_the_cut_into_batches_and_the_workers_leave_no_trace(named: bool) -> Non
     assert whole.equals(pieces)
 
 
-def test_filters_without_bearings_count_elevations_and_moving_sources_as_unsupported() -> None:
+def test_filters_without_bearings_count_elevations_and_moving_sensors_as_unsupported() -> None:
     rng = np.random.default_rng(7)
     frame = together(
         seen(RADAR, TARGET, 1, np.arange(0.0, 40.0, 5.0), rng, heights=True),
@@ -184,7 +186,7 @@ def test_filters_without_bearings_count_elevations_and_moving_sources_as_unsuppo
 
 
 def test_a_scenario_without_ranges_is_tracked() -> None:
-    """Fifteen aircraft, half without heights, biases of 0.3° to 0.4°: all of them, once each."""
+    """Fifteen aircraft, half without heights, biases of 0.3° to 0.4°: one track for each."""
     scene = builtin_scenario("bearings-only")
     observation = observe(scene, np.random.default_rng(scene.seed))
     table = sensor_table(parse_sensors(sensors_text(scene)))

@@ -1,4 +1,4 @@
-"""Forecasts by a polynomial as the service makes them."""
+"""Polynomial forecasts of the service."""
 
 import numpy as np
 import pytest
@@ -42,7 +42,7 @@ def view() -> LiveView:
 
 
 @pytest.mark.parametrize("number", [TURNING, REPORTING])
-def test_a_straight_flight_goes_on_on_the_earth(view: LiveView, number: int) -> None:
+def test_a_straight_flight_is_extrapolated_on_the_earth(view: LiveView, number: int) -> None:
     points = forecast(view, number, 10.0, 5.0, 0.9, POLYNOMIAL)
     assert points is not None
     assert len(points) == 3
@@ -55,12 +55,12 @@ def test_a_straight_flight_goes_on_on_the_earth(view: LiveView, number: int) -> 
         east, north = PLANE.to_plane(*place)
         truth = flown(number, np.array([point["time_s"] - START_S]))
         off = np.hypot(east - truth[0][0], north - truth[1][0])
-        # Three sigmas of the place, of which there are two components.
+        # Three sigmas of the position, which has two components.
         assert off < 3.0 * made.position_sigma_m
         assert made.position_sigma_m < 1000.0
 
 
-def test_it_begins_at_the_data_time_of_now_as_others_do(view: LiveView) -> None:
+def test_it_starts_at_the_present_data_time_as_other_methods(view: LiveView) -> None:
     times = [
         [point["time_s"] for point in forecast(view, TURNING, 10.0, 5.0, 0.9, by) or []]
         for by in (POLYNOMIAL, FILTER)

@@ -81,12 +81,12 @@ def test_a_gap_is_reported_as_coasting_and_resumed(
     last_s = found.last_update_s[mine] - first_s
     assert np.isnan(last_s[0])
     assert 112.0 < last_s[2] == last_s[3] <= 120.0
-    # Noticed when the epoch after opened.
+    # Detected when the next epoch opened.
     assert 15.0 < coasting - last_s[2] < 15.0 + settings.epoch_s
 
 
 @pytest.mark.parametrize("settings", [KNOWN, NAMELESS])
-def test_a_track_that_fell_silent_ended_for_that(settings: TrackingSettings) -> None:
+def test_a_track_without_plots_ends_as_silent(settings: TrackingSettings) -> None:
     scene = seen(replace(STRAIGHT, end_s=60.0), OTHER)
     found, ended, _ = tracked(scene.batch, scene, settings)
     (track,) = ended.track_id.tolist()
@@ -140,7 +140,7 @@ def test_a_merged_track_names_the_remaining_one() -> None:
 
 
 @pytest.mark.parametrize("settings", [KNOWN, NAMELESS])
-def test_the_steps_do_not_depend_on_batches_and_never_go_back(settings: TrackingSettings) -> None:
+def test_transitions_do_not_depend_on_batches_and_are_in_order(settings: TrackingSettings) -> None:
     rng = np.random.default_rng(8)
     radars = [replace(radar, detection=0.8) for radar in three_radars()]
     scene = make_scene(rng, radars, random_flights(rng, 20, 200.0, lives_differ=True))

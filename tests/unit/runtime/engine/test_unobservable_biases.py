@@ -1,4 +1,4 @@
-"""The engine says which biases its sensors could not show, and shows those that an anchor gives."""
+"""The engine reports unobservable biases; an anchor makes them observable."""
 
 from dataclasses import replace
 
@@ -51,7 +51,7 @@ def test_biases_of_two_radars_at_one_site_are_unobservable(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", EXACT)
-def test_two_radars_close_to_each_other_do_not_show_what_is_common_to_them(name: str) -> None:
+def test_common_biases_of_two_close_radars_are_unobservable(name: str) -> None:
     first = three_radars()[0]
     near = replace(first, identifier="A2", latitude_deg=first.latitude_deg + 0.011)
     scene = scene_of([first, near], duration_s=60.0)
@@ -65,7 +65,7 @@ def test_two_radars_close_to_each_other_do_not_show_what_is_common_to_them(name:
 
 
 @pytest.mark.parametrize("name", EXACT)
-def test_three_radars_show_all(name: str) -> None:
+def test_biases_of_three_radars_are_observable(name: str) -> None:
     scene = scene_of(three_radars())
     unobservable, engine = tracked(name, scene, scene.batch)
     assert unobservable == ()

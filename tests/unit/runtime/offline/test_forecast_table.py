@@ -1,4 +1,4 @@
-"""Forecasts in the table are those that a service gives of the same measurements."""
+"""Forecasts in the table equal those of a service for the same measurements."""
 
 import numpy as np
 import polars as pl
@@ -19,7 +19,7 @@ from support.scenarios.scenes import Scene, make_scene, random_flights, three_ra
 pytestmark = pytest.mark.slow
 
 DURATION_S = 300.0
-#: All samples fall on ends of epochs; the last epoch that is full ends here.
+#: All samples are at ends of epochs; the last complete epoch ends here.
 END_S = 296.0
 
 
@@ -50,15 +50,15 @@ def test_the_table_does_not_depend_on_batches(filter_name: str) -> None:
     assert whole["calibrated"].any()
     assert not whole["calibrated"].all()
     apart_s = whole.filter(horizon_s=10.0).group_by("track_id").agg(pl.col("made_s").diff().min())
-    # A track is forecast once in a sample, at its last update: a turn of 4 s sooner or later.
+    # A track is forecast once in a sample, at its last update: a scan of 4 s earlier or later.
     assert apart_s["made_s"].min() > 4.0  # type: ignore[operator]
 
 
-def test_forecasts_are_as_far_apart_as_asked_for() -> None:
+def test_forecasts_have_the_requested_interval() -> None:
     scene, settings = _scene(), TrackingSettings()
     often, rare = (_table(scene, settings, 500, every_s) for every_s in (8.0, 60.0))
     assert len(often) > 5 * len(rare) > 0
-    # What is learnt is the same, however many forecasts are written.
+    # The calibration is the same for any number of forecasts written.
     keys = ["track_id", "made_s", "horizon_s"]
     assert rare.join(often, on=keys).height == rare.height
     assert rare.equals(often.join(rare.select(keys), on=keys, how="semi"))

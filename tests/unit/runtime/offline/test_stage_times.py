@@ -1,4 +1,4 @@
-"""Each moment of a run counts to one stage."""
+"""The time of a run is attributed to exactly one stage."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -11,7 +11,7 @@ from multiradar.clock import FixedClock, SystemClock
 from multiradar.runtime.offline.stage_times import StageTimes
 
 
-def test_a_stage_within_another_counts_apart() -> None:
+def test_a_nested_stage_counts_separately() -> None:
     clock = FixedClock(100.0)
     stages = StageTimes(clock, 98.0)
     clock.advance(1.0)
@@ -52,7 +52,7 @@ def test_a_stage_ends_with_an_error() -> None:
     assert stages.seconds()["starting"] == 1.0
 
 
-def test_items_calls_and_entering_count_and_what_is_done_with_them_does_not() -> None:
+def test_producing_calling_and_entering_count_and_their_use_does_not() -> None:
     clock = FixedClock()
     stages = StageTimes(clock)
 
@@ -75,7 +75,7 @@ def test_items_calls_and_entering_count_and_what_is_done_with_them_does_not() ->
     assert (found["reading"], found["starting"], found["ASTERIX"]) == (120.0, 2.0, 5.0)
 
 
-def test_compilation_is_noticed() -> None:
+def test_compilation_is_counted() -> None:
     double = cast(Callable[[float], float], njit(lambda x: 2.0 * x))
     stages = StageTimes(SystemClock())
     with stages.listening():
