@@ -151,5 +151,5 @@ def test_an_unresolved_plot_of_two_aircraft_causes_no_track_swap() -> None:
 @pytest.mark.parametrize("name", ["blom", "blom-macro", "ci", "joint"])
 def test_a_filter_that_cannot_share_plots_is_rejected(name: str) -> None:
     table, _, _ = made("unresolved", 1)
-    with pytest.raises(ConfigurationError, match="two-stage or imm where the association is prob"):
+    with pytest.raises(ConfigurationError, match="two-stage or imm with probabilistic association"):
         Engine(table, replace(SHARED, filter_name=name))
