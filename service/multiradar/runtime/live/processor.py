@@ -195,7 +195,9 @@ class Processor:
                 # The last entries may be among the skipped ones.
                 self.processed = self._journal.counts().entries if until is None else until
                 return
-        raise PipelineError(f"the engine fails on more than {POISON_ENTRIES_MAX} entries")
+        raise PipelineError(
+            f"the engine failed on more than {POISON_ENTRIES_MAX} journal entries; see the log"
+        )
 
     # The journal in groups for the engine, without skipped entries.
     def _stored(self, until: int | None, rows_max: int) -> Iterator[list[Journalled]]:

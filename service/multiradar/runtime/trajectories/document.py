@@ -79,8 +79,8 @@ def require_tracks(bundle: Bundle) -> None:
         return
     expected = f"expected three plots {TRIPLE_APART_S:g} s and {TRIPLE_APART_M:g} m apart on an arc"
     if bundle.plots < _TRIPLE:
-        raise TrajectoryError("TOO_FEW_PLOTS", f"{expected}, was {bundle.plots} plots")
-    raise TrajectoryError("NO_TRIPLE", f"{expected}, was none among the last {bundle.plots} plots")
+        raise TrajectoryError("TOO_FEW_PLOTS", f"{expected}, has {bundle.plots} plots")
+    raise TrajectoryError("NO_TRIPLE", f"{expected}, found none in the last {bundle.plots} plots")
 
 
 # Segments start within the window; those that end before it are omitted.
