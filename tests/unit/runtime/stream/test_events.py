@@ -111,7 +111,7 @@ def test_events_are_encoded_once_and_only_when_read() -> None:
     assert encoded == [1]
 
 
-def test_a_wake_up_is_called_once_for_each_sleep() -> None:
+def test_each_sleep_has_one_wake_up() -> None:
     ring, woken = EventRing(100), []
     subscription = ring.subscribe(None, 100)
     subscription.set_wakeup(lambda: woken.append(ring.head))
