@@ -14,8 +14,13 @@ from multiradar.geodesy.stereographic import StereographicPlane
 from multiradar.runtime.asterix.channel import Channel, ChannelOptions
 from multiradar.runtime.asterix.cycles import Cycles
 from multiradar.tracking.input.measurements import MeasurementBatch
-from multiradar.tracking.outputs import BiasRecords, EndedTracks, EngineOutput, TrackUpdates
-from multiradar.tracking.plots import TrackPlots
+from multiradar.tracking.outputs import (
+    BiasRecords,
+    EndedTracks,
+    EngineOutput,
+    TrackPlots,
+    TrackUpdates,
+)
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_converters.asterix.writing.encoding import blocks
 from multiradar_converters.asterix.writing.senders import Sender

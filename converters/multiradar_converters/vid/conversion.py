@@ -14,6 +14,7 @@ import errno
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,6 @@ from multiradar_converters.vid.fields import Table
 from multiradar_converters.vid.naming import NamedPlots, PlotNamer
 from multiradar_converters.vid.numbering import Numbering
 from multiradar_converters.vid.options import Options
-from multiradar_converters.vid.prefetch import prefetch
 from multiradar_converters.vid.records import (
     NAMING_WORDS,
     PLOT_WORDS,
@@ -73,6 +73,8 @@ _DISK_FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS})
 
 _NUMBERS_MAX = 1 << 31
 _SENSOR_BITS = 31
+
+Item = TypeVar("Item")
 
 
 def convert(
@@ -416,3 +418,24 @@ def _repeated(named: NamedPlots) -> int:
         return 0
     ordered = candidates[np.lexsort(candidates.T)]
     return int((ordered[1:] == ordered[:-1]).all(axis=1).sum())
+
+
+def prefetch(items: Iterator[Item], pool: Executor) -> Iterator[Item]:
+    """Yield the items, each computed in another thread while the previous one is in use.
+
+    Parameters
+    ----------
+    items : iterator
+        Must not be used elsewhere.
+    pool : Executor
+        Must have a free thread.
+
+    Yields
+    ------
+    item
+        In order; exceptions of the iterator are raised here.
+    """
+    waiting = pool.submit(next, items, None)
+    while (item := waiting.result()) is not None:
+        waiting = pool.submit(next, items, None)
+        yield item

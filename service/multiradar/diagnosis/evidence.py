@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking.input.measurements import MeasurementBatch
-from multiradar.tracking.outputs import STATE_CONFIRMED, EngineOutput
-from multiradar.tracking.plots import TrackPlots
+from multiradar.tracking.outputs import STATE_CONFIRMED, EngineOutput, TrackPlots
 from multiradar.wire import Rejected
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 

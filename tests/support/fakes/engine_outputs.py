@@ -14,10 +14,10 @@ from multiradar.tracking.outputs import (
     EndedTracks,
     EngineOutput,
     StateSample,
+    TrackPlots,
     TrackStates,
     TrackUpdates,
 )
-from multiradar.tracking.plots import TrackPlots
 
 Columns = TypeVar("Columns", TrackUpdates, MeasurementBatch)
 

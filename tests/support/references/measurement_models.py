@@ -10,8 +10,7 @@ from multiradar.estimation.measurement.linearised import cartesian_plot
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy import _kernels as kernels
 from multiradar.geodesy.system_plane import SystemPlane
-from support.references.bias_matrix import bias_matrix
-from support.references.linearised import cartesian_bias_matrix, cartesian_noise
+from support.references.linearised import bias_matrix, cartesian_bias_matrix, cartesian_noise
 from support.references.reference_filters import Linearised, Observation
 from support.scenarios.scenes import flat_sites
 

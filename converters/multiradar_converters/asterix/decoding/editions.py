@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from multiradar_converters.asterix.framing.containers import Blocks
-from multiradar_converters.asterix.layout import _kernels
+from multiradar_converters.asterix.layout import _block_kernels, _kernels
 from multiradar_converters.asterix.layout.catalogue import layout_of, layouts_of
 from multiradar_converters.asterix.layout.columns import Columns, Integers
 from multiradar_converters.asterix.layout.notation import Layout
@@ -131,7 +131,7 @@ def source_name(source: Source) -> str:
 def sources_of(blocks: Blocks) -> Integers:
     """Return the source of the first record of each block, -1 for none."""
     sources = np.empty(len(blocks.begins), dtype=np.int64)
-    _kernels.read_sources(blocks.data, blocks.begins + 3, blocks.ends, sources)
+    _block_kernels.read_sources(blocks.data, blocks.begins + 3, blocks.ends, sources)
     return sources
 
 

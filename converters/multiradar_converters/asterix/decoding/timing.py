@@ -10,7 +10,7 @@ from multiradar_converters.asterix.decoding.clocks import Marks, times_of
 from multiradar_converters.asterix.decoding.gathering import Gathered, Rows
 from multiradar_converters.asterix.decoding.services import Services, antenna_period_s
 from multiradar_converters.asterix.decoding.targets import Targets
-from multiradar_converters.asterix.layout import _kernels
+from multiradar_converters.asterix.layout import _block_kernels
 from multiradar_converters.asterix.layout.columns import Flags, Integers, Numbers
 from multiradar_converters.vid.times import TimeUnwrapper, agreed_start, begins_before_midnight
 
@@ -128,7 +128,7 @@ def timed(gathered: Gathered, rows: Rows, kind: Integers, targets: Targets, mark
         marks=marks,
     )
     same = np.empty(len(kind), dtype=np.int64)
-    _kernels.hash_records(gathered.blocks.data, rows.begin, rows.end, same)
+    _block_kernels.hash_records(gathered.blocks.data, rows.begin, rows.end, same)
     return Timed(rows, kind, replace(targets, time_s=time_s), targets.time_s, origin, same)
 
 

@@ -1,7 +1,8 @@
 """Compiled splitting of datagrams into blocks."""
 
 from multiradar_compiled.kernels import loop
-from multiradar_converters.asterix.layout._kernels import Octets, Places, Words, split_blocks
+from multiradar_converters.asterix.layout._block_kernels import split_blocks
+from multiradar_converters.asterix.layout._kernels import Octets, Places, Words
 
 # Minimum octets of a valid block.
 _BLOCK_OCTETS_MIN = 4

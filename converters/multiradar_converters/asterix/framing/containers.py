@@ -26,7 +26,7 @@ from multiradar_converters.asterix.framing.datagrams import (
     split_datagrams,
 )
 from multiradar_converters.asterix.framing.replay_file import is_replay_file, read_replay_file
-from multiradar_converters.asterix.layout import _kernels
+from multiradar_converters.asterix.layout import _block_kernels
 from multiradar_converters.asterix.layout.program import catalogue
 from multiradar_converters.errors import LayoutError
 
@@ -228,7 +228,7 @@ def split(
     starts = np.empty(known.nodes_max, dtype=np.int32)
     found, gaps = [], []
     while at < len(data):
-        count, gap_count, at = _kernels.split_blocks(
+        count, gap_count, at = _block_kernels.split_blocks(
             data,
             at,
             trailer,

@@ -162,7 +162,7 @@ def program_of(layout: Layout) -> Program:
 
 @dataclass(frozen=True)
 class Catalogue:
-    """All layouts as arrays for `_kernels.split_blocks`, which describes them."""
+    """All layouts as arrays for `_block_kernels.split_blocks`, which describes them."""
 
     nodes: NDArray[np.int64]
     profiles: NDArray[np.int64]

@@ -17,8 +17,7 @@ from multiradar.runtime.asterix.channel import Channel
 from multiradar.runtime.asterix.sensor_picture import SensorPicture
 from multiradar.runtime.asterix.track_picture import TrackPicture
 from multiradar.tracking.input.order import RELEASE_STEP_S
-from multiradar.tracking.outputs import EngineOutput
-from multiradar.tracking.plots import TrackPlots
+from multiradar.tracking.outputs import EngineOutput, TrackPlots
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_converters.asterix.writing.status_reports import SERVICE_ENDED
 

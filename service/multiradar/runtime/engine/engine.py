@@ -52,12 +52,12 @@ from multiradar.tracking.outputs import (
     EngineOutput,
     Picture,
     StateSample,
+    TrackPlots,
     TrackStates,
     TrackTransitions,
     TrackUpdates,
 )
 from multiradar.tracking.plausibility.plausibility import Plausibility, PlausibilityWindow
-from multiradar.tracking.plots import TrackPlots
 from multiradar.tracking.pool import AircraftPool
 from multiradar.tracking.roster import RowIdentities
 from multiradar.tracking.settings import TrackingSettings

@@ -14,7 +14,7 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_TIME_OFFSET,
 )
 from multiradar.geodesy import _kernels as kernels
-from support.references.bias_matrix import bias_matrix
+from support.references.linearised import bias_matrix
 
 PLANE = kernels.plane_parameters(0.98, 1.06)
 SITE = kernels.site_parameters(PLANE, 0.985, 1.05, 300.0)

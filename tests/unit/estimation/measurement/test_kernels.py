@@ -11,7 +11,7 @@ from multiradar.estimation.measurement.linearised import cartesian_plot
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES
 from multiradar.geodesy._kernels import plane_parameters, predict_polar, site_parameters
 from support.kernels import plain
-from support.references.bias_matrix import bias_matrix
+from support.references.linearised import bias_matrix
 from support.references.measurement_models import FlatCartesian, FlatPolar
 from support.references.reference_filters import Observation
 from support.references.unknown_height import range_variance

@@ -4,7 +4,7 @@ import numpy as np
 
 from multiradar.estimation.measurement.known_biases import Measured, without_known_biases
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET
-from support.references.bias_matrix import bias_matrix
+from support.references.linearised import bias_matrix
 
 KNOWN = np.array([[250.0, -0.02, 0.001, 0.5]])
 SLANT, AZIMUTH, TIME = 9e4, 1.25, 100.0
