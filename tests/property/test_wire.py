@@ -1,4 +1,4 @@
-"""A batch and the table it came from say the same, and every row is taken or refused."""
+"""A batch equals the table it came from, and every row is accepted or rejected."""
 
 from typing import Any
 
@@ -24,14 +24,14 @@ ROWS = st.builds(
     },
     st.sampled_from([radar(), adsb(), radar(kind="bearing"), adsb(kind="mlat"), radar(kind="x")]),
     st.dictionaries(st.sampled_from(NUMBERS), ODD, max_size=1),
-    st.sampled_from(["41-10", "adsb", "finder", "nobody"]),
+    st.sampled_from(["41-10", "adsb", "finder", "unknown"]),
     st.none() | st.sampled_from(["0000", "7777", "7778"]),
     st.none() | st.integers(-1, 2**63 - 1),
 )
 
 
 @given(st.lists(ROWS, max_size=8))
-def test_every_row_is_taken_or_refused_and_keeps_its_values(rows: list[dict[str, Any]]) -> None:
+def test_every_row_is_accepted_or_rejected_and_keeps_its_values(rows: list[dict[str, Any]]) -> None:
     frame = pl.DataFrame(rows, schema=MEASUREMENT_SCHEMA)
     batch, rejected = measurement_batch(frame, TABLE)
     kept = [row for number, row in enumerate(rows) if number not in set(rejected.index.tolist())]
@@ -52,10 +52,10 @@ def test_every_row_is_taken_or_refused_and_keeps_its_values(rows: list[dict[str,
 @given(st.lists(ROWS, max_size=8), st.integers(0, 8))
 def test_the_way_a_table_is_cut_does_not_matter(rows: list[dict[str, Any]], cut: int) -> None:
     frame = pl.DataFrame(rows, schema=MEASUREMENT_SCHEMA)
-    whole, refused = measurement_batch(frame, TABLE)
-    first, first_refused = measurement_batch(frame[:cut], TABLE)
-    second, second_refused = measurement_batch(frame[cut:], TABLE)
+    whole, rejected = measurement_batch(frame, TABLE)
+    first, first_rejected = measurement_batch(frame[:cut], TABLE)
+    second, second_rejected = measurement_batch(frame[cut:], TABLE)
     assert whole.time_s.tolist() == [*first.time_s.tolist(), *second.time_s.tolist()]
-    assert refused.reason == first_refused.reason + second_refused.reason
-    moved = [*first_refused.index.tolist(), *(second_refused.index + len(frame[:cut])).tolist()]
-    assert refused.index.tolist() == moved
+    assert rejected.reason == first_rejected.reason + second_rejected.reason
+    moved = [*first_rejected.index.tolist(), *(second_rejected.index + len(frame[:cut])).tolist()]
+    assert rejected.index.tolist() == moved

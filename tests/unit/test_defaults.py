@@ -1,7 +1,7 @@
 """Defaults and bounds of settings, options and parameters change on purpose only.
 
-Whoever changes one changes its line in `tests/golden/defaults.txt`, too, and tells users of it in
-the changelog.
+A change of one changes its line in `tests/golden/defaults.txt`, too, and has an entry in the
+changelog.
 """
 
 from typing import TYPE_CHECKING

@@ -39,12 +39,12 @@ def test_a_failure_is_reported_with_its_seed_and_can_be_repeated(
     write_property(folder, "% 97 != 5")
     assert fuzzing.fuzz(folder, 1e6, seed=1) == pytest.ExitCode.TESTS_FAILED
     out = capfd.readouterr().out
-    printed = re.search(r"to repeat: (pytest .* --hypothesis-seed=(\d+)) '.*test_it.py::", out)
-    assert printed is not None, out
-    assert f"seed {printed[2]}, " in out
+    shown = re.search(r"to repeat: (pytest .* --hypothesis-seed=(\d+)) '.*test_it.py::", out)
+    assert shown is not None, out
+    assert f"seed {shown[2]}, " in out
     example = re.search(r"number=\d+", out)
     assert example is not None
-    command = [sys.executable, "-m", *printed[1].split(), "test_it.py"]
+    command = [sys.executable, "-m", *shown[1].split(), "test_it.py"]
     again = subprocess.run(
         command, cwd=folder, capture_output=True, text=True, check=False, timeout=WAIT_TIMEOUT_S
     )

@@ -1,4 +1,4 @@
-"""The scenes are what they say: else everything judged by them is judged wrongly."""
+"""The scenarios are as specified, since other tests evaluate the tracker by them."""
 
 from dataclasses import replace
 
