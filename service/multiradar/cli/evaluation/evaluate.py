@@ -313,6 +313,7 @@ def _evaluated(
     from multiradar.cli.evaluation.inputs import read_biases, read_forecasts, read_tracks
     from multiradar.evaluation.card.figures import figures_of
     from multiradar.evaluation.overlap import check_matched, outside, rarely_matched
+    from multiradar.evaluation.reference_checks import clock_offset, height_unit, shared_sensors
     from multiradar.evaluation.scorecard import evaluate as evaluate_tracks
 
     known = chosen.read(tracks, settings)
@@ -330,6 +331,8 @@ def _evaluated(
     sentences = outside(evaluated, known.reference, settings.gate_m) or rarely_matched(
         card.instants.track_of, settings.gate_m
     )
+    sentences += clock_offset(evaluated, card.errors) + height_unit(evaluated, card.errors)
+    sentences += shared_sensors(evaluated, known.reporters)
     for sentence in sentences:
         print(f"multiradar: {sentence}", file=sys.stderr)
     what: Figures = {"kind": known.kind, "path": str(known.path), **known.claimed}

@@ -60,6 +60,8 @@ class Known:
         The true biases, and their name in error messages.
     claimed : dict of str to float or str
         Inputs and reported accuracy of an estimated reference.
+    reporters : tuple of str
+        Sensors whose reports are the reference.
     """
 
     kind: str
@@ -68,6 +70,7 @@ class Known:
     plots: pl.DataFrame
     true_biases: tuple[pl.DataFrame, str] | None = None
     claimed: dict[str, float | str] = field(default_factory=dict)
+    reporters: tuple[str, ...] = ()
 
 
 def read_truth(given: Path, settings: EvaluationSettings) -> Known:
@@ -167,7 +170,13 @@ def _reports(
         raise InputError(msg)
     reference = reference_of_reports(reports, source, settings.reference_gap_s)
     others = frame.filter(pl.col("kind") != "adsb")
-    return Known(kind, given, reference, others.select("time_s", "sensor_id", aircraft_name()))
+    return Known(
+        kind,
+        given,
+        reference,
+        others.select("time_s", "sensor_id", aircraft_name()),
+        reporters=tuple(reports["sensor_id"].unique().sort().to_list()),
+    )
 
 
 def read_system_tracks(given: Path, settings: EvaluationSettings) -> Known:

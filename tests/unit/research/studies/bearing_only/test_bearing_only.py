@@ -59,13 +59,12 @@ def test_velocities_are_found_sooner_from_bearings(result: StudyResult) -> None:
         assert _value(result, "turning", scheme, "velocity_gain") > 1.0
 
 
-def test_errors_and_where_all_of_it_stands_are_drawn(result: StudyResult) -> None:
+def test_errors_and_geometry_are_drawn(result: StudyResult) -> None:
     named = {plot.name: plot for plot in result.plots}
     assert list(named) == ["position", "velocity", "nees", "geometry"]
     for name in ("position", "velocity"):
-        assert [one.label for one in named[name].series] == [
-            "bearings", "places", "places led on",
-        ]  # fmt: skip
+        labels = [one.label for one in named[name].series]
+        assert labels == ["bearings", "position fixes", "extrapolated position fixes"]
     assert named["geometry"].equal_axes
 
 

@@ -61,7 +61,7 @@ def test_accelerations_are_drawn_beside_those_flown(result: StudyResult) -> None
     assert [one.label for one in found] == [
         "best after the search", "best of the service", "mean of the service",
     ]  # fmt: skip
-    assert flown.label == "flown"
+    assert flown.label == "true"
     assert set(flown.y.tolist()) == {0.0, -2.0, 2.0}
     for one in found:
         assert np.nanmax(np.abs(one.y)) <= 4.0

@@ -1,0 +1,112 @@
+"""Checks of a reference beside the tracks: independence, offsets of clocks, units of heights."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from multiradar.evaluation.measures.update_errors import UpdateErrors
+from multiradar.evaluation.trajectories import Tracks
+
+#: An offset along the course from this time on, s, with this fraction of the updates on one side,
+#: is one of a clock: the lag of a tracker in turns is smaller, and of both signs elsewhere.
+CLOCK_MIN_S, ONE_SIDE_MIN = 1.0, 0.8
+#: Slower aircraft show no clock, m/s.
+SPEED_MIN_MPS = 50.0
+#: Fewer updates give no diagnosis.
+UPDATES_MIN = 100
+#: Height in the unit over height in metres, by unit.
+HEIGHT_UNITS = {
+    "feet": 1.0 / 0.3048,
+    "flight levels (hundreds of feet)": 1.0 / 30.48,
+    "hundreds of metres": 0.01,
+    "kilometres": 0.001,
+}
+#: Deviation of the median ratio of heights from that of a unit.
+UNIT_WITHIN = 0.03
+#: Lower aircraft show no unit, m.
+HEIGHT_MIN_M = 300.0
+
+
+def clock_offset(tracks: Tracks, errors: UpdateErrors) -> list[str]:
+    """Return a warning where the tracks are ahead of the reference, or behind it, in time.
+
+    Parameters
+    ----------
+    tracks : Tracks
+        The tracks evaluated.
+    errors : UpdateErrors
+        Errors of their updates.
+
+    Returns
+    -------
+    list of str
+        Empty where the median offset along the course is less than `CLOCK_MIN_S`, or not on one
+        side.
+    """
+    speed_mps = np.hypot(*tracks.ground_mps[errors.update].T) - errors.speed_mps
+    used = np.isfinite(errors.along_m) & (speed_mps >= SPEED_MIN_MPS)
+    if np.count_nonzero(used) < UPDATES_MIN:
+        return []
+    ahead_s = errors.along_m[used] / speed_mps[used]
+    offset_s = float(np.median(ahead_s))
+    if abs(offset_s) < CLOCK_MIN_S or np.mean(ahead_s * offset_s > 0.0) < ONE_SIDE_MIN:
+        return []
+    order = "ahead of" if offset_s > 0.0 else "behind"
+    return [
+        f"the tracks are {abs(offset_s):.1f} s {order} the reference along their courses (median "
+        f"of {len(ahead_s)} updates): check the clock of the reference and those of the sensors"
+    ]
+
+
+def height_unit(tracks: Tracks, errors: UpdateErrors) -> list[str]:
+    """Return a warning where the heights of tracks and reference have different units.
+
+    Parameters
+    ----------
+    tracks : Tracks
+        The tracks evaluated.
+    errors : UpdateErrors
+        Errors of their updates.
+
+    Returns
+    -------
+    list of str
+        Empty where the median ratio of the heights is that of no unit of `HEIGHT_UNITS`.
+    """
+    own_m = tracks.height_m[errors.update]
+    known_m = own_m - errors.height_m
+    used = np.isfinite(own_m) & np.isfinite(known_m) & (np.maximum(own_m, known_m) >= HEIGHT_MIN_M)
+    used &= np.minimum(own_m, known_m) > 0.0
+    if np.count_nonzero(used) < UPDATES_MIN:
+        return []
+    ratio = float(np.median(known_m[used] / own_m[used]))
+    for unit, factor in HEIGHT_UNITS.items():
+        for whose, found in (("reference", ratio), ("tracks", 1.0 / ratio)):
+            if abs(found / factor - 1.0) <= UNIT_WITHIN:
+                return [f"heights of the {whose} are probably in {unit}: they must be in metres"]
+    return []
+
+
+def shared_sensors(tracks: Tracks, reporters: Sequence[str]) -> list[str]:
+    """Return a warning where the tracks were updated by the sensors of the reference.
+
+    Parameters
+    ----------
+    tracks : Tracks
+        The tracks evaluated.
+    reporters : sequence of str
+        Sensors whose reports are the reference.
+
+    Returns
+    -------
+    list of str
+        Empty where they have none in common.
+    """
+    used = np.isin(tracks.sensor_id, list(reporters))
+    if not used.any():
+        return []
+    names = ", ".join(sorted(set(tracks.sensor_id[used].tolist())))
+    return [
+        f"{used.mean():.0%} of the updates are by {names}, the reference itself, so the errors are "
+        "too small: run `track` without it (`--kinds radar`)"
+    ]

@@ -1,0 +1,77 @@
+"""Clocks and units of a reference, seen in the errors of the tracks."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from multiradar.evaluation.measures.update_errors import UpdateErrors, errors_of_updates
+from multiradar.evaluation.reference_checks import clock_offset, height_unit, shared_sensors
+from multiradar.evaluation.settings import EvaluationSettings
+from multiradar.evaluation.trajectories import Tracks
+from support.scenarios.skies import reference_of, straight, tracks_of
+
+TIMES_S = np.arange(0.0, 2000.0, 10.0)
+SETTINGS = EvaluationSettings(settling_s=0.0)
+
+
+def compared(
+    late_s: float, speed_mps: float = 200.0, height_m: float = 9000.0
+) -> tuple[Tracks, UpdateErrors]:
+    """Return a track, and its errors from a reference whose clock is late."""
+    tracks = tracks_of({1: straight(TIMES_S.tolist(), 0.0, 0.0, speed_mps, 0.0)})
+    known = straight(TIMES_S.tolist(), -speed_mps * late_s, 0.0, speed_mps, 0.0)
+    reference = reference_of({"a": known})
+    heights = np.full(len(reference.time_s), height_m)
+    aircraft = np.zeros(len(tracks.time_s), np.int64)
+    return tracks, errors_of_updates(
+        tracks, replace(reference, height_m=heights), aircraft, SETTINGS
+    )
+
+
+@pytest.mark.parametrize(
+    ("late_s", "said"),
+    [(1.5, "the tracks are 1.5 s ahead of the reference"), (-7.0, "7.0 s behind the reference")],
+)
+def test_the_clock_of_a_reference_is_named(late_s: float, said: str) -> None:
+    (sentence,) = clock_offset(*compared(late_s))
+    assert said in sentence
+    assert sentence.endswith("check the clock of the reference and those of the sensors")
+
+
+@pytest.mark.parametrize(("late_s", "speed_mps"), [(0.0, 200.0), (0.9, 200.0), (5.0, 20.0)])
+def test_latency_and_slow_aircraft_are_no_clock(late_s: float, speed_mps: float) -> None:
+    assert clock_offset(*compared(late_s, speed_mps)) == []
+
+
+def test_errors_on_both_sides_are_no_clock() -> None:
+    tracks, errors = compared(0.0)
+    along_m = np.where(np.arange(len(errors.along_m)) % 10 < 6, 900.0, -900.0)
+    assert clock_offset(tracks, replace(errors, along_m=along_m)) == []
+
+
+@pytest.mark.parametrize(
+    ("height_m", "said"),
+    [
+        (9000.0 / 0.3048, "heights of the reference are probably in feet"),
+        (9000.0 * 0.3048, "heights of the tracks are probably in feet"),
+        (9000.0 / 30.48, "heights of the reference are probably in flight levels"),
+        (9.0, "heights of the reference are probably in kilometres"),
+        (90.0, "heights of the reference are probably in hundreds of metres"),
+    ],
+)
+def test_the_unit_of_heights_is_named(height_m: float, said: str) -> None:
+    (sentence,) = height_unit(*compared(0.0, height_m=height_m))
+    assert sentence.startswith(said)
+
+
+@pytest.mark.parametrize("height_m", [9000.0, 9120.0, 8000.0, np.nan, 0.0])
+def test_other_heights_have_no_unit(height_m: float) -> None:
+    assert height_unit(*compared(0.0, height_m=height_m)) == []
+
+
+def test_tracks_that_used_the_reference_are_named() -> None:
+    tracks, _ = compared(0.0)
+    (sentence,) = shared_sensors(tracks, ("adsb", "radar"))
+    assert sentence.startswith("100% of the updates are by radar, the reference itself")
+    assert shared_sensors(tracks, ("adsb",)) == []
