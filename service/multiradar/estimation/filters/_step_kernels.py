@@ -18,7 +18,6 @@ from multiradar.estimation.filters._kernels import (
     acceleration_density,
     manoeuvre_factor,
     read_out,
-    start_aircraft,
 )
 from multiradar.estimation.filters._row_kernels import (
     check_row,
@@ -28,7 +27,16 @@ from multiradar.estimation.filters._row_kernels import (
     record_outcome,
     record_start,
 )
-from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
+from multiradar.estimation.filters._start_kernels import start_aircraft
+from multiradar.estimation.filters.arrays import (
+    Aircraft,
+    BiasSums,
+    Model,
+    Result,
+    Rows,
+    Sight,
+    Work,
+)
 from multiradar.estimation.filters.height._height_kernels import (
     check_height,
     coast_height,
@@ -80,10 +88,10 @@ def step(
 ) -> None:
     """Process rows in the given order: predict the aircraft, update it, record the outcome."""
     n = model.bias.shape[0]
+    sums = BiasSums(np.empty((n, n)), np.empty(n), np.empty((2, n)), np.empty((2, n)))
     process_rows(
         method, work, rows, model, aircraft, result, want_readout, model.factor.T.copy(),
-        np.empty((2, 2)), np.empty(3), np.empty((2, n)), np.empty((2, n)), np.empty((n, n)),
-        np.empty(n), np.empty(HEIGHT_ESTIMATE_COUNT),
+        np.empty((2, 2)), np.empty(3), sums, np.empty(HEIGHT_ESTIMATE_COUNT),
     )  # fmt: skip
 
 
@@ -99,23 +107,16 @@ def process_rows(
     factor: Floats,
     H: Floats,
     W: Floats,
-    U: Floats,
-    R: Floats,
-    Y: Floats,
-    y: Floats,
+    sums: BiasSums,
     height_estimate: Floats,
 ) -> None:
     """Do as `step`, with given scratch arrays.
 
-    ``factor`` is that of `read_out`. H and W are scratch of an initiation, Y and y hold the sums of
-    a partition, U and R two rows of all columns each.
-
-    The arrays are unpacked from their named tuples once: passing a tuple to a function for each row
-    would cost more than the row.
+    ``factor`` is that of `read_out`. H and W are scratch of an initiation. Inlined functions take
+    named tuples at no cost; a call that is not inlined takes the arrays it needs, since passing a
+    tuple of them would cost more than the row.
     """
-    plane, sites, noises, starts = model.plane, model.sites, model.noises, model.starts
-    parameters, bias, options = model.parameters, model.bias, model.options
-    bias_covariance = model.bias_covariance
+    noises, parameters, bias, options = model.noises, model.parameters, model.bias, model.options
     means, covariances, sensitivities = aircraft.mean, aircraft.covariance, aircraft.sensitivity
     times, heights, fading_nis = aircraft.time, aircraft.height, aircraft.fading_nis
     vertical = aircraft.vertical
@@ -128,6 +129,7 @@ def process_rows(
     recents = aircraft.recent
     timed = method == TWO_STAGE and has_time_offset(parameters)
     mode = BLOM if method == MACRO else method
+    Y, y = sums.Y, sums.y
     for p in work.partitions:
         # In memory of this thread: neighbouring partitions lie in one cache line.
         copy_sums(result.information[p], result.vector[p], Y, y)
@@ -169,11 +171,10 @@ def process_rows(
             action = outcome
             excess = 1.0
             if outcome in (STARTED, RESTARTED):
+                sight = Sight(kind, z0, z1, height, variance)
                 started = start_aircraft(
-                    mode, kind, z0, z1, height, variance, plane, sites[q], noises[q], starts[q],
-                    starts[q + 1], parameters, bias, bias_covariance, options, means[k],
-                    covariances[k], sensitivities[k], H, W,
-                )  # fmt: skip
+                    mode, sight, q, model, means[k], covariances[k], sensitivities[k], H, W
+                )
                 if started == STARTED:
                     record_start(k, site_numbers[s], fading_nis, updates, measured_from, velocities)
                     clear_plots(recents, k)
@@ -189,9 +190,8 @@ def process_rows(
                 density = acceleration_density(v0, v1, factor_now, options)
                 if np.isnan(heights[k]):
                     estimate_height(
-                        check, kind, z0, z1, dt, density[0], k, q, plane, sites, noises, starts,
-                        parameters, bias, bias_covariance, means, covariances, sensitivities,
-                        vertical, height_estimate,
+                        check, kind, z0, z1, dt, density[0], k, q, model, means, covariances,
+                        sensitivities, vertical, height_estimate,
                     )  # fmt: skip
                     change = first_height_change(check, k, heights, vertical)
                     shift_with_height(change, k, k, vertical, means)
@@ -205,23 +205,18 @@ def process_rows(
                 if timed and np.isnan(velocities[k, 0]):
                     informs = False
                 if method == TWO_STAGE:
+                    sight = Sight(used, first, z1, height, variance)
                     outcome = correct_two_stage(
-                        used, first, z1, height, variance, k, q, informs, plane, sites, noises,
-                        starts, parameters, bias, bias_covariance, options, means, covariances,
-                        sensitivities, velocities, fading_nis, Y, y, U, R, innovations, row,
-                    )  # fmt: skip
+                        sight, k, q, informs, model, aircraft, sums, innovations, row
+                    )
                     if timed and outcome == UPDATED and not is_bearing(kind):
-                        update_offset_velocity(
-                            kind, z0, z1, height, variance, k, q, site_numbers[s], plane, sites,
-                            noises, starts, parameters, bias, bias_covariance, options, means,
-                            covariances, sensitivities, velocities, updates, measured_from, H, W,
-                        )  # fmt: skip
+                        sight = Sight(kind, z0, z1, height, variance)
+                        update_offset_velocity(sight, k, q, site_numbers[s], model, aircraft, H, W)
                 else:
+                    sight = Sight(kind, z0, z1, height, variance)
                     outcome, excess = correct_separated(
-                        method == INTERSECTION, kind, z0, z1, height, variance, k, s,
-                        informs and method != MACRO, plane, sites, noises, starts, parameters,
-                        bias, bias_covariance, options, means, covariances, fading_nis, Y, y, logs,
-                        row, innovations,
+                        method == INTERSECTION, sight, k, s, informs and method != MACRO, model,
+                        aircraft, sums, logs, row, innovations,
                     )  # fmt: skip
             outcomes[row] = outcome
             accepted = record_outcome(

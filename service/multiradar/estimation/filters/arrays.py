@@ -177,6 +177,45 @@ class Aircraft(NamedTuple):
     mode_sensitivity: Floats
 
 
+class Sight(NamedTuple):
+    """One measurement, with the height at which its aircraft is taken to be.
+
+    Attributes
+    ----------
+    kind : int
+        Kind of the measurement.
+    z0, z1 : float
+        Range (m) and azimuth (rad), or east and north (m).
+    height, height_variance : float
+        Height (m) and its variance (m²).
+    """
+
+    kind: int
+    z0: float
+    z1: float
+    height: float
+    height_variance: float
+
+
+class BiasSums(NamedTuple):
+    """Sums about the biases of a partition, written by its rows, and their scratch.
+
+    Attributes
+    ----------
+    Y : (c, c) float64
+        Information matrix.
+    y : (c,) float64
+        Information vector.
+    U, R : (2, c) float64
+        Scratch: sensitivity of a measurement to all biases, and S⁻¹ U.
+    """
+
+    Y: Floats
+    y: Floats
+    U: Floats
+    R: Floats
+
+
 class Work(NamedTuple):
     """Which rows to process, in which order.
 

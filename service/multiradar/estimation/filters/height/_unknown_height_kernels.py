@@ -21,6 +21,7 @@ from multiradar.estimation.filters._kernels import (
     inverse,
     position_part,
 )
+from multiradar.estimation.filters.arrays import Model
 from multiradar.estimation.filters.height._height_kernels import (
     BY_HEIGHT,
     GUESS,
@@ -60,31 +61,16 @@ ASTRAY_SQUARED = 16.0
 
 @kernel
 def estimate_height(
-    check: HeightCheck,
-    kind: int,
-    z0: float,
-    z1: float,
-    dt: float,
-    density: float,
-    k: int,
-    s: int,
-    plane: Floats,
-    sites: Floats,
-    noises: Floats,
-    starts: Integers,
-    parameters: Integers,
-    bias: Floats,
-    bias_covariance: Floats,
-    means: Floats,
-    covariances: Floats,
-    sensitivities: Floats,
-    vertical: Floats,
+    check: HeightCheck, kind: int, z0: float, z1: float, dt: float, density: float, k: int, s: int,
+    model: Model, means: Floats, covariances: Floats, sensitivities: Floats, vertical: Floats,
     estimate: Floats,
-) -> None:
+) -> None:  # fmt: skip
     """Compute the update of the height of aircraft k by a plot, dt after its state.
 
     ``density`` is that of the acceleration on each axis, m²/s³.
     """
+    plane, sites, noises, starts = model.plane, model.sites, model.noises, model.starts
+    parameters, bias, bias_covariance = model.parameters, model.bias, model.bias_covariance
     if check[0] != NOTHING or not (is_bearing(kind) or kind in (KIND_RADAR, KIND_POSITION)):
         estimate[:] = 0.0
         estimate[1] = check[2]

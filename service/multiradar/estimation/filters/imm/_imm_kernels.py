@@ -37,6 +37,7 @@ from multiradar.estimation.filters._kernels import (
     squared_norm,
     updated_fading_nis,
 )
+from multiradar.estimation.filters.arrays import Aircraft, BiasSums, Model, Sight
 from multiradar.estimation.filters.imm._mode_column_kernels import correct_columns, predict_columns
 from multiradar.estimation.filters.imm._mode_kernels import PROBABILITY_MIN
 from multiradar.estimation.filters.imm._mode_scratch_kernels import (
@@ -81,11 +82,8 @@ Seen = tuple[Pair, Pair, SlopeOf[Lanes], NoiseOf[Lanes], NoiseOf[Lanes], Pair, L
 
 @in_loop
 def correct_modes(
-    kind: int, z0: float, z1: float, height: float, height_variance: float, k: int, s: int,
-    informs: bool, count: int, plane: Floats, sites: Floats, noises: Floats, starts: Integers,
-    parameters: Integers, bias: Floats, bias_covariance: Floats, options: Floats,
-    a: State, x: State, P: Covariances, mode_V: Floats, probabilities: Floats, predicted: Lanes,
-    fading_nis: Floats, scratch: Floats, mode_U: Floats, U: Floats, R: Floats, Y: Floats, y: Floats,
+    sight: Sight, k: int, s: int, informs: bool, model: Model, aircraft: Aircraft, a: State,
+    x: State, P: Covariances, predicted: Lanes, sums: BiasSums, mode_U: Floats, scratch: Floats,
     innovations: Floats, row: int,
 ) -> tuple[int, Lanes, State, State, Covariances]:  # fmt: skip
     """Update the modes of aircraft k, predicted to the time of a measurement by sensor s.
@@ -93,6 +91,13 @@ def correct_modes(
     Returns the outcome, and μ, a, x and P afterwards. ``predicted`` is c. With ``informs`` the
     measurement contributes to the biases.
     """
+    kind, z0, z1, height, height_variance = sight
+    plane, sites, noises, starts = model.plane, model.sites, model.noises, model.starts
+    parameters, bias, options = model.parameters, model.bias, model.options
+    bias_covariance, count = model.bias_covariance, model.modes.shape[0]
+    mode_V, probabilities = aircraft.mode_sensitivity, aircraft.mode_probability
+    fading_nis = aircraft.fading_nis
+    Y, y, U, R = sums
     seen = predict_for_modes(
         kind, z0, z1, height, height_variance, s, plane, sites, noises, starts, parameters, bias,
         a, x, P,

@@ -22,7 +22,6 @@ from multiradar.estimation.filters._kernels import (
     UPDATED,
     excess_factor,
     read_out,
-    start_aircraft,
 )
 from multiradar.estimation.filters._row_kernels import (
     check_row,
@@ -32,8 +31,17 @@ from multiradar.estimation.filters._row_kernels import (
     record_outcome,
     record_start,
 )
+from multiradar.estimation.filters._start_kernels import start_aircraft
 from multiradar.estimation.filters._step_kernels import ROWS_AHEAD, copy_sums, fetch_row
-from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
+from multiradar.estimation.filters.arrays import (
+    Aircraft,
+    BiasSums,
+    Model,
+    Result,
+    Rows,
+    Sight,
+    Work,
+)
 from multiradar.estimation.filters.height._height_kernels import (
     check_height,
     coast_height,
@@ -93,10 +101,10 @@ def imm_step(
     n, count = model.bias.shape[0], model.modes.shape[0]
     scratch = np.empty((SCRATCH_ROWS, LANES))
     prepare_scratch(model.modes, scratch)
+    sums = BiasSums(np.empty((n, n)), np.empty(n), np.empty((2, n)), np.empty((2, n)))
     process_rows(
         work, rows, model, aircraft, result, want_readout, model.factor.T.copy(),
-        model.bias.reshape(1, n), np.empty((2, 2)), np.empty(3), np.empty((2, n)), np.empty((2, n)),
-        np.empty((n, n)), np.empty(n), np.empty((count, 2, n)),
+        model.bias.reshape(1, n), np.empty((2, 2)), np.empty(3), sums, np.empty((count, 2, n)),
         np.empty(HEIGHT_ESTIMATE_COUNT), scratch,
     )  # fmt: skip
 
@@ -113,18 +121,13 @@ def process_rows(
     bias_row: Floats,
     H: Floats,
     W: Floats,
-    U: Floats,
-    R: Floats,
-    Y: Floats,
-    y: Floats,
+    sums: BiasSums,
     mode_U: Floats,
     height_estimate: Floats,
     scratch: Floats,
 ) -> None:
     """Do as `imm_step`, with given scratch arrays: see `_step_kernels.process_rows`."""
-    plane, sites, noises, starts = model.plane, model.sites, model.noises, model.starts
-    parameters, bias, options = model.parameters, model.bias, model.options
-    bias_covariance, modes = model.bias_covariance, model.modes
+    noises, bias, options, modes = model.noises, model.bias, model.options, model.modes
     means, covariances, sensitivities = aircraft.mean, aircraft.covariance, aircraft.sensitivity
     times, heights, fading_nis = aircraft.time, aircraft.height, aircraft.fading_nis
     vertical = aircraft.vertical
@@ -137,7 +140,7 @@ def process_rows(
     mode_means, mode_covariances = aircraft.mode_mean, aircraft.mode_covariance
     mode_V, probabilities = aircraft.mode_sensitivity, aircraft.mode_probability
     outcomes, readouts, innovations = result.outcome, result.readout, result.innovation
-    count = modes.shape[0]
+    count, Y, y = modes.shape[0], sums.Y, sums.y
     for p in work.partitions:
         copy_sums(result.information[p], result.vector[p], Y, y)
         for i in range(work.bounds[p], work.bounds[p + 1]):
@@ -174,11 +177,10 @@ def process_rows(
             first = 0.0 if used == KIND_BEARING else z0
             action = outcome
             if outcome in (STARTED, RESTARTED):
+                sight = Sight(kind, z0, z1, height, variance)
                 started = start_aircraft(
-                    BIASES_KEPT, kind, z0, z1, height, variance, plane, sites[q], noises[q],
-                    starts[q], starts[q + 1], parameters, bias, bias_covariance, options, means[k],
-                    covariances[k], sensitivities[k], H, W,
-                )  # fmt: skip
+                    BIASES_KEPT, sight, q, model, means[k], covariances[k], sensitivities[k], H, W
+                )
                 if started == STARTED:
                     record_start(k, site_numbers[s], fading_nis, updates, measured_from, velocities)
                     probabilities[k, 0] = np.nan
@@ -193,9 +195,8 @@ def process_rows(
                     )  # fmt: skip
                 if np.isnan(heights[k]):
                     estimate_height(
-                        check, kind, z0, z1, dt, options[ACCELERATION_DENSITY], k, q, plane, sites,
-                        noises, starts, parameters, bias, bias_covariance, means, covariances,
-                        sensitivities, vertical, height_estimate,
+                        check, kind, z0, z1, dt, options[ACCELERATION_DENSITY], k, q, model, means,
+                        covariances, sensitivities, vertical, height_estimate,
                     )  # fmt: skip
                     change = first_height_change(check, k, heights, vertical)
                     shift_with_height(change, k, k, vertical, means)
@@ -225,11 +226,10 @@ def process_rows(
                 informs = measured_from[k] != site_numbers[s] and height_informs(
                     check, used, first, k, q, heights, vertical, noises
                 )
+                sight = Sight(used, first, z1, height, variance)
                 outcome, posterior, a, x, P = correct_modes(
-                    used, first, z1, height, variance, k, q, informs, count, plane, sites, noises,
-                    starts, parameters, bias, bias_covariance, options, a, x, P, mode_V,
-                    probabilities, predicted, fading_nis, scratch, mode_U, U, R, Y, y,
-                    innovations, row,
+                    sight, k, q, informs, model, aircraft, a, x, P, predicted, sums, mode_U,
+                    scratch, innovations, row,
                 )  # fmt: skip
                 if outcome == UPDATED or dt > 0.0:
                     store_modes(k, count, a, P, mode_means, mode_covariances)

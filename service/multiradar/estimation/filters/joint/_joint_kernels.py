@@ -36,7 +36,6 @@ from multiradar.estimation.filters._kernels import (
     record_innovation,
     singular,
     squared_norm,
-    start_aircraft,
     updated_fading_nis,
 )
 from multiradar.estimation.filters._row_kernels import (
@@ -47,7 +46,8 @@ from multiradar.estimation.filters._row_kernels import (
     record_outcome,
     record_start,
 )
-from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work
+from multiradar.estimation.filters._start_kernels import start_aircraft
+from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Sight, Work
 from multiradar.estimation.filters.height._height_kernels import (
     HeightCheck,
     check_height,
@@ -227,10 +227,8 @@ def process_row(
     if unknown:
         copy_block(aircraft.joint, first, aircraft.covariance[k])
         estimate_height(
-            check, kind, rows.z[row, 0], rows.z[row, 1], dt, density[0], k, s, model.plane,
-            model.sites, model.noises, model.starts, model.parameters, model.bias,
-            model.bias_covariance, aircraft.mean, aircraft.covariance, aircraft.sensitivity,
-            vertical, height_estimate,
+            check, kind, rows.z[row, 0], rows.z[row, 1], dt, density[0], k, s, model,
+            aircraft.mean, aircraft.covariance, aircraft.sensitivity, vertical, height_estimate,
         )  # fmt: skip
         change = first_height_change(check, k, heights, vertical)
         shift_with_height(change, k, k, vertical, aircraft.mean)
@@ -278,11 +276,8 @@ def start_jointly(
     upper = np.empty(10)
     H = np.empty((2, 2))
     W = np.empty(3)
-    outcome = start_aircraft(
-        BIASES_KEPT, rows.kind[row], rows.z[row, 0], rows.z[row, 1], check[1], check[2],
-        model.plane, model.sites[s], model.noises[s], model.starts[s], model.starts[s + 1],
-        model.parameters, bias, model.bias_covariance, model.options, a, upper, V, H, W,
-    )  # fmt: skip
+    sight = Sight(rows.kind[row], rows.z[row, 0], rows.z[row, 1], check[1], check[2])
+    outcome = start_aircraft(BIASES_KEPT, sight, s, model, a, upper, V, H, W)
     if outcome != STARTED:
         return outcome
     first = c + 4 * k

@@ -33,6 +33,7 @@ from multiradar.estimation.filters._kernels import (
     squared_norm,
     updated_fading_nis,
 )
+from multiradar.estimation.filters.arrays import Aircraft, BiasSums, Model, Sight
 from multiradar.estimation.filters.separated._intersection_kernels import best_gamma
 from multiradar.estimation.measurement._kernels import (
     bias_column,
@@ -50,32 +51,9 @@ Integers = NDArray[np.int64]
 
 @in_loop
 def correct_separated(
-    intersects: bool,
-    kind: int,
-    z0: float,
-    z1: float,
-    height: float,
-    height_variance: float,
-    k: int,
-    s: int,
-    informs: bool,
-    plane: Floats,
-    sites: Floats,
-    noises: Floats,
-    starts: Integers,
-    parameters: Integers,
-    bias: Floats,
-    bias_covariance: Floats,
-    options: Floats,
-    means: Floats,
-    covariances: Floats,
-    fading_nis: Floats,
-    Y: Floats,
-    y: Floats,
-    logs: Floats,
-    row: int,
-    innovations: Floats,
-) -> tuple[int, float]:
+    intersects: bool, sight: Sight, k: int, s: int, informs: bool, model: Model, aircraft: Aircraft,
+    sums: BiasSums, logs: Floats, row: int, innovations: Floats,
+) -> tuple[int, float]:  # fmt: skip
     """Update aircraft k, predicted to the time of a measurement by sensor s, by Blom or by CI.
 
     Blom treats the biases as known for the aircraft, and the aircraft as known for the biases,
@@ -83,6 +61,12 @@ def correct_separated(
     Returns the outcome and the factor of the noise. With ``informs`` the measurement contributes to
     the biases.
     """
+    kind, z0, z1, height, height_variance = sight
+    plane, sites, noises, starts = model.plane, model.sites, model.noises, model.starts
+    parameters, bias, options = model.parameters, model.bias, model.options
+    bias_covariance = model.bias_covariance
+    means, covariances = aircraft.mean, aircraft.covariance
+    fading_nis, Y, y = aircraft.fading_nis, sums.Y, sums.y
     first, last = starts[s], starts[s + 1]
     site, noise = sites[s], noises[s]
     p0, p1, ground, h, w = expected_measurement(

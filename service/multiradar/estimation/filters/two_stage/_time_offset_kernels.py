@@ -26,7 +26,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._kernels import BIASES_KEPT, STARTED, start_aircraft
+from multiradar.estimation.filters._kernels import BIASES_KEPT, STARTED
+from multiradar.estimation.filters._start_kernels import start_aircraft
+from multiradar.estimation.filters.arrays import Aircraft, Model, Sight
 from multiradar.estimation.filters.two_stage._two_stage_kernels import component
 from multiradar.estimation.measurement._kernels import PARAMETER_TIME_OFFSET
 from multiradar_compiled.kernels import in_loop
@@ -53,45 +55,23 @@ def has_time_offset(parameters: Integers) -> bool:
 
 @in_loop
 def update_offset_velocity(
-    kind: int,
-    z0: float,
-    z1: float,
-    height: float,
-    height_variance: float,
-    k: int,
-    s: int,
-    site_number: int,
-    plane: Floats,
-    sites: Floats,
-    noises: Floats,
-    starts: Integers,
-    parameters: Integers,
-    bias: Floats,
-    bias_covariance: Floats,
-    options: Floats,
-    means: Floats,
-    covariances: Floats,
-    V: Floats,
-    velocities: Floats,
-    updates: Integers,
-    measured_from: Integers,
-    H: Floats,
+    sight: Sight, k: int, s: int, site_number: int, model: Model, aircraft: Aircraft, H: Floats,
     W: Floats,
-) -> None:
+) -> None:  # fmt: skip
     """Relinearise at the updated velocity of aircraft k, or re-initialise once it is known."""
+    starts, parameters, bias = model.starts, model.parameters, model.bias
+    bias_covariance = model.bias_covariance
+    means, covariances, V = aircraft.mean, aircraft.covariance, aircraft.sensitivity
+    velocities, updates = aircraft.velocity, aircraft.updates
     v0 = component(means, V, bias, k, 2)
     v1 = component(means, V, bias, k, 3)
     spread = velocity_variance(covariances, V, bias_covariance, k)
     if not np.isnan(velocities[k, 0]):
         relinearise_time_offsets(means, V, velocities, k, parameters, bias, v0, v1)
     elif updates[k] + 1 >= PLOTS_MIN and spread < VELOCITY_SIGMA_MAX**2:
-        started = start_aircraft(
-            BIASES_KEPT, kind, z0, z1, height, height_variance, plane, sites[s], noises[s],
-            starts[s], starts[s + 1], parameters, bias, bias_covariance, options, means[k],
-            covariances[k], V[k], H, W,
-        )  # fmt: skip
+        started = start_aircraft(BIASES_KEPT, sight, s, model, means[k], covariances[k], V[k], H, W)
         if started == STARTED:
-            measured_from[k] = site_number
+            aircraft.measured_from[k] = site_number
             initialise_with_velocity(
                 means, covariances, V, velocities, k, starts[s], starts[s + 1], parameters, v0,
                 v1, spread,

@@ -33,7 +33,7 @@ from multiradar.estimation.filters._kernels import (
     squared_norm,
     updated_fading_nis,
 )
-from multiradar.estimation.filters.arrays import Aircraft
+from multiradar.estimation.filters.arrays import Aircraft, BiasSums, Model, Sight
 from multiradar.estimation.measurement._kernels import (
     PARAMETER_TIME_OFFSET,
     bias_column,
@@ -59,38 +59,20 @@ Integers = NDArray[np.int64]
 
 @in_loop
 def correct_two_stage(
-    kind: int,
-    z0: float,
-    z1: float,
-    height: float,
-    height_variance: float,
-    k: int,
-    s: int,
-    informs: bool,
-    plane: Floats,
-    sites: Floats,
-    noises: Floats,
-    starts: Integers,
-    parameters: Integers,
-    bias: Floats,
-    bias_covariance: Floats,
-    options: Floats,
-    means: Floats,
-    covariances: Floats,
-    V: Floats,
-    velocities: Floats,
-    fading_nis: Floats,
-    Y: Floats,
-    y: Floats,
-    U: Floats,
-    R: Floats,
-    innovations: Floats,
-    row: int,
-) -> int:
+    sight: Sight, k: int, s: int, informs: bool, model: Model, aircraft: Aircraft, sums: BiasSums,
+    innovations: Floats, row: int,
+) -> int:  # fmt: skip
     """Update aircraft k, predicted to the time of a measurement by sensor s; return the outcome.
 
     With ``informs`` the measurement contributes to the biases.
     """
+    kind, z0, z1, height, height_variance = sight
+    plane, sites, noises, starts = model.plane, model.sites, model.noises, model.starts
+    parameters, bias, options = model.parameters, model.bias, model.options
+    bias_covariance = model.bias_covariance
+    means, covariances, V = aircraft.mean, aircraft.covariance, aircraft.sensitivity
+    velocities, fading_nis = aircraft.velocity, aircraft.fading_nis
+    Y, y, U, R = sums
     n = bias.shape[0]
     first, last = starts[s], starts[s + 1]
     site, noise = sites[s], noises[s]
