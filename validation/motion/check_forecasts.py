@@ -63,7 +63,7 @@ def main() -> None:
     for name, settings, by in (
         ("`two-stage`, white noise", two_stage, by_density(two_stage)),
         ("`two-stage`, `velocity-frame`, v_K = 0.05", frame, by_density(frame)),
-        ("`imm`, white noise (not offered)", modes, by_density(modes)),
+        ("`imm`, white noise (not available to users)", modes, by_density(modes)),
         ("`imm`, its modes", modes, by_modes(modes)),
     ):
         started = [one for each in flown for one in starts(each, settings, options.duration)]

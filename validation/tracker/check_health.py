@@ -127,7 +127,7 @@ def main() -> None:
     """Print the tables."""
     options = arguments()
     if options.recording is not None:
-        print("| filter | radar | jump | found after | in turns | other alarms |")
+        print("| filter | radar | jump | found after | in scans | other alarms |")
         print("|---|---|---|---|---|---|")
         for line in put_in(options):
             print(line, flush=True)
@@ -208,7 +208,7 @@ def _jumps(scene: Scenario, run: Run) -> Iterator[str]:
             period_s = sensor.rotation_period_s or np.nan
             yield (
                 f"{sensor.identifier} {parameter} found after {after:.1f} s = "
-                f"{after / period_s:.1f} turns; error {', '.join(errors)}"
+                f"{after / period_s:.1f} scans; error {', '.join(errors)}"
             )
 
 

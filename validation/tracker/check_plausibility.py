@@ -27,7 +27,7 @@ CASES = {
 }
 GHOST_SINCE_S = 200.0
 HEADER = (
-    "filter", "reports", "flagged after", "worst error", "RMS", "worst, believed", "RMS, believed",
+    "filter", "reports", "flagged after", "worst error", "RMS", "worst, accepted", "RMS, accepted",
     "worst, radars alone", "RMS, radars alone",
 )  # fmt: skip
 EARTH_RADIUS_M = 6_371_000.0
