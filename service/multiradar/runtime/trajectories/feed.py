@@ -1,6 +1,6 @@
 """Trajectory bundles in a running service: queued by the engine's thread, updated by another.
 
-The engine's thread only assigns plots to bundles. The bundles, a thousand times more expensive, are
+The engine's thread only assigns plots to bundles. The bundles, which cost far more, are
 updated by a thread that owns them; its kernels release the interpreter lock. While the journal is
 replayed the engine waits when the queue is full; afterwards it never waits.
 """
