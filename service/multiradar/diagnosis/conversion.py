@@ -91,11 +91,11 @@ def diagnose_conversion(
     found += _signed(azimuths_deg)
     largest_deg = _largest_rejected(azimuths_deg, read)
     for name, source in sources.items():
+        rows = source.plots().filter(pl.col("kind") == "radar")
         if "files" in report.get("figures", {}):
             # A text dump; a recording of two networks has copies of its own.
-            found += _copies(name, source.plots())
-        plots = plots_of(source.plots().filter(pl.col("kind") == "radar"))
-        found += _of_units(name, plots, largest_deg)
+            found += _copies(name, rows)
+        found += _of_units(name, plots_of(rows), largest_deg)
     return found
 
 
@@ -163,7 +163,6 @@ def _signed(azimuths_deg: list[float]) -> list[Diagnosis]:
 
 
 def _copies(name: str, plots: pl.DataFrame) -> list[Diagnosis]:
-    plots = plots.filter(pl.col("kind") == "radar")
     copies = plots.height - plots.n_unique(_MEASURED)
     if plots.height < TESTED_MIN or copies < COPIES_MIN * plots.height:
         return []

@@ -20,9 +20,6 @@ from multiradar.runtime.queries.registry import NO_ANSWER, QUERIES, Query
 
 router = APIRouter(prefix="/v1", tags=["tracks"], dependencies=[Depends(strict_query)])
 
-#: Maximum length of a choice.
-_TEXT_LENGTH_MAX = 40
-
 
 def track_not_found(track_id: int) -> RequestError:
     """Return the error of a request for an unknown track."""

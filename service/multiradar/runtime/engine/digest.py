@@ -1,11 +1,8 @@
 """A digest of all output, to compare two runs."""
 
 import hashlib
-from dataclasses import fields
 
-import numpy as np
-from numpy.typing import NDArray
-
+from multiradar.tracking.columns import row_type, rows_of
 from multiradar.tracking.outputs import EngineOutput
 
 
@@ -37,14 +34,4 @@ class OutputDigest:
 
 def _row_bytes(table: object) -> bytes:
     """Return the rows one after the other, each as its columns in little-endian order."""
-    columns: list[tuple[str, NDArray[np.generic]]] = [
-        (field.name, getattr(table, field.name))
-        for field in fields(table)  # type: ignore[arg-type]  # any dataclass of arrays
-    ]
-    rows = np.empty(
-        len(columns[0][1]),
-        dtype=[(name, column.dtype.newbyteorder("<")) for name, column in columns],
-    )
-    for name, column in columns:
-        rows[name] = column
-    return rows.tobytes()
+    return rows_of(table, row_type(type(table)).newbyteorder("<")).tobytes()
