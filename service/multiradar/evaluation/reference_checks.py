@@ -1,11 +1,11 @@
-"""Checks of a reference beside the tracks: independence, offsets of clocks, units of heights."""
+"""Checks of a reference: rejected rows, independence, offsets of clocks, units of heights."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from multiradar.evaluation.measures.update_errors import UpdateErrors
-from multiradar.evaluation.trajectories import Tracks
+from multiradar.evaluation.trajectories import RowCounts, Tracks
 
 #: An offset along the course from this time on, s, with this fraction of the updates on one side,
 #: is one of a clock: the lag of a tracker in turns is smaller, and of both signs elsewhere.
@@ -23,6 +23,8 @@ HEIGHT_UNITS = {
 }
 #: Deviation of the median ratio of heights from that of a unit.
 UNIT_WITHIN = 0.03
+#: Rejected rows named in a message.
+NAMED_MAX = 3
 #: Lower aircraft show no unit, m.
 HEIGHT_MIN_M = 300.0
 
@@ -109,4 +111,27 @@ def shared_sensors(tracks: Tracks, reporters: Sequence[str]) -> list[str]:
     return [
         f"{used.mean():.0%} of the updates are by {names}, the reference itself, so the errors are "
         "too small: run `track` without it (`--kinds radar`)"
+    ]
+
+
+def rejected_rows(counts: RowCounts) -> list[str]:
+    """Return a warning where rows of the reference are rejected.
+
+    Parameters
+    ----------
+    counts : RowCounts
+        What became of the rows.
+
+    Returns
+    -------
+    list of str
+        Empty without rejects; else one sentence with the first `NAMED_MAX` of them.
+    """
+    if not counts.rejects:
+        return []
+    named = "; ".join(map(str, counts.rejects[:NAMED_MAX]))
+    more = len(counts.rejects) - NAMED_MAX
+    rest = f"; and {more} more (--json, --html)" if more > 0 else ""
+    return [
+        f"{len(counts.rejects)} of {counts.read} rows of the reference are rejected: {named}{rest}"
     ]

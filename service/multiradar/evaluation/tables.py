@@ -4,11 +4,10 @@ import numpy as np
 import polars as pl
 
 from multiradar.errors import InputError, MissingColumnError
-from multiradar.evaluation.trajectories import Floats, Indices, Reference, Tracks
+from multiradar.evaluation.reference_rows import ROW_COLUMN, screened
+from multiradar.evaluation.trajectories import NUMBER_MAX, Floats, Indices, Reference, Tracks
 from multiradar.geodesy.system_plane import SystemPlane
 
-#: Largest plausible time, position, speed or sigma.
-NUMBER_MAX = 1e12
 #: Maximum height of an aircraft, m; larger ones count as unknown.
 HEIGHT_MAX_M = 1e6
 #: Maximum rate of climb, m/s; larger ones count as unknown.
@@ -57,11 +56,13 @@ def reference_of_truth(frame: pl.DataFrame, source: str, gap_s: float) -> Refere
     MissingColumnError
         A column is missing.
     InputError
-        The table is empty, or a value is not a number.
+        The table is empty, a column has no numbers, or no row can be used.
     """
     _require_columns(frame, TRUTH_COLUMNS, source)
-    known = frame.drop_nulls(["track_number"]).with_columns(
-        pl.col("track_number").cast(pl.String).alias("name")
+    known = (
+        with_rows(frame)
+        .drop_nulls(["track_number"])
+        .with_columns(pl.col("track_number").cast(pl.String).alias("name"))
     )
     numbers = ("time_s", "latitude_deg", "longitude_deg", "speed_mps", "heading_deg")
     return _reference(known, numbers, source, gap_s)
@@ -83,18 +84,23 @@ def reference_of_reports(frame: pl.DataFrame, source: str, gap_s: float) -> Refe
     -------
     Reference
         Without velocities; aircraft are named by track number, or else by Mode S address. Reports
-        with neither are skipped.
+        with neither are rejected.
 
     Raises
     ------
     MissingColumnError
         A column is missing.
     InputError
-        The table is empty, or a value is not a number.
+        The table is empty, a column has no numbers, or no row can be used.
     """
     _require_columns(frame, REPORT_COLUMNS, source)
-    known = frame.with_columns(aircraft_name()).drop_nulls(["name"])
+    known = frame.with_columns(aircraft_name())
     return _reference(known, ("time_s", "latitude_deg", "longitude_deg"), source, gap_s)
+
+
+def with_rows(frame: pl.DataFrame) -> pl.DataFrame:
+    """Return a table with the index of each row, for messages, before rows are selected."""
+    return frame if ROW_COLUMN in frame.columns else frame.with_row_index(ROW_COLUMN)
 
 
 def aircraft_name() -> pl.Expr:
@@ -163,10 +169,12 @@ def tracks_of(frame: pl.DataFrame, source: str, plane: SystemPlane, *, tentative
 def _reference(
     frame: pl.DataFrame, numbers: tuple[str, ...], source: str, gap_s: float
 ) -> Reference:
-    _require_rows(frame, "positions of aircraft", source)
-    _require_numbers(frame, numbers, source)
-    rows = frame.unique(["name", "time_s"], keep="first", maintain_order=True)
-    rows = rows.sort("name", "time_s")
+    _require_rows(frame.drop_nulls(["name"]), "positions of aircraft", source)
+    _require_numeric(frame, numbers, source)
+    rows, counts = screened(frame, numbers, source)
+    if rows.is_empty():
+        msg = f"{source}: all {counts.read} rows are rejected: {counts.rejects[0]}"
+        raise InputError(msg)
     names, aircraft = np.unique(rows["name"].to_numpy().astype(np.str_), return_inverse=True)
     order = np.lexsort((rows["time_s"].to_numpy(), aircraft))
     rows, aircraft = rows[order], aircraft[order]
@@ -186,6 +194,7 @@ def _reference(
         velocity_mps=velocity,
         height_m=_heights(rows),
         gap_s=gap_s,
+        counts=counts,
     )
 
 
@@ -233,11 +242,16 @@ def _require_rows(frame: pl.DataFrame, what: str, source: str) -> None:
         raise InputError(msg)
 
 
-def _require_numbers(frame: pl.DataFrame, columns: tuple[str, ...], source: str) -> None:
+def _require_numeric(frame: pl.DataFrame, columns: tuple[str, ...], source: str) -> None:
     for name in columns:
         if not frame[name].dtype.is_numeric():
             msg = f"{source}: expected numbers in the column {name}, was {frame[name].dtype}"
             raise InputError(msg)
+
+
+def _require_numbers(frame: pl.DataFrame, columns: tuple[str, ...], source: str) -> None:
+    _require_numeric(frame, columns, source)
+    for name in columns:
         values = frame[name].cast(pl.Float64).fill_null(np.nan).to_numpy()
         wrong: Indices = np.flatnonzero(~(np.abs(values) <= NUMBER_MAX)).astype(np.int64)
         if name.endswith("latitude_deg"):

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from multiradar.geodesy.system_plane import SystemPlane
 
+#: Largest plausible time, position, speed or sigma.
+NUMBER_MAX = 1e12
 #: Time over which the rate of climb is derived from heights of the reference, s.
 CLIMB_SPAN_S = 10.0
 
@@ -63,6 +65,54 @@ class Tracks:
     confirmed: int
 
 
+@dataclass(frozen=True, slots=True)
+class RejectedRow:
+    """A row of a reference that is not used.
+
+    Attributes
+    ----------
+    file : str
+        The input.
+    line : int, optional
+        Line in a text file, from 1.
+    offset : int, optional
+        Row of a table, from 0; either this or `line` is given.
+    aircraft : str, optional
+        Its name, where it has one.
+    reason : str
+        Why, in words.
+    """
+
+    file: str
+    line: int | None
+    offset: int | None
+    aircraft: str | None
+    reason: str
+
+    def __str__(self) -> str:
+        place = f"row {self.offset}" if self.line is None else f"line {self.line}"
+        whose = "" if self.aircraft is None else f"aircraft {self.aircraft}: "
+        return f"{self.file}: {place}: {whose}{self.reason}"
+
+
+@dataclass(frozen=True, slots=True)
+class RowCounts:
+    """What became of the rows of a reference: read = accepted + rejected + duplicate.
+
+    Attributes
+    ----------
+    read, accepted, duplicate : int
+        Rows; a duplicate has the aircraft and the time of an earlier row.
+    rejects : tuple of RejectedRow
+        In the order of the input.
+    """
+
+    read: int = 0
+    accepted: int = 0
+    duplicate: int = 0
+    rejects: tuple[RejectedRow, ...] = ()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Reference:
     """Known positions of the aircraft, sorted by aircraft, then time.
@@ -85,6 +135,8 @@ class Reference:
         NaN where unknown.
     gap_s : float
         Positions farther apart in time are not joined.
+    counts : RowCounts
+        What became of the rows that it was made of.
     """
 
     plane: SystemPlane
@@ -95,6 +147,7 @@ class Reference:
     velocity_mps: Floats | None
     height_m: Floats
     gap_s: float
+    counts: RowCounts = RowCounts()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -157,8 +157,8 @@ def _reports(frame: pl.DataFrame) -> object:
         (_truth, TRUTH.filter(pl.col("track_number").is_null()), "no positions of aircraft in it"),
         (
             _truth,
-            TRUTH.with_columns(speed_mps=pl.Series([1.0, None, None])),
-            "expected a number in speed_mps of row 1, was None",
+            TRUTH.with_columns(speed_mps=pl.lit(None, pl.Float64)),
+            "all 2 rows are rejected: truth.parquet: row 0: aircraft 7: speed_mps: expected",
         ),
         (_reports, REPORTS[3:], "no positions of aircraft in it"),
     ],

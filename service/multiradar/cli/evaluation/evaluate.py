@@ -311,12 +311,19 @@ def _evaluated(
     presets: Sequence[str],
 ) -> "tuple[Scorecard, Figures]":
     from multiradar.cli.evaluation.inputs import read_biases, read_forecasts, read_tracks
-    from multiradar.evaluation.card.figures import figures_of
+    from multiradar.evaluation.card.figures import figures_of, row_figures
     from multiradar.evaluation.overlap import check_matched, outside, rarely_matched
-    from multiradar.evaluation.reference_checks import clock_offset, height_unit, shared_sensors
+    from multiradar.evaluation.reference_checks import (
+        clock_offset,
+        height_unit,
+        rejected_rows,
+        shared_sensors,
+    )
     from multiradar.evaluation.scorecard import evaluate as evaluate_tracks
 
     known = chosen.read(tracks, settings)
+    for sentence in rejected_rows(known.reference.counts):
+        print(f"multiradar: {sentence}", file=sys.stderr)
     evaluated = read_tracks(tracks, known, settings)
     card = evaluate_tracks(
         evaluated,
@@ -336,6 +343,7 @@ def _evaluated(
     for sentence in sentences:
         print(f"multiradar: {sentence}", file=sys.stderr)
     what: Figures = {"kind": known.kind, "path": str(known.path), **known.claimed}
+    what |= row_figures(known.reference.counts)
     return card, {"reference": what, **figures_of(card)}
 
 
@@ -346,6 +354,7 @@ def _document(tracks: Path, card: "Scorecard", figures: Any, *, whole: bool) -> 
         card_tables,
         notes_of,
         preset_table,
+        rejects_tables,
     )
     from multiradar.report.content import Document
 
@@ -361,7 +370,12 @@ def _document(tracks: Path, card: "Scorecard", figures: Any, *, whole: bool) -> 
         title="Scorecard of tracks",
         summary=summary,
         command=_command(tracks, figures),
-        tables=[preset_table(figures), *card_tables(figures), aircraft_table(figures, most)],
+        tables=[
+            preset_table(figures),
+            *card_tables(figures),
+            aircraft_table(figures, most),
+            *rejects_tables(figures, most),
+        ],
         plots=card_plots(card) if whole else [],
         notes=notes_of(card, figures),
     )

@@ -25,6 +25,7 @@ from multiradar.evaluation.tables import (
     reference_of_reports,
     reference_of_truth,
     tracks_of,
+    with_rows,
 )
 
 if TYPE_CHECKING:
@@ -210,7 +211,7 @@ def read_system_tracks(given: Path, settings: EvaluationSettings) -> Known:
     missing = [name for name in ("state", "sensor_id") if name not in frame.columns]
     if missing:
         raise MissingColumnError(str(path), missing, frame.columns)
-    usable = frame.filter(~pl.col("state").is_in(_NOT_SEEN)).drop_nulls("latitude_deg")
+    usable = with_rows(frame).filter(~pl.col("state").is_in(_NOT_SEEN)).drop_nulls("latitude_deg")
     processors = usable["sensor_id"].unique().sort().to_list()
     if len(processors) != 1:
         named = ", ".join(map(str, processors)) or "none"

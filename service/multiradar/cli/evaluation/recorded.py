@@ -11,7 +11,8 @@ from multiradar.cli.demonstration.truth import TRUTH_FILE, Truth, read_truth_fil
 from multiradar.cli.inputs import DumpChoice, open_measurements
 from multiradar.errors import InputError
 from multiradar.evaluation.measures.bias_errors import TRUE_BIAS_COLUMNS
-from multiradar.evaluation.tables import NUMBER_MAX
+from multiradar.evaluation.reference_rows import FILE_COLUMN, LINE_COLUMN
+from multiradar.evaluation.trajectories import NUMBER_MAX
 from multiradar.report.times import is_dated
 
 REPORT_FILE = "report.json"
@@ -113,7 +114,8 @@ def dump_tracks(given: Path) -> pl.DataFrame:
     Returns
     -------
     DataFrame
-        Columns of `REPORT_COLUMNS`; the aircraft are named by the dump's numbers. Times are Unix
+        Columns of `REPORT_COLUMNS`, and `file` and `line`; the aircraft are named by the dump's
+        numbers. Times are Unix
         times where the dump was converted with a date.
 
     Raises
@@ -136,7 +138,13 @@ def dump_tracks(given: Path) -> pl.DataFrame:
         except (ConversionError, UnicodeDecodeError) as error:
             raise InputError(f"{path.parent}: {error}") from error
         part = pl.DataFrame(points, schema=dict.fromkeys(_COLUMNS, pl.Float64))
-        parts.append(part.with_columns(track_number=pl.lit(_number(path), pl.Int64)))
+        # A point is a line.
+        parts.append(
+            part.with_row_index(LINE_COLUMN, offset=1).with_columns(
+                pl.lit(str(path)).alias(FILE_COLUMN),
+                track_number=pl.lit(_number(path), pl.Int64),
+            )
+        )
     moved = pl.col("time_s")
     whole = pl.concat(parts)
     if whole.height and not is_dated(float(whole["time_s"].max())):  # type: ignore[arg-type]  # numbers

@@ -9,10 +9,12 @@ from multiradar.evaluation.measures.bias_errors import BiasHistory
 from multiradar.evaluation.measures.consistency import Consistency
 from multiradar.evaluation.measures.forecast_errors import ForecastErrors
 from multiradar.evaluation.scorecard import Scorecard
-from multiradar.evaluation.trajectories import Floats
+from multiradar.evaluation.trajectories import Floats, RowCounts
 
 #: A false track that lives longer is counted separately, s.
 LONG_LIFE_S = 30.0
+#: Rejected rows of a reference that are listed.
+REJECTS_MAX = 1000
 _HOUR_S = 3600.0
 
 Figure = float | int | str | bool | None
@@ -97,6 +99,29 @@ def summary(values: Floats) -> Figures:
         size.max(),
     )  # fmt: skip
     return {"samples": len(known), **dict(zip(names, map(float, found), strict=True))}
+
+
+def row_figures(counts: RowCounts) -> Figures:
+    """Return the counts of the rows of a reference, and its first `REJECTS_MAX` rejects.
+
+    Parameters
+    ----------
+    counts : RowCounts
+        What became of the rows.
+
+    Returns
+    -------
+    dict
+        `rows`, and `rejects` with the fields of `rejects.ndjson` that locate and explain a reject.
+    """
+    rows: Figures = {
+        "read": counts.read,
+        "accepted": counts.accepted,
+        "rejected": len(counts.rejects),
+        "duplicate": counts.duplicate,
+    }
+    rejects: list[Figures] = [dataclasses.asdict(one) for one in counts.rejects[:REJECTS_MAX]]
+    return {"rows": rows, "rejects": rejects}
 
 
 def by_aircraft(card: Scorecard) -> list[Figures]:

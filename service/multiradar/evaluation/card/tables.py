@@ -103,6 +103,37 @@ def aircraft_table(figures: Figures, most: int | None = None) -> Table:
     return Table(title, header, _cells(cells))
 
 
+def rejects_tables(figures: Figures, most: int | None = None) -> list[Table]:
+    """Return the rejected rows of the reference.
+
+    Parameters
+    ----------
+    figures : dict
+        Of `figures_of`, with the `reference` of the command.
+    most : int, optional
+        Maximum number of rows; all that are listed where not given.
+
+    Returns
+    -------
+    list of Table
+        Empty without rejects.
+    """
+    reference = _dict(figures["reference"])
+    listed, rows = _list(reference["rejects"]), _dict(reference["rows"])
+    if not listed:
+        return []
+    cells = [
+        (one["file"], one["offset"] if one["line"] is None else one["line"], one["aircraft"],
+         one["reason"])
+        for one in listed[:most]
+    ]  # fmt: skip
+    title = (
+        f"Rejected rows of the reference ({rows['read']} read = {rows['accepted']} accepted + "
+        f"{rows['rejected']} rejected + {rows['duplicate']} duplicate)"
+    )
+    return [Table(title, ("file", "row or line", "aircraft", "reason"), _cells(cells))]
+
+
 def notes_of(card: Scorecard, figures: Figures) -> list[str]:
     """Return what a reader must know to interpret the figures, one sentence each.
 

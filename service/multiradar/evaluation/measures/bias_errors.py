@@ -6,8 +6,7 @@ import numpy as np
 import polars as pl
 
 from multiradar.errors import InputError, MissingColumnError
-from multiradar.evaluation.tables import NUMBER_MAX
-from multiradar.evaluation.trajectories import Floats
+from multiradar.evaluation.trajectories import NUMBER_MAX, Floats
 
 BIAS_COLUMNS = ("time_s", "sensor_id", "parameter", "estimate", "sigma")
 TRUE_BIAS_COLUMNS = ("time_s", "sensor_id", "parameter", "value")

@@ -7,8 +7,8 @@ import numpy as np
 import polars as pl
 
 from multiradar.errors import InputError, MissingColumnError
-from multiradar.evaluation.tables import NUMBER_MAX
 from multiradar.evaluation.trajectories import (
+    NUMBER_MAX,
     Flags,
     Floats,
     Indices,

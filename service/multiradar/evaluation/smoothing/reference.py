@@ -8,6 +8,7 @@ import polars as pl
 
 from multiradar.errors import InputError
 from multiradar.evaluation.measures.bias_errors import BiasHistory
+from multiradar.evaluation.reference_rows import ROW_COLUMN, screened
 from multiradar.evaluation.smoothing.motion_modes import civil_modes
 from multiradar.evaluation.smoothing.multiple_modes import smooth_modes
 from multiradar.evaluation.smoothing.plot_positions import (
@@ -18,8 +19,15 @@ from multiradar.evaluation.smoothing.plot_positions import (
 )
 from multiradar.evaluation.smoothing.residual_biases import residual_biases
 from multiradar.evaluation.smoothing.single_mode import PositionMeasurements, smooth
-from multiradar.evaluation.tables import HEIGHT_MAX_M, NUMBER_MAX, aircraft_name
-from multiradar.evaluation.trajectories import Flags, Floats, Indices, Reference
+from multiradar.evaluation.tables import HEIGHT_MAX_M, aircraft_name, with_rows
+from multiradar.evaluation.trajectories import (
+    NUMBER_MAX,
+    Flags,
+    Floats,
+    Indices,
+    Reference,
+    RowCounts,
+)
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar_schemas.sensors.sensor import Sensor
 
@@ -116,12 +124,17 @@ def smoothed_reference(
             ("height_m", HEIGHT_MAX_M),
         )
     ]
-    rows = measurements.with_columns(aircraft_name(), *sane).filter(
-        pl.col("time_s").is_not_null()
-        & pl.col("name").is_not_null()
-        & pl.col("kind").is_in(["radar", "adsb", "mlat"])
-        & pl.col("sensor_id").is_in(list(numbers))
+    rows = (
+        with_rows(measurements)
+        .with_columns(aircraft_name(), *sane)
+        .filter(
+            pl.col("time_s").is_not_null()
+            & pl.col("name").is_not_null()
+            & pl.col("kind").is_in(["radar", "adsb", "mlat"])
+            & pl.col("sensor_id").is_in(list(numbers))
+        )
     )
+    rows, counts = _without_wild(rows, source)
     names, aircraft = np.unique(rows["name"].to_numpy().astype(np.str_), return_inverse=True)
     of = np.array([numbers[name] for name in rows["sensor_id"]], np.int64)
     positions = _located(rows, aircraft.astype(np.int64), of, sensors, biases)
@@ -159,9 +172,23 @@ def smoothed_reference(
         velocity_mps=found.state[selected, 2:],
         height_m=positions.height_m[kept][selected],
         gap_s=gap_s,
+        counts=counts,
     )
     sigma_m = float(np.sqrt(np.mean(found.position_variance_m2[selected])))
     return SmoothedReference(reference, sigma_m, int(np.sum(~found.used)))
+
+
+# Reported positions that no aircraft flies to; plots of radars are left to the smoother.
+def _without_wild(rows: pl.DataFrame, source: str) -> tuple[pl.DataFrame, RowCounts]:
+    place = ("latitude_deg", "longitude_deg")
+    reported = rows.filter(pl.col("kind") != "radar").drop_nulls(place)
+    _, counts = screened(reported, ("time_s", *place), source)
+    wild = [one.offset for one in counts.rejects]
+    accepted = len(reported) - len(wild)
+    # Sensors may report an aircraft at one time: none is a duplicate here.
+    return rows.filter(~pl.col(ROW_COLUMN).is_in(wild)), RowCounts(
+        len(reported), accepted, 0, counts.rejects
+    )
 
 
 def _located(
