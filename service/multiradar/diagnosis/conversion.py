@@ -42,6 +42,8 @@ from multiradar.estimation.measurement.sensors import SensorTable
 _READINGS = (*RANGE_UNITS, *AZIMUTH_UNITS, EXCHANGED, MIRRORED)
 #: The file of what was rejected, among the outputs of a report.
 REJECTS_FILE = "rejects.ndjson"
+#: A recording of which a larger fraction of the octets is quarantined is not of a known form.
+QUARANTINED_MAX = 0.5
 #: Rejects that are read, and their reason for an azimuth of more than a full circle.
 _REJECTS_MAX = 100_000
 #: ... when they exceed this fraction of what was accepted: gradians lose a tenth.
@@ -106,6 +108,7 @@ _NOTHING = (
 
 
 def _rejected(report: Mapping[str, Any]) -> Iterator[Diagnosis]:
+    octets = report.get("figures", {}).get("bytes", {})
     for one in report["inputs"]:
         read, rejected = one["counts"]["read"], one["counts"]["rejected"]
         if read >= READ_MIN and rejected > LOST_MAX * read:
@@ -115,6 +118,15 @@ def _rejected(report: Mapping[str, Any]) -> Iterator[Diagnosis]:
                 f"{one['file']}: {rejected / read:.0%} of its {counted(read)} records were "
                 "rejected; rejects.ndjson gives the reason of each: check the form of the file and "
                 "its units",
+            )
+        elif octets and octets[one["file"]]["quarantined"] > QUARANTINED_MAX * one["bytes"]:
+            # Octets between damaged blocks are one reject, however many.
+            yield Diagnosis(
+                "",
+                "octets_quarantined",
+                f"{one['file']}: {octets[one['file']]['quarantined'] / one['bytes']:.0%} of its "
+                f"{counted(one['bytes'])} octets could not be decoded; rejects.ndjson gives the "
+                "reason of each: check the form of the file, and the editions of its categories",
             )
 
 

@@ -10,7 +10,7 @@ import pytest
 from multiradar.cli.main import EXIT_DONE, EXIT_FAILED, run
 from multiradar_schemas.measurements.reject import Reject
 from multiradar_schemas.report import Report
-from support.asterix.octets import block, gps, plot_048
+from support.asterix.octets import block, final_format, gps, plot_048
 
 
 def converted(folder: Path, content: bytes, *, status: int) -> Path:
@@ -50,6 +50,29 @@ def test_a_file_that_ends_inside_a_block_is_reported_and_read_up_to_it(
     last = last_reject(out)
     assert (last.code, last.reason) == ("TRUNCATED", inside)
     assert last.raw == second[:-5].hex()
+
+
+def test_final_format_that_ends_inside_an_envelope_is_reported_and_read_up_to_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    whole = final_format([(float(k), block(48, plot_048(float(k)))) for k in range(3)])
+    out = converted(tmp_path, whole[:-6], status=EXIT_FAILED)
+    assert "the file ends inside an envelope: " in capsys.readouterr().err
+    assert pl.read_parquet(out / "measurements.parquet")["time_s"].to_list() == [0.0, 1.0]
+    assert last_reject(out).code == "TRUNCATED"
+
+
+def test_a_recording_of_which_most_octets_are_quarantined_fails(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Octets between blocks are one reject, so that counting records does not show it."""
+    good = block(48, plot_048(1.0)) * 40
+    out = converted(tmp_path, good + bytes(len(good) + 80) + good[: len(good) // 40], status=1)
+    assert capsys.readouterr().err == (
+        "multiradar: recording: 52% of its 1 862 octets could not be decoded; rejects.ndjson gives "
+        "the reason of each: check the form of the file, and the editions of its categories\n"
+    )
+    assert pl.read_parquet(out / "measurements.parquet").height == 1
 
 
 @pytest.mark.parametrize("rest", [bytes(7), b"\x30", b"\x21\x01\x00\x80"])

@@ -83,6 +83,14 @@ def gps(blocks: Iterable[tuple[float, bytes]]) -> bytes:
     return b"".join(parts)
 
 
+def final_format(datagrams: Iterable[tuple[float, bytes]], *, line: int = 3) -> bytes:
+    """Write a recording in Final format: datagrams with the times of day of their reception."""
+    return b"".join(
+        struct.pack(">H2BI", len(one) + 12, 1, line, round(seconds * 100)) + one + b"\xa5" * 4
+        for seconds, one in datagrams
+    )
+
+
 def rply(datagrams: Iterable[tuple[int, bytes]]) -> bytes:
     """Write a `.rply` recording: datagrams with the milliseconds since the one before."""
     return b"".join(struct.pack("<2i", len(one), pause) + one for pause, one in datagrams)

@@ -12,7 +12,7 @@ from multiradar_converters.asterix.decoding.sensor_status import last_status
 from multiradar_converters.asterix.decoding.services import Services, read_services
 from multiradar_converters.asterix.decoding.system_tracks import read_system_tracks
 from multiradar_converters.asterix.decoding.targets import Targets, read_targets
-from multiradar_converters.asterix.framing.containers import Blocks
+from multiradar_converters.asterix.framing.containers import FINAL_FORMAT, Blocks
 from multiradar_converters.asterix.layout import _kernels
 from multiradar_converters.asterix.layout.columns import Columns, Integers, Numbers
 from multiradar_converters.asterix.layout.notation import Layout
@@ -175,7 +175,8 @@ def decode_blocks(
         gathered.broken.append(Broken(offset, octets, RejectCode.MALFORMED_BLOCK, reason, offset))
     if blocks.cut:
         last = gathered.broken[-1]
-        reason = f"the file ends inside a block: {last.octets} of its {blocks.cut} octets"
+        what = "an envelope" if blocks.form == FINAL_FORMAT else "a block"
+        reason = f"the file ends inside {what}: {last.octets} of its {blocks.cut} octets"
         gathered.broken[-1] = replace(last, code=RejectCode.TRUNCATED, reason=reason)
     known, numbers = layouts
     _skip(gathered, np.flatnonzero(numbers < 0))

@@ -6,6 +6,7 @@
                     which the 7th to the 9th are the time of day of its reception in 1/128 s
 `.pcap` `.pcapng`   packets; see `capture`
 `.rply`             datagrams with the time between them; see `replay_file`
+`.ff` `.astfin`     datagrams in envelopes with their time of day; see `final_format`
 ==================  =============================================================================
 
 The format is detected from the first octets. A block is a category (one octet), its length
@@ -25,6 +26,10 @@ from multiradar_converters.asterix.framing.datagrams import (
     Datagrams,
     split_datagrams,
 )
+from multiradar_converters.asterix.framing.final_format import (
+    is_final_format,
+    read_final_format,
+)
 from multiradar_converters.asterix.framing.replay_file import is_replay_file, read_replay_file
 from multiradar_converters.asterix.layout import _block_kernels
 from multiradar_converters.asterix.layout.program import catalogue
@@ -42,6 +47,10 @@ _BLOCKS_AT_ONCE = 1 << 12
 _BLOCK_HEAD = 3
 
 
+#: Form of recordings whose datagrams are in envelopes, see `final_format`.
+FINAL_FORMAT = "final"
+
+
 @dataclass(frozen=True)
 class Blocks:
     """The blocks of a file.
@@ -53,7 +62,7 @@ class Blocks:
     size : int
         Its size, octets.
     form : str
-        blocks, gps, capture or rply.
+        blocks, gps, capture, rply or final.
     data : uint8[b]
         The octets of the file, followed by reassembled payloads.
     begins, ends : int64[n]
@@ -67,8 +76,8 @@ class Blocks:
     framing : int
         Octets of the file format.
     cut : int
-        Length of the truncated block at the end of the file, of which the last gap is the present
-        part; 0 for none.
+        Length of the truncated block, or envelope of Final format, at the end of the file, of which
+        the gap at the end is the present part; 0 for none.
     """
 
     file: str
@@ -137,6 +146,9 @@ def _read(path: Path) -> tuple[Blocks, Datagrams | None]:
     data = _octets(path)
     if capture.is_capture(data):
         return _from_capture(path, data)
+    # First: its headers may look like those of a replay file.
+    if is_final_format(data):
+        return _from_final_format(path, data)
     if is_replay_file(data):
         return _from_replay_file(path, data)
     return _without_datagrams(path, data), None
@@ -305,5 +317,14 @@ def _from_replay_file(path: Path, data: NDArray[np.uint8]) -> tuple[Blocks, Data
         received_s=np.full(len(blocks.begins), np.nan),
         gaps=gaps + blocks.gaps,
         framing=framing,
+    )
+    return blocks, datagrams
+
+
+def _from_final_format(path: Path, data: NDArray[np.uint8]) -> tuple[Blocks, Datagrams]:
+    datagrams, gaps, framing, cut = read_final_format(data)
+    blocks, _cut = blocks_of_datagrams(datagrams, datagrams.begins, path.name, FINAL_FORMAT)
+    blocks = replace(
+        blocks, size=len(data), gaps=sorted(gaps + blocks.gaps), framing=framing, cut=cut
     )
     return blocks, datagrams

@@ -17,9 +17,9 @@ from multiradar.errors import InputError
 #: Text of `--help`.
 ASTERIX_HELP = (
     "Convert ASTERIX recordings.\n\n"
-    "FILE is blocks back to back (.ast, .raw), a .gps or .rply recording, or a network capture "
-    "(.pcap, .pcapng); the format is detected. Several files form one recording, the "
-    "earliest first.\n\n"
+    "FILE is blocks back to back (.ast, .raw), a .gps, .rply or .ff (Final format) recording, or a "
+    "network capture (.pcap, .pcapng); the format is detected. Several files form one recording, "
+    "the earliest first.\n\n"
     "DIR is created: measurements.parquet (plots of categories 001 and 048, multilateration of "
     "020, ADS-B of 021), rejects.ndjson (every block that cannot be decoded), report.json (records "
     "by category, sensor and item) and sensors.toml (scan periods, ranges, and sites "
