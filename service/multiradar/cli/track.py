@@ -358,7 +358,8 @@ def _print_report(report: "Report", times: str, out: Path) -> None:
     for one in unobservable:
         assert isinstance(one, dict)
         console.print(
-            f"not observable: {one['what']} (sigma still {one['prior_ratio']:.0%} of the prior)",
+            f"not observable: {one['what']} (sigma still {one['prior_ratio']:.0%} of the prior)"
+            + (f": {one['reason']}" if one["reason"] else ""),
             soft_wrap=True,
         )
     outcomes = figures["measurements_by_outcome"]

@@ -8,14 +8,11 @@ from multiradar.estimation.bias.store import BiasState
 from multiradar.estimation.filters import _kernels as kernels
 from multiradar.estimation.filters.arrays import Model
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.estimation.measurement.sites import numbers_of_sites
 from multiradar.geodesy._kernels import site_parameters
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.geodesy.wgs84 import geodetic_to_ecef
 from multiradar.tracking.modes import mode_table
 from multiradar.tracking.settings import NOMINAL_INTERVAL_S, VELOCITY_FRAME, TrackingSettings
-
-#: Sensors closer together than this count as one site, m.
-ONE_SITE_M = 1000.0
 
 
 def filter_model(
@@ -61,7 +58,7 @@ def filter_model(
         plane=parameters,
         sites=np.array(sites),
         noises=np.ascontiguousarray(noises),
-        site_numbers=_site_numbers(sensors),
+        site_numbers=numbers_of_sites(sensors),
         starts=column_starts(sensors),
         parameters=sensors.parameter_kind.astype(np.int64),
         bias=np.empty(0),
@@ -94,18 +91,6 @@ def with_biases(model: Model, biases: BiasState) -> Model:
         bias_covariance=biases.covariance.copy(),
         factor=np.ascontiguousarray((np.linalg.cholesky(scaled) * biases.scale[:, None]).T),
     )
-
-
-def _site_numbers(sensors: SensorTable) -> NDArray[np.int64]:
-    # A sensor has the number of the first sensor at the same site; sensors without a site keep
-    # their own.
-    position = geodetic_to_ecef(sensors.latitude_rad, sensors.longitude_rad, sensors.height_m)
-    distance_m = np.linalg.norm(position[:, None, :] - position[None, :, :], axis=-1)
-    # A moving sensor has no fixed site.
-    stays = ~(sensors.moving[:, None] | sensors.moving[None, :])
-    same = ((distance_m < ONE_SITE_M) & stays) | np.eye(len(sensors), dtype=np.bool_)
-    numbers: NDArray[np.int64] = np.argmax(same, axis=1).astype(np.int64)
-    return numbers
 
 
 def _options(settings: TrackingSettings) -> NDArray[np.float64]:

@@ -130,13 +130,17 @@ def test_biases_unobservable_with_one_radar_are_reported(
     assert _track(alone, "--sensors", sensors, "--out", out) == 1
     shown, said = capsys.readouterr()
     assert said.startswith("multiradar: 41-20: no measurements in the recording; ")
-    sentence = "not observable: range offset of 41-10 (sigma still 100% of the prior)"
+    sentence = (
+        "not observable: range offset of 41-10 (sigma still 100% of the prior): all aircraft were "
+        "measured from one site; add a radar at another site"
+    )
     assert sentence in shown
     assert "100.0%" in shown
     figures = json.loads((out / "report.json").read_text())["figures"]
     first = figures["unobservable_biases"][0]
     assert first["what"] == "range offset of 41-10"
     assert first["prior_ratio"] == pytest.approx(1.0)
+    assert first["reason"].startswith("all aircraft were measured from one site; add ")
     assert first["weights"] == [
         {"sensor_id": "41-10", "parameter": "range_offset_m", "weight": 1.0}
     ]

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from multiradar.estimation.bias.observability import UnobservableBias
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import (
@@ -92,6 +93,10 @@ class FakeEngine:
             covariance=covariance,
             height_m=np.full(count, np.nan),
         )
+
+    def unobservable_biases(self) -> tuple[UnobservableBias, ...]:
+        """Nothing is known to be unobservable."""
+        return ()
 
     def close(self) -> None:
         """Record that it was closed."""

@@ -50,11 +50,14 @@ class UnobservableBias:
         Its sigma over the prior sigma: 1 without any information.
     weights : tuple of c floats
         Weight of each parameter, in units of its prior sigma; the largest is 1.
+    reason : str
+        Why there is no information about it at all, and what to do; empty if there is some.
     """
 
     name: str
     prior_ratio: float
     weights: tuple[float, ...]
+    reason: str = ""
 
 
 def unobservable_combinations(

@@ -22,9 +22,9 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_RANGE_OFFSET,
     SensorTable,
 )
+from multiradar.estimation.measurement.sites import numbers_of_sites, site_numbers
 from multiradar.geodesy._kernels import site_parameters
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.geodesy.wgs84 import geodetic_to_ecef
 from multiradar.research.sequential.sensor_checks import (
     plot_variances,
     require_prior,
@@ -33,9 +33,6 @@ from multiradar.research.sequential.sensor_checks import (
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-#: Radars closer together than this count as one site.
-ONE_SITE_M = 1000.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,7 +200,7 @@ def flat_radars(
         plane=np.zeros(1),
         sites=sites,
         noises=np.column_stack([variances, np.ones(count), np.zeros(count)]),
-        site_numbers=_site_numbers(np.column_stack([sites, np.zeros(count)])),
+        site_numbers=site_numbers(sites, np.ones(count, np.bool_)),
         starts=len(kinds) * np.arange(count + 1, dtype=np.int64),
         parameters=np.tile(kinds, count),
         prior=prior,
@@ -256,7 +253,7 @@ def earth_sensors(table: SensorTable, plane: SystemPlane) -> Sensors:
         plane=parameters,
         sites=np.array(sites),
         noises=np.column_stack([*noises, np.nan_to_num(table.height_m)]),
-        site_numbers=_site_numbers(geodetic_to_ecef(*geodetic.T)),
+        site_numbers=numbers_of_sites(table),
         starts=starts,
         parameters=known_kinds(table.parameter_kind),
         prior=BiasPrior(table.prior_mean, np.diag(table.prior_sigma**2), table.drift),
@@ -276,11 +273,3 @@ def _require_each_once(sensor: int, kinds: list[int]) -> None:
                 f"sensor {sensor}: expected {PARAMETER_NAMES[kind]} once, was "
                 f"{kinds.count(kind)} times"
             )
-
-
-# A sensor has the number of the first one at the same site.
-def _site_numbers(position_m: Floats) -> Integers:
-    distance = np.linalg.norm(position_m[:, None, :] - position_m[None, :, :], axis=-1)
-    same = (distance < ONE_SITE_M) | np.eye(len(position_m), dtype=np.bool_)
-    site_numbers: Integers = np.argmax(same, axis=1).astype(np.int64)
-    return site_numbers

@@ -290,6 +290,7 @@ class Engine:
                 self._stepper.step_some(run.rows, run.result, left, excluded, self._model)
             if needs_window:
                 self._association.update_lifecycles(window, run.result, self._pool, run.confirmed)
+            self._biases.record_sites(run.rows, run.result, self._pool, first=begin, last=end)
             self._health.gather(
                 run.rows, run.result, run.identities, self._pool, first=begin, last=end
             )

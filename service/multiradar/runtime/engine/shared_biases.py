@@ -1,13 +1,17 @@
 """The sensor biases shared by all tracks of an engine: merge, drift, publication."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.bias.drift_steps import drift_steps
 from multiradar.estimation.bias.estimator import BiasEstimator
 from multiradar.estimation.bias.observability import UnobservableBias, unobservable_combinations
+from multiradar.estimation.bias.site_use import UNTOUCHED_RATIO_MIN, SiteUse
 from multiradar.estimation.bias.store import BiasState
-from multiradar.estimation.filters.arrays import RECENT_TIME, Model, Result
+from multiradar.estimation.filters._kernels import RESTARTED
+from multiradar.estimation.filters.arrays import RECENT_TIME, Model, Result, Rows
 from multiradar.estimation.filters.bank import FilterDefinition
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
@@ -59,6 +63,7 @@ class SharedBiases:
         self.vector = np.zeros((PARTITIONS, columns))
         self.model: Model = filter_model(sensors, settings, plane, self._estimator.state)
         self._started_s = self.drifted_s = 0.0
+        self._site_use = SiteUse(sensors)
 
     @property
     def state(self) -> BiasState:
@@ -72,6 +77,15 @@ class SharedBiases:
     def log(self, log: Floats, sensors: NDArray[np.int64]) -> None:
         """Log measurements, in canonical order, where the filter folds them."""
         self._estimator.log(log, sensors)
+
+    def record_sites(
+        self, rows: Rows, result: Result, pool: AircraftPool, *, first: int, last: int
+    ) -> None:
+        """Record from which sites the aircraft of the rows first…last were measured."""
+        accepted = first + np.flatnonzero(result.outcome[first:last] <= RESTARTED)
+        self._site_use.record(
+            rows.sensor[accepted], pool.aircraft.measured_from[rows.slot[accepted]]
+        )
 
     def without_bias_sums(self, result: Result) -> Result:
         """Return a view of a result with separate, discarded sums for the biases."""
@@ -129,9 +143,17 @@ class SharedBiases:
         )
 
     def unobservable_biases(self) -> tuple[UnobservableBias, ...]:
-        """Return the combinations of biases that are not observable so far."""
-        return unobservable_combinations(
+        """Return the combinations of biases that are not observable so far, with the reasons."""
+        found = unobservable_combinations(
             self._sensors, self._estimator.state.covariance, self.drifted_s - self._started_s
+        )
+        return tuple(replace(one, reason=self._reason(one)) for one in found)
+
+    def _reason(self, one: UnobservableBias) -> str:
+        if one.prior_ratio < UNTOUCHED_RATIO_MIN:
+            return ""
+        return self._site_use.reason(
+            int(self._sensors.parameter_sensor[np.argmax(np.abs(one.weights))])
         )
 
     def _publish(self) -> None:

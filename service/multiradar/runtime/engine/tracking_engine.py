@@ -2,6 +2,7 @@
 
 from typing import Protocol
 
+from multiradar.estimation.bias.observability import UnobservableBias
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput, TrackStates
@@ -38,6 +39,10 @@ class TrackingEngine(Protocol):
 
     def tracks(self) -> TrackStates:
         """Return the live tracks."""
+        ...
+
+    def unobservable_biases(self) -> tuple[UnobservableBias, ...]:
+        """Return the combinations of biases that are not observable so far."""
         ...
 
     def close(self) -> None:

@@ -10,6 +10,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
+from typing import Any
 
 from multiradar.errors import MultiradarError, PipelineError
 from multiradar.estimation.measurement.sensors import SensorTable
@@ -100,6 +101,16 @@ class Processor:
         """Measurements in the engine by outcome."""
         with self._lock:
             return dict(sorted(self._engine.counts.items()))
+
+    @property
+    def unobservable_biases(self) -> list[dict[str, Any]]:
+        """What is not observable so far, in words: `what`, `prior_ratio` and `reason`."""
+        with self._lock:
+            found = self._engine.unobservable_biases()
+        return [
+            {"what": one.name, "prior_ratio": round(one.prior_ratio, 4), "reason": one.reason}
+            for one in found
+        ]
 
     def states(self) -> tuple[TrackStates, SystemPlane]:
         """Return the live tracks and their plane; waits for a running call of the engine.

@@ -353,6 +353,7 @@ class Service:
             "arrivals": self._arrivals.records(),
             "warnings": self._arrivals.warnings(),
             "engine": {} if processor is None else processor.counts,
+            "unobservable_biases": [] if processor is None else processor.unobservable_biases,
             "skipped_entries": len(skipped),
             "skipped": sorted(skipped)[:_SKIPPED_SHOWN_MAX],
             "output_sha256": None if processor is None else processor.output_sha256,

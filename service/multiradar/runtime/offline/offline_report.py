@@ -112,4 +112,9 @@ def _unobservable_figures(
         )
         if weight != 0.0
     ]
-    return {"what": combination.name, "prior_ratio": combination.prior_ratio, "weights": weights}
+    return {
+        "what": combination.name,
+        "prior_ratio": combination.prior_ratio,
+        "reason": combination.reason,
+        "weights": weights,
+    }

@@ -72,14 +72,16 @@ def test_biases_of_three_radars_are_observable(name: str) -> None:
     assert ratios(engine, scene).max() < 0.05
 
 
-@pytest.mark.parametrize("name", EXACT)
-def test_reported_positions_anchor_a_radar(name: str) -> None:
-    adsb = Radar("adsb", 56.0, 61.0, biases={}, detection=0.0)
-    scene = scene_of([three_radars()[0], adsb])
-    sensors = scene.sensors
-    kinds = sensors.kinds.copy()
+# A radar and a receiver of reported positions, whose station is ``apart_deg`` of latitude away.
+def anchored(apart_deg: float) -> tuple[Scene, MeasurementBatch]:
+    radar = three_radars()[0]
+    station = Radar(
+        "adsb", radar.latitude_deg + apart_deg, radar.longitude_deg, biases={}, detection=0.0
+    )
+    scene = scene_of([radar, station])
+    kinds = scene.sensors.kinds.copy()
     kinds[1] = KIND_POSITION
-    scene = replace(scene, sensors=replace(sensors, kinds=kinds))
+    scene = replace(scene, sensors=replace(scene.sensors, kinds=kinds))
     rows = np.arange(0, len(scene.batch), 2)
     rng = np.random.default_rng(9)
     place = scene.truth[rows, :2] + 30.0 * rng.normal(size=(len(rows), 2))
@@ -92,12 +94,47 @@ def test_reported_positions_anchor_a_radar(name: str) -> None:
         longitude_rad=longitude,
     )
     both = MeasurementBatch.concatenate([scene.batch, reports])
-    both = both.select(np.argsort(both.time_s, kind="stable"))
+    return scene, both.select(np.argsort(both.time_s, kind="stable"))
+
+
+# A position has no origin of measurement: a station on the mast of the radar anchors it too.
+@pytest.mark.parametrize("apart_deg", [0.0, 1.0])
+@pytest.mark.parametrize("name", [*EXACT, "imm", "blom-macro"])
+def test_reported_positions_anchor_a_radar(name: str, apart_deg: float) -> None:
+    scene, both = anchored(apart_deg)
     unobservable, engine = tracked(name, scene, both)
     assert unobservable == ()
     assert ratios(engine, scene).max() < 0.1
     error = engine.biases.estimate - scene.biases_at(0.0)
     assert np.abs(error / engine.biases.sigma).max() < 4.0
+
+
+@pytest.mark.parametrize("name", EXACT)
+def test_no_contribution_has_a_reason(name: str) -> None:
+    scene = scene_of(three_radars())
+    batch = scene.batch
+    alone, _ = tracked(name, scene_of(three_radars()[:1]), batch.select(batch.sensor == 0))
+    assert {one.reason[:41] for one in alone} == {"all aircraft were measured from one site;"}
+    # Each radar sees aircraft of its own.
+    apart = batch.select(batch.track_number % 3 == batch.sensor)
+    unobservable, _ = tracked(name, scene, apart)
+    assert {one.reason.split(";")[0] for one in unobservable} == {
+        "none of its aircraft was measured from another site"
+    }
+    two = batch.select(batch.sensor < 2)
+    silent = {one.name: one.reason for one in tracked(name, scene, two)[0]}
+    assert silent["range offset of C"] == "none of its measurements has updated a track"
+    unheard = replace(batch, height_m=np.full(len(batch), np.nan))
+    unobservable, _ = tracked(name, scene, unheard)
+    assert len(unobservable) == 6
+    assert all("heights of its aircraft are unknown" in one.reason for one in unobservable)
+
+
+def test_partly_observable_biases_have_no_reason() -> None:
+    first = three_radars()[0]
+    near = replace(first, identifier="A2", latitude_deg=first.latitude_deg + 0.011)
+    scene = scene_of([first, near], duration_s=60.0)
+    assert {one.reason for one in tracked("two-stage", scene, scene.batch)[0]} == {""}
 
 
 def test_biases_without_measurements_drift_and_are_unobservable() -> None:

@@ -1,0 +1,46 @@
+"""Which sensors measure from one site."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from multiradar.estimation.measurement.sites import ONE_SITE_M, numbers_of_sites
+from multiradar.tracking.input.measurements import KIND_BEARING, KIND_POSITION, KIND_RADAR
+from support.scenarios.scenes import make_scene, random_flights, three_radars
+
+
+def numbers_of(kinds: list[int], north_m: list[float], *, moving: int = -1) -> list[int]:
+    radar = three_radars()[0]
+    radars = [
+        replace(
+            radar,
+            identifier=f"S{i}",
+            latitude_deg=radar.latitude_deg + away / 111_300.0,
+            biases={},
+        )
+        for i, away in enumerate(north_m)
+    ]
+    rng = np.random.default_rng(1)
+    table = make_scene(rng, radars, random_flights(rng, 1, 10.0)).sensors
+    table = replace(
+        table,
+        kinds=np.array(kinds, np.int8),
+        moving=np.arange(len(kinds)) == moving,
+    )
+    return numbers_of_sites(table).tolist()
+
+
+def test_radars_on_one_mast_are_one_site() -> None:
+    assert numbers_of([KIND_RADAR] * 3, [0.0, 0.0, 1.1 * ONE_SITE_M]) == [0, 0, 2]
+    assert numbers_of([KIND_RADAR, KIND_BEARING], [0.0, 0.9 * ONE_SITE_M]) == [0, 0]
+
+
+def test_reported_positions_are_not_measured_from_their_station() -> None:
+    kinds = [KIND_RADAR, KIND_POSITION, KIND_POSITION, KIND_RADAR]
+    assert numbers_of(kinds, [0.0] * 4) == [0, 1, 2, 0]
+    # Nor does a station come between radars.
+    assert numbers_of([KIND_POSITION, KIND_RADAR, KIND_RADAR], [0.0] * 3) == [0, 1, 1]
+
+
+def test_a_moving_sensor_has_a_site_of_its_own() -> None:
+    assert numbers_of([KIND_BEARING, KIND_RADAR], [0.0, 0.0], moving=0) == [0, 1]
