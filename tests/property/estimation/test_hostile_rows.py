@@ -24,8 +24,8 @@ TRACKING: dict[str, dict[str, Any]] = {
     "not gated": NO_GATES,
     "velocity frame": {"motion": VELOCITY_FRAME, **NO_GATES},
 }
-#: Every filter, and the two-stage filter with time offsets.
-CASES = [*((name, False) for name in FILTERS), ("two-stage", True)]
+#: Every filter, and those that estimate time offsets with them.
+CASES = [*((name, False) for name in FILTERS), ("two-stage", True), ("imm", True)]
 DIAGONAL = [0, 4, 7, 9]
 
 Row = tuple[int, float, int, int, float, float, float]

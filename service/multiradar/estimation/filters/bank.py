@@ -213,7 +213,12 @@ FILTERS = {
             accepts_bearings=True,
         ),
         FilterDefinition(
-            "imm", IMM, keeps_sensitivity=True, keeps_modes=True, accepts_bearings=True
+            "imm",
+            IMM,
+            keeps_sensitivity=True,
+            estimates_time_offsets=True,
+            keeps_modes=True,
+            accepts_bearings=True,
         ),
         FilterDefinition("joint", JOINT, corrects_biases=True, aircraft_max=JOINT_AIRCRAFT_MAX),
         FilterDefinition("blom", BLOM, bounds_bias_errors=False),

@@ -219,14 +219,15 @@ def locate_measurement(
 
 @in_both
 def bias_column(
-    kind: int, parameter: int, site: Floats, p0: Numbers, p1: Numbers, rate0: float, rate1: float
-) -> tuple[Numbers, Numbers]:
+    kind: int, parameter: int, site: Floats, p0: Numbers, p1: Numbers, rate0: Numbers,
+    rate1: Numbers,
+) -> tuple[Numbers, Numbers]:  # fmt: skip
     """Return one column of J: derivative of the measurement by a bias parameter.
 
     ``p0``, ``p1`` are the measurement as predicted, the rates its derivative by time.
     """
     # Time offset: the stamp is late, so the plot shows the earlier position of the aircraft.
-    j0, j1 = broadcast_like(-rate0, p0), broadcast_like(-rate1, p0)
+    j0, j1 = -rate0, -rate1
     if parameter != PARAMETER_TIME_OFFSET:
         j0, j1 = broadcast_like(1.0, p0), broadcast_like(0.0, p0)
         dx, dy = p0, broadcast_like(0.0, p0)

@@ -6,10 +6,12 @@ from scipy.stats import chi2
 
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.bias.store import BiasState
+from multiradar.estimation.filters.arrays import Aircraft, aircraft_arrays
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.estimation.filters.two_stage._time_offset_kernels import (
     SPEED_MIN,
     initialise_with_velocity,
+    relinearise_aircraft,
     relinearise_time_offsets,
 )
 from multiradar.estimation.measurement.sensors import (
@@ -27,6 +29,7 @@ from support.scenarios.scenes import Radar, Scene, make_scene, random_flights
 
 SCENES = 6
 PRIOR_SIGMA_S = 0.5
+TIMED = ("two-stage", "imm")
 PARAMETERS = np.array([0, 1, 3, 0, 1, 3])
 
 
@@ -58,24 +61,25 @@ def estimated(made: Scene, density: float, name: str = "two-stage") -> BiasState
     return engine.biases
 
 
-def squared_errors(density: float, *, anchored: bool) -> tuple[float, int]:
+def squared_errors(name: str, density: float, *, anchored: bool) -> tuple[float, int]:
     """NEES of all biases, summed over scenarios, and the number of biases."""
     total, count = 0.0, 0
     for seed in range(SCENES):
         made = scene(seed, density=density, anchored=anchored)
-        state = estimated(made, density)
+        state = estimated(made, density, name)
         error = state.estimate - made.bias_values[-1]
         total += float(error @ np.linalg.solve(state.covariance, error))
         count += len(error)
     return total, count
 
 
+@pytest.mark.parametrize("name", TIMED)
 @pytest.mark.parametrize("density", [0.1, 4.0])
-def test_a_common_delay_remains_unobservable(density: float) -> None:
+def test_a_common_delay_remains_unobservable(name: str, density: float) -> None:
     """A filter that linearises at its latest velocity is overconfident by a factor of ten."""
     for seed in range(2):
         made = scene(seed, density=density, anchored=False)
-        state = estimated(made, density)
+        state = estimated(made, density, name)
         late = np.flatnonzero(made.sensors.parameter_kind == PARAMETER_TIME_OFFSET)
         common = np.full(3, 1.0 / 3.0)
         block = state.covariance[np.ix_(late, late)]
@@ -90,15 +94,17 @@ def test_a_common_delay_remains_unobservable(density: float) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("density", [0.1, 4.0])
 @pytest.mark.parametrize("anchored", [False, True])
-def test_bias_estimates_are_consistent(density: float, anchored: bool) -> None:
-    total, count = squared_errors(density, anchored=anchored)
+@pytest.mark.parametrize("name", TIMED)
+def test_bias_estimates_are_consistent(name: str, density: float, anchored: bool) -> None:
+    total, count = squared_errors(name, density, anchored=anchored)
     low, high = chi2.ppf([0.005, 0.995], count)
     assert low < total < high, total / count
 
 
-def test_one_exact_clock_makes_the_other_delays_observable() -> None:
+@pytest.mark.parametrize("name", TIMED)
+def test_one_exact_clock_makes_the_other_delays_observable(name: str) -> None:
     made = scene(1, density=0.1, anchored=True)
-    state = estimated(made, 0.1)
+    state = estimated(made, 0.1, name)
     own = made.sensors.parameter_kind == PARAMETER_TIME_OFFSET
     assert state.sigma[own].max() < 0.03
     error = state.estimate - made.bias_values[-1]
@@ -106,10 +112,10 @@ def test_one_exact_clock_makes_the_other_delays_observable() -> None:
     assert np.abs(made.bias_values[-1][own]).max() > 10.0 * state.sigma[own].max()
 
 
-@pytest.mark.parametrize("name", [name for name in FILTERS if name != "two-stage"])
+@pytest.mark.parametrize("name", [name for name in FILTERS if name not in TIMED])
 def test_other_filters_reject_a_time_offset(name: str) -> None:
     made = scene(0, density=0.1, anchored=True)
-    with pytest.raises(ConfigurationError, match=f"filter: expected two-stage .* was {name}"):
+    with pytest.raises(ConfigurationError, match=f"filter: expected two-stage, imm .* was {name}"):
         Engine(made.sensors, TrackingSettings(filter_name=name))
 
 
@@ -139,22 +145,43 @@ def test_compiled_time_offsets_equal_their_plain_form() -> None:
 def test_relinearisation_preserves_states_and_the_sum_of_offsets() -> None:
     rng = np.random.default_rng(4)
     old, new, bias = np.array([150.0, -80.0]), np.array([160.0, -20.0]), rng.normal(size=6)
-    means, velocities = rng.normal(size=(1, 4)) * 1e4, old[None, :].copy()
+    means = rng.normal(size=(1, 4)) * 1e4
     sensitivity = rng.normal(size=(1, 4, 6))
     sensitivity[0, :2, 5] = old - sensitivity[0, :2, 2]
     before = means[0] + sensitivity[0] @ bias
-    relinearise_time_offsets(means, sensitivity, velocities, 0, PARAMETERS, bias, *new)
+    relinearise_time_offsets(means, sensitivity, 0, old, PARAMETERS, bias, *new)
     np.testing.assert_allclose(sensitivity[0, :2, 2] + sensitivity[0, :2, 5], new, rtol=1e-12)
     np.testing.assert_allclose(means[0] + sensitivity[0] @ bias, before, rtol=1e-12)
-    assert velocities[0].tolist() == new.tolist()
+
+
+def aircraft_at(velocity: tuple[float, float]) -> Aircraft:
+    """One aircraft of two modes whose time offsets are linearised at a velocity."""
+    rng = np.random.default_rng(8)
+    made = aircraft_arrays(1, 6, modes=2)
+    made.velocity[0] = velocity
+    for states in (made.mean, made.mode_mean, made.sensitivity, made.mode_sensitivity):
+        states[...] = rng.normal(size=states.shape)
+    return made
+
+
+def test_modes_are_relinearised_with_their_aircraft() -> None:
+    made, bias = aircraft_at((150.0, -80.0)), np.arange(6.0)
+    made.mode_sensitivity[:, :2, 5] = made.velocity[0] - made.mode_sensitivity[:, :2, 2]
+    before = made.mode_mean + made.mode_sensitivity @ bias
+    relinearise_aircraft(0, made, PARAMETERS, bias, 160.0, -20.0)
+    offsets = made.mode_sensitivity[:, :2, 2] + made.mode_sensitivity[:, :2, 5]
+    np.testing.assert_allclose(offsets, [[160.0, -20.0]] * 2, rtol=1e-12)
+    np.testing.assert_allclose(made.mode_mean + made.mode_sensitivity @ bias, before, rtol=1e-12)
+    assert made.velocity[0].tolist() == [160.0, -20.0]
 
 
 def test_a_slow_aircraft_keeps_its_linearisation_velocity() -> None:
-    slow = np.array([[0.5 * SPEED_MIN, 0.0]])
-    sensitivity, means = np.ones((1, 4, 6)), np.zeros((1, 4))
-    relinearise_time_offsets(means, sensitivity, slow, 0, PARAMETERS, np.ones(6), 30.0, 30.0)
-    assert slow.tolist() == [[0.5 * SPEED_MIN, 0.0]]
-    assert (sensitivity == 1.0).all()
+    slow = (0.5 * SPEED_MIN, 0.0)
+    made, expected = aircraft_at(slow), aircraft_at(slow)
+    relinearise_aircraft(0, made, PARAMETERS, np.ones(6), 30.0, 30.0)
+    assert made.velocity[0].tolist() == list(slow)
+    np.testing.assert_array_equal(made.sensitivity, expected.sensitivity)
+    np.testing.assert_array_equal(made.mode_sensitivity, expected.mode_sensitivity)
 
 
 def test_a_plot_that_is_late_lies_behind_the_aircraft() -> None:

@@ -51,6 +51,7 @@ from multiradar.estimation.filters.imm._mode_scratch_kernels import (
     get_row,
     set_row,
 )
+from multiradar.estimation.filters.two_stage._time_offset_kernels import offset_velocity
 from multiradar.estimation.filters.two_stage._two_stage_kernels import inform, spread_of_biases
 from multiradar.estimation.measurement._kernels import (
     NoiseOf,
@@ -98,9 +99,10 @@ def correct_modes(
     mode_V, probabilities = aircraft.mode_sensitivity, aircraft.mode_probability
     fading_nis = aircraft.fading_nis
     Y, y, U, R = sums
+    v0, v1 = offset_velocity(aircraft.velocity, k)
     seen = predict_for_modes(
         kind, z0, z1, height, height_variance, s, plane, sites, noises, starts, parameters, bias,
-        a, x, P,
+        v0, v1, a, x, P,
     )  # fmt: skip
     e, nu, h, N, W, expected, ground = seen
     set_row(scratch, PREDICTED, predicted)
@@ -110,7 +112,8 @@ def correct_modes(
     set_row(scratch, SLOPE + 3, h[3])
     predict_columns(k, count, scratch, mode_V, mode_U, U)
     for c in range(starts[s], starts[s + 1]):
-        j0, j1 = bias_column(kind, parameters[c], sites[s], expected[0], expected[1], 0.0, 0.0)
+        rate0, rate1 = h[0] * v0 + h[1] * v1, h[2] * v0 + h[3] * v1
+        j0, j1 = bias_column(kind, parameters[c], sites[s], expected[0], expected[1], rate0, rate1)
         add_column(c, count, predicted, j0, j1, mode_U, U)
     b = spread_of_biases(U, bias_covariance, R)
     r0, r1, s00, s01, s11 = mixture_moments(predicted, e, N, W, 1.0)
@@ -148,10 +151,13 @@ def correct_modes(
 @in_both
 def predict_for_modes(
     kind: int, z0: float, z1: float, height: float, height_variance: float, s: int, plane: Floats,
-    sites: Floats, noises: Floats, starts: Integers, parameters: Integers, bias: Floats, a: State,
-    x: State, P: Covariances,
+    sites: Floats, noises: Floats, starts: Integers, parameters: Integers, bias: Floats, v0: float,
+    v1: float, a: State, x: State, P: Covariances,
 ) -> Seen:  # fmt: skip
-    """Return the expected measurement of each mode, and the innovations."""
+    """Return the expected measurement of each mode, and the innovations.
+
+    Time offsets are linearised at the velocity (v0, v1).
+    """
     p0, across, ahead, ground, h, W = expected_sight(
         kind, plane, sites[s], noises[s], x[0], x[1], height, height_variance
     )
@@ -163,7 +169,8 @@ def predict_for_modes(
     d0, d1 = x[0] - a[0], x[1] - a[1]
     nu = (e0 + h[0] * d0 + h[1] * d1, e1 + h[2] * d0 + h[3] * d1)
     for c in range(starts[s], starts[s + 1]):
-        j0, j1 = bias_column(kind, parameters[c], sites[s], p0, ahead, 0.0, 0.0)
+        rate0, rate1 = h[0] * v0 + h[1] * v1, h[2] * v0 + h[3] * v1
+        j0, j1 = bias_column(kind, parameters[c], sites[s], p0, ahead, rate0, rate1)
         e0 = e0 - j0 * bias[c]
         e1 = e1 - j1 * bias[c]
     N = position_part(h, covariance_times_transposed(P, h))

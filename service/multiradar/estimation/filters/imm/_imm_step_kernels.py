@@ -74,7 +74,11 @@ from multiradar.estimation.filters.imm._mode_scratch_kernels import (
     prepare_scratch,
     store_modes,
 )
-from multiradar.estimation.measurement._kernels import KIND_BEARING
+from multiradar.estimation.filters.two_stage._time_offset_kernels import (
+    has_time_offset,
+    update_offset_velocity,
+)
+from multiradar.estimation.measurement._kernels import KIND_BEARING, is_bearing
 from multiradar_compiled.kernels import fetch_ahead, in_loop, kernel, loop
 from multiradar_compiled.lane_kernels import LANES, load_row, store_row
 
@@ -141,6 +145,7 @@ def process_rows(
     mode_V, probabilities = aircraft.mode_sensitivity, aircraft.mode_probability
     outcomes, readouts, innovations = result.outcome, result.readout, result.innovation
     count, Y, y = modes.shape[0], sums.Y, sums.y
+    timed = has_time_offset(model.parameters)
     for p in work.partitions:
         copy_sums(result.information[p], result.vector[p], Y, y)
         for i in range(work.bounds[p], work.bounds[p + 1]):
@@ -226,6 +231,8 @@ def process_rows(
                 informs = measured_from[k] != site_numbers[s] and height_informs(
                     check, used, first, k, q, heights, vertical, noises
                 )
+                if timed and np.isnan(velocities[k, 0]):
+                    informs = False
                 sight = Sight(used, first, z1, height, variance)
                 outcome, posterior, a, x, P = correct_modes(
                     sight, k, q, informs, model, aircraft, a, x, P, predicted, sums, mode_U,
@@ -235,6 +242,9 @@ def process_rows(
                     store_modes(k, count, a, P, mode_means, mode_covariances)
                     combine_modes(k, posterior, a, x, P, means, covariances)
                     combine_columns(k, count, scratch, mode_V, sensitivities)
+                if timed and outcome == UPDATED and not is_bearing(kind):
+                    sight = Sight(kind, z0, z1, height, variance)
+                    update_offset_velocity(sight, k, q, site_numbers[s], model, aircraft, H, W)
             outcomes[row] = outcome
             accepted = record_outcome(
                 outcome,

@@ -1,4 +1,4 @@
-"""Compiled treatment of time offsets in the two-stage filter.
+"""Compiled treatment of time offsets in the two-stage filter and the IMM on it.
 
 A time stamp that is late by τ displaces a plot by −v τ, so the derivative of a measurement by a
 time offset depends on the estimated velocity v of the aircraft: J = −H v. A common delay of all
@@ -12,6 +12,9 @@ estimate changes, `relinearise_time_offsets` updates v and V together: each colu
 share of the difference, and so does a, so that χ̂ = a + V ς̂ is unchanged. An aircraft contributes to
 no bias until its velocity is known. Then it is reinitialised at a plot with that velocity
 (`initialise_with_velocity`).
+
+The modes of the IMM share v, the velocity of their mixture: then V of each mode, and every mixture
+of them, sums to (v, 0), which turning, mixing and correcting preserve.
 
 Symbols as in `_two_stage_kernels`; v = velocity at which time offsets are linearised.
 
@@ -54,11 +57,23 @@ def has_time_offset(parameters: Integers) -> bool:
 
 
 @in_loop
+def offset_velocity(velocities: Floats, k: int) -> tuple[float, float]:
+    """Return the velocity at which time offsets of aircraft k are linearised; 0 while unknown."""
+    if np.isnan(velocities[k, 0]):
+        return 0.0, 0.0
+    return velocities[k, 0], velocities[k, 1]
+
+
+@in_loop
 def update_offset_velocity(
     sight: Sight, k: int, s: int, site_number: int, model: Model, aircraft: Aircraft, H: Floats,
     W: Floats,
 ) -> None:  # fmt: skip
-    """Relinearise at the updated velocity of aircraft k, or re-initialise once it is known."""
+    """Relinearise at the updated velocity of aircraft k, or re-initialise once it is known.
+
+    The modes of an aircraft follow: they share one velocity, since each must be without information
+    about a common delay, and their mixture, too.
+    """
     starts, parameters, bias = model.starts, model.parameters, model.bias
     bias_covariance = model.bias_covariance
     means, covariances, V = aircraft.mean, aircraft.covariance, aircraft.sensitivity
@@ -67,11 +82,13 @@ def update_offset_velocity(
     v1 = component(means, V, bias, k, 3)
     spread = velocity_variance(covariances, V, bias_covariance, k)
     if not np.isnan(velocities[k, 0]):
-        relinearise_time_offsets(means, V, velocities, k, parameters, bias, v0, v1)
+        relinearise_aircraft(k, aircraft, parameters, bias, v0, v1)
     elif updates[k] + 1 >= PLOTS_MIN and spread < VELOCITY_SIGMA_MAX**2:
         started = start_aircraft(BIASES_KEPT, sight, s, model, means[k], covariances[k], V[k], H, W)
         if started == STARTED:
             aircraft.measured_from[k] = site_number
+            if aircraft.mode_probability.shape[1] > 0:
+                aircraft.mode_probability[k, 0] = np.nan
             initialise_with_velocity(
                 means, covariances, V, velocities, k, starts[s], starts[s + 1], parameters, v0,
                 v1, spread,
@@ -123,30 +140,50 @@ def initialise_with_velocity(
 
 
 @in_loop
+def relinearise_aircraft(
+    k: int, aircraft: Aircraft, parameters: Integers, bias: Floats, v0: float, v1: float
+) -> None:
+    """Linearise the time offsets of aircraft k and of its modes at the velocity (v0, v1).
+
+    A slow aircraft keeps its velocity: the share of a sensor divides by it.
+    """
+    old = aircraft.velocity[k]
+    if math.sqrt(old[0] * old[0] + old[1] * old[1]) > SPEED_MIN:
+        relinearise_time_offsets(
+            aircraft.mean, aircraft.sensitivity, k, old, parameters, bias, v0, v1
+        )
+        count = aircraft.mode_probability.shape[1]
+        for row in range(k * count, (k + 1) * count):
+            relinearise_time_offsets(
+                aircraft.mode_mean, aircraft.mode_sensitivity, row, old, parameters, bias, v0, v1
+            )
+        old[0] = v0
+        old[1] = v1
+
+
+@in_loop
 def relinearise_time_offsets(
     means: Floats,
     V: Floats,
-    velocities: Floats,
-    k: int,
+    row: int,
+    old: Floats,
     parameters: Integers,
     bias: Floats,
     v0: float,
     v1: float,
 ) -> None:
-    """Linearise the time offsets at the velocity (v0, v1), without a change of χ̂."""
-    old0 = velocities[k, 0]
-    old1 = velocities[k, 1]
-    squared = old0 * old0 + old1 * old1
-    if math.sqrt(squared) > SPEED_MIN:
-        d0 = v0 - old0
-        d1 = v1 - old1
-        for c in range(bias.shape[0]):
-            if parameters[c] == PARAMETER_TIME_OFFSET:
-                # Weight of this sensor in the position of the aircraft; all weights add up to one.
-                share = (V[k, 0, c] * old0 + V[k, 1, c] * old1) / squared
-                V[k, 0, c] += share * d0
-                V[k, 1, c] += share * d1
-                means[k, 0] -= share * d0 * bias[c]
-                means[k, 1] -= share * d1 * bias[c]
-        velocities[k, 0] = v0
-        velocities[k, 1] = v1
+    """Linearise the time offsets of a state at the velocity (v0, v1) instead of ``old``.
+
+    χ̂ does not change.
+    """
+    d0 = v0 - old[0]
+    d1 = v1 - old[1]
+    squared = old[0] * old[0] + old[1] * old[1]
+    for c in range(bias.shape[0]):
+        if parameters[c] == PARAMETER_TIME_OFFSET:
+            # Weight of this sensor in the position of the aircraft; all weights add up to one.
+            share = (V[row, 0, c] * old[0] + V[row, 1, c] * old[1]) / squared
+            V[row, 0, c] += share * d0
+            V[row, 1, c] += share * d1
+            means[row, 0] -= share * d0 * bias[c]
+            means[row, 1] -= share * d1 * bias[c]
