@@ -87,7 +87,7 @@ class Report(Record):
             "each with its description `what`, its `prior_ratio` (sigma / prior sigma), the "
             "`reason` if there is no information at all, and the "
             "`weights` of its parameters in prior sigmas; `track_transitions`: how often "
-            "tracks without identity were `started`, `confirmed`, `ended_unconfirmed`, "
+            "tracks were `started`, `confirmed`, `ended_unconfirmed`, "
             "`ended_silent` (no plots, or the score of a false track) and `merged` into an "
             "older one; `duplicates_by_sensor`; `arrivals`: for each sensor, the number of "
             "measurements, how many were `late` or in the `future`, and the median and 99th "

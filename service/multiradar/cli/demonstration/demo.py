@@ -308,12 +308,26 @@ class _Show:
     def _updates(self, tracks: int) -> "pl.DataFrame":
         import polars as pl
 
-        updates = [
-            row
-            for track in range(1, tracks + 1)
-            for row in self._pages(f"/v1/tracks/{track}/history", "updates", {})
-        ]
+        updates: list[dict[str, Any]] = []
+        found = 0
+        # Identifiers have gaps; each plot takes one at most.
+        for track in range(1, self._plots() + 1):
+            if found == tracks:
+                break
+            if rows := self._history(track):
+                updates += rows
+                found += 1
         return pl.DataFrame(updates, infer_schema_length=None)
+
+    def _history(self, track: int) -> list[dict[str, Any]]:
+        import httpx
+
+        try:
+            return self._pages(f"/v1/tracks/{track}/history", "updates", {})
+        except httpx.HTTPStatusError as error:
+            if error.response.status_code != httpx.codes.NOT_FOUND:
+                raise
+            return []
 
     def _reports(self) -> "pl.DataFrame":
         import polars as pl

@@ -149,11 +149,6 @@ class Engine:
         return self._order.waiting_from
 
     @property
-    def transitions(self) -> dict[str, int]:
-        """Lifecycle transitions of tracks without identity, by reason."""
-        return self._association.transitions
-
-    @property
     def biases(self) -> BiasState:
         """The published biases."""
         return self._biases.state

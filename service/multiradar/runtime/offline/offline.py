@@ -145,7 +145,7 @@ class OfflineResult:
     tracker : dict
         Accepted measurements by outcome in the filter.
     transitions : dict
-        Lifecycle transitions of tracks without identity, by reason.
+        Number of lifecycle transitions of tracks, by name.
     arrivals : dict
         By sensor: measurements received, late measurements, delay behind the data time.
     warnings : list of str
@@ -333,7 +333,7 @@ class _Run:
         result.tracker = {name.lower(): count for name, count in outcomes.items()}
         _check(result, late)
         result.tracks, result.tracks_confirmed = self._tally.initiated, self._tally.confirmed
-        result.transitions = self._engine.transitions
+        result.transitions = self._tally.transitions
         result.arrivals = self._arrivals.records()
         result.warnings += self._arrivals.warnings()
         result.unobservable_biases = self._engine.unobservable_biases()

@@ -28,16 +28,13 @@ from multiradar.tracking.bearings._bearing_kernels import assign_bearings
 from multiradar.tracking.input.measurements import KIND_BEARING, MeasurementBatch
 from multiradar.tracking.input.order import RELEASE_STEP_S
 from multiradar.tracking.lifecycle._lifecycle_kernels import (
-    MERGED,
     SHADOW_HITS,
-    TRANSITION_COUNT,
     choose_tracks,
     find_dropped,
     update_lifecycles,
 )
 from multiradar.tracking.lifecycle._merging_kernels import find_merges
-from multiradar.tracking.lifecycle.transitions import MERGED as REASON_MERGED
-from multiradar.tracking.lifecycle.transitions import TerminatedTracks
+from multiradar.tracking.lifecycle.transitions import MERGED, TerminatedTracks
 from multiradar.tracking.pool import AircraftPool
 from multiradar.tracking.roster import RowIdentities
 from multiradar.tracking.settings import (
@@ -63,9 +60,6 @@ SHADOW_HITS_SHARED = 3
 VELOCITY_ERROR_MPS = 60.0
 #: Score of a plot assigned by address and close to its track.
 KNOWN_SCORE = 6.0
-
-#: Names of the counted transitions, by position.
-TRANSITIONS = ("started", "confirmed", "ended_unconfirmed", "ended_silent", "merged")
 
 Integers = NDArray[np.int64]
 
@@ -125,17 +119,11 @@ class Association:
         self._rules = rules
         self._speed_variance = settings.speed_sigma_mps**2
         self._clutter = ClutterMap(self._periods, settings.clutter_density_per_km2 * 1e-6)
-        self._transitions = np.zeros(TRANSITION_COUNT, np.int64)
         self._grid: TrackGrid | None = None
         self._merge_step = 0
         self._anonymous = False
         self._scores = np.empty(0)
         self._shadows = np.empty(0, np.int64)
-
-    @property
-    def transitions(self) -> dict[str, int]:
-        """Number of lifecycle transitions, by name."""
-        return dict(zip(TRANSITIONS, self._transitions.tolist(), strict=True))
 
     def windows(
         self, batch: MeasurementBatch, first: int, last: int
@@ -196,7 +184,7 @@ class Association:
         ended, reasons = np.empty((2, len(pool.roster.track_id)), np.int64)
         count, alive = find_dropped(
             time_s, pool.aircraft, pool.roster, pool.life, self._periods, self._rules, ended,
-            reasons, self._transitions,
+            reasons,
         )  # fmt: skip
         self._anonymous = alive > 0
         gone = pool.terminate(ended[:count], reasons[:count])
@@ -209,8 +197,7 @@ class Association:
             time_s, longest, model, pool.aircraft, pool.roster, pool.life, self._periods, grid,
             self._patience, ended, into,
         )  # fmt: skip
-        self._transitions[MERGED] += count
-        why = np.full(count, REASON_MERGED)
+        why = np.full(count, MERGED)
         return gone.and_also(pool.terminate(ended[:count], why, into[:count]))
 
     def _fill(self, time_s: float, model: Model, pool: AircraftPool) -> tuple[TrackGrid, float]:
@@ -311,6 +298,6 @@ class Association:
         update_lifecycles(
             first, last, rows, result, self._periods, self._rules, self._clutter.log_densities,
             self._clutter.log_usual, self._shadow_hits, self._clutter.counts, pool.life,
-            identities, self._scores, self._shadows, confirmed, self._transitions,
+            identities, self._scores, self._shadows, confirmed,
         )  # fmt: skip
         self._anonymous = True

@@ -48,14 +48,6 @@ SCORE_MAX = 80.0
 # Score below which a confirmed track is no likelier than false plots.
 SCORE_LOST = 0.0
 
-# Positions in the counts of transitions.
-STARTED = 0
-CONFIRMATIONS = 1
-ENDED_UNCONFIRMED = 2
-ENDED_SILENT = 3
-MERGED = 4
-TRANSITION_COUNT = 5
-
 
 @kernel
 def choose_tracks(
@@ -175,7 +167,6 @@ def update_lifecycles(
     scores: Floats,
     shadows: Integers,
     confirmed: Integers,
-    transitions: Integers,
 ) -> None:
     """Update the lifecycles of tracks with the outcomes of rows; confirm tracks."""
     for row in range(first, last):
@@ -202,7 +193,6 @@ def update_lifecycles(
             life.first_sensor[k] = s
             life.first_ring[k] = ring
             counts[s, ring] += 1.0
-            transitions[STARTED] += 1
         missed = missed_scans(rows.time[row] - before, periods[s])
         life.hits[k] += 1
         life.score[k] = min(life.score[k] + scores[row - first] + missed * LOG_MISSED, SCORE_MAX)
@@ -215,7 +205,6 @@ def update_lifecycles(
             if life.first_sensor[k] != MISSING:
                 # Its first plot is no longer counted as false.
                 counts[life.first_sensor[k], life.first_ring[k]] -= 1.0
-            transitions[CONFIRMATIONS] += 1
         confirmed[row] = life.stage[k] == CONFIRMED
 
 
@@ -250,7 +239,6 @@ def find_dropped(
     rules: Floats,
     dropped: Integers,
     reasons: Integers,
-    transitions: Integers,
 ) -> tuple[int, int]:
     """Fill ``dropped`` with the slots of tracks to drop, ascending; return also how many remain.
 
@@ -279,8 +267,6 @@ def find_dropped(
             dropped[count] = k
             reasons[count] = why
             count += 1
-            reason = ENDED_UNCONFIRMED if life.stage[k] == TENTATIVE else ENDED_SILENT
-            transitions[reason] += 1
         else:
             alive += 1
     return count, alive

@@ -9,7 +9,7 @@ import pytest
 from multiradar import wire
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.memory.track_tally import TrackTally
-from multiradar.tracking.lifecycle.transitions import CONFIRMED, NO_TRACK, STARTED
+from multiradar.tracking.lifecycle.transitions import CONFIRMED, ENDED, NO_TRACK, STARTED
 from multiradar.tracking.outputs import EngineOutput, TrackTransitions, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from support.fakes.engine_outputs import End, Update, output_of
@@ -35,22 +35,28 @@ def _stepped(output: EngineOutput, steps: list[tuple[int, int]]) -> EngineOutput
 
 def test_a_track_that_is_confirmed_again_is_one_and_ends_once() -> None:
     tally = TrackTally()
-    first = output_of([Update(1, 0.0, 1), Update(2, 0.0, 2), Update(3, 0.0, 3)])
-    tally.update(_stepped(first, [(1, STARTED), (1, CONFIRMED), (2, STARTED), (3, CONFIRMED)]))
+    # The second identifier was taken by a plot that could not be located.
+    first = output_of([Update(1, 0.0, 1), Update(2, 0.0, 3), Update(3, 0.0, 4)])
+    steps = [(1, STARTED), (1, CONFIRMED), (3, STARTED), (4, STARTED), (4, CONFIRMED)]
+    tally.update(_stepped(first, steps))
     tally.update(_stepped(output_of([Update(4, 1.0, 1)]), [(1, CONFIRMED)]))
     assert tally.counts() == {
         "tracks_initiated": 3, "tracks_confirmed": 2, "tracks_confirmed_live": 2, "tracks_ended": 0,
     }  # fmt: skip
-    tally.update(output_of([End(2.0, 1), End(2.0, 2)]))
+    tally.update(_stepped(output_of([End(2.0, 1), End(2.0, 3)]), [(1, ENDED), (3, ENDED)]))
     assert tally.counts() == {
         "tracks_initiated": 3, "tracks_confirmed": 2, "tracks_confirmed_live": 1, "tracks_ended": 2,
     }  # fmt: skip
     assert (tally.initiated, tally.confirmed) == (3, 2)
+    assert tally.transitions == {
+        "started": 3, "confirmed": 3, "ended_unconfirmed": 0, "ended_silent": 2, "merged": 0,
+    }  # fmt: skip
 
 
 def test_a_track_that_is_confirmed_and_ends_in_one_call_is_counted() -> None:
     tally = TrackTally()
-    tally.update(_stepped(output_of([Update(1, 0.0, 1), End(9.0, 1)]), [(1, CONFIRMED)]))
+    ended = output_of([Update(1, 0.0, 1), End(9.0, 1)])
+    tally.update(_stepped(ended, [(1, CONFIRMED), (1, ENDED)]))
     assert (tally.confirmed, tally.counts()["tracks_confirmed_live"]) == (1, 0)
 
 
