@@ -27,7 +27,8 @@ def numbers_of(kinds: list[int], north_m: list[float], *, moving: int = -1) -> l
         kinds=np.array(kinds, np.int8),
         moving=np.arange(len(kinds)) == moving,
     )
-    return numbers_of_sites(table).tolist()
+    numbers: list[int] = numbers_of_sites(table).tolist()
+    return numbers
 
 
 def test_radars_on_one_mast_are_one_site() -> None:
