@@ -10,9 +10,21 @@ import polars as pl
 
 from multiradar_converters.asterix import system_table, table
 from multiradar_converters.asterix.decoding import clocks
-from multiradar_converters.asterix.decoding.checks import aircraft, misplaced, untimed
+from multiradar_converters.asterix.decoding.checks import (
+    Rejection,
+    aircraft,
+    impossible,
+    impossible_tracks,
+    untimed,
+)
 from multiradar_converters.asterix.decoding.editions import source_name
-from multiradar_converters.asterix.decoding.gathering import Broken, Gathered, gather
+from multiradar_converters.asterix.decoding.gathering import (
+    Broken,
+    Gathered,
+    Rows,
+    gather,
+    selected_rows,
+)
 from multiradar_converters.asterix.decoding.timing import (
     KINDS,
     AntennaStatus,
@@ -21,7 +33,7 @@ from multiradar_converters.asterix.decoding.timing import (
     time_targets,
 )
 from multiradar_converters.asterix.framing.containers import read_blocks
-from multiradar_converters.asterix.layout.columns import Flags, Integers, Numbers
+from multiradar_converters.asterix.layout.columns import Integers, Numbers
 from multiradar_converters.asterix.options import Options
 from multiradar_converters.asterix.records import RecordDump
 from multiradar_converters.asterix.report import (
@@ -91,13 +103,14 @@ def convert(
             for path in files:
                 gathered = _gathered(path, options, folder.path)
                 account, part = _of_file(gathered, options, findings)
+                made = _system_tracks(gathered, account, options, findings)
                 for broken in sorted(account.broken, key=lambda one: one.offset):
                     rejects.write(_reject(gathered, broken).model_dump_json(exclude_none=True))
                     rejects.write("\n")
                 account.check()
                 findings.files.append(account)
                 parts += [part] if part is not None else []
-                tracks.append(_system_tracks(gathered, options, findings))
+                tracks.append(made)
                 advance(gathered.blocks.size)
         _check_some_known(findings)
         frames, names = _frames(parts, options, findings)
@@ -127,9 +140,18 @@ def _check_some_known(findings: Findings) -> None:
     raise LayoutError(msg)
 
 
-def _system_tracks(gathered: Gathered, options: Options, findings: Findings) -> pl.DataFrame:
-    made = system_table.frame(gathered.tracks, unix_start(options.date))
-    total = sum(part.height for _, part in gathered.tracks)
+def _system_tracks(
+    gathered: Gathered, account: FileAccount, options: Options, findings: Findings
+) -> pl.DataFrame:
+    possible = []
+    for rows, part in gathered.tracks:
+        kept = np.ones(part.height, dtype=np.bool_)
+        for rejection in impossible_tracks(part):
+            _reject_reports(account, rows, rejection)
+            kept &= ~rejection[0]
+        possible.append((selected_rows(rows, kept), part.filter(pl.Series(kept))))
+    made = system_table.frame(possible, unix_start(options.date))
+    total = sum(part.height for _, part in possible)
     if total > made.height:
         findings.left_out["system_track_without_time"] += total - made.height
     return made
@@ -175,6 +197,7 @@ def _of_file(
     for source, status in gathered.status.items():
         findings.status.setdefault(source_name(source), {}).update(status)
     findings.skipped.update(gathered.skipped)
+    findings.unfit.update(gathered.unfit)
     timed, antennas = time_targets(gathered, options.scan_periods())
     _retain(findings, antennas)
     if timed is None:
@@ -204,10 +227,10 @@ def _measured(
     findings.left_out.update(left_out)
     findings.flags.update(flags)
     far_off = (known & ~kept, RejectCode.OUT_OF_RANGE, FAR_OFF)
-    rejections = [*untimed(timed), far_off, misplaced(timed, kept & measured)]
+    rejections = [*untimed(timed), far_off, *impossible(timed, kept & measured)]
     own = kept & measured
     for wrong, code, reason in rejections:
-        _reject_reports(account, timed, wrong, code, reason)
+        _reject_reports(account, timed.rows, (wrong, code, reason))
         own &= ~wrong
     return _part(timed, np.flatnonzero(own), time_s + unix_start(options.date), findings)
 
@@ -231,10 +254,8 @@ def _part(timed: Timed, own: Integers, time_s: Numbers, findings: Findings) -> _
     )
 
 
-def _reject_reports(
-    account: FileAccount, timed: Timed, wrong: Flags, code: RejectCode, reason: str
-) -> None:
-    rows = timed.rows
+def _reject_reports(account: FileAccount, rows: Rows, rejection: Rejection) -> None:
+    wrong, code, reason = rejection
     for k in np.flatnonzero(wrong).tolist():
         octets = int(rows.end[k] - rows.begin[k])
         account.broken.append(Broken(int(rows.offset[k]), octets, code, reason, int(rows.begin[k])))

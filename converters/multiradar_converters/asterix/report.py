@@ -69,6 +69,7 @@ class Findings:
     antennas: dict[int, AntennaStatus] = field(default_factory=dict)
     time_origins: Counter[str] = field(default_factory=Counter)
     skipped: Counter[int] = field(default_factory=Counter)
+    unfit: Counter[tuple[int, int]] = field(default_factory=Counter)
     left_out: Counter[str] = field(default_factory=Counter)
     flags: Counter[str] = field(default_factory=Counter)
     measurements: dict[str, int] = field(default_factory=dict)
@@ -139,6 +140,10 @@ def _figures(findings: Findings, options: Options) -> dict[str, object]:
             f"{category:03d}": count for category, count in sorted(findings.skipped.items())
         },
         "editions": options.editions.names(),
+        "unknown_editions": [
+            {"blocks": count, "reason": options.editions.why_unfit(category, source)}
+            for (category, source), count in sorted(findings.unfit.items())
+        ],
         "measurements": dict(sorted(findings.measurements.items())),
         "left_out": dict(sorted(findings.left_out.items())),
         "flags": dict(sorted(findings.flags.items())),

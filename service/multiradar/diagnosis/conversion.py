@@ -108,8 +108,13 @@ _NOTHING = (
 
 
 def _rejected(report: Mapping[str, Any]) -> Iterator[Diagnosis]:
-    octets = report.get("figures", {}).get("bytes", {})
-    for one in report["inputs"]:
+    figures = report.get("figures", {})
+    octets = figures.get("bytes", {})
+    unknown = figures.get("unknown_editions", [])
+    for source in unknown:
+        yield Diagnosis("", "edition_unknown", source["reason"])
+    # The message above is for all of their blocks.
+    for one in () if unknown else report["inputs"]:
         read, rejected = one["counts"]["read"], one["counts"]["rejected"]
         if read >= READ_MIN and rejected > LOST_MAX * read:
             yield Diagnosis(

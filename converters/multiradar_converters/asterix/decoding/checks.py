@@ -3,14 +3,28 @@
 from collections import Counter
 
 import numpy as np
+import polars as pl
 
+from multiradar_converters.asterix.decoding.bounds import (
+    DAY_S,
+    HEIGHT_MAX_M,
+    HEIGHT_MIN_M,
+    LATITUDE_MAX_DEG,
+    LONGITUDE_MAX_DEG,
+    SPEED_MAX_MPS,
+)
 from multiradar_converters.asterix.decoding.targets import FLAGS, NOT_AIRCRAFT, flag_bits
 from multiradar_converters.asterix.decoding.timing import KINDS, Timed
-from multiradar_converters.asterix.layout.columns import Flags
+from multiradar_converters.asterix.layout.columns import Flags, Numbers
 from multiradar_schemas.measurements.reject import RejectCode
 
 _RANGE_MAX_M = 1e6
 _RADAR = KINDS.index("radar")
+
+IMPOSSIBLE_TIME = "a time of day of 24 h or more"
+IMPOSSIBLE_POSITION = "an impossible position"
+IMPOSSIBLE_HEIGHT = f"an impossible height: below {HEIGHT_MIN_M:g} m or above {HEIGHT_MAX_M:g} m"
+IMPOSSIBLE_SPEED = f"an impossible speed: above {SPEED_MAX_MPS:g} m/s"
 
 #: Reports, and the code and reason of their rejection.
 Rejection = tuple[Flags, RejectCode, str]
@@ -35,7 +49,7 @@ def untimed(timed: Timed) -> list[Rejection]:
     left = open_rows & ~beyond & ~truncated
     radar = timed.kind == _RADAR
     return [
-        (beyond, RejectCode.OUT_OF_RANGE, "a time of day of 24 h or more"),
+        (beyond, RejectCode.OUT_OF_RANGE, IMPOSSIBLE_TIME),
         (
             truncated,
             RejectCode.MISSING_FIELD,
@@ -91,10 +105,61 @@ def aircraft(timed: Timed, *, all_targets: bool) -> tuple[Flags, Counter[str], C
     return measured, left_out, flags
 
 
-def misplaced(timed: Timed, measured: Flags) -> Rejection:
-    """Return the measurements with an impossible position."""
+def impossible(timed: Timed, measured: Flags) -> list[Rejection]:
+    """Return the measurements with impossible values; each is in one rejection at most."""
     targets = timed.targets
     near = (targets.range_m > 0.0) & (targets.range_m <= _RANGE_MAX_M)
-    on_earth = (np.abs(targets.latitude_deg) <= 90.0) & (np.abs(targets.longitude_deg) <= 180.0)
-    possible = np.where(timed.kind == _RADAR, near, on_earth)
-    return measured & ~possible, RejectCode.OUT_OF_RANGE, "an impossible position"
+    on_earth = _on_earth(targets.latitude_deg, targets.longitude_deg)
+    placed = np.where(timed.kind == _RADAR, near, on_earth)
+    return [
+        (measured & ~placed, RejectCode.OUT_OF_RANGE, IMPOSSIBLE_POSITION),
+        (
+            measured & placed & _beyond_atmosphere(targets.height_m),
+            RejectCode.OUT_OF_RANGE,
+            IMPOSSIBLE_HEIGHT,
+        ),
+    ]
+
+
+def impossible_tracks(tracks: pl.DataFrame) -> list[Rejection]:
+    """Return the system tracks with impossible values; each is in one rejection at most.
+
+    Parameters
+    ----------
+    tracks : DataFrame
+        As from `read_system_tracks`.
+
+    Returns
+    -------
+    list of (bool[n], RejectCode, str)
+        The tracks of each reason. A value that is absent is possible.
+    """
+    values = {
+        name: tracks[name].fill_null(np.nan).to_numpy()
+        for name in ("time_s", "latitude_deg", "longitude_deg", "height_m", "speed_mps")
+    }
+    latitude, longitude = values["latitude_deg"], values["longitude_deg"]
+    absent = np.isnan(latitude) | np.isnan(longitude)
+    found: list[Rejection] = []
+    possible = np.ones(tracks.height, dtype=np.bool_)
+    for wrong, reason in (
+        (values["time_s"] >= DAY_S, IMPOSSIBLE_TIME),
+        (~absent & ~_on_earth(latitude, longitude), IMPOSSIBLE_POSITION),
+        (_beyond_atmosphere(values["height_m"]), IMPOSSIBLE_HEIGHT),
+        (values["speed_mps"] > SPEED_MAX_MPS, IMPOSSIBLE_SPEED),
+    ):
+        found.append((possible & wrong, RejectCode.OUT_OF_RANGE, reason))
+        possible &= ~wrong
+    return found
+
+
+def _on_earth(latitude_deg: Numbers, longitude_deg: Numbers) -> Flags:
+    on_earth: Flags = (np.abs(latitude_deg) <= LATITUDE_MAX_DEG) & (
+        np.abs(longitude_deg) <= LONGITUDE_MAX_DEG
+    )
+    return on_earth
+
+
+def _beyond_atmosphere(height_m: Numbers) -> Flags:
+    beyond: Flags = (height_m < HEIGHT_MIN_M) | (height_m > HEIGHT_MAX_M)
+    return beyond

@@ -1,10 +1,15 @@
-"""Edition of the blocks of a sensor: as selected, else the newest that fits."""
+"""Edition of the blocks of a sensor: as selected, else the newest that fits.
+
+An old edition with another order of items fits some blocks by chance, with wrong values. A source
+is therefore quarantined as a whole if most of its blocks fit no layout.
+"""
 
 import re
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from multiradar_converters.asterix.decoding.bounds import impossible_records
 from multiradar_converters.asterix.framing.containers import Blocks
 from multiradar_converters.asterix.layout import _block_kernels, _kernels
 from multiradar_converters.asterix.layout.catalogue import layout_of, layouts_of
@@ -16,10 +21,17 @@ from multiradar_converters.errors import ProfileError
 #: Maximum blocks of a sensor and category that are tried.
 TRIED_MAX = 200
 
-_DAY_S = 86_400.0
+#: Minimum blocks that fit, or do not, for a decision whether a source has a known edition.
+DECIDED_MIN = 3
+
+#: Numbers of blocks without layout: of a category without one, and of a source that fits none.
+UNKNOWN, UNFIT = -1, -2
+
 _CHOICE = re.compile(r"(?:(\d{1,3})-(\d{1,3})/)?(\d{1,3})=(\S+)")
 
 Source = int
+#: Blocks that do not fit; of the others, blocks with impossible values.
+Misfit = tuple[int, int]
 
 
 @dataclass
@@ -34,13 +46,15 @@ class Editions:
         Layout of every category and source found.
     misfits : dict
         Blocks tried, and misfits of each layout, by category and source.
+    unfit : dict
+        Blocks tried, and those that do not fit the best layout, of the categories and sources of
+        which most blocks fit none.
     """
 
     chosen: dict[tuple[int, Source | None], Layout] = field(default_factory=dict)
     found: dict[tuple[int, Source], Layout] = field(default_factory=dict)
-    misfits: dict[tuple[int, Source], tuple[int, list[tuple[int, int]]]] = field(
-        default_factory=dict
-    )
+    misfits: dict[tuple[int, Source], tuple[int, list[Misfit]]] = field(default_factory=dict)
+    unfit: dict[tuple[int, Source], tuple[int, int]] = field(default_factory=dict)
 
     def detect(self, blocks: Blocks, sources: Integers, *, revise: bool = False) -> None:
         """Detect the layout of every new category and source.
@@ -56,45 +70,73 @@ class Editions:
         """
         pairs, place = _pairs(blocks, sources)
         for number, (category, source) in enumerate(pairs):
-            known = (category, source) in self.found
-            tried = self.misfits.get((category, source), (TRIED_MAX, []))[0]
-            if layouts_of(category) and (not known or (revise and tried < TRIED_MAX)):
+            pair = category, source
+            tried = self.misfits.get(pair, (TRIED_MAX, []))[0]
+            # A source that fits no layout is tried again and again.
+            again = revise and (tried < TRIED_MAX or pair in self.unfit)
+            if layouts_of(category) and (pair not in self.found or again):
                 own = np.flatnonzero(place == number)
-                self.found[category, source] = self._layout(blocks, category, source, own)
+                self.found[pair] = self._layout(blocks, category, source, own)
 
     def layouts(self, blocks: Blocks, sources: Integers) -> tuple[list[Layout], Integers]:
-        """Return layouts, and the index of the layout of each block, int64[n]; -1 for none."""
+        """Return layouts, and the index of that of each block, int64[n]; `UNKNOWN` or `UNFIT`."""
         pairs, place = _pairs(blocks, sources)
-        found = [self.found.get(pair) for pair in pairs]
+        found = [None if pair in self.unfit else self.found.get(pair) for pair in pairs]
         # By name, because hashing a layout is slow.
         used = {one.name: one for one in found if one is not None}
-        numbers = [-1 if one is None else list(used).index(one.name) for one in found]
+        numbers = [
+            list(used).index(one.name) if one is not None else _without_layout(pair in self.unfit)
+            for one, pair in zip(found, pairs, strict=True)
+        ]
         return list(used.values()), np.array(numbers, dtype=np.int64)[place]
 
     def names(self) -> dict[str, dict[str, str]]:
         """Return the newest edition of each detected layout, by category and sensor."""
         names: dict[str, dict[str, str]] = {}
         for (category, source), layout in sorted(self.found.items()):
-            names.setdefault(f"{category:03d}", {})[source_name(source)] = layout.editions[0]
+            if (category, source) not in self.unfit:
+                names.setdefault(f"{category:03d}", {})[source_name(source)] = layout.editions[0]
         return names
+
+    def why_unfit(self, category: int, source: Source) -> str:
+        """Return why a source is quarantined as a whole."""
+        tried, unfit = self.unfit[category, source]
+        known = [name for one in layouts_of(category) for name in one.editions]
+        return (
+            f"category {category:03d} of {source_name(source)}: {unfit} of {tried} blocks fit no "
+            f"known edition ({', '.join(known)}), so that all are quarantined; to decode them "
+            "nevertheless, select an edition"
+        )
 
     def _layout(self, blocks: Blocks, category: int, source: Source, own: Integers) -> Layout:
         for key in ((category, source), (category, None)):
             if key in self.chosen:
                 return self.chosen[key]
         layouts = layouts_of(category)
-        if len(layouts) == 1:
-            return layouts[0]
-        tried, sums = self.misfits.get((category, source), (0, [(0, 0)] * len(layouts)))
+        pair = category, source
+        tried, sums = self.misfits.get(pair, (0, [(0, 0)] * len(layouts)))
+        if tried >= TRIED_MAX:
+            tried, sums = 0, [(0, 0)] * len(layouts)
         some = own[: TRIED_MAX - tried]
+        tried += len(some)
         sums = [
             (sum_of[0] + more[0], sum_of[1] + more[1])
             for sum_of, more in zip(
                 sums, (_misfit(blocks, layout, some) for layout in layouts), strict=True
             )
         ]
-        self.misfits[category, source] = tried + len(some), sums
-        return layouts[min(range(len(layouts)), key=sums.__getitem__)]
+        self.misfits[pair] = tried, sums
+        best = min(range(len(layouts)), key=sums.__getitem__)
+        unfit = sum(sums[best])
+        if max(unfit, tried - unfit) >= DECIDED_MIN:
+            self.unfit.pop(pair, None)
+            if 2 * unfit > tried:
+                self.unfit[pair] = tried, unfit
+        return layouts[best]
+
+
+def _without_layout(unfit: bool) -> int:
+    return UNFIT if unfit else UNKNOWN
 
 
 def parse_editions(texts: list[str]) -> Editions:
@@ -142,16 +184,9 @@ def _pairs(blocks: Blocks, sources: Integers) -> tuple[list[tuple[int, Source]],
     return [(key >> 32, (key & 0xFFFFFFFF) - 1) for key in distinct.tolist()], place
 
 
-def _misfit(blocks: Blocks, layout: Layout, some: Integers) -> tuple[int, int]:
-    """Count blocks that do not fit a layout, and impossible values."""
-    program = program_of(layout)
-    walked = walk(program, blocks.data, blocks.begins[some] + 3, blocks.ends[some])
-    columns = Columns(walked, blocks.data)
-    strange = 0
-    for (node, name), described in program.fields.items():
-        values = columns.numbers(node, name)
-        if described.unit == "s" and described.bits == 24:
-            strange += int((values >= _DAY_S).sum())
-        elif name == "LAT":
-            strange += int((np.abs(values) > 90.0).sum())
+def _misfit(blocks: Blocks, layout: Layout, some: Integers) -> Misfit:
+    """Count blocks that do not fit a layout, and those with impossible values."""
+    walked = walk(program_of(layout), blocks.data, blocks.begins[some] + 3, blocks.ends[some])
+    impossible = impossible_records(Columns(walked, blocks.data))
+    strange = len(np.unique(walked.records[impossible, 0]))
     return int((walked.faults[:, 0] != _kernels.FITS).sum()), strange

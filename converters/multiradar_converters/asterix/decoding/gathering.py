@@ -2,19 +2,25 @@
 
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 import polars as pl
 
-from multiradar_converters.asterix.decoding.editions import Editions, source_name, sources_of
+from multiradar_converters.asterix.decoding.editions import (
+    UNFIT,
+    UNKNOWN,
+    Editions,
+    source_name,
+    sources_of,
+)
 from multiradar_converters.asterix.decoding.sensor_status import last_status
 from multiradar_converters.asterix.decoding.services import Services, read_services
 from multiradar_converters.asterix.decoding.system_tracks import read_system_tracks
 from multiradar_converters.asterix.decoding.targets import Targets, read_targets
 from multiradar_converters.asterix.framing.containers import FINAL_FORMAT, Blocks
 from multiradar_converters.asterix.layout import _kernels
-from multiradar_converters.asterix.layout.columns import Columns, Integers, Numbers
+from multiradar_converters.asterix.layout.columns import Columns, Flags, Integers, Numbers
 from multiradar_converters.asterix.layout.notation import Layout
 from multiradar_converters.asterix.layout.program import REASONS, Walked, program_of, walk
 from multiradar_schemas.measurements.reject import RejectCode
@@ -73,6 +79,11 @@ class Rows:
     received_s: Numbers
 
 
+def selected_rows(rows: Rows, own: Flags) -> Rows:
+    """Return some of the records."""
+    return Rows(**{one.name: getattr(rows, one.name)[own] for one in fields(Rows)})
+
+
 @dataclass
 class Gathered:
     """Decoded content of a file.
@@ -95,6 +106,8 @@ class Gathered:
         Octets by disposition: framing, decoded, skipped, quarantined.
     skipped : Counter
         Skipped blocks by category.
+    unfit : Counter
+        Blocks quarantined because their source fits no known edition, by category and source.
     broken : list of Broken
         Undecodable octets.
     """
@@ -108,6 +121,7 @@ class Gathered:
     items: Counter[tuple[int, int, str]] = field(default_factory=Counter)
     octets: Counter[str] = field(default_factory=Counter)
     skipped: Counter[int] = field(default_factory=Counter)
+    unfit: Counter[tuple[int, int]] = field(default_factory=Counter)
     broken: list[Broken] = field(default_factory=list)
 
 
@@ -137,19 +151,20 @@ def gather(
     """
     sources = sources_of(blocks)
     editions.detect(blocks, sources)
-    return decode_blocks(blocks, sources, editions.layouts(blocks, sources), at_once, watch)
+    return decode_blocks(blocks, sources, editions, at_once, watch)
 
 
 def decode_blocks(
     blocks: Blocks,
     sources: Integers,
-    layouts: tuple[list[Layout], Integers],
+    editions: Editions,
     at_once: int = BLOCKS_AT_ONCE,
     watch: Callable[[Walked, Rows], None] | None = None,
     *,
+    named: Integers | None = None,
     measurements_only: bool = False,
 ) -> Gathered:
-    """Decode blocks with known layouts.
+    """Decode blocks whose layouts have been detected.
 
     Parameters
     ----------
@@ -157,10 +172,12 @@ def decode_blocks(
         The blocks.
     sources : int64[n]
         Source of each block.
-    layouts : list of Layout, int64[n]
-        Layouts, and the index of the layout of each block; -1 for none.
+    editions : Editions
+        Their layouts.
     at_once, watch
         As in `gather`.
+    named : int64[n], optional
+        Source of each block under which its edition was detected, if not its own.
     measurements_only : bool
         Omit item counts, and the data of another SDPS.
 
@@ -178,8 +195,10 @@ def decode_blocks(
         what = "an envelope" if blocks.form == FINAL_FORMAT else "a block"
         reason = f"the file ends inside {what}: {last.octets} of its {blocks.cut} octets"
         gathered.broken[-1] = replace(last, code=RejectCode.TRUNCATED, reason=reason)
-    known, numbers = layouts
-    _skip(gathered, np.flatnonzero(numbers < 0))
+    named = sources if named is None else named
+    known, numbers = editions.layouts(blocks, named)
+    _skip(gathered, np.flatnonzero(numbers == UNKNOWN))
+    _quarantine_unfit(gathered, np.flatnonzero(numbers == UNFIT), named, editions)
     for first in range(0, len(numbers), at_once):
         part = numbers[first : first + at_once]
         for number in np.unique(part[part >= 0]).tolist():
@@ -218,6 +237,28 @@ def _skip(gathered: Gathered, own: Integers) -> None:
                 reason,
                 begin,
                 category,
+            )
+        )
+
+
+def _quarantine_unfit(
+    gathered: Gathered, own: Integers, sources: Integers, editions: Editions
+) -> None:
+    """Quarantine the blocks of sources that fit no known edition."""
+    blocks = gathered.blocks
+    for block in own.tolist():
+        begin, end = int(blocks.begins[block]), int(blocks.ends[block])
+        category, source = int(blocks.data[begin]), int(sources[block])
+        gathered.unfit[category, source] += 1
+        gathered.broken.append(
+            Broken(
+                offset=int(blocks.offsets[block]),
+                octets=end - begin,
+                code=RejectCode.MALFORMED_BLOCK,
+                reason=editions.why_unfit(category, source),
+                begin=begin,
+                category=category,
+                source=source,
             )
         )
 

@@ -20,12 +20,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from multiradar_converters.asterix.decoding.bounds import LATITUDE_MAX_DEG
 from multiradar_converters.asterix.layout.columns import Columns, Flags, Integers, Numbers
 
 METRES_OF_MILE = 1852.0
 METRES_OF_FOOT = 0.3048
 _METRES_OF_LEVEL = 100.0 * METRES_OF_FOOT
-_LATITUDE_MAX_DEG = 90.0
 
 #: Names of the flags, by bit.
 FLAGS = (
@@ -222,7 +222,7 @@ def _category_021(columns: Columns) -> Targets:
         ("on_ground", columns.flags(kinds, "GBS")),
     )
     # An impossible high-resolution position has another scale; the coarse one is correct.
-    fine = columns.present(place) & (np.abs(columns.numbers(place, "LAT")) <= _LATITUDE_MAX_DEG)
+    fine = columns.present(place) & (np.abs(columns.numbers(place, "LAT")) <= LATITUDE_MAX_DEG)
     return Targets(
         kind="adsb",
         time_s=time,

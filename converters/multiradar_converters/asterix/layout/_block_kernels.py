@@ -39,8 +39,8 @@ def split_blocks(
 
     A block is accepted if its length fits into the remaining bytes and its records fit a layout of
     its category. A block whose records do not fit is accepted, too, if consecutive blocks from its
-    end reach one whose records fit, or the end of the bytes, and no two fitting blocks lie within
-    it; but not after invalid bytes.
+    end reach one whose records fit, one of the same category and source, or the end of the bytes,
+    and no two fitting blocks lie within it; but not after invalid bytes.
 
     Parameters
     ----------
@@ -155,6 +155,18 @@ def _fits(
     return False
 
 
+@in_loop
+def _source(data: Octets, at: int, end: int) -> int:
+    """Return item 010 of the record, -1 if it does not begin with it."""
+    if at >= end or data[at] & 0x80 == 0:
+        return -1
+    while at < end and data[at] & _FX:
+        at += 1
+    if at + 3 > end:
+        return -1
+    return int(data[at + 1]) << 8 | int(data[at + 2])
+
+
 @loop
 def _is_followed(
     data: Octets,
@@ -168,6 +180,7 @@ def _is_followed(
     starts: Places,
 ) -> bool:
     """Return whether the length of a block whose records do not fit is plausible."""
+    source = _source(data, at + 3, end)
     place = end + trailer
     for _ in range(_HOPS_MAX):
         if place == len(data):
@@ -175,6 +188,9 @@ def _is_followed(
         next_end = _block_end(data, place, trailer)
         if next_end == 0:
             return False
+        # A source that writes an unknown edition: each of its blocks confirms the others.
+        if 0 <= source == _source(data, place + 3, next_end) and data[place] == data[at]:
+            break
         if _fits(data, place, next_end, nodes, profiles, layouts, categories, starts, False):
             break
         place = next_end + trailer
@@ -206,14 +222,7 @@ def read_sources(data: Octets, begins: Words, ends: Words, out: Words) -> None:
         Filled; -1 if the first record does not begin with it.
     """
     for k in range(len(begins)):
-        at = begins[k]
-        out[k] = -1
-        if at >= ends[k] or data[at] & 0x80 == 0:
-            continue
-        while at < ends[k] and data[at] & _FX:
-            at += 1
-        if at + 3 <= ends[k]:
-            out[k] = int(data[at + 1]) << 8 | int(data[at + 2])
+        out[k] = _source(data, begins[k], ends[k])
 
 
 @loop

@@ -13,9 +13,13 @@ import numpy as np
 import polars as pl
 
 from multiradar_converters.asterix import table
-from multiradar_converters.asterix.decoding.checks import Rejection, aircraft, misplaced, untimed
+from multiradar_converters.asterix.decoding.checks import Rejection, aircraft, impossible, untimed
 from multiradar_converters.asterix.decoding.editions import Editions, source_name, sources_of
-from multiradar_converters.asterix.decoding.gathering import Gathered, Rows, decode_blocks
+from multiradar_converters.asterix.decoding.gathering import (
+    Gathered,
+    decode_blocks,
+    selected_rows,
+)
 from multiradar_converters.asterix.decoding.targets import Targets
 from multiradar_converters.asterix.decoding.timing import (
     KINDS,
@@ -106,9 +110,7 @@ class LiveDecoder:
         named = np.where(np.isin(sources, self._known), sources, -1)
         editions = self._options.editions
         editions.detect(blocks, named, revise=True)
-        gathered = decode_blocks(
-            blocks, sources, editions.layouts(blocks, named), measurements_only=True
-        )
+        gathered = decode_blocks(blocks, sources, editions, named=named, measurements_only=True)
         batch = new_batch(gathered, datagrams, cut)
         try:
             self._reports(gathered, datagrams, batch)
@@ -125,7 +127,7 @@ class LiveDecoder:
         known = np.isin(rows.source, self._known)
         tally = Tally(batch, datagrams)
         tally.reject(rows, ~known, RejectCode.UNKNOWN_SENSOR, _unknown)
-        rows, kind = _select_rows(rows, known), kind[known]
+        rows, kind = selected_rows(rows, known), kind[known]
         targets = _select_targets(targets, known)
         marks = self._clocks.marks(rows, targets, service_rows, services)
         reports = timed(gathered, rows, kind, targets, marks)
@@ -137,7 +139,7 @@ class LiveDecoder:
         time_s, behind = self._dated(reports)
         ids, unnamed = self._ids(reports)
         for wrong, code, reason in [
-            *untimed(reports), behind, misplaced(reports, own), *unnamed
+            *untimed(reports), behind, *impossible(reports, own), *unnamed
         ]:  # fmt: skip
             tally.reject(rows, own & wrong, code, partial(_same, reason))
             own &= ~wrong
@@ -186,10 +188,6 @@ def _unknown(source: int) -> str:
 
 def _same(reason: str, _source: int) -> str:
     return reason
-
-
-def _select_rows(rows: Rows, own: Flags) -> Rows:
-    return Rows(**{one.name: getattr(rows, one.name)[own] for one in fields(Rows)})
 
 
 def _select_targets(targets: Targets, own: Flags) -> Targets:

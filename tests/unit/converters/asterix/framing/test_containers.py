@@ -75,6 +75,14 @@ def test_blocks_of_unknown_categories_are_blocks_where_others_follow(tmp_path: P
     ]
 
 
+def test_blocks_of_one_unknown_source_confirm_each_other(tmp_path: Path) -> None:
+    """However many follow each other, and although some of their octets look like a block."""
+    unknown = [
+        block(62, record((1, "14fa"), (2, f"{number:02x}{ONE[:4].hex()}"))) for number in range(50)
+    ]
+    assert cut(read(tmp_path, b"".join(unknown) + ONE)) == [*unknown, ONE]
+
+
 def test_a_gps_recording_gives_the_time_of_reception(tmp_path: Path) -> None:
     blocks = read(tmp_path, gps([(28800.5, ONE), (28801.0, NORTH)]))
     assert blocks.form == "gps"

@@ -311,3 +311,21 @@ def test_of_unknown_sources_nothing_is_retained() -> None:
     batch = one.decode(datagrams(*every))
     assert len(batch.rejected) == 500
     assert set(editions.found) <= {(21, -1), (21, RADAR)}
+
+
+def test_a_source_of_an_unknown_edition_is_quarantined_until_it_fits() -> None:
+    """It is tried again and again: a link may be damaged for a while."""
+    bad = block(48, record((1, "1482"), (2, "000001"), (7, "80")))
+    one = decoder()
+    for number in range(300):
+        sent = datagrams((NOON_S + number, bad))
+        batch = one.decode(sent)
+        assert balanced(batch, sent)
+    assert "300" not in batch.rejected[0].reason
+    assert "blocks fit no known edition (1.32" in batch.rejected[0].reason
+    good = [
+        one.decode(datagrams((NOON_S + number, block(48, plot_048(43_200.0 + number)))))
+        for number in range(300, 700)
+    ]
+    assert good[0].frame.height == 0
+    assert [batch.frame.height for batch in good[-100:]] == [1] * 100
