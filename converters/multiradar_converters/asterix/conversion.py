@@ -13,8 +13,8 @@ from multiradar_converters.asterix.decoding import clocks
 from multiradar_converters.asterix.decoding.checks import (
     Rejection,
     aircraft,
-    impossible,
     impossible_tracks,
+    misplaced,
     untimed,
 )
 from multiradar_converters.asterix.decoding.editions import source_name
@@ -227,7 +227,7 @@ def _measured(
     findings.left_out.update(left_out)
     findings.flags.update(flags)
     far_off = (known & ~kept, RejectCode.OUT_OF_RANGE, FAR_OFF)
-    rejections = [*untimed(timed), far_off, *impossible(timed, kept & measured)]
+    rejections = [*untimed(timed), far_off, misplaced(timed, kept & measured)]
     own = kept & measured
     for wrong, code, reason in rejections:
         _reject_reports(account, timed.rows, (wrong, code, reason))

@@ -133,11 +133,9 @@ def test_the_bounds_themselves_are_possible(tmp_path: Path) -> None:
     assert reasons(out) == []
 
 
-def test_a_measurement_with_an_impossible_height_is_rejected(tmp_path: Path) -> None:
-    """The geometric height of multilateration; no flight level of Mode C is that high."""
+def test_an_impossible_height_is_omitted_from_a_measurement(tmp_path: Path) -> None:
+    """Its position is as good: the geometric height is an item that senders fill in at will."""
     items = [(1, "14c9"), (2, "41 00"), (3, time_of_day(1.0)), (4, "00200000 00100000")]
-    highest = block(20, record(*items, (15, "5dc0")))
-    beyond = block(20, record(*items, (15, "7fff")))
-    out = converted(tmp_path, highest + beyond, status=EXIT_DONE)
-    assert pl.read_parquet(out / "measurements.parquet").height == 1
-    assert reasons(out) == ["an impossible height: below -1500 m or above 45720 m"]
+    out = converted(tmp_path, block(20, record(*items, (15, "7fff"))), status=EXIT_DONE)
+    assert pl.read_parquet(out / "measurements.parquet")["height_m"].to_list() == [None]
+    assert reasons(out) == []

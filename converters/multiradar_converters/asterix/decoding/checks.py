@@ -105,20 +105,16 @@ def aircraft(timed: Timed, *, all_targets: bool) -> tuple[Flags, Counter[str], C
     return measured, left_out, flags
 
 
-def impossible(timed: Timed, measured: Flags) -> list[Rejection]:
-    """Return the measurements with impossible values; each is in one rejection at most."""
+def misplaced(timed: Timed, measured: Flags) -> Rejection:
+    """Return the measurements with an impossible position.
+
+    An impossible height is omitted from a measurement (see `table`): its position is as good.
+    """
     targets = timed.targets
     near = (targets.range_m > 0.0) & (targets.range_m <= _RANGE_MAX_M)
     on_earth = _on_earth(targets.latitude_deg, targets.longitude_deg)
-    placed = np.where(timed.kind == _RADAR, near, on_earth)
-    return [
-        (measured & ~placed, RejectCode.OUT_OF_RANGE, IMPOSSIBLE_POSITION),
-        (
-            measured & placed & _beyond_atmosphere(targets.height_m),
-            RejectCode.OUT_OF_RANGE,
-            IMPOSSIBLE_HEIGHT,
-        ),
-    ]
+    possible = np.where(timed.kind == _RADAR, near, on_earth)
+    return measured & ~possible, RejectCode.OUT_OF_RANGE, IMPOSSIBLE_POSITION
 
 
 def impossible_tracks(tracks: pl.DataFrame) -> list[Rejection]:
@@ -139,13 +135,14 @@ def impossible_tracks(tracks: pl.DataFrame) -> list[Rejection]:
         for name in ("time_s", "latitude_deg", "longitude_deg", "height_m", "speed_mps")
     }
     latitude, longitude = values["latitude_deg"], values["longitude_deg"]
+    height_m = values["height_m"]
     absent = np.isnan(latitude) | np.isnan(longitude)
     found: list[Rejection] = []
     possible = np.ones(tracks.height, dtype=np.bool_)
     for wrong, reason in (
         (values["time_s"] >= DAY_S, IMPOSSIBLE_TIME),
         (~absent & ~_on_earth(latitude, longitude), IMPOSSIBLE_POSITION),
-        (_beyond_atmosphere(values["height_m"]), IMPOSSIBLE_HEIGHT),
+        ((height_m < HEIGHT_MIN_M) | (height_m > HEIGHT_MAX_M), IMPOSSIBLE_HEIGHT),
         (values["speed_mps"] > SPEED_MAX_MPS, IMPOSSIBLE_SPEED),
     ):
         found.append((possible & wrong, RejectCode.OUT_OF_RANGE, reason))
@@ -158,8 +155,3 @@ def _on_earth(latitude_deg: Numbers, longitude_deg: Numbers) -> Flags:
         np.abs(longitude_deg) <= LONGITUDE_MAX_DEG
     )
     return on_earth
-
-
-def _beyond_atmosphere(height_m: Numbers) -> Flags:
-    beyond: Flags = (height_m < HEIGHT_MIN_M) | (height_m > HEIGHT_MAX_M)
-    return beyond

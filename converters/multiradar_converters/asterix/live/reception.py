@@ -13,7 +13,7 @@ import numpy as np
 import polars as pl
 
 from multiradar_converters.asterix import table
-from multiradar_converters.asterix.decoding.checks import Rejection, aircraft, impossible, untimed
+from multiradar_converters.asterix.decoding.checks import Rejection, aircraft, misplaced, untimed
 from multiradar_converters.asterix.decoding.editions import Editions, source_name, sources_of
 from multiradar_converters.asterix.decoding.gathering import (
     Gathered,
@@ -139,7 +139,7 @@ class LiveDecoder:
         time_s, behind = self._dated(reports)
         ids, unnamed = self._ids(reports)
         for wrong, code, reason in [
-            *untimed(reports), behind, *impossible(reports, own), *unnamed
+            *untimed(reports), behind, misplaced(reports, own), *unnamed
         ]:  # fmt: skip
             tally.reject(rows, own & wrong, code, partial(_same, reason))
             own &= ~wrong
