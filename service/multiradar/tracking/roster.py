@@ -66,6 +66,20 @@ class Roster(NamedTuple):
         )
 
 
+class ReportedIdentities(NamedTuple):
+    """Identities contained in the measurements of a batch, −1 for none.
+
+    Attributes
+    ----------
+    track_number, mode_s_address, mode_3a : (n,) int64
+        As received.
+    """
+
+    track_number: Integers
+    mode_s_address: Integers
+    mode_3a: Integers
+
+
 class RowIdentities(NamedTuple):
     """Aircraft and identity of each row of a batch, −1 for none.
 

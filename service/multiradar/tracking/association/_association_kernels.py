@@ -47,11 +47,14 @@ from multiradar.tracking.association.track_grid import (
     CANDIDATES_MAX,
     MANOEUVRE,
     SPEED_MAX,
+    BiasScratch,
     Candidates,
+    Gating,
+    PlotPosition,
     TrackGrid,
 )
 from multiradar.tracking.lifecycle.lifecycle import TENTATIVE, Lifecycle
-from multiradar.tracking.roster import MISSING, Roster, RowIdentities
+from multiradar.tracking.roster import MISSING, ReportedIdentities, Roster, RowIdentities
 from multiradar_compiled.kernels import fetch_ahead, in_loop, kernel, loop
 from multiradar_compiled.lane_kernels import LANES, load_lanes, store_row
 
@@ -118,11 +121,10 @@ def pair_score(
     grid: TrackGrid,
     rules: Floats,
     log_clutter: float,
-    sigmas: Floats,
-    U: Floats,
-    R: Floats,
+    scratch: BiasScratch,
 ) -> float:
     """Return the log likelihood ratio of a plot and a track by position alone."""
+    sigmas, U, R = scratch.sigmas, scratch.U, scratch.R
     n = aircraft.sensitivity.shape[2]
     kind, s, time = rows.kind[row], rows.sensor[row], rows.time[row]
     seen = rows.seen[row]
@@ -231,10 +233,12 @@ def log_of_height(off: float, dt: float) -> float:
 
 @in_loop
 def identity_score(
-    row: int, k: int, number: int, address: int, code: int, dt: float, rows: Rows,
-    aircraft: Aircraft, roster: Roster, life: Lifecycle,
+    row: int, k: int, dt: float, reported: ReportedIdentities, rows: Rows, aircraft: Aircraft,
+    roster: Roster, life: Lifecycle,
 ) -> float:  # fmt: skip
     """Return the score of identity, height and missed scans; −∞ for contradicting identities."""
+    number, address = reported.track_number[row], reported.mode_s_address[row]
+    code = reported.mode_3a[row]
     score = 0.0
     if address >= 0 and roster.mode_s_address[k] >= 0:
         score += ADDRESS_EQUAL if roster.mode_s_address[k] == address else ADDRESS_DIFFERENT
@@ -261,27 +265,23 @@ def find_candidates(
     first: int,
     last: int,
     window_time: float,
-    track_numbers: Integers,
-    addresses: Integers,
-    codes: Integers,
+    reported: ReportedIdentities,
     rows: Rows,
     model: Model,
     aircraft: Aircraft,
     roster: Roster,
     life: Lifecycle,
-    periods: Floats,
-    rules: Floats,
-    log_clutters: Floats,
+    gating: Gating,
     grid: TrackGrid,
     identities: RowIdentities,
     candidates: Candidates,
 ) -> None:
     """Fill the candidates of rows first…last without an aircraft."""
     n = model.bias.shape[0]
+    sigmas = np.sqrt(np.diag(model.bias_covariance))
     search(
-        first, last, window_time, track_numbers, addresses, codes, rows, model, aircraft,
-        roster, life, periods, rules, log_clutters, grid, identities, candidates,
-        np.sqrt(np.diag(model.bias_covariance)), np.empty((2, n)), np.empty((2, n)),
+        first, last, window_time, reported, rows, model, aircraft, roster, life, gating, grid,
+        identities, candidates, BiasScratch(sigmas, np.empty((2, n)), np.empty((2, n))),
         np.empty((2, grid.reach.shape[0]), np.int64),
     )  # fmt: skip
 
@@ -291,28 +291,22 @@ def search(
     first: int,
     last: int,
     window_time: float,
-    track_numbers: Integers,
-    addresses: Integers,
-    codes: Integers,
+    reported: ReportedIdentities,
     rows: Rows,
     model: Model,
     aircraft: Aircraft,
     roster: Roster,
     life: Lifecycle,
-    periods: Floats,
-    rules: Floats,
-    log_clutters: Floats,
+    gating: Gating,
     grid: TrackGrid,
     identities: RowIdentities,
     candidates: Candidates,
-    sigmas: Floats,
-    U: Floats,
-    R: Floats,
+    scratch: BiasScratch,
     found: Integers,
 ) -> None:
     """As `find_candidates`, with given scratch arrays.
 
-    ``sigmas`` are those of the biases. ``found`` holds the tracks near two plots: while those of
+    ``found`` holds the tracks near two plots: while those of
     one plot are scored, the data of those near the next are prefetched.
     """
     near, side = MISSING, 0
@@ -323,13 +317,12 @@ def search(
             if identities.slot[row] < 0 and not is_bearing(rows.kind[row]):
                 coming = find_near(
                     row, row - first, window_time, 1 - side, rows, model, aircraft, life, grid,
-                    sigmas, candidates, found,
+                    scratch.sigmas, candidates, found,
                 )  # fmt: skip
         for number in range(near):
             consider(
-                row - 1, row - 1 - first, found[side, number], window_time, track_numbers,
-                addresses, codes, rows, model, aircraft, roster, life, periods, rules, log_clutters,
-                grid, sigmas, U, R, candidates,
+                row - 1, row - 1 - first, found[side, number], window_time, reported, rows, model,
+                aircraft, roster, life, gating, grid, scratch, candidates,
             )  # fmt: skip
         near, side = coming, 1 - side
 
@@ -388,26 +381,27 @@ def find_near(
 
 @in_loop
 def consider(
-    row: int, i: int, k: int, window_time: float, numbers: Integers, addresses: Integers,
-    codes: Integers, rows: Rows, model: Model, aircraft: Aircraft, roster: Roster, life: Lifecycle,
-    periods: Floats, rules: Floats, log_clutters: Floats, grid: TrackGrid, sigmas: Floats,
-    U: Floats, R: Floats, candidates: Candidates,
+    row: int, i: int, k: int, window_time: float, reported: ReportedIdentities, rows: Rows,
+    model: Model, aircraft: Aircraft, roster: Roster, life: Lifecycle, gating: Gating,
+    grid: TrackGrid, scratch: BiasScratch, candidates: Candidates,
 ) -> None:  # fmt: skip
     """Make a track near a plot a candidate, if their score is positive.
 
     A radar detects an aircraft at most once in half a scan.
     """
     s, time = rows.sensor[row], rows.time[row]
-    if not time - life.last_seen[k, s] < 0.5 * periods[s]:
+    if not time - life.last_seen[k, s] < 0.5 * gating.periods[s]:
         ahead = time - window_time
         east, north = candidates.position[i, 0], candidates.position[i, 1]
         d0 = grid.state[k, 0] + ahead * grid.state[k, 2] - east
         d1 = grid.state[k, 1] + ahead * grid.state[k, 3] - north
-        log_clutter = log_density_of_clutter(rows.kind[row], s, rows.z[row, 0], log_clutters)
+        log_clutter = log_density_of_clutter(rows.kind[row], s, rows.z[row, 0], gating.log_clutters)
+        position = PlotPosition(
+            math.sqrt(d0 * d0 + d1 * d1), east, north, candidates.position[i, 2]
+        )
         score, reinitialised = association_score(
-            row, k, ahead, math.sqrt(d0 * d0 + d1 * d1), numbers[row], addresses[row], codes[row],
-            east, north, candidates.position[i, 2], periods[s], rows, model, aircraft, roster, life,
-            grid, rules, log_clutter, sigmas, U, R,
+            row, k, ahead, position, gating.periods[s], reported, rows, model, aircraft, roster,
+            life, grid, gating.rules, log_clutter, scratch,
         )  # fmt: skip
         if score > 0.0:
             keep(i, k, score, reinitialised, candidates)
@@ -429,45 +423,30 @@ def fetch_track(k: int, aircraft: Aircraft, life: Lifecycle) -> None:
 
 @in_loop
 def association_score(
-    row: int, k: int, ahead: float, distance: float, number: int, address: int, code: int,
-    east: float, north: float, reach: float, period: float, rows: Rows, model: Model,
-    aircraft: Aircraft, roster: Roster, life: Lifecycle, grid: TrackGrid, rules: Floats,
-    log_clutter: float, sigmas: Floats, U: Floats, R: Floats,
+    row: int, k: int, ahead: float, position: PlotPosition, period: float,
+    reported: ReportedIdentities, rows: Rows, model: Model, aircraft: Aircraft, roster: Roster,
+    life: Lifecycle, grid: TrackGrid, rules: Floats, log_clutter: float, scratch: BiasScratch,
 ) -> tuple[float, bool]:  # fmt: skip
     """Return the score of a pair, −∞ if impossible, and whether the track is reinitialised."""
     dt = rows.time[row] - aircraft.time[k]
     score = -np.inf
-    flown = distance
+    flown = position.distance
     if aircraft.updates[k] == 1:
-        flown -= min(slack_of(k, reach, grid), START_ERROR_M)
+        flown -= min(slack_of(k, position.reach, grid), START_ERROR_M)
     if aircraft.updates[k] > 1 or flown <= rules[SPEED_MAX] * dt:
-        score = identity_score(
-            row, k, number, address, code, max(dt, 0.0), rows, aircraft, roster, life
-        )
+        score = identity_score(row, k, max(dt, 0.0), reported, rows, aircraft, roster, life)
         score += log_scan_phase(rows.time[row] - life.last_seen[k, rows.sensor[row]], period)
     reinitialised = -np.inf
     if score > -np.inf and is_young(k, life):
         if aircraft.updates[k] > 1:
             reinitialised = score + LOG_DETECTED + log_reinitialised(
-                row, k, ahead, east, north, reach, rows, aircraft, grid, log_clutter
+                row, k, ahead, position, rows, aircraft, grid, log_clutter
             )  # fmt: skip
         else:
             score += log_of_speed(flown, dt)
     if score > -np.inf:
         score += pair_score(
-            row,
-            k,
-            ahead,
-            life.period[k],
-            rows,
-            model,
-            aircraft,
-            grid,
-            rules,
-            log_clutter,
-            sigmas,
-            U,
-            R,
+            row, k, ahead, life.period[k], rows, model, aircraft, grid, rules, log_clutter, scratch
         )
     return max(score, reinitialised), reinitialised > score
 

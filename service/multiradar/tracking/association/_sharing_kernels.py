@@ -23,7 +23,7 @@ from multiradar.tracking.association._assignment_kernels import root_of
 from multiradar.tracking.association._association_kernels import pair_score
 from multiradar.tracking.association._clutter_kernels import log_density_of_clutter
 from multiradar.tracking.association._probability_kernels import pair_probabilities
-from multiradar.tracking.association.track_grid import Candidates, TrackGrid
+from multiradar.tracking.association.track_grid import BiasScratch, Candidates, TrackGrid
 from multiradar.tracking.lifecycle.lifecycle import Lifecycle
 from multiradar_compiled.kernels import kernel
 
@@ -168,8 +168,9 @@ def merged_scores(
     merged = np.full((len(plots), columns, columns), -np.inf)
     if sharing[RESOLVED_RANGE] <= 0.0 or sharing[RESOLVED_AZIMUTH] <= 0.0:
         return merged
+    n = model.bias.shape[0]
     sigmas = np.sqrt(np.diag(model.bias_covariance))
-    U, R = np.empty((2, model.bias.shape[0])), np.empty((2, model.bias.shape[0]))
+    scratch = BiasScratch(sigmas, np.empty((2, n)), np.empty((2, n)))
     for a in range(len(plots)):
         row = first + plots[a]
         if rows.kind[row] != KIND_RADAR:
@@ -200,7 +201,7 @@ def merged_scores(
                     one.z[0, 1] = rows.z[row, 1] + half * d1
                     score += 0.5 * pair_score(
                         0, k, ahead, life.period[k], one, model, aircraft, grid, rules, log_clutter,
-                        sigmas, U, R,
+                        scratch,
                     )  # fmt: skip
                 merged[a, b, c] = score + unresolved - 2.0 * LOG_MISSED
     return merged

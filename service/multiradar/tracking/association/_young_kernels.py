@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from multiradar.estimation.filters.arrays import Aircraft, Rows
 from multiradar.estimation.measurement._kernels import KIND_RADAR
 from multiradar.tracking.association._grid_kernels import COARSE_SIGMAS, NEAR_COLUMN
-from multiradar.tracking.association.track_grid import Candidates, TrackGrid
+from multiradar.tracking.association.track_grid import Candidates, PlotPosition, TrackGrid
 from multiradar.tracking.lifecycle.lifecycle import (
     NONE,
     TENTATIVE,
@@ -60,14 +60,15 @@ def log_of_speed(flown: float, since: float) -> float:
 
 @in_loop
 def log_reinitialised(
-    row: int, k: int, ahead: float, east: float, north: float, reach: float, rows: Rows,
-    aircraft: Aircraft, grid: TrackGrid, log_clutter: float,
+    row: int, k: int, ahead: float, position: PlotPosition, rows: Rows, aircraft: Aircraft,
+    grid: TrackGrid, log_clutter: float,
 ) -> float:  # fmt: skip
     """Return the score of a plot if only the last plot of the track was of the aircraft."""
     since = rows.time[row] - aircraft.updated[k]
+    reach = position.reach
     # Back to the position of that plot.
-    d0 = east - grid.state[k, 0] + (since - ahead) * grid.state[k, 2]
-    d1 = north - grid.state[k, 1] + (since - ahead) * grid.state[k, 3]
+    d0 = position.east - grid.state[k, 0] + (since - ahead) * grid.state[k, 2]
+    d1 = position.north - grid.state[k, 1] + (since - ahead) * grid.state[k, 3]
     near = grid.state[k, NEAR_COLUMN]
     spread = (reach * reach + near * near) / (2.0 * COARSE_SIGMAS * COARSE_SIGMAS)
     spread += SPEED_SIGMA * SPEED_SIGMA * since * since

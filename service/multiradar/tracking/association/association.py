@@ -23,7 +23,7 @@ from multiradar.tracking.association._grid_kernels import fill_grid, release_dis
 from multiradar.tracking.association._sharing_kernels import SHARE_COLUMNS, share_plots
 from multiradar.tracking.association.clutter import ClutterMap
 from multiradar.tracking.association.shared_plots import Shares, sharing_rules
-from multiradar.tracking.association.track_grid import Candidates, TrackGrid
+from multiradar.tracking.association.track_grid import Candidates, Gating, RowScores, TrackGrid
 from multiradar.tracking.bearings._bearing_kernels import assign_bearings
 from multiradar.tracking.input.measurements import KIND_BEARING, MeasurementBatch
 from multiradar.tracking.input.order import RELEASE_STEP_S
@@ -36,7 +36,7 @@ from multiradar.tracking.lifecycle._lifecycle_kernels import (
 from multiradar.tracking.lifecycle._merging_kernels import find_merges
 from multiradar.tracking.lifecycle.transitions import MERGED, TerminatedTracks
 from multiradar.tracking.pool import AircraftPool
-from multiradar.tracking.roster import RowIdentities
+from multiradar.tracking.roster import ReportedIdentities, RowIdentities
 from multiradar.tracking.settings import (
     BY_IDENTITY,
     BY_PROBABILITY,
@@ -122,8 +122,7 @@ class Association:
         self._grid: TrackGrid | None = None
         self._merge_step = 0
         self._anonymous = False
-        self._scores = np.empty(0)
-        self._shadows = np.empty(0, np.int64)
+        self._scores = RowScores.of(0, KNOWN_SCORE)
 
     def windows(
         self, batch: MeasurementBatch, first: int, last: int
@@ -231,35 +230,35 @@ class Association:
             first, last, batch.track_number, batch.mode_s_address, pool.roster, identities
         )
         n = last - first
-        self._scores, self._shadows = np.full(n, KNOWN_SCORE), np.zeros(n, np.int64)
+        self._scores = RowScores.of(n, KNOWN_SCORE)
         addressed = batch.track_number[first:last] < 0
         if unknown == 0 and not addressed.any():
             return None
         window_time = math.floor(rows.time[first] / WINDOW_S) * WINDOW_S
         grid, _ = self._fill(window_time, model, pool)
-        released = np.zeros(n, np.int64)
         if unknown < n:
             unknown += release_distant(
                 first, last, window_time, batch.track_number, rows, model, pool.aircraft, grid,
-                identities, released,
+                identities, self._scores.released,
             )  # fmt: skip
         if unknown == 0:
             return None
         candidates = Candidates.empty(last - first)
+        reported = ReportedIdentities(batch.track_number, batch.mode_s_address, codes)
         find_candidates(
-            first, last, window_time, batch.track_number, batch.mode_s_address, codes, rows, model,
-            pool.aircraft, pool.roster, pool.life, self._apart, self._rules,
-            self._clutter.log_densities, grid, identities, candidates,
+            first, last, window_time, reported, rows, model, pool.aircraft, pool.roster, pool.life,
+            Gating(self._apart, self._rules, self._clutter.log_densities), grid, identities,
+            candidates,
         )  # fmt: skip
         choose_tracks(
-            first, last, self._sensors, batch.track_number, batch.mode_s_address, codes, rows,
-            self._clutter.log_densities, self._speed_variance, pool.aircraft, pool.life,
-            candidates, grid, identities, released, self._scores, self._shadows,
+            first, last, self._sensors, reported, rows, self._clutter.log_densities,
+            self._speed_variance, pool.aircraft, pool.life, candidates, grid, identities,
+            self._scores,
         )  # fmt: skip
         if bool((batch.kind[first:last] == KIND_BEARING).any()):
             assign_bearings(
-                first, last, window_time, batch.track_number, batch.mode_s_address, codes, rows,
-                model, pool.aircraft, pool.roster, pool.life, self._rules, grid, identities,
+                first, last, window_time, reported, rows, model, pool.aircraft, pool.roster,
+                pool.life, self._rules, grid, identities,
             )  # fmt: skip
         return self._share(window, model, candidates, pool) if self._shares else None
 
@@ -296,8 +295,9 @@ class Association:
         """
         _, _, rows, identities, first, last = window
         update_lifecycles(
-            first, last, rows, result, self._periods, self._rules, self._clutter.log_densities,
+            first, last, rows, result,
+            Gating(self._periods, self._rules, self._clutter.log_densities),
             self._clutter.log_usual, self._shadow_hits, self._clutter.counts, pool.life,
-            identities, self._scores, self._shadows, confirmed,
+            identities, self._scores, confirmed,
         )  # fmt: skip
         self._anonymous = True

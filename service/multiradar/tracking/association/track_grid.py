@@ -26,6 +26,59 @@ DROP_AFTER = 5
 RULE_COUNT = 6
 
 
+class Gating(NamedTuple):
+    """What plots of every sensor are compared by.
+
+    Attributes
+    ----------
+    periods : (m,) float64
+        Scan period of each sensor, s; 0 where unknown.
+    rules : (RULE_COUNT,) float64
+        The rules.
+    log_clutters : (m, r) float64
+        Logarithm of the density of false plots on the ground, 1/m², by sensor and range ring.
+    """
+
+    periods: Floats
+    rules: Floats
+    log_clutters: Floats
+
+
+class PlotPosition(NamedTuple):
+    """Position of a plot on the plane.
+
+    Attributes
+    ----------
+    distance : float
+        Distance from the predicted track, m.
+    east, north : float
+        At the published biases, m.
+    reach : float
+        Bound of its error, m.
+    """
+
+    distance: float
+    east: float
+    north: float
+    reach: float
+
+
+class BiasScratch(NamedTuple):
+    """Uncertainty of the biases, and scratch of its projection.
+
+    Attributes
+    ----------
+    sigmas : (c,) float64
+        Standard deviations of the biases.
+    U, R : (2, c) float64
+        Scratch: derivative of an innovation with respect to the biases, and a product with it.
+    """
+
+    sigmas: Floats
+    U: Floats
+    R: Floats
+
+
 class TrackGrid(NamedTuple):
     """Predicted tracks, indexed by cell of the plane.
 
@@ -77,6 +130,29 @@ class TrackGrid(NamedTuple):
             owner=np.full(capacity, -1, np.int64),
             local=np.full(capacity, -1, np.int64),
         )
+
+
+class RowScores(NamedTuple):
+    """Association of the rows of a window, from the first on.
+
+    Attributes
+    ----------
+    released : (n,) int64
+        Whether the row was assigned by address to an aircraft far away.
+    score : (n,) float64
+        Score of the row in its track.
+    shadow : (n,) int64
+        Whether the row may belong to a track that was assigned another row.
+    """
+
+    released: Integers
+    score: Floats
+    shadow: Integers
+
+    @classmethod
+    def of(cls, rows: int, score: float) -> "RowScores":
+        """Return rows with one score."""
+        return cls(np.zeros(rows, np.int64), np.full(rows, score), np.zeros(rows, np.int64))
 
 
 class Candidates(NamedTuple):

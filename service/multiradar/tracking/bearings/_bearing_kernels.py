@@ -18,13 +18,12 @@ from numpy.typing import NDArray
 from multiradar.estimation.filters.arrays import Aircraft, Model, Rows
 from multiradar.estimation.measurement._kernels import KIND_DIRECTION, is_bearing
 from multiradar.tracking.association._association_kernels import LOG_TWO_PI, association_score
-from multiradar.tracking.association.track_grid import TrackGrid
+from multiradar.tracking.association.track_grid import BiasScratch, PlotPosition, TrackGrid
 from multiradar.tracking.lifecycle.lifecycle import TENTATIVE, Lifecycle
-from multiradar.tracking.roster import MISSING, Roster, RowIdentities
+from multiradar.tracking.roster import MISSING, ReportedIdentities, Roster, RowIdentities
 from multiradar_compiled.kernels import kernel, loop
 
 Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # Log density of false bearings: uniform over the circle, 1/rad, times that of the empty component
 # at its centre.
@@ -40,9 +39,7 @@ def assign_bearings(
     first: int,
     last: int,
     window_time: float,
-    track_numbers: Integers,
-    addresses: Integers,
-    codes: Integers,
+    reported: ReportedIdentities,
     rows: Rows,
     model: Model,
     aircraft: Aircraft,
@@ -54,10 +51,10 @@ def assign_bearings(
 ) -> None:
     """Assign bearings first…last without identity for which one track alone fits."""
     n = model.bias.shape[0]
+    sigmas = np.sqrt(np.diag(model.bias_covariance))
     search(
-        first, last, window_time, track_numbers, addresses, codes, rows, model, aircraft, roster,
-        life, rules, grid, identities, np.sqrt(np.diag(model.bias_covariance)),
-        np.empty((2, n)), np.empty((2, n)),
+        first, last, window_time, reported, rows, model, aircraft, roster, life, rules, grid,
+        identities, BiasScratch(sigmas, np.empty((2, n)), np.empty((2, n))),
     )  # fmt: skip
 
 
@@ -66,9 +63,7 @@ def search(
     first: int,
     last: int,
     window_time: float,
-    track_numbers: Integers,
-    addresses: Integers,
-    codes: Integers,
+    reported: ReportedIdentities,
     rows: Rows,
     model: Model,
     aircraft: Aircraft,
@@ -77,13 +72,11 @@ def search(
     rules: Floats,
     grid: TrackGrid,
     identities: RowIdentities,
-    sigmas: Floats,
-    U: Floats,
-    R: Floats,
+    scratch: BiasScratch,
 ) -> None:
     """As `assign_bearings`, with given scratch arrays."""
     for row in range(first, last):
-        named = track_numbers[row] >= 0 or addresses[row] >= 0
+        named = reported.track_number[row] >= 0 or reported.mode_s_address[row] >= 0
         if not is_bearing(rows.kind[row]) or identities.slot[row] >= 0 or named:
             continue
         ahead = rows.time[row] - window_time
@@ -100,8 +93,8 @@ def search(
             # The position of a plot, which a bearing has not, matters for tentative tracks only;
             # direction finders do not rotate.
             score, _ = association_score(
-                row, k, ahead, 0.0, MISSING, MISSING, codes[row], 0.0, 0.0, 0.0, 0.0, rows, model,
-                aircraft, roster, life, grid, rules, anywhere, sigmas, U, R,
+                row, k, ahead, PlotPosition(0.0, 0.0, 0.0, 0.0), 0.0, reported, rows, model,
+                aircraft, roster, life, grid, rules, anywhere, scratch,
             )  # fmt: skip
             if score > best:
                 best, second = score, best

@@ -16,11 +16,20 @@ from multiradar.tracking.association.track_grid import (
     HITS_MIN,
     SCORE_MIN,
     Candidates,
+    Gating,
+    RowScores,
     TrackGrid,
 )
 from multiradar.tracking.lifecycle.lifecycle import BY_IDENTITY, CONFIRMED, TENTATIVE, Lifecycle
 from multiradar.tracking.lifecycle.transitions import SILENT, UNCONFIRMED, UNLIKELY
-from multiradar.tracking.roster import MISSING, NEW_TRACK, TWIN, Roster, RowIdentities
+from multiradar.tracking.roster import (
+    MISSING,
+    NEW_TRACK,
+    TWIN,
+    ReportedIdentities,
+    Roster,
+    RowIdentities,
+)
 from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]
@@ -54,9 +63,7 @@ def choose_tracks(
     first: int,
     last: int,
     sensors: int,
-    track_numbers: Integers,
-    addresses: Integers,
-    codes: Integers,
+    reported: ReportedIdentities,
     rows: Rows,
     log_clutters: Floats,
     speed_variance: float,
@@ -65,14 +72,11 @@ def choose_tracks(
     candidates: Candidates,
     grid: TrackGrid,
     identities: RowIdentities,
-    released: Integers,
-    scores: Floats,
-    shadows: Integers,
+    scores: RowScores,
 ) -> None:
     """Assign the rows first…last of each sensor; unassigned ones initiate tracks.
 
-    ``scores`` receives the score of each row from the first on, ``shadows`` whether it may belong
-    to a track that was assigned another row.
+    ``scores`` receives scores and shadows.
     """
     n = last - first
     chosen = np.full(n, MISSING, np.int64)
@@ -100,11 +104,14 @@ def choose_tracks(
         if count == MISSING:
             continue
         if chosen[i] == MISSING:
-            shadows[i] = count > 0
-            scores[i] = 0.0
-            if not released[i] and (track_numbers[row] >= 0 or addresses[row] >= 0):
+            scores.shadow[i] = count > 0
+            scores.score[i] = 0.0
+            named = reported.track_number[row] >= 0 or reported.mode_s_address[row] >= 0
+            if named and not scores.released[i]:
                 continue
-            j = find_initiating_plot(i, first, initiators[:initiated], codes, rows, candidates)
+            j = find_initiating_plot(
+                i, first, initiators[:initiated], reported.mode_3a, rows, candidates
+            )
             if j == MISSING:
                 identities.slot[row] = NEW_TRACK
                 initiators[initiated] = i
@@ -114,15 +121,15 @@ def choose_tracks(
                 score = score_of_twin(i, j, candidates, log_clutters[rows.sensor[row], ring])
                 if score > 0.0:
                     identities.slot[row] = TWIN - (i - j)
-                    scores[i] = score
+                    scores.score[i] = score
             continue
         k = candidates.slot[i, chosen[i]]
         identities.slot[row] = k
-        scores[i] = candidates.score[i, chosen[i]]
+        scores.score[i] = candidates.score[i, chosen[i]]
         if candidates.reinitialised[i, chosen[i]]:
             reset_velocity(k, speed_variance, aircraft, life)
         for c in range(count):
-            if c != chosen[i] and candidates.score[i, c] > scores[i] - AMBIGUOUS:
+            if c != chosen[i] and candidates.score[i, c] > scores.score[i] - AMBIGUOUS:
                 life.bias_excluded[k] = 1
                 life.bias_excluded[candidates.slot[i, c]] = 1
 
@@ -156,16 +163,13 @@ def update_lifecycles(
     last: int,
     rows: Rows,
     result: Result,
-    periods: Floats,
-    rules: Floats,
-    log_clutters: Floats,
+    gating: Gating,
     usual: float,
     shadow_hits: int,
     counts: Floats,
     life: Lifecycle,
     identities: RowIdentities,
-    scores: Floats,
-    shadows: Integers,
+    scores: RowScores,
     confirmed: Integers,
 ) -> None:
     """Update the lifecycles of tracks with the outcomes of rows; confirm tracks."""
@@ -183,23 +187,27 @@ def update_lifecycles(
         life.last_seen[k, s] = rows.time[row]
         if life.stage[k] == BY_IDENTITY:
             continue
-        life.period[k] = max(life.period[k], periods[s])
+        life.period[k] = max(life.period[k], gating.periods[s])
         if life.hits[k] == 0:
             life.born[k] = rows.time[row]
-            life.hits_needed[k] = shadow_hits if shadows[row - first] else int(rules[HITS_MIN])
+            life.hits_needed[k] = (
+                shadow_hits if scores.shadow[row - first] else int(gating.rules[HITS_MIN])
+            )
             # Where false plots are rare a new aircraft is as likely as one.
             ring = ring_of(rows.z[row, 0]) if rows.kind[row] == KIND_RADAR else 0
-            life.score[k] = min(usual - log_clutters[s, ring], 0.0)
+            life.score[k] = min(usual - gating.log_clutters[s, ring], 0.0)
             life.first_sensor[k] = s
             life.first_ring[k] = ring
             counts[s, ring] += 1.0
-        missed = missed_scans(rows.time[row] - before, periods[s])
+        missed = missed_scans(rows.time[row] - before, gating.periods[s])
         life.hits[k] += 1
-        life.score[k] = min(life.score[k] + scores[row - first] + missed * LOG_MISSED, SCORE_MAX)
+        life.score[k] = min(
+            life.score[k] + scores.score[row - first] + missed * LOG_MISSED, SCORE_MAX
+        )
         if (
             life.stage[k] == TENTATIVE
             and life.hits[k] >= life.hits_needed[k]
-            and life.score[k] >= rules[SCORE_MIN]
+            and life.score[k] >= gating.rules[SCORE_MIN]
         ):
             life.stage[k] = CONFIRMED
             if life.first_sensor[k] != MISSING:

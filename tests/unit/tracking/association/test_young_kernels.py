@@ -17,7 +17,7 @@ from multiradar.tracking.association._young_kernels import (
     reset_velocity,
     score_of_twin,
 )
-from multiradar.tracking.association.track_grid import Candidates, TrackGrid
+from multiradar.tracking.association.track_grid import Candidates, PlotPosition, TrackGrid
 from multiradar.tracking.lifecycle.lifecycle import TENTATIVE, USUAL_SPEED, Lifecycle
 from multiradar.tracking.pool import AircraftPool
 from multiradar.tracking.roster import NEW_TRACK, TWIN, RowIdentities
@@ -90,7 +90,8 @@ def test_a_reinitialised_score_is_that_of_any_flight_from_the_last_plot() -> Non
     plot = last + np.array([900.0, 800.0])
     log_clutter = LOG_DENSITY + np.log(50e3)
     east, north = plot.tolist()
-    found = log_reinitialised(0, SLOT, 0.2, east, north, reach, rows, aircraft, grid, log_clutter)
+    position = PlotPosition(0.0, east, north, reach)
+    found = log_reinitialised(0, SLOT, 0.2, position, rows, aircraft, grid, log_clutter)
     variance = (reach**2 + 900.0**2) / (2.0 * COARSE_SIGMAS**2) + (SPEED_SIGMA * 6.2) ** 2
     density = np.exp(-0.5 * (900.0**2 + 800.0**2) / variance) / (2.0 * np.pi * variance)
     assert found == pytest.approx(np.log(density) - LOG_DENSITY + LOG_REINITIALISED, abs=1e-9)
