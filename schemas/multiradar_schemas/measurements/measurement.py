@@ -30,7 +30,8 @@ INTEGER_MAX = 2**63 - 1
 SENSOR_ID_PATTERN = r"^[A-Za-z0-9._-]{1,64}$"
 MODE_3A_PATTERN = r"^[0-7]{4}$"
 MODE_S_ADDRESS_PATTERN = r"^[0-9a-fA-F]{6}$"
-CALLSIGN_PATTERN = r"^ *[0-9A-Za-z]{1,8} *$"
+# One to eight letters, digits and blanks between them.
+CALLSIGN_PATTERN = r"^ *[0-9A-Za-z]([0-9A-Za-z ]{0,6}[0-9A-Za-z])? *$"
 
 #: Position of a moving sensor: all fields or none.
 SOURCE_FIELDS = ("source_latitude_deg", "source_longitude_deg", "source_height_m")
@@ -190,7 +191,7 @@ Callsign = Annotated[
     described(
         "Callsign or registration reported by the aircraft; surrounding blanks are removed, "
         "letters converted to capitals",
-        unit="1 to 8 of A-Z, 0-9",
+        unit="1 to 8 of A-Z, 0-9 and inner blanks",
         source="aircraft",
         absent="not received",
     ),

@@ -177,10 +177,10 @@ class TrackUpdate(Record):
     ]
     callsign: Annotated[
         str | None,
-        StringConstraints(pattern=r"^[0-9A-Z]{1,8}$"),
+        StringConstraints(pattern=r"^[0-9A-Z]([0-9A-Z ]{0,6}[0-9A-Z])?$"),
         described(
             "Last callsign received",
-            unit="1 to 8 of A-Z, 0-9",
+            unit="1 to 8 of A-Z, 0-9 and inner blanks",
             source="aircraft",
             absent="never received",
         ),

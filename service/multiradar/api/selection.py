@@ -16,7 +16,7 @@ TRACK_COLUMNS = (*TRACK_SCHEMA.names(), "age_s")
 
 _MODE_S = re.compile(r"[0-9a-fA-F]{6}")
 _MODE_3A = re.compile(r"[0-7]{4}")
-_CALLSIGN = re.compile(r"[0-9A-Za-z]{1,8}")
+_CALLSIGN = re.compile(r"[0-9A-Za-z]([0-9A-Za-z ]{0,6}[0-9A-Za-z])?")
 _NUMBER = re.compile(r"[0-9]{1,18}")
 
 
@@ -98,7 +98,7 @@ def identity(text: str) -> pl.Expr:
         raise _wrong(
             "identity",
             "expected a Mode S address (6 hexadecimal digits), a Mode 3/A code (4 octal digits) "
-            "or a track number, or callsign: and 1 to 8 letters and digits",
+            "or a track number, or callsign: and 1 to 8 letters, digits and inner blanks",
         )
     return pl.any_horizontal(conditions)
 

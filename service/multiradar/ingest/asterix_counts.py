@@ -2,7 +2,7 @@
 
 ::
 
-    octets  = dropped + waiting + decoded + skipped + quarantined
+    octets  = dropped + waiting + framing + decoded + skipped + quarantined
     records = measurement + duplicate + left_out + refused           target reports only
     measurement = accepted + rejected + lost + on their way to the journal
 """
@@ -18,6 +18,7 @@ NAMES = (
     "octets",
     "datagrams_dropped",
     "octets_dropped",
+    "octets_framing",
     "octets_decoded",
     "octets_skipped",
     "octets_quarantined",

@@ -17,6 +17,7 @@ _FAMILIES: tuple[tuple[str, str, str, dict[str, str]], ...] = (
     ("octets", "Octets by disposition", "result", {
         "received": "octets",
         "dropped": "octets_dropped",
+        "framing": "octets_framing",
         "decoded": "octets_decoded",
         "skipped": "octets_skipped",
         "quarantined": "octets_quarantined",

@@ -26,7 +26,7 @@ from multiradar.wire import (
     tracks_frame,
 )
 from multiradar_schemas.errors import SchemaError
-from multiradar_schemas.measurements.callsigns import packed_callsigns
+from multiradar_schemas.measurements.callsigns import callsign_texts, packed_callsigns
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.reject import RejectCode
 from multiradar_schemas.products.bias import BIAS_SCHEMA, BiasEstimate
@@ -114,7 +114,13 @@ def test_callsigns_are_normalised_for_blanks_and_case() -> None:
     assert shown == ["DLH8JW", "DLH8JW", None, "A", "ABCD1234"]
 
 
-@pytest.mark.parametrize("callsign", ["", "   ", "ABCDEFGHI", "AB CD", "AB-1", "ÄB1", "AB1\n"])
+@pytest.mark.parametrize("callsign", ["AB CD", " ab cd ", "A      B"])
+def test_inner_blanks_of_a_callsign_are_kept(callsign: str) -> None:
+    batch, _ = measurement_batch(frame(radar(callsign=callsign)), TABLE)
+    assert callsign_texts(batch.callsign).to_list() == [callsign.strip().upper()]
+
+
+@pytest.mark.parametrize("callsign", ["", "   ", "ABCDEFGHI", "ABCD EFGH", "AB-1", "ÄB1", "AB1\n"])
 def test_an_invalid_callsign_is_rejected(callsign: str) -> None:
     batch, rejected = measurement_batch(frame(radar(callsign=callsign), radar()), TABLE)
     assert len(batch) == 1

@@ -18,7 +18,7 @@ from multiradar_converters.asterix.decoding.sensor_status import last_status
 from multiradar_converters.asterix.decoding.services import Services, read_services
 from multiradar_converters.asterix.decoding.system_tracks import read_system_tracks
 from multiradar_converters.asterix.decoding.targets import Targets, read_targets
-from multiradar_converters.asterix.framing.containers import FINAL_FORMAT, Blocks
+from multiradar_converters.asterix.framing.containers import FINAL_FORMAT, SKIPPED, Blocks
 from multiradar_converters.asterix.layout import _kernels
 from multiradar_converters.asterix.layout.columns import Columns, Flags, Integers, Numbers
 from multiradar_converters.asterix.layout.notation import Layout
@@ -27,10 +27,6 @@ from multiradar_schemas.measurements.reject import RejectCode
 
 #: Categories of another SDPS: system tracks and sensor status.
 SYSTEM_TRACKS, SENSOR_STATUS = 62, 63
-
-#: Categories of ARTAS user messages (031: sensors) without a table; none contains measurements.
-#: Their blocks are counted and skipped.
-SKIPPED = (31,)
 
 #: Blocks decoded at a time; bounds the memory.
 BLOCKS_AT_ONCE = 1 << 14

@@ -11,6 +11,9 @@ from multiradar_converters.asterix.layout.fields import letters
 from multiradar_schemas.measurements.measurement import CALLSIGN_PATTERN
 
 _CALLSIGN_BITS = 48
+# Some senders pad with zeros, which are no character.
+_INVALID = "\0"
+_PADDING = " " + _INVALID
 _CALLSIGN = re.compile(CALLSIGN_PATTERN)
 
 
@@ -34,11 +37,11 @@ def address_names(addresses: Integers) -> pl.Series:
 def callsign_names(callsigns: Integers) -> pl.Series:
     """Return callsigns of six-bit characters without surrounding blanks; null for none.
 
-    Also null with an embedded blank, the substitute for invalid characters.
+    Inner blanks are kept; null with a character that is neither a letter, a digit nor a blank.
     """
     return named(callsigns, _callsign)
 
 
 def _callsign(value: int) -> str | None:
-    text = "" if value < 0 else letters(value, _CALLSIGN_BITS).strip()
+    text = "" if value < 0 else letters(value, _CALLSIGN_BITS, invalid=_INVALID).strip(_PADDING)
     return text if _CALLSIGN.fullmatch(text) else None

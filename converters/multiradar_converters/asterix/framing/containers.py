@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar_converters.asterix.framing import capture
+from multiradar_converters.asterix.framing.datagram_framing import LearntFraming
 from multiradar_converters.asterix.framing.datagrams import (
     NO_BLOCK,
     CutDatagrams,
@@ -46,6 +47,10 @@ _BLOCKS_AT_ONCE = 1 << 12
 # Category and length.
 _BLOCK_HEAD = 3
 
+
+#: Categories of ARTAS user messages (031: sensors) without a table; none contains measurements.
+#: Their blocks are counted and skipped.
+SKIPPED = (31,)
 
 #: Form of recordings whose datagrams are in envelopes, see `final_format`.
 FINAL_FORMAT = "final"
@@ -259,7 +264,11 @@ def split(
 
 
 def blocks_of_datagrams(
-    datagrams: Datagrams, offsets: NDArray[np.int64], file: str = "", form: str = "datagrams"
+    datagrams: Datagrams,
+    offsets: NDArray[np.int64],
+    file: str = "",
+    form: str = "datagrams",
+    learnt: LearntFraming | None = None,
 ) -> tuple[Blocks, CutDatagrams]:
     """Split datagrams into blocks.
 
@@ -271,6 +280,8 @@ def blocks_of_datagrams(
         Offset of each in its file.
     file, form : str
         Name and form of that file.
+    learnt : LearntFraming, optional
+        Headers and footers of earlier datagrams, for live input; updated.
 
     Returns
     -------
@@ -279,7 +290,16 @@ def blocks_of_datagrams(
     cut : CutDatagrams
         The datagram of each block.
     """
-    cut = split_datagrams(datagrams)
+    learn = LearntFraming(SKIPPED).of_all if learnt is None else learnt.next
+    around = learn(datagrams.data, datagrams.begins, datagrams.ends)
+    cut = split_datagrams(
+        replace(
+            datagrams,
+            begins=datagrams.begins + around.header,
+            ends=datagrams.ends - around.footer,
+        ),
+        around.octets,
+    )
     moved = offsets - datagrams.begins
     gaps = [
         (begin + int(moved[datagram]), end - begin, NO_BLOCK)
@@ -295,7 +315,7 @@ def blocks_of_datagrams(
         offsets=cut.begins + moved[cut.datagram],
         received_s=datagrams.received_s[cut.datagram],
         gaps=gaps,
-        framing=0,
+        framing=int(around.octets.sum()),
     )
     return blocks, cut
 
@@ -303,7 +323,12 @@ def blocks_of_datagrams(
 def _from_capture(path: Path, data: NDArray[np.uint8]) -> tuple[Blocks, Datagrams]:
     datagrams, offsets, gaps, framing = capture.datagrams(data, path.name)
     blocks, _cut = blocks_of_datagrams(datagrams, offsets, path.name, "capture")
-    blocks = replace(blocks, size=len(data), gaps=gaps + blocks.gaps, framing=framing)
+    blocks = replace(
+        blocks,
+        size=len(data),
+        gaps=gaps + blocks.gaps,
+        framing=framing + blocks.framing,
+    )
     return blocks, datagrams
 
 
@@ -316,7 +341,7 @@ def _from_replay_file(path: Path, data: NDArray[np.uint8]) -> tuple[Blocks, Data
         # It has the intervals between datagrams, not their times.
         received_s=np.full(len(blocks.begins), np.nan),
         gaps=gaps + blocks.gaps,
-        framing=framing,
+        framing=framing + blocks.framing,
     )
     return blocks, datagrams
 
@@ -325,6 +350,10 @@ def _from_final_format(path: Path, data: NDArray[np.uint8]) -> tuple[Blocks, Dat
     datagrams, gaps, framing, cut = read_final_format(data)
     blocks, _cut = blocks_of_datagrams(datagrams, datagrams.begins, path.name, FINAL_FORMAT)
     blocks = replace(
-        blocks, size=len(data), gaps=sorted(gaps + blocks.gaps), framing=framing, cut=cut
+        blocks,
+        size=len(data),
+        gaps=sorted(gaps + blocks.gaps),
+        framing=framing + blocks.framing,
+        cut=cut,
     )
     return blocks, datagrams

@@ -48,27 +48,33 @@ class CutDatagrams:
         Begin and end of each block in the data, and its datagram.
     gaps : int64[m, 3]
         Begin, end and datagram of octets outside blocks.
+    framing : int64[k]
+        Octets of header and footer of each datagram.
     """
 
     begins: NDArray[np.int64]
     ends: NDArray[np.int64]
     datagram: NDArray[np.int64]
     gaps: NDArray[np.int64]
+    framing: NDArray[np.int64]
 
 
-def split_datagrams(datagrams: Datagrams) -> CutDatagrams:
+def split_datagrams(datagrams: Datagrams, framing: NDArray[np.int64] | None = None) -> CutDatagrams:
     """Split datagrams into blocks, each datagram separately.
 
     Parameters
     ----------
     datagrams : Datagrams
-        The datagrams.
+        The datagrams without headers and footers.
+    framing : int64[n], optional
+        Octets of these; 0 without it.
 
     Returns
     -------
     CutDatagrams
         Every octet is in a block or in a gap.
     """
+    around = np.zeros(len(datagrams), np.int64) if framing is None else framing
     known = catalogue()
     starts = np.empty(known.nodes_max, dtype=np.int32)
     largest = int((datagrams.ends - datagrams.begins).max(initial=0))
@@ -97,4 +103,4 @@ def split_datagrams(datagrams: Datagrams) -> CutDatagrams:
         done += passed
     cut = np.concatenate(found)
     begins, ends, datagram = (np.ascontiguousarray(column) for column in cut.T)
-    return CutDatagrams(begins, ends, datagram, np.concatenate(gaps))
+    return CutDatagrams(begins, ends, datagram, np.concatenate(gaps), around)

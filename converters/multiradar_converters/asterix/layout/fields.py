@@ -9,8 +9,11 @@ from numpy.typing import NDArray
 from multiradar_converters.asterix.layout.notation import Field, Item, Part
 from multiradar_converters.asterix.layout.program import Program
 
-_ICAO = " ABCDEFGHIJKLMNOPQRSTUVWXYZ      "
-_DIGITS = "0123456789"
+_ICAO = (
+    {code: chr(64 + code) for code in range(1, 27)}
+    | {32: " "}
+    | {48 + digit: str(digit) for digit in range(10)}
+)
 _SINGLE = "VALUE"
 
 #: A number, text, or dicts and lists of these.
@@ -119,15 +122,9 @@ def _value(field: Field, shifted: int) -> Value:
     return float(Fraction(raw * field.numerator, field.denominator))
 
 
-def letters(raw: int, bits: int) -> str:
-    """Decode six-bit characters of ICAO Annex 10."""
-    return "".join(_letter(raw >> k & 63) for k in range(bits - 6, -1, -6))
-
-
-def _letter(code: int) -> str:
-    if code < 32:
-        return _ICAO[code]
-    return _DIGITS[code - 48] if 48 <= code < 58 else " "
+def letters(raw: int, bits: int, invalid: str = " ") -> str:
+    """Decode six-bit characters of ICAO Annex 10; those not assigned become `invalid`."""
+    return "".join(_ICAO.get(raw >> k & 63, invalid) for k in range(bits - 6, -1, -6))
 
 
 def _merged(values: dict[str, Value]) -> Value:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import polars as pl
 
-from multiradar_converters.asterix.decoding.gathering import SKIPPED, Gathered, Rows
+from multiradar_converters.asterix.decoding.gathering import Gathered, Rows
+from multiradar_converters.asterix.framing.containers import SKIPPED
 from multiradar_converters.asterix.framing.datagrams import CutDatagrams, Datagrams
 from multiradar_converters.asterix.layout.columns import Flags, Integers
 from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
@@ -41,7 +42,8 @@ class LiveBatch:
     rejected : list of RejectedOctets
         Rejected octets.
     octets : dict of int64[n]
-        Octets of each datagram that were decoded, skipped and quarantined.
+        Octets of each datagram that were framing (a header or footer), decoded, skipped and
+        quarantined.
     records : dict of int64[n]
         Target reports of each datagram by disposition: measurement, duplicate, left_out (no
         aircraft or no position), or rejected (`refused`).
@@ -82,7 +84,7 @@ def new_batch(gathered: Gathered, datagrams: Datagrams, cut: CutDatagrams) -> Li
         frame=pl.DataFrame(schema=PLAIN_SCHEMA),
         datagram=np.empty(0, np.int64),
         rejected=rejected,
-        octets=_octets(gathered, rejected, cut.datagram, len(datagrams)),
+        octets=_octets(gathered, rejected, cut),
         records={name: np.zeros(len(datagrams), np.int64) for name in DISPOSITIONS},
         categories=categories,
     )
@@ -120,6 +122,7 @@ def unreadable(datagrams: Datagrams, reason: str) -> LiveBatch:
         datagram=np.empty(0, np.int64),
         rejected=rejected,
         octets={
+            "framing": nothing,
             "decoded": nothing,
             "skipped": nothing,
             "quarantined": datagrams.ends - datagrams.begins,
@@ -181,18 +184,19 @@ def _broken(gathered: Gathered, datagrams: Datagrams) -> list[RejectedOctets]:
 
 
 def _octets(
-    gathered: Gathered, rejected: list[RejectedOctets], datagram: Integers, count: int
+    gathered: Gathered, rejected: list[RejectedOctets], cut: CutDatagrams
 ) -> dict[str, Integers]:
     """Return the disposition of the octets of each datagram."""
     blocks = gathered.blocks
     lengths = blocks.ends - blocks.begins
     skipped = np.isin(blocks.data[blocks.begins], SKIPPED)
     broken = np.isin(blocks.begins, np.array([one.offset for one in gathered.broken], np.int64))
+    count = len(cut.framing)
     quarantined = np.zeros(count, dtype=np.int64)
     for one in rejected:
         quarantined[one.datagram] += len(one.octets)
-    octets = {"quarantined": quarantined}
+    octets = {"framing": cut.framing, "quarantined": quarantined}
     for name, own in (("decoded", ~skipped & ~broken), ("skipped", skipped)):
-        sums = np.bincount(datagram[own], weights=lengths[own], minlength=count)
+        sums = np.bincount(cut.datagram[own], weights=lengths[own], minlength=count)
         octets[name] = sums.astype(np.int64)
     return octets

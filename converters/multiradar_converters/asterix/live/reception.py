@@ -28,7 +28,8 @@ from multiradar_converters.asterix.decoding.timing import (
     targets_in_order,
     timed,
 )
-from multiradar_converters.asterix.framing.containers import blocks_of_datagrams
+from multiradar_converters.asterix.framing.containers import SKIPPED, blocks_of_datagrams
+from multiradar_converters.asterix.framing.datagram_framing import LearntFraming
 from multiradar_converters.asterix.framing.datagrams import Datagrams
 from multiradar_converters.asterix.layout.columns import Flags, Integers, Numbers
 from multiradar_converters.asterix.live.batch import LiveBatch, Tally, new_batch
@@ -89,6 +90,7 @@ class LiveDecoder:
         sources = sorted({source for source, _ in options.names})
         self._known = np.array(sources, dtype=np.int64)
         self._clocks = LiveClocks(self._known, options.scan_periods)
+        self._framing = LearntFraming(SKIPPED)
         self._recent = RecentRecords(options.duplicate_window_s)
 
     def decode(self, datagrams: Datagrams) -> LiveBatch:
@@ -104,7 +106,7 @@ class LiveDecoder:
         LiveBatch
             Every octet and target report is in one of its counts.
         """
-        blocks, cut = blocks_of_datagrams(datagrams, datagrams.begins)
+        blocks, cut = blocks_of_datagrams(datagrams, datagrams.begins, learnt=self._framing)
         sources = sources_of(blocks)
         # Unknown sources are not retained: there may be up to 65 536 of them.
         named = np.where(np.isin(sources, self._known), sources, -1)

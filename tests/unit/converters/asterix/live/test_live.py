@@ -55,9 +55,19 @@ def test_a_plot_becomes_a_measurement_dated_by_its_reception() -> None:
 
 @pytest.mark.parametrize(
     ("letters", "callsign"),
-    [("10 c2 38 a5 78 20", None), ("10 c2 38 29 78 20", "DLH8JW"), ("82 08 20 82 08 20", None)],
+    [
+        ("10 c2 38 29 78 20", "DLH8JW"),
+        ("10 c2 20 e0 a8 20", "DLH 8J"),
+        # An unassigned character, and zeros: inside, and as padding.
+        ("10 c2 21 e0 a8 20", None),
+        ("10 c2 00 e0 a8 20", None),
+        ("10 c2 38 28 00 00", "DLH8J"),
+        ("82 08 20 82 08 20", None),
+    ],
 )
-def test_an_invalid_callsign_is_omitted(letters: str, callsign: str | None) -> None:
+def test_inner_blanks_of_callsigns_are_kept_invalid_characters_are_not(
+    letters: str, callsign: str | None
+) -> None:
     items = [(1, "14 82"), (2, time_of_day(43_200.0)), (3, "40"), (4, "32 00 40 00"), (9, letters)]
     batch = decoder().decode(datagrams((NOON_S + 0.4, block(48, record(*items)))))
     assert batch.frame["callsign"].to_list() == [callsign]
@@ -329,3 +339,17 @@ def test_a_source_of_an_unknown_edition_is_quarantined_until_it_fits() -> None:
     ]
     assert good[0].frame.height == 0
     assert [batch.frame.height for batch in good[-100:]] == [1] * 100
+
+
+def test_footers_of_datagrams_are_framing_once_some_agree() -> None:
+    one, rejected = decoder(), []
+    for number in range(20):
+        octets = block(48, plot_048(43_200.0 + number)) + number.to_bytes(8, "big")
+        sent = datagrams((NOON_S + number, octets))
+        batch = one.decode(sent)
+        assert balanced(batch, sent)
+        assert times(batch) == [NOON_S + number]
+        rejected.append(len(batch.rejected))
+        if not batch.rejected:
+            assert batch.octets["framing"].tolist() == [8]
+    assert rejected == [1] * 4 + [0] * 16
