@@ -10,13 +10,14 @@ import sys
 import tempfile
 from pathlib import Path
 
-from multiradar.cli.evaluation.inputs import (
-    Known,
+from multiradar.cli.evaluation.inputs import Known, radar_plots, read_reports, read_truth
+from multiradar.cli.evaluation.tracked import (
     read_biases,
-    read_reports,
+    read_regions,
     read_tracks,
-    read_truth,
+    sensors_file,
 )
+from multiradar.cli.inputs import read_sensors
 from multiradar.cli.main import run
 from multiradar.evaluation.card.figures import Figures, figures_of
 from multiradar.evaluation.card.plots import card_plots
@@ -65,7 +66,8 @@ def sample(folder: Path) -> Scorecard:
     multiradar("convert", "vid", EXAMPLES / "vid-sample", converted, "--date", "2018-08-01")
     sensors = EXAMPLES / "sensors-vid-sample.toml"
     multiradar("track", converted, "--sensors", sensors, "--kinds", "radar", "--out", tracks)
-    return scorecard(tracks, read_reports(converted, SETTINGS))
+    regions = read_regions(tracks, sensors_file(tracks, None))
+    return scorecard(tracks, read_reports(converted, SETTINGS, regions), converted)
 
 
 def scene(folder: Path, name: str) -> Scorecard:
@@ -73,11 +75,14 @@ def scene(folder: Path, name: str) -> Scorecard:
     made, tracks = folder / name, folder / f"{name}-tracks"
     multiradar("simulate", name, "--out", made)
     multiradar("track", made, "--sensors", made / "sensors.toml", "--out", tracks)
-    return scorecard(tracks, read_truth(made, SETTINGS))
+    regions = read_regions(tracks, sensors_file(tracks, None))
+    return scorecard(tracks, read_truth(made, SETTINGS, regions), made)
 
 
-def scorecard(tracks: Path, known: Known) -> Scorecard:
-    """Return the scorecard of tracks."""
+def scorecard(tracks: Path, known: Known, measurements: Path) -> Scorecard:
+    """Return the scorecard of tracks, as the command does."""
+    sensors = sensors_file(tracks, None)
+    assert sensors is not None
     return evaluate(
         read_tracks(tracks, known, SETTINGS),
         known.reference,
@@ -85,6 +90,8 @@ def scorecard(tracks: Path, known: Known) -> Scorecard:
         tuple(PRESETS),
         plots=known.plots,
         biases=read_biases(tracks, known),
+        sensors=read_sensors(sensors).sensor,
+        radar_plots=radar_plots(measurements),
     )
 
 

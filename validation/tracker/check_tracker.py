@@ -24,7 +24,8 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from multiradar.cli.evaluation.inputs import Known, read_biases, read_reports, read_tracks
+from multiradar.cli.evaluation.inputs import Known, read_reports
+from multiradar.cli.evaluation.tracked import read_biases, read_tracks
 from multiradar.evaluation.card.figures import figures_of
 from multiradar.evaluation.scorecard import evaluate
 from multiradar.evaluation.settings import EvaluationSettings

@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from multiradar_schemas.sensors.sensor import SensorsFile
 
 
+#: Sensors of a run, kept beside its tracks.
+SENSORS_FILE = "sensors.toml"
+
+
 @dataclass(frozen=True, slots=True)
 class DumpChoice:
     """Options for a dump that is converted on the fly.

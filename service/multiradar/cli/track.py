@@ -1,6 +1,7 @@
 """`multiradar track`: tracks and biases from a recording."""
 
 import os
+import shutil
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -13,6 +14,7 @@ from multiradar.cli.asterix_file import new_recorder, print_asterix
 from multiradar.cli.compiling import compile_kernels
 from multiradar.cli.conversion.outcome import times_line
 from multiradar.cli.inputs import (
+    SENSORS_FILE,
     DumpChoice,
     check_found,
     counts_by_code,
@@ -198,6 +200,8 @@ def track(
         report = offline_report(job, result)
         text = report.model_dump_json(indent=2)
         (folder / REPORT_FILE).write_text(text + "\n", encoding="utf-8")
+        # For `evaluate`: coverage and differences need the sites of this run.
+        shutil.copyfile(sensors, folder / SENSORS_FILE)
     _warn(result, settings.filter_name)
     if json_wanted:
         print(text)

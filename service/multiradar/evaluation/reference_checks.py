@@ -23,6 +23,8 @@ HEIGHT_UNITS = {
 }
 #: Deviation of the median ratio of heights from that of a unit.
 UNIT_WITHIN = 0.03
+#: Fraction of the reference outside the coverage that gives a warning.
+UNCOVERED_MIN = 0.5
 #: Rejected rows named in a message.
 NAMED_MAX = 3
 #: Lower aircraft show no unit, m.
@@ -135,3 +137,38 @@ def rejected_rows(counts: RowCounts) -> list[str]:
     return [
         f"{len(counts.rejects)} of {counts.read} rows of the reference are rejected: {named}{rest}"
     ]
+
+
+def uncovered_rows(counts: RowCounts) -> str:
+    """Return how many positions of the reference are outside the coverage, and why."""
+    lost = counts.uncovered
+    parts = [
+        f"{number} {why}"
+        for number, why in (
+            (lost.time, "outside the time of the plots"),
+            (lost.range, "out of range"),
+            (lost.horizon, "below the horizon"),
+        )
+        if number
+    ]
+    return (
+        f"{lost.total} of {counts.accepted} positions of the reference lie outside the coverage "
+        f"of the sensors ({', '.join(parts)}) and are not compared; --whole-reference compares them"
+    )
+
+
+def mostly_uncovered(counts: RowCounts) -> list[str]:
+    """Return a warning where most of the reference lies outside the coverage of the sensors.
+
+    Parameters
+    ----------
+    counts : RowCounts
+        What became of the rows.
+
+    Returns
+    -------
+    list of str
+        Empty where less than `UNCOVERED_MIN` of the accepted rows lies outside.
+    """
+    few = counts.uncovered.total < UNCOVERED_MIN * counts.accepted
+    return [] if few or not counts.uncovered.total else [uncovered_rows(counts)]

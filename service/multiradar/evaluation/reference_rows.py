@@ -6,11 +6,12 @@ reach. A chain is wrong where a longer one continues on both sides of it, and at
 fewer than `CHAIN_MIN` rows. Two long chains in succession both stay: nothing says which is wrong.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import polars as pl
 
+from multiradar.evaluation.coverage import CoveredRegion, covered_rows
 from multiradar.evaluation.trajectories import (
     NUMBER_MAX,
     Flags,
@@ -18,6 +19,7 @@ from multiradar.evaluation.trajectories import (
     Indices,
     RejectedRow,
     RowCounts,
+    Uncovered,
 )
 from multiradar.geodesy.wgs84 import enu_rotation
 
@@ -39,7 +41,10 @@ _EARTH_RADIUS_M = 6_371_000.0
 
 
 def screened(
-    frame: pl.DataFrame, numbers: Sequence[str], source: str
+    frame: pl.DataFrame,
+    numbers: Sequence[str],
+    source: str,
+    regions: Sequence[CoveredRegion] = (),
 ) -> tuple[pl.DataFrame, RowCounts]:
     """Separate the rows of a reference that can be used from those that cannot.
 
@@ -52,11 +57,13 @@ def screened(
         Columns that need a number in every row, with the three above.
     source : str
         Name of the input.
+    regions : sequence of CoveredRegion
+        Of the sensors; without any, or if all rows are outside, nothing is cut off.
 
     Returns
     -------
     frame : DataFrame
-        The accepted rows, by aircraft and time.
+        The accepted rows in the regions, by aircraft and time.
     counts : RowCounts
         Counts and rejects.
     """
@@ -81,14 +88,43 @@ def screened(
     usable, direction, aircraft = usable[order], direction[order], aircraft[order]
     wrong = _unreachable(aircraft, values["time_s"][usable], direction)
     reasons |= {int(usable[row]): reason for row, reason in wrong.items()}
-    for row in np.flatnonzero(_far(direction)).tolist():
+    good = np.setdiff1d(np.arange(len(usable)), list(wrong)).astype(np.int64)
+    usable, direction, aircraft = usable[good], direction[good], aircraft[good]
+    # Wrong rows are found with those outside, and distances with those inside only.
+    inside, uncovered = _covered(frame, usable, aircraft, values, regions)
+    for row in np.flatnonzero(inside & _far(direction[inside], direction)).tolist():
         reason = f"more than {FAR_DEG:g}° from the middle of the reference"
         reasons.setdefault(int(usable[row]), reason)
-    kept = frame[np.setdiff1d(usable, list(reasons))]
+    kept = frame[np.setdiff1d(usable[inside], list(reasons))]
     accepted = kept.unique(["name", "time_s"], keep="first", maintain_order=True)
     rejects = tuple(_rejected(frame, row, reasons[row], source) for row in sorted(reasons))
-    counts = RowCounts(len(frame), len(accepted), len(kept) - len(accepted), rejects)
+    counts = RowCounts(
+        read=len(frame),
+        accepted=len(accepted) + uncovered.total,
+        duplicate=len(kept) - len(accepted),
+        rejects=rejects,
+        uncovered=uncovered,
+    )
     return accepted.sort("name", "time_s"), counts
+
+
+def _covered(
+    frame: pl.DataFrame,
+    rows: Indices,
+    aircraft: Indices,
+    values: Mapping[str, Floats],
+    regions: Sequence[CoveredRegion],
+) -> tuple[Flags, Uncovered]:
+    if regions:
+        height = frame["height_m"].cast(pl.Float64).fill_null(np.nan).to_numpy()
+        place = (np.radians(values[name][rows]) for name in ("latitude_deg", "longitude_deg"))
+        inside, uncovered = covered_rows(
+            regions, aircraft, values["time_s"][rows], (next(place), next(place)), height[rows]
+        )
+        # Another time or area is reported as such.
+        if inside.any():
+            return inside, uncovered
+    return np.ones(len(rows), np.bool_), Uncovered()
 
 
 def _rejected(frame: pl.DataFrame, row: int, reason: str, source: str) -> RejectedRow:
@@ -179,10 +215,10 @@ def _jump(row: int, near: int, time_s: Floats, direction: Floats) -> str:
     )
 
 
-def _far(direction: Floats) -> Flags:
-    if not len(direction):
-        return np.zeros(0, np.bool_)
-    middle = np.median(direction, axis=0)
+def _far(used: Floats, direction: Floats) -> Flags:
+    if not len(used):
+        return np.zeros(len(direction), np.bool_)
+    middle = np.median(used, axis=0)
     length = float(np.linalg.norm(middle))
     far: Flags = direction @ middle < np.cos(np.radians(FAR_DEG)) * length
     return far

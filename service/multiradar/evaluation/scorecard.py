@@ -27,8 +27,10 @@ from multiradar.evaluation.measures.update_errors import (
     errors_of_updates,
 )
 from multiradar.evaluation.presets import Evidence, PresetResult, evaluate_presets
+from multiradar.evaluation.sensor_differences import SensorDifference, sensor_differences
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.trajectories import Floats, Indices, Reference, Tracks
+from multiradar_schemas.sensors.sensor import Sensor
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,6 +73,8 @@ class Scorecard:
         Biases over time.
     forecasts : ForecastErrors, optional
         Forecasts with known truth.
+    differences : list of SensorDifference
+        Range and azimuth of radars against the reference.
     """
 
     settings: EvaluationSettings
@@ -92,6 +96,7 @@ class Scorecard:
     plots: tuple[int, int] | None = None
     biases: list[BiasHistory] = field(default_factory=list)
     forecasts: ForecastErrors | None = None
+    differences: list[SensorDifference] = field(default_factory=list)
 
 
 def evaluate(
@@ -103,6 +108,8 @@ def evaluate(
     plots: pl.DataFrame | None = None,
     biases: Sequence[BiasHistory] = (),
     forecasts: Sequence[tuple[pl.DataFrame, str]] = (),
+    sensors: Sequence[Sensor] = (),
+    radar_plots: pl.DataFrame | None = None,
 ) -> Scorecard:
     """Compare tracks with a reference.
 
@@ -122,6 +129,10 @@ def evaluate(
         Biases to include.
     forecasts : sequence of (DataFrame, str)
         `forecasts.parquet` and `bundle_forecasts.parquet`, with their names used in errors.
+    sensors : sequence of Sensor
+        Sensors of the tracks.
+    radar_plots : DataFrame, optional
+        Plots of their radars, see `sensor_differences`.
 
     Returns
     -------
@@ -177,5 +188,12 @@ def evaluate(
         biases=list(biases),
         forecasts=joined(
             [forecast_errors(*table, tracks, reference, aircraft) for table in forecasts]
+        ),
+        differences=(
+            []
+            if radar_plots is None
+            else sensor_differences(
+                tracks, reference, aircraft, radar_plots, sensors=sensors, biases=biases
+            )
         ),
     )

@@ -39,6 +39,8 @@ class EvaluationSettings:
         Whether the reference may lack aircraft: a track that matches none is then not evaluated.
     tentative : bool
         Whether tentative tracks count.
+    whole_reference : bool
+        Whether positions of the reference outside the coverage of the sensors count, too.
 
     Raises
     ------
@@ -60,6 +62,7 @@ class EvaluationSettings:
     scan_period_s: float | None = None
     partial: bool = False
     tentative: bool = False
+    whole_reference: bool = False
 
     def __post_init__(self) -> None:
         least = {"order": 1.0, "dwell_s": 0.0, "settling_s": 0.0, "reference_sigma_m": 0.0}

@@ -1,9 +1,12 @@
 """Reading tables into arrays on a plane, with a specific error for unusable values."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import polars as pl
 
 from multiradar.errors import InputError, MissingColumnError
+from multiradar.evaluation.coverage import CoveredRegion
 from multiradar.evaluation.reference_rows import ROW_COLUMN, screened
 from multiradar.evaluation.trajectories import NUMBER_MAX, Floats, Indices, Reference, Tracks
 from multiradar.geodesy.system_plane import SystemPlane
@@ -34,7 +37,9 @@ REPORT_COLUMNS = (
 )  # fmt: skip
 
 
-def reference_of_truth(frame: pl.DataFrame, source: str, gap_s: float) -> Reference:
+def reference_of_truth(
+    frame: pl.DataFrame, source: str, gap_s: float, regions: Sequence[CoveredRegion] = ()
+) -> Reference:
     """Return the reference from the truth of a simulation.
 
     Parameters
@@ -45,6 +50,8 @@ def reference_of_truth(frame: pl.DataFrame, source: str, gap_s: float) -> Refere
         Name used in errors.
     gap_s : float
         Positions farther apart in time are not joined, s.
+    regions : sequence of CoveredRegion
+        Coverage of the sensors; positions outside are left out.
 
     Returns
     -------
@@ -65,10 +72,12 @@ def reference_of_truth(frame: pl.DataFrame, source: str, gap_s: float) -> Refere
         .with_columns(pl.col("track_number").cast(pl.String).alias("name"))
     )
     numbers = ("time_s", "latitude_deg", "longitude_deg", "speed_mps", "heading_deg")
-    return _reference(known, numbers, source, gap_s)
+    return _reference(known, numbers, source, gap_s, regions)
 
 
-def reference_of_reports(frame: pl.DataFrame, source: str, gap_s: float) -> Reference:
+def reference_of_reports(
+    frame: pl.DataFrame, source: str, gap_s: float, regions: Sequence[CoveredRegion] = ()
+) -> Reference:
     """Return the reference from ADS-B reports.
 
     Parameters
@@ -79,6 +88,8 @@ def reference_of_reports(frame: pl.DataFrame, source: str, gap_s: float) -> Refe
         Name used in errors.
     gap_s : float
         Reports farther apart in time are not joined, s.
+    regions : sequence of CoveredRegion
+        Coverage of the sensors; positions outside are left out.
 
     Returns
     -------
@@ -95,7 +106,8 @@ def reference_of_reports(frame: pl.DataFrame, source: str, gap_s: float) -> Refe
     """
     _require_columns(frame, REPORT_COLUMNS, source)
     known = frame.with_columns(aircraft_name())
-    return _reference(known, ("time_s", "latitude_deg", "longitude_deg"), source, gap_s)
+    numbers = ("time_s", "latitude_deg", "longitude_deg")
+    return _reference(known, numbers, source, gap_s, regions)
 
 
 def with_rows(frame: pl.DataFrame) -> pl.DataFrame:
@@ -167,11 +179,15 @@ def tracks_of(frame: pl.DataFrame, source: str, plane: SystemPlane, *, tentative
 
 
 def _reference(
-    frame: pl.DataFrame, numbers: tuple[str, ...], source: str, gap_s: float
+    frame: pl.DataFrame,
+    numbers: tuple[str, ...],
+    source: str,
+    gap_s: float,
+    regions: Sequence[CoveredRegion],
 ) -> Reference:
     _require_rows(frame.drop_nulls(["name"]), "positions of aircraft", source)
     _require_numeric(frame, numbers, source)
-    rows, counts = screened(frame, numbers, source)
+    rows, counts = screened(frame, numbers, source, regions)
     if rows.is_empty():
         msg = f"{source}: all {counts.read} rows are rejected: {counts.rejects[0]}"
         raise InputError(msg)

@@ -96,6 +96,27 @@ class RejectedRow:
 
 
 @dataclass(frozen=True, slots=True)
+class Uncovered:
+    """Rows of a reference outside the coverage of the sensors.
+
+    Attributes
+    ----------
+    time, range, horizon : int
+        Before the first and after the last update of all sensors; beyond the range of those that
+        measure at that time; below their horizon.
+    """
+
+    time: int = 0
+    range: int = 0
+    horizon: int = 0
+
+    @property
+    def total(self) -> int:
+        """All of them."""
+        return self.time + self.range + self.horizon
+
+
+@dataclass(frozen=True, slots=True)
 class RowCounts:
     """What became of the rows of a reference: read = accepted + rejected + duplicate.
 
@@ -105,12 +126,15 @@ class RowCounts:
         Rows; a duplicate has the aircraft and the time of an earlier row.
     rejects : tuple of RejectedRow
         In the order of the input.
+    uncovered : Uncovered
+        Accepted rows outside the coverage of the sensors, which are not compared.
     """
 
     read: int = 0
     accepted: int = 0
     duplicate: int = 0
     rejects: tuple[RejectedRow, ...] = ()
+    uncovered: Uncovered = Uncovered()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -268,6 +268,10 @@ def test_the_sample_meets_its_presets(tmp_path: Path, capsys: pytest.CaptureFixt
     assert by_itself["reference"]["kind"] == "recorded"
     assert run(["evaluate", str(converted), "--adsb", str(tracks)]) == 1
     assert capsys.readouterr().err == (
+        f"multiradar: {converted}: expected the output of `track`, was the output of `convert`\n"
+    )
+    assert run(["evaluate", str(tracks), "--adsb", str(tracks)]) == 1
+    assert capsys.readouterr().err == (
         f"multiradar: {tracks}: expected the output of `convert` or `simulate`, was the output of "
         "`track`\n"
     )
@@ -293,7 +297,10 @@ def test_a_reference_of_another_area_or_time_is_reported(
     assert "no track comes within 2000 m (--gate)" in capsys.readouterr().err
     assert run([*line, str(tmp_path / "other side.parquet")]) == 1
     assert "on another side of the Earth" in capsys.readouterr().err
-    assert run([*line, str(tmp_path / "time.parquet"), "--gate", "500000"]) == 0
+    late = [*line, str(tmp_path / "time.parquet"), "--gate", "500000"]
+    assert run(late) == 0
+    assert "outside the time of the plots) and are not compared" in capsys.readouterr().err
+    assert run([*late, "--whole-reference"]) == 0
     assert (
         "of the reference lies outside the time of the tracks: tracks 0" in capsys.readouterr().err
     )

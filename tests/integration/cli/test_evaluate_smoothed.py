@@ -118,16 +118,19 @@ def test_unusable_input_is_reported(
     made = scene / "made"
     tracks = str(scene / "tracks")
     nameless = pl.read_parquet(made / "measurements.parquet").with_columns(
-        track_number=pl.lit(None, pl.Int64), mode_s_address=pl.lit(None, pl.String)
+        pl.col("time_s") + 0.003,
+        track_number=pl.lit(None, pl.Int64),
+        mode_s_address=pl.lit(None, pl.String),
     )
     nameless.write_parquet(tmp_path / "measurements.parquet")
     smoothed = ["evaluate", tracks, "--smoothed"]
     sensors = ["--sensors", str(made / "sensors.toml")]
     assert run([*smoothed, str(tmp_path), *sensors]) == 1
-    assert "expected 5 measurements of an aircraft or more" in capsys.readouterr().err
+    assert "--smoothed needs measurements with identity: none has" in capsys.readouterr().err
     assert run([*smoothed, str(made), "--sensors", str(tmp_path / "none.toml")]) == 1
     assert "none.toml" in capsys.readouterr().err
-    assert run([*smoothed, str(made)]) == 2
+    alone = ["evaluate", str(scene / "tracks" / "tracks.parquet"), "--smoothed", str(made)]
+    assert run(alone) == 2
     assert "missing option --sensors FILE, which --smoothed needs" in capsys.readouterr().err
     text = (made / "sensors.toml").read_text(encoding="utf-8")
     one = re.findall(r'id = "([^"]+)"', text)[0]

@@ -20,8 +20,8 @@ from support.processes.waiting import WAIT_TIMEOUT_S, run_to_end, wait_until
 from support.scenarios.recorded_scene import environment, write_scene
 
 FILES = [
-    "biases.parquet", "health.parquet", "rejects.ndjson", "report.json", "tracks.parquet",
-    "transitions.parquet",
+    "biases.parquet", "health.parquet", "rejects.ndjson", "report.json", "sensors.toml",
+    "tracks.parquet", "transitions.parquet",
 ]  # fmt: skip
 
 

@@ -21,4 +21,5 @@ def test_the_defaults_are_those_of_all_figures() -> None:
         "scan_period_s": None,
         "partial": False,
         "tentative": False,
+        "whole_reference": False,
     }

@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-import re
 import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -12,29 +11,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from multiradar.cli.evaluation.document import flag_of, print_scorecard, scorecard_document
 from multiradar.cli.options import JsonOption
 
 if TYPE_CHECKING:
     from multiradar.cli.evaluation.inputs import Known
     from multiradar.evaluation.card.figures import Figures
+    from multiradar.evaluation.coverage import CoveredRegion
     from multiradar.evaluation.scorecard import Scorecard
     from multiradar.evaluation.settings import EvaluationSettings
-    from multiradar.report.content import Document
 
-#: Number of aircraft in the terminal; the report has all.
-_WORST = 8
 _FAILED = 1
-#: Part of the names of settings that options omit.
-_UNIT = re.compile(r"(_max)?_(m|s)$")
-#: Width of the tables where standard output is no terminal.
-_WIDTH_UNKNOWN = 160
-_REFERENCES = {
-    "truth": "the truth of a simulation",
-    "recorded": "the ADS-B reports of the dump",
-    "adsb": "ADS-B reports",
-    "smoothed": "all measurements, smoothed",
-    "system-tracks": "the system tracks of another processor",
-}
 
 
 class PresetChoice(StrEnum):
@@ -107,8 +94,16 @@ def evaluate(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="For --smoothed: sensor configuration, sensors.toml.",
-            show_default=False,
+            help="Sensors of the tracks: coverage, and range and azimuth differences by radar.",
+            show_default="sensors.toml in TRACKS",
+        ),
+    ] = None,
+    measurements: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="MEASUREMENTS",
+            help="Plots of the tracks, for the differences by radar.",
+            show_default="those of the reference",
         ),
     ] = None,
     smoother: Annotated[
@@ -182,13 +177,20 @@ def evaluate(
             help="The reference may lack aircraft: tracks without one are not false.",
         ),
     ] = False,
+    whole_reference: Annotated[
+        bool,
+        typer.Option(
+            "--whole-reference",
+            help="Compare positions outside the coverage of the sensors, too.",
+        ),
+    ] = False,
     tentative: Annotated[
         bool, typer.Option("--tentative", help="Include tentative tracks.")
     ] = False,
     json_wanted: JsonOption = False,
 ) -> None:
     """Evaluate tracks against a reference: errors, gaps, swaps, OSPA, SIAP, NEES, presets."""
-    chosen = _Reference(truth, adsb, smoothed, system_tracks, sensors, smoother)
+    chosen = _Reference(truth, adsb, smoothed, system_tracks, sensors, measurements, smoother)
     chosen.check()
     settings = _settings(
         {
@@ -206,6 +208,7 @@ def evaluate(
             "scan_period_s": scan_period,
             "partial": partial,
             "tentative": tentative,
+            "whole_reference": whole_reference,
         }
     )
     names = [one.value for one in dict.fromkeys(preset or list(PresetChoice))]
@@ -217,14 +220,14 @@ def evaluate(
         if page is not None:
             from multiradar.report.page import report_page
 
-            text = report_page(_document(tracks, card, figures, whole=True))
+            text = report_page(scorecard_document(tracks, card, figures, whole=True))
             page.write_text(text, encoding="utf-8")
     if json_wanted:
         from multiradar_schemas.rounding import rounded
 
         print(json.dumps(rounded(figures), ensure_ascii=False, allow_nan=False))
     else:
-        _print(_document(tracks, card, figures, whole=False))
+        print_scorecard(scorecard_document(tracks, card, figures, whole=False))
         if html is not None:
             print(f"report written to {html}")
     if strict and any(one.outcome != "pass" for one in card.preset_results):
@@ -238,6 +241,7 @@ class _Reference:
     smoothed: Path | None
     system_tracks: Path | None
     sensors: Path | None
+    measurements: Path | None
     smoother: SmootherChoice | None
 
     def check(self) -> None:
@@ -256,10 +260,6 @@ class _Reference:
                 msg = f"expected one reference, was {' and '.join(given)}"
                 raise typer.BadParameter(msg)
             raise typer.BadParameter(f"missing reference: one of {known}")
-        if self.smoothed is not None and self.sensors is None:
-            raise typer.BadParameter("missing option --sensors FILE, which --smoothed needs")
-        if self.smoothed is None and self.sensors is not None:
-            raise typer.BadParameter("--sensors FILE is for --smoothed only")
         if self.smoothed is None and self.smoother is not None:
             raise typer.BadParameter("--smoother is for --smoothed only")
 
@@ -268,28 +268,52 @@ class _Reference:
 
         return is_recorded_truth(self.truth)
 
-    def read(self, tracks: Path, settings: "EvaluationSettings") -> "Known":
+    def read(self, tracks: Path, sensors: Path | None, settings: "EvaluationSettings") -> "Known":
         from multiradar.cli.evaluation.inputs import read_recorded, read_truth
+        from multiradar.cli.evaluation.tracked import read_regions
 
+        regions = read_regions(tracks, None if settings.whole_reference else sensors)
         if self.truth is None:
-            return self._read(tracks, settings)
+            return self._read(tracks, sensors, settings, regions)
         if not self._recorded():
-            return read_truth(self.truth, settings)
+            return read_truth(self.truth, settings, regions)
         alone = self.adsb is self.smoothed is self.system_tracks is None
-        known = None if alone else self._read(tracks, settings)
-        return read_recorded(self.truth, known, settings)
+        known = None if alone else self._read(tracks, sensors, settings, regions)
+        return read_recorded(self.truth, known, settings, regions)
 
-    def _read(self, tracks: Path, settings: "EvaluationSettings") -> "Known":
+    def _read(
+        self,
+        tracks: Path,
+        sensors: Path | None,
+        settings: "EvaluationSettings",
+        regions: "Sequence[CoveredRegion]",
+    ) -> "Known":
         from multiradar.cli.evaluation.inputs import read_reports, read_smoothed, read_system_tracks
 
         if self.adsb is not None:
-            return read_reports(self.adsb, settings)
+            return read_reports(self.adsb, settings, regions)
         if self.system_tracks is not None:
-            return read_system_tracks(self.system_tracks, settings)
+            return read_system_tracks(self.system_tracks, settings, regions)
         assert self.smoothed is not None
-        assert self.sensors is not None
-        smoother = self.smoother or SmootherChoice.CONSTANT_VELOCITY
-        return read_smoothed(self.smoothed, self.sensors, tracks, settings, smoother.value)
+        if sensors is None:
+            msg = (
+                f"missing option --sensors FILE, which --smoothed needs ({tracks} has no "
+                "sensors.toml)"
+            )
+            raise typer.BadParameter(msg)
+        smoother = (self.smoother or SmootherChoice.CONSTANT_VELOCITY).value
+        return read_smoothed(self.smoothed, sensors, tracks, settings, smoother, regions=regions)
+
+    def plots(self) -> Path | None:
+        """Return the measurements of the tracks: those given, or those of the reference."""
+        from multiradar.storage.recording import measurements_path
+
+        if self.measurements is not None:
+            return self.measurements
+        candidates = (self.adsb, self.smoothed, self.truth, self.system_tracks)
+        folders = [one for one in candidates if one is not None and one.suffix != ".json"]
+        known = [one for one in folders if one.is_dir() or one in {self.adsb, self.smoothed}]
+        return next((one for one in known if measurements_path(one).is_file()), None)
 
 
 def _settings(given: dict[str, float | bool | None]) -> "EvaluationSettings":
@@ -301,7 +325,7 @@ def _settings(given: dict[str, float | bool | None]) -> "EvaluationSettings":
         return EvaluationSettings(**chosen)
     except ConfigurationError as error:
         name, _, reason = str(error).partition(": ")
-        raise typer.BadParameter(f"{_flag(name)}: {reason}") from error
+        raise typer.BadParameter(f"{flag_of(name)}: {reason}") from error
 
 
 def _evaluated(
@@ -310,19 +334,29 @@ def _evaluated(
     settings: "EvaluationSettings",
     presets: Sequence[str],
 ) -> "tuple[Scorecard, Figures]":
-    from multiradar.cli.evaluation.inputs import read_biases, read_forecasts, read_tracks
+    from multiradar.cli.evaluation.inputs import radar_plots
+    from multiradar.cli.evaluation.tracked import (
+        read_biases,
+        read_forecasts,
+        read_tracks,
+        sensors_file,
+    )
+    from multiradar.cli.inputs import read_sensors
     from multiradar.evaluation.card.figures import figures_of, row_figures
     from multiradar.evaluation.overlap import check_matched, outside, rarely_matched
     from multiradar.evaluation.reference_checks import (
         clock_offset,
         height_unit,
+        mostly_uncovered,
         rejected_rows,
         shared_sensors,
     )
     from multiradar.evaluation.scorecard import evaluate as evaluate_tracks
 
-    known = chosen.read(tracks, settings)
-    for sentence in rejected_rows(known.reference.counts):
+    sensors = sensors_file(tracks, chosen.sensors)
+    known = chosen.read(tracks, sensors, settings)
+    counts = known.reference.counts
+    for sentence in rejected_rows(counts) + mostly_uncovered(counts):
         print(f"multiradar: {sentence}", file=sys.stderr)
     evaluated = read_tracks(tracks, known, settings)
     card = evaluate_tracks(
@@ -332,6 +366,8 @@ def _evaluated(
         presets,
         plots=known.plots,
         biases=read_biases(tracks, known),
+        sensors=[] if sensors is None else read_sensors(sensors).sensor,
+        radar_plots=radar_plots(chosen.plots()),
         forecasts=read_forecasts(tracks),
     )
     check_matched(evaluated, known.reference, card.instants.track_of, settings.gate_m)
@@ -343,77 +379,9 @@ def _evaluated(
     for sentence in sentences:
         print(f"multiradar: {sentence}", file=sys.stderr)
     what: Figures = {"kind": known.kind, "path": str(known.path), **known.claimed}
-    what |= row_figures(known.reference.counts)
+    what |= row_figures(counts)
+    if chosen.sensors is not None:
+        what["sensors"] = str(chosen.sensors)
+    if chosen.measurements is not None:
+        what["measurements"] = str(chosen.measurements)
     return card, {"reference": what, **figures_of(card)}
-
-
-def _document(tracks: Path, card: "Scorecard", figures: Any, *, whole: bool) -> "Document":
-    from multiradar.evaluation.card.plots import card_plots
-    from multiradar.evaluation.card.tables import (
-        aircraft_table,
-        card_tables,
-        notes_of,
-        preset_table,
-        rejects_tables,
-    )
-    from multiradar.report.content import Document
-
-    compared, reference = figures["compared"], figures["reference"]
-    summary = (
-        f"{_headline(compared)} with {compared['updates']} updates against "
-        f"{_REFERENCES[reference['kind']]}: {compared['aircraft']} aircraft with "
-        f"{compared['reference_positions']} positions over {compared['duration_s']:.0f} s; "
-        f"{compared['updates_compared']} updates compared."
-    )
-    most = None if whole else _WORST
-    return Document(
-        title="Scorecard of tracks",
-        summary=summary,
-        command=_command(tracks, figures),
-        tables=[
-            preset_table(figures),
-            *card_tables(figures),
-            aircraft_table(figures, most),
-            *rejects_tables(figures, most),
-        ],
-        plots=card_plots(card) if whole else [],
-        notes=notes_of(card, figures),
-    )
-
-
-def _headline(compared: Any) -> str:
-    text = f"{compared['tracks_confirmed']} confirmed tracks"
-    return f"{text} ({compared['tracks_initiated']} initiated)"
-
-
-# Only options that differ from the defaults.
-def _command(tracks: Path, figures: Any) -> str:
-    from multiradar.evaluation.settings import EvaluationSettings
-
-    reference = figures["reference"]
-    option = "truth" if reference["kind"] == "recorded" else reference["kind"]
-    parts = ["multiradar evaluate", str(tracks), f"--{option}", reference["path"]]
-    if "truth" in reference:
-        parts += ["--truth", reference["truth"]]
-    if "sensors" in reference:
-        parts += ["--sensors", reference["sensors"]]
-    if reference.get("smoother") == SmootherChoice.IMM:
-        parts += ["--smoother", SmootherChoice.IMM.value]
-    for name, value in dataclasses.asdict(EvaluationSettings()).items():
-        given = figures["settings"][name]
-        if given != value:
-            parts += [_flag(name)] if given is True else [_flag(name), f"{given:g}"]
-    return " ".join(parts)
-
-
-def _flag(name: str) -> str:
-    return f"--{_UNIT.sub('', name).replace('_', '-')}"
-
-
-def _print(document: "Document") -> None:
-    from rich.console import Console
-
-    from multiradar.cli.terminal.report_tables import print_document
-
-    width = None if sys.stdout.isatty() else _WIDTH_UNKNOWN
-    print_document(document, Console(highlight=False, markup=False, width=width))

@@ -2,6 +2,7 @@
 
 import dataclasses
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,25 +16,22 @@ from multiradar.cli.evaluation.recorded import (
     reports_of_dump,
     true_biases,
 )
+from multiradar.cli.evaluation.tracked import bias_tables, named_by_tracks, read_table
 from multiradar.cli.inputs import read_sensors
 from multiradar.cli.terminal.folders import no_such
-from multiradar.errors import InputError, MissingColumnError, OutsidePlaneError
-from multiradar.evaluation.measures.bias_errors import BiasHistory, bias_histories
+from multiradar.errors import InputError, MissingColumnError
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.tables import (
     aircraft_name,
     reference_of_reports,
     reference_of_truth,
-    tracks_of,
     with_rows,
 )
 
 if TYPE_CHECKING:
-    from multiradar.evaluation.trajectories import Reference, Tracks
+    from multiradar.evaluation.coverage import CoveredRegion
+    from multiradar.evaluation.trajectories import Reference
 
-TRACKS_FILE = "tracks.parquet"
-BIASES_FILE = "biases.parquet"
-FORECAST_FILES = ("forecasts.parquet", "bundle_forecasts.parquet")
 TRUTH_FILE = "truth.parquet"
 TRUE_BIASES_FILE = "truth_biases.parquet"
 SYSTEM_TRACKS_FILE = "system_tracks.parquet"
@@ -74,7 +72,9 @@ class Known:
     reporters: tuple[str, ...] = ()
 
 
-def read_truth(given: Path, settings: EvaluationSettings) -> Known:
+def read_truth(
+    given: Path, settings: EvaluationSettings, regions: "Sequence[CoveredRegion]" = ()
+) -> Known:
     """Read the truth of a simulation.
 
     Parameters
@@ -83,6 +83,8 @@ def read_truth(given: Path, settings: EvaluationSettings) -> Known:
         The folder that `simulate` made, or its `truth.parquet`.
     settings : EvaluationSettings
         Of which the gap of the reference is used.
+    regions : sequence of CoveredRegion
+        Coverage of the sensors; positions outside are left out.
 
     Returns
     -------
@@ -96,7 +98,7 @@ def read_truth(given: Path, settings: EvaluationSettings) -> Known:
     """
     path = given / TRUTH_FILE if given.is_dir() else given
     frame = read_table(path, "the output of `simulate`")
-    reference = reference_of_truth(frame, str(path), settings.reference_gap_s)
+    reference = reference_of_truth(frame, str(path), settings.reference_gap_s, regions)
     plots = pl.DataFrame(schema=_NO_PLOTS)
     if "sensor_id" in frame.columns:
         name = pl.col("track_number").cast(pl.String).alias("name")
@@ -108,7 +110,12 @@ def read_truth(given: Path, settings: EvaluationSettings) -> Known:
     return Known("truth", given, reference, plots, biases)
 
 
-def read_recorded(given: Path, known: Known | None, settings: EvaluationSettings) -> Known:
+def read_recorded(
+    given: Path,
+    known: Known | None,
+    settings: EvaluationSettings,
+    regions: "Sequence[CoveredRegion]" = (),
+) -> Known:
     """Read the `truth.json` of a dump: the true biases of its radars.
 
     Parameters
@@ -119,6 +126,8 @@ def read_recorded(given: Path, known: Known | None, settings: EvaluationSettings
         Positions of the aircraft; without it the ADS-B reports of the dump are the reference.
     settings : EvaluationSettings
         Of which the gap of the reference is used.
+    regions : sequence of CoveredRegion
+        Coverage of the sensors; positions outside are left out.
 
     Returns
     -------
@@ -135,11 +144,13 @@ def read_recorded(given: Path, known: Known | None, settings: EvaluationSettings
     if known is not None:
         claimed = known.claimed | {"truth": str(given)}
         return dataclasses.replace(known, true_biases=biases, claimed=claimed)
-    reports = _reports("recorded", given, *reports_of_dump(path, truth), settings)
+    reports = _reports("recorded", given, *reports_of_dump(path, truth), settings, regions=regions)
     return dataclasses.replace(reports, true_biases=biases)
 
 
-def read_reports(given: Path, settings: EvaluationSettings) -> Known:
+def read_reports(
+    given: Path, settings: EvaluationSettings, regions: "Sequence[CoveredRegion]" = ()
+) -> Known:
     """Read the ADS-B reports of a recording.
 
     Parameters
@@ -148,6 +159,8 @@ def read_reports(given: Path, settings: EvaluationSettings) -> Known:
         The folder that `convert` or `simulate` made, or its `measurements.parquet`.
     settings : EvaluationSettings
         Of which the gap of the reference is used.
+    regions : sequence of CoveredRegion
+        Coverage of the sensors; positions outside are left out.
 
     Returns
     -------
@@ -159,17 +172,23 @@ def read_reports(given: Path, settings: EvaluationSettings) -> Known:
     InputError
         It is not there, cannot be used, or has no ADS-B reports.
     """
-    return _reports("adsb", given, *_measurements(given), settings)
+    return _reports("adsb", given, *_measurements(given), settings, regions=regions)
 
 
 def _reports(
-    kind: str, given: Path, frame: pl.DataFrame, source: str, settings: EvaluationSettings
+    kind: str,
+    given: Path,
+    frame: pl.DataFrame,
+    source: str,
+    settings: EvaluationSettings,
+    *,
+    regions: "Sequence[CoveredRegion]",
 ) -> Known:
     reports = frame.filter(pl.col("kind") == "adsb")
     if reports.is_empty():
         msg = f"{source}: no ADS-B reports, which --adsb uses as the reference"
         raise InputError(msg)
-    reference = reference_of_reports(reports, source, settings.reference_gap_s)
+    reference = reference_of_reports(reports, source, settings.reference_gap_s, regions)
     others = frame.filter(pl.col("kind") != "adsb")
     return Known(
         kind,
@@ -180,7 +199,9 @@ def _reports(
     )
 
 
-def read_system_tracks(given: Path, settings: EvaluationSettings) -> Known:
+def read_system_tracks(
+    given: Path, settings: EvaluationSettings, regions: "Sequence[CoveredRegion]" = ()
+) -> Known:
     """Read the system tracks of a recording.
 
     Parameters
@@ -190,6 +211,8 @@ def read_system_tracks(given: Path, settings: EvaluationSettings) -> Known:
         `convert vid` made, that of one aircraft in it, or a `240_mr.new4`.
     settings : EvaluationSettings
         Of which the gap of the reference is used.
+    regions : sequence of CoveredRegion
+        Coverage of the sensors; positions outside are left out.
 
     Returns
     -------
@@ -205,7 +228,8 @@ def read_system_tracks(given: Path, settings: EvaluationSettings) -> Known:
     path = given / SYSTEM_TRACKS_FILE if given.is_dir() else given
     plots = pl.DataFrame(schema=_NO_PLOTS)
     if has_dump_tracks(given) and not (given / SYSTEM_TRACKS_FILE).exists():
-        reference = reference_of_reports(dump_tracks(given), str(given), settings.reference_gap_s)
+        recorded = dump_tracks(given)
+        reference = reference_of_reports(recorded, str(given), settings.reference_gap_s, regions)
         return Known("system-tracks", given, reference, plots)
     frame = read_table(path, "system tracks (of `convert asterix` or `convert vid`)")
     missing = [name for name in ("state", "sensor_id") if name not in frame.columns]
@@ -217,7 +241,7 @@ def read_system_tracks(given: Path, settings: EvaluationSettings) -> Known:
         named = ", ".join(map(str, processors)) or "none"
         msg = f"{path}: expected system tracks of one processor, was: {named}"
         raise InputError(msg)
-    reference = reference_of_reports(usable, str(path), settings.reference_gap_s)
+    reference = reference_of_reports(usable, str(path), settings.reference_gap_s, regions)
     return Known("system-tracks", given, reference, plots)
 
 
@@ -227,6 +251,8 @@ def read_smoothed(
     tracks: Path,
     settings: EvaluationSettings,
     smoother: str = "constant-velocity",
+    *,
+    regions: "Sequence[CoveredRegion]" = (),
 ) -> Known:
     """Smooth the measurements of a recording.
 
@@ -242,6 +268,8 @@ def read_smoothed(
         Of which the gap of the reference and the density are used.
     smoother : str
         Motion model: see `smoothed_reference`.
+    regions : sequence of CoveredRegion
+        Coverage of the sensors; positions outside are left out.
 
     Returns
     -------
@@ -260,7 +288,11 @@ def read_smoothed(
     known_sensors = read_sensors(sensors).sensor
     frame, source = _measurements(given)
     _warn_of_unknown(frame, [one.all_names() for one in known_sensors], sensors)
-    biases = _biases(tracks, None)
+    biases = bias_tables(tracks, None)
+    claimed: dict[str, float | str] = {"sensors": str(sensors), "smoother": smoother}
+    if frame.select(aircraft_name()).to_series().null_count() == len(frame):
+        frame = named_by_tracks(frame, tracks)
+        claimed["identity"] = "tracks"
     made = smoothed_reference(
         frame,
         known_sensors,
@@ -269,6 +301,7 @@ def read_smoothed(
         density=settings.density,
         gap_s=settings.reference_gap_s,
         smoother=smoother,
+        regions=regions,
     )
     plots = frame.filter(pl.col("kind") != "adsb")
     return Known(
@@ -276,132 +309,36 @@ def read_smoothed(
         given,
         made.reference,
         plots.select("time_s", "sensor_id", aircraft_name()),
-        claimed={
-            "sensors": str(sensors),
-            "smoother": smoother,
-            "sigma_m": made.sigma_m,
-            "outliers": made.outliers,
-        },
+        claimed=claimed | {"sigma_m": made.sigma_m, "outliers": made.outliers},
     )
 
 
-def read_tracks(given: Path, known: Known, settings: EvaluationSettings) -> "Tracks":
-    """Read the tracks to evaluate.
+def radar_plots(given: Path | None) -> pl.DataFrame | None:
+    """Read the plots of the radars of a recording.
 
     Parameters
     ----------
-    given : Path
-        The folder that `track` made, or its `tracks.parquet`.
-    known : Known
-        The reference, which defines the plane.
-    settings : EvaluationSettings
-        Whether tentative tracks count.
+    given : Path, optional
+        The folder that `convert` or `simulate` made, or its `measurements.parquet`.
 
     Returns
     -------
-    Tracks
-        By track, then time.
+    DataFrame or None
+        Columns of `PLOT_COLUMNS`; None where nothing is given, or it has no rows.
 
     Raises
     ------
     InputError
         It is not there or cannot be used.
     """
-    path = given / TRACKS_FILE if given.is_dir() else given
-    frame = read_table(path, "the output of `track`")
-    try:
-        return tracks_of(frame, str(path), known.reference.plane, tentative=settings.tentative)
-    except OutsidePlaneError as error:
-        msg = (
-            f"{path}: the tracks are on another side of the Earth than the reference {known.path}: "
-            "another recording, or swapped coordinates?"
-        )
-        raise InputError(msg) from error
+    from multiradar.evaluation.sensor_differences import PLOT_COLUMNS
+    from multiradar.storage.recording import Recording, measurements_path
 
-
-def read_biases(given: Path, known: Known) -> list[BiasHistory]:
-    """Read the biases beside the tracks, with their truth where it is known.
-
-    Parameters
-    ----------
-    given : Path
-        The folder that `track` made; a single file has no biases beside it.
-    known : Known
-        Where the truth may be.
-
-    Returns
-    -------
-    list of BiasHistory
-        Empty where there are no biases.
-
-    Raises
-    ------
-    InputError
-        A table cannot be used.
-    """
-    return _biases(given, known.true_biases)
-
-
-def read_forecasts(given: Path) -> list[tuple[pl.DataFrame, str]]:
-    """Read the forecasts beside the tracks.
-
-    Parameters
-    ----------
-    given : Path
-        The folder that `track` made; a single file has no forecasts beside it.
-
-    Returns
-    -------
-    list of (DataFrame, str)
-        Each table, and its name in error messages.
-
-    Raises
-    ------
-    InputError
-        One is no Parquet.
-    """
-    if not given.is_dir():
-        return []
-    paths = [given / name for name in FORECAST_FILES]
-    return [(read_table(path, "forecasts"), str(path)) for path in paths if path.exists()]
-
-
-def read_table(path: Path, what: str) -> pl.DataFrame:
-    """Read a Parquet file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    what : str
-        What it should contain.
-
-    Returns
-    -------
-    DataFrame
-        All of it.
-
-    Raises
-    ------
-    InputError
-        It is not there, or is no Parquet.
-    """
-    if not path.is_file():
-        raise InputError(no_such(path, what))
-    try:
-        return pl.read_parquet(path)
-    except (pl.exceptions.PolarsError, OSError) as error:
-        reason = str(error).strip().split("\n", maxsplit=1)[0]
-        msg = f"{path}: expected {what} in Parquet, cannot be read as such ({reason})"
-        raise InputError(msg) from error
-
-
-def _biases(given: Path, truth: tuple[pl.DataFrame, str] | None) -> list[BiasHistory]:
-    path = given / BIASES_FILE
-    if not given.is_dir() or not path.exists():
-        return []
-    found = read_table(path, "biases")
-    return bias_histories(found, str(path), *(truth or (None, "")))
+    # System tracks may come with an empty table of measurements.
+    if given is None or Recording(measurements_path(given)).rows == 0:
+        return None
+    frame, _ = _measurements(given)
+    return frame.filter(pl.col("kind") == "radar").select(PLOT_COLUMNS)
 
 
 def _warn_of_unknown(frame: pl.DataFrame, known: list[set[str]], sensors: Path) -> None:

@@ -71,6 +71,7 @@ def figures_of(card: Scorecard) -> Figures:
             for one in card.preset_results
         ],
         "biases": [_bias(one) for one in card.biases],
+        "differences": [dataclasses.asdict(one) for one in card.differences],
         "forecasts": [] if card.forecasts is None else _forecasts(card.forecasts),
         "aircraft": by_aircraft(card),
     }
@@ -119,6 +120,9 @@ def row_figures(counts: RowCounts) -> Figures:
         "accepted": counts.accepted,
         "rejected": len(counts.rejects),
         "duplicate": counts.duplicate,
+        "outside_time": counts.uncovered.time,
+        "outside_range": counts.uncovered.range,
+        "below_horizon": counts.uncovered.horizon,
     }
     rejects: list[Figures] = [dataclasses.asdict(one) for one in counts.rejects[:REJECTS_MAX]]
     return {"rows": rows, "rejects": rejects}

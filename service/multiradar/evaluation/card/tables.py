@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import cast
 
 from multiradar.evaluation.card.figures import Figure, Figures
+from multiradar.evaluation.reference_checks import uncovered_rows
 from multiradar.evaluation.scorecard import Scorecard
 from multiradar.report.cells import NONE, estimate_texts, plain_text
 from multiradar.report.content import Table, Value
@@ -64,7 +65,7 @@ def card_tables(figures: Figures) -> list[Table]:
         Errors, air picture, tracks, consistency; biases and forecasts where there are any.
     """
     tables = [_errors(figures), _air_picture(figures), _tracks(figures), _consistency(figures)]
-    optional = {"biases": _biases, "forecasts": _forecasts}
+    optional = {"differences": _differences, "biases": _biases, "forecasts": _forecasts}
     return [*tables, *(made(figures) for name, made in optional.items() if figures[name])]
 
 
@@ -164,6 +165,13 @@ def notes_of(card: Scorecard, figures: Figures) -> list[str]:
             "The reference is made of the same plots and biases as the tracks. It uses later plots "
             "as well, but errors that it shares with the tracks are not included."
         )
+    if _dict(figures["reference"]).get("identity") == "tracks":
+        notes.append(
+            "The measurements have no identity: each belongs to the aircraft of the track that it "
+            "updated, so swaps, missed aircraft and false tracks are invisible."
+        )
+    if card.reference.counts.uncovered.total:
+        notes.append(f"{uncovered_rows(card.reference.counts)}.")
     not_evaluated = _dict(figures["tracks"])["not_judged"]
     if not_evaluated:
         notes.append(
@@ -175,6 +183,35 @@ def notes_of(card: Scorecard, figures: Figures) -> list[str]:
             "The reference may lack aircraft: tracks without one are not counted as false."
         )
     return notes
+
+
+def _differences(figures: Figures) -> Table:
+    rows = []
+    for one in _list(figures["differences"]):
+        what, unit = str(one["quantity"]).split("_")
+        sigma = cast("float | None", one["sigma"])
+        # Decimals of the standard deviation, or without one of the spread of one plot.
+        least = cast("float", one["spread"]) / 10.0 if sigma is None else sigma
+        texts = [
+            estimate_texts(cast("float", one[name]), least)[0]
+            for name in ("mean", "estimate", "left")
+        ]
+        rows.append(
+            (
+                one["sensor_id"], f"{what}, {'°' if unit == 'deg' else unit}", one["plots"],
+                one["aircraft"], texts[0], None if sigma is None else estimate_texts(0.0, sigma)[1],
+                one["spread"], texts[1], texts[2],
+            )
+        )  # fmt: skip
+    header = (
+        "sensor", "quantity", "plots", "aircraft", "difference", "sigma", "spread of a plot",
+        "estimated bias", "left",
+    )  # fmt: skip
+    caption = (
+        "Measured minus reference by the plots of evaluated tracks, without outliers; left is the "
+        "difference minus the estimated bias. Plots of an aircraft count as correlated in sigma."
+    )
+    return Table("Range and azimuth of radars against the reference", header, _cells(rows), caption)
 
 
 def _errors(figures: Figures) -> Table:

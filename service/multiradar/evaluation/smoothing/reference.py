@@ -1,12 +1,13 @@
 """A reference from the measurements themselves: all sensors, biases subtracted, smoothed."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import polars as pl
 
 from multiradar.errors import InputError
+from multiradar.evaluation.coverage import CoveredRegion, covered_rows
 from multiradar.evaluation.measures.bias_errors import BiasHistory
 from multiradar.evaluation.reference_rows import ROW_COLUMN, screened
 from multiradar.evaluation.smoothing.motion_modes import civil_modes
@@ -80,6 +81,7 @@ def smoothed_reference(
     density: float,
     gap_s: float,
     smoother: str = CONSTANT_VELOCITY,
+    regions: Sequence[CoveredRegion] = (),
 ) -> SmoothedReference:
     """Return trajectories smoothed from all measurements.
 
@@ -100,6 +102,8 @@ def smoothed_reference(
     smoother : str
         `CONSTANT_VELOCITY`, see `single_mode.smooth`, or `INTERACTING_MODES`, see
         `multiple_modes.smooth_modes`.
+    regions : sequence of CoveredRegion
+        Coverage of the sensors; smoothed positions outside are left out.
 
     Returns
     -------
@@ -162,6 +166,16 @@ def smoothed_reference(
     # Positions of the same time have the same smoothed state: one is enough.
     later = (np.diff(aircraft_index[used]) != 0) | (np.diff(when[used]) > 0.0)
     selected = used[np.append(later, np.ones(1, np.bool_))]
+    height_m = positions.height_m[kept]
+    if regions:
+        place = plane.to_geodetic(*found.state[selected, :2].T)
+        inside, uncovered = covered_rows(
+            regions, aircraft_index[selected], when[selected], place, height_m[selected]
+        )
+        selected, counts = selected[inside], replace(counts, uncovered=uncovered)
+    if not len(selected):
+        msg = f"{source}: no smoothed position lies in the coverage of the sensors"
+        raise InputError(msg)
     present, renumbered = np.unique(aircraft_index[selected], return_inverse=True)
     reference = Reference(
         plane=plane,
@@ -170,7 +184,7 @@ def smoothed_reference(
         time_s=when[selected],
         position_m=found.state[selected, :2],
         velocity_mps=found.state[selected, 2:],
-        height_m=positions.height_m[kept][selected],
+        height_m=height_m[selected],
         gap_s=gap_s,
         counts=counts,
     )
@@ -183,12 +197,9 @@ def _without_wild(rows: pl.DataFrame, source: str) -> tuple[pl.DataFrame, RowCou
     place = ("latitude_deg", "longitude_deg")
     reported = rows.filter(pl.col("kind") != "radar").drop_nulls(place)
     _, counts = screened(reported, ("time_s", *place), source)
-    wild = [one.offset for one in counts.rejects]
-    accepted = len(reported) - len(wild)
-    # Sensors may report an aircraft at one time: none is a duplicate here.
-    return rows.filter(~pl.col(ROW_COLUMN).is_in(wild)), RowCounts(
-        len(reported), accepted, 0, counts.rejects
-    )
+    good = rows.filter(~pl.col(ROW_COLUMN).is_in([one.offset for one in counts.rejects]))
+    # Several sensors may report an aircraft at one time: none is a duplicate.
+    return good, RowCounts(len(rows), len(good), 0, counts.rejects)
 
 
 def _located(
@@ -212,7 +223,7 @@ def _located(
         own = np.flatnonzero(sensor == number)
         if one.kind != "radar" or not len(own):
             continue
-        bias = _biases_at(one, time_s[own], biases)
+        bias = biases_at(one, time_s[own], biases)
         range_m[own], azimuth_deg, time_s[own] = without_biases(
             range_m[own], column["azimuth_deg"][own], time_s[own], bias
         )
@@ -234,7 +245,23 @@ def _filled(aircraft: Indices, time_s: Floats, height_m: Floats) -> Floats:
     return filled
 
 
-def _biases_at(sensor: Sensor, time_s: Floats, biases: Sequence[BiasHistory]) -> dict[str, Floats]:
+def biases_at(sensor: Sensor, time_s: Floats, biases: Sequence[BiasHistory]) -> dict[str, Floats]:
+    """Return the biases of a radar at times.
+
+    Parameters
+    ----------
+    sensor : Sensor
+        The radar, with its known biases.
+    time_s : (n,) float64
+        Times.
+    biases : sequence of BiasHistory
+        Estimates: the last one, or that at each time for a drifting bias.
+
+    Returns
+    -------
+    dict of str to (n,) float64
+        By parameter, measured minus true; the prior where nothing is estimated.
+    """
     found = {name: np.full(len(time_s), value) for name, value in sensor.known_biases().items()}
     for one in sensor.estimated_biases():
         found[one.parameter] = np.full(len(time_s), one.prior)
