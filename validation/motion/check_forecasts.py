@@ -12,7 +12,7 @@ forecast is made.
 
 import argparse
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,8 +58,9 @@ def main() -> None:
     ahead = ", ".join(f"{one:g} s" for one in AHEAD_S)
     print(f"| forecast | {' | '.join(f'{name}: {ahead}' for name in CLASSES)} |")
     print("|" + "---|" * (1 + len(CLASSES)))
-    two_stage, modes = TrackingSettings(), TrackingSettings(filter_name="imm")
-    frame = TrackingSettings(motion="velocity-frame", turn_rate_rad_per_s=0.05)
+    two_stage = TrackingSettings(filter_name="two-stage")
+    modes = TrackingSettings(filter_name="imm")
+    frame = replace(two_stage, motion="velocity-frame", turn_rate_rad_per_s=0.05)
     for name, settings, by in (
         ("`two-stage`, white noise", two_stage, by_density(two_stage)),
         ("`two-stage`, `velocity-frame`, v_K = 0.05", frame, by_density(frame)),

@@ -92,7 +92,8 @@ def main() -> None:
         against = figures(best, flown)
         name = f"`two-stage`, constant {best.acceleration_density:g} m²/s³ (best)"
         print(row(name, against, against))
-        print(row("`two-stage` as it is", figures(TrackingSettings(), flown), against))
+        as_it_is = figures(TrackingSettings(filter_name="two-stage"), flown)
+        print(row("`two-stage` as it is", as_it_is, against))
         for modes in options.modes:
             settings = TrackingSettings(filter_name="imm", imm_modes=modes)
             print(row(f"`imm`, {modes} modes", figures(settings, flown), against), flush=True)
@@ -111,7 +112,7 @@ def row(name: str, found: dict[str, Figure], against: dict[str, Figure]) -> str:
 
 def best_constant(flown: list[Flown], densities: Sequence[float]) -> TrackingSettings:
     """Return the constant process noise with the best result over the whole scenario."""
-    plain = TrackingSettings(manoeuvre_factor_max=1.0)
+    plain = TrackingSettings(filter_name="two-stage", manoeuvre_factor_max=1.0)
     tried = [replace(plain, acceleration_density=density) for density in densities]
     return min(tried, key=lambda one: figures(one, flown)["all"].rms_m)
 

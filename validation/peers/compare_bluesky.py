@@ -40,7 +40,7 @@ ANY_HEIGHT_M = 1e5
 def main() -> None:
     """Print a line for each number of aircraft."""
     detect = conflict_detection(Path(sys.argv[1]) / "bluesky")
-    settings = TrackingSettings()
+    settings = TrackingSettings(filter_name="two-stage")
     rest = QUERY, PLANE, settings, calibration_for(settings)
     for count in AIRCRAFT:
         scene = airspace(count, modes=0)

@@ -115,7 +115,8 @@ def filters_for(folder: Path, names: list[str]) -> list[str]:
 
 def tracked(folder: Path, filter_name: str, density: float | None) -> Figures:
     """Track a simulated folder and compare with its truth."""
-    more = [] if density is None else ["--acceleration-density", str(density)]
+    unused = density is None or FILTERS[filter_name].keeps_modes
+    more = [] if unused else ["--acceleration-density", str(density)]
     with tempfile.TemporaryDirectory() as made:
         out = Path(made) / "tracks"
         multiradar(

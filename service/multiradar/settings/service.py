@@ -126,6 +126,14 @@ _TRACKING_CHOICES: dict[str, Any] = {
 }
 
 
+# Settings of the tracker that a filter does not use. Settings named after a filter need no entry.
+_UNUSED = {
+    "imm": frozenset(
+        ("acceleration_density", "motion", "longitudinal_acceleration_mps2", "turn_rate_rad_per_s")
+    )
+}
+
+
 def _tracking_fields() -> dict[str, Any]:
     fields: dict[str, Any] = {}
     for name, value in asdict(TrackingSettings()).items():
@@ -195,8 +203,22 @@ class Settings(BaseSettings):
     tracking: TrackingSection = TrackingSection()
 
     def tracking_settings(self) -> TrackingSettings:
-        """Return the section `tracking` as settings of the tracker."""
-        return TrackingSettings(**self.tracking.model_dump())
+        """Return the section `tracking` as settings of the tracker.
+
+        Raises
+        ------
+        ConfigurationError
+            If a setting is given that the filter does not use.
+        """
+        settings = TrackingSettings(**self.tracking.model_dump())
+        name = settings.filter_name
+        unused = sorted(_UNUSED.get(name, frozenset()) & self.tracking.model_fields_set)
+        if unused:
+            raise ConfigurationError(
+                f"{' and '.join(unused)}: not used by the filter {name}, whose modes have settings "
+                f"of their own (imm_…); remove it, or choose another filter, such as two-stage"
+            )
+        return settings
 
     def http_limits(self) -> HttpLimits:
         """Return the section `http` as limits."""

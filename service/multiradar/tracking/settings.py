@@ -113,7 +113,7 @@ class TrackingSettings:
         Data time without an update after which a track coasts, and after which it is dropped.
     """
 
-    filter_name: str = "two-stage"
+    filter_name: str = "imm"
     epoch_s: float = 4.0
     reorder_horizon_s: float = 6.0
     acceleration_density: float = 4.0

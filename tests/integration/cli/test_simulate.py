@@ -89,7 +89,7 @@ def test_a_simulation_is_tracked_within_its_sigmas(simulated: Path, tmp_path: Pa
     out = tmp_path / "tracks"
     sensors = simulated / "sensors.toml"
     arguments = [str(simulated), "--sensors", str(sensors), "--out", str(out)]
-    assert run(["track", *arguments, "--acceleration-density", "0.2"]) == 0
+    assert run(["track", *arguments, "--filter", "two-stage", "--acceleration-density", "0.2"]) == 0
     biases, true = (
         pl.read_parquet(file)
         for file in (out / "biases.parquet", simulated / "truth_biases.parquet")

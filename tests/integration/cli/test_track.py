@@ -186,7 +186,7 @@ def test_json_is_the_report(
     assert json.loads(text) == json.loads((out / "report.json").read_text())
     report = Report.model_validate_json(text)
     assert report.counts.read == 2000
-    assert report.settings["filter_name"] == "two-stage"
+    assert report.settings["filter_name"] == "imm"
 
 
 def test_options_reach_the_tracker_and_override_the_file(
@@ -234,7 +234,7 @@ def test_exhausted_track_capacity_is_reported(
     assert {one["code"] for one in figures["diagnoses"]} == {"measurements_lost"}
     untracked = figures["measurements_by_outcome"]["no_room"]
     assert untracked > 0
-    sentence = f"two-stage tracks at most 4 aircraft; {untracked} measurements were not used"
+    sentence = f"imm tracks at most 4 aircraft; {untracked} measurements were not used"
     assert sentence in capsys.readouterr().err
 
 

@@ -23,7 +23,7 @@ NAME = "duplicated-networks"
 EARTH_M = 6.371e6
 SETTLED_S = 60.0
 # Noise that fits aircraft with an acceleration density of 0.3 m²/s³.
-KNOWN = TrackingSettings(acceleration_density=0.3)
+KNOWN = TrackingSettings(filter_name="two-stage", acceleration_density=0.3)
 NAMELESS = replace(KNOWN, hidden_fields=("track_number", "mode_3a", "mode_s_address"))
 
 

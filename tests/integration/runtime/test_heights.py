@@ -136,7 +136,7 @@ def test_two_radars_estimate_the_height_of_an_aircraft_without_mode_c(
 def test_the_height_is_unobservable_from_one_radar(tmp_path: Path) -> None:
     found = errors_of(*played(tmp_path, without_heights(1), TrackingSettings()))
     assert np.isfinite(found.height_m).mean() < 0.1
-    assert found.place_nees < 1.0
+    assert found.place_nees < 1.1
     assert np.mean(found.place_m > 3.0 * found.place_sigma_m) < 0.002
 
 

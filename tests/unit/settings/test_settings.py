@@ -33,6 +33,16 @@ def test_explicit_wins_over_environment_over_file(
     assert settings.drop_after_s == TrackingSettings().drop_after_s
 
 
+def test_a_setting_that_the_filter_does_not_use_is_an_error(file: Path) -> None:
+    file.write_text("[tracking]\nacceleration_density = 0.02\n")
+    with pytest.raises(ConfigurationError, match="acceleration_density: not used by the"):
+        load_settings(file).tracking_settings()
+    with pytest.raises(ConfigurationError, match="acceleration_density and motion: not used"):
+        load_settings(file, {"tracking": {"motion": "velocity-frame"}}).tracking_settings()
+    chosen = load_settings(file, {"tracking": {"filter_name": "two-stage"}}).tracking_settings()
+    assert chosen.acceleration_density == 0.02
+
+
 def test_lists_come_as_json_from_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MULTIRADAR_ZENOH__LISTEN", '["tcp/127.0.0.1:0"]')
     assert load_settings().zenoh.listen == ("tcp/127.0.0.1:0",)

@@ -88,7 +88,9 @@ def all_output(scene: Scene, settings: TrackingSettings) -> tuple[Engine, Engine
 def test_biases_and_tracks_are_consistent_with_their_sigmas() -> None:
     rng = np.random.default_rng(5)
     scene = make_scene(rng, three_radars(), random_flights(rng, 25, 600.0))
-    engine, output = all_output(scene, TrackingSettings(acceleration_density=0.5))
+    engine, output = all_output(
+        scene, TrackingSettings(filter_name="two-stage", acceleration_density=0.5)
+    )
     count = len(scene.sensors.parameter_kind)
     error = output.biases.estimate[-count:] - scene.biases_at(float(scene.batch.time_s[-1]))
     # Six parameters: the 99.9 % point of chi-squared over its degrees of freedom is 3.7.
@@ -254,7 +256,9 @@ def test_output_depends_neither_on_batches_nor_on_workers_where_biases_drift(nam
 
 def drifted(seed: int) -> tuple[float, list[float]]:
     """Normalised squared error of all biases at once, and of each at the ends of epochs."""
-    settings = TrackingSettings(acceleration_density=0.3, manoeuvre_factor_max=1.0)
+    settings = TrackingSettings(
+        filter_name="two-stage", acceleration_density=0.3, manoeuvre_factor_max=1.0
+    )
     scene = drifting_scene(seed)
     engine = Engine(scene.sensors, settings)
     biases = BiasRecords.concatenate([engine.push(scene.batch).biases, engine.flush().biases])

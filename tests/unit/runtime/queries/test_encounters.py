@@ -42,7 +42,7 @@ from support.scenarios.live_scene import recording, sensors
 from support.scenarios.scenes import Flight, Radar, make_scene
 
 PLANE = SystemPlane(np.radians(50.0), np.radians(15.0))
-SETTINGS = TrackingSettings(acceleration_density=1.0)
+SETTINGS = TrackingSettings(filter_name="two-stage", acceleration_density=1.0)
 NOW_S = 1000.0
 #: Mode C, good to 10 m, level to 1 m/s.
 LEVEL = [9000.0, 0.0, 100.0, 0.0, 1.0, 2.0]

@@ -18,8 +18,8 @@ from support.references.straight_forecast import forecast
 Floats = NDArray[np.float64]
 
 PLANE = SystemPlane(np.radians(50.0), np.radians(15.0))
-STILL = TrackingSettings(acceleration_density=0.0)
-MOVING = TrackingSettings(acceleration_density=1.0)
+STILL = TrackingSettings(filter_name="two-stage", acceleration_density=0.0)
+MOVING = TrackingSettings(filter_name="two-stage", acceleration_density=1.0)
 TRACK: dict[str, Any] = {
     "track_id": 7,
     "time_s": 100.0,

@@ -17,7 +17,7 @@ from support.scenarios.encounter_paths import covariance
 
 Floats = NDArray[np.float64]
 
-SETTINGS = TrackingSettings(acceleration_density=1.0)
+SETTINGS = TrackingSettings(filter_name="two-stage", acceleration_density=1.0)
 TIMES_S = np.arange(0.0, 301.0, 10.0)
 SCORED = np.searchsorted(TIMES_S, HORIZONS_S)
 #: Logarithm of the area of regions of a motion that does not fit.

@@ -119,12 +119,14 @@ def test_descending_times_are_rejected(ahead: list[float]) -> None:
 
 
 def test_the_velocity_frame_turns_with_the_velocity() -> None:
-    settings = TrackingSettings(motion="velocity-frame", turn_rate_rad_per_s=0.05)
+    settings = TrackingSettings(
+        filter_name="two-stage", motion="velocity-frame", turn_rate_rad_per_s=0.05
+    )
     north = density_of(settings, np.array([0.0, 200.0]))
     east = density_of(settings, np.array([200.0, 0.0]))
     np.testing.assert_allclose(north, np.diag([(0.05 * 200.0) ** 2, 1.0]))
     np.testing.assert_allclose(east, north[::-1, ::-1])
-    still = TrackingSettings(acceleration_density=7.0)
+    still = TrackingSettings(filter_name="two-stage", acceleration_density=7.0)
     np.testing.assert_allclose(density_of(still, np.array([0.0, 200.0])), 7.0 * np.eye(2))
 
 
@@ -204,7 +206,7 @@ def _forecast(states: TrackStates, place: int, settings: TrackingSettings) -> tu
 def test_in_turns_modes_are_more_accurate_than_white_noise_and_consistent() -> None:
     """Bands of the NEES: 400 forecasts, those of one turn being correlated."""
     errors, squares, turning = _forecasts(SETTINGS)
-    white, claims, same = _forecasts(TrackingSettings())
+    white, claims, same = _forecasts(TrackingSettings(filter_name="two-stage"))
     assert 100 < turning.sum() < len(turning) - 100
     rms, of_white = (
         np.sqrt(np.mean(one[mask] ** 2, axis=0)) for one, mask in ((errors, turning), (white, same))
