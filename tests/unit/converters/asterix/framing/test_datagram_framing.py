@@ -68,14 +68,14 @@ def test_footers_in_a_replay_file_are_framing(tmp_path: Path) -> None:
     assert (content(blocks), blocks.gaps) == (ONE * 20, [])
 
 
-def test_flows_with_and_without_footers_are_told_apart(tmp_path: Path) -> None:
+def test_flows_with_and_without_footers_are_distinguished(tmp_path: Path) -> None:
     payloads = [one for k in range(20) for one in (ONE, TWO + bytes([k] * 8), b"\xff" * 4 + NORTH)]
     blocks = read(tmp_path, payloads)
     assert blocks.gaps == []
     assert content(blocks) == (ONE + TWO + NORTH) * 20
 
 
-def test_a_footer_that_looks_like_a_block_is_framing(tmp_path: Path) -> None:
+def test_a_footer_in_the_form_of_a_block_is_framing(tmp_path: Path) -> None:
     payloads = [ONE + bytes([48 if k % 4 == 0 else 7, 0, 200, k]) for k in range(40)]
     assert read(tmp_path, payloads).gaps == []
 
