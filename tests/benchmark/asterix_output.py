@@ -64,6 +64,7 @@ def turn(count: int, number: int, random: np.random.Generator) -> EngineOutput:
         height_sigma_m=same(10.0),
         adsb_implausible=nothing != 0,
         callsign=np.full(count, -1, np.int64),
+        measured_mode_s_address=identity,
     )
     measured = MeasurementBatch(
         time_s=updates.time_s,

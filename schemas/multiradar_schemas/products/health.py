@@ -28,8 +28,9 @@ class RadarHealth(Record):
         described(
             "Active alarms, separated by commas: `silent` (no plot for 5 scans of tracks that it "
             "detected before and other radars still detect), `bias_jump` (an offset jumped within "
-            "the last 8 scans), `noise` (more than twice the configured value) and `site` (wrong "
-            "site position); empty for none",
+            "the last 8 scans), `noise` (more than twice the configured value), `site` (wrong "
+            "site position) and `address` (a plot updated a track with another Mode S address: a "
+            "bug); empty for none",
             unit="names",
             source="tracker",
         ),

@@ -185,6 +185,17 @@ class TrackUpdate(Record):
             absent="never received",
         ),
     ]
+    measured_mode_s_address: Annotated[
+        str | None,
+        StringConstraints(pattern=r"^[0-9a-f]{6}$"),
+        described(
+            "ICAO 24-bit address in this measurement; never another than `mode_s_address`, which "
+            "a track without one takes over from two measurements in a row",
+            unit="6 lower-case hexadecimal digits",
+            source="measurement",
+            absent="not in the measurement",
+        ),
+    ]
 
 
 #: `tracks.parquet`: one row for each update of a track.

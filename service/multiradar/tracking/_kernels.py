@@ -67,13 +67,24 @@ def rebuild(roster: Roster) -> None:
 
 
 @in_loop
+def differ(one: int, other: int) -> bool:
+    """Return whether two identities are both known and different."""
+    return one >= 0 and other >= 0 and one != other
+
+
+@in_loop
 def find_by_identity(number: int, address: int, roster: Roster) -> int:
-    """Return the slot of the aircraft with a track number or Mode S address, −1 for none."""
+    """Return the slot of the aircraft with a track number or Mode S address, −1 for none.
+
+    It is never an aircraft with another address.
+    """
     slot = look_up(roster.number_keys, roster.number_slots, number)
+    if slot >= 0 and differ(roster.mode_s_address[slot], address):
+        slot = MISSING
     if slot < 0:
         slot = look_up(roster.address_keys, roster.address_slots, address)
         # An address already known under another track number belongs to another aircraft.
-        if slot >= 0 and number >= 0 and roster.track_number[slot] >= 0:
+        if slot >= 0 and differ(roster.track_number[slot], number):
             slot = MISSING
     return slot
 
@@ -113,9 +124,11 @@ def assign(
 ) -> int:
     """Find or create the aircraft of rows first…last; return the row that needs a slot, or last.
 
-    A row with a slot keeps it. `NEW_TRACK` always creates an aircraft. A value below `TWIN` refers
-    to the aircraft of an earlier row. A row without identity gets none. A bearing gives no position
-    and creates none. When the pool is ``full``, rows that need a slot get `NO_ROOM_SLOT`.
+    A row with a slot keeps it, unless the aircraft has another Mode S address: nothing updates a
+    track with the address of another aircraft. `NEW_TRACK` always creates an aircraft. A value
+    below `TWIN` refers to the aircraft of an earlier row. A row without identity gets none. A
+    bearing gives no position and creates none. When the pool is ``full``, rows that need a slot get
+    `NO_ROOM_SLOT`.
 
     ``roster.counters`` holds the last track identifier assigned and the number of free slots; free
     slots are used from the end of ``roster.free``.
@@ -126,12 +139,15 @@ def assign(
         slot = identities.slot[row]
         if slot < TWIN:
             slot = identities.slot[row - (TWIN - slot)]
+        if slot >= 0 and differ(roster.mode_s_address[slot], address):
+            slot = MISSING
         anonymous = slot == NEW_TRACK
         if slot < 0 and not anonymous:
             slot = find_by_identity(number, address, roster)
         if slot < 0 and kinds[row] == KIND_BEARING:
             identities.slot[row] = MISSING
             continue
+        created = slot < 0
         if slot < 0 and (number >= 0 or address >= 0 or anonymous):
             if roster.counters[1] == 0:
                 if not full:
@@ -157,12 +173,14 @@ def assign(
         identities.slot[row] = slot
         if slot < 0:
             continue
-        if number >= 0 and roster.track_number[slot] < 0:
+        # The number of a track with another address passes to this one with its second measurement:
+        # a single one may have a garbled address.
+        held = created and look_up(roster.number_keys, roster.number_slots, number) >= 0
+        if number >= 0 and roster.track_number[slot] < 0 and not held:
             roster.track_number[slot] = number
             insert(roster.number_keys, roster.number_slots, number, slot)
         if address >= 0 and roster.mode_s_address[slot] < 0:
-            roster.mode_s_address[slot] = address
-            insert(roster.address_keys, roster.address_slots, address, slot)
+            update_address(slot, address, created or number >= 0, roster, life)
         if codes[row] >= 0:
             update_code(slot, codes[row], roster, life)
         if callsigns[row] >= 0:
@@ -186,9 +204,24 @@ def reset_lifecycle(slot: int, stage: int, life: Lifecycle) -> None:
     life.period[slot] = 0.0
     life.last_seen[slot] = -np.inf
     life.pending_code[slot] = MISSING
+    life.pending_address[slot] = MISSING
     life.bias_excluded[slot] = stage == TENTATIVE
     life.partner[slot] = MISSING
     life.meetings[slot] = 0
+
+
+@kernel
+def update_address(slot: int, address: int, sure: bool, roster: Roster, life: Lifecycle) -> None:
+    """Set the Mode S address of a track without one: if not sure, when received twice in a row.
+
+    It never changes. A garbled one would separate the track from all further plots.
+    """
+    if sure or address == life.pending_address[slot]:
+        roster.mode_s_address[slot] = address
+        insert(roster.address_keys, roster.address_slots, address, slot)
+        life.pending_address[slot] = MISSING
+    else:
+        life.pending_address[slot] = address
 
 
 @kernel

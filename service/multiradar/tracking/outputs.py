@@ -64,6 +64,8 @@ class TrackUpdates:
         that should detect it and do not.
     callsign : (n,) int64
         Last callsign, eight characters of six bits; −1 for none.
+    measured_mode_s_address : (n,) int64
+        Address in the measurement itself, −1 for none.
     """
 
     sequence: NDArray[np.int64]
@@ -88,6 +90,7 @@ class TrackUpdates:
     height_sigma_m: NDArray[np.float64]
     adsb_implausible: NDArray[np.bool_]
     callsign: NDArray[np.int64]
+    measured_mode_s_address: NDArray[np.int64]
 
     def __len__(self) -> int:
         return len(self.sequence)

@@ -49,6 +49,7 @@ def tracks_frame(updates: TrackUpdates, table: SensorTable) -> pl.DataFrame:
         updates,
         track_number=present(updates.track_number),
         mode_s_address=addresses(updates.mode_s_address),
+        measured_mode_s_address=addresses(updates.measured_mode_s_address),
         mode_3a=codes(updates.mode_3a),
         callsign=callsign_texts(updates.callsign),
         latitude_deg=np.degrees(updates.latitude_rad),

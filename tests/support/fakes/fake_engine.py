@@ -129,6 +129,7 @@ class FakeEngine:
             height_sigma_m=np.where(np.isnan(batch.height_m), np.nan, 3.0),
             adsb_implausible=np.zeros(count, np.bool_),
             callsign=batch.callsign,
+            measured_mode_s_address=batch.mode_s_address,
         )
 
 

@@ -62,6 +62,9 @@ def live_tracks(count: int) -> pl.DataFrame:
         height_sigma_m=pl.when(number % 5 != 0).then(3.0),
         adsb_implausible=number % 3 == 0,
         callsign=pl.when(number % 6 == 0).then(pl.format("TST{}", number)),
+        measured_mode_s_address=pl.when(number % 3 != 0).then(
+            pl.lit("4840") + (number % 100).cast(pl.String).str.zfill(2)
+        ),
         age_s=count - number,
     )
     return frame.cast(LIVE_SCHEMA).select(LIVE_SCHEMA.names())

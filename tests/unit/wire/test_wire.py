@@ -289,6 +289,7 @@ UPDATES = TrackUpdates(
     height_sigma_m=np.array([np.nan, 2.5]),
     adsb_implausible=np.array([False, True]),
     callsign=np.array([-1, packed_callsigns(pl.Series(["KLM1"]))[0]]),
+    measured_mode_s_address=np.array([-1, 0x00FFA0]),
 )
 
 
@@ -297,6 +298,7 @@ def test_tracks_have_degrees_digits_and_null_for_what_is_missing() -> None:
     assert tracks.schema == TRACK_SCHEMA
     first, second = tracks.to_dicts()
     assert first["mode_s_address"] == "00ffa0"
+    assert (first["measured_mode_s_address"], second["measured_mode_s_address"]) == (None, "00ffa0")
     assert (first["track_number"], first["mode_3a"], first["height_m"]) == (None, None, None)
     assert first["heading_deg"] == 0.0
     chances = ("turn_right_probability", "turn_left_probability", "speed_change_probability")

@@ -287,8 +287,9 @@ class Engine:
                 self._association.update_lifecycles(window, run.result, self._pool, run.confirmed)
             self._biases.record_sites(run.rows, run.result, self._pool, first=begin, last=end)
             self._health.gather(
-                run.rows, run.result, run.identities, self._pool, first=begin, last=end
-            )
+                run.rows, run.result, run.identities, run.batch.mode_s_address, self._pool,
+                first=begin, last=end,
+            )  # fmt: skip
         return ended
 
     def _enter_steps(self, time_s: Floats, first: int, last: int) -> Iterator[tuple[int, int]]:

@@ -133,4 +133,5 @@ def track_updates(
         ),
         adsb_implausible=run.flagged[updated] != 0,
         callsign=known["callsign"][updated],
+        measured_mode_s_address=shown.mode_s_address[updated],
     )

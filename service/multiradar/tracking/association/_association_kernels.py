@@ -27,6 +27,7 @@ from multiradar.estimation.measurement._kernels import (
 from multiradar.geodesy._kernels import (
     wrap_angle,
 )
+from multiradar.tracking._kernels import differ
 from multiradar.tracking.association._clutter_kernels import log_density_of_clutter
 from multiradar.tracking.association._grid_kernels import (
     CELL_M,
@@ -236,12 +237,16 @@ def identity_score(
     row: int, k: int, dt: float, reported: ReportedIdentities, rows: Rows, aircraft: Aircraft,
     roster: Roster, life: Lifecycle,
 ) -> float:  # fmt: skip
-    """Return the score of identity, height and missed scans; −∞ for contradicting identities."""
+    """Return the score of identity, height and missed scans; −∞ for contradicting identities.
+
+    An address that a track has received once may be garbled: it is evidence only.
+    """
     number, address = reported.track_number[row], reported.mode_s_address[row]
     code = reported.mode_3a[row]
     score = 0.0
-    if address >= 0 and roster.mode_s_address[k] >= 0:
-        score += ADDRESS_EQUAL if roster.mode_s_address[k] == address else ADDRESS_DIFFERENT
+    known_address = max(roster.mode_s_address[k], life.pending_address[k])
+    if address >= 0 and known_address >= 0:
+        score += ADDRESS_EQUAL if known_address == address else ADDRESS_DIFFERENT
     if code >= 0 and roster.mode_3a[k] >= 0:
         same = code in (roster.mode_3a[k], life.pending_code[k])
         score += CODE_EQUAL if same else CODE_DIFFERENT
@@ -255,7 +260,8 @@ def identity_score(
     if life.period[k] > 0.0:
         unseen = max(dt / life.period[k] - 1.0, 0.0)
         score += min(unseen, UNSEEN_SCANS_MAX) * LOG_UNSEEN
-    if number >= 0 and roster.track_number[k] >= 0 and roster.track_number[k] != number:
+    another = differ(roster.track_number[k], number) or differ(roster.mode_s_address[k], address)
+    if another:
         score = -np.inf
     return score
 

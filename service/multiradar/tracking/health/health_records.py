@@ -11,9 +11,9 @@ from multiradar.tracking.columns import column_types, joined_columns
 Floats = NDArray[np.float64]
 
 #: Bits of `HealthRecords.alarms`, by position in `ALARM_NAMES`.
-ALARM_SILENT, ALARM_BIAS_JUMP, ALARM_NOISE, ALARM_SITE = range(4)
+ALARM_SILENT, ALARM_BIAS_JUMP, ALARM_NOISE, ALARM_SITE, ALARM_ADDRESS = range(5)
 #: Names of the alarms on the wire.
-ALARM_NAMES = ("silent", "bias_jump", "noise", "site")
+ALARM_NAMES = ("silent", "bias_jump", "noise", "site", "address")
 
 
 @dataclass(frozen=True, slots=True)

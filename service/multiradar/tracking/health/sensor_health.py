@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.bias.store import BiasState
+from multiradar.estimation.filters._kernels import RESTARTED
 from multiradar.estimation.filters.arrays import Result, Rows
 from multiradar.estimation.measurement._kernels import KIND_RADAR
 from multiradar.estimation.measurement.sensors import (
@@ -23,6 +24,7 @@ from multiradar.tracking.association.association import DEFAULT_PERIOD_S
 from multiradar.tracking.health._health_kernels import count_coverage, gather
 from multiradar.tracking.health.bias_trends import BiasTrends
 from multiradar.tracking.health.health_records import (
+    ALARM_ADDRESS,
     ALARM_BIAS_JUMP,
     ALARM_NOISE,
     ALARM_SILENT,
@@ -110,6 +112,7 @@ class SensorHealth:
         self._weight = np.full((count, 2), NOISE_BEGIN)
         self._noise_share = np.full((count, 2), np.nan)
         self._silent = np.zeros(count, np.bool_)
+        self._confused = np.zeros(count, np.bool_)
         self._bounds_bias_errors = bounds_bias_errors
         self._jumps = JumpTests(self._radars, self._periods, tests=bounds_bias_errors)
         self._trends = BiasTrends(sensors)
@@ -122,12 +125,22 @@ class SensorHealth:
         rows: Rows,
         result: Result,
         identities: RowIdentities,
+        addresses: NDArray[np.int64],
         pool: AircraftPool,
         *,
         first: int,
         last: int,
     ) -> None:
-        """Add the outcomes of the rows first…last, in canonical order."""
+        """Add the outcomes of the rows first…last, in canonical order.
+
+        ``addresses`` are the Mode S addresses in them. One that differs from that of the track
+        raises an alarm for good: association excludes it.
+        """
+        chosen = slice(first, last)
+        known, received = identities.mode_s_address[chosen], addresses[chosen]
+        confused = (known >= 0) & (received >= 0) & (known != received)
+        confused &= result.outcome[chosen] <= RESTARTED
+        self._confused[rows.sensor[chosen][confused]] = True
         capacity = len(pool.roster.track_id)
         if len(self._sums.owner) < capacity:
             self._sums = self._sums.grown(capacity)
@@ -266,6 +279,7 @@ class SensorHealth:
             | (jumped.astype(np.int64) << ALARM_BIAS_JUMP)
             | (noisy.astype(np.int64) << ALARM_NOISE)
             | (elsewhere.astype(np.int64) << ALARM_SITE)
+            | (self._confused.astype(np.int64) << ALARM_ADDRESS)
         )
         heard = np.isfinite(sums.last_plot)
         ranges, azimuths = (

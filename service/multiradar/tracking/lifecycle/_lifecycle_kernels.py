@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from multiradar.estimation.filters._kernels import RESTARTED
 from multiradar.estimation.filters.arrays import Aircraft, Result, Rows
 from multiradar.estimation.measurement._kernels import KIND_RADAR, is_bearing
+from multiradar.tracking._kernels import differ
 from multiradar.tracking.association._assignment_kernels import assign_scan
 from multiradar.tracking.association._clutter_kernels import ring_of
 from multiradar.tracking.association._young_kernels import reset_velocity, score_of_twin
@@ -109,9 +110,7 @@ def choose_tracks(
             named = reported.track_number[row] >= 0 or reported.mode_s_address[row] >= 0
             if named and not scores.released[i]:
                 continue
-            j = find_initiating_plot(
-                i, first, initiators[:initiated], reported.mode_3a, rows, candidates
-            )
+            j = find_initiating_plot(i, first, initiators[:initiated], reported, rows, candidates)
             if j == MISSING:
                 identities.slot[row] = NEW_TRACK
                 initiators[initiated] = i
@@ -136,7 +135,12 @@ def choose_tracks(
 
 @kernel
 def find_initiating_plot(
-    i: int, first: int, initiators: Integers, codes: Integers, rows: Rows, candidates: Candidates
+    i: int,
+    first: int,
+    initiators: Integers,
+    reported: ReportedIdentities,
+    rows: Rows,
+    candidates: Candidates,
 ) -> int:
     """Return the initiating plot of another sensor in this window that matches, −1 for none."""
     row = first + i
@@ -149,7 +153,9 @@ def find_initiating_plot(
         near = NEAR_START * (candidates.position[i, 2] + candidates.position[j, 2])
         if d0 * d0 + d1 * d1 > near * near:
             continue
-        if codes[row] >= 0 and codes[other] >= 0 and codes[row] != codes[other]:
+        if differ(reported.mode_3a[row], reported.mode_3a[other]):
+            continue
+        if differ(reported.mode_s_address[row], reported.mode_s_address[other]):
             continue
         if abs(rows.height[row] - rows.height[other]) > START_HEIGHTS_M:  # False for NaN.
             continue

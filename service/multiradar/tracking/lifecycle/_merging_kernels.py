@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters.arrays import Aircraft, Model
+from multiradar.tracking._kernels import differ
 from multiradar.tracking.association._grid_kernels import CELL_M, bucket_of
 from multiradar.tracking.association.track_grid import TrackGrid
 from multiradar.tracking.lifecycle.lifecycle import BY_IDENTITY, CONFIRMED, TENTATIVE, Lifecycle
@@ -163,12 +164,6 @@ def may_be_one(
         and not differ(roster.track_number[k], roster.track_number[j])
         and not differ(roster.mode_s_address[k], roster.mode_s_address[j])
     )
-
-
-@in_loop
-def differ(one: int, other: int) -> bool:
-    """Return whether two identities are both known and different."""
-    return one >= 0 and other >= 0 and one != other
 
 
 @in_loop

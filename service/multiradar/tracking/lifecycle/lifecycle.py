@@ -47,6 +47,8 @@ class Lifecycle(NamedTuple):
         Data time of the last measurement by each sensor, −∞ when there was none.
     pending_code : (s,) int64
         Last received Mode 3/A code that differs from that of the track; −1 for none.
+    pending_address : (s,) int64
+        Mode S address that a track without one received last; −1 for none.
     bias_excluded : (s,) int64
         Whether its current measurements are excluded from bias estimation.
     partner, meetings : (s,) int64
@@ -63,6 +65,7 @@ class Lifecycle(NamedTuple):
     first_ring: Integers
     last_seen: Floats
     pending_code: Integers
+    pending_address: Integers
     bias_excluded: Integers
     partner: Integers
     meetings: Integers
@@ -81,6 +84,7 @@ class Lifecycle(NamedTuple):
             first_ring=np.zeros(capacity, np.int64),
             last_seen=np.full((capacity, sensors), -np.inf),
             pending_code=np.full(capacity, NONE, np.int64),
+            pending_address=np.full(capacity, NONE, np.int64),
             bias_excluded=np.zeros(capacity, np.int64),
             partner=np.full(capacity, NONE, np.int64),
             meetings=np.zeros(capacity, np.int64),

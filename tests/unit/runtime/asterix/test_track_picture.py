@@ -48,7 +48,8 @@ def updates(time_s: Any, **said: Any) -> Added:
         "state": 1, "turn_right_probability": np.nan, "turn_left_probability": np.nan,
         "speed_change_probability": np.nan, "vertical_rate_mps": np.nan, "height_sigma_m": 10.0,
         "adsb_implausible": False, "callsign": -1, "plot_kind": KIND_RADAR, "plot_range_m": 1e5,
-        "plot_azimuth_rad": 1.0, "plot_latitude_rad": np.nan, "plot_longitude_rad": np.nan,
+        "measured_mode_s_address": 0x4B1234, "plot_azimuth_rad": 1.0, "plot_latitude_rad": np.nan,
+        "plot_longitude_rad": np.nan,
         "plot_height_m": 9000.0, "plot_mode_3a": 0o1234, "plot_mode_s_address": 0x4B1234,
     }  # fmt: skip
     filled = {
