@@ -75,6 +75,29 @@ def scan_period_s(time_s: Floats, azimuth_deg: Floats) -> float:
     return 1.0 / found
 
 
+def why_no_period(time_s: Floats, azimuth_deg: Floats) -> str:
+    """Return why plots have no scan period, in words.
+
+    Parameters
+    ----------
+    time_s, azimuth_deg : (n,) float64
+        Plots for which `scan_period_s` finds none.
+
+    Returns
+    -------
+    str
+        Too few, or no rotation.
+    """
+    times = np.sort(time_s[np.isfinite(time_s) & np.isfinite(azimuth_deg)])[:PLOTS_MAX]
+    if not len(times):
+        return "no plots with time and azimuth"
+    count = "1 plot" if len(times) == 1 else f"{len(times)} plots"
+    if len(times) < PLOTS_MIN or _pairs(times - times[0], _STRETCHES_S[0]) < PAIRS_MIN:
+        span_s = float(times[-1] - times[0])
+        return f"{count} in {span_s:.3g} s are too few; {PLOTS_MIN} within a minute are needed"
+    return f"{count} show no rotation"
+
+
 def _pairs(times: Floats, stretch_s: float) -> float:
     _, counts = np.unique(times // stretch_s, return_counts=True)
     return float(np.sum(counts * (counts - 1.0)) / 2.0)

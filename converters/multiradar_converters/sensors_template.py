@@ -26,6 +26,10 @@ _WIDTH = 31
 _KILOMETRE_M = 1000.0
 
 
+#: Source of a scan period.
+FROM_PLOTS = "measured from its plots"
+
+
 @dataclass(frozen=True, slots=True)
 class FoundSensor:
     """A sensor found in a recording.
@@ -45,7 +49,7 @@ class FoundSensor:
     rotation_period_s : float
         Scan period, s; NaN if unknown.
     period_source : str
-        Source of the scan period.
+        Source of the scan period, or why there is none.
     range_max_m : float
         Slant range of the farthest plot, m; 0 without plots.
     """
@@ -57,7 +61,7 @@ class FoundSensor:
     site: tuple[float, float, float] | None = None
     site_source: str = ""
     rotation_period_s: float = math.nan
-    period_source: str = "measured from its plots"
+    period_source: str = FROM_PLOTS
     range_max_m: float = 0.0
 
 
@@ -114,7 +118,8 @@ def _site(one: FoundSensor) -> list[str]:
 def _antenna(one: FoundSensor) -> list[str]:
     lines = []
     if math.isnan(one.rotation_period_s):
-        lines.append(_line("# rotation_period_s", "5.0", "scan period, s; not found in its plots"))
+        comment = f"scan period, s: {one.period_source}"
+        lines.append(_line("# rotation_period_s", "5.0", comment))
     else:
         period = f"{one.rotation_period_s:.3f}"
         lines.append(_line("rotation_period_s", period, f"scan period, s: {one.period_source}"))

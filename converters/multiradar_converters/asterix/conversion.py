@@ -1,5 +1,6 @@
 """Conversion of ASTERIX recordings: files in, one folder out."""
 
+import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -47,7 +48,8 @@ from multiradar_converters.asterix.sensors import SensorNames, sensors_toml
 from multiradar_converters.errors import LayoutError
 from multiradar_converters.output_folder import OutputFolder
 from multiradar_converters.report_file import extremes
-from multiradar_converters.scan_period import scan_period_s
+from multiradar_converters.scan_period import scan_period_s, why_no_period
+from multiradar_converters.sensors_template import FROM_PLOTS
 from multiradar_converters.vid.times import unix_start
 from multiradar_schemas.measurements.reject import Reject, RejectCode
 
@@ -290,8 +292,11 @@ def _frames(
     findings.first_s, findings.last_s = extremes(kept["time_s"])
     for place, name in enumerate(ids):
         own = places.ravel() == place
+        plots = kept["time_s"][own], kept["azimuth_deg"][own]
+        period_s = scan_period_s(*plots)
         findings.plot_figures[name] = PlotFigures(
-            scan_period_s(kept["time_s"][own], kept["azimuth_deg"][own]),
+            period_s,
+            why_no_period(*plots) if math.isnan(period_s) else FROM_PLOTS,
             float(np.max(np.nan_to_num(kept["range_m"][own]), initial=0.0)),
         )
         findings.middles[name] = (

@@ -53,9 +53,20 @@ class FileAccount:
 
 @dataclass(frozen=True)
 class PlotFigures:
-    """Figures from the plots of a sensor: scan period, s (NaN: none), and maximum range, m."""
+    """Figures from the plots of a sensor.
+
+    Attributes
+    ----------
+    period_s : float
+        Scan period, s; NaN for none.
+    period_source : str
+        Where it is from, or why there is none.
+    range_max_m : float
+        Maximum range, m.
+    """
 
     period_s: float
+    period_source: str
     range_max_m: float
 
 

@@ -84,6 +84,6 @@ def _found(names: SensorNames, findings: Findings, source: int, kind: str) -> Fo
         None if antenna is None else antenna.site,
         "item 034/120: to about 10 m, height above mean sea level",
         antenna.period_s if antenna is not None and stated else figures.period_s,
-        "service messages" if stated else "measured from its plots",
+        "service messages" if stated else figures.period_source,
         figures.range_max_m,
     )

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar_converters.scan_period import PLOTS_MAX, scan_period_s
-from multiradar_converters.sensors_template import FoundSensor, sensors_text
+from multiradar_converters.scan_period import PLOTS_MAX, scan_period_s, why_no_period
+from multiradar_converters.sensors_template import FROM_PLOTS, FoundSensor, sensors_text
 from multiradar_converters.vid.naming import NamedPlots
 from multiradar_converters.vid.records import Records, decimal, sensor_of, times
 from multiradar_converters.vid.table import ADSB_ID
@@ -50,12 +50,17 @@ class SensorFigures:
         self.named += np.bincount(sensor[named.aircraft >= 0], minlength=len(self.plots))
         np.maximum.at(self.range_max_m, sensor, decimal(named.plots, _RANGE))
 
-    def scan_period_s(self, number: int) -> float:
-        """Return the scan period from the first plots of a sensor, s; NaN for none."""
+    def scan_period(self, number: int) -> tuple[float, str]:
+        """Return the scan period from the first plots of a sensor, s, and its source.
+
+        NaN for none, with the reason.
+        """
         if not self._first[number]:
-            return math.nan
-        plots = np.concatenate(self._first[number])
-        return scan_period_s(times(plots), decimal(plots, _AZIMUTH))
+            return math.nan, "no plots"
+        records = np.concatenate(self._first[number])
+        plots = times(records), decimal(records, _AZIMUTH)
+        period_s = scan_period_s(*plots)
+        return period_s, why_no_period(*plots) if math.isnan(period_s) else FROM_PLOTS
 
 
 def sensors_toml(
@@ -82,13 +87,15 @@ def sensors_toml(
     radars = sorted(
         (name, number) for number, name in enumerate(names) if name[0] != multiradar_source
     )
+    periods = {number: figures.scan_period(number) for _, number in radars}
     found = [
         FoundSensor(
             identifier=f"{source}-{sensor}",
             kind="radar",
             found=_description(figures, number),
             numbers=(("source", source), ("sensor", sensor)),
-            rotation_period_s=figures.scan_period_s(number),
+            rotation_period_s=periods[number][0],
+            period_source=periods[number][1],
             range_max_m=float(figures.range_max_m[number]),
         )
         for (source, sensor), number in radars

@@ -61,6 +61,7 @@ if TYPE_CHECKING:
     from multiradar.runtime.queries.encounter_query import EncounterQuery
     from multiradar.runtime.trajectories.options import TrajectoryOptions
     from multiradar.settings.service import Settings
+    from multiradar.storage.recording import Recording
     from multiradar.tracking.settings import TrackingSettings
     from multiradar_schemas.report import Report
 
@@ -193,6 +194,7 @@ def track(
             forecasts_every_s=forecasts,
         )
         result = _track(job, folder, recorder, stages)
+        result.warnings += _missing_periods(recording, table)
         check_found(result.read, kinds, measurements)
         times = times_line(*(recording.span_s(chosen_kinds(kinds)) or (None, None)))
         if recorder is not None:
@@ -234,6 +236,35 @@ def _track(
     on_output = None if recorder is None else stages.timed("ASTERIX", recorder.write)
     with progress_bar("tracking", job.recording.rows) as on_progress:
         return track_recording(job, folder, on_progress, on_output, stages)
+
+
+# Without its scan period a radar is tracked with a default, and its near duplicates stay.
+def _missing_periods(recording: "Recording", sensors: "SensorTable") -> list[str]:
+    import numpy as np
+    import polars as pl
+
+    from multiradar.tracking.input.measurements import KIND_RADAR
+    from multiradar_converters.scan_period import PLOTS_MAX, scan_period_s
+
+    lacking = np.flatnonzero((sensors.kinds == KIND_RADAR) & np.isnan(sensors.rotation_period_s))
+    plots = {sensors.ids[number]: pl.DataFrame() for number in lacking.tolist()}
+    for block in recording.blocks({"radar"}):
+        open_ = [name for name, own in plots.items() if len(own) < PLOTS_MAX]
+        if not open_:
+            break
+        known = block.select("sensor_id", "time_s", "azimuth_deg").drop_nulls()
+        for name in open_:
+            plots[name] = pl.concat([plots[name], known.filter(sensor_id=name)], how="diagonal")
+    found = []
+    for name, own in plots.items():
+        columns = [own[column].to_numpy() for column in own.columns if column != "sensor_id"]
+        period_s = scan_period_s(columns[0], columns[1]) if columns else np.nan
+        if np.isfinite(period_s):
+            found.append(
+                f"{name}: rotation_period_s is missing in the sensors file; its plots show "
+                f"{period_s:.3f} s: add it (5 s is assumed)"
+            )
+    return found
 
 
 def _fail_without_measurements(report: "Report", result: "OfflineResult", out: Path) -> None:

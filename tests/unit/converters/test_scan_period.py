@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from multiradar_converters.scan_period import PLOTS_MIN, scan_period_s
+from multiradar_converters.scan_period import PLOTS_MIN, scan_period_s, why_no_period
 from support.scenarios.sweeps import sweep
 
 
@@ -65,3 +65,15 @@ def test_few_plots_and_those_without_azimuth_say_nothing() -> None:
     assert math.isnan(scan_period_s(np.zeros(0), np.zeros(0)))
     some = np.where(np.arange(len(time_s)) % 2, azimuth_deg, np.nan)
     assert scan_period_s(time_s, some) == pytest.approx(4.0, rel=1e-3)
+
+
+def test_the_reason_for_no_scan_period_is_named() -> None:
+    time_s, azimuth_deg = np.linspace(0.0, 0.45, 4), np.zeros(4)
+    assert why_no_period(time_s, azimuth_deg) == (
+        "4 plots in 0.45 s are too few; 30 within a minute are needed"
+    )
+    assert why_no_period(time_s, azimuth_deg * np.nan) == "no plots with time and azimuth"
+    generator = np.random.default_rng(5)
+    still = generator.uniform(0.0, 600.0, 4000), generator.uniform(0.0, 360.0, 4000)
+    assert math.isnan(scan_period_s(*still))
+    assert why_no_period(*still) == "4000 plots show no rotation"
