@@ -26,11 +26,18 @@ from multiradar_converters.asterix.decoding.gathering import (
     gather,
     selected_rows,
 )
+from multiradar_converters.asterix.decoding.sensor_clocks import (
+    Differences,
+    differences,
+    of_reports,
+    of_services,
+)
 from multiradar_converters.asterix.decoding.timing import (
     KINDS,
     AntennaStatus,
     Timed,
     into_days,
+    services_in_order,
     time_targets,
 )
 from multiradar_converters.asterix.framing.containers import read_blocks
@@ -202,9 +209,22 @@ def _of_file(
     findings.unfit.update(gathered.unfit)
     timed, antennas = time_targets(gathered, options.scan_periods())
     _retain(findings, antennas)
+    findings.differences += _differences(gathered, timed)
     if timed is None:
         return account, None
     return account, _measured(timed, account, options, findings)
+
+
+def _differences(gathered: Gathered, timed: Timed | None) -> list[Differences]:
+    """Return how much later messages were received than their times."""
+    rows, services = services_in_order(gathered)
+    found = [of_services(rows.source, services, rows.received_s)]
+    if timed is not None:
+        found.append(of_reports(timed))
+    for tracks, part in gathered.tracks:
+        time_s = part["time_s"].fill_null(np.nan).to_numpy()
+        found.append(differences(tracks.source, time_s, tracks.received_s, reports=True))
+    return found
 
 
 def _retain(findings: Findings, antennas: dict[int, AntennaStatus]) -> None:

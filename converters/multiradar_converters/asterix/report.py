@@ -6,6 +6,13 @@ from pathlib import Path
 
 from multiradar_converters.asterix.decoding.editions import source_name
 from multiradar_converters.asterix.decoding.gathering import Broken
+from multiradar_converters.asterix.decoding.sensor_clocks import (
+    Differences,
+    clock_alarm,
+    joined,
+    receiver_zone_s,
+    sensor_clocks,
+)
 from multiradar_converters.asterix.decoding.timing import AntennaStatus
 from multiradar_converters.asterix.options import Options
 from multiradar_converters.errors import AccountingError
@@ -81,6 +88,7 @@ class Findings:
     time_origins: Counter[str] = field(default_factory=Counter)
     skipped: Counter[int] = field(default_factory=Counter)
     unfit: Counter[tuple[int, int]] = field(default_factory=Counter)
+    differences: list[Differences] = field(default_factory=list)
     left_out: Counter[str] = field(default_factory=Counter)
     flags: Counter[str] = field(default_factory=Counter)
     measurements: dict[str, int] = field(default_factory=dict)
@@ -163,6 +171,22 @@ def _figures(findings: Findings, options: Options) -> dict[str, object]:
         "first_s": findings.first_s,
         "last_s": findings.last_s,
         "antennas": {source_name(s): _antenna(t) for s, t in sorted(findings.antennas.items())},
+        **_clocks(findings),
+    }
+
+
+def _clocks(findings: Findings) -> dict[str, object]:
+    clocks = sensor_clocks(joined(findings.differences))
+    zone_s = receiver_zone_s(clocks)
+    alarms = {source: clock_alarm(one, zone_s) for source, one in clocks.items()}
+    return {
+        "clocks": {source_name(source): one.document() for source, one in sorted(clocks.items())},
+        "receiver_zone_s": zone_s,
+        "sensor_alarms": [
+            {"sensor_id": source_name(source), "alarm": alarm[0], "reason": alarm[1]}
+            for source, alarm in sorted(alarms.items())
+            if alarm is not None
+        ],
     }
 
 

@@ -49,6 +49,7 @@ class AsterixCounts:
         self._codes: list[Counter[str]] = [Counter() for _ in self.labels]
         self._categories: Counter[int] = Counter()
         self._batches_failed = 0
+        self._clocks: dict[str, dict[str, Any]] = {}
         # Evaluated on reading: what waits, and what the system dropped.
         self.waiting: Callable[[], tuple[int, int]] = lambda: (0, 0)
         self.lost_by_system: Callable[[int], int] = lambda _listener: 0
@@ -70,6 +71,17 @@ class AsterixCounts:
         """Add records by category."""
         with self._lock:
             self._categories.update(categories)
+
+    def clocks(self, clocks: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str, str]]:
+        """Set clock offset and latency of sensors; return new alarms: sensor, code and reason."""
+        with self._lock:
+            before = self._clocks
+            self._clocks = before | {name: dict(one) for name, one in clocks.items()}
+            return [
+                (name, one["alarm"], one["reason"])
+                for name, one in clocks.items()
+                if one["alarm"] not in (None, before.get(name, {}).get("alarm"))
+            ]
 
     def batch_failed(self) -> None:
         """Count a batch, or part of one, that failed to decode because of an internal error."""
@@ -99,6 +111,7 @@ class AsterixCounts:
                 "records_by_category": {
                     f"{category:03d}": count for category, count in sorted(self._categories.items())
                 },
+                "clocks": {name: dict(one) for name, one in sorted(self._clocks.items())},
                 "waiting_datagrams": datagrams,
                 "waiting_octets": octets,
                 "batches_failed": self._batches_failed,

@@ -149,6 +149,8 @@ class AsterixInlet:
             codes = Counter(str(one.code) for one in batch.rejected if own[one.datagram])
             self._counts.rejected(number, codes)
         self._counts.decoded(batch.categories)
+        for sensor, alarm, reason in self._counts.clocks(batch.clocks):
+            _log.warning("asterix_sensor_alarm", sensor=sensor, alarm=alarm, reason=reason)
 
     def _submit(self, part: list[Received], batch: LiveBatch) -> None:
         """Submit a batch in the order of reception."""

@@ -7,6 +7,8 @@ from prometheus_client import CollectorRegistry
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
 
+from multiradar_converters.asterix.decoding.sensor_clocks import TIME_ALARMS
+
 #: Metrics: name, help, label, and the counter of a listener for each value of the label.
 _FAMILIES: tuple[tuple[str, str, str, dict[str, str]], ...] = (
     ("datagrams", "Datagrams received, dropped, and lost by the system", "result", {
@@ -77,11 +79,31 @@ class AsterixCollector(Collector):
         for category, count in document["records_by_category"].items():
             categories.add_metric([category], count)
         yield categories
+        yield from _clock_metrics(document["clocks"])
         for name, meaning in (
             ("waiting_datagrams", "Datagrams waiting to be decoded"),
             ("waiting_octets", "Octets waiting to be decoded"),
         ):
             yield GaugeMetricFamily(f"multiradar_asterix_{name}", meaning, document[name])
+
+
+def _clock_metrics(clocks: dict[str, dict[str, Any]]) -> Iterator[Metric]:
+    for name, meaning, figure in (
+        ("clock_offset_seconds", "Times of the fastest messages minus reception", "clock_offset_s"),
+        ("latency_seconds", "Median of reception minus time of reports", "latency_median_s"),
+    ):
+        family = GaugeMetricFamily(f"multiradar_asterix_{name}", meaning, labels=["sensor"])
+        for sensor, one in clocks.items():
+            if one[figure] is not None:
+                family.add_metric([sensor], one[figure])
+        yield family
+    alarms = GaugeMetricFamily(
+        "multiradar_asterix_sensor_alarm", "1 while an alarm is active", labels=["sensor", "alarm"]
+    )
+    for sensor, one in clocks.items():
+        for alarm in TIME_ALARMS:
+            alarms.add_metric([sensor, alarm], one["alarm"] == alarm)
+    yield alarms
 
 
 def watch_asterix(

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import polars as pl
@@ -49,6 +49,8 @@ class LiveBatch:
         aircraft or no position), or rejected (`refused`).
     categories : Counter
         Records by category.
+    clocks : dict
+        Clock offset, latency and alarm of each sensor so far, by identifier.
     """
 
     frame: pl.DataFrame
@@ -57,6 +59,7 @@ class LiveBatch:
     octets: dict[str, Integers]
     records: dict[str, Integers]
     categories: Counter[int]
+    clocks: dict[str, dict[str, object]] = field(default_factory=dict)
 
 
 def new_batch(gathered: Gathered, datagrams: Datagrams, cut: CutDatagrams) -> LiveBatch:

@@ -20,6 +20,7 @@ from multiradar_converters.asterix.decoding.gathering import (
     decode_blocks,
     selected_rows,
 )
+from multiradar_converters.asterix.decoding.sensor_clocks import of_reports, of_services
 from multiradar_converters.asterix.decoding.targets import Targets
 from multiradar_converters.asterix.decoding.timing import (
     KINDS,
@@ -35,6 +36,7 @@ from multiradar_converters.asterix.layout.columns import Flags, Integers, Number
 from multiradar_converters.asterix.live.batch import LiveBatch, Tally, new_batch
 from multiradar_converters.asterix.live.clocks import LiveClocks
 from multiradar_converters.asterix.live.copies import RecentRecords
+from multiradar_converters.asterix.live.recent_differences import RecentDifferences
 from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
 from multiradar_schemas.measurements.reject import RejectCode
 
@@ -90,6 +92,7 @@ class LiveDecoder:
         sources = sorted({source for source, _ in options.names})
         self._known = np.array(sources, dtype=np.int64)
         self._clocks = LiveClocks(self._known, options.scan_periods)
+        self._differences = RecentDifferences(sources)
         self._framing = LearntFraming(SKIPPED)
         self._recent = RecentRecords(options.duplicate_window_s)
 
@@ -133,6 +136,9 @@ class LiveDecoder:
         targets = _select_targets(targets, known)
         marks = self._clocks.marks(rows, targets, service_rows, services)
         reports = timed(gathered, rows, kind, targets, marks)
+        self._differences.push(of_reports(reports))
+        self._differences.push(of_services(service_rows.source, services, service_rows.received_s))
+        batch.clocks = self._named_clocks()
         copies = self._recent.copies(reports)
         measured, _left_out, _flags = aircraft(reports, all_targets=self._options.all_targets)
         tally.count(rows, copies, "duplicate")
@@ -148,6 +154,11 @@ class LiveDecoder:
         tally.count(rows, own, "measurement")
         batch.datagram = tally.datagram(rows)[own]
         batch.frame = _frame(reports, np.flatnonzero(own), time_s, ids)
+
+    def _named_clocks(self) -> dict[str, dict[str, object]]:
+        """Return clocks and latencies by sensor."""
+        names = {source: name for (source, _kind), name in sorted(self._options.names.items())}
+        return {names[source]: one for source, one in self._differences.document().items()}
 
     def _dated(self, reports: Timed) -> tuple[Numbers, Rejection]:
         """Return Unix times, s, with the day of the reception, and reports that are too old."""

@@ -2,6 +2,7 @@
 
 import datetime as dt
 import json
+import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -99,6 +100,7 @@ def convert_asterix(
     compile_kernels(["convert asterix"])
     report = convert_files(files, lambda advance: convert(files, out, options, advance))
     print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
+    _print_alarms(report)
     _fail_when_truncated(report, out)
     fail_when_badly_converted(report, out, options.sensors)
 
@@ -127,6 +129,35 @@ def _summary(report: dict[str, Any], out: Path) -> str:
                 if output["file"] == "system_tracks.parquet"
             ),
             times_line(figures["first_s"], figures["last_s"]),
+            *_clock_lines(figures),
             f"wrote {out}",
         ]
     )
+
+
+def _clock_lines(figures: dict[str, Any]) -> list[str]:
+    clocks = figures["clocks"].values()
+    if not clocks:
+        return []
+    offsets = [one["clock_offset_s"] for one in clocks]
+    medians = [m for one in clocks if (m := one["latency_median_s"]) is not None]
+    latency = f"latency {_span(medians)} (medians), " if medians else ""
+    lines = [
+        f"reception: {latency}clock offset {_span(offsets, '+')} (with the fastest messages) of "
+        f"{len(offsets)} sensors; report.json gives each"
+    ]
+    if figures["receiver_zone_s"]:
+        zone_h = figures["receiver_zone_s"] / 3600.0
+        lines.append(f"times of reception are probably local, {zone_h:+g} h from UTC")
+    return lines
+
+
+def _span(values: list[float], sign: str = "") -> str:
+    first, last = f"{min(values):{sign}.2f}", f"{max(values):{sign}.2f}"
+    return f"{first} s" if first == last else f"{first} to {last} s"
+
+
+def _print_alarms(report: dict[str, Any]) -> None:
+    # A warning: the conversion itself is complete, whichever clock is wrong.
+    for alarm in report["figures"]["sensor_alarms"]:
+        print(f"multiradar: {alarm['sensor_id']}: {alarm['reason']}", file=sys.stderr)

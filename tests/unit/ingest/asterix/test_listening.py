@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import polars as pl
 import pytest
+from structlog.testing import capture_logs
 
 from multiradar.clock import FixedClock
 from multiradar.errors import JournalError, MultiradarError, PipelineError, QueueFullError
@@ -357,3 +358,27 @@ def test_metrics_show_what_the_counts_say() -> None:
     assert samples["multiradar_asterix_rows_total", "north", "accepted"] == 1
     assert samples["multiradar_asterix_category_records_total", "048"] == 1
     assert samples["multiradar_asterix_waiting_datagrams",] == 0
+
+
+def test_a_sensor_whose_times_are_off_is_in_the_status_and_the_metrics() -> None:
+    service, queue = Taken(), DatagramQueue(1000, 1 << 20)
+    work, gateway = inlet(service, queue)
+    for k in range(20):
+        queue.put(Received(0, k + 1, NOON_S + k + 3.0, plot(float(k))))
+    with capture_logs() as logs:
+        work.drain()
+        queue.put(Received(0, 21, NOON_S + 23.0, plot(20.0)))
+        work.drain()
+    (name, clock), *others = gateway.counts.document()["clocks"].items()
+    assert (others, clock["alarm"], clock["clock_offset_s"]) == ([], "clock", -3.0)
+    samples = {
+        (sample.name, *sample.labels.values()): sample.value
+        for metric in AsterixCollector(gateway.counts.document).collect()
+        for sample in metric.samples
+    }
+    assert samples["multiradar_asterix_clock_offset_seconds", name] == -3.0
+    assert samples["multiradar_asterix_latency_seconds", name] == 3.0
+    assert samples["multiradar_asterix_sensor_alarm", name, "clock"] == 1
+    assert samples["multiradar_asterix_sensor_alarm", name, "latency"] == 0
+    raised = [one for one in logs if one["event"] == "asterix_sensor_alarm"]
+    assert [(one["sensor"], one["alarm"]) for one in raised] == [(name, "clock")]

@@ -353,3 +353,25 @@ def test_footers_of_datagrams_are_framing_once_some_agree() -> None:
         if not batch.rejected:
             assert batch.octets["framing"].tolist() == [8]
     assert rejected == [1] * 4 + [0] * 16
+
+
+def test_clocks_and_latencies_of_live_sensors_are_those_of_their_latest_messages() -> None:
+    one = decoder()
+    for number in range(30):
+        time_s = 43_200.0 + number
+        sent = datagrams((NOON_S + number + 1.5, block(48, plot_048(time_s))))
+        batch = one.decode(sent)
+    assert batch.clocks["20-130"]["alarm"] == "clock"
+    assert "1.50 s behind their reception" in str(batch.clocks["20-130"]["reason"])
+    for number in range(30, 600):
+        time_s = 43_200.0 + number
+        batch = one.decode(datagrams((NOON_S + number + 0.25, block(48, plot_048(time_s)))))
+    assert batch.clocks["20-130"] == {
+        "messages": 512,
+        "clock_offset_s": -0.25,
+        "latency_min_s": 0.25,
+        "latency_median_s": 0.25,
+        "latency_p99_s": 0.25,
+        "alarm": None,
+        "reason": None,
+    }
