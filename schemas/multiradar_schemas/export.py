@@ -14,6 +14,7 @@ import polars as pl
 from pydantic import TypeAdapter
 
 from multiradar_schemas.columns import required_columns
+from multiradar_schemas.inspection import Inspection
 from multiradar_schemas.measurements.columns import MEASUREMENT_REQUIRED, MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.measurement import MEASUREMENT, MEASUREMENTS
 from multiradar_schemas.measurements.reject import Reject
@@ -48,6 +49,7 @@ _MODELS: dict[str, TypeAdapter[Any]] = {
     "trajectories": TypeAdapter(Trajectories),
     "reject": TypeAdapter(Reject),
     "report": TypeAdapter(Report),
+    "inspection": TypeAdapter(Inspection),
 }
 #: Tables with one model per row, and two with a reason instead of values.
 _TABLES: dict[str, tuple[pl.Schema, tuple[str, ...]]] = {

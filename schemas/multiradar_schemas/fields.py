@@ -7,6 +7,15 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from multiradar_schemas.inspection import (
+    InspectedCategory,
+    InspectedFile,
+    InspectedGap,
+    InspectedRejects,
+    InspectedSensor,
+    InspectedSite,
+    Inspection,
+)
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.measurement import KIND_NEEDS, RadarMeasurement
 from multiradar_schemas.measurements.reject import CODE_MEANINGS, Reject
@@ -143,6 +152,22 @@ def _lines() -> Iterator[str]:
     yield "\n## Reports: `report.json`\n"
     yield from _table(Report)
     for title, model in (("counts", Counts), ("inputs", InputFile), ("outputs", OutputFile)):
+        yield f"\n`{title}`:\n"
+        yield from _table(model)
+    yield from _inspection_lines()
+
+
+def _inspection_lines() -> Iterator[str]:
+    yield "\n## Inspections: `multiradar inspect --json`\n"
+    yield from _table(Inspection)
+    for title, model in (
+        ("files", InspectedFile),
+        ("rejects", InspectedRejects),
+        ("categories", InspectedCategory),
+        ("sensors", InspectedSensor),
+        ("sensors[].longest_gaps", InspectedGap),
+        ("sensors[].site", InspectedSite),
+    ):
         yield f"\n`{title}`:\n"
         yield from _table(model)
 

@@ -26,6 +26,7 @@ from multiradar.settings.service import Settings
 from multiradar.simulation.scenario.tables import ScenarioTable
 from multiradar_converters.asterix.live.reception import LiveOptions
 from multiradar_converters.asterix.options import Options as AsterixOptions
+from multiradar_converters.inspection.recordings import InspectionOptions
 from multiradar_converters.vid.options import Options as VidOptions
 from multiradar_converters.vid.profile import Profile
 from multiradar_schemas.sensors.sensor import SensorsFile
@@ -41,7 +42,7 @@ MODELS: tuple[type[BaseModel], ...] = (Settings, SensorsFile, ScenarioTable, Pro
 DATACLASSES: tuple[type["DataclassInstance"], ...] = (
     BundleSettings, ForecastSettings, SearchRules, EvaluationSettings, EncounterQuery, OfflineJob,
     ReplayPlan, IntakeBounds, InletBounds, ChannelOptions, ZenohOptions, LiveOptions,
-    AsterixOptions, VidOptions,
+    AsterixOptions, VidOptions, InspectionOptions,
 )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from multiradar.cli.conversion.asterix import ASTERIX_HELP, convert_asterix
 from multiradar.cli.conversion.convert import convert_app
 from multiradar.cli.demonstration.demo import demo
 from multiradar.cli.evaluation.evaluate import evaluate
+from multiradar.cli.inspection.inspect import INSPECT_HELP, inspect
 from multiradar.cli.playback.replay import replay
 from multiradar.cli.serve import serve
 from multiradar.cli.simulate import simulate
@@ -44,6 +45,7 @@ app = typer.Typer(
 convert_app.command(name="asterix", help=ASTERIX_HELP)(convert_asterix)
 convert_app.command(name="adsb", help=ADSB_HELP)(convert_adsb)
 app.add_typer(convert_app, name="convert")
+app.command(name="inspect", help=INSPECT_HELP)(inspect)
 app.command(name="track")(track)
 app.command(name="serve")(serve)
 app.command(name="replay")(replay)

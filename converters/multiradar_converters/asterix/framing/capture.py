@@ -31,7 +31,11 @@ _PCAP = {
     b"\x4d\x3c\xb2\xa1": ("<", 1e-9),
     b"\xa1\xb2\x3c\x4d": (">", 1e-9),
 }
+_PCAP_HEADER = 24
 _PCAPNG = b"\x0a\x0d\x0d\x0a"
+_LITTLE_ENDIAN = b"\x4d\x3c\x2b\x1a"
+#: Reason of a gap at the end of a capture inside a packet.
+CUT_PACKET = "a packet is truncated"
 _INTERFACE, _OLD_PACKET, _SIMPLE_PACKET, _PACKET = 1, 2, 3, 6
 
 
@@ -39,6 +43,27 @@ def is_capture(data: NDArray[np.uint8]) -> bool:
     """Return whether a file begins like a capture."""
     magic = bytes(data[:4])
     return magic in _PCAP or magic == _PCAPNG
+
+
+def head_octets(data: NDArray[np.uint8]) -> int:
+    """Return how many octets before the first packet describe the packets.
+
+    Parameters
+    ----------
+    data : uint8[b]
+        Begin of a capture.
+    """
+    raw = data.tobytes()
+    if raw[:4] != _PCAPNG:
+        return _PCAP_HEADER
+    order = "<" if raw[8:12] == _LITTLE_ENDIAN else ">"
+    at = 0
+    while at + 12 <= len(raw):
+        kind, length = struct.unpack_from(f"{order}2I", raw, at)
+        if kind in (_PACKET, _OLD_PACKET, _SIMPLE_PACKET) or length < 12:
+            break
+        at += length
+    return min(at, len(raw))
 
 
 def payloads(data: NDArray[np.uint8], name: str) -> tuple[list[Payload], list[Gap], int]:
@@ -119,18 +144,18 @@ def datagrams(
 
 def _pcap(raw: bytes) -> tuple[list[Packet], list[Gap]]:
     order, fraction = _PCAP[raw[:4]]
-    if len(raw) < 24:
+    if len(raw) < _PCAP_HEADER:
         return [], [(0, len(raw), "the header of the capture is truncated")]
     (link,) = struct.unpack_from(f"{order}I", raw, 20)
     packets = []
-    at = 24
+    at = _PCAP_HEADER
     while at + 16 <= len(raw):
         seconds, parts, kept, _ = struct.unpack_from(f"{order}4I", raw, at)
         if at + 16 + kept > len(raw):
             break
         packets.append(Packet(at + 16, kept, seconds + parts * fraction, link & 0xFFFF))
         at += 16 + kept
-    return packets, [(at, len(raw) - at, "a packet is truncated")] if at < len(raw) else []
+    return packets, [(at, len(raw) - at, CUT_PACKET)] if at < len(raw) else []
 
 
 def _pcapng(raw: bytes) -> tuple[list[Packet], list[Gap]]:
@@ -141,7 +166,7 @@ def _pcapng(raw: bytes) -> tuple[list[Packet], list[Gap]]:
     at = 0
     while at + 12 <= len(raw):
         if raw[at : at + 4] == _PCAPNG:
-            order = "<" if raw[at + 8 : at + 12] == b"\x4d\x3c\x2b\x1a" else ">"
+            order = "<" if raw[at + 8 : at + 12] == _LITTLE_ENDIAN else ">"
             links = []
         kind, length = struct.unpack_from(f"{order}2I", raw, at)
         if length < 12 or at + length > len(raw):
@@ -157,7 +182,7 @@ def _pcapng(raw: bytes) -> tuple[list[Packet], list[Gap]]:
                 packets.append(packet)
         at += length
     if at < len(raw):
-        gaps.append((at, len(raw) - at, "a packet is truncated"))
+        gaps.append((at, len(raw) - at, CUT_PACKET))
     return packets, gaps
 
 

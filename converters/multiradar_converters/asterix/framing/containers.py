@@ -38,9 +38,9 @@ from multiradar_converters.errors import LayoutError
 
 # Not a block: category 031 is unknown, and no block begins with such a length.
 _GZIP = b"\x1f\x8b\x08"
-_HEADER = 2200
+#: Octets of the header of a `.gps` recording, and of the trailer of each of its blocks.
+GPS_HEADER, GPS_TRAILER = 2200, 10
 _HEADER_OCTET = 0xCD
-_TRAILER = 10
 _RECEPTION = slice(6, 9)
 _TICKS_PER_S = 128.0
 _BLOCKS_AT_ONCE = 1 << 12
@@ -52,8 +52,8 @@ _BLOCK_HEAD = 3
 #: Their blocks are counted and skipped.
 SKIPPED = (31,)
 
-#: Form of recordings whose datagrams are in envelopes, see `final_format`.
-FINAL_FORMAT = "final"
+#: Forms of recordings. The datagrams of `FINAL_FORMAT` are in envelopes, see `final_format`.
+BLOCKS, GPS, CAPTURE, REPLAY_FILE, FINAL_FORMAT = "blocks", "gps", "capture", "rply", "final"
 
 
 @dataclass(frozen=True)
@@ -148,33 +148,77 @@ def read_datagrams(path: Path) -> tuple[Blocks, Datagrams]:
 
 def _read(path: Path) -> tuple[Blocks, Datagrams | None]:
     """Return the blocks, and the recorded datagrams, if any."""
-    data = _octets(path)
+    data = read_octets(path)
+    return split_octets(path, data, form_of(path, data))
+
+
+def form_of(path: Path, data: NDArray[np.uint8]) -> str:
+    """Return the form of a file.
+
+    Parameters
+    ----------
+    path : Path
+        The file; only its suffix is used.
+    data : uint8[b]
+        Its octets, or the first of them.
+
+    Returns
+    -------
+    str
+        As `Blocks.form`.
+    """
     if capture.is_capture(data):
-        return _from_capture(path, data)
+        return CAPTURE
     # First: its headers may look like those of a replay file.
     if is_final_format(data):
-        return _from_final_format(path, data)
+        return FINAL_FORMAT
     if is_replay_file(data):
+        return REPLAY_FILE
+    return GPS if _is_gps(path, data) else BLOCKS
+
+
+def split_octets(path: Path, data: NDArray[np.uint8], form: str) -> tuple[Blocks, Datagrams | None]:
+    """Split octets of a file into blocks.
+
+    Parameters
+    ----------
+    path : Path
+        The file; only its name is used.
+    data : uint8[b]
+        Its octets.
+    form : str
+        Its form, see `form_of`.
+
+    Returns
+    -------
+    Blocks
+        Its blocks and gaps.
+    Datagrams or None
+        The recorded datagrams, if any.
+    """
+    if form == CAPTURE:
+        return _from_capture(path, data)
+    if form == FINAL_FORMAT:
+        return _from_final_format(path, data)
+    if form == REPLAY_FILE:
         return _from_replay_file(path, data)
-    return _without_datagrams(path, data), None
+    return _without_datagrams(path, data, form), None
 
 
-def _without_datagrams(path: Path, data: NDArray[np.uint8]) -> Blocks:
-    if _is_gps(path, data):
-        begins, ends, gaps = split(data, _HEADER, _TRAILER)
-        trailers = ends[:, None] + np.arange(_TRAILER)[_RECEPTION]
+def _without_datagrams(path: Path, data: NDArray[np.uint8], form: str) -> Blocks:
+    if form == GPS:
+        begins, ends, gaps = split(data, GPS_HEADER, GPS_TRAILER)
+        trailers = ends[:, None] + np.arange(GPS_TRAILER)[_RECEPTION]
         received = data[trailers].astype(np.int64) @ np.array([1 << 16, 1 << 8, 1]) / _TICKS_PER_S
-        framing = _HEADER + _TRAILER * len(begins)
+        framing = GPS_HEADER + GPS_TRAILER * len(begins)
         cut = _cut(data, begins, gaps)
         return Blocks(
-            path.name, len(data), "gps", data, begins, ends, begins, received, gaps, framing, cut
+            path.name, len(data), form, data, begins, ends, begins, received, gaps, framing, cut
         )
     begins, ends, gaps = split(data, 0, 0)
     received = np.full(len(begins), np.nan)
     cut = _cut(data, begins, gaps)
-    return Blocks(
-        path.name, len(data), "blocks", data, begins, ends, begins, received, gaps, 0, cut
-    )
+    return Blocks(path.name, len(data), form, data, begins, ends, begins, received, gaps, 0, cut)
 
 
 def _cut(
@@ -191,16 +235,37 @@ def _cut(
     return length if length > there else 0
 
 
-def _octets(path: Path) -> NDArray[np.uint8]:
+def read_octets(path: Path, offset: int = 0, count: int = -1) -> NDArray[np.uint8]:
+    """Read octets of a file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    offset : int
+        First octet.
+    count : int
+        Maximum number of octets; -1: all.
+
+    Returns
+    -------
+    uint8[b]
+        The octets.
+
+    Raises
+    ------
+    LayoutError
+        The file cannot be read or is compressed.
+    """
     if path.exists() and not path.is_file():
         msg = f"{path}: expected a file, was something else"
         raise LayoutError(msg)
     try:
-        data = np.fromfile(path, dtype=np.uint8)
+        data = np.fromfile(path, dtype=np.uint8, offset=offset, count=count)
     except OSError as error:
         msg = f"{path}: cannot be read: {error.strerror}"
         raise LayoutError(msg) from error
-    if data[:3].tobytes() == _GZIP:
+    if not offset and data[:3].tobytes() == _GZIP:
         msg = f"{path}: expected a recording, was compressed by gzip; decompress it first"
         raise LayoutError(msg)
     return data
@@ -208,13 +273,13 @@ def _octets(path: Path) -> NDArray[np.uint8]:
 
 def _is_gps(path: Path, data: NDArray[np.uint8]) -> bool:
     """Return whether a file has the header or, by its name only, whether that fits better."""
-    if len(data) < _HEADER:
+    if len(data) < GPS_HEADER:
         return False
-    if bool((data[:_HEADER] == _HEADER_OCTET).all()):
+    if bool((data[:GPS_HEADER] == _HEADER_OCTET).all()):
         return True
     if path.suffix.lower() != ".gps":
         return False
-    as_gps, as_blocks = (split(data, *form)[2] for form in ((_HEADER, _TRAILER), (0, 0)))
+    as_gps, as_blocks = (split(data, *form)[2] for form in ((GPS_HEADER, GPS_TRAILER), (0, 0)))
     return sum(octets for _, octets, _ in as_gps) < sum(octets for _, octets, _ in as_blocks)
 
 
@@ -322,7 +387,7 @@ def blocks_of_datagrams(
 
 def _from_capture(path: Path, data: NDArray[np.uint8]) -> tuple[Blocks, Datagrams]:
     datagrams, offsets, gaps, framing = capture.datagrams(data, path.name)
-    blocks, _cut = blocks_of_datagrams(datagrams, offsets, path.name, "capture")
+    blocks, _cut = blocks_of_datagrams(datagrams, offsets, path.name, CAPTURE)
     blocks = replace(
         blocks,
         size=len(data),
@@ -334,7 +399,7 @@ def _from_capture(path: Path, data: NDArray[np.uint8]) -> tuple[Blocks, Datagram
 
 def _from_replay_file(path: Path, data: NDArray[np.uint8]) -> tuple[Blocks, Datagrams]:
     datagrams, gaps, framing = read_replay_file(data)
-    blocks, _cut = blocks_of_datagrams(datagrams, datagrams.begins, path.name, "rply")
+    blocks, _cut = blocks_of_datagrams(datagrams, datagrams.begins, path.name, REPLAY_FILE)
     blocks = replace(
         blocks,
         size=len(data),

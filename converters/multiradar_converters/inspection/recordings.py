@@ -1,0 +1,128 @@
+"""Inspection of several recordings as one, each by its form."""
+
+import gzip
+import zlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from multiradar_converters.asterix.decoding.editions import Editions
+from multiradar_converters.errors import LayoutError
+from multiradar_converters.inspection.asterix_input import DETAILED_OCTETS_MAX, inspect_asterix
+from multiradar_converters.inspection.survey import Survey
+from multiradar_converters.inspection.text_inputs import inspect_adsb, inspect_dump
+
+_HEAD = 4096
+_GZIP = b"\x1f\x8b"
+_PARQUET = b"PAR1"
+_TEXT = frozenset(b"\t\n\r") | frozenset(range(0x20, 0x7F)) | frozenset(range(0x80, 0x100))
+_BOM = b"\xef\xbb\xbf"
+
+
+@dataclass(frozen=True)
+class InspectionOptions:
+    """Options of an inspection.
+
+    Attributes
+    ----------
+    editions : Editions
+        Selected editions; found ones are added.
+    detailed_octets_max : int
+        ASTERIX recordings of more octets are sampled for the figures of plots.
+    """
+
+    editions: Editions = field(default_factory=Editions)
+    detailed_octets_max: int = DETAILED_OCTETS_MAX
+
+
+def inspect(
+    files: Sequence[Path], options: InspectionOptions, advance: Callable[[int], None]
+) -> Survey:
+    """Inspect recordings.
+
+    Parameters
+    ----------
+    files : sequence of Path
+        ASTERIX recordings and ADS-B trajectories in order of time, and folders of text dumps.
+    options : InspectionOptions
+        Options.
+    advance : callable
+        Called with octets read, from time to time.
+
+    Returns
+    -------
+    Survey
+        What they contain.
+
+    Raises
+    ------
+    LayoutError
+        A file cannot be read, or is no recording.
+    """
+    survey = Survey()
+    forms = {path: _form(path) for path in files}
+    octets = sum(path.stat().st_size for path, form in forms.items() if form == "asterix")
+    every = max(1, -(-octets // options.detailed_octets_max))
+    survey.sampled = 1.0 / every
+    for path, form in forms.items():
+        if form == "asterix":
+            inspect_asterix(path, survey, options.editions, advance, every)
+        elif form == "dump":
+            inspect_dump(path, survey, advance)
+        else:
+            inspect_adsb(path, survey, advance)
+    return survey
+
+
+def _form(path: Path) -> str:
+    """Return asterix, adsb or dump.
+
+    Raises
+    ------
+    LayoutError
+        The path is nothing that can be inspected.
+    """
+    if path.is_dir():
+        if (path / "measurements.parquet").exists():
+            msg = (
+                f"{path}: already converted, its report.json has the counts; inspect the recording "
+                "that it was made from"
+            )
+            raise LayoutError(msg)
+        return "dump"
+    head = _head(path)
+    if not head:
+        msg = f"{path}: expected a recording, was an empty file"
+        raise LayoutError(msg)
+    if head.startswith(_PARQUET):
+        msg = f"{path}: a table, already converted; inspect the recording that it was made from"
+        raise LayoutError(msg)
+    packed = head.startswith(_GZIP)
+    text = _unpacked(head) if packed else head
+    if not _is_text(text):
+        # The reader of ASTERIX rejects compressed files.
+        return "asterix"
+    if path.name in ("plots.txt", "tracks.txt", "plots_ads.txt"):
+        msg = f"{path}: one of the files of a text dump; give its directory {path.parent}"
+        raise LayoutError(msg)
+    return "adsb"
+
+
+def _head(path: Path) -> bytes:
+    try:
+        with path.open("rb") as file:
+            return file.read(_HEAD)
+    except OSError as error:
+        msg = f"{path}: cannot be read: {error.strerror}"
+        raise LayoutError(msg) from error
+
+
+def _unpacked(head: bytes) -> bytes:
+    try:
+        return zlib.decompressobj(wbits=31).decompress(head)
+    except (zlib.error, gzip.BadGzipFile):
+        return b""
+
+
+def _is_text(head: bytes) -> bool:
+    return bool(head) and all(octet in _TEXT for octet in head.removeprefix(_BOM))

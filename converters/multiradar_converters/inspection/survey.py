@@ -1,0 +1,108 @@
+"""What recordings contain: accounts of their files, and figures of their sensors."""
+
+from collections import Counter
+from dataclasses import dataclass, field
+
+from multiradar_converters.inspection.sensor_figures import SensorFigures
+
+#: Name of a sensor in the recording, and kind of its measurements.
+SensorKey = tuple[str, str]
+
+
+@dataclass
+class FileSurvey:
+    """Account of a file.
+
+    Attributes
+    ----------
+    file, form : str
+        Its name and form.
+    size : int
+        Its octets.
+    unit : str
+        What `rejected_octets` and the records of a text are counted in: octets or lines.
+    read, rejected, duplicates : int
+        Records; an undecodable block counts as one.
+    octets : Counter
+        Octets by disposition: framing, decoded, skipped, quarantined; of text only its size.
+    reasons : Counter
+        Rejected records, by code and reason.
+    first_s, last_s : float
+        Times of its records, s.
+    """
+
+    file: str
+    form: str
+    size: int
+    read: int = 0
+    rejected: int = 0
+    duplicates: int = 0
+    octets: Counter[str] = field(default_factory=Counter)
+    reasons: Counter[tuple[str, str]] = field(default_factory=Counter)
+
+    def unreadable(self) -> bool:
+        """Return whether more than half of the file could not be read."""
+        if self.octets:
+            return 2 * self.octets["quarantined"] > self.size
+        return 2 * self.rejected > self.read
+
+
+@dataclass
+class CategoryFigures:
+    """Records of an ASTERIX category of a sensor, their edition, and items in them."""
+
+    records: int = 0
+    edition: str = ""
+    items: Counter[str] = field(default_factory=Counter)
+
+
+@dataclass
+class Antenna:
+    """Antenna of a radar by its service messages: scan period, s (NaN: none), and site."""
+
+    north_marks: int
+    sectors: int
+    period_s: float
+    site: tuple[float, float, float] | None
+
+
+@dataclass
+class Survey:
+    """What recordings contain.
+
+    Attributes
+    ----------
+    files : list of FileSurvey
+        Accounts of the files.
+    categories : dict
+        ASTERIX records by category and sensor.
+    sensors : dict
+        Figures by sensor.
+    antennas : dict
+        Antennas by the name of the radar.
+    unknown_editions : list of str
+        Why sources were quarantined as a whole.
+    system_tracks : int
+        Updates of system tracks of another tracker.
+    sampled : float
+        Fraction of the octets from which the figures of plots are.
+    dates : Counter
+        Days since 1970 of the first records, where the recording has dates; by file.
+    """
+
+    files: list[FileSurvey] = field(default_factory=list)
+    categories: dict[tuple[int, str], CategoryFigures] = field(default_factory=dict)
+    sensors: dict[SensorKey, SensorFigures] = field(default_factory=dict)
+    antennas: dict[str, Antenna] = field(default_factory=dict)
+    unknown_editions: list[str] = field(default_factory=list)
+    system_tracks: int = 0
+    sampled: float = 1.0
+    start_s: float | None = None
+
+    def sensor(self, key: SensorKey) -> SensorFigures:
+        """Return the figures of a sensor, new ones for a new sensor."""
+        return self.sensors.setdefault(key, SensorFigures())
+
+    def category(self, category: int, sensor: str) -> CategoryFigures:
+        """Return the figures of a category of a sensor."""
+        return self.categories.setdefault((category, sensor), CategoryFigures())

@@ -1,0 +1,134 @@
+"""What recordings contain, as `multiradar inspect --json` prints it."""
+
+from typing import Annotated, Any
+
+from multiradar_schemas.base import Record, described
+from multiradar_schemas.report import Count, Counts
+
+_TIME_UNIT = "s"
+
+
+def _number(description: str, unit: str, absent: str = "never") -> Any:
+    return described(description, unit=unit, source="recording", absent=absent)
+
+
+def _text(description: str, absent: str = "never") -> Any:
+    return described(description, unit="text", source="recording", absent=absent)
+
+
+class InspectedFile(Record):
+    """A file of a recording."""
+
+    file: Annotated[str, _text("Its name")]
+    form: Annotated[str, _text("Form of the file, such as `gps`, `capture` or `text: plots`")]
+    bytes: Annotated[Count, _number("Its size", "byte")]
+    read: Annotated[Count, _number("Records, and stretches that are none", "1")]
+    rejected: Annotated[Count, _number("Of these, undecodable or implausible ones", "1")]
+    quarantined_bytes: Annotated[
+        Count | None, _number("Octets in no record", "byte", "the form is text")
+    ] = None
+
+
+class InspectedRejects(Record):
+    """Rejected records of one reason."""
+
+    file: Annotated[str, _text("The file")]
+    code: Annotated[str, _text("Code of the reason")]
+    reason: Annotated[str, _text("The reason")]
+    count: Annotated[Count, _number("Rejected records", "1")]
+
+
+class InspectedCategory(Record):
+    """Records of an ASTERIX category of a sensor."""
+
+    category: Annotated[str, _text("Category, three digits")]
+    sensor: Annotated[str, _text("`SAC-SIC`")]
+    edition: Annotated[str, _text("Newest edition that fits; empty if not known")]
+    records: Annotated[Count, _number("Records", "1")]
+
+
+class InspectedGap(Record):
+    """A time without reports of a sensor."""
+
+    first_s: Annotated[float, _number("Begin", _TIME_UNIT)]
+    duration_s: Annotated[float, _number("Duration", _TIME_UNIT)]
+
+
+class InspectedSite(Record):
+    """Position of a sensor."""
+
+    latitude_deg: Annotated[float, _number("Latitude, WGS 84", "degree")]
+    longitude_deg: Annotated[float, _number("Longitude, WGS 84", "degree")]
+    height_m: Annotated[float, _number("Height of the antenna", "m")]
+    sigma_m: Annotated[
+        float | None, _number("Standard deviation of each axis", "m", "the position is not solved")
+    ] = None
+    source: Annotated[str, _text("Where the position is from")]
+
+
+class InspectedSensor(Record):
+    """Reports of a sensor; fractions are of its measurements."""
+
+    sensor_id: Annotated[str, _text("As the conversion names it")]
+    kind: Annotated[str, _text("radar, mlat or adsb")]
+    reports: Annotated[Count, _number("Target reports", "1")]
+    measurements: Annotated[Count, _number("Reports of aircraft in the figures", "1")]
+    duplicates: Annotated[Count, _number("Reports equal to another one within 1 s", "1")]
+    left_out: Annotated[
+        dict[str, Count], _number("Reports that are no measurements of aircraft, by reason", "1")
+    ]
+    first_s: Annotated[float | None, _number("First time", _TIME_UNIT, "no report has a time")]
+    last_s: Annotated[float | None, _number("Last time", _TIME_UNIT, "no report has a time")]
+    mean_per_s: Annotated[float | None, _number("Mean rate of reports", "1/s", "no times")]
+    max_per_s: Annotated[float | None, _number("Maximum rate in a second", "1/s", "no times")]
+    gaps: Annotated[Count, _number("Times without reports", "1")]
+    longest_gaps: Annotated[list[InspectedGap], _number("The longest of these, by time", "gaps")]
+    scan_period_s: Annotated[
+        float | None, _number("Scan period", _TIME_UNIT, "not a radar, or no rotation found")
+    ]
+    scan_period_source: Annotated[
+        str, _text("What the scan period is from, or why there is none; empty unless a radar")
+    ]
+    range_min_m: Annotated[float | None, _number("Least slant range", "m", "no ranges")]
+    range_max_m: Annotated[float | None, _number("Greatest slant range", "m", "no ranges")]
+    empty_sectors_deg: Annotated[
+        list[int], _number("Begin of sectors of 10° without plots, clockwise", "degree")
+    ]
+    height_min_m: Annotated[float | None, _number("Least height", "m", "no heights")]
+    height_median_m: Annotated[float | None, _number("Median height", "m", "no heights")]
+    height_max_m: Annotated[float | None, _number("Greatest height", "m", "no heights")]
+    aircraft: Annotated[Count, _number("Distinct addresses; codes where there are none", "1")]
+    located_fraction: Annotated[
+        float | None, _number("With range and azimuth, or a position", "1", "no measurements")
+    ]
+    mode_s_fraction: Annotated[float | None, _number("With an address", "1", "no measurements")]
+    mode_3a_fraction: Annotated[float | None, _number("With a code", "1", "no measurements")]
+    height_fraction: Annotated[float | None, _number("With a height", "1", "no measurements")]
+    on_ground_fraction: Annotated[float | None, _number("On the ground", "1", "no measurements")]
+    registers: Annotated[
+        dict[str, Count],
+        _number("Reports with each BDS register, such as `4,0`; `any`: with at least one", "1"),
+    ]
+    site: Annotated[InspectedSite | None, _number("Its position", "site", "not known")] = None
+
+
+class Inspection(Record):
+    """What recordings contain."""
+
+    version: Annotated[str, described("Version of the program", unit="text", source="run")]
+    counts: Annotated[Counts, _number("Sum over all files", "counts")]
+    files: Annotated[list[InspectedFile], _number("The files", "files")]
+    rejects: Annotated[list[InspectedRejects], _number("Rejected records by reason", "rejects")]
+    categories: Annotated[list[InspectedCategory], _number("ASTERIX records", "categories")]
+    unknown_editions: Annotated[list[str], _text("Sources that fit no known edition, and why")]
+    first_s: Annotated[float | None, _number("First time of a report", _TIME_UNIT, "no times")]
+    last_s: Annotated[float | None, _number("Last time of a report", _TIME_UNIT, "no times")]
+    date: Annotated[
+        str | None, _text("First day by the recorder's clock", "the recorder notes no date")
+    ]
+    sampled_fraction: Annotated[
+        float, _number("Fraction of the octets from which `measurements` and what follows are", "1")
+    ]
+    system_tracks: Annotated[Count, _number("Updates of system tracks of another tracker", "1")]
+    sensors: Annotated[list[InspectedSensor], _number("The sensors", "sensors")]
+    sensors_toml: Annotated[str, _text("Suggestion for `sensors.toml`")]

@@ -1,0 +1,1 @@
+"""`multiradar inspect`: what recordings contain, before they are converted."""

@@ -1,0 +1,122 @@
+"""`multiradar inspect`: what recordings contain, as text, JSON or one HTML page."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from multiradar.cli.compiling import compile_kernels
+from multiradar.cli.conversion.outcome import bytes_bar, conversion_errors
+from multiradar.cli.options import JsonOption
+from multiradar.errors import InputError
+
+if TYPE_CHECKING:
+    from multiradar_schemas.inspection import Inspection
+
+_WIDTH = 160
+
+INSPECT_HELP = (
+    "Inspect recordings before conversion.\n\n"
+    "FILE… are ASTERIX recordings of any form and ADS-B trajectories, in order of time, or "
+    "directories of text dumps; together they are one recording. Output: categories and editions, "
+    "sensors, times, gaps, rates, duplicates, coverage, identity, BDS registers, rejected records "
+    "with their reasons, and a suggestion for sensors.toml. Nothing is written without an option."
+)
+
+
+def inspect(
+    files: Annotated[
+        list[Path],
+        typer.Argument(metavar="FILE…", help="Recordings.", show_default=False),
+    ],
+    *,
+    toml: Annotated[
+        Path | None,
+        typer.Option(
+            "--toml",
+            metavar="FILE",
+            help="Write the suggested sensors.toml; must not exist.",
+            show_default=False,
+        ),
+    ] = None,
+    edition: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="[SAC-SIC/]CATEGORY=EDITION",
+            help="Edition of a category, as for `convert asterix`; repeatable.",
+            show_default="the newest that fits",
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Inspect recordings before conversion."""
+    from rich.console import Console
+
+    from multiradar.cli.inspection.tables import inspection_document
+    from multiradar.cli.terminal.report_tables import print_document
+    from multiradar_converters.asterix.decoding.editions import parse_editions
+    from multiradar_converters.errors import ProfileError
+    from multiradar_converters.inspection.document import inspection_of, stated_sites
+    from multiradar_converters.inspection.recordings import InspectionOptions
+    from multiradar_converters.inspection.recordings import inspect as survey_files
+
+    try:
+        editions = parse_editions(edition or [])
+    except ProfileError as error:
+        raise typer.BadParameter(str(error), param_hint="--edition") from error
+    _check_new(toml)
+    compile_kernels(["convert asterix"])
+    with conversion_errors(), bytes_bar(_octets(files)) as advance:
+        survey = survey_files(files, InspectionOptions(editions), advance)
+    found = inspection_of(survey, stated_sites(survey))
+    if toml is not None:
+        toml.write_text(found.sensors_toml, encoding="utf-8")
+    if as_json:
+        print(found.model_dump_json(indent=1))
+    else:
+        document = inspection_document(found, _command(files))
+        # Tables are not cut where they are read by a program.
+        width = None if sys.stdout.isatty() else _WIDTH
+        print_document(document, Console(highlight=False, markup=False, width=width))
+    _fail_when_unreadable(found)
+
+
+def _octets(files: list[Path]) -> int:
+    parts = [part for path in files for part in (path.iterdir() if path.is_dir() else (path,))]
+    return sum(part.stat().st_size for part in parts if part.is_file())
+
+
+def _command(files: list[Path]) -> str:
+    return " ".join(["multiradar inspect", *map(str, files)])
+
+
+def _check_new(path: Path | None) -> None:
+    if path is not None and path.exists():
+        msg = f"{path}: already exists; choose another file or remove it"
+        raise InputError(msg)
+
+
+def _fail_when_unreadable(found: "Inspection") -> None:
+    """Exit with status 1 where most of the recordings is unreadable.
+
+    Raises
+    ------
+    InputError
+        With the most frequent reason.
+    """
+    for one in found.files:
+        part, whole, unit = one.rejected, one.read, "records"
+        if one.quarantined_bytes is not None:
+            part, whole, unit = one.quarantined_bytes, one.bytes, "octets"
+        if 2 * part > whole:
+            reasons = [each for each in found.rejects if each.file == one.file]
+            msg = (
+                f"{one.file}: {part / whole:.0%} of its {unit} could not be read: "
+                f"{reasons[0].reason or reasons[0].code}"
+            )
+            raise InputError(msg)
+    if not found.sensors and not found.categories and not found.system_tracks:
+        names = ", ".join(one.file for one in found.files)
+        msg = f"{names}: no record was found; expected ASTERIX, a text dump or ADS-B trajectories"
+        raise InputError(msg)

@@ -1,0 +1,249 @@
+"""The tables and notes of an inspection, for the terminal and the HTML page."""
+
+from collections.abc import Sequence
+
+from multiradar.report.content import Document, Plot, Table, Value
+from multiradar.report.times import clock_text, time_text
+from multiradar_schemas.inspection import InspectedSensor, Inspection
+
+_KILOMETRE_M = 1000.0
+_REGISTERS = ("4,0", "5,0", "6,0")
+_SECTOR_DEG = 10
+#: Intervals of azimuth in a cell.
+_INTERVALS_MAX = 2
+#: Rows of the table of rejects.
+_REJECTS_MAX = 20
+
+
+def inspection_document(found: Inspection, command: str, plots: Sequence[Plot] = ()) -> Document:
+    """Return an inspection as a report.
+
+    Parameters
+    ----------
+    found : Inspection
+        What the recordings contain.
+    command : str
+        The command line.
+    plots : sequence of Plot
+        Plots of the page.
+
+    Returns
+    -------
+    Document
+        Tables without rows are omitted.
+    """
+    tables = (
+        _sensors(found),
+        _identity(found),
+        _coverage(found),
+        _files(found),
+        _categories(found),
+        _registers(found),
+        _gaps(found),
+        _sites(found),
+        _rejects(found),
+    )
+    return Document(
+        title=f"Recording: {', '.join(one.file for one in found.files)}",
+        summary=_summary(found),
+        command=command,
+        tables=[table for table in tables if table.rows],
+        plots=plots,
+        notes=_notes(found),
+    )
+
+
+def _summary(found: Inspection) -> str:
+    counts = found.counts
+    text = (
+        f"read {counts.read:,} records: accepted {counts.accepted:,}, rejected "
+        f"{counts.rejected:,}, duplicate {counts.duplicate:,}; {len(found.sensors)} sensors"
+    )
+    if found.first_s is None or found.last_s is None:
+        return f"{text}; times: none"
+    return f"{text}; times: {time_text(found.first_s)} to {time_text(found.last_s)}"
+
+
+def _percent(fraction: float | None) -> str | None:
+    return None if fraction is None else f"{fraction:.1%}"
+
+
+def _kilometres(metres: float | None) -> str | None:
+    return None if metres is None else f"{metres / _KILOMETRE_M:.1f}"
+
+
+def _metres(metres: float | None) -> str | None:
+    return None if metres is None else f"{metres:.0f}"
+
+
+def _time(time_s: float | None) -> str | None:
+    return None if time_s is None else clock_text(time_s)
+
+
+def _sensors(found: Inspection) -> Table:
+    rows: list[tuple[Value, ...]] = [
+        (
+            one.sensor_id,
+            one.kind,
+            f"{one.reports:,}",
+            f"{one.duplicates:,}",
+            _time(one.first_s),
+            _time(one.last_s),
+            None if one.mean_per_s is None else f"{one.mean_per_s:.2f}",
+            None if one.scan_period_s is None else f"{one.scan_period_s:.3f}",
+        )
+        for one in found.sensors
+    ]
+    header = ("sensor", "kind", "reports", "duplicate", "from", "to", "per s", "scan, s")
+    return Table("Sensors", header, tuple(rows))
+
+
+def _identity(found: Inspection) -> Table:
+    rows: list[tuple[Value, ...]] = [
+        (
+            one.sensor_id,
+            f"{one.aircraft:,}",
+            _percent(one.mode_s_fraction),
+            _percent(one.mode_3a_fraction),
+            _percent(one.located_fraction),
+            _percent(one.on_ground_fraction),
+            ", ".join(f"{name} {count:,}" for name, count in one.left_out.items()) or None,
+        )
+        for one in found.sensors
+    ]
+    header = (
+        "sensor", "aircraft", "Mode S", "Mode 3/A", "located", "on ground", "left out",
+    )  # fmt: skip
+    return Table("Measurements", header, tuple(rows))
+
+
+def _coverage(found: Inspection) -> Table:
+    rows: list[tuple[Value, ...]] = [
+        (
+            one.sensor_id,
+            _kilometres(one.range_min_m),
+            _kilometres(one.range_max_m),
+            _sectors(one),
+            _percent(one.height_fraction),
+            _metres(one.height_min_m),
+            _metres(one.height_median_m),
+            _metres(one.height_max_m),
+        )
+        for one in found.sensors
+    ]
+    header = (
+        "sensor", "range, km", "to, km", "no plots at", "height", "from, m", "median, m", "to, m",
+    )  # fmt: skip
+    return Table("Coverage", header, tuple(rows))
+
+
+def _sectors(one: InspectedSensor) -> str | None:
+    """Return the sectors without plots as intervals."""
+    if one.range_max_m is None:
+        return None
+    intervals: list[list[int]] = []
+    for begin in one.empty_sectors_deg:
+        if intervals and intervals[-1][1] == begin:
+            intervals[-1][1] = begin + _SECTOR_DEG
+        else:
+            intervals.append([begin, begin + _SECTOR_DEG])
+    texts = [f"{begin}–{end}°" for begin, end in intervals[:_INTERVALS_MAX]]
+    return ", ".join([*texts, *(["…"] if len(intervals) > _INTERVALS_MAX else [])]) or "none"
+
+
+def _files(found: Inspection) -> Table:
+    rows: list[tuple[Value, ...]] = [
+        (
+            one.file,
+            one.form,
+            f"{one.bytes:,}",
+            f"{one.read:,}",
+            f"{one.rejected:,}",
+            None if one.quarantined_bytes is None else f"{one.quarantined_bytes:,}",
+        )
+        for one in found.files
+    ]
+    header = ("file", "form", "octets", "records", "rejected", "octets quarantined")
+    return Table("Files", header, tuple(rows))
+
+
+def _categories(found: Inspection) -> Table:
+    rows: list[tuple[Value, ...]] = [
+        (one.category, one.sensor, one.edition or None, f"{one.records:,}")
+        for one in found.categories
+    ]
+    return Table("ASTERIX records", ("category", "sensor", "edition", "records"), tuple(rows))
+
+
+def _registers(found: Inspection) -> Table:
+    rows: list[tuple[Value, ...]] = []
+    for one in found.sensors:
+        if not one.registers:
+            continue
+        others = ", ".join(
+            f"{name} {count:,}"
+            for name, count in one.registers.items()
+            if name not in {*_REGISTERS, "any"}
+        )
+        counts = (f"{one.registers.get(name, 0):,}" for name in ("any", *_REGISTERS))
+        rows.append((one.sensor_id, f"{one.reports:,}", *counts, others or None))
+    header = ("sensor", "reports", "with any", *(f"BDS {name}" for name in _REGISTERS), "others")
+    return Table("BDS registers", header, tuple(rows))
+
+
+def _gaps(found: Inspection) -> Table:
+    rows: list[tuple[Value, ...]] = [
+        (one.sensor_id, time_text(gap.first_s), f"{gap.duration_s:.0f}", f"of {one.gaps}")
+        for one in found.sensors
+        for gap in one.longest_gaps
+    ]
+    header = ("sensor", "from", "s", "gaps of the sensor")
+    return Table("Times without reports", header, tuple(rows))
+
+
+def _sites(found: Inspection) -> Table:
+    rows: list[tuple[Value, ...]] = [
+        (
+            one.sensor_id,
+            None if one.site is None else f"{one.site.latitude_deg:.6f}",
+            None if one.site is None else f"{one.site.longitude_deg:.6f}",
+            None if one.site is None else f"{one.site.height_m:.0f}",
+            None if one.site is None else _metres(one.site.sigma_m),
+            "to be given: not in the recording" if one.site is None else one.site.source,
+        )
+        for one in found.sensors
+        if one.kind == "radar"
+    ]
+    header = ("radar", "latitude, °", "longitude, °", "height, m", "sigma, m", "from")
+    return Table("Sites", header, tuple(rows))
+
+
+def _rejects(found: Inspection) -> Table:
+    rows: list[tuple[Value, ...]] = [
+        (one.file, one.code, f"{one.count:,}", one.reason or None)
+        for one in found.rejects[:_REJECTS_MAX]
+    ]
+    more = len(found.rejects) - _REJECTS_MAX
+    return Table(
+        "Rejected",
+        ("file", "code", "records", "reason"),
+        tuple(rows),
+        f"{more} further reasons" if more > 0 else "",
+    )
+
+
+def _notes(found: Inspection) -> list[str]:
+    notes = list(found.unknown_editions)
+    if found.sampled_fraction < 1.0:
+        notes.append(
+            f"Figures of aircraft, coverage and registers are of {found.sampled_fraction:.1%} of "
+            "the recording; all other figures are of the whole."
+        )
+    if found.date is not None:
+        notes.append(f"By the recorder's clock the first day is {found.date}: convert with --date.")
+    if found.system_tracks:
+        notes.append(f"{found.system_tracks:,} updates of system tracks of another tracker.")
+    missing = [one.sensor_id for one in found.sensors if one.kind == "radar" and one.site is None]
+    if missing:
+        notes.append(f"No site is known of {', '.join(missing)}.")
+    return notes

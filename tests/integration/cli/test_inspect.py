@@ -1,0 +1,89 @@
+"""`multiradar inspect` as a user calls it: output, files and exit status."""
+
+from pathlib import Path
+
+import pytest
+
+from multiradar.cli.main import EXIT_DONE, EXIT_FAILED, EXIT_USAGE, run
+from multiradar_schemas.inspection import Inspection
+from support.asterix.octets import block, plot_048
+from support.asterix.old_edition import old_system_tracks
+
+BEGIN_S = 28_800.0
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Path:
+    path = tmp_path / "radar.ast"
+    plots = [plot_048(BEGIN_S + k, azimuth_deg=90.0 * (k % 4)) for k in range(200)]
+    path.write_bytes(b"".join(block(48, one) for one in plots))
+    return path
+
+
+def test_json_is_the_documented_model(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["inspect", str(recording), "--json"]) == EXIT_DONE
+    found = Inspection.model_validate_json(capsys.readouterr().out)
+    assert found.counts.read == found.counts.accepted == 200
+    (sensor,) = found.sensors
+    assert (sensor.sensor_id, sensor.kind, sensor.mode_s_fraction) == ("20-130", "radar", 1.0)
+    assert sensor.scan_period_s == pytest.approx(4.0, abs=0.01)
+    assert 'id = "20-130"' in found.sensors_toml
+
+
+def test_the_text_names_sensor_category_and_site(
+    recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["inspect", str(recording)]) == EXIT_DONE
+    text = capsys.readouterr().out
+    for words in ("20-130", "048", "08:00:00 to 08:03:19", "No site is known of 20-130"):
+        assert words in text
+
+
+def test_the_suggestion_is_written_once(recording: Path, tmp_path: Path) -> None:
+    suggestion = tmp_path / "sensors.toml"
+    assert run(["inspect", str(recording), "--toml", str(suggestion)]) == EXIT_DONE
+    assert "sac = 20" in suggestion.read_text(encoding="utf-8")
+    assert run(["inspect", str(recording), "--toml", str(suggestion)]) == EXIT_FAILED
+
+
+def test_several_files_are_one_recording(
+    recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    second = tmp_path / "later.ast"
+    second.write_bytes(block(48, plot_048(BEGIN_S + 300.0)))
+    assert run(["inspect", str(recording), str(second), "--json"]) == EXIT_DONE
+    found = Inspection.model_validate_json(capsys.readouterr().out)
+    assert len(found.files) == 2
+    assert [one.reports for one in found.sensors] == [201]
+    assert found.sensors[0].gaps == 1
+
+
+def test_a_mostly_unreadable_recording_fails_with_the_reason(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "old.ast"
+    path.write_bytes(b"".join(old_system_tracks(60)))
+    assert run(["inspect", str(path)]) == EXIT_FAILED
+    error = capsys.readouterr().err
+    assert "old.ast: 100% of its octets could not be read" in error
+    assert "no known edition" in error
+
+
+@pytest.mark.parametrize("content", [b"", bytes(4000), b"PAR1" + bytes(90), b"\x1f\x8b\x08abc"])
+def test_what_is_no_recording_fails_in_one_sentence(
+    content: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "file"
+    path.write_bytes(content)
+    assert run(["inspect", str(path)]) == EXIT_FAILED
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("multiradar: ")
+
+
+def test_wrong_usage() -> None:
+    assert run(["inspect", "--edition", "nonsense", "file"]) == EXIT_USAGE
+
+
+def test_a_missing_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["inspect", str(tmp_path / "nothing")]) == EXIT_FAILED
+    assert "No such file" in capsys.readouterr().err

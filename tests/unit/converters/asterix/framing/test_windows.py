@@ -1,0 +1,62 @@
+"""Recordings that are read in windows have the blocks of those that are read as a whole."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from multiradar_converters.asterix.framing.containers import Blocks, read_blocks
+from multiradar_converters.asterix.framing.windows import block_windows
+from support.asterix.octets import block, datagram, final_format, gps, pcap, plot_048, rply
+
+WINDOW = 1 << 18
+COUNT = 30_000
+
+
+def blocks() -> list[bytes]:
+    return [block(48, plot_048(28_800 + number / 32)) for number in range(COUNT)]
+
+
+def recordings() -> dict[str, bytes]:
+    some = blocks()
+    times = [28_800 + number / 32 for number in range(COUNT)]
+    damaged = [one if number % 97 else bytes(300) for number, one in enumerate(some)]
+    return {
+        "blocks": b"".join(some),
+        "damaged": b"".join(damaged),
+        "gps": gps(zip(times, some, strict=True)),
+        "final": final_format(zip(times, some, strict=True)),
+        "rply": rply((100, one) for one in some),
+        "capture": pcap((1.6e9 + t, datagram(one)) for t, one in zip(times, some, strict=True)),
+        "cut": pcap((1.6e9 + t, datagram(one)) for t, one in zip(times, some, strict=True))[:-7],
+    }
+
+
+def octets(parts: list[Blocks]) -> int:
+    return sum(
+        int((one.ends - one.begins).sum()) + one.framing + sum(n for _, n, _ in one.gaps)
+        for one in parts
+    )
+
+
+@pytest.mark.parametrize("form", recordings())
+def test_windows_have_the_blocks_of_the_whole(form: str, tmp_path: Path) -> None:
+    path = tmp_path / "recording"
+    path.write_bytes(recordings()[form])
+    whole, parts = read_blocks(path), list(block_windows(path, WINDOW))
+    assert len(parts) > 2
+    assert {one.form for one in parts} == {whole.form}
+    for name in ("offsets", "received_s"):
+        joined = np.concatenate([getattr(one, name) for one in parts])
+        np.testing.assert_array_equal(joined, getattr(whole, name))
+    assert sum(one.size for one in parts) == whole.size == path.stat().st_size
+    assert octets(parts) == whole.size
+    assert sum(n for one in parts for _, n, _ in one.gaps) == sum(n for _, n, _ in whole.gaps)
+
+
+def test_octets_of_no_form_are_gaps(tmp_path: Path) -> None:
+    path = tmp_path / "recording"
+    path.write_bytes(bytes(2 * WINDOW))
+    parts = list(block_windows(path, WINDOW))
+    assert sum(n for one in parts for _, n, _ in one.gaps) == 2 * WINDOW
+    assert sum(one.size for one in parts) == 2 * WINDOW

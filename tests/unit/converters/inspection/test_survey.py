@@ -1,0 +1,169 @@
+"""Figures of recordings, from octets and lines written here."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from multiradar_converters.errors import LayoutError
+from multiradar_converters.inspection.recordings import InspectionOptions, inspect
+from multiradar_converters.inspection.reports import Reports
+from multiradar_converters.inspection.sampling import SAMPLE_MAX, Sample
+from multiradar_converters.inspection.sensor_figures import SensorFigures
+from multiradar_converters.inspection.survey import Survey
+from support.asterix.octets import block, datagram, north_mark, pcap, plot_001, plot_048, record
+from support.paths import ROOT
+
+MILE_M = 1852.0
+BEGIN_S = 28_800.0
+DAY_S = 86_400.0
+RADAR = ("20-130", "radar")
+
+
+def surveyed(*paths: Path) -> Survey:
+    return inspect(paths, InspectionOptions(), lambda _: None)
+
+
+def of_octets(tmp_path: Path, content: bytes) -> Survey:
+    path = tmp_path / "recording"
+    path.write_bytes(content)
+    return surveyed(path)
+
+
+def reports(count: int, *, address: int = 1, spacing_s: float = 4.0) -> Reports:
+    nothing = np.full(count, np.nan)
+    return Reports(
+        time_s=np.linspace(BEGIN_S, BEGIN_S + spacing_s * (count - 1), count),
+        range_m=np.full(count, 50_000.0),
+        azimuth_deg=np.linspace(0.0, 359.0, count),
+        latitude_deg=nothing,
+        longitude_deg=nothing,
+        height_m=np.full(count, 9_000.0),
+        code=np.full(count, 0o1000),
+        address=np.full(count, address),
+        on_ground=np.zeros(count, dtype=np.bool_),
+    )
+
+
+def test_plots_are_counted_by_sensor(tmp_path: Path) -> None:
+    plots = [plot_048(BEGIN_S + 4.0 * k, range_nm=20.0 + k, azimuth_deg=35.0) for k in range(10)]
+    survey = of_octets(tmp_path, b"".join(block(48, one) for one in plots))
+    figures = survey.sensors[RADAR]
+    assert (figures.reports, figures.measurements, figures.located) == (10, 10, 10)
+    assert (figures.with_address, len(figures.addresses)) == (10, 1)
+    assert (figures.first_s, figures.last_s) == (BEGIN_S, BEGIN_S + 36.0)
+    assert figures.range_min_m == pytest.approx(20.0 * MILE_M)
+    assert figures.range_max_m == pytest.approx(29.0 * MILE_M)
+    assert np.flatnonzero(figures.sectors.any(axis=1)).tolist() == [3]
+    assert survey.categories[48, "20-130"].records == 10
+    assert (survey.files[0].read, survey.files[0].rejected) == (10, 0)
+
+
+def test_equal_records_within_a_second_are_duplicates(tmp_path: Path) -> None:
+    plot = block(48, plot_048(BEGIN_S))
+    survey = of_octets(tmp_path, plot + plot + block(48, plot_048(BEGIN_S + 4.0)))
+    assert survey.files[0].duplicates == survey.sensors[RADAR].duplicates == 1
+    assert survey.sensors[RADAR].measurements == 2
+
+
+def test_broken_octets_have_a_reason(tmp_path: Path) -> None:
+    plots = [block(48, plot_048(BEGIN_S + k)) for k in range(10)]
+    survey = of_octets(tmp_path, b"".join(plots) + bytes(40))
+    account = survey.files[0]
+    assert account.octets["quarantined"] == 40
+    assert sum(account.reasons.values()) == account.rejected == 1
+    assert account.read == 11
+
+
+def test_north_marks_and_truncated_times(tmp_path: Path) -> None:
+    turns = [
+        north_mark(BEGIN_S + 4.0 * k) + block(1, plot_001(BEGIN_S + 4.0 * k + 1.0))
+        for k in range(20)
+    ]
+    survey = of_octets(tmp_path, b"".join(turns))
+    assert survey.antennas["20-130"].period_s == pytest.approx(4.0)
+    assert survey.antennas["20-130"].north_marks == 20
+    assert survey.sensors[RADAR].first_s == BEGIN_S + 1.0
+
+
+def test_times_continue_past_midnight(tmp_path: Path) -> None:
+    times = (DAY_S - 8.0 + 4.0 * np.arange(6)) % DAY_S
+    survey = of_octets(tmp_path, b"".join(block(48, plot_048(time)) for time in times.tolist()))
+    assert survey.sensors[RADAR].first_s == DAY_S - 8.0
+    assert survey.sensors[RADAR].last_s == DAY_S + 12.0
+
+
+def test_the_clock_of_the_recorder_has_the_date(tmp_path: Path) -> None:
+    start_s = 1_682_985_600.0
+    packets = [
+        (start_s + BEGIN_S + k + 0.3, datagram(block(48, plot_048(BEGIN_S + k)))) for k in range(9)
+    ]
+    assert of_octets(tmp_path, pcap(packets)).start_s == start_s
+
+
+def test_registers_are_counted(tmp_path: Path) -> None:
+    # Item 250: two registers of seven octets, each with its number.
+    register = "02" + "00" * 7 + "40" + "00" * 7 + "60"
+    plots = [
+        record((1, "14 82"), (2, f"{round((BEGIN_S + k) * 128):06x}"), (3, "a0"),
+               (4, "1900 4000"), (10, register))
+        for k in range(5)
+    ]  # fmt: skip
+    survey = of_octets(tmp_path, b"".join(block(48, one) for one in plots))
+    assert survey.sensors[RADAR].registers == {"any": 5, "4,0": 5, "6,0": 5}
+
+
+def test_a_dump_has_sensors_and_rejected_lines() -> None:
+    survey = surveyed(ROOT / "examples" / "vid-sample")
+    assert {name for name, _ in survey.sensors} == {"26-10", "35-10", "41-1", "41-10", "adsb"}
+    assert sum(one.rejected for one in survey.files) == 30
+    assert sum(one.read for one in survey.files) == 62_303
+
+
+def test_trajectories(tmp_path: Path) -> None:
+    path = tmp_path / "flights.json"
+    rows = [
+        {"timestamp": 1_533_101_250_000 + 1000 * k, "icao24": "3003ae", "latitude": 47.0 + k / 900,
+         "longitude": 8.0, "altitude": 30_000}
+        for k in range(20)
+    ]  # fmt: skip
+    path.write_text(json.dumps(rows), encoding="utf-8")
+    figures = surveyed(path).sensors["adsb", "adsb"]
+    assert (figures.reports, figures.located, len(figures.addresses)) == (20, 20, 1)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [(b"", "empty"), (b"PAR1" + bytes(40), "already converted"), (b"\x1f\x8b\x08", "gzip")],
+)
+def test_what_is_no_recording(content: bytes, words: str, tmp_path: Path) -> None:
+    with pytest.raises(LayoutError, match=words):
+        of_octets(tmp_path, content)
+
+
+def test_gaps_are_longer_than_scans() -> None:
+    figures = SensorFigures()
+    times = np.concatenate([np.arange(0.0, 300.0, 4.0), np.arange(400.0, 700.0, 4.0)])
+    figures.add_times(times)
+    assert [(gap.first_s, gap.duration_s) for gap in figures.gaps(4.0)] == [(297.0, 103.0)]
+    assert figures.gaps(60.0) == []
+
+
+def test_the_sample_has_whole_tracks_of_the_same_aircraft() -> None:
+    one, other = Sample(), Sample()
+    for address in range(200):
+        one.add(reports(400, address=address))
+        other.add(reports(500, address=address))
+    first, second = one.reports(), other.reports()
+    assert SAMPLE_MAX // 8 < len(first) <= SAMPLE_MAX
+    counts = np.unique(first.address, return_counts=True)[1]
+    assert set(counts.tolist()) == {400}
+    assert set(second.address.tolist()) <= set(first.address.tolist())
+
+
+def test_the_sample_of_one_aircraft_is_thinned() -> None:
+    sample = Sample()
+    for _ in range(20):
+        sample.add(reports(10_000))
+    assert SAMPLE_MAX // 4 <= len(sample.reports()) <= SAMPLE_MAX
