@@ -18,12 +18,12 @@ from multiradar_converters.adsb.reading.roles import (
     FIRST_WORD,
     GROUND,
 )
-from multiradar_converters.vid.text._kernels import (
-    _POWERS,
-    _address,
-    _days_from_civil,
-    _decimal,
-    _digits,
+from multiradar_converters.vid.text._value_kernels import (
+    POWERS,
+    days_from_civil,
+    read_address,
+    read_decimal,
+    read_digits,
 )
 
 Bytes = NDArray[np.uint8]
@@ -61,15 +61,19 @@ def _moment(text: Bytes, i: int, end: int) -> tuple[float, bool]:
     between = int(text[i + 10])
     if (between not in (84, _BLANK)) or int(text[i + 13]) != 58 or int(text[i + 16]) != 58:
         return 0.0, False
-    year, month, day = _digits(text, i, 4), _digits(text, i + 5, 2), _digits(text, i + 8, 2)
-    hour, minute = _digits(text, i + 11, 2), _digits(text, i + 14, 2)
-    second = _digits(text, i + 17, 2)
+    year, month, day = (
+        read_digits(text, i, 4),
+        read_digits(text, i + 5, 2),
+        read_digits(text, i + 8, 2),
+    )
+    hour, minute = read_digits(text, i + 11, 2), read_digits(text, i + 14, 2)
+    second = read_digits(text, i + 17, 2)
     # Days 29 to 31 are left to the reference form unless every month has them.
     if year < 0 or month < 1 or month > 12 or day < 1 or day > 30 or (day > 28 and month == 2):
         return 0.0, False
     if hour < 0 or hour > 23 or minute < 0 or minute > 59 or second < 0 or second > 59:
         return 0.0, False
-    whole = _days_from_civil(year, month, day) * 86_400 + hour * 3600 + minute * 60 + second
+    whole = days_from_civil(year, month, day) * 86_400 + hour * 3600 + minute * 60 + second
     i += 19
     decimals = 0
     if i < end and int(text[i]) == 46:
@@ -85,12 +89,12 @@ def _moment(text: Bytes, i: int, end: int) -> tuple[float, bool]:
     elif (
         end - i == 6
         and int(text[i]) == 43
-        and _digits(text, i + 1, 2) == 0
+        and read_digits(text, i + 1, 2) == 0
         and int(text[i + 3]) == 58
-        and _digits(text, i + 4, 2) == 0
+        and read_digits(text, i + 4, 2) == 0
     ):
         i += 6
-    return float(whole) / _POWERS[decimals], i == end
+    return float(whole) / POWERS[decimals], i == end
 
 
 @in_loop
@@ -152,7 +156,7 @@ def _read_value(
         if worded[role]:
             value, good = _moment(text, i, end)
         else:
-            value, _, after = _decimal(text, i)
+            value, _, after = read_decimal(text, i)
             good = after == end
             value = value / divisor[role] * scale[role]
         numbers[role, row] = value + 0.0
@@ -160,7 +164,7 @@ def _read_value(
     whole, good = 0, False
     if role == ADDRESS:
         if end - i == 6:
-            whole, after = _address(text, i)
+            whole, after = read_address(text, i)
             good = after == end
     elif role == CODE:
         whole, good = _code(text, i, end)

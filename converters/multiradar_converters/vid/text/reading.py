@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from multiradar_converters.vid import fields
 from multiradar_converters.vid.accounting import Account, RejectedLine, RejectsFile
 from multiradar_converters.vid.text import _kernels
+from multiradar_converters.vid.text.arrays import Keys, Limits, ParsedLines
 from multiradar_converters.vid.text.blocks import BLOCK_BYTES, Block, read_blocks
 from multiradar_converters.vid.text.layout import FileLayout
 from multiradar_converters.vid.text.lines import Line, RejectedError, is_truncated, parse_line
@@ -37,16 +38,17 @@ class _Tables:
 
     def __init__(self, layout: FileLayout) -> None:
         self.roles = np.array(layout.columns, dtype=np.int64)
-        self.low = np.array(layout.low)
-        self.high = np.array(layout.high)
-        self.scale = np.array(layout.scale)
+        low, high, scale = (np.array(one) for one in (layout.low, layout.high, layout.scale))
+        self.limits = Limits(low, high, scale)
         width = max((len(key) for key in layout.keys), default=1)
         padded = b"".join(key.ljust(width, b"\0") for key in layout.keys)
-        self.keys = np.frombuffer(padded, dtype=np.uint8).reshape(-1, width)
-        self.lengths = np.array([len(key) for key in layout.keys], dtype=np.int64)
-        self.key_roles = np.array(layout.key_roles, dtype=np.int64)
         needed = set(layout.key_roles) - fields.OPTIONAL_ROLES
-        self.required = sum(1 << role for role in needed)
+        self.keys = Keys(
+            np.frombuffer(padded, dtype=np.uint8).reshape(-1, width),
+            np.array([len(key) for key in layout.keys], dtype=np.int64),
+            np.array(layout.key_roles, dtype=np.int64),
+            sum(1 << role for role in needed),
+        )
 
 
 def read_rows(
@@ -150,24 +152,24 @@ def _parse_block(block: Block, layout: FileLayout, tables: _Tables) -> Parsed:
     place = 0
     while place < len(text):
         room = (len(text) - place) // _ROW_BYTES_MIN + 1
-        numbers = np.empty((fields.NUMBERS, room))
-        integers = np.empty((fields.INTEGERS, room), dtype=np.int64)
-        begins = np.empty(room, dtype=np.int64)
-        odd = np.empty((room, 4), dtype=np.int64)
-        common = (
-            layout.iso_time, tables.low, tables.high, tables.scale, numbers, integers, begins, odd,
-        )  # fmt: skip
+        written = ParsedLines(
+            np.empty((fields.NUMBERS, room)),
+            np.empty((fields.INTEGERS, room), dtype=np.int64),
+            np.empty(room, dtype=np.int64),
+            np.empty((room, 4), dtype=np.int64),
+        )
         if layout.form == "columns":
             place, count, odds, lines, blank = _kernels.parse_columns(
-                text, place, len(text), layout.terminator, layout.separator, tables.roles, *common
-            )
+                text, place, len(text), layout.terminator, layout.separator, tables.roles,
+                layout.iso_time, tables.limits, written,
+            )  # fmt: skip
         else:
             place, count, odds, lines, blank = _kernels.parse_pairs(
-                text, place, len(text), layout.terminator, tables.keys, tables.lengths,
-                tables.key_roles, hints, tables.required, *common,
+                text, place, len(text), layout.terminator, tables.keys, hints, layout.iso_time,
+                tables.limits, written,
             )  # fmt: skip
-        rows = Rows(numbers, integers, begins).chosen(slice(count))
-        parsed.rows.append(_settle(rows, odd[:odds], block.text, layout, parsed))
+        rows = Rows(written.numbers, written.integers, written.begins).chosen(slice(count))
+        parsed.rows.append(_settle(rows, written.odd[:odds], block.text, layout, parsed))
         parsed.lines += lines
         parsed.blank += blank
     return parsed

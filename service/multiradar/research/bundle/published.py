@@ -221,8 +221,8 @@ class PublishedBundle:
             track[layout.PRIOR_COVARIANCE : layout.PRIOR_COVARIANCE + 36] = covariance
             write_information(track, memory.H, memory.H2)
             fit_track(
-                track, memory.spare, self._anchor_s, self._rows, self._first, count, now_s, kinds,
-                rules, _ROUNDS, *memory[1:],
+                track, self._anchor_s, self._rows, self._first, count, now_s, kinds, rules, _ROUNDS,
+                memory,
             )  # fmt: skip
 
     def misfits(self, count: int) -> Floats:

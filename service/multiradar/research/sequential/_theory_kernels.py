@@ -26,7 +26,14 @@ from multiradar.estimation.filters.joint._joint_kernels import JOINT
 from multiradar.estimation.measurement._kernels import bias_column, predict_measurement
 from multiradar.research.sequential._kernels import update_rows
 from multiradar.research.sequential._player_kernels import end_of_epoch, walk_until, write_record
-from multiradar.research.sequential.arrays import Epoch, Record, Saved, Store
+from multiradar.research.sequential.arrays import (
+    Epoch,
+    Saved,
+    Store,
+    TheoryRecord,
+    TheoryScratch,
+    Truth,
+)
 from multiradar_compiled.kernels import inlined_kernel, kernel
 
 Floats = NDArray[np.float64]
@@ -43,31 +50,21 @@ def propagate(
     start: float,
     walk_s: float,
     times: Floats,
-    truth: Floats,
-    density: float,
-    drift: Floats,
+    truth: Truth,
     work: Work,
     rows: Rows,
     model: Model,
     aircraft: Aircraft,
     result: Result,
     store: Store,
-    twin: Aircraft,
-    saved: Saved,
-    epoch: Epoch,
+    scratch: TheoryScratch,
     covariance: Floats,
-    record: Record,
-    found: Floats,
-    carried: Floats,
+    written: TheoryRecord,
 ) -> None:
-    """Propagate Σ (``covariance``) over all rows; write it at each of the times to ``found``.
-
-    ``carried`` receives the transition matrix of the error from each of the times to the next.
-
-    ``truth`` (n, 4) is the state of the aircraft of each row at its time; ``density`` and ``drift``
-    are those of the truth, the filter has its own. ``record`` receives the estimates of the filter.
-    ``twin`` is scratch for saved aircraft.
-    """
+    """Propagate Σ (``covariance``, in place) over all rows; write it at each of the times."""
+    density, drift = truth.density, truth.drift
+    twin, saved, epoch = scratch
+    found, carried = written.covariance, written.transition
     row = 0
     walks = 0
     path = np.eye(covariance.shape[0])
@@ -82,8 +79,8 @@ def propagate(
             interval = rows.time[row] - aircraft.time[k]
             move_truth(covariance, 4 * k, interval, density)
             move_rows(path, 4 * k, interval)
-            set_to_truth(truth[row], interval, aircraft.mean[k])
-            linearise(row, last, truth[row], rows, model, aircraft.height[k], epoch)
+            set_to_truth(truth.states[row], interval, aircraft.mean[k])
+            linearise(row, last, truth.states[row], rows, model, aircraft.height[k], epoch)
             probe(method, row, last, work, rows, model, aircraft, result, store, twin, saved, epoch)
             correct(covariance, k, rows.sensor[row:last], model, epoch)
             correct_path(path, k, rows.sensor[row:last], model, epoch)
@@ -91,7 +88,7 @@ def propagate(
         walks = walk_both(
             times[t], method, start, walk_s, walks, model, aircraft, store, drift, covariance
         )
-        write_record(t, times[t], model, aircraft, record)
+        write_record(t, times[t], model, aircraft, written.reported)
         found[t] = covariance
         carried[t] = path
         path[:] = np.eye(path.shape[0])

@@ -5,6 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters.arrays import Aircraft
+
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
@@ -93,3 +95,57 @@ class Saved(NamedTuple):
     bias_covariance: Floats
     factor: Floats
     information: Floats
+
+
+class Truth(NamedTuple):
+    """The true motion of a covariance analysis; the filter has its own density and drift.
+
+    Attributes
+    ----------
+    states : (n, 4) float64
+        East, north (m) and their rates (m/s) of the aircraft of each row at its time.
+    density : float
+        Density of the acceleration, m²/s³.
+    drift : (c,) float64
+        Random walk of each bias: standard deviation after one second.
+    """
+
+    states: Floats
+    density: float
+    drift: Floats
+
+
+class TheoryScratch(NamedTuple):
+    """Scratch of a covariance analysis.
+
+    Attributes
+    ----------
+    twin : Aircraft
+        Copy of the aircraft before an epoch.
+    saved : Saved
+        The same of the biases.
+    epoch : Epoch
+        The epoch being processed.
+    """
+
+    twin: Aircraft
+    saved: Saved
+    epoch: Epoch
+
+
+class TheoryRecord(NamedTuple):
+    """Output of a covariance analysis, at each of its times.
+
+    Attributes
+    ----------
+    covariance : (t, n, n) float64
+        True covariance of the error of the stacked state, aircraft first (n = 4 s + c).
+    transition : (t, n, n) float64
+        Contribution of the error at the time before to the error at this time.
+    reported : Record
+        Estimates of the filter.
+    """
+
+    covariance: Floats
+    transition: Floats
+    reported: Record

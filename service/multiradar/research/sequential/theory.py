@@ -9,7 +9,14 @@ from multiradar.errors import PriorError
 from multiradar.estimation.array_checks import finite_array
 from multiradar.research.sequential._theory_kernels import propagate
 from multiradar.research.sequential.arrangement import Arrangement, Options
-from multiradar.research.sequential.arrays import Epoch, Record, Saved
+from multiradar.research.sequential.arrays import (
+    Epoch,
+    Record,
+    Saved,
+    TheoryRecord,
+    TheoryScratch,
+    Truth,
+)
 from multiradar.research.sequential.player import empty_record, prepared, record_times, walk_start
 from multiradar.research.sequential.plots import Form, Plots, Starts, filter_rows
 from multiradar.research.sequential.sensors import Sensors
@@ -117,17 +124,19 @@ def true_covariance(
     one.model.bias[:] = 0.0
     _linearise_lateness(one, plots, states)
     twin = one.definition.aircraft(len(starts), len(drift), len(sensors), 1)
-    record = empty_record(len(times), len(starts), len(drift))
     covariance = _first_covariance(sensors, starts)
-    found = np.empty((len(times), *covariance.shape))
-    transition = np.empty_like(found)
+    epoch = _epoch(len(sensors), covariance.shape[0], len(drift))
+    written = TheoryRecord(
+        np.empty((len(times), *covariance.shape)),
+        np.empty((len(times), *covariance.shape)),
+        empty_record(len(times), len(starts), len(drift)),
+    )
     propagate(
-        one.definition.method, walk_start(starts, walk_s), walk_s, times, states, density, drift,
-        one.work, rows, one.model, one.aircraft, one.result, one.store, twin, _saved(one),
-        _epoch(len(sensors), covariance.shape[0], len(drift)), covariance, record, found,
-        transition,
+        one.definition.method, walk_start(starts, walk_s), walk_s, times,
+        Truth(states, density, drift), one.work, rows, one.model, one.aircraft, one.result,
+        one.store, TheoryScratch(twin, _saved(one), epoch), covariance, written,
     )  # fmt: skip
-    return Theory(found, transition, record)
+    return Theory(*written)
 
 
 def _first_covariance(sensors: Sensors, starts: Starts) -> Floats:

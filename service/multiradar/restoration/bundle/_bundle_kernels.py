@@ -46,6 +46,7 @@ from multiradar.restoration.control_tracks._layout import (
     WINDOW_PLOTS_MAX,
     WINDOW_S,
 )
+from multiradar.restoration.control_tracks._scratch import BundleScratch, FitScratch
 from multiradar.restoration.control_tracks._thinning_kernels import rank, thin, trace
 from multiradar_compiled.kernels import in_loop, loop
 
@@ -69,15 +70,25 @@ CONSIDERED = 6
 
 @loop
 def push_plot(
-    tracks: Floats, live: int, capacity: int, anchor_s: float, plots: Floats, first: int, last: int,
-    since_s: float, kinds: Floats, rules: Floats, rounds: int, spare: Floats, H: Floats, g: Floats,
-    H2: Floats, g2: Floats, S: Floats, T: Floats, M: Floats, r: Floats, A: Floats, B: Floats,
-    grid: Floats, traces: Floats, order: Integers, kept: Integers,
-) -> tuple[int, int, float]:  # fmt: skip
+    tracks: Floats,
+    live: int,
+    capacity: int,
+    anchor_s: float,
+    plots: Floats,
+    first: int,
+    last: int,
+    since_s: float,
+    kinds: Floats,
+    rules: Floats,
+    rounds: int,
+    fit: FitScratch,
+    scratch: BundleScratch,
+) -> tuple[int, int, float]:
     """Process the plot in row last − 1; return the number of tracks, the first row, the anchor.
 
     Branches start in the cells that open after `since_s`.
     """
+    A, B, grid, traces, order, kept = scratch
     usual = (rules[LATERAL_MAX], rules[LONGITUDINAL_MAX])
     now_s = plots[last - 1, TIME]
     before_s = plots[last - 2, TIME]
@@ -86,8 +97,8 @@ def push_plot(
             weight = tracks[i, WEIGHT]
             drop_plot(tracks[i], anchor_s, plots, first, kinds, rules, A, B)
             fit_track(
-                tracks[i], spare, plots[first, TIME], plots, first + 1, last - 1, before_s, kinds,
-                rules, 0, H, g, H2, g2, S, T, M, r,
+                tracks[i], plots[first, TIME], plots, first + 1, last - 1, before_s, kinds, rules,
+                0, fit,
             )  # fmt: skip
             tracks[i, MERGED_WEIGHT] += weight - tracks[i, WEIGHT]
             tracks[i, WEIGHT] = weight
@@ -106,21 +117,15 @@ def push_plot(
         if outliers >= OUTLIERS_MIN:
             for part in range(2):
                 rules[LATERAL_MAX + part] = rules[LATERAL_BEYOND + part]
-        live = rescue(tracks, live, spare, anchor_s, plots, first, last, rules, g, g2)
+        live = rescue(tracks, live, fit.spare, anchor_s, plots, first, last, rules, fit.g, fit.g2)
     for i in range(live):
-        fit_track(
-            tracks[i], spare, anchor_s, plots, first, last, now_s, kinds, rules, rounds,
-            H, g, H2, g2, S, T, M, r,
-        )  # fmt: skip
+        fit_track(tracks[i], anchor_s, plots, first, last, now_s, kinds, rules, rounds, fit)
     parents = live
     live = branch(tracks, live, since_s, now_s, kinds, rules)
     for i in range(parents, live):
         # No plot informs about a segment that has not started.
         if tracks[i, SEGMENTS + SEGMENT_COUNT * (int(tracks[i, COUNT]) - 1) + BEGIN] < now_s:
-            fit_track(
-                tracks[i], spare, anchor_s, plots, first, last, now_s, kinds, rules, rounds,
-                H, g, H2, g2, S, T, M, r,
-            )  # fmt: skip
+            fit_track(tracks[i], anchor_s, plots, first, last, now_s, kinds, rules, rounds, fit)
     for part in range(2):
         rules[LATERAL_MAX + part] = usual[part]
     discard_unlikely(tracks, live, CONSIDERED * capacity, order, kept_anyway)

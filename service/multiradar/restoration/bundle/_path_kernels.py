@@ -10,6 +10,7 @@ The project's own.
 """
 
 from math import cos, sin
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from multiradar.restoration.control_tracks._layout import (
     TIME,
     WEIGHT,
 )
+from multiradar.restoration.control_tracks._scratch import FitScratch
 from multiradar.restoration.control_tracks._thinning_kernels import trace
 from multiradar_compiled.kernels import in_loop, loop
 
@@ -31,26 +33,67 @@ Integers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 
+class PathScratch(NamedTuple):
+    """Scratch arrays of `trace_with_spreads`.
+
+    Attributes
+    ----------
+    moved : (TRACK_COUNT,) float64
+        A track with one parameter moved.
+    other : (k, 4) float64
+        Its states.
+    slopes : (k, 4, p) float64
+        Derivatives of the states by the parameters.
+    """
+
+    moved: Floats
+    other: Floats
+    slopes: Floats
+
+
+class TrackPaths(NamedTuple):
+    """The motion of tracks at times, as `trace_with_spreads` writes it.
+
+    Attributes
+    ----------
+    states : (m, k, 4) float64
+        East and north (m) and their rates (m/s).
+    spreads : (m, k, 4, 4) float64
+        Their covariances.
+    segments : (m, k) int64
+        The segment at each time.
+    sound : (m,) bool
+        Tracks with covariances: those whose H has a Cholesky factor. The others are zero.
+    """
+
+    states: Floats
+    spreads: Floats
+    segments: Integers
+    sound: Flags
+
+
 @loop
 def trace_with_spreads(
-    tracks: Floats, many: int, anchor_s: float, time_s: Floats, plots: Floats, kinds: Floats,
-    rules: Floats, columns: Integers, steps: Floats, spare: Floats, H: Floats, g: Floats,
-    H2: Floats, g2: Floats, S: Floats, T: Floats, M: Floats, r: Floats, moved: Floats,
-    other: Floats, slopes: Floats, states: Floats, spreads: Floats, segments: Integers,
-    sound: Flags,
-) -> None:  # fmt: skip
-    """Write states (m, k, 4), covariances (m, k, 4, 4) and segments (m, k) of the first tracks.
-
-    `sound` (m) marks the tracks with covariances: those whose H has a Cholesky factor. The output
-    of the others is zero.
-    """
+    tracks: Floats,
+    many: int,
+    anchor_s: float,
+    time_s: Floats,
+    plots: Floats,
+    kinds: Floats,
+    rules: Floats,
+    columns: Integers,
+    steps: Floats,
+    fit: FitScratch,
+    scratch: PathScratch,
+    written: TrackPaths,
+) -> None:
+    """Write the paths of the first tracks, with derivatives by steps of columns of the tracks."""
+    moved, other, slopes = scratch
+    states, spreads, segments, sound = written
     last = len(plots)
     for i in range(many):
         copy_track(tracks[i], moved)
-        fit_track(
-            moved, spare, anchor_s, plots, 0, last, plots[last - 1, TIME], kinds, rules, 0,
-            H, g, H2, g2, S, T, M, r,
-        )  # fmt: skip
+        fit_track(moved, anchor_s, plots, 0, last, plots[last - 1, TIME], kinds, rules, 0, fit)
         sound[i] = moved[WEIGHT] > -np.inf
         if not sound[i]:
             for k in range(len(time_s)):
@@ -71,7 +114,7 @@ def trace_with_spreads(
                     slopes[k, c, j] = (states[i, k, c] - other[k, c]) / (2.0 * steps[j])
         velocities(moved, anchor_s, time_s, states[i])
         for k in range(len(time_s)):
-            spread(H, slopes[k], size, spreads[i, k])
+            spread(fit.H, slopes[k], size, spreads[i, k])
             segments[i, k] = segment_at(moved, time_s[k])
 
 

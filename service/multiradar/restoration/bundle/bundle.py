@@ -456,7 +456,7 @@ class Bundle:
         self._live, self._first, self._anchor_s = push_plot(
             self._tracks, self._live, self._settings.tracks_max, self._anchor_s, self._plots,
             self._first, self._last, since_s, self._kinds, self._rules, self._settings.rounds,
-            *self._fit_scratch, *self._memory,
+            self._fit_scratch, self._memory,
         )  # fmt: skip
 
     # Tracks do not survive a gap longer than the window.

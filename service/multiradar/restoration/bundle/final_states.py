@@ -124,10 +124,7 @@ def final_states_of(
         begin_s[i, :started] = segments[:started, layout.BEGIN]
         begin_s[i, 0] = anchor_s
         moved = tracks[i].copy()
-        fit_track(
-            moved, memory.spare, anchor_s, plots, 0, len(plots), now_s, kinds, rules, 0,
-            *memory[1:],
-        )  # fmt: skip
+        fit_track(moved, anchor_s, plots, 0, len(plots), now_s, kinds, rules, 0, memory)
         motion[i] = _motion(moved, anchor_s, now_s, started - 1)
         sound[i] = moved[layout.WEIGHT] > -np.inf
         if not sound[i]:

@@ -74,8 +74,8 @@ def first_tracks(plots: Floats, settings: BundleSettings, memory: FitScratch) ->
                 _widen(track, kind, settings, memory)
             track[layout.MERGED_WEIGHT] = np.log(chance)
             fit_track(
-                track, memory.spare, anchor_s, plots, 0, len(plots),
-                float(plots[-1, layout.TIME]), kinds, rules, _ROUNDS, *memory[1:],
+                track, anchor_s, plots, 0, len(plots), float(plots[-1, layout.TIME]), kinds, rules,
+                _ROUNDS, memory,
             )  # fmt: skip
         weights = settled[:, layout.WEIGHT]
         if np.isfinite(weights).any():

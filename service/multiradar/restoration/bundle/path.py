@@ -7,7 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.errors import TrajectoryError
-from multiradar.restoration.bundle._path_kernels import trace_with_spreads
+from multiradar.restoration.bundle._path_kernels import (
+    PathScratch,
+    TrackPaths,
+    trace_with_spreads,
+)
 from multiradar.restoration.control_tracks import _layout as layout
 from multiradar.restoration.control_tracks._scratch import FitScratch
 from multiradar.restoration.control_tracks.reading import parameters_of
@@ -100,23 +104,31 @@ def path_of(
     each track by its parameters, the moments of the mixture, and common errors.
     """
     many, count = len(weights), len(time_s)
-    states, spreads = np.empty((many, count, 4)), np.empty((many, count, 4, 4))
-    segments, sound = np.empty((many, count), np.int64), np.empty(many, np.bool_)
+    scratch = PathScratch(
+        np.empty(layout.TRACK_COUNT),
+        np.empty((count, 4)),
+        np.empty((count, 4, layout.PARAMETERS_MAX)),
+    )
+    paths = TrackPaths(
+        np.empty((many, count, 4)),
+        np.empty((many, count, 4, 4)),
+        np.empty((many, count), np.int64),
+        np.empty(many, np.bool_),
+    )
     trace_with_spreads(
         tracks, many, window.anchor_s, time_s, window.plots, window.kinds, window.rules, _COLUMNS,
-        _STEPS, *memory, np.empty(layout.TRACK_COUNT), np.empty((count, 4)),
-        np.empty((count, 4, layout.PARAMETERS_MAX)), states, spreads, segments, sound,
+        _STEPS, memory, scratch, paths,
     )  # fmt: skip
-    weights = sound_weights(weights, sound)
-    at = layout.SEGMENTS + layout.SEGMENT_COUNT * segments
+    weights = sound_weights(weights, paths.sound)
+    at = layout.SEGMENTS + layout.SEGMENT_COUNT * paths.segments
     rows = np.arange(many)[:, None]
     lateral, longitudinal, kind = (
         tracks[rows, at + column] for column in (layout.LATERAL, layout.LONGITUDINAL, layout.KIND)
     )
     chances = [weights @ (kind == number) for number in range(len(KIND_NAMES))]
-    mean = np.einsum("i,ikc->kc", weights, states)
-    off = states - mean
-    covariance = np.einsum("i,ikcd->kcd", weights, spreads)
+    mean = np.einsum("i,ikc->kc", weights, paths.states)
+    off = paths.states - mean
+    covariance = np.einsum("i,ikcd->kcd", weights, paths.spreads)
     covariance += np.einsum("i,ikc,ikd->kcd", weights, off, off)
     covariance[:, :2, :2] += shared_at(window.plots, time_s)
     return Path(

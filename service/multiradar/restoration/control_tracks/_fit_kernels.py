@@ -40,6 +40,7 @@ from multiradar.restoration.control_tracks._layout import (
     WEIGHT,
 )
 from multiradar.restoration.control_tracks._motion_kernels import SPEED_MIN
+from multiradar.restoration.control_tracks._scratch import FitScratch
 from multiradar_compiled.kernels import in_loop, loop
 
 Floats = NDArray[np.float64]
@@ -54,14 +55,19 @@ ROUNDING, DECREASE_MIN = 1e-9, 1e-4
 
 @loop
 def fit_track(
-    track: Floats, trial: Floats, anchor_s: float, plots: Floats, first: int, last: int,
-    now_s: float, kinds: Floats, rules: Floats, rounds: int, H: Floats, g: Floats, H2: Floats,
-    g2: Floats, S: Floats, T: Floats, M: Floats, r: Floats,
-) -> float:  # fmt: skip
-    """Iterate, write the weight of the track, and return its functional.
-
-    H is the Cholesky factor at the parameters found.
-    """
+    track: Floats,
+    anchor_s: float,
+    plots: Floats,
+    first: int,
+    last: int,
+    now_s: float,
+    kinds: Floats,
+    rules: Floats,
+    rounds: int,
+    scratch: FitScratch,
+) -> float:
+    """Iterate, write the weight of the track, and return its functional."""
+    trial, H, g, H2, g2, S, T, M, r = scratch
     sigma = rules[CELL_SIGMA_S]
     size = 6 + 3 * (int(track[COUNT]) - 1)
     value = assess(track, anchor_s, plots, first, last, kinds, sigma, H, g, S, T, M, r)

@@ -13,7 +13,22 @@ Integers = NDArray[np.int64]
 
 
 class FitScratch(NamedTuple):
-    """Scratch arrays of `fit_track`: a track, derivatives twice, and those of a segment."""
+    """Arrays that `fit_track` writes; only H and g are read after it.
+
+    Attributes
+    ----------
+    spare : (TRACK_COUNT,) float64
+        The track of an attempt.
+    H, g : (p, p), (p,) float64
+        Derivatives of the functional by the parameters; after the fit H is its Cholesky factor at
+        the parameters found.
+    H2, g2 : (p, p), (p,) float64
+        Those of an attempt.
+    S, T : (4, p), (5, p) float64
+        Derivatives of the state at the start of a segment, and products with them.
+    M, r : (6, 6), (6,) float64
+        Derivatives of the functional by state and controls of a segment.
+    """
 
     spare: Floats
     H: Floats

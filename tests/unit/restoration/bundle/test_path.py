@@ -38,8 +38,8 @@ def plain_spreads(track: Floats, window: Window, time_s: Floats, memory: FitScra
     """J H⁻¹ Jᵀ, written with matrices."""
     moved = track.copy()
     fit_track(
-        moved, memory.spare, window.anchor_s, window.plots, 0, len(window.plots),
-        float(window.plots[-1, layout.TIME]), window.kinds, window.rules, 0, *memory[1:],
+        moved, window.anchor_s, window.plots, 0, len(window.plots),
+        float(window.plots[-1, layout.TIME]), window.kinds, window.rules, 0, memory,
     )  # fmt: skip
     columns, steps = parameters_of(int(track[layout.COUNT]))
     factor = np.tril(memory.H[: len(columns), : len(columns)])

@@ -174,9 +174,7 @@ def test_kernels_equal_their_plain_forms() -> None:
     ends = []
     for function in (fit_track, plain(fit_track)):
         moved, memory = track.copy(), fit_scratch()
-        value = function(
-            moved, memory.spare, 0.0, plots, 0, len(plots), 29.0, KINDS, RULES, 3, *memory[1:]
-        )
+        value = function(moved, 0.0, plots, 0, len(plots), 29.0, KINDS, RULES, 3, memory)
         ends.append((value, moved))
     assert ends[0][0] == pytest.approx(ends[1][0], rel=1e-9)
     np.testing.assert_allclose(ends[0][1], ends[1][1], rtol=1e-7, atol=1e-9)

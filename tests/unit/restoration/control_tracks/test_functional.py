@@ -74,7 +74,7 @@ def test_the_curvature_is_that_of_least_squares() -> None:
     # derivatives of the path times the residuals, which matter most for switches.
     memory, plots = fit_scratch(), rows()
     made = track(memory)
-    fit_track(made, memory.spare, 0.0, plots, 1, len(plots), UNTIL_S, KINDS, RULES, 20, *memory[1:])
+    fit_track(made, 0.0, plots, 1, len(plots), UNTIL_S, KINDS, RULES, 20, memory)
     value(made, plots, memory)
     columns, steps = parameters_of(len(S_SHAPE))
     size = len(columns)
@@ -109,9 +109,7 @@ def test_the_fit_converges_to_the_flight() -> None:
     memory, plots = fit_scratch(), rows(seed=3, wrong=0.05)
     made = track(memory, off=1.0)
     before = value(made, plots, memory)
-    after = fit_track(
-        made, memory.spare, 0.0, plots, 1, len(plots), UNTIL_S, KINDS, RULES, 20, *memory[1:]
-    )
+    after = fit_track(made, 0.0, plots, 1, len(plots), UNTIL_S, KINDS, RULES, 20, memory)
     assert after < before - 10.0
     segments = made[layout.SEGMENTS :][: 4 * layout.SEGMENT_COUNT].reshape(4, -1)
     # 50 m of noise every 1.5 s over 40 s determine u to 0.05 m/s² and a switch to about a second.
@@ -125,7 +123,7 @@ def test_limits_hold() -> None:
     tight[layout.LATERAL_MAX], tight[layout.LONGITUDINAL_MAX] = 1.0, 0.005
     made = track(memory)
     made[layout.SEGMENTS + layout.LATERAL :: layout.SEGMENT_COUNT][:4] = 0.0
-    fit_track(made, memory.spare, 0.0, plots, 1, len(plots), UNTIL_S, KINDS, tight, 20, *memory[1:])
+    fit_track(made, 0.0, plots, 1, len(plots), UNTIL_S, KINDS, tight, 20, memory)
     segments = made[layout.SEGMENTS :][: 4 * layout.SEGMENT_COUNT].reshape(4, -1)
     # The flight turns with 2 m/s²: the limit is reached.
     np.testing.assert_allclose(segments[1:3, layout.LATERAL], [-1.0, 1.0], rtol=1e-12)

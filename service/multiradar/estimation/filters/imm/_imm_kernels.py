@@ -92,19 +92,15 @@ def correct_modes(
     Returns the outcome, and μ, a, x and P afterwards. ``predicted`` is c. With ``informs`` the
     measurement contributes to the biases.
     """
-    kind, z0, z1, height, height_variance = sight
-    plane, sites, noises, starts = model.plane, model.sites, model.noises, model.starts
-    parameters, bias, options = model.parameters, model.bias, model.options
+    kind, height = sight.kind, sight.height
+    sites, noises, starts = model.sites, model.noises, model.starts
+    parameters, options = model.parameters, model.options
     bias_covariance, count = model.bias_covariance, model.modes.shape[0]
     mode_V, probabilities = aircraft.mode_sensitivity, aircraft.mode_probability
     fading_nis = aircraft.fading_nis
     Y, y, U, R = sums
     v0, v1 = offset_velocity(aircraft.velocity, k)
-    seen = predict_for_modes(
-        kind, z0, z1, height, height_variance, s, plane, sites, noises, starts, parameters, bias,
-        v0, v1, a, x, P,
-    )  # fmt: skip
-    e, nu, h, N, W, expected, ground = seen
+    e, nu, h, N, W, expected, ground = predict_for_modes(sight, s, model, v0, v1, a, x, P)
     set_row(scratch, PREDICTED, predicted)
     set_row(scratch, SLOPE, h[0])
     set_row(scratch, SLOPE + 1, h[1])
@@ -150,16 +146,16 @@ def correct_modes(
 
 @in_both
 def predict_for_modes(
-    kind: int, z0: float, z1: float, height: float, height_variance: float, s: int, plane: Floats,
-    sites: Floats, noises: Floats, starts: Integers, parameters: Integers, bias: Floats, v0: float,
-    v1: float, a: State, x: State, P: Covariances,
-) -> Seen:  # fmt: skip
+    sight: Sight, s: int, model: Model, v0: float, v1: float, a: State, x: State, P: Covariances
+) -> Seen:
     """Return the expected measurement of each mode, and the innovations.
 
     Time offsets are linearised at the velocity (v0, v1).
     """
+    kind, z0, z1, height, height_variance = sight
+    starts, parameters, bias = model.starts, model.parameters, model.bias
     p0, across, ahead, ground, h, W = expected_sight(
-        kind, plane, sites[s], noises[s], x[0], x[1], height, height_variance
+        kind, model.plane, model.sites[s], model.noises[s], x[0], x[1], height, height_variance
     )
     e0, e1 = z0 - p0, z1 - ahead
     if measures_azimuth(kind):
@@ -170,7 +166,7 @@ def predict_for_modes(
     nu = (e0 + h[0] * d0 + h[1] * d1, e1 + h[2] * d0 + h[3] * d1)
     for c in range(starts[s], starts[s + 1]):
         rate0, rate1 = h[0] * v0 + h[1] * v1, h[2] * v0 + h[3] * v1
-        j0, j1 = bias_column(kind, parameters[c], sites[s], p0, ahead, rate0, rate1)
+        j0, j1 = bias_column(kind, parameters[c], model.sites[s], p0, ahead, rate0, rate1)
         e0 = e0 - j0 * bias[c]
         e1 = e1 - j1 * bias[c]
     N = position_part(h, covariance_times_transposed(P, h))
