@@ -42,7 +42,8 @@ from multiradar.settings.service import Settings
 from multiradar.storage.sqlite_journal import SqliteJournal
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.forecast.state_samples import Sampling
-from multiradar.tracking.input.measurements import MISSING_INTEGER, MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
+from multiradar.tracking.roster import MISSING
 from multiradar_compiled.ahead import compile_ahead
 from multiradar_compiled.kernel_list import kernels_for
 from multiradar_converters.asterix.decoding.editions import parse_editions
@@ -288,7 +289,7 @@ def warm_up(sensors: SensorTable, settings: Settings) -> None:
     A separate engine processes plots of an identified and of an unidentified aircraft.
     """
     engine = Engine(sensors, settings.tracking_settings())
-    number = np.array([1, 1, MISSING_INTEGER, MISSING_INTEGER, 1], np.int64)
+    number = np.array([1, 1, MISSING, MISSING, 1], np.int64)
     same = np.zeros(len(number))
     engine.push(
         MeasurementBatch(
@@ -300,10 +301,10 @@ def warm_up(sensors: SensorTable, settings: Settings) -> None:
             latitude_rad=same + np.nanmean(sensors.latitude_rad),
             longitude_rad=same + np.nanmean(sensors.longitude_rad),
             height_m=same + 9000.0,
-            mode_3a=np.full(len(number), MISSING_INTEGER, np.int32),
-            mode_s_address=np.full(len(number), MISSING_INTEGER, np.int64),
+            mode_3a=np.full(len(number), MISSING, np.int32),
+            mode_s_address=np.full(len(number), MISSING, np.int64),
             track_number=number,
-            callsign=np.full(len(number), MISSING_INTEGER, np.int64),
+            callsign=np.full(len(number), MISSING, np.int64),
         )
     )
     engine.flush()

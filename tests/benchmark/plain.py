@@ -28,7 +28,7 @@ from benchmark.plan import Plan
 from benchmark.report import Row
 from multiradar.estimation.filters.arrays import Rows, result_arrays
 from multiradar.estimation.filters.bank import Outcome
-from multiradar.estimation.measurement._kernels import KIND_FLAT_POLAR
+from multiradar.estimation.measurement.kinds import KIND_FLAT_POLAR
 from multiradar.research.sequential.arrangement import Options, arrange, initiate
 from multiradar.research.sequential.filter import SequentialFilter
 from multiradar.research.sequential.sensors import BiasPrior, Sensors, flat_radars

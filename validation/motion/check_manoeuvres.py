@@ -20,13 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.gaussian import normalised_squared
+from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation.measurements import Measurements
 from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.scenario.model import Aircraft, Bias, Leg, Scenario, Sensor
-from multiradar.tracking.input.measurements import KIND_RADAR, MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 

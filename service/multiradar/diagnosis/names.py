@@ -7,7 +7,7 @@ import numpy as np
 
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import Evidence, Source
-from multiradar.estimation.measurement._kernels import KIND_BEARING, KIND_POSITION, KIND_RADAR
+from multiradar.estimation.measurement.kinds import KIND_BEARING, KIND_POSITION, KIND_RADAR
 
 #: Kinds of measurement that a kind of sensor sends.
 _KINDS = {KIND_RADAR: {"radar", "bearing"}, KIND_BEARING: {"bearing"}}

@@ -4,8 +4,8 @@ import re
 
 import numpy as np
 
+from multiradar.estimation.measurement.kinds import KIND_POSITION, KIND_RADAR
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.tracking.input.measurements import KIND_POSITION, KIND_RADAR
 
 # `SAC-SIC`, and the kind for a second kind of measurement of one source.
 _NAME = re.compile(r"(\d{1,3})-(\d{1,3})(?:-(mlat|adsb))?")

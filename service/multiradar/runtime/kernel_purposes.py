@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from multiradar.estimation.measurement.kinds import KIND_BEARING
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.tracking.input.measurements import KIND_BEARING
 from multiradar.tracking.settings import BY_PROBABILITY, TrackingSettings
 
 #: Filters with their own kernels for extra outputs; the others share those of the first.

@@ -12,16 +12,14 @@ from numpy.typing import NDArray
 from multiradar.estimation.filters._kernels import NO_ROOM_SLOT
 from multiradar.estimation.filters.arrays import Aircraft
 from multiradar.estimation.filters.height._height_kernels import reset_height
-from multiradar.estimation.measurement._kernels import KIND_BEARING, KIND_POSITION
+from multiradar.estimation.measurement.kinds import KIND_BEARING, KIND_POSITION
 from multiradar.geodesy._kernels import geodetic_to_plane, local_matrix, plane_to_geodetic
 from multiradar.tracking.lifecycle.lifecycle import BY_IDENTITY, TENTATIVE, Lifecycle
-from multiradar.tracking.roster import NEW_TRACK, TWIN, Roster, RowIdentities
+from multiradar.tracking.roster import MISSING, NEW_TRACK, TWIN, Roster, RowIdentities
 from multiradar_compiled.kernels import in_loop, kernel, loop
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-MISSING = -1
 
 
 @in_loop

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 Integers = NDArray[np.int64]
 
+#: In place of an identity, a code or a track that a row or a slot does not have.
 MISSING = -1
 #: In `RowIdentities.slot`: the row initiates a new track, whatever its identity.
 NEW_TRACK = -3

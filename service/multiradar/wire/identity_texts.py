@@ -4,13 +4,13 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from multiradar.tracking.input.measurements import MISSING_INTEGER
+from multiradar.tracking.roster import MISSING
 
 
 def present(numbers: NDArray[np.integer]) -> pl.Series:
     """Return whole numbers, null for those that are missing."""
     found = pl.Series(numbers)
-    return found.set(found == MISSING_INTEGER, None)
+    return found.set(found == MISSING, None)
 
 
 # Lookup tables of digits: ten times faster than formatting each number.

@@ -8,15 +8,11 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar.errors import InputError, MissingColumnError
+from multiradar.estimation.measurement.kinds import KIND_BEARING, KIND_POSITION, KIND_RADAR
 from multiradar.estimation.measurement.known_biases import Measured, without_known_biases
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.tracking.input.measurements import (
-    KIND_BEARING,
-    KIND_POSITION,
-    KIND_RADAR,
-    MISSING_INTEGER,
-    MeasurementBatch,
-)
+from multiradar.tracking.input.measurements import MeasurementBatch
+from multiradar.tracking.roster import MISSING
 from multiradar.wire.bearing_columns import direction_rows, directions_of, with_movers
 from multiradar.wire.sensors import KIND_NUMBER
 from multiradar_schemas.measurements.callsigns import callsign_texts, packed_callsigns
@@ -126,7 +122,7 @@ def measurement_rows(batch: MeasurementBatch, table: SensorTable) -> list[dict[s
         fields |= {name: float(one[row]) for name, one in floats.items() if np.isfinite(one[row])}
         for name, form in texts.items():
             number = int(getattr(batch, name)[row])
-            if number != MISSING_INTEGER:
+            if number != MISSING:
                 fields[name] = number if form == "d" else format(number, form)
         if callsigns[row] is not None:
             fields["callsign"] = callsigns[row]
@@ -212,9 +208,9 @@ def _columns(frame: pl.DataFrame, table: SensorTable) -> MeasurementBatch:
         pl.when(position).then("latitude_deg").fill_null(np.nan).alias("latitude_deg"),
         pl.when(position).then("longitude_deg").fill_null(np.nan).alias("longitude_deg"),
         pl.col("height_m").fill_null(np.nan),
-        pl.col("mode_3a").str.to_integer(base=8, dtype=pl.Int32).fill_null(MISSING_INTEGER),
-        pl.col("mode_s_address").str.to_integer(base=16, dtype=pl.Int64).fill_null(MISSING_INTEGER),
-        pl.col("track_number").fill_null(MISSING_INTEGER),
+        pl.col("mode_3a").str.to_integer(base=8, dtype=pl.Int32).fill_null(MISSING),
+        pl.col("mode_s_address").str.to_integer(base=16, dtype=pl.Int64).fill_null(MISSING),
+        pl.col("track_number").fill_null(MISSING),
     )
     # Writable copies, so that kernels are compiled for one type of array.
     arrays = {column.name: column.to_numpy(writable=True) for column in columns}

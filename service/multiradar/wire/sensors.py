@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.measurement.kinds import KIND_BEARING, KIND_POSITION, KIND_RADAR
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
-from multiradar.tracking.input.measurements import KIND_BEARING, KIND_POSITION, KIND_RADAR
 from multiradar_schemas.sensors.sensor import Sensor, SensorsFile
 
 #: Numbers of the kinds of measurement and of sensor in the core.

@@ -10,9 +10,14 @@ from multiradar.estimation.filters._kernels import SEVERAL
 from multiradar.estimation.filters.arrays import Rows, Work, result_arrays
 from multiradar.estimation.filters.bank import Outcome, find_filter
 from multiradar.estimation.filters.joint._joint_kernels import insert_aircraft
-from multiradar.estimation.measurement._kernels import KIND_FLAT_POLAR, KIND_FLAT_POSITION
+from multiradar.estimation.measurement.kinds import (
+    KIND_BEARING,
+    KIND_FLAT_POLAR,
+    KIND_FLAT_POSITION,
+    KIND_POSITION,
+    KIND_RADAR,
+)
 from multiradar.estimation.measurement.linearised import cartesian_plot
-from multiradar.tracking.input.measurements import KIND_BEARING, KIND_POSITION, KIND_RADAR
 from multiradar.tracking.model import filter_model
 from multiradar.tracking.settings import TrackingSettings
 from support.references.reference_filters import Observation

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_RANGE_GAIN,
@@ -23,7 +24,7 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.simulation.observation.measurements import Measurements
 from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.scenario import model as simulated
-from multiradar.tracking.input.measurements import KIND_RADAR, MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 
 Floats = NDArray[np.float64]
 

@@ -5,12 +5,12 @@ import polars as pl
 import pytest
 
 from multiradar.errors import InputError, MissingColumnError
+from multiradar.estimation.measurement.kinds import KIND_BEARING, KIND_POSITION, KIND_RADAR
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_RANGE_GAIN,
     PARAMETER_RANGE_OFFSET,
 )
-from multiradar.tracking.input.measurements import KIND_BEARING, KIND_POSITION, KIND_RADAR
 from multiradar.tracking.outputs import (
     STATE_COASTING,
     STATE_CONFIRMED,

@@ -25,7 +25,7 @@ from multiradar.diagnosis.cross_sensor.references import (
 )
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.plots import Floats, Plots, Site, located, plots_of, positions, reported
-from multiradar.estimation.measurement._kernels import KIND_POSITION, KIND_RADAR
+from multiradar.estimation.measurement.kinds import KIND_POSITION, KIND_RADAR
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 
 #: Maximum and minimum number of compared plots of a sensor.

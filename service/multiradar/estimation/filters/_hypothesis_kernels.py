@@ -17,7 +17,7 @@ for one motion model. Their two-stage form, and that of interacting modes, are t
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._kernels import RESTARTED, choose_height, read_out
+from multiradar.estimation.filters._kernels import NONE, RESTARTED, choose_height, read_out
 from multiradar.estimation.filters._row_kernels import finish_readout
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows
 from multiradar.estimation.filters.imm._mode_kernels import read_modes
@@ -27,9 +27,6 @@ from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-# In `Hypotheses.own`, no plot; in `Hypotheses.plot`, none of them.
-NONE = -1
 
 
 @kernel

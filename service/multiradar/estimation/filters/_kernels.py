@@ -52,6 +52,9 @@ UNSUPPORTED = 8
 NO_ROOM = 9
 IMPLAUSIBLE = 10
 
+# In place of an index (of a row, a slot, a plot): none.
+NONE = -1
+
 # In `Rows.slot`: no aircraft, for lack of an identity, of a free slot, or of plausibility of a
 # self-reported position.
 NO_IDENTITY_SLOT = -1

@@ -39,12 +39,12 @@ from multiradar.estimation.filters.height._height_kernels import (
     reportable_guess,
     reportable_rate,
 )
-from multiradar.estimation.measurement._kernels import (
+from multiradar.estimation.measurement._kernels import is_bearing
+from multiradar.estimation.measurement.kinds import (
     KIND_DIRECTION,
     KIND_FLAT_POLAR,
     KIND_POSITION,
     KIND_RADAR,
-    is_bearing,
 )
 from multiradar_compiled.kernels import in_loop
 

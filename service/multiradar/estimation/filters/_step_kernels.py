@@ -59,7 +59,8 @@ from multiradar.estimation.filters.two_stage._time_offset_kernels import (
     update_offset_velocity,
 )
 from multiradar.estimation.filters.two_stage._two_stage_kernels import component, correct_two_stage
-from multiradar.estimation.measurement._kernels import KIND_BEARING, is_bearing
+from multiradar.estimation.measurement._kernels import is_bearing
+from multiradar.estimation.measurement.kinds import KIND_BEARING
 from multiradar.estimation.motion._kernels import move_aircraft
 from multiradar_compiled.kernels import fetch_ahead, in_loop, kernel, loop
 

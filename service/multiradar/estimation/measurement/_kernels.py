@@ -31,6 +31,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.measurement.kinds import (
+    KIND_BEARING,
+    KIND_DIRECTION,
+    KIND_FLAT_POLAR,
+    KIND_FLAT_POSITION,
+    KIND_POSITION,
+    KIND_RADAR,
+)
 from multiradar.geodesy._kernels import C_EAST, C_NORTH, HEIGHT, line_of_sight, locate_polar
 from multiradar_compiled.kernels import in_both, in_loop, kernel
 from multiradar_compiled.lane_kernels import Numbers, broadcast_like, chosen, larger, root
@@ -42,14 +50,6 @@ NoiseOf = tuple[Numbers, Numbers, Numbers]
 Slope = SlopeOf[float]
 Noise = NoiseOf[float]
 
-KIND_RADAR = 0
-KIND_POSITION = 1
-KIND_BEARING = 2
-# Range and azimuth on a flat plane; the position of such a plot, report, (1.11).
-KIND_FLAT_POLAR = 3
-KIND_FLAT_POSITION = 4
-# A bearing with an elevation; `MeasurementBatch.kind` calls both bearings.
-KIND_DIRECTION = 5
 PARAMETER_RANGE_OFFSET = 0
 PARAMETER_AZIMUTH_OFFSET = 1
 PARAMETER_RANGE_GAIN = 2

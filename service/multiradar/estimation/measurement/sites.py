@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.measurement._kernels import KIND_POSITION
+from multiradar.estimation.measurement.kinds import KIND_POSITION
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.wgs84 import geodetic_to_ecef
 

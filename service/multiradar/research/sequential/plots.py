@@ -10,11 +10,7 @@ from multiradar.errors import ConfigurationError, ShapeError, TimeOrderError
 from multiradar.estimation.array_checks import finite_array, require_shape
 from multiradar.estimation.filters.arrays import Rows
 from multiradar.estimation.gaussian import require_covariance
-from multiradar.estimation.measurement._kernels import (
-    KIND_FLAT_POLAR,
-    KIND_FLAT_POSITION,
-    KIND_RADAR,
-)
+from multiradar.estimation.measurement.kinds import KIND_FLAT_POLAR, KIND_FLAT_POSITION, KIND_RADAR
 from multiradar.estimation.measurement.linearised import cartesian_plot
 from multiradar.research.sequential.sensors import Sensors
 

@@ -14,8 +14,8 @@ from multiradar.errors import (
 )
 from multiradar.estimation.array_checks import finite_array, require_shape
 from multiradar.estimation.gaussian import require_covariance
-from multiradar.estimation.measurement._kernels import KIND_FLAT_POLAR, KIND_RADAR
 from multiradar.estimation.measurement.bias_parameters import known_kinds
+from multiradar.estimation.measurement.kinds import KIND_FLAT_POLAR, KIND_RADAR
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_NAMES,

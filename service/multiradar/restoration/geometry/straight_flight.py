@@ -12,11 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters.height._height_kernels import COARSE_STEP_M
-from multiradar.estimation.measurement._kernels import (
-    KIND_DIRECTION,
-    expected_measurement,
-    sine_by_height,
-)
+from multiradar.estimation.measurement._kernels import expected_measurement, sine_by_height
+from multiradar.estimation.measurement.kinds import KIND_DIRECTION
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy import _kernels as geodesy
 from multiradar.geodesy.system_plane import SystemPlane

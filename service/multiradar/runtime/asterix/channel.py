@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from multiradar.geodesy.stereographic import StereographicPlane
 from multiradar.runtime.asterix.numbers import NUMBERS
+from multiradar.tracking.roster import MISSING
 from multiradar_converters.asterix.writing import status_reports, track_reports
 from multiradar_converters.asterix.writing.encoding import BLOCK_OCTETS_MAX, Records, blocks
 from multiradar_converters.asterix.writing.senders import Sender
@@ -19,8 +20,6 @@ from multiradar_converters.asterix.writing.status_reports import (
     status_record,
 )
 from multiradar_converters.asterix.writing.track_reports import TrackReports, track_records
-
-_NO_CODE = -1
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +69,7 @@ class Channel:
         #: category and item.
         self.counts: Counter[str] = Counter()
         self._known = np.zeros(NUMBERS, np.bool_)
-        self._code = np.full(NUMBERS, _NO_CODE, np.int64)
+        self._code = np.full(NUMBERS, MISSING, np.int64)
 
     def tracks(self, reports: TrackReports) -> list[bytes]:
         """Return blocks of category 062, and one of 065 with the end of batch."""
@@ -92,9 +91,9 @@ class Channel:
         chosen = reports.select(rows)
         number, last = chosen.number, ~wanted[rows]
         before = self._code[number]
-        changed = known[rows] & (before != _NO_CODE) & (before != chosen.mode_3a)
+        changed = known[rows] & (before != MISSING) & (before != chosen.mode_3a)
         self._known[number] = ~last
-        self._code[number] = np.where(last, _NO_CODE, chosen.mode_3a)
+        self._code[number] = np.where(last, MISSING, chosen.mode_3a)
         chosen = replace(chosen, first=~known[rows], last=last, code_changed=changed)
         return chosen if self.options.plane is None else _on_plane(chosen, self.options.plane)
 

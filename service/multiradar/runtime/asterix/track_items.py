@@ -3,8 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.measurement.kinds import KIND_BEARING, KIND_POSITION
 from multiradar.tracking.columns import row_type
-from multiradar.tracking.input.measurements import KIND_BEARING, KIND_POSITION, MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar_converters.asterix.writing.track_reports import UNDETERMINED
 
 Floats = NDArray[np.float64]

@@ -5,6 +5,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.geodesic import PositionAndHeading, direct_geodesic
 from multiradar.geodesy.system_plane import SystemPlane
@@ -22,7 +23,7 @@ from multiradar.runtime.asterix.track_items import (
 )
 from multiradar.runtime.memory.live_tracks import LiveTracks
 from multiradar.tracking.columns import rows_of
-from multiradar.tracking.input.measurements import KIND_RADAR, MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import (
     SPREAD_COUNT,
     STATE_CONFIRMED,

@@ -8,14 +8,13 @@ copies rows and then drops those overwritten meanwhile.
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._kernels import NONE
 from multiradar.runtime import _kernels as kernels
 from multiradar.tracking.columns import row_type
 from multiradar.tracking.outputs import TrackUpdates
 
 #: A row of `TrackUpdates`; field names are the same.
 UPDATE_DTYPE = row_type(TrackUpdates)
-
-_NONE = -1
 
 
 class TrackHistory:
@@ -32,9 +31,9 @@ class TrackHistory:
     def __init__(self, rows_max: int, row_type: np.dtype[np.void] = UPDATE_DTYPE) -> None:
         self._rows = np.empty(rows_max, row_type)
         self._time_s = np.empty(rows_max, np.float64)
-        self._previous = np.full(rows_max, _NONE, np.int64)
+        self._previous = np.full(rows_max, NONE, np.int64)
         # Number of the newest row of each track, by track identifier (from 1).
-        self._newest = np.full(1024, _NONE, np.int64)
+        self._newest = np.full(1024, NONE, np.int64)
         # Rows below `_appended` − capacity may be overwritten at any moment.
         self._appended = 0
 
@@ -102,6 +101,6 @@ class TrackHistory:
 
     def _grow(self, track_id: int) -> None:
         if track_id >= len(self._newest):
-            grown = np.full(max(track_id + 1, 2 * len(self._newest)), _NONE, np.int64)
+            grown = np.full(max(track_id + 1, 2 * len(self._newest)), NONE, np.int64)
             grown[: len(self._newest)] = self._newest
             self._newest = grown

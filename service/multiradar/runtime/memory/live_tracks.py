@@ -3,10 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._kernels import NONE
 from multiradar.runtime.memory.history import UPDATE_DTYPE
 from multiradar.tracking.outputs import STATE_COASTING, STATE_CONFIRMED
-
-_NONE = -1
 
 
 def ages_and_states(
@@ -42,7 +41,7 @@ class LiveTracks:
         self._rows = np.zeros(64, UPDATE_DTYPE)
         self._free: list[int] = list(range(63, -1, -1))
         # Slot of each live track, by track identifier.
-        self._slot = np.full(1024, _NONE, np.int32)
+        self._slot = np.full(1024, NONE, np.int32)
         self._count = 0
 
     def __len__(self) -> int:
@@ -56,7 +55,7 @@ class LiveTracks:
     def slots(self, tracks: NDArray[np.int64]) -> NDArray[np.int32]:
         """Return the slot of each track, below the capacity, -1 for those not live."""
         known = (tracks > 0) & (tracks < len(self._slot))
-        found = np.full(len(tracks), _NONE, np.int32)
+        found = np.full(len(tracks), NONE, np.int32)
         found[known] = self._slot[tracks[known]]
         return found
 
@@ -67,23 +66,23 @@ class LiveTracks:
         # The first of each in reversed order is the last by arrival.
         tracks, backwards = np.unique(rows["track_id"][::-1], return_index=True)
         self._grow(int(tracks[-1]))
-        for track in tracks[self._slot[tracks] == _NONE]:
+        for track in tracks[self._slot[tracks] == NONE]:
             self._slot[track] = self._allocate()
         self._rows[self._slot[tracks]] = rows[len(rows) - 1 - backwards]
 
     def remove(self, tracks: NDArray[np.int64]) -> None:
         """Remove tracks; those not live are skipped."""
         for track in tracks:
-            slot = int(self._slot[track]) if track < len(self._slot) else _NONE
-            if slot != _NONE:
-                self._slot[track] = _NONE
+            slot = int(self._slot[track]) if track < len(self._slot) else NONE
+            if slot != NONE:
+                self._slot[track] = NONE
                 self._rows[slot]["track_id"] = 0
                 self._free.append(slot)
                 self._count -= 1
 
     def get(self, track_id: int) -> NDArray[np.void] | None:
         """Return the row of a live track, shape (1,), a copy."""
-        if not 0 < track_id < len(self._slot) or self._slot[track_id] == _NONE:
+        if not 0 < track_id < len(self._slot) or self._slot[track_id] == NONE:
             return None
         slot = int(self._slot[track_id])
         return self._rows[slot : slot + 1].copy()
@@ -103,6 +102,6 @@ class LiveTracks:
 
     def _grow(self, track_id: int) -> None:
         if track_id >= len(self._slot):
-            grown = np.full(max(track_id + 1, 2 * len(self._slot)), _NONE, np.int32)
+            grown = np.full(max(track_id + 1, 2 * len(self._slot)), NONE, np.int32)
             grown[: len(self._slot)] = self._slot
             self._slot = grown

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from multiradar.errors import OutsidePlaneError
 from multiradar.estimation.measurement.cone_of_silence import outside_cone
+from multiradar.estimation.measurement.kinds import KIND_BEARING, KIND_POSITION
 from multiradar.estimation.measurement.known_biases import polar_without_biases
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
@@ -25,7 +26,6 @@ from multiradar.geodesy import _kernels as geodesy
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.restoration.geometry._plot_position_kernels import locate_polar_plot
 from multiradar.restoration.geometry.plot_positions import height_variance
-from multiradar.tracking.input.measurements import KIND_BEARING, KIND_POSITION
 from multiradar.tracking.outputs import BiasRecords
 from multiradar.tracking.settings import TrackingSettings
 

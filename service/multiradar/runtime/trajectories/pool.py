@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from multiradar.errors import CovarianceError, MultiradarError, ShapeError, TimeOrderError
+from multiradar.estimation.measurement.kinds import KIND_BEARING
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.restoration.bundle.bundle import Bundle
 from multiradar.restoration.control_tracks._scratch import scratch
@@ -22,7 +23,6 @@ from multiradar.runtime.trajectories.plots import (
 )
 from multiradar.runtime.trajectories.roster import Sampled
 from multiradar.tracking.forecast.forecast_scores import Learnt
-from multiradar.tracking.input.measurements import KIND_BEARING
 
 _log = logging.getLogger(__name__)
 

@@ -7,13 +7,12 @@ track), u, v = dual prices of rows and columns, p = row assigned to each column.
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._kernels import NONE
 from multiradar.tracking.association.track_grid import Candidates, TrackGrid
 from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-NONE = -1
 
 # A component with more plots is assigned greedily: the time of the exact algorithm grows with the
 # third power of its size, and so many linked plots cannot be resolved anyway.

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.measurement._kernels import KIND_RADAR
+from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar_compiled.kernels import in_loop, kernel
 
 Floats = NDArray[np.float64]

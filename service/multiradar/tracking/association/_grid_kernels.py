@@ -16,11 +16,11 @@ from multiradar.estimation.filters._kernels import (
 )
 from multiradar.estimation.filters.arrays import Aircraft, Model, Rows
 from multiradar.estimation.measurement._kernels import (
-    KIND_RADAR,
     PARAMETER_AZIMUTH_OFFSET,
     bias_column,
     locate_measurement,
 )
+from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.geodesy._kernels import C_NORTH, EE, EN, M_EE, M_NN, NE, NN, PE, PN, UE, UN
 from multiradar.geodesy._kernels import HEIGHT as SITE_HEIGHT
 from multiradar.tracking.association.track_grid import SPEED_MAX, VELOCITY_ERROR, TrackGrid

@@ -23,13 +23,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._kernels import NONE
 from multiradar.tracking.association._assignment_kernels import least_cost, root_of
 from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-NONE = -1
 
 # Maximum number of plots, and of tracks, of a cluster whose events are enumerated.
 EXACT_MAX = 8

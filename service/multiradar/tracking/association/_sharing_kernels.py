@@ -15,9 +15,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._kernels import choose_height
+from multiradar.estimation.filters._kernels import NONE, choose_height
 from multiradar.estimation.filters.arrays import Aircraft, Model, Rows
-from multiradar.estimation.measurement._kernels import KIND_RADAR, expected_measurement
+from multiradar.estimation.measurement._kernels import expected_measurement
+from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.geodesy._kernels import wrap_angle
 from multiradar.tracking.association._assignment_kernels import root_of
 from multiradar.tracking.association._association_kernels import pair_score
@@ -29,8 +30,6 @@ from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-NONE = -1
 
 # Columns of the shares: see `share_plots`.
 SHARE_COLUMNS = 6

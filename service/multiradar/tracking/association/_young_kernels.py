@@ -8,12 +8,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._kernels import NONE
 from multiradar.estimation.filters.arrays import Aircraft, Rows
-from multiradar.estimation.measurement._kernels import KIND_RADAR
+from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.tracking.association._grid_kernels import COARSE_SIGMAS, NEAR_COLUMN
 from multiradar.tracking.association.track_grid import Candidates, PlotPosition, TrackGrid
 from multiradar.tracking.lifecycle.lifecycle import (
-    NONE,
     TENTATIVE,
     USUAL_SPEED,
     YOUNG_HITS,

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters.arrays import Model, Result, Rows
+from multiradar.estimation.measurement.kinds import KIND_BEARING
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking._kernels import identify
 from multiradar.tracking.association import track_grid
@@ -25,7 +26,7 @@ from multiradar.tracking.association.clutter import ClutterMap
 from multiradar.tracking.association.shared_plots import Shares, sharing_rules
 from multiradar.tracking.association.track_grid import Candidates, Gating, RowScores, TrackGrid
 from multiradar.tracking.bearings._bearing_kernels import assign_bearings
-from multiradar.tracking.input.measurements import KIND_BEARING, MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.input.order import RELEASE_STEP_S
 from multiradar.tracking.lifecycle._lifecycle_kernels import (
     SHADOW_HITS,

@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.filters._hypothesis_kernels import (
-    NONE,
     copy_aircraft,
     mix_hypotheses,
     read_mixed,
     refer_plots,
 )
-from multiradar.estimation.filters._kernels import REJECT_NIS
+from multiradar.estimation.filters._kernels import NONE, REJECT_NIS
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows, Work, result_arrays
 from multiradar.estimation.filters.bank import FILTERS, FilterDefinition
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable

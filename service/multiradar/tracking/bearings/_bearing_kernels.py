@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters.arrays import Aircraft, Model, Rows
-from multiradar.estimation.measurement._kernels import KIND_DIRECTION, is_bearing
+from multiradar.estimation.measurement._kernels import is_bearing
+from multiradar.estimation.measurement.kinds import KIND_DIRECTION
 from multiradar.tracking.association._association_kernels import LOG_TWO_PI, association_score
 from multiradar.tracking.association.track_grid import BiasScratch, PlotPosition, TrackGrid
 from multiradar.tracking.lifecycle.lifecycle import TENTATIVE, Lifecycle

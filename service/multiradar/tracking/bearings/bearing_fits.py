@@ -25,12 +25,9 @@ from multiradar.estimation.filters.arrays import Model
 from multiradar.estimation.filters.bearings_only import initiate
 from multiradar.estimation.filters.height._height_kernels import COARSE_STEP_M, slant_of_direction
 from multiradar.estimation.gaussian import symmetric_part
-from multiradar.estimation.measurement._kernels import (
-    KIND_DIRECTION,
-    expected_measurement,
-    sine_by_height,
-)
+from multiradar.estimation.measurement._kernels import expected_measurement, sine_by_height
 from multiradar.estimation.measurement.angles import wrapped
+from multiradar.estimation.measurement.kinds import KIND_DIRECTION
 from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET, SensorTable
 from multiradar.estimation.measurement.sights import Sight
 from multiradar.geodesy import _kernels as geodesy

@@ -18,13 +18,12 @@ from multiradar.errors import BearingsError
 from multiradar.estimation.bias.store import BiasState
 from multiradar.estimation.filters.arrays import Model
 from multiradar.estimation.filters.bearings_only import DISTANCE_SHARE_MAX
-from multiradar.estimation.measurement._kernels import KIND_BEARING
+from multiradar.estimation.measurement.kinds import KIND_BEARING, KIND_RADAR
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking._kernels import identify
 from multiradar.tracking.association.association import Window
 from multiradar.tracking.bearings.bearing_fits import Bounds, locate
 from multiradar.tracking.bearings.waiting_bearings import WaitingBearing, bearing_of_row
-from multiradar.tracking.input.measurements import KIND_RADAR
 from multiradar.tracking.pool import AircraftPool, Start
 from multiradar.tracking.roster import Roster, RowIdentities
 from multiradar.tracking.settings import TrackingSettings

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters.arrays import Model, Rows
-from multiradar.estimation.measurement._kernels import KIND_DIRECTION
+from multiradar.estimation.measurement.kinds import KIND_DIRECTION
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy._kernels import site_parameters
 from multiradar.tracking.input.measurements import MeasurementBatch

@@ -17,6 +17,7 @@ of finding fixed-radius near neighbors", Information Processing Letters 6 (1977)
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._kernels import NONE
 from multiradar.tracking.encounters._path_kernels import nearest_part
 from multiradar_compiled.kernels import in_loop, kernel, loop
 
@@ -33,7 +34,6 @@ COUNTS = 3
 MIDDLE_EAST, MIDDLE_NORTH, REACH = 0, 1, 2
 # Odd multipliers without a pattern, so that neighbouring cells rarely share a bucket.
 _MIX_EAST, _MIX_NORTH = 0x9E3779B1, 0x85EBCA6B
-_NONE = -1
 
 
 @kernel
@@ -58,7 +58,7 @@ def find_pairs(
     following = np.empty(n, np.int64)
     heads = np.empty(buckets, np.int64)
     held = np.empty(buckets, np.int64)
-    known_pairs = np.full(table, _NONE, np.int64)
+    known_pairs = np.full(table, NONE, np.int64)
     search(
         t, means, points, distance, comparisons_max, pairs, counts, middles, cells, following,
         heads, held, known_pairs,
@@ -78,7 +78,7 @@ def search(
         reach_max = 0.5 * FAST_MPS * dt
         wide = distance + 2.0 * reach_max
         for b in range(heads.shape[0]):
-            heads[b] = _NONE
+            heads[b] = NONE
             held[b] = 0
         for i in range(n):
             if points[i] >= k + 2:
@@ -137,7 +137,7 @@ def compare_nearby(
             counts[LEFT_OUT] += held[bucket]
         else:
             j = heads[bucket]
-            while j != _NONE:
+            while j != NONE:
                 # Cells may share a bucket.
                 if cells[j, 0] == east and cells[j, 1] == north:
                     compare(j, i, k, dt, means, distance, middles, pairs, counts, known_pairs)
@@ -204,7 +204,7 @@ def keep(i: int, j: int, pairs: Integers, counts: Integers, known_pairs: Integer
     mask = known_pairs.shape[0] - 1
     bucket = (i * _MIX_EAST ^ j * _MIX_NORTH) & mask
     known = False
-    while known_pairs[bucket] != _NONE and not known:
+    while known_pairs[bucket] != NONE and not known:
         row = known_pairs[bucket]
         known = pairs[row, 0] == i and pairs[row, 1] == j
         bucket = (bucket + 1) & mask

@@ -24,7 +24,8 @@ from multiradar.estimation.filters._kernels import (
     UPDATED,
 )
 from multiradar.estimation.filters.arrays import Aircraft, Result, Rows
-from multiradar.estimation.measurement._kernels import KIND_RADAR, is_bearing
+from multiradar.estimation.measurement._kernels import is_bearing
+from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.tracking.health.health_sums import (
     GAIN_SCALE_M,
     LAST_TEST,

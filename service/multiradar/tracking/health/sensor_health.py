@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from multiradar.estimation.bias.store import BiasState
 from multiradar.estimation.filters._kernels import RESTARTED
 from multiradar.estimation.filters.arrays import Result, Rows
-from multiradar.estimation.measurement._kernels import KIND_RADAR
+from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_RANGE_OFFSET,

@@ -13,13 +13,13 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.measurement._kernels import KIND_RADAR
+from multiradar.estimation.filters._kernels import NONE
+from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar_compiled.kernels import kernel
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-NONE = -1
 FULL_CIRCLE_RAD = 2.0 * pi
 # Maximum difference of one plot received by two networks: steps of 1/128 NM (14.5 m) and of
 # 360°/4096 (0.088°), the coarsest of ASTERIX category 001, rounded in opposite directions; 100 ft

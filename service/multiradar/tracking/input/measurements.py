@@ -8,11 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.tracking.columns import column_types, empty_columns, joined_columns
-
-KIND_RADAR = 0
-KIND_POSITION = 1
-KIND_BEARING = 2
-MISSING_INTEGER = -1
+from multiradar.tracking.roster import MISSING
 
 
 class Directions(NamedTuple):
@@ -120,9 +116,7 @@ class MeasurementBatch:
             The same rows, with these columns missing.
         """
         columns = set(COLUMNS) & set(hidden)
-        missing = {
-            name: np.full_like(getattr(self, name), MISSING_INTEGER) for name in sorted(columns)
-        }
+        missing = {name: np.full_like(getattr(self, name), MISSING) for name in sorted(columns)}
         return replace(self, **missing) if missing else self
 
     @classmethod

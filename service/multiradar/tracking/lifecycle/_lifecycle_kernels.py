@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import RESTARTED
 from multiradar.estimation.filters.arrays import Aircraft, Result, Rows
-from multiradar.estimation.measurement._kernels import KIND_RADAR, is_bearing
+from multiradar.estimation.measurement._kernels import is_bearing
+from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.tracking._kernels import differ
 from multiradar.tracking.association._assignment_kernels import assign_scan
 from multiradar.tracking.association._clutter_kernels import ring_of

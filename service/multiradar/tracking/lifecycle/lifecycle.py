@@ -8,6 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._kernels import NONE
+from multiradar.tracking.roster import MISSING
+
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
@@ -15,8 +18,6 @@ Integers = NDArray[np.int64]
 BY_IDENTITY = 0
 TENTATIVE = 1
 CONFIRMED = 2
-
-NONE = -1
 
 # Number of measurements up to which the velocity of a track may be based on a false plot.
 YOUNG_HITS = 4
@@ -83,8 +84,8 @@ class Lifecycle(NamedTuple):
             first_sensor=np.zeros(capacity, np.int64),
             first_ring=np.zeros(capacity, np.int64),
             last_seen=np.full((capacity, sensors), -np.inf),
-            pending_code=np.full(capacity, NONE, np.int64),
-            pending_address=np.full(capacity, NONE, np.int64),
+            pending_code=np.full(capacity, MISSING, np.int64),
+            pending_address=np.full(capacity, MISSING, np.int64),
             bias_excluded=np.zeros(capacity, np.int64),
             partner=np.full(capacity, NONE, np.int64),
             meetings=np.zeros(capacity, np.int64),

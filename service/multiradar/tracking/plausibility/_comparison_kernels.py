@@ -23,13 +23,13 @@ from numpy.typing import NDArray
 from multiradar.estimation.filters._kernels import CONE_RATIO, choose_height, inverse, squared_norm
 from multiradar.estimation.filters.arrays import Model
 from multiradar.estimation.measurement._kernels import (
-    KIND_RADAR,
     Slope,
     bias_column,
     bias_spread,
     expected_measurement,
     measures_azimuth,
 )
+from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.geodesy._kernels import wrap_angle
 from multiradar.tracking.plausibility.report_integrity import (
     EAST,

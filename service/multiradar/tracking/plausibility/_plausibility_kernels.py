@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import HEIGHT_MAX, IMPLAUSIBLE_SLOT, VALUE_MAX
 from multiradar.estimation.filters.arrays import Model, Rows
-from multiradar.estimation.measurement._kernels import KIND_RADAR, is_bearing
+from multiradar.estimation.measurement._kernels import is_bearing
+from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.tracking._kernels import look_up
 from multiradar.tracking.lifecycle.lifecycle import Lifecycle
 from multiradar.tracking.plausibility._comparison_kernels import common_offset, compare_all, vote

@@ -6,11 +6,8 @@ import pytest
 from multiradar.estimation.filters.arrays import Aircraft, Model, Rows, Work, result_arrays
 from multiradar.estimation.filters.bank import FILTERS, Outcome
 from multiradar.estimation.filters.height._height_kernels import BY_HEIGHT, GUESS, GUESS_VARIANCE
-from multiradar.estimation.measurement._kernels import (
-    KIND_DIRECTION,
-    expected_measurement,
-    sine_by_height,
-)
+from multiradar.estimation.measurement._kernels import expected_measurement, sine_by_height
+from multiradar.estimation.measurement.kinds import KIND_DIRECTION
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking.settings import TrackingSettings
 from support.references.direction_filter import model_of, one_aircraft

@@ -15,7 +15,7 @@ from multiradar.estimation.filters._kernels import (
     UPDATED,
 )
 from multiradar.estimation.filters.height import _height_kernels as heights
-from multiradar.estimation.measurement._kernels import KIND_POSITION, KIND_RADAR
+from multiradar.estimation.measurement.kinds import KIND_POSITION, KIND_RADAR
 from support.kernels import plain
 
 Floats = NDArray[np.float64]

@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters._hypothesis_kernels import NONE, copy_aircraft, mix_hypotheses
+from multiradar.estimation.filters._hypothesis_kernels import copy_aircraft, mix_hypotheses
+from multiradar.estimation.filters._kernels import NONE
 from multiradar.estimation.filters.arrays import Aircraft, aircraft_arrays
 
 Floats = NDArray[np.float64]

@@ -5,7 +5,6 @@ import pytest
 
 from multiradar.estimation.filters.height._height_kernels import slant_of_direction
 from multiradar.estimation.measurement._kernels import (
-    KIND_DIRECTION,
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_RANGE_GAIN,
     PARAMETER_RANGE_OFFSET,
@@ -14,6 +13,7 @@ from multiradar.estimation.measurement._kernels import (
     expected_measurement,
     locate_measurement,
 )
+from multiradar.estimation.measurement.kinds import KIND_DIRECTION
 from multiradar.geodesy._kernels import site_parameters
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane

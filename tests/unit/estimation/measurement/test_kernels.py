@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from multiradar.estimation.measurement import _kernels as kernels
+from multiradar.estimation.measurement import kinds
 from multiradar.estimation.measurement.linearised import cartesian_plot
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES
 from multiradar.geodesy._kernels import plane_parameters, predict_polar, site_parameters
@@ -30,7 +31,7 @@ def kernel(name: str, form: str) -> Callable[..., Any]:
 @BOTH
 @pytest.mark.parametrize("kind", range(len(PARAMETER_NAMES)))
 def test_bias_column_is_that_of_the_plain_form(kind: int, form: str) -> None:
-    found = kernel("bias_column", form)(kernels.KIND_RADAR, kind, SITE, 87e3, 1.2, -140.0, 2e-3)
+    found = kernel("bias_column", form)(kinds.KIND_RADAR, kind, SITE, 87e3, 1.2, -140.0, 2e-3)
     np.testing.assert_array_equal(found, bias_matrix([kind], 87e3, -140.0, 2e-3)[:, 0])
 
 
@@ -40,7 +41,7 @@ def test_spread_of_the_biases_is_j_p_jt(form: str) -> None:
     root = rng.normal(size=(6, 6))
     covariance = root @ root.T
     parameters = np.array([0, 1, 2, 0, 1, 3])
-    plot = (kernels.KIND_RADAR, SITE)
+    plot = (kinds.KIND_RADAR, SITE)
     seen = (87e3, 1.2, -140.0, 2e-3)
     found = kernel("bias_spread", form)(*plot, 3, 6, parameters, covariance, *seen)
     matrix = bias_matrix(parameters[3:], 87e3, -140.0, 2e-3)
@@ -53,7 +54,7 @@ def test_spread_of_the_biases_is_j_p_jt(form: str) -> None:
 def test_predicted_plot_is_that_of_the_geodesy(form: str) -> None:
     by_state, noise = np.zeros((2, 2)), np.zeros(3)
     found = kernel("predict_measurement", form)(
-        kernels.KIND_RADAR, PLANE, SITE, NOISE, 9e4, -3e4, 8_000.0, 0.0, by_state, noise
+        kinds.KIND_RADAR, PLANE, SITE, NOISE, 9e4, -3e4, 8_000.0, 0.0, by_state, noise
     )
     expected = predict_polar(PLANE, SITE, 9e4, -3e4, 8_000.0)
     np.testing.assert_allclose(found, [expected[0], expected[1], expected[6]], rtol=1e-14)
@@ -69,7 +70,7 @@ def test_an_assumed_height_widens_the_range_as_in_the_plain_form(
     """Two spheres of slightly different radius and a term of second order: within 2 %."""
     by_state, noise = np.zeros((2, 2)), np.zeros(3)
     slant, _, _ = kernel("predict_measurement", form)(
-        kernels.KIND_RADAR, PLANE, SITE, NOISE, *place, 8_000.0, 3_000.0**2, by_state, noise
+        kinds.KIND_RADAR, PLANE, SITE, NOISE, *place, 8_000.0, 3_000.0**2, by_state, noise
     )
     expected = range_variance(slant, 8_000.0, 420.0, 3_000.0)
     assert np.sqrt(noise[0] - NOISE[0]) == pytest.approx(np.sqrt(expected), rel=0.02)
@@ -80,7 +81,7 @@ def test_an_assumed_height_widens_the_range_as_in_the_plain_form(
 def test_a_reported_position_is_measured_directly(form: str) -> None:
     by_state, noise = np.zeros((2, 2)), np.zeros(3)
     found = kernel("predict_measurement", form)(
-        kernels.KIND_POSITION, PLANE, SITE, NOISE, 9e4, -3e4, 8_000.0, 9e6, by_state, noise
+        kinds.KIND_POSITION, PLANE, SITE, NOISE, 9e4, -3e4, 8_000.0, 9e6, by_state, noise
     )
     assert found[:2] == (9e4, -3e4)
     assert np.isnan(found[2])
@@ -91,8 +92,8 @@ def test_a_reported_position_is_measured_directly(form: str) -> None:
 FLAT_SITES = np.array([[-20e3, -20e3], [-30e3, 230e3]])
 FLAT_NOISE = np.array([15.0**2, np.radians(0.05) ** 2, np.nan, 0.0])
 FLAT_FORMS: dict[int, type[FlatPolar | FlatCartesian]] = {
-    kernels.KIND_FLAT_POLAR: FlatPolar,
-    kernels.KIND_FLAT_POSITION: FlatCartesian,
+    kinds.KIND_FLAT_POLAR: FlatPolar,
+    kinds.KIND_FLAT_POSITION: FlatCartesian,
 }
 
 
@@ -113,7 +114,7 @@ def test_a_plot_on_a_flat_plane_is_predicted_as_in_the_plain_form(
     p0, p1, ground = kernel("predict_measurement", form)(
         kind, PLANE, site, FLAT_NOISE, *state[:2], 0.0, 0.0, by_state, noise
     )
-    seen = value if kind == kernels.KIND_FLAT_POLAR else cartesian_plot(site, *value)
+    seen = value if kind == kinds.KIND_FLAT_POLAR else cartesian_plot(site, *value)
     np.testing.assert_allclose(seen - [p0, p1], expected.innovation, rtol=1e-12)
     np.testing.assert_allclose(by_state, expected.by_state[:, :2], rtol=1e-14)
     np.testing.assert_allclose(noise, expected.noise[[0, 0, 1], [0, 1, 1]], rtol=1e-12)

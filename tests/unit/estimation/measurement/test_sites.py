@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from multiradar.estimation.measurement.kinds import KIND_BEARING, KIND_POSITION, KIND_RADAR
 from multiradar.estimation.measurement.sites import ONE_SITE_M, numbers_of_sites
-from multiradar.tracking.input.measurements import KIND_BEARING, KIND_POSITION, KIND_RADAR
 from support.scenarios.scenes import make_scene, random_flights, three_radars
 
 

@@ -7,16 +7,11 @@ import pyproj
 import pytest
 from numpy.typing import NDArray
 
+from multiradar.estimation.measurement.kinds import KIND_BEARING, KIND_POSITION, KIND_RADAR
 from multiradar.runtime.asterix.numbers import NUMBERS
 from multiradar.runtime.asterix.sensor_picture import SensorPicture
 from multiradar.runtime.asterix.track_picture import TrackPicture
-from multiradar.tracking.input.measurements import (
-    COLUMNS,
-    KIND_BEARING,
-    KIND_POSITION,
-    KIND_RADAR,
-    MeasurementBatch,
-)
+from multiradar.tracking.input.measurements import COLUMNS, MeasurementBatch
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_converters.asterix.writing.track_reports import TrackReports, track_records

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from multiradar.estimation.bias.observability import UnobservableBias
+from multiradar.estimation.measurement.kinds import KIND_POSITION
 from multiradar.runtime.engine.engine import Engine
-from multiradar.tracking.input.measurements import KIND_POSITION, MeasurementBatch
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.settings import TrackingSettings
 from support.scenarios.scenes import Radar, Scene, make_scene, random_flights, three_radars
 

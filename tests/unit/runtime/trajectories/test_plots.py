@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from multiradar.estimation.measurement.kinds import KIND_BEARING, KIND_POSITION, KIND_RADAR
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.runtime.trajectories.plots import (
     PLOT_DTYPE,
@@ -16,7 +17,6 @@ from multiradar.runtime.trajectories.plots import (
     Published,
     prior_biases,
 )
-from multiradar.tracking.input.measurements import KIND_BEARING, KIND_POSITION, KIND_RADAR
 from multiradar.tracking.settings import TrackingSettings
 from support.scenarios import live_scene
 

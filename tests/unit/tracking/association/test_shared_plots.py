@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from multiradar.estimation.filters._hypothesis_kernels import NONE
+from multiradar.estimation.filters._kernels import NONE
 from multiradar.estimation.filters.arrays import Rows
 from multiradar.tracking.association.shared_plots import Shares, _rounds
 

@@ -36,12 +36,8 @@ from multiradar.estimation.filters._kernels import (
     STARTED,
     choose_height,
 )
-from multiradar.estimation.measurement._kernels import (
-    EARTH_DIAMETER_M,
-    KIND_DIRECTION,
-    KIND_POSITION,
-    KIND_RADAR,
-)
+from multiradar.estimation.measurement._kernels import EARTH_DIAMETER_M
+from multiradar.estimation.measurement.kinds import KIND_DIRECTION, KIND_POSITION, KIND_RADAR
 from multiradar_compiled.kernels import in_loop
 
 Floats = NDArray[np.float64]

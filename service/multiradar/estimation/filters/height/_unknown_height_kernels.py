@@ -32,15 +32,17 @@ from multiradar.estimation.filters.height._height_kernels import (
     range_slope,
 )
 from multiradar.estimation.measurement._kernels import (
-    KIND_BEARING,
-    KIND_DIRECTION,
-    KIND_POSITION,
-    KIND_RADAR,
     bias_column,
     bias_spread,
     expected_measurement,
     is_bearing,
     sine_by_height,
+)
+from multiradar.estimation.measurement.kinds import (
+    KIND_BEARING,
+    KIND_DIRECTION,
+    KIND_POSITION,
+    KIND_RADAR,
 )
 from multiradar.estimation.motion._kernels import load_covariance, moved_covariance
 from multiradar.geodesy._kernels import wrap_angle

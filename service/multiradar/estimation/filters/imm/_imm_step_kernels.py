@@ -78,7 +78,8 @@ from multiradar.estimation.filters.two_stage._time_offset_kernels import (
     has_time_offset,
     update_offset_velocity,
 )
-from multiradar.estimation.measurement._kernels import KIND_BEARING, is_bearing
+from multiradar.estimation.measurement._kernels import is_bearing
+from multiradar.estimation.measurement.kinds import KIND_BEARING
 from multiradar_compiled.kernels import fetch_ahead, in_loop, kernel, loop
 from multiradar_compiled.lane_kernels import LANES, load_row, store_row
 

@@ -45,11 +45,11 @@ from multiradar.estimation.filters.arrays import (
     partition_of,
 )
 from multiradar.estimation.measurement._kernels import (
-    KIND_POSITION,
     bias_column,
     measures_azimuth,
     predict_measurement,
 )
+from multiradar.estimation.measurement.kinds import KIND_POSITION
 from multiradar.geodesy._kernels import wrap_angle
 from multiradar_compiled.kernels import in_loop, kernel
 
