@@ -243,7 +243,7 @@ def _missing_periods(recording: "Recording", sensors: "SensorTable") -> list[str
     import numpy as np
     import polars as pl
 
-    from multiradar.tracking.input.measurements import KIND_RADAR
+    from multiradar.estimation.measurement.kinds import KIND_RADAR
     from multiradar_converters.scan_period import PLOTS_MAX, scan_period_s
 
     lacking = np.flatnonzero((sensors.kinds == KIND_RADAR) & np.isnan(sensors.rotation_period_s))
