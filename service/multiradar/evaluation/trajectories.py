@@ -15,6 +15,9 @@ from multiradar.geodesy.system_plane import SystemPlane
 NUMBER_MAX = 1e12
 #: Time over which the rate of climb is derived from heights of the reference, s.
 CLIMB_SPAN_S = 10.0
+#: Minimum time over which a velocity is derived from positions of the reference, s. Positions of
+#: ADS-B are received several times a second, with latencies that differ by tenths of a second.
+VELOCITY_SPAN_S = 1.0
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -258,13 +261,22 @@ def positions_on(reference: Reference, row: Indices, time_s: Floats) -> Position
 
 
 # Velocities of the lines that leave rows; the end of a stretch has that of the preceding line.
+# Lines shorter than `VELOCITY_SPAN_S` are extended on both sides; NaN where a stretch is shorter.
 def _slopes(reference: Reference, row: Indices) -> Floats:
     linked = joined(reference)
     former = np.where(linked[row], row, np.maximum(row - 1, 0))
     latter = np.minimum(former + 1, len(linked) - 1)
-    duration = reference.time_s[latter] - reference.time_s[former]
-    offset = reference.position_m[latter] - reference.position_m[former]
     known = linked[former]
+    duration = reference.time_s[latter] - reference.time_s[former]
+    growing = known & (duration < VELOCITY_SPAN_S)
+    while growing.any():
+        after = growing & linked[latter]
+        before = growing & (former > 0) & linked[former - 1]
+        latter, former = latter + after, former - before
+        duration = reference.time_s[latter] - reference.time_s[former]
+        growing = (after | before) & (duration < VELOCITY_SPAN_S)
+    known &= duration >= VELOCITY_SPAN_S
+    offset = reference.position_m[latter] - reference.position_m[former]
     slopes: Floats = np.full(offset.shape, np.nan)
     slopes[known] = offset[known] / duration[known, None]
     return slopes

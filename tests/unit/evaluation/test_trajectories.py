@@ -53,3 +53,14 @@ def test_the_end_of_a_line_has_the_velocity_that_leads_to_it() -> None:
     assert found.velocity_mps[:2] == pytest.approx(np.array([[100.0, 0.0], [100.0, 0.0]]))
     # A position alone has none.
     assert np.isnan(found.velocity_mps[2]).all()
+
+
+def test_velocities_of_rows_close_together_span_a_second() -> None:
+    """With positions to 10 m, rows a millisecond apart would give 10 km/s."""
+    times = [0.0, 0.001, 0.4, 1.2, 1.201, 2.0]
+    rows = [(t, 100.0 * t + 10.0 * (n % 2), 0.0, 0.0, 0.0) for n, t in enumerate(times)]
+    reference = reference_of({"a": rows, "b": rows[:3]}, velocities=False)
+    found = positions_at(reference, np.zeros(6, np.int64), np.array(times))
+    assert found.velocity_mps[:, 0] == pytest.approx(100.0, abs=13.0)
+    # Within less than a second none is known.
+    assert np.isnan(positions_at(reference, np.array([1]), np.array([0.4])).velocity_mps).all()
