@@ -65,6 +65,7 @@ def turn(count: int, number: int, random: np.random.Generator) -> EngineOutput:
         adsb_implausible=nothing != 0,
         callsign=np.full(count, -1, np.int64),
         measured_mode_s_address=identity,
+        on_ground=np.full(count, -1, np.int8),
     )
     measured = MeasurementBatch(
         time_s=updates.time_s,

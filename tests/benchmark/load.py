@@ -45,7 +45,7 @@ def make_load(aircraft: int, radars: int, seed: int = 1) -> Load:
     z += rng.normal(size=z.shape) * np.array([40.0, 0.001])
     rows = Rows(
         slot.astype(np.int64), time, np.zeros(len(slot), np.int64), sensor.astype(np.int64), z,
-        np.full(len(slot), 9000.0), sensor.astype(np.int64),
+        np.full(len(slot), 9000.0), sensor.astype(np.int64), np.full(len(slot), -1, np.int64),
     )  # fmt: skip
     return Load(sensors, plane, rows, position)
 

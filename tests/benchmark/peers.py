@@ -109,6 +109,7 @@ def peer_plots(load: Load, aircraft: int) -> PeerPlots:
     few = Rows(
         rows.slot[chosen], rows.time[chosen], rows.kind[chosen], rows.sensor[chosen],
         rows.z[chosen], rows.height[chosen], rows.seen[chosen],
+        rows.ground[chosen],
     )  # fmt: skip
     start = np.hstack([load.position[:aircraft], np.zeros((aircraft, 2))])
     return PeerPlots(few, polar, start, np.diag([1e6, 1e6, 1e5, 1e5]))

@@ -126,6 +126,7 @@ def make_plots(aircraft: int, seed: int = 3) -> PeerPlots:
         z,
         np.zeros(slot.size),
         sensor.astype(np.int64),
+        np.full(slot.size, -1, np.int64),
     )
     return PeerPlots(rows, flat_polar, start, np.diag([1e6, 1e6, 1e5, 1e5]))
 

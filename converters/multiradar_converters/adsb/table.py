@@ -8,7 +8,8 @@ word  content (f: bits of a float64)
 0     f time, s
 1, 2  f latitude and longitude, degrees
 3, 4  f barometric and geometric height, m; NaN for none
-5     address (24 bits), code + 1 (13), on the ground (1), kind (1), from the lowest bit on
+5     address (24 bits), code + 1 (13), on the ground (1), kind (1), airborne (1), from the lowest
+      bit on
 6     callsign, a byte per character; -1 for none
 ===== =========================================================================================
 """
@@ -23,17 +24,22 @@ from numpy.typing import NDArray
 
 from multiradar_converters.adsb.reading import roles
 from multiradar_converters.adsb.reading.plain import KINDS
-from multiradar_converters.asterix.decoding.naming import address_names, code_names, named
+from multiradar_converters.asterix.decoding.naming import (
+    address_names,
+    code_names,
+    ground_statuses,
+    named,
+)
 from multiradar_converters.parquet_table import even_blocks, write_frames
 from multiradar_converters.vid.records import Records, decimal, times
-from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
+from multiradar_schemas.measurements.directions import PLAIN_GROUND_SCHEMA
 
 RECORD_WORDS = 7
 
 #: Columns of this table; `track` and other commands read the first ones.
 SCHEMA = pl.Schema(
     {
-        **PLAIN_SCHEMA,
+        **PLAIN_GROUND_SCHEMA,
         "geometric_height_m": pl.Float64(),
         "flags": pl.String(),
     }
@@ -42,7 +48,7 @@ SCHEMA = pl.Schema(
 #: Maximum reports of one time that are compared; bounds the memory.
 SAME_TIME_MAX = 1 << 18
 
-_CODE_AT, _CODE_BITS, _GROUND_AT, _KIND_AT = 24, 13, 37, 38
+_CODE_AT, _CODE_BITS, _GROUND_AT, _KIND_AT, _AIRBORNE_AT = 24, 13, 37, 38, 39
 _ADDRESS_MASK = (1 << _CODE_AT) - 1
 _FLAGS = (None, "on_ground", "height_geometric", "on_ground,height_geometric")
 
@@ -109,6 +115,7 @@ def records_of(numbers: NDArray[np.float64], words: NDArray[np.int64]) -> Record
         | (np.maximum(code, -1) + 1) << _CODE_AT
         | (ground == 1).astype(np.int64) << _GROUND_AT
         | (kind == 1).astype(np.int64) << _KIND_AT
+        | (ground == 0).astype(np.int64) << _AIRBORNE_AT
     )
     out[:, 6] = np.maximum(callsign, -1)
     return out
@@ -170,6 +177,7 @@ def _frame(records: Records, unix_start_s: float, written: Written) -> pl.DataFr
     code = ((identity >> _CODE_AT) & ((1 << _CODE_BITS) - 1)) - 1
     ground = (identity >> _GROUND_AT) & 1
     kind = (identity >> _KIND_AT) & 1
+    airborne = (identity >> _AIRBORNE_AT) & 1
     time_s = times(records) + unix_start_s
     barometric, geometric = decimal(records, 3), decimal(records, 4)
     by_satellite = np.isnan(barometric) & ~np.isnan(geometric)
@@ -197,6 +205,7 @@ def _frame(records: Records, unix_start_s: float, written: Written) -> pl.DataFr
         "mode_3a": code_names(code),
         "mode_s_address": address_names(address),
         "callsign": named(records[:, 6], _callsign),
+        "on_ground": ground_statuses(np.where(ground | airborne, ground, -1)),
         "flags": named(ground | by_satellite << 1, _FLAGS.__getitem__),
     }
     empty = pl.Series([None] * len(records), dtype=pl.Int64)

@@ -270,6 +270,7 @@ def _part(timed: Timed, own: Integers, time_s: Numbers, findings: Findings) -> _
             "code": targets.code[own],
             "address": targets.address[own],
             "callsign": targets.callsign[own],
+            "on_ground": targets.on_ground[own],
             "flags": targets.flags[own],
         },
         numbers={"time_s": time_s[own]} | {name: getattr(targets, name)[own] for name in numbers},

@@ -1,4 +1,4 @@
-"""`measurements.parquet` of an ASTERIX recording: the usual columns, callsign and flags."""
+"""`measurements.parquet` of an ASTERIX recording: the usual columns and flags."""
 
 from pathlib import Path
 
@@ -9,15 +9,16 @@ from multiradar_converters.asterix.decoding.naming import (
     address_names,
     callsign_names,
     code_names,
+    ground_statuses,
     named,
 )
 from multiradar_converters.asterix.decoding.targets import flag_text
 from multiradar_converters.asterix.decoding.timing import KINDS
 from multiradar_converters.asterix.layout.columns import Flags, Integers, Numbers
-from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
+from multiradar_schemas.measurements.directions import PLAIN_GROUND_SCHEMA
 
 #: Columns of this table; `track` and other commands read the first ones.
-SCHEMA = pl.Schema({**PLAIN_SCHEMA, "flags": pl.String()})
+SCHEMA = pl.Schema({**PLAIN_GROUND_SCHEMA, "flags": pl.String()})
 
 #: Records with equal octets within this time are duplicates, s.
 SAME_S = 1.0
@@ -37,7 +38,7 @@ def frame(
     sensor_ids : list of str or Series
         Sensor of each row.
     whole : dict of int64[n]
-        kind (see `timing.KINDS`), code, address, callsign and flags (as in `Targets`).
+        kind (see `timing.KINDS`), code, address, callsign, on_ground and flags (as in `Targets`).
 
     Returns
     -------
@@ -53,6 +54,7 @@ def frame(
         "mode_3a": code_names(whole["code"]),
         "mode_s_address": address_names(whole["address"]),
         "callsign": callsign_names(whole["callsign"]),
+        "on_ground": ground_statuses(whole["on_ground"]),
         "flags": named(whole["flags"], flag_text),
     }
     made = {name: pl.Series(values, nan_to_null=True) for name, values in numbers.items()} | texts

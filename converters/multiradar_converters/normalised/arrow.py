@@ -24,7 +24,7 @@ from multiradar_converters.normalised.parsed import (
 )
 from multiradar_schemas.errors import BodyError
 from multiradar_schemas.measurements.columns import MEASUREMENT_REQUIRED, MEASUREMENT_SCHEMA
-from multiradar_schemas.measurements.directions import without_empty_directions
+from multiradar_schemas.measurements.directions import without_empty_columns
 from multiradar_schemas.measurements.gates import PHYSICAL_GATES, Gate, rejections
 from multiradar_schemas.measurements.reject import RejectCode
 
@@ -52,6 +52,7 @@ _ACCEPTED: dict[pl.DataType, tuple[str, tuple[type[pl.DataType], ...]]] = {
     pl.String(): ("text", (pl.String, pl.Categorical, pl.Enum)),
     pl.Float64(): ("numbers", (pl.Float32, pl.Float64, *_INTEGERS)),
     pl.Int64(): ("integers", _INTEGERS),
+    pl.Boolean(): ("true or false", (pl.Boolean,)),
 }
 
 
@@ -192,7 +193,7 @@ def _gated(frame: pl.DataFrame) -> Parsed:
     taken = frame
     rejected: list[ParsedReject] = []
     if len(index):
-        shown = without_empty_directions(frame[index].select(*MEASUREMENT_SCHEMA, _LOST)).to_dicts()
+        shown = without_empty_columns(frame[index].select(*MEASUREMENT_SCHEMA, _LOST)).to_dicts()
         rejected = [
             ParsedReject(int(place), code, reason, _raw(row))
             for place, code, reason, row in zip(index, codes, reasons, shown, strict=True)

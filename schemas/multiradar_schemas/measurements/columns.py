@@ -24,5 +24,8 @@ MEASUREMENT_DIRECTIONS = (
     "source_height_m",
 )
 
+#: Optional column of the ground status.
+ON_GROUND = "on_ground"
+
 #: Columns that may be absent in recordings of earlier versions.
-MEASUREMENT_LATER = ("callsign", *MEASUREMENT_DIRECTIONS)
+MEASUREMENT_LATER = ("callsign", ON_GROUND, *MEASUREMENT_DIRECTIONS)

@@ -1,4 +1,4 @@
-"""Optional columns of bearings: elevation, and the position of a moving sensor.
+"""Optional columns: elevation and position of a moving sensor for bearings, the ground status.
 
 Few recordings have these columns. If they are empty they are omitted, so that journals and requests
 stay compatible with earlier versions.
@@ -6,15 +6,23 @@ stay compatible with earlier versions.
 
 import polars as pl
 
-from multiradar_schemas.measurements.columns import MEASUREMENT_DIRECTIONS, MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import (
+    MEASUREMENT_DIRECTIONS,
+    MEASUREMENT_SCHEMA,
+    ON_GROUND,
+)
 from multiradar_schemas.measurements.gates import Gate
 from multiradar_schemas.measurements.measurement import SOURCE, SOURCE_FIELDS
 from multiradar_schemas.measurements.reject import RejectCode
 
-#: Columns of recordings without such bearings, such as converted ones.
+_OPTIONAL = (*MEASUREMENT_DIRECTIONS, ON_GROUND)
+
+#: Columns of recordings without any of these, such as converted text dumps.
 PLAIN_SCHEMA = pl.Schema(
-    {name: kind for name, kind in MEASUREMENT_SCHEMA.items() if name not in MEASUREMENT_DIRECTIONS}
+    {name: kind for name, kind in MEASUREMENT_SCHEMA.items() if name not in _OPTIONAL}
 )
+#: The same with the ground status: recordings of Mode S, multilateration and ADS-B.
+PLAIN_GROUND_SCHEMA = pl.Schema({**PLAIN_SCHEMA, ON_GROUND: pl.Boolean()})
 
 #: Columns used by `sensor_gates`, for the sensor of each row: whether it moves, and whether it
 #: measures elevation.
@@ -24,16 +32,22 @@ MEASURES_ELEVATION = "__measures_elevation"
 
 def has_directions(frame: pl.DataFrame) -> bool:
     """Return whether any measurement has an elevation or the position of its source."""
-    return any(
-        frame[name].null_count() < len(frame)
-        for name in MEASUREMENT_DIRECTIONS
-        if name in frame.columns
-    )
+    return any(_has(frame, name) for name in MEASUREMENT_DIRECTIONS)
 
 
-def without_empty_directions(frame: pl.DataFrame) -> pl.DataFrame:
-    """Return measurements without the direction columns if all of them are empty."""
+def has_ground_status(frame: pl.DataFrame) -> bool:
+    """Return whether any measurement has a ground status."""
+    return _has(frame, ON_GROUND)
+
+
+def without_empty_columns(frame: pl.DataFrame) -> pl.DataFrame:
+    """Return measurements without the ground status, and without directions, where empty."""
+    frame = frame if has_ground_status(frame) else frame.drop(ON_GROUND, strict=False)
     return frame if has_directions(frame) else frame.drop(MEASUREMENT_DIRECTIONS, strict=False)
+
+
+def _has(frame: pl.DataFrame, name: str) -> bool:
+    return name in frame.columns and frame[name].null_count() < len(frame)
 
 
 def sensor_gates() -> tuple[Gate, ...]:

@@ -198,6 +198,18 @@ Callsign = Annotated[
 ]
 
 
+OnGround = Annotated[
+    bool,
+    described(
+        "Whether the aircraft reports to be on the ground (Mode S flight status, ground bit, "
+        "surface position)",
+        unit="true or false",
+        source="aircraft",
+        absent="not reported, or either (alert, SPI)",
+    ),
+]
+
+
 _KIND = described("radar, adsb, mlat or bearing", unit="name", source="sensor")
 
 
@@ -226,6 +238,7 @@ class _Common(Record):
     source_latitude_deg: SourceLatitude | None = None
     source_longitude_deg: SourceLongitude | None = None
     source_height_m: SourceHeight | None = None
+    on_ground: OnGround | None = None
 
     @model_validator(mode="after")
     def _whole_source(self) -> Self:

@@ -196,6 +196,16 @@ class TrackUpdate(Record):
             absent="not in the measurement",
         ),
     ]
+    on_ground: Annotated[
+        bool | None,
+        described(
+            "Whether the aircraft is on the ground, as reported and plausible by speed and height; "
+            "`height_m` is then that of the site of the radar that measured",
+            unit="true or false",
+            source="tracker",
+            absent="never reported",
+        ),
+    ]
 
 
 #: `tracks.parquet`: one row for each update of a track.

@@ -10,7 +10,7 @@ import polars as pl
 
 from multiradar.errors import ConfigurationError, PeerError, UnavailableError
 from multiradar.ingest.replay import Answer
-from multiradar_schemas.measurements.directions import without_empty_directions
+from multiradar_schemas.measurements.directions import without_empty_columns
 
 CONNECT_TIMEOUT_S = 5.0
 #: Longer than the service waits for its journal.
@@ -141,7 +141,7 @@ def encode(frame: pl.DataFrame, encoding: Encoding) -> bytes:
     bytes
         Arrow IPC stream, JSON array or NDJSON; numbers keep all their digits.
     """
-    frame = without_empty_directions(frame)
+    frame = without_empty_columns(frame)
     if encoding is Encoding.JSON:
         return frame.write_json().encode()
     if encoding is Encoding.NDJSON:

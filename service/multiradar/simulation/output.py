@@ -13,7 +13,7 @@ from multiradar.simulation.observation.measurements import NO_AIRCRAFT
 from multiradar.simulation.observation.observation import Observation
 from multiradar.simulation.scenario.model import SITED, Aircraft, ReceivedField, Scenario, Sensor
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
-from multiradar_schemas.measurements.directions import without_empty_directions
+from multiradar_schemas.measurements.directions import without_empty_columns
 
 #: `truth.parquet`: row i is the truth of row i of `measurements.parquet`.
 TRUTH_SCHEMA = pl.Schema(
@@ -72,9 +72,10 @@ def measurements_frame(scenario: Scenario, observation: Observation) -> pl.DataF
             "source_latitude_deg": np.degrees(rows.source_latitude_rad),
             "source_longitude_deg": np.degrees(rows.source_longitude_rad),
             "source_height_m": rows.source_height_m,
+            "on_ground": pl.repeat(None, len(lost), dtype=pl.Boolean, eager=True),
         }
     )
-    return without_empty_directions(_without_nan(frame, MEASUREMENT_SCHEMA))
+    return without_empty_columns(_without_nan(frame, MEASUREMENT_SCHEMA))
 
 
 def truth_frame(scenario: Scenario, observation: Observation) -> pl.DataFrame:

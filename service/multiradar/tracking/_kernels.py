@@ -166,6 +166,7 @@ def assign(
             aircraft.updates[slot] = 0
             aircraft.updated[slot] = np.nan
             aircraft.measured_from[slot] = MISSING
+            aircraft.on_ground[slot] = MISSING
             aircraft.velocity[slot] = np.nan
             reset_lifecycle(slot, TENTATIVE if anonymous else BY_IDENTITY, life)
         identities.slot[row] = slot

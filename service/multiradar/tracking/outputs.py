@@ -19,6 +19,9 @@ STATE_COASTING = 2
 #: Names of the states on the wire, by number.
 STATE_NAMES = ("tentative", "confirmed", "coasting")
 
+#: Ground status in `TrackUpdates.on_ground`.
+ON_GROUND = 1
+
 #: Columns of `EngineOutput.spread`.
 SPREAD_COUNT = 5
 
@@ -66,6 +69,8 @@ class TrackUpdates:
         Last callsign, eight characters of six bits; −1 for none.
     measured_mode_s_address : (n,) int64
         Address in the measurement itself, −1 for none.
+    on_ground : (n,) int8
+        Ground status: 1 on the ground, 0 airborne, −1 never reported.
     """
 
     sequence: NDArray[np.int64]
@@ -91,6 +96,7 @@ class TrackUpdates:
     adsb_implausible: NDArray[np.bool_]
     callsign: NDArray[np.int64]
     measured_mode_s_address: NDArray[np.int64]
+    on_ground: NDArray[np.int8]
 
     def __len__(self) -> int:
         return len(self.sequence)

@@ -16,8 +16,16 @@ from multiradar.tracking.roster import MISSING
 from multiradar.wire.bearing_columns import direction_rows, directions_of, with_movers
 from multiradar.wire.sensors import KIND_NUMBER
 from multiradar_schemas.measurements.callsigns import callsign_texts, packed_callsigns
-from multiradar_schemas.measurements.columns import MEASUREMENT_REQUIRED, MEASUREMENT_SCHEMA
-from multiradar_schemas.measurements.directions import has_directions, sensor_gates
+from multiradar_schemas.measurements.columns import (
+    MEASUREMENT_REQUIRED,
+    MEASUREMENT_SCHEMA,
+    ON_GROUND,
+)
+from multiradar_schemas.measurements.directions import (
+    has_directions,
+    has_ground_status,
+    sensor_gates,
+)
 from multiradar_schemas.measurements.gates import PHYSICAL_GATES, Gate, rejections
 from multiradar_schemas.measurements.measurement import KINDS
 from multiradar_schemas.measurements.reject import RejectCode
@@ -126,6 +134,8 @@ def measurement_rows(batch: MeasurementBatch, table: SensorTable) -> list[dict[s
                 fields[name] = number if form == "d" else format(number, form)
         if callsigns[row] is not None:
             fields["callsign"] = callsigns[row]
+        if batch.on_ground is not None and batch.on_ground[row] != MISSING:
+            fields[ON_GROUND] = bool(batch.on_ground[row])
         rows.append(fields | direction_rows(batch, row))
     return rows
 
@@ -193,6 +203,12 @@ _GATES = (
 )
 
 
+def _ground_status(frame: pl.DataFrame) -> NDArray[np.int8] | None:
+    if not has_ground_status(frame):
+        return None
+    return frame[ON_GROUND].cast(pl.Int8).fill_null(MISSING).to_numpy(writable=True)
+
+
 _DIRECTED_GATES = (*_GATES, *sensor_gates())
 
 
@@ -226,5 +242,6 @@ def _columns(frame: pl.DataFrame, table: SensorTable) -> MeasurementBatch:
         longitude_rad=np.radians(arrays.pop("longitude_deg")),
         callsign=packed_callsigns(frame["callsign"]),
         directions=directions_of(frame),
+        on_ground=_ground_status(frame),
         **arrays,
     )

@@ -57,6 +57,7 @@ def tracks_frame(updates: TrackUpdates, table: SensorTable) -> pl.DataFrame:
         heading_deg=heading_deg,
         state=_names(updates.state, STATE_NAMES),
         sensor_id=_names(updates.sensor, table.ids),
+        on_ground=_statuses(updates.on_ground),
     )
 
 
@@ -150,6 +151,10 @@ def _prior_sigma(table: SensorTable) -> NDArray[np.float64]:
     sigma = np.full((len(table), len(PARAMETER_NAMES)), np.nan)
     sigma[table.parameter_sensor, table.parameter_kind] = table.prior_sigma
     return sigma
+
+
+def _statuses(numbers: NDArray[np.int8]) -> pl.Series:
+    return pl.Series(numbers == 1).set(pl.Series(numbers < 0), None)
 
 
 def _names(numbers: NDArray[np.integer], names: tuple[str, ...]) -> pl.Series:

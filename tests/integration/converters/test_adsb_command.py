@@ -90,6 +90,7 @@ def test_a_report_becomes_a_measurement(tmp_path: Path) -> None:
             "track_number": None,
             "geometric_height_m": 35_500 * FOOT_M,
             "callsign": "DLH8JW",
+            "on_ground": None,
             "flags": None,
         }
     ]

@@ -71,6 +71,7 @@ def test_a_plot_becomes_a_measurement(tmp_path: Path) -> None:
             "mode_s_address": "3c660c",
             "track_number": None,
             "callsign": None,
+            "on_ground": None,
             "flags": None,
         }
     ]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from multiradar.estimation.filters.arrays import Model, Rows, Work, result_arrays
 from multiradar.estimation.filters.bank import FILTERS, Outcome
@@ -66,6 +67,11 @@ def hostile_model(tracking: TrackingSettings, *, timed: bool) -> Model:
     )
 
 
+def statuses(rows: NDArray[Any]) -> NDArray[np.int64]:
+    """All ground statuses in turn: on the ground, unknown, airborne."""
+    return np.resize(np.array([1, -1, 0]), len(rows))
+
+
 @pytest.mark.parametrize(("name", "timed"), CASES)
 @pytest.mark.parametrize("how", sorted(TRACKING))
 @settings(max_examples=40)
@@ -88,7 +94,9 @@ def test_states_remain_finite_for_invalid_rows(
     slot, time, kind, sensor, z0, z1, height = (
         np.array(column) for column in zip(*sequence, strict=True)
     )
-    given_rows = Rows(slot, time, kind, sensor, np.stack([z0, z1], axis=-1), height, sensor)
+    given_rows = Rows(
+        slot, time, kind, sensor, np.stack([z0, z1], axis=-1), height, sensor, statuses(slot)
+    )
     count = len(slot)
     model = hostile_model(TrackingSettings(filter_name=name, **TRACKING[how]), timed=timed)
     aircraft = definition.aircraft(SLOTS, COLUMNS, SENSORS, len(model.modes))
@@ -123,7 +131,8 @@ def outcomes_of(name: str, sequence: list[Row]) -> list[Outcome]:
     definition = FILTERS[name]
     columns = [np.array(column) for column in zip(*sequence, strict=True)]
     z = np.stack(columns[4:6], axis=-1)
-    given_rows = Rows(columns[0], columns[1], columns[2], columns[3], z, columns[6], columns[3])
+    slot, time, kind, sensor = columns[:4]
+    given_rows = Rows(slot, time, kind, sensor, z, columns[6], sensor, statuses(slot))
     tracking = TrackingSettings(filter_name=name, refusals_max=3)
     model = hostile_model(tracking, timed=False)
     aircraft = definition.aircraft(SLOTS, COLUMNS, SENSORS, len(model.modes))

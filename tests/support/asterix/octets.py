@@ -42,21 +42,20 @@ def plot_048(
     range_nm: float = 50.0,
     azimuth_deg: float = 90.0,
     code: str = "0fff",
-    level: str = "0578",
+    level: str | None = "0578",
     descriptor: str = "40",
     address: str = "3c660c",
+    flight_status: int | None = None,
 ) -> bytes:
-    """Write a plot of category 048 with code, level and address."""
-    position = f"{round(range_nm * 256):04x} {round(azimuth_deg * 65536 / 360):04x}"
-    return record(
-        (1, source),
-        (2, time_of_day(seconds)),
-        (3, descriptor),
-        (4, position),
-        (5, code),
-        (6, level),
-        (8, address),
-    )
+    """Write a plot of category 048 with code, level and address, and perhaps a flight status."""
+    position = f"{round(range_nm * 256):04x} {round(azimuth_deg * 65536 / 360) % 65536:04x}"
+    items = [(1, source), (2, time_of_day(seconds)), (3, descriptor), (4, position), (5, code)]
+    if level is not None:
+        items.append((6, level))
+    items.append((8, address))
+    if flight_status is not None:
+        items.append((21, f"{1 << 5 | flight_status << 2:02x} a0"))
+    return record(*items)
 
 
 def plot_001(

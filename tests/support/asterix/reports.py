@@ -53,6 +53,7 @@ def reports(count: int = 1, **columns: Any) -> TrackReports:
         last=flags(False),
         implausible=flags(False),
         coasting=flags(False),
+        on_ground=flags(False),
         track_age_s=numbers(10.0),
         age_s=np.tile([np.nan, 1.0, 2.0, np.nan, np.nan], (count, 1)),
         height_age_s=numbers(2.0),

@@ -130,6 +130,7 @@ class FakeEngine:
             adsb_implausible=np.zeros(count, np.bool_),
             callsign=batch.callsign,
             measured_mode_s_address=batch.mode_s_address,
+            on_ground=np.full(count, -1, np.int8),
         )
 
 

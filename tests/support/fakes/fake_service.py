@@ -61,6 +61,7 @@ def live_tracks(count: int) -> pl.DataFrame:
         vertical_rate_mps=pl.when(number % 5 != 0).then(-2.5),
         height_sigma_m=pl.when(number % 5 != 0).then(3.0),
         adsb_implausible=number % 3 == 0,
+        on_ground=pl.lit(None, pl.Boolean),
         callsign=pl.when(number % 6 == 0).then(pl.format("TST{}", number)),
         measured_mode_s_address=pl.when(number % 3 != 0).then(
             pl.lit("4840") + (number % 100).cast(pl.String).str.zfill(2)

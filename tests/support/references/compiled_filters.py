@@ -98,6 +98,7 @@ class CompiledFilter:
             z=self._value(observation)[None, :].copy(),
             height=np.array([observation.height_m]),
             seen=np.array([observation.radar]),
+            ground=np.array([-1]),
         )
         result = result_arrays(1, 0, 0)._replace(information=self._information, vector=self._vector)
         work = Work(partitions=np.array([0]), bounds=np.array([0, 1]), order=np.array([0]))

@@ -11,6 +11,7 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_RANGE_GAIN,
     PARAMETER_RANGE_OFFSET,
 )
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import (
     STATE_COASTING,
     STATE_CONFIRMED,
@@ -55,6 +56,20 @@ def test_rows_are_shown_as_sent_without_missing_values() -> None:
     assert shown["range_m"] == plot["range_m"]
     assert shown["azimuth_deg"] == pytest.approx(plot["azimuth_deg"])
     assert set(other) == {"time_s", "sensor_id", "latitude_deg", "longitude_deg"}
+
+
+def test_a_ground_status_is_true_false_or_missing() -> None:
+    rows = [radar(), radar(on_ground=True), radar(on_ground=False)]
+    batch, _ = measurement_batch(frame(*rows), TABLE)
+    assert batch.on_ground is not None
+    assert batch.on_ground.tolist() == [-1, 1, 0]
+    shown = [row.get("on_ground") for row in measurement_rows(batch, TABLE)]
+    assert shown == [None, True, False]
+    # Most batches have none.
+    assert batch.select(slice(1)).on_ground is None
+    assert measurement_batch(frame(radar()), TABLE)[0].on_ground is None
+    both = MeasurementBatch.concatenate([batch.select(slice(1)), batch.select(slice(1, 2))])
+    assert both.ground_status().tolist() == [-1, 1]
 
 
 def test_sensors_are_sorted_and_in_radians() -> None:
@@ -290,6 +305,7 @@ UPDATES = TrackUpdates(
     adsb_implausible=np.array([False, True]),
     callsign=np.array([-1, packed_callsigns(pl.Series(["KLM1"]))[0]]),
     measured_mode_s_address=np.array([-1, 0x00FFA0]),
+    on_ground=np.array([1, -1], np.int8),
 )
 
 
@@ -308,6 +324,7 @@ def test_tracks_have_degrees_digits_and_null_for_what_is_missing() -> None:
     assert (second["vertical_rate_mps"], second["height_sigma_m"]) == (-7.5, 2.5)
     assert (first["adsb_implausible"], second["adsb_implausible"]) == (False, True)
     assert (first["callsign"], second["callsign"]) == (None, "KLM1")
+    assert (first["on_ground"], second["on_ground"]) == (True, None)
     assert (second["mode_3a"], second["mode_s_address"]) == ("0052", None)
     assert second["heading_deg"] == pytest.approx(270.0)
     assert (second["state"], second["sensor_id"]) == ("coasting", "finder")

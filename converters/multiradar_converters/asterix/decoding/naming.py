@@ -34,6 +34,11 @@ def address_names(addresses: Integers) -> pl.Series:
     return named(addresses, lambda value: None if value <= 0 else f"{value:06x}")
 
 
+def ground_statuses(on_ground: Integers) -> pl.Series:
+    """Return the ground status: true for 1, false for 0, null for -1."""
+    return pl.Series(on_ground == 1).set(pl.Series(on_ground < 0), None)
+
+
 def callsign_names(callsigns: Integers) -> pl.Series:
     """Return callsigns of six-bit characters without surrounding blanks; null for none.
 

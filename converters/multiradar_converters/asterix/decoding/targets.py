@@ -9,6 +9,7 @@ Mode 3/A code                070                    070               070
 height                       090 (Mode C)           090, 105, 110     145, 140
 Mode S address               220                    220               080
 callsign                     240                    245               170
+ground status                230 (048)              230, 020          040
 test, simulated, fixed, SPI  020                    020               040 (SPI: 0.26 only)
 ===========================  =====================  ================  ===========================
 
@@ -62,6 +63,8 @@ class Targets:
         NaN if absent.
     code, address, callsign : int64[n]
         Mode 3/A code, Mode S address, callsign of six-bit characters; -1 if absent.
+    on_ground : int64[n]
+        1 on the ground, 0 airborne, -1 if absent or either.
     flags : int64[n]
         Bits, see `FLAGS`.
     """
@@ -77,6 +80,7 @@ class Targets:
     code: Integers
     address: Integers
     callsign: Integers
+    on_ground: Integers
     flags: Integers
 
 
@@ -142,7 +146,27 @@ def _or_geometric(height: Numbers, feet: Numbers) -> tuple[Numbers, Integers]:
     return np.where(missing, feet * METRES_OF_FOOT, height), _marked(("height_geometric", missing))
 
 
-def _radar(columns: Columns, *, detection: str, level: str, time: Numbers) -> Targets:
+def _ground_bit(columns: Columns, node: str, address_node: str) -> Integers:
+    """Return the ground status by the ground bit of a transponder.
+
+    Zero is also sent where there is no such transponder: it counts beside an address only.
+    """
+    bit, address = columns.integers(node, "GBS"), columns.integers(address_node)
+    return np.where((bit == 0) & (address < 0), -1, bit)
+
+
+def _flight_status(columns: Columns) -> Integers:
+    """Return the ground status by the flight status of Mode S.
+
+    0, 2: airborne; 1, 3: on the ground; 4, 5: either, under alert or SPI; 6, 7: not assigned,
+    unknown (ICAO Annex 10, volume IV, 3.1.2.6.5.1).
+    """
+    return np.array([0, 1, 0, 1, -1, -1, -1, -1, -1])[columns.integers("230", "STAT")]
+
+
+def _radar(
+    columns: Columns, *, detection: str, level: str, time: Numbers, on_ground: Integers
+) -> Targets:
     code, code_flags = _code(columns, "070")
     height, height_flags = _level(columns, "090", level)
     flags = _marked(
@@ -164,16 +188,21 @@ def _radar(columns: Columns, *, detection: str, level: str, time: Numbers) -> Ta
         code=code,
         address=columns.integers("220"),
         callsign=columns.integers("240"),
-        flags=flags | code_flags | height_flags,
+        on_ground=on_ground,
+        flags=flags | code_flags | height_flags | _marked(("on_ground", on_ground == 1)),
     )
 
 
 def _category_001(columns: Columns) -> Targets:
-    return _radar(columns, detection="SSRPSR", level="HGT", time=_nothing(columns))
+    unknown = np.full(len(columns), -1, np.int64)
+    return _radar(
+        columns, detection="SSRPSR", level="HGT", time=_nothing(columns), on_ground=unknown
+    )
 
 
 def _category_048(columns: Columns) -> Targets:
-    return _radar(columns, detection="TYP", level="FL", time=columns.numbers("140"))
+    time, on_ground = columns.numbers("140"), _flight_status(columns)
+    return _radar(columns, detection="TYP", level="FL", time=time, on_ground=on_ground)
 
 
 def _category_020(columns: Columns) -> Targets:
@@ -183,12 +212,14 @@ def _category_020(columns: Columns) -> Targets:
     height, height_flags = _or_geometric(
         level, np.where(np.isnan(feet), columns.numbers("110"), feet)
     )
+    status, bit = _flight_status(columns), _ground_bit(columns, "020+1", "220")
+    on_ground = np.where(status < 0, bit, status)
     flags = _marked(
         ("test", columns.flags("020+1", "TST")),
         ("simulated", columns.flags("020+1", "SIM")),
         ("fixed_transponder", columns.flags("020+1", "RAB")),
         ("spi", columns.flags("020+1", "SPI")),
-        ("on_ground", columns.flags("020+1", "GBS")),
+        ("on_ground", on_ground == 1),
     )
     return Targets(
         kind="mlat",
@@ -202,6 +233,7 @@ def _category_020(columns: Columns) -> Targets:
         code=code,
         address=columns.integers("220"),
         callsign=columns.integers("245", "CHR"),
+        on_ground=on_ground,
         flags=flags | code_flags | level_flags | height_flags,
     )
 
@@ -214,12 +246,13 @@ def _category_021(columns: Columns) -> Targets:
         columns.numbers("145") * _METRES_OF_LEVEL, columns.numbers("140")
     )
     kinds = "040" if old else "040+1"
+    on_ground = _ground_bit(columns, kinds, "080")
     flags = _marked(
         ("test", columns.flags(kinds, "TST")),
         ("simulated", columns.flags(kinds, "SIM")),
         ("fixed_transponder", columns.flags("040", "RAB")),
         ("spi", columns.flags("040", "SPI") | (columns.integers("200", "SS") == 3)),
-        ("on_ground", columns.flags(kinds, "GBS")),
+        ("on_ground", on_ground == 1),
     )
     # An impossible high-resolution position has another scale; the coarse one is correct.
     fine = columns.present(place) & (np.abs(columns.numbers(place, "LAT")) <= LATITUDE_MAX_DEG)
@@ -235,6 +268,7 @@ def _category_021(columns: Columns) -> Targets:
         code=code,
         address=columns.integers("080"),
         callsign=columns.integers("170"),
+        on_ground=on_ground,
         flags=flags | code_flags | height_flags,
     )
 

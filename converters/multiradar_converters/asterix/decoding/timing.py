@@ -65,7 +65,7 @@ _NO_SERVICES = Services(_WHOLE, _NUMBER, _NUMBER, _NUMBER, np.empty((0, 3)))
 _NO_TARGETS = Targets(
     "",
     *(_NUMBER, _NUMBER, _NUMBER, _NUMBER, _NUMBER, _NUMBER, _NUMBER),
-    *(_WHOLE, _WHOLE, _WHOLE, _WHOLE),
+    *(_WHOLE, _WHOLE, _WHOLE, _WHOLE, _WHOLE),
 )
 
 

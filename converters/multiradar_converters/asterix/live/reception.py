@@ -37,7 +37,7 @@ from multiradar_converters.asterix.live.batch import LiveBatch, Tally, new_batch
 from multiradar_converters.asterix.live.clocks import LiveClocks
 from multiradar_converters.asterix.live.copies import RecentRecords
 from multiradar_converters.asterix.live.recent_differences import RecentDifferences
-from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
+from multiradar_schemas.measurements.directions import PLAIN_GROUND_SCHEMA
 from multiradar_schemas.measurements.reject import RejectCode
 
 _DAY_S = 86_400.0
@@ -213,9 +213,10 @@ def _frame(reports: Timed, own: Integers, time_s: Numbers, ids: pl.Series) -> pl
     names = ("range_m", "azimuth_deg", "latitude_deg", "longitude_deg", "height_m")
     columns = {name: getattr(targets, name)[own] for name in names} | {"time_s": time_s[own]}
     whole = {"kind": reports.kind} | {
-        name: getattr(targets, name) for name in ("code", "address", "callsign", "flags")
+        name: getattr(targets, name)
+        for name in ("code", "address", "callsign", "on_ground", "flags")
     }
     made = table.frame(
         columns, ids.gather(own), {name: values[own] for name, values in whole.items()}
     )
-    return made.select(PLAIN_SCHEMA.keys())
+    return made.select(PLAIN_GROUND_SCHEMA.keys())

@@ -5,7 +5,7 @@
 100 500/APC 500/COV     with a Cartesian plane
 185                     velocity at the aircraft: x east, y true north
 060 380/ADR 380/ID      code, address and callsign received
-080                     MON MRH SRC CNF, TSE TSB AFF, CST PSR SSR MDS ADS, MLAT
+080                     MON MRH SRC CNF, TSE TSB AFF, CST PSR SSR MDS ADS, SFC MLAT
 136                     flight level as last measured
 130 or 135              height of the track: geometric, or barometric without QNH
 220 200                 rate of climb; modes of movement, where one of them is known
@@ -80,8 +80,8 @@ class TrackReports:
         Rate of climb.
     turning, speeding, climbing : int64[n]
         Parts TRANS, LONG and VERT of item 200; 3 for unknown.
-    monosensor, tentative, first, last, implausible, coasting : bool[n]
-        Bits MON, CNF, TSB, TSE, AFF and CST of item 080.
+    monosensor, tentative, first, last, implausible, coasting, on_ground : bool[n]
+        Bits MON, CNF, TSB, TSE, AFF, CST and SFC of item 080.
     track_age_s : float64[n]
         Time since initiation.
     age_s : float64[n, 5]
@@ -132,6 +132,7 @@ class TrackReports:
     last: Flags
     implausible: Flags
     coasting: Flags
+    on_ground: Flags
     track_age_s: Numbers
     age_s: Numbers
     height_age_s: Numbers
@@ -231,7 +232,7 @@ def _write_status(records: Records, reports: TrackReports) -> None:
     fourth = {name: old[name] for part, name in _OLD if part == "080+3"}
     records.put("080+3", {"CST": reports.coasting, **fourth})
     records.put("080+4", {"SDS": _seen_by(old)})
-    records.put("080+5", {"MLAT": old["MLAT"]})
+    records.put("080+5", {"SFC": reports.on_ground, "MLAT": old["MLAT"]})
 
 
 def _seen_by(old: dict[str, Flags]) -> Integers:

@@ -57,6 +57,7 @@ def copy_bookkeeping(one: Aircraft, k: int, other: Aircraft, h: int) -> None:
     other.updates[h] = one.updates[k]
     other.updated[h] = one.updated[k]
     other.measured_from[h] = one.measured_from[k]
+    other.on_ground[h] = one.on_ground[k]
     copy_height(one, k, other, h)
 
 
@@ -185,8 +186,8 @@ def read_mixed(
             factor, result.readout[row],
         )  # fmt: skip
         finish_readout(
-            row, k, aircraft.height, aircraft.vertical, aircraft.updates, model.options,
-            result.readout,
+            row, k, aircraft.height, aircraft.vertical, aircraft.updates, aircraft.on_ground,
+            model.options, result.readout,
         )  # fmt: skip
         if count:
             read_modes(row, k, count, model.modes, aircraft.mode_probability, result.readout)

@@ -110,7 +110,8 @@ READOUT_UPDATES = 9
 READOUT_MODES = 10
 READOUT_RATE = 13
 READOUT_HEIGHT_VARIANCE = 14
-READOUT_COUNT = 15
+READOUT_GROUND = 15
+READOUT_COUNT = 16
 
 # Columns of a logged contribution: ν0 ν1 N00 N01 N11 W00 W01 W11, then J, column after column, of
 # as many bias parameters as a sensor may have.

@@ -16,6 +16,7 @@ from multiradar.estimation.filters._kernels import (
     INTERVAL_MAX_S,
     NO_ROOM,
     NO_ROOM_SLOT,
+    READOUT_GROUND,
     READOUT_HEIGHT,
     READOUT_HEIGHT_VARIANCE,
     READOUT_RATE,
@@ -164,11 +165,12 @@ def record_outcome(
 
 @in_loop
 def finish_readout(
-    row: int, k: int, heights: Floats, vertical: Floats, updates: Integers,
+    row: int, k: int, heights: Floats, vertical: Floats, updates: Integers, on_ground: Integers,
     options: Floats, readouts: Floats,
 ) -> None:  # fmt: skip
-    """Add the height, and the effect of an unknown height on the variances."""
+    """Add height and ground status, and the effect of an unknown height on the variances."""
     readouts[row, READOUT_UPDATES] = updates[k]
+    readouts[row, READOUT_GROUND] = on_ground[k]
     readouts[row, READOUT_HEIGHT] = heights[k]
     readouts[row, READOUT_HEIGHT_VARIANCE] = height_variance(k, vertical)
     readouts[row, READOUT_RATE] = reportable_rate(k, vertical)

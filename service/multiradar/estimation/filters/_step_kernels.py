@@ -9,6 +9,12 @@ measurement.
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._ground_kernels import (
+    ground_density,
+    height_of_row,
+    record_ground,
+    settle_ground,
+)
 from multiradar.estimation.filters._kernels import (
     REJECTED,
     RESTARTED,
@@ -120,7 +126,7 @@ def process_rows(
     noises, parameters, bias, options = model.noises, model.parameters, model.bias, model.options
     means, covariances, sensitivities = aircraft.mean, aircraft.covariance, aircraft.sensitivity
     times, heights, fading_nis = aircraft.time, aircraft.height, aircraft.fading_nis
-    vertical = aircraft.vertical
+    vertical, on_ground = aircraft.vertical, aircraft.on_ground
     rejections, updates, updated = aircraft.rejections, aircraft.updates, aircraft.updated
     measured_from, site_numbers = aircraft.measured_from, model.site_numbers
     outcomes, readouts, logs = result.outcome, result.readout, result.log
@@ -161,9 +167,14 @@ def process_rows(
             if outcome == REJECTED:
                 outcomes[row] = outcome
                 continue
-            measured, dt = rows.height[row], time - times[k]
+            reported, received, dt = rows.ground[row], rows.height[row], time - times[k]
+            grounded = settle_ground(
+                reported, received, noises[s, 3], outcome, k, on_ground, means, covariances,
+                heights, vertical,
+            )  # fmt: skip
+            source, measured = height_of_row(grounded, kind, received, noises[s, 3])
             check = check_height(
-                outcome, kind, measured, s, time, dt, k, heights, vertical, options
+                outcome, source, measured, s, time, dt, k, heights, vertical, options
             )
             height, variance = check[1], check[2]
             used = used_as(kind, check, heights[k])
@@ -189,6 +200,8 @@ def process_rows(
                     v1 = component(means, sensitivities, bias, k, 3)
                 factor_now = manoeuvre_factor(fading_nis[k], options)
                 density = acceleration_density(v0, v1, factor_now, options)
+                if grounded:
+                    density = ground_density(factor_now)
                 if np.isnan(heights[k]):
                     estimate_height(
                         check, kind, z0, z1, dt, density[0], k, q, model, means, covariances,
@@ -234,7 +247,8 @@ def process_rows(
             )
             if accepted:
                 unknown = np.isnan(heights[k])
-                update_height(check, kind, measured, s, time, dt, k, heights, vertical, options)
+                update_height(check, source, measured, s, time, dt, k, heights, vertical, options)
+                record_ground(grounded, reported, received, k, on_ground, vertical)
                 if unknown and action == UPDATED:
                     store_height_estimate(height_estimate, k, vertical)
                     shift_with_height(height_estimate[0], k, k, vertical, means)
@@ -244,7 +258,7 @@ def process_rows(
                 store_plot(recents, k, s, kind, z0, z1, time, height, excess, noises)
             if accepted and want_readout:
                 read_out(means[k], covariances[k], sensitivities[k], bias, factor, readouts[row])
-                finish_readout(row, k, heights, vertical, updates, options, readouts)
+                finish_readout(row, k, heights, vertical, updates, on_ground, options, readouts)
         copy_sums(Y, y, result.information[p], result.vector[p])
 
 

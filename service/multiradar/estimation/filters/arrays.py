@@ -52,6 +52,8 @@ class Rows(NamedTuple):
     seen : (n,) int64
         Row of `Model.sites` and `noises`, and index in `starts`: the index of the sensor, except
         for bearings with a site or noise of their own (`multiradar.tracking.bearings.sources`).
+    ground : (n,) int64
+        Reported ground status: 1 on the ground, 0 airborne, −1 unknown.
     """
 
     slot: Integers
@@ -61,6 +63,7 @@ class Rows(NamedTuple):
     z: Floats
     height: Floats
     seen: Integers
+    ground: Integers
 
 
 class Model(NamedTuple):
@@ -136,6 +139,8 @@ class Aircraft(NamedTuple):
         the first measurement, `SEVERAL` after more sites or an initial state from elsewhere.
     fading_nis : (s,) float64
         Fading mean of NIS/2: 1 where the motion follows the model.
+    on_ground : (s,) int64
+        Ground status as of the last accepted measurement: see `_ground_kernels`.
     velocity : (s, 2) float64
         Velocity at which time offsets are linearised, m/s east and north; NaN until it is known,
         and where no time offset is estimated.
@@ -168,6 +173,7 @@ class Aircraft(NamedTuple):
     updated: Floats
     measured_from: Integers
     fading_nis: Floats
+    on_ground: Integers
     velocity: Floats
     joint: Floats
     recent: Floats
@@ -357,6 +363,7 @@ def aircraft_arrays(
         updated=line_aligned(slots, np.nan),
         measured_from=line_aligned(slots, -1, np.int64),
         fading_nis=line_aligned(slots, 1.0),
+        on_ground=line_aligned(slots, -1, np.int64),
         velocity=line_aligned((slots, 2), np.nan),
         joint=line_aligned((joint, joint)),
         recent=line_aligned((slots, recent_sensors, RECENT_COUNT), np.nan),

@@ -183,9 +183,11 @@ def filter_rows(plots: Plots, sensors: Sensors, starts: Starts, form: Form) -> R
         # A negative range is not a position on the other side of the radar.
         value[flat & (plots.value[:, 0] < 0.0)] = np.nan
         kind = np.where(flat, KIND_FLAT_POSITION, kind)
+    unknown = np.full(len(kind), -1, np.int64)
     return Rows(
-        plots.aircraft, plots.time_s, kind, plots.sensor, value, plots.height_m, plots.sensor
-    )
+        plots.aircraft, plots.time_s, kind, plots.sensor, value, plots.height_m, plots.sensor,
+        unknown,
+    )  # fmt: skip
 
 
 # An epoch holds one plot of each sensor.

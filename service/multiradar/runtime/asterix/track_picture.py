@@ -25,6 +25,7 @@ from multiradar.runtime.memory.live_tracks import LiveTracks
 from multiradar.tracking.columns import rows_of
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import (
+    ON_GROUND,
     SPREAD_COUNT,
     STATE_CONFIRMED,
     STATE_TENTATIVE,
@@ -239,6 +240,7 @@ class TrackPicture:
             last=ended,
             implausible=rows["adsb_implausible"],
             coasting=(age_s > self._tracking.coast_after_s) & (rows["state"] == STATE_CONFIRMED),
+            on_ground=rows["on_ground"] == ON_GROUND,
             track_age_s=time_s - life["first_s"],
             age_s=ages(time_s, self._source_s[slots]),
             height_age_s=ages(time_s, life["height_s"]),

@@ -323,6 +323,7 @@ class Engine:
             z=z,
             height=batch.height_m,
             seen=sensor,
+            ground=batch.ground_status(),
         )
         rows, self._sources = find_sources(batch, rows, self._biases.model, self._sensors)
         result = result_arrays(n, 0, 0, keeps_log=not self._filter.keeps_sensitivity)._replace(

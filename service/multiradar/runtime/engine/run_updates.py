@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import (
+    READOUT_GROUND,
     READOUT_HEIGHT,
     READOUT_HEIGHT_VARIANCE,
     READOUT_MODES,
@@ -134,4 +135,5 @@ def track_updates(
         adsb_implausible=run.flagged[updated] != 0,
         callsign=known["callsign"][updated],
         measured_mode_s_address=shown.mode_s_address[updated],
+        on_ground=result.readout[updated, READOUT_GROUND].astype(np.int8),
     )

@@ -5,7 +5,7 @@ import io
 import polars as pl
 
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
-from multiradar_schemas.measurements.directions import without_empty_directions
+from multiradar_schemas.measurements.directions import without_empty_columns
 
 
 def encode_rows(frame: pl.DataFrame) -> bytes:
@@ -13,7 +13,7 @@ def encode_rows(frame: pl.DataFrame) -> bytes:
     if not len(frame):
         return b""
     buffer = io.BytesIO()
-    without_empty_directions(complete(frame)).rechunk().write_ipc_stream(buffer)
+    without_empty_columns(complete(frame)).rechunk().write_ipc_stream(buffer)
     return buffer.getvalue()
 
 

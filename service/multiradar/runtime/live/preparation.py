@@ -25,7 +25,11 @@ from multiradar.runtime.live.payload import complete, decode_rows, encode_rows
 from multiradar.storage.entries import Entry, EntryKind, RejectedRow, StoredEntry
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
-from multiradar_schemas.measurements.directions import has_directions, without_empty_directions
+from multiradar_schemas.measurements.directions import (
+    has_directions,
+    has_ground_status,
+    without_empty_columns,
+)
 from multiradar_schemas.measurements.reject import RejectCode
 
 #: Column of a frame with the index of each row in its message.
@@ -126,8 +130,9 @@ def same_message(submission: Submission, entry: Entry) -> bool:
     # An entry of an earlier version has fewer columns: only those are compared.
     stored = decode_rows(entry.payload)
     sent = complete(accepted)
-    if has_directions(sent) != has_directions(stored):
-        return False
+    for has in (has_directions, has_ground_status):
+        if has(sent) != has(stored):
+            return False
     return sent.select(stored.columns).equals(stored)
 
 
@@ -252,7 +257,7 @@ def _rejected_rows(
 ) -> list[RejectedRow]:
     rows = [row for row, _, _ in rejections]
     content = (
-        without_empty_directions(frame[rows]).drop(INDEX_COLUMN, strict=False).iter_rows(named=True)
+        without_empty_columns(frame[rows]).drop(INDEX_COLUMN, strict=False).iter_rows(named=True)
     )
     return [
         RejectedRow(index, str(code), reason, json.dumps(raw, ensure_ascii=False))

@@ -29,7 +29,7 @@ from multiradar.tracking.encounters.climbs import (
 )
 from multiradar.tracking.encounters.pairs import Pairs, Paths, near_pairs
 from multiradar.tracking.forecast.forecast_calibration import ForecastCalibration
-from multiradar.tracking.outputs import STATE_NAMES, STATE_TENTATIVE, TrackStates
+from multiradar.tracking.outputs import ON_GROUND, STATE_NAMES, STATE_TENTATIVE, TrackStates
 from multiradar.tracking.settings import TrackingSettings
 
 #: Interval of forecast times, s; paths between them are cubic.
@@ -169,14 +169,16 @@ def no_encounters(query: EncounterQuery) -> dict[str, Any]:
 
 
 def _chosen(snapshot: TrackSnapshot, time_s: float, settings: TrackingSettings) -> _Chosen:
-    # Tracks present in both states and updates; a tentative track may be false.
+    # Tracks present in both states and updates; a tentative track may be false. Aircraft on the
+    # ground are not separated by radar.
     track_id, rows, at = np.intersect1d(
         snapshot.states.track_id, snapshot.rows["track_id"], assume_unique=True, return_indices=True
     )
     age_s, state = ages_and_states(snapshot.rows[at], time_s, settings.coast_after_s)
-    sure = state != STATE_TENTATIVE
+    tentative = state == STATE_TENTATIVE
+    sure = ~tentative & (snapshot.rows["on_ground"][at] != ON_GROUND)
     return _Chosen(
-        rows[sure], track_id[sure], state[sure], age_s[sure], int(np.count_nonzero(~sure))
+        rows[sure], track_id[sure], state[sure], age_s[sure], int(np.count_nonzero(tentative))
     )
 
 

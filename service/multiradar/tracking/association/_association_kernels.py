@@ -37,6 +37,12 @@ from multiradar.tracking.association._grid_kernels import (
     locate_plot,
     velocity_error,
 )
+from multiradar.tracking.association._ground_pair_kernels import (
+    height_apart,
+    height_to_locate,
+    log_of_status,
+    paired_height,
+)
 from multiradar.tracking.association._scan_phase_kernels import log_scan_phase
 from multiradar.tracking.association._young_kernels import (
     is_young,
@@ -132,9 +138,9 @@ def pair_score(
     site, noise, bias = model.sites[seen], model.noises[seen], model.bias
     dt = max(time - aircraft.time[k], 0.0)
     # Without a received height the position depends on the assumed height.
-    measured = rows.height[row] if not np.isnan(aircraft.height[k]) else np.nan
+    source, measured = paired_height(row, k, rows, noise[3], aircraft)
     _, height, variance = check_height(
-        UPDATED, kind, measured, s, time, dt, k, aircraft.height, aircraft.vertical, model.options
+        UPDATED, source, measured, s, time, dt, k, aircraft.height, aircraft.vertical, model.options
     )
     x0 = grid.state[k, 0] + ahead * grid.state[k, 2]
     x1 = grid.state[k, 1] + ahead * grid.state[k, 3]
@@ -253,8 +259,9 @@ def identity_score(
     known = aircraft.height[k]
     measured = rows.height[row]
     if not (np.isnan(known) or np.isnan(measured)):
-        value = log_of_height(measured - known, dt)
+        value = log_of_height(height_apart(k, measured, aircraft), dt)
         score += max(LOG_HEIGHT_SPAN + value, HEIGHT_DIFFERENT)
+    score += log_of_status(rows.ground[row], aircraft.on_ground[k])
     if life.stage[k] == TENTATIVE:
         score += LOG_NEW if life.hits[k] == 1 else (LOG_YOUNG if life.hits[k] == 2 else 0.0)
     if life.period[k] > 0.0:
@@ -344,7 +351,8 @@ def find_near(
     """
     near = MISSING
     kind, s, z0, z1 = rows.kind[row], rows.sensor[row], rows.z[row, 0], rows.z[row, 1]
-    ok, east, north, reach = locate_plot(kind, s, z0, z1, rows.height[row], model, sigmas)
+    height = height_to_locate(row, rows, model)
+    ok, east, north, reach = locate_plot(kind, s, z0, z1, height, model, sigmas)
     if ok:
         near = 0
         candidates.number[i] = 0

@@ -8,6 +8,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._ground_kernels import GROUND_SPEED_MAX_MPS, ON_GROUND
 from multiradar.estimation.filters._kernels import (
     ACCELERATION_DENSITY,
     CONE_RATIO,
@@ -23,6 +24,7 @@ from multiradar.estimation.measurement._kernels import (
 from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.geodesy._kernels import C_NORTH, EE, EN, M_EE, M_NN, NE, NN, PE, PN, UE, UN
 from multiradar.geodesy._kernels import HEIGHT as SITE_HEIGHT
+from multiradar.tracking.association._ground_pair_kernels import height_to_locate
 from multiradar.tracking.association.track_grid import SPEED_MAX, VELOCITY_ERROR, TrackGrid
 from multiradar.tracking.lifecycle.lifecycle import TENTATIVE, USUAL_SPEED, YOUNG_HITS, Lifecycle
 from multiradar.tracking.roster import MISSING, Roster, RowIdentities
@@ -117,6 +119,8 @@ def fill_grid(
         wide = 4.0 * velocity_error(silent, life.period[k], rules) * silent
         # The search radius is bounded by the maximum speed.
         speed = rules[SPEED_MAX] * (1.0 if aircraft.updates[k] == 1 else 0.4)
+        if aircraft.on_ground[k] == ON_GROUND:
+            speed = GROUND_SPEED_MAX_MPS
         near = COARSE_SIGMAS * math.sqrt(max(P[0] + P[4] + b0 * b0 + b1 * b1, 0.0))
         most = min(near + speed * silent, REACH_MAX_M)
         reach = min(math.sqrt(COARSE_SIGMAS**2 * max(variance, 0.0) + wide * wide), most)
@@ -265,7 +269,8 @@ def release_distant(
             continue
         kind, s = rows.kind[row], rows.sensor[row]
         z0, z1 = rows.z[row, 0], rows.z[row, 1]
-        ok, east, north, reach = locate_plot(kind, s, z0, z1, rows.height[row], model, sigmas)
+        height = height_to_locate(row, rows, model)
+        ok, east, north, reach = locate_plot(kind, s, z0, z1, height, model, sigmas)
         ahead = rows.time[row] - window_time
         d0 = grid.state[k, 0] + ahead * grid.state[k, 2] - east
         d1 = grid.state[k, 1] + ahead * grid.state[k, 3] - north

@@ -178,6 +178,7 @@ class SharedPlots:
             z=rows.z[seen],
             height=rows.height[seen],
             seen=rows.seen[seen],
+            ground=rows.ground[seen],
         )
         refer_plots(one.slot, one.bounds, aircraft, model, rows.time[seen], copied)
         found = result_arrays(count, 1, self._sizes[0], keeps_log=False)

@@ -75,6 +75,8 @@ class MeasurementBatch:
         Eight characters of six bits (`multiradar_schemas.measurements.callsigns`).
     directions : Directions or None
         Elevations and moving sources of bearings; None without any, as in most batches.
+    on_ground : (n,) int8 or None
+        Reported ground status: 1 on the ground, 0 airborne, −1 unknown; None without any.
     """
 
     time_s: NDArray[np.float64]
@@ -90,6 +92,7 @@ class MeasurementBatch:
     track_number: NDArray[np.int64]
     callsign: NDArray[np.int64]
     directions: Directions | None = None
+    on_ground: NDArray[np.int8] | None = None
 
     def __len__(self) -> int:
         return len(self.time_s)
@@ -100,7 +103,14 @@ class MeasurementBatch:
         seen = self.directions
         if seen is not None:
             seen = Directions.or_none(Directions(*(column[rows] for column in seen)))
-        return type(self)(**columns, directions=seen)
+        status = None if self.on_ground is None else _known_or_none(self.on_ground[rows])
+        return type(self)(**columns, directions=seen, on_ground=status)
+
+    def ground_status(self) -> NDArray[np.int64]:
+        """Return the ground status of each row, −1 where unknown, (n,)."""
+        if self.on_ground is None:
+            return np.full(len(self), MISSING, np.int64)
+        return self.on_ground.astype(np.int64)
 
     def without(self, hidden: Collection[str]) -> Self:
         """Return the rows with some identity columns blanked.
@@ -128,12 +138,22 @@ class MeasurementBatch:
         if any(batch.directions is not None for batch in batches):
             parts = [batch.directions or Directions.none(len(batch)) for batch in batches]
             seen = Directions(*(np.concatenate(column) for column in zip(*parts, strict=True)))
-        return MeasurementBatch(**joined_columns(MeasurementBatch, batches), directions=seen)
+        status = None
+        if any(batch.on_ground is not None for batch in batches):
+            status = np.concatenate([batch.ground_status() for batch in batches]).astype(np.int8)
+        return MeasurementBatch(
+            **joined_columns(MeasurementBatch, batches), directions=seen, on_ground=status
+        )
 
     @classmethod
     def empty(cls) -> "MeasurementBatch":
         """Return a batch without rows."""
-        return MeasurementBatch(**empty_columns(MeasurementBatch), directions=None)
+        return MeasurementBatch(**empty_columns(MeasurementBatch), directions=None, on_ground=None)
+
+
+def _known_or_none(status: NDArray[np.int8]) -> NDArray[np.int8] | None:
+    """Return the ground status of rows, None where all are unknown."""
+    return status if (status != MISSING).any() else None
 
 
 #: Numeric columns of every batch.

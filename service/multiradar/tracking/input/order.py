@@ -166,8 +166,10 @@ def canonical_order(batch: MeasurementBatch) -> NDArray[np.intp]:
 
 def _tie_columns(batch: MeasurementBatch) -> list[Any]:
     columns = [getattr(batch, name) for name in _TIE_COLUMNS]
-    if batch.directions is not None:
-        columns[-1] = _ranks([columns[-1], *batch.directions])
+    rare: list[NDArray[Any]] = [] if batch.directions is None else [*batch.directions]
+    rare += [] if batch.on_ground is None else [batch.on_ground]
+    if rare:
+        columns[-1] = _ranks([columns[-1], *rare])
     return columns
 
 

@@ -34,7 +34,7 @@ def processed(name: str, *, reported: bool, aside: float = 0.0) -> tuple[Aircraf
     rows = Rows(
         np.zeros(1, np.int64), np.zeros(1), np.array([KIND_DIRECTION]), np.array([s]),
         np.array([[expected + aside, azimuth + 0.001]]),
-        np.array([HEIGHT_M if reported else np.nan]), np.array([s]),
+        np.array([HEIGHT_M if reported else np.nan]), np.array([s]), np.array([-1]),
     )  # fmt: skip
     columns = len(model.bias)
     result = result_arrays(1, 1, columns)

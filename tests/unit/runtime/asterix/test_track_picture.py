@@ -42,10 +42,10 @@ def updates(time_s: Any, **said: Any) -> Added:
         "heading_rad": np.radians(60.0), "position_sigma_m": 50.0, "velocity_sigma_mps": 3.0,
         "state": 1, "turn_right_probability": np.nan, "turn_left_probability": np.nan,
         "speed_change_probability": np.nan, "vertical_rate_mps": np.nan, "height_sigma_m": 10.0,
-        "adsb_implausible": False, "callsign": -1, "plot_kind": KIND_RADAR, "plot_range_m": 1e5,
-        "measured_mode_s_address": 0x4B1234, "plot_azimuth_rad": 1.0, "plot_latitude_rad": np.nan,
-        "plot_longitude_rad": np.nan,
-        "plot_height_m": 9000.0, "plot_mode_3a": 0o1234, "plot_mode_s_address": 0x4B1234,
+        "adsb_implausible": False, "callsign": -1, "on_ground": -1, "plot_kind": KIND_RADAR,
+        "plot_range_m": 1e5, "plot_azimuth_rad": 1.0, "plot_latitude_rad": np.nan,
+        "plot_longitude_rad": np.nan, "plot_height_m": 9000.0, "plot_mode_3a": 0o1234,
+        "plot_mode_s_address": 0x4B1234, "measured_mode_s_address": 0x4B1234,
     }  # fmt: skip
     filled = {
         name: np.broadcast_to(np.asarray(value), times.shape).copy()

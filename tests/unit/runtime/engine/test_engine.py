@@ -77,6 +77,20 @@ def test_output_depends_on_the_measurements(scene: Scene) -> None:
     assert digest.hexdigest() != run(scene, settings, len(scene.batch))
 
 
+def test_the_ground_status_changes_the_digest_where_it_is_known(scene: Scene) -> None:
+    unknown = np.full(len(scene.batch), -1, np.int8)
+    digests = []
+    for batch in (
+        scene.batch, replace(scene.batch, on_ground=unknown),
+        replace(scene.batch, on_ground=unknown + 1),
+    ):  # fmt: skip
+        engine, digest = Engine(scene.sensors, TrackingSettings()), OutputDigest()
+        digest.add(engine.push(batch))
+        digest.add(engine.flush())
+        digests.append(digest.hexdigest())
+    assert digests[0] == digests[1] != digests[2]
+
+
 def all_output(scene: Scene, settings: TrackingSettings) -> tuple[Engine, EngineOutput]:
     engine = Engine(scene.sensors, settings)
     first = engine.push(scene.batch)

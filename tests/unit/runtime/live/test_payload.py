@@ -23,3 +23,10 @@ def test_rows_survive_the_round_trip() -> None:
     frame = recording(20)
     assert_frame_equal(complete(decode_rows(encode_rows(frame))), complete(frame))
     assert encode_rows(frame[:0]) == b""
+
+
+def test_an_empty_ground_status_is_omitted_as_before_there_was_one() -> None:
+    frame = recording(20)
+    assert "on_ground" not in decode_rows(encode_rows(complete(frame))).columns
+    status = frame.with_columns(on_ground=pl.int_range(pl.len()) == 3)
+    assert decode_rows(encode_rows(status))["on_ground"].to_list() == status["on_ground"].to_list()

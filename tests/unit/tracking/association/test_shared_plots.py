@@ -12,7 +12,7 @@ def rows(*slots_and_times: tuple[int, float]) -> Rows:
     none, nothing = np.zeros(len(slot), np.int64), np.full(len(slot), np.nan)
     return Rows(
         slot.astype(np.int64), time.astype(np.float64), none, none, np.zeros((len(slot), 2)),
-        nothing, none,
+        nothing, none, none - 1,
     )  # fmt: skip
 
 

@@ -85,6 +85,7 @@ def test_a_reinitialised_score_is_that_of_any_flight_from_the_last_plot() -> Non
     rows = Rows(
         np.full(1, SLOT), np.array([time_s]), np.zeros(1, np.int64), np.zeros(1, np.int64),
         np.array([[50e3, 1.0]]), np.full(1, np.nan), np.zeros(1, np.int64),
+        np.full(1, -1),
     )  # fmt: skip
     last = np.array([2000.0 - 6.0 * 500.0, 1400.0 + 6.0 * 300.0])
     plot = last + np.array([900.0, 800.0])

@@ -37,6 +37,7 @@ def scenario(count: int, seed: int = 1) -> Scenario:
         z=np.column_stack([random.uniform(1e4, 2e5, count), random.uniform(0.0, 6.28, count)]),
         height=np.full(count, 9000.0),
         seen=np.empty(0, np.int64),
+        ground=np.empty(0, np.int64),
     )
     result = result_arrays(count, 1, 0)
     result.outcome[:] = random.choice([0, 0, 0, 0, 1, 4, 3], count)

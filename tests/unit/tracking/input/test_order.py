@@ -55,6 +55,17 @@ def test_rows_that_differ_in_one_column_are_no_duplicates() -> None:
     assert buffer.duplicates == 0
 
 
+def test_rows_that_differ_in_the_ground_status_are_no_duplicates() -> None:
+    rows = replace(batch_of([1.0, 1.0, 1.0]), on_ground=np.array([1, 0, 1], np.int8))
+    buffer = ReorderBuffer(HORIZON_S)
+    buffer.push(rows)
+    ordered = buffer.flush()
+    assert ordered is not None
+    assert ordered.on_ground is not None
+    assert ordered.on_ground.tolist() == [0, 1]
+    assert buffer.duplicates == 1
+
+
 def test_rows_wait_until_the_horizon_has_passed() -> None:
     buffer = ReorderBuffer(HORIZON_S)
     assert buffer.push(batch_of([10.0])) is None

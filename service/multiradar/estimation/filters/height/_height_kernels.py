@@ -54,7 +54,7 @@ SOURCE = 5
 COUNT = 6
 # Time of the last accepted height, s.
 RECEIVED_AT = 7
-# The last outlier, and its time.
+# The last outlier, and its time; on the surface the last pressure altitude.
 DOUBTED = 8
 DOUBTED_AT = 9
 # v, and the estimated height of an aircraft that reports none, with its variance.
@@ -64,9 +64,15 @@ GUESS_VARIANCE = 15
 VERTICAL_COUNT = 16
 
 # In `SOURCE`: the kind of height. Mode C is a pressure altitude; the height of a reported position
-# may be geometric, hundreds of metres different. The two are not mixed.
+# may be geometric, hundreds of metres different; that of the surface holds on the ground. They are
+# not mixed.
 REPORTED = 1.0
 MODE_C = 2.0
+SURFACE = 3.0
+# In place of the kind of a measurement: its height is that of the surface.
+KIND_SURFACE = -1
+# Variance of the height of the surface, m²: antennas stand tens of metres above it.
+SURFACE_VARIANCE = 50.0 * 50.0
 # Time after the last Mode C height until a reported height replaces it, s.
 MODE_C_KEPT_S = 60.0
 
@@ -113,6 +119,7 @@ ACCEPTED = 1
 INITIATED = 2
 REJECTED_HEIGHT = 3
 EXACT = 4
+ON_SURFACE = 5
 
 # Result, height and its variance for the slant range.
 HeightCheck = tuple[int, float, float]
@@ -169,8 +176,9 @@ def check_height(
 ) -> tuple[int, float, float]:
     """Return the height of aircraft k for a plot, dt after its state; changes nothing.
 
-    ``action`` is that of the row. The filter processes the plot at this height with this variance;
-    `update_height` stores it if the plot is accepted.
+    ``action`` is that of the row, ``kind`` that of the measurement or `KIND_SURFACE`. The filter
+    processes the plot at this height with this variance; `update_height` stores it if the plot is
+    accepted.
     """
     # Before initiation there is no interval.
     known = not np.isnan(heights[k] + dt)
@@ -181,7 +189,9 @@ def check_height(
     elif abs(measured) < HEIGHT_MAX:
         result, height = INITIATED, measured
         variance = step_variance(measured, s, vertical[k, FINE]) + TRANSPONDER_VARIANCE
-        if known and not starts:
+        if kind == KIND_SURFACE:
+            result, variance = ON_SURFACE, SURFACE_VARIANCE
+        elif known and not starts:
             result = evaluate_height(kind, measured, variance, time, dt, k, heights, vertical)
         if result in (NOTHING, REJECTED_HEIGHT):
             height, variance = predicted_height(dt, k, heights, vertical)
@@ -293,7 +303,7 @@ def update_height(
         vertical[k, GUESS] = height
         vertical[k, GUESS_VARIANCE] = variance
         return
-    if result == INITIATED:
+    if result in (INITIATED, ON_SURFACE):
         initialise_height(kind, measured, variance, k, heights, vertical)
     else:
         predict_height(dt, k, heights, vertical)
@@ -307,7 +317,7 @@ def update_height(
         vertical[k, P01] = p01 * scale * variance
         vertical[k, P11] -= p01 * p01 * scale
         vertical[k, COUNT] = CONFIRMED
-    if result in (ACCEPTED, INITIATED):
+    if result in (ACCEPTED, INITIATED, ON_SURFACE):
         vertical[k, RECEIVED_AT] = time
         if variance < COARSE_VARIANCE and not gives_fine(s, vertical[k, FINE]):
             vertical[k, FINE] += float(1 << (s & (SENSOR_BITS - 1)))
@@ -326,6 +336,8 @@ def initialise_height(
 ) -> None:
     """Initialise the height of aircraft k at a reported one."""
     source = REPORTED if kind == KIND_POSITION else MODE_C
+    if kind == KIND_SURFACE:
+        source = SURFACE
     # Another kind of height may differ much, but has the same rate of climb.
     if np.isnan(heights[k]) or source == vertical[k, SOURCE]:
         vertical[k, RATE] = 0.0
@@ -404,7 +416,7 @@ def height_informs(
     result, height, variance = check
     informs = True
     if kind in (KIND_RADAR, KIND_DIRECTION):
-        sure = result == ACCEPTED
+        sure = result in (ACCEPTED, ON_SURFACE)
         if result == NOTHING:
             sure = not np.isnan(heights[k]) and vertical[k, COUNT] == CONFIRMED
         if result == EXACT:

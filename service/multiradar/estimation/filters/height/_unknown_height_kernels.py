@@ -28,6 +28,7 @@ from multiradar.estimation.filters.height._height_kernels import (
     GUESS_VARIANCE,
     INITIATED,
     NOTHING,
+    ON_SURFACE,
     HeightCheck,
     range_slope,
 )
@@ -218,7 +219,11 @@ def initialise_height_sensitivity(
 def first_height_change(check: HeightCheck, k: int, heights: Floats, vertical: Floats) -> float:
     """Return the first reported height minus the estimated one, which it replaces."""
     change = 0.0
-    if check[0] == INITIATED and np.isnan(heights[k]) and not np.isnan(vertical[k, GUESS]):
+    if (
+        check[0] in (INITIATED, ON_SURFACE)
+        and np.isnan(heights[k])
+        and not np.isnan(vertical[k, GUESS])
+    ):
         change = check[1] - vertical[k, GUESS]
         vertical[k, GUESS] = check[1]
     return change

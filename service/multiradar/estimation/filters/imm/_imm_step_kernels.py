@@ -10,6 +10,12 @@ the two-stage form of each mode, and the loop itself, are the project's own.
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._ground_kernels import (
+    ground_density,
+    height_of_row,
+    record_ground,
+    settle_ground,
+)
 from multiradar.estimation.filters._kernels import (
     ACCELERATION_DENSITY,
     BIASES_KEPT,
@@ -21,6 +27,7 @@ from multiradar.estimation.filters._kernels import (
     STARTED,
     UPDATED,
     excess_factor,
+    manoeuvre_factor,
     read_out,
 )
 from multiradar.estimation.filters._row_kernels import (
@@ -78,8 +85,10 @@ from multiradar.estimation.filters.two_stage._time_offset_kernels import (
     has_time_offset,
     update_offset_velocity,
 )
+from multiradar.estimation.filters.two_stage._two_stage_kernels import correct_two_stage
 from multiradar.estimation.measurement._kernels import is_bearing
 from multiradar.estimation.measurement.kinds import KIND_BEARING
+from multiradar.estimation.motion._kernels import move_aircraft
 from multiradar_compiled.kernels import fetch_ahead, in_loop, kernel, loop
 from multiradar_compiled.lane_kernels import LANES, load_row, store_row
 
@@ -135,7 +144,7 @@ def process_rows(
     noises, bias, options, modes = model.noises, model.bias, model.options, model.modes
     means, covariances, sensitivities = aircraft.mean, aircraft.covariance, aircraft.sensitivity
     times, heights, fading_nis = aircraft.time, aircraft.height, aircraft.fading_nis
-    vertical = aircraft.vertical
+    vertical, on_ground = aircraft.vertical, aircraft.on_ground
     rejections, updates, updated = aircraft.rejections, aircraft.updates, aircraft.updated
     measured_from, site_numbers, velocities = (
         aircraft.measured_from,
@@ -174,9 +183,14 @@ def process_rows(
             if outcome == REJECTED:
                 outcomes[row] = outcome
                 continue
-            measured, dt = rows.height[row], time - times[k]
+            reported, received, dt = rows.ground[row], rows.height[row], time - times[k]
+            grounded = settle_ground(
+                reported, received, noises[s, 3], outcome, k, on_ground, means, covariances,
+                heights, vertical,
+            )  # fmt: skip
+            source, measured = height_of_row(grounded, kind, received, noises[s, 3])
             check = check_height(
-                outcome, kind, measured, s, time, dt, k, heights, vertical, options
+                outcome, source, measured, s, time, dt, k, heights, vertical, options
             )
             height, variance = check[1], check[2]
             used = used_as(kind, check, heights[k])
@@ -194,7 +208,13 @@ def process_rows(
                 else:
                     outcome = started
             elif outcome == UPDATED:
-                if np.isnan(probabilities[k, 0]):
+                # As in `_step_kernels.process_rows`.
+                informs = measured_from[k] != site_numbers[s] and height_informs(
+                    check, used, first, k, q, heights, vertical, noises
+                )
+                if timed and np.isnan(velocities[k, 0]):
+                    informs = False
+                if np.isnan(probabilities[k, 0]) and not grounded:
                     initialise_modes(
                         k, count, means, covariances, sensitivities, mode_means, mode_covariances,
                         mode_V, probabilities,
@@ -208,41 +228,45 @@ def process_rows(
                     shift_with_height(change, k, k, vertical, means)
                     for j in range(count):
                         shift_with_height(change, k, k * count + j, vertical, mode_means)
-                a, P = load_modes(k, count, mode_means, mode_covariances)
-                x = evaluate_modes(k, count, a, bias_row, mode_V, scratch)
-                if dt > 0.0:
-                    before, predicted = transition_modes(
-                        k, count, dt, modes, probabilities, scratch
-                    )
-                    a, x, P = mix_modes(before, a, x, P, scratch)
-                    # Innovations that no mode explains indicate a manoeuvre outside the models.
-                    more = options[MODES_NIS_DENSITY] * (
-                        excess_factor(
-                            fading_nis[k], options[MODES_NIS_FLOOR],
-                            options[MANOEUVRE_FACTOR_MAX],
-                        ) - 1.0
-                    )  # fmt: skip
-                    a, x, P = move_modes(dt, more, a, x, P, scratch)
-                    move_columns(k, count, probabilities, scratch, mode_V)
-                    store_row(probabilities, k, 0, count, predicted)
-                else:
-                    predicted = load_row(probabilities, k, 0, count)
-                times[k] = time
-                # As in `_step_kernels.process_rows`.
-                informs = measured_from[k] != site_numbers[s] and height_informs(
-                    check, used, first, k, q, heights, vertical, noises
-                )
-                if timed and np.isnan(velocities[k, 0]):
-                    informs = False
                 sight = Sight(used, first, z1, height, variance)
-                outcome, posterior, a, x, P = correct_modes(
-                    sight, k, q, informs, model, aircraft, a, x, P, predicted, sums, mode_U,
-                    scratch, innovations, row,
-                )  # fmt: skip
-                if outcome == UPDATED or dt > 0.0:
-                    store_modes(k, count, a, P, mode_means, mode_covariances)
-                    combine_modes(k, posterior, a, x, P, means, covariances)
-                    combine_columns(k, count, scratch, mode_V, sensitivities)
+                if grounded:
+                    # One mode; those of flight begin in its state at take-off.
+                    probabilities[k, 0] = np.nan
+                    density = ground_density(manoeuvre_factor(fading_nis[k], options))
+                    move_aircraft(means, covariances, sensitivities, k, dt, density)
+                    times[k] = time
+                    outcome = correct_two_stage(
+                        sight, k, q, informs, model, aircraft, sums, innovations, row
+                    )
+                else:
+                    a, P = load_modes(k, count, mode_means, mode_covariances)
+                    x = evaluate_modes(k, count, a, bias_row, mode_V, scratch)
+                    if dt > 0.0:
+                        before, predicted = transition_modes(
+                            k, count, dt, modes, probabilities, scratch
+                        )
+                        a, x, P = mix_modes(before, a, x, P, scratch)
+                        # Innovations that no mode explains indicate a manoeuvre outside the models.
+                        more = options[MODES_NIS_DENSITY] * (
+                            excess_factor(
+                                fading_nis[k], options[MODES_NIS_FLOOR],
+                                options[MANOEUVRE_FACTOR_MAX],
+                            ) - 1.0
+                        )  # fmt: skip
+                        a, x, P = move_modes(dt, more, a, x, P, scratch)
+                        move_columns(k, count, probabilities, scratch, mode_V)
+                        store_row(probabilities, k, 0, count, predicted)
+                    else:
+                        predicted = load_row(probabilities, k, 0, count)
+                    times[k] = time
+                    outcome, posterior, a, x, P = correct_modes(
+                        sight, k, q, informs, model, aircraft, a, x, P, predicted, sums, mode_U,
+                        scratch, innovations, row,
+                    )  # fmt: skip
+                    if outcome == UPDATED or dt > 0.0:
+                        store_modes(k, count, a, P, mode_means, mode_covariances)
+                        combine_modes(k, posterior, a, x, P, means, covariances)
+                        combine_columns(k, count, scratch, mode_V, sensitivities)
                 if timed and outcome == UPDATED and not is_bearing(kind):
                     sight = Sight(kind, z0, z1, height, variance)
                     update_offset_velocity(sight, k, q, site_numbers[s], model, aircraft, H, W)
@@ -261,7 +285,8 @@ def process_rows(
             )
             if accepted:
                 unknown = np.isnan(heights[k])
-                update_height(check, kind, measured, s, time, dt, k, heights, vertical, options)
+                update_height(check, source, measured, s, time, dt, k, heights, vertical, options)
+                record_ground(grounded, reported, received, k, on_ground, vertical)
                 if unknown and action == UPDATED:
                     store_height_estimate(height_estimate, k, vertical)
                     shift_with_height(height_estimate[0], k, k, vertical, means)
@@ -273,7 +298,7 @@ def process_rows(
                 coast_height(dt, k, heights, vertical, options)
             if accepted and want_readout:
                 read_out(means[k], covariances[k], sensitivities[k], bias, factor, readouts[row])
-                finish_readout(row, k, heights, vertical, updates, options, readouts)
+                finish_readout(row, k, heights, vertical, updates, on_ground, options, readouts)
                 read_modes(row, k, count, modes, probabilities, readouts)
         copy_sums(Y, y, result.information[p], result.vector[p])
 

@@ -17,6 +17,12 @@ is the project's own.
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._ground_kernels import (
+    ground_density,
+    height_of_row,
+    record_ground,
+    settle_ground,
+)
 from multiradar.estimation.filters._kernels import (
     BIASES_KEPT,
     CONE,
@@ -133,12 +139,20 @@ def joint_step(
             if action == REJECTED:
                 continue
             dt = rows.time[row] - aircraft.time[k]
+            site_height = model.noises[rows.sensor[row], 3]
+            grounded = settle_ground(
+                rows.ground[row], rows.height[row], site_height, action, k, aircraft.on_ground,
+                aircraft.mean, aircraft.covariance, aircraft.height, aircraft.vertical,
+            )  # fmt: skip
+            source, measured = height_of_row(
+                grounded, rows.kind[row], rows.height[row], site_height
+            )  # fmt: skip
             check = check_height(
-                action, rows.kind[row], rows.height[row], rows.sensor[row], rows.time[row], dt, k,
+                action, source, measured, rows.sensor[row], rows.time[row], dt, k,
                 aircraft.height, aircraft.vertical, model.options,
             )  # fmt: skip
             outcome = process_row(
-                row, k, action, check, rows, model, aircraft, runs, count, scratch, V,
+                row, k, action, check, grounded, rows, model, aircraft, runs, count, scratch, V,
                 result.innovation,
             )  # fmt: skip
             result.outcome[row] = outcome
@@ -149,6 +163,11 @@ def joint_step(
             )  # fmt: skip
             if not accepted and action == UPDATED:
                 coast_height(dt, k, aircraft.height, aircraft.vertical, model.options)
+            if accepted:
+                record_ground(
+                    grounded, rows.ground[row], rows.height[row], k, aircraft.on_ground,
+                    aircraft.vertical,
+                )  # fmt: skip
             if outcome == STARTED:
                 count = active_runs(aircraft.time, c, capacity, runs)
             if accepted and want_readout:
@@ -159,7 +178,7 @@ def joint_step(
                 )  # fmt: skip
                 finish_readout(
                     row, k, aircraft.height, aircraft.vertical, aircraft.updates,
-                    model.options, result.readout,
+                    aircraft.on_ground, model.options, result.readout,
                 )  # fmt: skip
     for j in range(c):
         for d in range(j, c):
@@ -192,6 +211,7 @@ def process_row(
     k: int,
     action: int,
     check: HeightCheck,
+    grounded: bool,
     rows: Rows,
     model: Model,
     aircraft: Aircraft,
@@ -205,24 +225,26 @@ def process_row(
     kind, s = rows.kind[row], rows.sensor[row]
     height, variance = check[1], check[2]
     heights, vertical = aircraft.height, aircraft.vertical
+    source, measured = height_of_row(grounded, kind, rows.height[row], model.noises[s, 3])
     dt = rows.time[row] - aircraft.time[k]
     if action in (STARTED, RESTARTED):
         outcome = start_jointly(row, k, check, rows, model, aircraft, runs, count, V)
         if outcome != STARTED:
             return outcome
         update_height(
-            check, kind, rows.height[row], s, rows.time[row], dt, k, heights, vertical,
-            model.options,
+            check, source, measured, s, rows.time[row], dt, k, heights, vertical, model.options
         )  # fmt: skip
         return action
     if action != UPDATED:
         return action
     unknown = np.isnan(heights[k])
     height_estimate = np.empty(HEIGHT_ESTIMATE_COUNT)
+    factor = manoeuvre_factor(aircraft.fading_nis[k], model.options)
     density = acceleration_density(
-        aircraft.mean[k, 2], aircraft.mean[k, 3],
-        manoeuvre_factor(aircraft.fading_nis[k], model.options), model.options,
+        aircraft.mean[k, 2], aircraft.mean[k, 3], factor, model.options
     )  # fmt: skip
+    if grounded:
+        density = ground_density(factor)
     first = model.bias.shape[0] + 4 * k
     if unknown:
         copy_block(aircraft.joint, first, aircraft.covariance[k])
@@ -247,8 +269,7 @@ def process_row(
     )  # fmt: skip
     if outcome == UPDATED:
         update_height(
-            check, kind, rows.height[row], s, rows.time[row], dt, k, heights, vertical,
-            model.options,
+            check, source, measured, s, rows.time[row], dt, k, heights, vertical, model.options
         )  # fmt: skip
         if unknown:
             store_height_estimate(height_estimate, k, vertical)

@@ -10,7 +10,7 @@ from multiradar_converters.asterix.live import reception as live
 from multiradar_converters.asterix.live.batch import LiveBatch
 from multiradar_converters.asterix.live.copies import RecentRecords
 from multiradar_converters.asterix.live.reception import LiveDecoder, LiveOptions
-from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
+from multiradar_schemas.measurements.directions import PLAIN_GROUND_SCHEMA
 from support.asterix.octets import block, north_mark, plot_001, plot_048, record, time_of_day
 
 DAY_S = 86_400.0
@@ -46,7 +46,7 @@ def balanced(batch: LiveBatch, sent: Datagrams) -> bool:
 def test_a_plot_becomes_a_measurement_dated_by_its_reception() -> None:
     sent = datagrams((NOON_S + 0.4, block(48, plot_048(43_200.0))))
     batch = decoder().decode(sent)
-    assert dict(batch.frame.schema) == dict(PLAIN_SCHEMA)
+    assert dict(batch.frame.schema) == dict(PLAIN_GROUND_SCHEMA)
     assert times(batch) == [NOON_S]
     assert batch.frame["sensor_id"].to_list() == ["20-130"]
     assert batch.frame["mode_s_address"].to_list() == ["3c660c"]

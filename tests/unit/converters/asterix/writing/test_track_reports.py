@@ -68,6 +68,13 @@ def test_what_is_not_known_is_absent() -> None:
     assert record["080"]["SDS"] == 3
 
 
+def test_a_track_on_the_ground_is_a_surface_target() -> None:
+    airborne, standing = read_tracks(
+        track_records(reports(2, on_ground=np.array([False, True])), SENDER)
+    )
+    assert (airborne["080"]["SFC"], standing["080"]["SFC"]) == (0, 1)
+
+
 def test_a_height_by_geometry_is_reported_as_such() -> None:
     geometric = reports(barometric_m=np.nan, measured_height_m=np.nan, geometric_m=9144.0)
     (record,) = read_tracks(track_records(geometric, SENDER))
