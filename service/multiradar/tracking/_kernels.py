@@ -15,7 +15,14 @@ from multiradar.estimation.filters.height._height_kernels import reset_height
 from multiradar.estimation.measurement.kinds import KIND_BEARING, KIND_POSITION
 from multiradar.geodesy._kernels import geodetic_to_plane, local_matrix, plane_to_geodetic
 from multiradar.tracking.lifecycle.lifecycle import BY_IDENTITY, TENTATIVE, Lifecycle
-from multiradar.tracking.roster import MISSING, NEW_TRACK, TWIN, Roster, RowIdentities
+from multiradar.tracking.roster import (
+    MISSING,
+    NEW_TRACK,
+    OTHER_AZIMUTH,
+    TWIN,
+    Roster,
+    RowIdentities,
+)
 from multiradar_compiled.kernels import in_loop, kernel, loop
 
 Floats = NDArray[np.float64]
@@ -125,8 +132,8 @@ def assign(
     A row with a slot keeps it, unless the aircraft has another Mode S address: nothing updates a
     track with the address of another aircraft. `NEW_TRACK` always creates an aircraft. A value
     below `TWIN` refers to the aircraft of an earlier row. A row without identity gets none. A
-    bearing gives no position and creates none. When the pool is ``full``, rows that need a slot get
-    `NO_ROOM_SLOT`.
+    bearing gives no position and creates none, nor does a row of a second azimuth. When the pool is
+    ``full``, rows that need a slot get `NO_ROOM_SLOT`.
 
     ``roster.counters`` holds the last track identifier assigned and the number of free slots; free
     slots are used from the end of ``roster.free``.
@@ -135,6 +142,8 @@ def assign(
         number = track_numbers[row]
         address = addresses[row]
         slot = identities.slot[row]
+        if slot == OTHER_AZIMUTH:
+            continue
         if slot < TWIN:
             slot = identities.slot[row - (TWIN - slot)]
         if slot >= 0 and differ(roster.mode_s_address[slot], address):

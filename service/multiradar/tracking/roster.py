@@ -14,6 +14,8 @@ Integers = NDArray[np.int64]
 MISSING = -1
 #: In `RowIdentities.slot`: the row initiates a new track, whatever its identity.
 NEW_TRACK = -3
+#: The row is of a second azimuth in a revolution of its radar, and updates nothing.
+OTHER_AZIMUTH = -5
 #: The row belongs to the track initiated by an earlier row: `TWIN` minus the distance in rows.
 TWIN = -16
 

@@ -327,7 +327,7 @@ def search(
         coming = MISSING
         if row < last:
             candidates.number[row - first] = MISSING
-            if identities.slot[row] < 0 and not is_bearing(rows.kind[row]):
+            if identities.slot[row] == MISSING and not is_bearing(rows.kind[row]):
                 coming = find_near(
                     row, row - first, window_time, 1 - side, rows, model, aircraft, life, grid,
                     scratch.sigmas, candidates, found,

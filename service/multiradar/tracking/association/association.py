@@ -21,6 +21,10 @@ from multiradar.tracking._kernels import identify
 from multiradar.tracking.association import track_grid
 from multiradar.tracking.association._association_kernels import find_candidates
 from multiradar.tracking.association._grid_kernels import fill_grid, release_distant
+from multiradar.tracking.association._revolution_kernels import (
+    drop_second_azimuths,
+    reject_second_azimuths,
+)
 from multiradar.tracking.association._sharing_kernels import SHARE_COLUMNS, share_plots
 from multiradar.tracking.association.clutter import ClutterMap
 from multiradar.tracking.association.shared_plots import Shares, sharing_rules
@@ -238,6 +242,11 @@ class Association:
         window_time = math.floor(rows.time[first] / WINDOW_S) * WINDOW_S
         grid, _ = self._fill(window_time, model, pool)
         if unknown < n:
+            reject_second_azimuths(
+                first, last, window_time, batch.track_number, rows, model, self._apart, grid,
+                pool.life, identities,
+            )  # fmt: skip
+        if unknown < n:
             unknown += release_distant(
                 first, last, window_time, batch.track_number, rows, model, pool.aircraft, grid,
                 identities, self._scores.released,
@@ -251,6 +260,8 @@ class Association:
             Gating(self._apart, self._rules, self._clutter.log_densities), grid, identities,
             candidates,
         )  # fmt: skip
+        if unknown < n:
+            drop_second_azimuths(first, rows, self._apart, grid, identities, candidates)
         choose_tracks(
             first, last, self._sensors, reported, rows, self._clutter.log_densities,
             self._speed_variance, pool.aircraft, pool.life, candidates, grid, identities,

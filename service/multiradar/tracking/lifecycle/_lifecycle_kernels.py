@@ -192,6 +192,7 @@ def update_lifecycles(
         s = rows.sensor[row]
         before = life.last_seen[k, s]
         life.last_seen[k, s] = rows.time[row]
+        life.last_azimuth[k, s] = rows.z[row, 1]
         if life.stage[k] == BY_IDENTITY:
             continue
         life.period[k] = max(life.period[k], gating.periods[s])

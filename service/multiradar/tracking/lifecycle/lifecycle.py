@@ -46,6 +46,8 @@ class Lifecycle(NamedTuple):
         Sensor and range ring in which its first plot is counted as clutter.
     last_seen : (s, m) float64
         Data time of the last measurement by each sensor, −∞ when there was none.
+    last_azimuth : (s, m) float64
+        Azimuth of the last plot by each radar; undefined when there was none.
     pending_code : (s,) int64
         Last received Mode 3/A code that differs from that of the track; −1 for none.
     pending_address : (s,) int64
@@ -65,6 +67,7 @@ class Lifecycle(NamedTuple):
     first_sensor: Integers
     first_ring: Integers
     last_seen: Floats
+    last_azimuth: Floats
     pending_code: Integers
     pending_address: Integers
     bias_excluded: Integers
@@ -84,6 +87,7 @@ class Lifecycle(NamedTuple):
             first_sensor=np.zeros(capacity, np.int64),
             first_ring=np.zeros(capacity, np.int64),
             last_seen=np.full((capacity, sensors), -np.inf),
+            last_azimuth=np.zeros((capacity, sensors)),
             pending_code=np.full(capacity, MISSING, np.int64),
             pending_address=np.full(capacity, MISSING, np.int64),
             bias_excluded=np.zeros(capacity, np.int64),

@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from multiradar.runtime.engine.engine import Engine
+from multiradar.tracking.association._revolution_kernels import is_second_azimuth
 from multiradar.tracking.health.health_records import ALARM_ADDRESS, ALARM_NAMES
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import STATE_CONFIRMED, TrackUpdates
@@ -148,3 +149,55 @@ def test_an_update_by_another_address_raises_an_alarm(single: Scene) -> None:
     health = engine._health.close(0, 4.0, engine.biases, engine._pool)
     assert ALARM_NAMES[ALARM_ADDRESS] == "address"
     assert health.records.alarms.tolist() == [1 << ALARM_ADDRESS]
+
+
+def with_reflections(scene: Scene, turned_deg: float, address: int) -> MeasurementBatch:
+    """Every third plot again, from the fifth on, when the antenna points elsewhere."""
+    batch = addressed(scene, scene.batch.mode_s_address)
+    ghosts = batch.select(slice(4, None, 3))
+    turned = np.radians(turned_deg)
+    ghosts = replace(
+        ghosts, azimuth_rad=(ghosts.azimuth_rad + turned) % (2.0 * np.pi),
+        time_s=ghosts.time_s + turned / (2.0 * np.pi) * scene.sensors.rotation_period_s[0],
+        mode_s_address=np.full(len(ghosts), address),
+    )  # fmt: skip
+    both = MeasurementBatch.concatenate([batch, ghosts])
+    return both.select(np.argsort(both.time_s, kind="stable"))
+
+
+@pytest.fixture(scope="module")
+def parked() -> Scene:
+    radar = Radar("A", 55.9, 60.2, rotation_s=4.0)
+    flight = Flight(0.0, 120.0, (1200.0, 3000.0, 1.0, 0.0), 310.0)
+    return make_scene(np.random.default_rng(4), [radar], [flight])
+
+
+# In the window of the plot, in a later one, and before the plot.
+@pytest.mark.parametrize("turned_deg", [13.0, 80.0, -13.0])
+@pytest.mark.parametrize("address", [ARRIVAL, -1])
+def test_a_revolution_updates_a_track_from_one_azimuth(
+    parked: Scene, turned_deg: float, address: int
+) -> None:
+    batch = with_reflections(parked, turned_deg, address)
+    updates = updated(parked, batch)
+    mine = updates.time_s[updates.track_id == updates.track_id[-1]]
+    assert (np.diff(mine) > 3.0).all()
+    own = np.isin(mine, parked.batch.time_s)
+    assert own[2:].all()
+    assert len(mine) >= len(parked.batch) - 1
+    assert updates.speed_mps[updates.track_id == updates.track_id[-1]][6:].max() < 60.0
+
+
+def test_a_second_azimuth_is_of_the_same_revolution_and_beyond_the_beam() -> None:
+    def second(since_s: float, turned_deg: float, period_s: float = 4.0) -> bool:
+        return bool(is_second_azimuth(since_s, np.radians(turned_deg), period_s))
+
+    assert second(0.14, 13.0)
+    assert second(0.14, 13.0 - 360.0)
+    assert second(1.9, 170.0)
+    # Split by the beam; in the next revolution; after a pass close to the radar; period unknown.
+    assert not second(0.02, 2.0)
+    assert not second(4.14, 13.0)
+    assert not second(3.86, -13.0)
+    assert not second(2.2, -160.0)
+    assert not second(0.14, 13.0, 0.0)
