@@ -9,6 +9,7 @@ from pydantic import BaseModel
 
 from multiradar_schemas.inspection import (
     InspectedCategory,
+    InspectedClock,
     InspectedFile,
     InspectedGap,
     InspectedRejects,
@@ -166,6 +167,7 @@ def _inspection_lines() -> Iterator[str]:
         ("categories", InspectedCategory),
         ("sensors", InspectedSensor),
         ("sensors[].longest_gaps", InspectedGap),
+        ("sensors[].clock", InspectedClock),
         ("sensors[].site", InspectedSite),
     ):
         yield f"\n`{title}`:\n"

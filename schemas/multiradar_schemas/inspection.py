@@ -66,6 +66,25 @@ class InspectedSite(Record):
     source: Annotated[str, _text("Where the position is from")]
 
 
+class InspectedClock(Record):
+    """Times of a sensor beside those of their reception, as in `report.json` of a conversion."""
+
+    clock_offset_s: Annotated[
+        float,
+        _number("Times of its fastest messages minus those of their reception", _TIME_UNIT),
+    ]
+    latency_min_s: Annotated[
+        float | None,
+        _number("First percentile of reception minus time of reports", _TIME_UNIT, "no reports"),
+    ]
+    latency_median_s: Annotated[float | None, _number("Median of it", _TIME_UNIT, "no reports")]
+    latency_p99_s: Annotated[
+        float | None, _number("99th percentile of it", _TIME_UNIT, "no reports")
+    ]
+    alarm: Annotated[str | None, _text("`clock` or `latency`", "the times are plausible")] = None
+    reason: Annotated[str | None, _text("The alarm in words", "the times are plausible")] = None
+
+
 class InspectedSensor(Record):
     """Reports of a sensor; fractions are of its measurements."""
 
@@ -109,6 +128,9 @@ class InspectedSensor(Record):
         dict[str, Count],
         _number("Reports with each BDS register, such as `4,0`; `any`: with at least one", "1"),
     ]
+    clock: Annotated[
+        InspectedClock | None, _number("Its clock", "clock", "no times of reception")
+    ] = None
     site: Annotated[InspectedSite | None, _number("Its position", "site", "not known")] = None
 
 

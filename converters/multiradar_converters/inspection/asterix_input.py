@@ -25,11 +25,17 @@ from multiradar_converters.asterix.decoding.checks import (
 )
 from multiradar_converters.asterix.decoding.editions import Editions, source_name, sources_of
 from multiradar_converters.asterix.decoding.gathering import Gathered, Rows, decode_blocks
+from multiradar_converters.asterix.decoding.sensor_clocks import (
+    Differences,
+    of_reports,
+    of_services,
+)
 from multiradar_converters.asterix.decoding.targets import NOT_AIRCRAFT, flag_bits
 from multiradar_converters.asterix.decoding.timing import (
     KINDS,
     Timed,
     into_days,
+    services_in_order,
     time_targets,
 )
 from multiradar_converters.asterix.framing.containers import Blocks
@@ -43,6 +49,9 @@ from multiradar_schemas.measurements.reject import RejectCode
 
 #: Recordings of more octets than this are sampled for the figures of plots.
 DETAILED_OCTETS_MAX = 1 << 28
+
+#: Times of reception of a window that are retained, of reports and of service messages each.
+DIFFERENCES_MAX = 10_000
 
 Octets = NDArray[np.uint8]
 
@@ -128,6 +137,8 @@ class _Recording:
         """Add the content of a window."""
         self._count(gathered)
         timed, antennas = time_targets(gathered)
+        if registers is not None:
+            self._survey.differences += _differences(gathered, timed)
         for source, one in antennas.items():
             before = self._survey.antennas.get(source_name(source))
             if before is None or (one.north_marks, one.sectors) > (
@@ -235,6 +246,19 @@ def _left_out(timed: Timed, own: Integers) -> Counter[str]:
         counts[name] = int(marked.sum())
         placed &= ~marked
     return +counts
+
+
+def _differences(gathered: Gathered, timed: Timed | None) -> list[Differences]:
+    """Return how much later some messages of a window were received than their times."""
+    rows, services = services_in_order(gathered)
+    found = [of_services(rows.source, services, rows.received_s)]
+    found += [] if timed is None else [of_reports(timed)]
+    return [_thinned(one) for one in found if len(one.source)]
+
+
+def _thinned(found: Differences) -> Differences:
+    step = len(found.source) // DIFFERENCES_MAX + 1
+    return Differences(found.source[::step], found.delay_s[::step], found.report[::step])
 
 
 def _day_start(received_s: Numbers, time_s: Numbers) -> float | None:

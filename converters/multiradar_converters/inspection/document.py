@@ -8,6 +8,13 @@ from importlib.metadata import version
 
 import numpy as np
 
+from multiradar_converters.asterix.decoding.editions import source_name
+from multiradar_converters.asterix.decoding.sensor_clocks import (
+    clock_alarm,
+    joined,
+    receiver_zone_s,
+    sensor_clocks,
+)
 from multiradar_converters.inspection.sensor_figures import GAPS_MAX, SECTORS, SensorFigures
 from multiradar_converters.inspection.survey import SensorKey, Survey
 from multiradar_converters.sensors_template import (
@@ -18,6 +25,7 @@ from multiradar_converters.sensors_template import (
 )
 from multiradar_schemas.inspection import (
     InspectedCategory,
+    InspectedClock,
     InspectedFile,
     InspectedGap,
     InspectedRejects,
@@ -32,6 +40,24 @@ _KINDS = ("radar", "mlat", "adsb")
 _SERVICE_MESSAGES = "service messages"
 _STATED_SITE = "item 034/120: to about 10 m, height above mean sea level"
 _REVOLUTION_DEG = 360
+
+
+def clocks_of(survey: Survey) -> dict[str, InspectedClock]:
+    """Return clock offset and latency of the sensors with times of reception, by name."""
+    clocks = sensor_clocks(joined(survey.differences))
+    zone_s = receiver_zone_s(clocks)
+    found = {}
+    for source, one in clocks.items():
+        code, reason = clock_alarm(one, zone_s) or (None, None)
+        found[source_name(source)] = InspectedClock(
+            clock_offset_s=one.offset_s,
+            latency_min_s=_known(one.latency_min_s),
+            latency_median_s=_known(one.latency_median_s),
+            latency_p99_s=_known(one.latency_p99_s),
+            alarm=code,
+            reason=reason,
+        )
+    return found
 
 
 def sensor_ids(survey: Survey) -> dict[SensorKey, str]:
@@ -71,9 +97,15 @@ def inspection_of(survey: Survey, sites: Mapping[str, InspectedSite]) -> Inspect
         Figures and suggestion.
     """
     ids = sensor_ids(survey)
+    clocks = clocks_of(survey)
     keys = sorted(survey.sensors, key=lambda key: (_KINDS.index(key[1]), _numbers(key[0]), key))
     sensors = [
-        _sensor(survey, key, ids[key], sites.get(key[0]) if key[1] == "radar" else None)
+        _sensor(survey, key, ids[key]).model_copy(
+            update={
+                "site": sites.get(key[0]) if key[1] == "radar" else None,
+                "clock": clocks.get(key[0]),
+            }
+        )
         for key in keys
     ]
     firsts = [one.first_s for one in sensors if one.first_s is not None]
@@ -141,9 +173,7 @@ def _scan_period(survey: Survey, key: SensorKey, figures: SensorFigures) -> tupl
     return period_s, why or FROM_PLOTS
 
 
-def _sensor(
-    survey: Survey, key: SensorKey, identifier: str, site: InspectedSite | None
-) -> InspectedSensor:
+def _sensor(survey: Survey, key: SensorKey, identifier: str) -> InspectedSensor:
     figures = survey.sensors[key]
     period_s, period_source = _scan_period(survey, key, figures)
     gaps = figures.gaps(period_s)
@@ -182,7 +212,6 @@ def _sensor(
         height_fraction=_fraction(figures.with_height, measured),
         on_ground_fraction=_fraction(figures.on_ground, measured),
         registers=dict(sorted(figures.registers.items())),
-        site=site,
     )
 
 

@@ -3,6 +3,7 @@
 from collections import Counter
 from dataclasses import dataclass, field
 
+from multiradar_converters.asterix.decoding.sensor_clocks import Differences
 from multiradar_converters.inspection.sensor_figures import SensorFigures
 
 #: Name of a sensor in the recording, and kind of its measurements.
@@ -82,12 +83,14 @@ class Survey:
         Antennas by the name of the radar.
     unknown_editions : list of str
         Why sources were quarantined as a whole.
+    differences : list of Differences
+        Times of reception beside those of messages, of some messages.
     system_tracks : int
         Updates of system tracks of another tracker.
     sampled : float
         Fraction of the octets from which the figures of plots are.
-    dates : Counter
-        Days since 1970 of the first records, where the recording has dates; by file.
+    start_s : float or None
+        Unix time of the begin of the first day, s, if the recorder knows it.
     """
 
     files: list[FileSurvey] = field(default_factory=list)
@@ -95,6 +98,7 @@ class Survey:
     sensors: dict[SensorKey, SensorFigures] = field(default_factory=dict)
     antennas: dict[str, Antenna] = field(default_factory=dict)
     unknown_editions: list[str] = field(default_factory=list)
+    differences: list[Differences] = field(default_factory=list)
     system_tracks: int = 0
     sampled: float = 1.0
     start_s: float | None = None

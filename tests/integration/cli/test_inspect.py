@@ -6,7 +6,8 @@ import pytest
 
 from multiradar.cli.main import EXIT_DONE, EXIT_FAILED, EXIT_USAGE, run
 from multiradar_schemas.inspection import Inspection
-from support.asterix.octets import block, plot_048
+from multiradar_schemas.sensors.sensor import load_sensors
+from support.asterix.octets import block, gps, plot_048
 from support.asterix.old_edition import old_system_tracks
 
 BEGIN_S = 28_800.0
@@ -44,6 +45,26 @@ def test_the_suggestion_is_written_once(recording: Path, tmp_path: Path) -> None
     assert run(["inspect", str(recording), "--toml", str(suggestion)]) == EXIT_DONE
     assert "sac = 20" in suggestion.read_text(encoding="utf-8")
     assert run(["inspect", str(recording), "--toml", str(suggestion)]) == EXIT_FAILED
+
+
+def test_a_table_of_sites_completes_the_suggestion(recording: Path, tmp_path: Path) -> None:
+    table, suggestion = tmp_path / "sites.csv", tmp_path / "sensors.toml"
+    table.write_text("sac,sic,lat_deg,lon_deg,height_m\n20,130,39.5,-0.5,250\n", encoding="utf-8")
+    command = ["inspect", str(recording), "--sites", str(table), "--toml", str(suggestion)]
+    assert run(command) == EXIT_DONE
+    (sensor,) = load_sensors(suggestion).sensor
+    assert (sensor.latitude_deg, sensor.longitude_deg, sensor.height_m) == (39.5, -0.5, 250.0)
+
+
+def test_late_data_are_an_alarm(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "late.gps"
+    plots = ((BEGIN_S + k + 2.0, block(48, plot_048(BEGIN_S + k))) for k in range(50))
+    path.write_bytes(gps(plots))
+    assert run(["inspect", str(path), "--json"]) == EXIT_DONE
+    (sensor,) = Inspection.model_validate_json(capsys.readouterr().out).sensors
+    assert sensor.clock is not None
+    assert sensor.clock.latency_median_s == pytest.approx(2.0, abs=0.01)
+    assert sensor.clock.alarm == "clock"
 
 
 def test_several_files_are_one_recording(

@@ -40,6 +40,14 @@ def inspect(
             show_default=False,
         ),
     ] = None,
+    sites: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="CSV",
+            help="Sites of radars: columns sac, sic, latitude_deg, longitude_deg, height_m.",
+            show_default="those in the recording, or solved from it",
+        ),
+    ] = None,
     edition: Annotated[
         list[str] | None,
         typer.Option(
@@ -53,6 +61,7 @@ def inspect(
     """Inspect recordings before conversion."""
     from rich.console import Console
 
+    from multiradar.cli.inspection.sites import read_sites, solved_sites
     from multiradar.cli.inspection.tables import inspection_document
     from multiradar.cli.terminal.report_tables import print_document
     from multiradar_converters.asterix.decoding.editions import parse_editions
@@ -66,10 +75,12 @@ def inspect(
     except ProfileError as error:
         raise typer.BadParameter(str(error), param_hint="--edition") from error
     _check_new(toml)
+    table = {} if sites is None else read_sites(sites)
     compile_kernels(["convert asterix"])
     with conversion_errors(), bytes_bar(_octets(files)) as advance:
         survey = survey_files(files, InspectionOptions(editions), advance)
-    found = inspection_of(survey, stated_sites(survey))
+    known = stated_sites(survey) | table
+    found = inspection_of(survey, solved_sites(survey, known) | known)
     if toml is not None:
         toml.write_text(found.sensors_toml, encoding="utf-8")
     if as_json:

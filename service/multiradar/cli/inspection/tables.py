@@ -39,6 +39,7 @@ def inspection_document(found: Inspection, command: str, plots: Sequence[Plot] =
         _files(found),
         _categories(found),
         _registers(found),
+        _clocks(found),
         _gaps(found),
         _sites(found),
         _rejects(found),
@@ -191,6 +192,28 @@ def _registers(found: Inspection) -> Table:
     return Table("BDS registers", header, tuple(rows))
 
 
+def _clocks(found: Inspection) -> Table:
+    rows: list[tuple[Value, ...]] = [
+        (
+            one.sensor_id,
+            *(
+                None if value is None else f"{value:.3f}"
+                for value in (
+                    one.clock.clock_offset_s,
+                    one.clock.latency_min_s,
+                    one.clock.latency_median_s,
+                    one.clock.latency_p99_s,
+                )
+            ),
+            one.clock.alarm,
+        )
+        for one in found.sensors
+        if one.clock is not None
+    ]
+    header = ("sensor", "clock offset, s", "latency 1 %, s", "median, s", "99 %, s", "alarm")
+    return Table("Times of reception", header, tuple(rows))
+
+
 def _gaps(found: Inspection) -> Table:
     rows: list[tuple[Value, ...]] = [
         (one.sensor_id, time_text(gap.first_s), f"{gap.duration_s:.0f}", f"of {one.gaps}")
@@ -243,6 +266,11 @@ def _notes(found: Inspection) -> list[str]:
         notes.append(f"By the recorder's clock the first day is {found.date}: convert with --date.")
     if found.system_tracks:
         notes.append(f"{found.system_tracks:,} updates of system tracks of another tracker.")
+    notes += [
+        f"{one.sensor_id}: {one.clock.reason}"
+        for one in found.sensors
+        if one.clock is not None and one.clock.reason is not None
+    ]
     missing = [one.sensor_id for one in found.sensors if one.kind == "radar" and one.site is None]
     if missing:
         notes.append(f"No site is known of {', '.join(missing)}.")
