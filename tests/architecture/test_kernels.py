@@ -34,6 +34,7 @@ SCALARS = {
     "Lanes",
     "State",
     "Covariances",
+    "Seen",
 }
 
 

@@ -37,6 +37,7 @@ Integers = NDArray[np.int64]
 GRAVITY_MPS2 = 9.80665
 SETTLED_S = 60.0
 DENSITIES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 5.0, 10.0, 15.0, 20.0, 30.0)
+Place = tuple[str, float, float, float, float, float, float, float, float, float, float]
 # Latitude, longitude, height, scan period, sigmas of range and azimuth, Pd, largest range, biases.
 RADARS = (
     ("26-10", 46.4247, 6.0994, 1677.0, 4.9, 40.0, 0.06, 0.97, 300e3, 185.0, -0.19),
@@ -200,7 +201,9 @@ def flights(
     return found
 
 
-def radars(plane: SystemPlane, sensors: SensorTable, *, known: bool) -> tuple[Sensor, ...]:
+def radars(
+    plane: SystemPlane, sensors: SensorTable, *, known: bool, places: Sequence[Place] = RADARS
+) -> tuple[Sensor, ...]:
     """Return the true radars."""
     east, north = plane.to_plane(sensors.latitude_rad, sensors.longitude_rad)
     part = 0.0 if known else 1.0
@@ -210,7 +213,7 @@ def radars(plane: SystemPlane, sensors: SensorTable, *, known: bool) -> tuple[Se
             rotation_period_s=one[4], detection_probability=one[7], range_max_m=one[8],
             biases=(Bias(part * one[9]), Bias(part * float(np.radians(one[10]))), Bias(), Bias()),
         )
-        for i, one in enumerate(RADARS)
+        for i, one in enumerate(places)
     )  # fmt: skip
 
 
@@ -258,13 +261,13 @@ def doing_at(aircraft: Aircraft, time_s: float) -> int:
     return STRAIGHT
 
 
-def table(*, known: bool) -> SensorTable:
+def table(*, known: bool, places: Sequence[Place] = RADARS) -> SensorTable:
     """Return the radars as configured for the tracker."""
-    count = len(RADARS)
-    columns = np.array([one[1:9] for one in RADARS]).T
+    count = len(places)
+    columns = np.array([one[1:9] for one in places]).T
     biased = 0 if known else count
     return SensorTable(
-        ids=tuple(one[0] for one in RADARS),
+        ids=tuple(one[0] for one in places),
         kinds=np.full(count, KIND_RADAR, np.int8),
         latitude_rad=np.radians(columns[0]),
         longitude_rad=np.radians(columns[1]),

@@ -22,6 +22,8 @@ Floats = NDArray[np.float64]
 
 #: The probability that is added to each mode.
 PROBABILITY_MIN = 1e-9
+#: Longer intervals are divided into equal steps, s.
+STEP_MAX_S = 8.0
 #: Slower, m/s, an aircraft has no direction.
 SLOW_MPS = 10.0
 
@@ -119,8 +121,9 @@ class Imm:
         one = self._aircraft[observation.aircraft]
         interval = observation.time_s - one.time_s
         one.time_s = observation.time_s
-        if interval > 0.0:
-            self._move(one, interval)
+        steps = int(interval / STEP_MAX_S) + 1
+        for _ in range(steps if interval > 0.0 else 0):
+            self._move(one, interval / steps)
         bias, chances = self._bias, one.probabilities
         seen = [self._model.linearise(observation, part.at(bias)) for part in one.parts]
         # ν, U and S of each mode, and r = ν − U ς̂.

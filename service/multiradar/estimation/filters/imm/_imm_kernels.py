@@ -58,13 +58,16 @@ from multiradar.estimation.measurement._kernels import (
     SlopeOf,
     bias_column,
     expected_sight,
+    locate_measurement,
     measures_azimuth,
 )
+from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar_compiled.kernels import in_both, in_loop
 from multiradar_compiled.lane_function_kernels import angle_of, exponential
 from multiradar_compiled.lane_kernels import (
     Lanes,
     chosen,
+    every_lane,
     lane_of,
     largest_of,
     root,
@@ -77,6 +80,8 @@ Integers = NDArray[np.int64]
 Triple = tuple[float, float, float]
 Mixture = tuple[float, float, float, float, float]
 Pair = tuple[Lanes, Lanes]
+# Share of the variance of the noise that linearisation may add.
+CURVED_SHARE_MIN = 0.01
 # Measurement of each mode: r, ν, H, N = H P Hᵀ, W, expected measurement, ground range.
 Seen = tuple[Pair, Pair, SlopeOf[Lanes], NoiseOf[Lanes], NoiseOf[Lanes], Pair, Lanes]
 
@@ -92,7 +97,7 @@ def correct_modes(
     Returns the outcome, and μ, a, x and P afterwards. ``predicted`` is c. With ``informs`` the
     measurement contributes to the biases.
     """
-    kind, height = sight.kind, sight.height
+    kind, z0, z1, height = sight.kind, sight.z0, sight.z1, sight.height
     sites, noises, starts = model.sites, model.noises, model.starts
     parameters, options = model.parameters, model.options
     bias_covariance, count = model.bias_covariance, model.modes.shape[0]
@@ -100,7 +105,18 @@ def correct_modes(
     fading_nis = aircraft.fading_nis
     Y, y, U, R = sums
     v0, v1 = offset_velocity(aircraft.velocity, k)
-    e, nu, h, N, W, expected, ground = predict_for_modes(sight, s, model, v0, v1, a, x, P)
+    at = (x[0], x[1])
+    for again in (True, False):
+        e, nu, h, N, W, expected, ground = predict_for_modes(sight, s, model, at, v0, v1, a, x, P)
+        if not (again and is_curved(kind, N, W, ground, predicted)):
+            break
+        b0, b1 = measured_bias(kind, z0, z1, s, model)
+        found, east, north = locate_measurement(
+            kind, model.plane, sites[s], z0 - b0, z1 - b1, height
+        )
+        if not found:
+            break
+        at = (every_lane(east), every_lane(north))
     set_row(scratch, PREDICTED, predicted)
     set_row(scratch, SLOPE, h[0])
     set_row(scratch, SLOPE + 1, h[1])
@@ -144,33 +160,68 @@ def correct_modes(
     return outcome, posterior, a, x, P
 
 
-@in_both
+@in_loop
 def predict_for_modes(
-    sight: Sight, s: int, model: Model, v0: float, v1: float, a: State, x: State, P: Covariances
-) -> Seen:
+    sight: Sight, s: int, model: Model, at: Pair, v0: float, v1: float, a: State, x: State,
+    P: Covariances,
+) -> Seen:  # fmt: skip
     """Return the expected measurement of each mode, and the innovations.
 
-    Time offsets are linearised at the velocity (v0, v1).
+    The measurement is linearised at the position ``at``: e = z − h(at) − H (x − at) − J ς̂. Time
+    offsets are linearised at the velocity (v0, v1).
     """
-    kind, z0, z1, height, height_variance = sight
-    starts, parameters, bias = model.starts, model.parameters, model.bias
+    kind, z0, z1 = sight.kind, sight.z0, sight.z1
+    starts, parameters, site = model.starts, model.parameters, model.sites[s]
     p0, across, ahead, ground, h, W = expected_sight(
-        kind, model.plane, model.sites[s], model.noises[s], x[0], x[1], height, height_variance
+        kind, model.plane, site, model.noises[s], at[0], at[1], sight.height, sight.height_variance
     )
     e0, e1 = z0 - p0, z1 - ahead
     if measures_azimuth(kind):
         # The angle from the line of sight to the direction measured.
         sine, cosine = math.sin(z1), math.cos(z1)
         e1 = angle_of(sine * ahead - cosine * across, cosine * ahead + sine * across, ground)
+    f0, f1 = x[0] - at[0], x[1] - at[1]
+    e0, e1 = e0 - (h[0] * f0 + h[1] * f1), e1 - (h[2] * f0 + h[3] * f1)
     d0, d1 = x[0] - a[0], x[1] - a[1]
     nu = (e0 + h[0] * d0 + h[1] * d1, e1 + h[2] * d0 + h[3] * d1)
     for c in range(starts[s], starts[s + 1]):
         rate0, rate1 = h[0] * v0 + h[1] * v1, h[2] * v0 + h[3] * v1
-        j0, j1 = bias_column(kind, parameters[c], model.sites[s], p0, ahead, rate0, rate1)
-        e0 = e0 - j0 * bias[c]
-        e1 = e1 - j1 * bias[c]
+        j0, j1 = bias_column(kind, parameters[c], site, p0, ahead, rate0, rate1)
+        e0 = e0 - j0 * model.bias[c]
+        e1 = e1 - j1 * model.bias[c]
     N = position_part(h, covariance_times_transposed(P, h))
     return (e0, e1), nu, h, N, W, (p0, ahead), ground
+
+
+@in_both
+def is_curved(
+    kind: int, N: NoiseOf[Lanes], W: NoiseOf[Lanes], ground: Lanes, predicted: Lanes
+) -> bool:
+    """Return whether positions are too uncertain to linearise a plot at the predicted ones.
+
+    With independent errors a along and c across the line of sight, at the ground range R, the
+    second-order remainders are c² / 2R in range, of variance (var c)² / 2R² (besides its mean), and
+    a c / R² in azimuth, of variance var a · var c / R⁴. Here N₀₀ = var a and N₁₁ = var c / R². The
+    plot is linearised again where these variances, relative to those of the noise, exceed
+    `CURVED_SHARE_MIN` in the mean of the modes.
+    """
+    curved = False
+    if kind == KIND_RADAR:
+        of_range = 0.5 * N[2] * N[2] * ground * ground / W[0]
+        of_azimuth = N[0] * N[2] / (ground * ground * W[2])
+        curved = sum_of(predicted * (of_range + of_azimuth)) > CURVED_SHARE_MIN
+    return curved
+
+
+@in_loop
+def measured_bias(kind: int, z0: float, z1: float, s: int, model: Model) -> tuple[float, float]:
+    """Return the published biases of a sensor in the components of a measurement."""
+    b0, b1 = 0.0, 0.0
+    for c in range(model.starts[s], model.starts[s + 1]):
+        j0, j1 = bias_column(kind, model.parameters[c], model.sites[s], z0, z1, 0.0, 0.0)
+        b0 += j0 * model.bias[c]
+        b1 += j1 * model.bias[c]
+    return b0, b1
 
 
 @in_loop

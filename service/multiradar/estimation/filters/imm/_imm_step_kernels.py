@@ -65,15 +65,13 @@ from multiradar.estimation.filters.height._unknown_height_kernels import (
     used_as,
 )
 from multiradar.estimation.filters.imm._imm_kernels import correct_modes
-from multiradar.estimation.filters.imm._mode_column_kernels import combine_columns, move_columns
+from multiradar.estimation.filters.imm._mode_column_kernels import combine_columns
 from multiradar.estimation.filters.imm._mode_kernels import (
     combine_modes,
     initialise_modes,
-    mix_modes,
-    move_modes,
     read_modes,
-    transition_modes,
 )
+from multiradar.estimation.filters.imm._mode_prediction_kernels import predict_modes
 from multiradar.estimation.filters.imm._mode_scratch_kernels import (
     SCRATCH_ROWS,
     evaluate_modes,
@@ -90,7 +88,7 @@ from multiradar.estimation.measurement._kernels import is_bearing
 from multiradar.estimation.measurement.kinds import KIND_BEARING
 from multiradar.estimation.motion._kernels import move_aircraft
 from multiradar_compiled.kernels import fetch_ahead, in_loop, kernel, loop
-from multiradar_compiled.lane_kernels import LANES, load_row, store_row
+from multiradar_compiled.lane_kernels import LANES, load_row
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -242,10 +240,6 @@ def process_rows(
                     a, P = load_modes(k, count, mode_means, mode_covariances)
                     x = evaluate_modes(k, count, a, bias_row, mode_V, scratch)
                     if dt > 0.0:
-                        before, predicted = transition_modes(
-                            k, count, dt, modes, probabilities, scratch
-                        )
-                        a, x, P = mix_modes(before, a, x, P, scratch)
                         # Innovations that no mode explains indicate a manoeuvre outside the models.
                         more = options[MODES_NIS_DENSITY] * (
                             excess_factor(
@@ -253,9 +247,9 @@ def process_rows(
                                 options[MANOEUVRE_FACTOR_MAX],
                             ) - 1.0
                         )  # fmt: skip
-                        a, x, P = move_modes(dt, more, a, x, P, scratch)
-                        move_columns(k, count, probabilities, scratch, mode_V)
-                        store_row(probabilities, k, 0, count, predicted)
+                        predicted, a, x, P = predict_modes(
+                            k, dt, more, modes, a, x, P, probabilities, scratch, mode_V
+                        )
                     else:
                         predicted = load_row(probabilities, k, 0, count)
                     times[k] = time
