@@ -20,16 +20,12 @@ class FileSurvey:
         Its name and form.
     size : int
         Its octets.
-    unit : str
-        What `rejected_octets` and the records of a text are counted in: octets or lines.
     read, rejected, duplicates : int
         Records; an undecodable block counts as one.
     octets : Counter
         Octets by disposition: framing, decoded, skipped, quarantined; of text only its size.
     reasons : Counter
         Rejected records, by code and reason.
-    first_s, last_s : float
-        Times of its records, s.
     """
 
     file: str
@@ -40,12 +36,6 @@ class FileSurvey:
     duplicates: int = 0
     octets: Counter[str] = field(default_factory=Counter)
     reasons: Counter[tuple[str, str]] = field(default_factory=Counter)
-
-    def unreadable(self) -> bool:
-        """Return whether more than half of the file could not be read."""
-        if self.octets:
-            return 2 * self.octets["quarantined"] > self.size
-        return 2 * self.rejected > self.read
 
 
 @dataclass

@@ -1,11 +1,14 @@
 """`multiradar inspect` as a user calls it: output, files and exit status."""
 
+import re
+from collections import Counter
 from pathlib import Path
 
 import pytest
 
 from multiradar.cli.main import EXIT_DONE, EXIT_FAILED, EXIT_USAGE, run
 from multiradar_schemas.inspection import Inspection
+from multiradar_schemas.report import Report
 from multiradar_schemas.sensors.sensor import load_sensors
 from support.asterix.octets import block, gps, plot_048
 from support.asterix.old_edition import old_system_tracks
@@ -65,6 +68,44 @@ def test_late_data_are_an_alarm(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert sensor.clock is not None
     assert sensor.clock.latency_median_s == pytest.approx(2.0, abs=0.01)
     assert sensor.clock.alarm == "clock"
+
+
+def test_the_page_has_a_map_and_loads_nothing(recording: Path, tmp_path: Path) -> None:
+    table, page = tmp_path / "sites.csv", tmp_path / "page.html"
+    table.write_text("sac,sic,lat_deg,lon_deg\n20,130,39.5,-0.5\n", encoding="utf-8")
+    command = ["inspect", str(recording), "--sites", str(table), "--html", str(page)]
+    assert run(command) == EXIT_DONE
+    text = page.read_text(encoding="utf-8")
+    for words in ("<h2>Map</h2>", "<h2>Reports by time</h2>", "20-130", "default-src 'none'"):
+        assert words in text
+    assert not re.search(r"<script|<link|<img|src=|@import|url\((?!#)", text)
+    assert run(command) == EXIT_FAILED
+
+
+def test_a_page_without_positions_has_no_map(recording: Path, tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    assert run(["inspect", str(recording), "--html", str(page)]) == EXIT_DONE
+    assert "<h2>Map</h2>" not in page.read_text(encoding="utf-8")
+
+
+def test_counts_are_those_of_the_conversion(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, out = tmp_path / "radar.ast", tmp_path / "out"
+    plots = [block(48, plot_048(BEGIN_S + k)) for k in range(60)]
+    path.write_bytes(
+        b"".join([*plots, plots[-1], bytes(30), block(48, plot_048(BEGIN_S + 90_000))])
+    )
+    assert run(["convert", "asterix", str(path), "--out", str(out), "--json"]) == EXIT_DONE
+    converted = Report.model_validate_json(capsys.readouterr().out)
+    assert run(["inspect", str(path), "--json"]) == EXIT_DONE
+    found = Inspection.model_validate_json(capsys.readouterr().out)
+    assert found.counts == converted.counts
+    assert found.counts.duplicate == 1
+    by_code = Counter[str]()
+    for one in found.rejects:
+        by_code[one.code] += one.count
+    assert dict(by_code) == converted.rejected_by_code
 
 
 def test_several_files_are_one_recording(

@@ -1,6 +1,8 @@
 """`multiradar inspect`: what recordings contain, as text, JSON or one HTML page."""
 
+import json
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,6 +14,7 @@ from multiradar.cli.options import JsonOption
 from multiradar.errors import InputError
 
 if TYPE_CHECKING:
+    from multiradar_converters.inspection.survey import Survey
     from multiradar_schemas.inspection import Inspection
 
 _WIDTH = 160
@@ -40,6 +43,14 @@ def inspect(
             show_default=False,
         ),
     ] = None,
+    html: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.html",
+            help="HTML report with a map; must not exist.",
+            show_default=False,
+        ),
+    ] = None,
     sites: Annotated[
         Path | None,
         typer.Option(
@@ -59,38 +70,58 @@ def inspect(
     as_json: JsonOption = False,
 ) -> None:
     """Inspect recordings before conversion."""
-    from rich.console import Console
-
     from multiradar.cli.inspection.sites import read_sites, solved_sites
-    from multiradar.cli.inspection.tables import inspection_document
-    from multiradar.cli.terminal.report_tables import print_document
+    from multiradar.storage.output_file import new_file
     from multiradar_converters.asterix.decoding.editions import parse_editions
     from multiradar_converters.errors import ProfileError
     from multiradar_converters.inspection.document import inspection_of, stated_sites
     from multiradar_converters.inspection.recordings import InspectionOptions
     from multiradar_converters.inspection.recordings import inspect as survey_files
+    from multiradar_schemas.rounding import rounded
 
     try:
         editions = parse_editions(edition or [])
     except ProfileError as error:
         raise typer.BadParameter(str(error), param_hint="--edition") from error
-    _check_new(toml)
     table = {} if sites is None else read_sites(sites)
-    compile_kernels(["convert asterix"])
-    with conversion_errors(), bytes_bar(_octets(files)) as advance:
-        survey = survey_files(files, InspectionOptions(editions), advance)
-    known = stated_sites(survey) | table
-    found = inspection_of(survey, solved_sites(survey, known) | known)
-    if toml is not None:
-        toml.write_text(found.sensors_toml, encoding="utf-8")
+    with ExitStack() as held:
+        suggestion = None if toml is None else held.enter_context(new_file(toml))
+        page = None if html is None else held.enter_context(new_file(html))
+        compile_kernels(["convert asterix"])
+        with conversion_errors(), bytes_bar(_octets(files)) as advance:
+            survey = survey_files(files, InspectionOptions(editions), advance)
+        known = stated_sites(survey) | table
+        found = inspection_of(survey, solved_sites(survey, known) | known)
+        if suggestion is not None:
+            suggestion.write_text(found.sensors_toml, encoding="utf-8")
+        if page is not None:
+            page.write_text(_page(found, survey, _command(files)), encoding="utf-8")
     if as_json:
-        print(found.model_dump_json(indent=1))
+        figures = rounded(found.model_dump(mode="json"))
+        print(json.dumps(figures, indent=1, ensure_ascii=False, allow_nan=False))
     else:
-        document = inspection_document(found, _command(files))
-        # Tables are not cut where they are read by a program.
-        width = None if sys.stdout.isatty() else _WIDTH
-        print_document(document, Console(highlight=False, markup=False, width=width))
+        _print(found, _command(files))
     _fail_when_unreadable(found)
+
+
+def _page(found: "Inspection", survey: "Survey", command: str) -> str:
+    from multiradar.cli.inspection.plots import inspection_plots
+    from multiradar.cli.inspection.tables import inspection_document
+    from multiradar.report.page import report_page
+
+    return report_page(inspection_document(found, command, inspection_plots(found, survey)))
+
+
+def _print(found: "Inspection", command: str) -> None:
+    from rich.console import Console
+
+    from multiradar.cli.inspection.tables import inspection_document
+    from multiradar.cli.terminal.report_tables import print_document
+
+    # Tables are not cut where they are read by a program.
+    width = None if sys.stdout.isatty() else _WIDTH
+    console = Console(highlight=False, markup=False, width=width)
+    print_document(inspection_document(found, command), console)
 
 
 def _octets(files: list[Path]) -> int:
@@ -100,12 +131,6 @@ def _octets(files: list[Path]) -> int:
 
 def _command(files: list[Path]) -> str:
     return " ".join(["multiradar inspect", *map(str, files)])
-
-
-def _check_new(path: Path | None) -> None:
-    if path is not None and path.exists():
-        msg = f"{path}: already exists; choose another file or remove it"
-        raise InputError(msg)
 
 
 def _fail_when_unreadable(found: "Inspection") -> None:

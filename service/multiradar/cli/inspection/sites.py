@@ -96,7 +96,7 @@ def solved_sites(survey: Survey, known: Mapping[str, InspectedSite]) -> dict[str
     """
     samples = {key: one.sample.reports() for key, one in survey.sensors.items()}
     dated = any(len(one) and np.nanmax(one.time_s) >= 366 * _DAY_S for one in samples.values())
-    plots = {key: _plots(one, of_day=dated) for key, one in samples.items() if len(one)}
+    plots = {key: plots_of_reports(one, of_day=dated) for key, one in samples.items() if len(one)}
     sites: dict[str, Site] = {
         name: (
             float(np.radians(one.latitude_deg)),
@@ -113,7 +113,16 @@ def solved_sites(survey: Survey, known: Mapping[str, InspectedSite]) -> dict[str
     return {name: _documented(one) for name, one in solved.items()}
 
 
-def _plots(reports: Reports, *, of_day: bool) -> Plots:
+def plots_of_reports(reports: Reports, *, of_day: bool) -> Plots:
+    """Return reports as plots by time.
+
+    Parameters
+    ----------
+    reports : Reports
+        The reports.
+    of_day : bool
+        Whether to reduce times to those of day.
+    """
     time_s = reports.time_s % _DAY_S if of_day else reports.time_s
     order = np.argsort(time_s, kind="stable")
     own = reports.select(order)

@@ -264,6 +264,8 @@ def _notes(found: Inspection) -> list[str]:
         )
     if found.date is not None:
         notes.append(f"By the recorder's clock the first day is {found.date}: convert with --date.")
+    if found.categories and not found.sensors:
+        notes.append("No category of the recording has measurements: `convert` writes none.")
     if found.system_tracks:
         notes.append(f"{found.system_tracks:,} updates of system tracks of another tracker.")
     notes += [
