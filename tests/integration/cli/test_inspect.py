@@ -92,10 +92,9 @@ def test_counts_are_those_of_the_conversion(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path, out = tmp_path / "radar.ast", tmp_path / "out"
-    plots = [block(48, plot_048(BEGIN_S + k)) for k in range(60)]
-    path.write_bytes(
-        b"".join([*plots, plots[-1], bytes(30), block(48, plot_048(BEGIN_S + 90_000))])
-    )
+    plots = [block(48, plot_048(BEGIN_S + k, azimuth_deg=90.0 * (k % 4))) for k in range(60)]
+    impossible = block(48, plot_048(90_000.0))
+    path.write_bytes(b"".join([*plots, plots[-1], bytes(30), impossible]))
     assert run(["convert", "asterix", str(path), "--out", str(out), "--json"]) == EXIT_DONE
     converted = Report.model_validate_json(capsys.readouterr().out)
     assert run(["inspect", str(path), "--json"]) == EXIT_DONE
