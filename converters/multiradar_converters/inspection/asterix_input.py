@@ -24,7 +24,13 @@ from multiradar_converters.asterix.decoding.checks import (
     untimed,
 )
 from multiradar_converters.asterix.decoding.editions import Editions, source_name, sources_of
-from multiradar_converters.asterix.decoding.gathering import Gathered, Rows, decode_blocks
+from multiradar_converters.asterix.decoding.gathering import (
+    SENSOR_STATUS,
+    SYSTEM_TRACKS,
+    Gathered,
+    Rows,
+    decode_blocks,
+)
 from multiradar_converters.asterix.decoding.sensor_clocks import (
     Differences,
     of_reports,
@@ -51,7 +57,7 @@ from multiradar_schemas.measurements.reject import RejectCode
 DETAILED_OCTETS_MAX = 1 << 28
 
 #: Times of reception of a window that are retained, of reports and of service messages each.
-DIFFERENCES_MAX = 10_000
+DIFFERENCES_MAX = 2_000
 
 Octets = NDArray[np.uint8]
 
@@ -112,7 +118,11 @@ def _decoded(
         editions.detect(blocks, sources, revise=True)
         registers = _Registers(blocks.data) if number % every == 0 else None
         watch = None if registers is None else registers.add
-        yield decode_blocks(blocks, sources, editions, watch=watch), registers
+        others = np.isin(blocks.data[blocks.begins], (SYSTEM_TRACKS, SENSOR_STATUS)).any()
+        gathered = decode_blocks(
+            blocks, sources, editions, watch=watch, measurements_only=not others
+        )
+        yield gathered, registers
 
 
 def _ahead(items: Iterator[Item]) -> Iterator[Item]:
@@ -163,8 +173,6 @@ class _Recording:
             account.reasons[str(broken.code), _PLACE.sub("", broken.reason)] += 1
         for (category, source), count in gathered.records.items():
             self._survey.category(category, source_name(source)).records += count
-        for (category, source, item), count in gathered.items.items():
-            self._survey.category(category, source_name(source)).items[item] += count
         for _, part in gathered.tracks:
             self._survey.system_tracks += part.height
             for wrong, code, reason in impossible_tracks(part):

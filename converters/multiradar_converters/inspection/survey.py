@@ -40,11 +40,10 @@ class FileSurvey:
 
 @dataclass
 class CategoryFigures:
-    """Records of an ASTERIX category of a sensor, their edition, and items in them."""
+    """Records of an ASTERIX category of a sensor, and their edition."""
 
     records: int = 0
     edition: str = ""
-    items: Counter[str] = field(default_factory=Counter)
 
 
 @dataclass

@@ -25,7 +25,7 @@ from multiradar_converters.asterix.framing.containers import (
 )
 
 #: Octets read at a time; bounds the memory.
-WINDOW_OCTETS = 1 << 22
+WINDOW_OCTETS = 1 << 21
 # A block, its trailer, and blocks that confirm it: those that begin in these last octets of a
 # window belong to the next.
 _MARGIN = 1 << 17
