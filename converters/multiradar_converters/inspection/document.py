@@ -40,6 +40,7 @@ _KINDS = ("radar", "mlat", "adsb")
 _SERVICE_MESSAGES = "service messages"
 _STATED_SITE = "item 034/120: to about 10 m, height above mean sea level"
 _REVOLUTION_DEG = 360
+_DATED_FROM_S = 366 * 86_400.0
 
 
 def clocks_of(survey: Survey) -> dict[str, InspectedClock]:
@@ -108,8 +109,11 @@ def inspection_of(survey: Survey, sites: Mapping[str, InspectedSite]) -> Inspect
         )
         for key in keys
     ]
-    firsts = [one.first_s for one in sensors if one.first_s is not None]
-    lasts = [one.last_s for one in sensors if one.last_s is not None]
+    times = [(one.first_s, one.last_s) for one in sensors if one.last_s is not None]
+    # Beside times with a date, times of day cannot be compared.
+    times = [one for one in times if one[1] >= _DATED_FROM_S] or times
+    firsts = [first for first, _ in times if first is not None]
+    lasts = [last for _, last in times]
     start = survey.start_s
     return Inspection(
         version=version("multiradar"),

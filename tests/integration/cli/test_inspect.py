@@ -1,5 +1,8 @@
 """`multiradar inspect` as a user calls it: output, files and exit status."""
 
+import itertools
+import json
+import math
 import re
 from collections import Counter
 from pathlib import Path
@@ -7,6 +10,8 @@ from pathlib import Path
 import pytest
 
 from multiradar.cli.main import EXIT_DONE, EXIT_FAILED, EXIT_USAGE, run
+from multiradar.diagnosis.cross_sensor.agreement import seen_from
+from multiradar.geodesy.wgs84 import geodetic_to_ecef
 from multiradar_schemas.inspection import Inspection
 from multiradar_schemas.report import Report
 from multiradar_schemas.sensors.sensor import load_sensors
@@ -14,6 +19,7 @@ from support.asterix.octets import block, gps, plot_048
 from support.asterix.old_edition import old_system_tracks
 
 BEGIN_S = 28_800.0
+DATE_S = 1_533_081_600.0
 
 
 @pytest.fixture
@@ -105,6 +111,55 @@ def test_counts_are_those_of_the_conversion(
     for one in found.rejects:
         by_code[one.code] += one.count
     assert dict(by_code) == converted.rejected_by_code
+
+
+def test_a_site_is_solved_beside_dated_adsb(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    radar, flights = tmp_path / "radar.ast", tmp_path / "flights.json"
+    page = tmp_path / "page.html"
+    site = (math.radians(47.0), math.radians(8.0), 300.0)
+    plots, rows = [], []
+    for number, second in itertools.product(range(12), range(0, 240, 4)):
+        address = f"4b00{number:02x}"
+        latitude = 46.2 + 0.14 * number + 0.0015 * second
+        longitude = 7.0 + 0.17 * (number * 7 % 12)
+        height_m = 35_000 * 0.3048
+        place = geodetic_to_ecef(math.radians(latitude), math.radians(longitude), height_m)
+        range_m, azimuth = seen_from(site, place[None, :])
+        plots.append(
+            (
+                second + 0.1 * number,
+                plot_048(
+                    BEGIN_S + second,
+                    range_nm=float(range_m[0]) / 1852.0,
+                    azimuth_deg=math.degrees(float(azimuth[0])) % 360.0,
+                    address=address,
+                ),
+            )
+        )
+        rows.append(
+            {
+                "timestamp": (DATE_S + BEGIN_S + second + 1.5) * 1000,
+                "icao24": address,
+                "latitude": latitude + 0.0015 * 1.5,
+                "longitude": longitude,
+                "altitude": 35_000,
+            }
+        )
+    radar.write_bytes(b"".join(block(48, one) for _, one in sorted(plots)))
+    flights.write_text(json.dumps(rows), encoding="utf-8")
+    command = ["inspect", str(radar), str(flights), "--html", str(page), "--json"]
+    assert run(command) == EXIT_DONE
+    found = Inspection.model_validate_json(capsys.readouterr().out)
+    assert found.first_s is not None
+    assert found.first_s >= DATE_S
+    solved = found.sensors[0].site
+    assert solved is not None
+    assert solved.sigma_m is not None
+    assert solved.sigma_m < 100.0
+    assert solved.latitude_deg == pytest.approx(47.0, abs=0.002)
+    assert solved.longitude_deg == pytest.approx(8.0, abs=0.003)
 
 
 def test_several_files_are_one_recording(

@@ -9,13 +9,14 @@ from multiradar.cli.inspection.sites import plots_of_reports
 from multiradar.diagnosis.plots import Floats, Integers, located, reported
 from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation
 from multiradar.report.content import Plot, Series
-from multiradar.report.times import axis_label
+from multiradar.report.times import axis_label, is_dated
 from multiradar_converters.inspection.document import sensor_ids
 from multiradar_converters.inspection.reports import Reports
 from multiradar_converters.inspection.survey import Survey
 from multiradar_schemas.inspection import InspectedSensor, Inspection
 
 _KILOMETRE_M = 1000.0
+_DAY_S = 86_400
 #: Points of the line of reports by time.
 _STEPS = 300
 #: Radars of which the coverage is drawn.
@@ -108,8 +109,11 @@ def _positions(one: InspectedSensor, sample: Reports) -> Floats:
 def _rates(rates: list[tuple[str, Integers, Integers]]) -> Iterator[Plot]:
     if not rates:
         return
-    first = min(int(second[0]) for _, second, _ in rates)
-    last = max(int(second[-1]) for _, second, _ in rates) + 1
+    if len({is_dated(float(second[-1])) for _, second, _ in rates}) > 1:
+        # Times with and without a date have the time of day in common.
+        rates = [(name, second % _DAY_S, counts) for name, second, counts in rates]
+    first = min(int(second.min()) for _, second, _ in rates)
+    last = max(int(second.max()) for _, second, _ in rates) + 1
     step_s = max(1, -(-(last - first) // _STEPS))
     edges = np.arange(first, last + step_s, step_s, dtype=np.float64)
     middles = (edges[:-1] + edges[1:]) / 2.0
