@@ -86,7 +86,7 @@ class InspectedClock(Record):
 
 
 class InspectedSensor(Record):
-    """Reports of a sensor; fractions are of its measurements."""
+    """Reports of a sensor; fractions are of its measurements, unless described otherwise."""
 
     sensor_id: Annotated[str, _text("As the conversion names it")]
     kind: Annotated[str, _text("radar, mlat or adsb")]
@@ -118,7 +118,8 @@ class InspectedSensor(Record):
     height_max_m: Annotated[float | None, _number("Greatest height", "m", "no heights")]
     aircraft: Annotated[Count, _number("Distinct addresses; codes where there are none", "1")]
     located_fraction: Annotated[
-        float | None, _number("With range and azimuth, or a position", "1", "no measurements")
+        float | None,
+        _number("Of reports, those with a position", "1", "no reports"),
     ]
     mode_s_fraction: Annotated[float | None, _number("With an address", "1", "no measurements")]
     mode_3a_fraction: Annotated[float | None, _number("With a code", "1", "no measurements")]

@@ -210,7 +210,9 @@ def _sensor(survey: Survey, key: SensorKey, identifier: str) -> InspectedSensor:
         height_median_m=_known(figures.height_range_m(0.5)),
         height_max_m=_known(figures.height_max_m),
         aircraft=len(figures.addresses) or len(figures.codes),
-        located_fraction=_fraction(figures.located, measured),
+        located_fraction=_fraction(
+            figures.reports - figures.left_out["no_position"], figures.reports
+        ),
         mode_s_fraction=_fraction(figures.with_address, measured),
         mode_3a_fraction=_fraction(figures.with_code, measured),
         height_fraction=_fraction(figures.with_height, measured),

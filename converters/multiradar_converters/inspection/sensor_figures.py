@@ -76,8 +76,8 @@ class SensorFigures:
         Target reports; those with the octets of another one within 1 s.
     left_out : Counter
         Reports that are no measurements of aircraft, by reason.
-    measurements, located, with_address, with_code, with_height, on_ground : int
-        Measurements, and those with a position, an address, a code, a height, on the ground.
+    measurements, with_address, with_code, with_height, on_ground : int
+        Measurements, and those with an address, a code, a height, on the ground.
     first_s, last_s : float
         Times of the reports, s; NaN without any.
     range_min_m, range_max_m, height_min_m, height_max_m : float
@@ -94,7 +94,6 @@ class SensorFigures:
     duplicates: int = 0
     left_out: Counter[str] = field(default_factory=Counter)
     measurements: int = 0
-    located: int = 0
     with_address: int = 0
     with_code: int = 0
     with_height: int = 0
@@ -123,9 +122,6 @@ class SensorFigures:
     def add(self, reports: Reports) -> None:
         """Add measurements; their times are added by `add_times`."""
         self.measurements += len(reports)
-        polar = np.isfinite(reports.range_m) & np.isfinite(reports.azimuth_deg)
-        placed = np.isfinite(reports.latitude_deg) & np.isfinite(reports.longitude_deg)
-        self.located += int((polar | placed).sum())
         for name, known, found in (
             ("with_address", reports.address, self.addresses),
             ("with_code", reports.code, self.codes),

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from multiradar_converters.errors import LayoutError
+from multiradar_converters.inspection.document import inspection_of
 from multiradar_converters.inspection.recordings import InspectionOptions, inspect
 from multiradar_converters.inspection.reports import Reports
 from multiradar_converters.inspection.sampling import SAMPLE_MAX, Sample
@@ -50,7 +51,7 @@ def test_plots_are_counted_by_sensor(tmp_path: Path) -> None:
     plots = [plot_048(BEGIN_S + 4.0 * k, range_nm=20.0 + k, azimuth_deg=35.0) for k in range(10)]
     survey = of_octets(tmp_path, b"".join(block(48, one) for one in plots))
     figures = survey.sensors[RADAR]
-    assert (figures.reports, figures.measurements, figures.located) == (10, 10, 10)
+    assert (figures.reports, figures.measurements) == (10, 10)
     assert (figures.with_address, len(figures.addresses)) == (10, 1)
     assert (figures.first_s, figures.last_s) == (BEGIN_S, BEGIN_S + 36.0)
     assert figures.range_min_m == pytest.approx(20.0 * MILE_M)
@@ -58,6 +59,15 @@ def test_plots_are_counted_by_sensor(tmp_path: Path) -> None:
     assert np.flatnonzero(figures.sectors.any(axis=1)).tolist() == [3]
     assert survey.categories[48, "20-130"].records == 10
     assert (survey.files[0].read, survey.files[0].rejected) == (10, 0)
+
+
+def test_reports_without_position_are_not_located(tmp_path: Path) -> None:
+    # Items 010, 140 and 020 alone.
+    bare = record((1, "14 82"), (2, f"{round(BEGIN_S * 128):06x}"), (3, "40"))
+    survey = of_octets(tmp_path, block(48, bare) + block(48, plot_048(BEGIN_S)))
+    (sensor,) = inspection_of(survey, {}).sensors
+    assert (sensor.reports, sensor.measurements, sensor.located_fraction) == (2, 1, 0.5)
+    assert sensor.left_out == {"no_position": 1}
 
 
 def test_equal_records_within_a_second_are_duplicates(tmp_path: Path) -> None:
@@ -130,7 +140,7 @@ def test_trajectories(tmp_path: Path) -> None:
     ]  # fmt: skip
     path.write_text(json.dumps(rows), encoding="utf-8")
     figures = surveyed(path).sensors["adsb", "adsb"]
-    assert (figures.reports, figures.located, len(figures.addresses)) == (20, 20, 1)
+    assert (figures.reports, figures.measurements, len(figures.addresses)) == (20, 20, 1)
 
 
 @pytest.mark.parametrize(
