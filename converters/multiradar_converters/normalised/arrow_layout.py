@@ -24,12 +24,12 @@ MESSAGES_MAX = 4096
 _CONTINUATION = b"\xff\xff\xff\xff"
 _LENGTH = struct.Struct("<i")
 _SCHEMA, _DICTIONARY_BATCH, _RECORD_BATCH = 1, 2, 3
-_NULL, _INTEGER, _FLOAT, _UTF8, _TIMESTAMP, _LARGE_UTF8, _UTF8_VIEW = 1, 2, 3, 5, 10, 20, 24
+_NULL, _INTEGER, _FLOAT, _UTF8, _BOOLEAN = 1, 2, 3, 5, 6
+_TIMESTAMP, _LARGE_UTF8, _UTF8_VIEW = 10, 20, 24
 _VIEW_BYTES = 16
 _FLOAT_BYTES = {0: 2, 1: 4, 2: 8}
 _TYPE_NAMES = {
     4: "binary",
-    6: "boolean",
     7: "decimal",
     8: "date",
     9: "time of day",
@@ -56,7 +56,7 @@ class Column:
     kind : int
         Number of its type in the Arrow metadata.
     value_bytes : int
-        Bytes of a fixed-width value, of a text offset, or of a dictionary index.
+        Bytes of a fixed-width value, of a text offset, or of a dictionary index; 0 for bits.
     dictionary : int or None
         Identifier of its dictionary.
     """
@@ -177,7 +177,14 @@ def _column(field: Table) -> Column:
 
 
 def _value_bytes(name: str, kind: int, form: Table) -> int:
-    widths = {_NULL: 0, _UTF8: 4, _LARGE_UTF8: 8, _UTF8_VIEW: _VIEW_BYTES, _TIMESTAMP: 8}
+    widths = {
+        _NULL: 0,
+        _BOOLEAN: 0,
+        _UTF8: 4,
+        _LARGE_UTF8: 8,
+        _UTF8_VIEW: _VIEW_BYTES,
+        _TIMESTAMP: 8,
+    }
     if kind == _INTEGER:
         width = form.scalar(0, "i") // 8
     elif kind == _FLOAT:
@@ -190,7 +197,7 @@ def _value_bytes(name: str, kind: int, form: Table) -> int:
         width = widths.get(kind, -1)
     if width < 0 or (kind == _INTEGER and width not in (1, 2, 4, 8)):
         found = _TYPE_NAMES.get(kind, f"type {kind}")
-        expected = "a number, text or time stamp"
+        expected = "a number, boolean, text or time stamp"
         raise ArrowLayoutError(f"column {name[:60]!r}: expected {expected}, was {found}")
     return width
 
@@ -248,6 +255,8 @@ class _Buffers:
         self._next_buffer(column, (rows + 7) // 8 if null_count else 0)
         if column.dictionary is not None or column.kind in (_INTEGER, _FLOAT, _TIMESTAMP):
             self._next_buffer(column, rows * column.value_bytes)
+        elif column.kind == _BOOLEAN:
+            self._next_buffer(column, (rows + 7) // 8)
         elif column.kind == _UTF8_VIEW:
             self._check_views(column, rows)
         else:

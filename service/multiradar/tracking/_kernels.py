@@ -59,7 +59,7 @@ def insert(keys: Integers, values: Integers, key: int, value: int) -> None:
 
 @kernel
 def rebuild(roster: Roster) -> None:
-    """Rebuild both tables from the aircraft in use."""
+    """Rebuild both tables from the aircraft in use; of several with one address, the first."""
     roster.number_keys[:] = MISSING
     roster.address_keys[:] = MISSING
     for slot in range(roster.track_id.shape[0]):
@@ -67,8 +67,11 @@ def rebuild(roster: Roster) -> None:
             continue
         if roster.track_number[slot] >= 0:
             insert(roster.number_keys, roster.number_slots, roster.track_number[slot], slot)
-        if roster.mode_s_address[slot] >= 0:
-            insert(roster.address_keys, roster.address_slots, roster.mode_s_address[slot], slot)
+        address = roster.mode_s_address[slot]
+        if address >= 0:
+            other = look_up(roster.address_keys, roster.address_slots, address)
+            if other < 0 or roster.track_id[slot] < roster.track_id[other]:
+                insert(roster.address_keys, roster.address_slots, address, slot)
 
 
 @in_loop
@@ -222,11 +225,13 @@ def reset_lifecycle(slot: int, stage: int, life: Lifecycle) -> None:
 def update_address(slot: int, address: int, sure: bool, roster: Roster, life: Lifecycle) -> None:
     """Set the Mode S address of a track without one: if not sure, when received twice in a row.
 
-    It never changes. A garbled one would separate the track from all further plots.
+    It never changes. A garbled one would separate the track from all further plots. Where two
+    aircraft send one address, it names the first; plots far from that are associated by position.
     """
     if sure or address == life.pending_address[slot]:
         roster.mode_s_address[slot] = address
-        insert(roster.address_keys, roster.address_slots, address, slot)
+        if look_up(roster.address_keys, roster.address_slots, address) < 0:
+            insert(roster.address_keys, roster.address_slots, address, slot)
         life.pending_address[slot] = MISSING
     else:
         life.pending_address[slot] = address

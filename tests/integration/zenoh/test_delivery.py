@@ -41,13 +41,15 @@ def test_a_subscriber_that_joins_while_updates_flow_gets_every_update(detect: bo
     with gateway(view) as running:
         # Sending the history takes longer than the interval of track updates.
         view.stream(before, tracks=150, per_s=100_000)
-        flow = threading.Thread(target=view.stream, args=(count - before, 150, 12_000.0))
+        joined = threading.Event()
+        flow = threading.Thread(target=view.stream, args=(count - before, 150, 12_000.0, joined))
         flow.start()
         with (
             SubscriberProcess(running.endpoints[0], count, detect=detect) as first,
             SubscriberProcess(running.endpoints[0], count, detect=detect) as second,
         ):
             assert flow.is_alive()
+            joined.set()
             results = [first.result(), second.result()]
         join(flow)
     assert all(complete(result, count) for result in results), results

@@ -1,6 +1,7 @@
 """A service that publishes the events of a test, behind a real Zenoh session on a free port."""
 
 import socket
+import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -12,7 +13,7 @@ from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.session import ZenohBus
 from multiradar.runtime.stream.events import Event, EventRing, Subscription
 from support.fakes.fake_service import FakeService, FakeView
-from support.processes.waiting import pause
+from support.processes.waiting import pause, wait_until
 
 
 def free_endpoint() -> str:
@@ -60,10 +61,15 @@ class StreamingView(FakeView):
         number = self.ring.head + 1
         self.ring.append(1, lambda: [Event(number, kind, key, payload)])
 
-    def stream(self, count: int, tracks: int, per_s: float) -> None:
-        """Publish updates of some tracks in turn, at a rate."""
+    def stream(
+        self, count: int, tracks: int, per_s: float, joined: threading.Event | None = None
+    ) -> None:
+        """Publish updates of some tracks in turn, at a rate; the last half once others joined."""
         started_s, published, chunk = time.monotonic(), 0, 50
         while published < count:
+            if joined is not None and 2 * published >= count and not joined.is_set():
+                wait_until(joined.is_set, "subscribers that joined")
+                started_s = time.monotonic() - published / per_s
             size = min(chunk, count - published)
             self.publish_updates([1 + (published + place) % tracks for place in range(size)])
             published += size

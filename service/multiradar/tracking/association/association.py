@@ -242,14 +242,14 @@ class Association:
         window_time = math.floor(rows.time[first] / WINDOW_S) * WINDOW_S
         grid, _ = self._fill(window_time, model, pool)
         if unknown < n:
-            reject_second_azimuths(
-                first, last, window_time, batch.track_number, rows, model, self._apart, grid,
-                pool.life, identities,
-            )  # fmt: skip
-        if unknown < n:
             unknown += release_distant(
                 first, last, window_time, batch.track_number, rows, model, pool.aircraft, grid,
                 identities, self._scores.released,
+            )  # fmt: skip
+            # Of the rows near the track that their address names.
+            reject_second_azimuths(
+                first, last, window_time, batch.track_number, rows, model, self._apart, grid,
+                pool.life, identities,
             )  # fmt: skip
         if unknown == 0:
             return None

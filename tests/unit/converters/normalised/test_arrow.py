@@ -155,7 +155,7 @@ def test_an_integer_too_large_for_its_column_is_rejected_not_dropped() -> None:
         pytest.param(
             stream(FRAME.with_columns(range_m=pl.lit(value=True))),
             "MALFORMED_ARROW",
-            "boolean",
+            "Boolean",
             id="true-is-no-number",
         ),
         pytest.param(
