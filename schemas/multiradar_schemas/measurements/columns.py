@@ -1,6 +1,7 @@
 """Columns of measurements: `measurements.parquet` and Arrow bodies."""
 
 from multiradar_schemas.columns import table_schema
+from multiradar_schemas.measurements.aircraft_data import AircraftData
 from multiradar_schemas.measurements.measurement import RadarMeasurement
 
 #: Required columns.
@@ -27,5 +28,8 @@ MEASUREMENT_DIRECTIONS = (
 #: Optional column of the ground status.
 ON_GROUND = "on_ground"
 
+#: Optional columns of aircraft-derived data.
+MEASUREMENT_AIRCRAFT = tuple(AircraftData.model_fields)
+
 #: Columns that may be absent in recordings of earlier versions.
-MEASUREMENT_LATER = ("callsign", ON_GROUND, *MEASUREMENT_DIRECTIONS)
+MEASUREMENT_LATER = ("callsign", ON_GROUND, *MEASUREMENT_DIRECTIONS, *MEASUREMENT_AIRCRAFT)

@@ -1,4 +1,4 @@
-"""Optional columns: elevation and position of a moving sensor for bearings, the ground status.
+"""Optional columns: directions of bearings, the ground status, aircraft-derived data.
 
 Few recordings have these columns. If they are empty they are omitted, so that journals and requests
 stay compatible with earlier versions.
@@ -7,6 +7,7 @@ stay compatible with earlier versions.
 import polars as pl
 
 from multiradar_schemas.measurements.columns import (
+    MEASUREMENT_AIRCRAFT,
     MEASUREMENT_DIRECTIONS,
     MEASUREMENT_SCHEMA,
     ON_GROUND,
@@ -15,7 +16,9 @@ from multiradar_schemas.measurements.gates import Gate
 from multiradar_schemas.measurements.measurement import SOURCE, SOURCE_FIELDS
 from multiradar_schemas.measurements.reject import RejectCode
 
-_OPTIONAL = (*MEASUREMENT_DIRECTIONS, ON_GROUND)
+#: Columns that are omitted, each by itself, where no measurement has a value.
+_SINGLE = (ON_GROUND, *MEASUREMENT_AIRCRAFT)
+_OPTIONAL = (*MEASUREMENT_DIRECTIONS, *_SINGLE)
 
 #: Columns of recordings without any of these, such as converted text dumps.
 PLAIN_SCHEMA = pl.Schema(
@@ -40,9 +43,20 @@ def has_ground_status(frame: pl.DataFrame) -> bool:
     return _has(frame, ON_GROUND)
 
 
+def has_aircraft_data(frame: pl.DataFrame) -> bool:
+    """Return whether any measurement has aircraft-derived data."""
+    return any(_has(frame, name) for name in MEASUREMENT_AIRCRAFT)
+
+
+def filled_columns(frame: pl.DataFrame) -> frozenset[str]:
+    """Return the optional columns that `without_empty_columns` keeps."""
+    directions = MEASUREMENT_DIRECTIONS if has_directions(frame) else ()
+    return frozenset((*(name for name in _SINGLE if _has(frame, name)), *directions))
+
+
 def without_empty_columns(frame: pl.DataFrame) -> pl.DataFrame:
-    """Return measurements without the ground status, and without directions, where empty."""
-    frame = frame if has_ground_status(frame) else frame.drop(ON_GROUND, strict=False)
+    """Return measurements without the optional columns that are empty."""
+    frame = frame.drop([name for name in _SINGLE if not _has(frame, name)], strict=False)
     return frame if has_directions(frame) else frame.drop(MEASUREMENT_DIRECTIONS, strict=False)
 
 

@@ -8,6 +8,17 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar_schemas.documents.names import shown
+from multiradar_schemas.measurements.aircraft_data import (
+    MACH_MAX,
+    ROLL_MAX_DEG,
+    SELECTED_MAX_M,
+    SELECTED_MIN_M,
+    SPEED_MAX_M_S,
+    TRACK_ANGLE_RATE_MAX_DEG_PER_S,
+    TURN_DEG,
+    VERTICAL_RATE_MAX_M_S,
+    AircraftData,
+)
 from multiradar_schemas.measurements.measurement import (
     AZIMUTH_END_DEG,
     CALLSIGN_PATTERN,
@@ -75,6 +86,9 @@ def rejections(
     tuple of str
         The message of each.
     """
+    # Few recordings have aircraft-derived data, and its gates are as many as all others.
+    empty = {name for name in AircraftData.model_fields if frame[name].null_count() == len(frame)}
+    gates = [gate for gate in gates if gate.field not in empty]
     cascade = [pl.when(gate.rejects).then(pl.lit(n, pl.Int16)) for n, gate in enumerate(gates)]
     gate_number = frame.select(pl.coalesce(cascade).alias("gate")).to_series()
     if gate_number.null_count() == len(gate_number):
@@ -131,6 +145,27 @@ def _whole_source() -> tuple[Gate, ...]:
     )
 
 
+def _direction(field: str) -> tuple[Gate, Gate]:
+    expected = f"degrees from 0 to less than {TURN_DEG:g}"
+    return _number(field, expected, (pl.col(field) >= 0.0) & (pl.col(field) < TURN_DEG))
+
+
+def _aircraft_data() -> tuple[Gate, ...]:
+    rate, climb = TRACK_ANGLE_RATE_MAX_DEG_PER_S, VERTICAL_RATE_MAX_M_S
+    return (
+        *_direction("magnetic_heading_deg"),
+        *_between("roll_deg", -ROLL_MAX_DEG, ROLL_MAX_DEG, "degrees"),
+        *_direction("track_angle_deg"),
+        *_between("track_angle_rate_deg_s", -rate, rate, "degrees/s"),
+        *_between("ground_speed_m_s", 0.0, SPEED_MAX_M_S, "m/s"),
+        *_between("true_airspeed_m_s", 0.0, SPEED_MAX_M_S, "m/s"),
+        *_between("indicated_airspeed_m_s", 0.0, SPEED_MAX_M_S, "m/s"),
+        *_between("mach", 0.0, MACH_MAX, "(1)"),
+        *_between("vertical_rate_m_s", -climb, climb, "m/s"),
+        *_between("selected_altitude_m", SELECTED_MIN_M, SELECTED_MAX_M, "m"),
+    )
+
+
 _time = pl.col("time_s")
 _range = pl.col("range_m")
 _azimuth = pl.col("azimuth_deg")
@@ -176,4 +211,5 @@ PHYSICAL_GATES: tuple[Gate, ...] = (
     *_between("source_longitude_deg", -LONGITUDE_MAX_DEG, LONGITUDE_MAX_DEG, "degrees"),
     *_between("source_height_m", HEIGHT_MIN_M, HEIGHT_MAX_M, "m"),
     *_whole_source(),
+    *_aircraft_data(),
 )

@@ -16,6 +16,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from multiradar_schemas.base import Record, described
+from multiradar_schemas.measurements.aircraft_data import AircraftData
 
 TIME_MAX_S = 1e11
 RANGE_MAX_M = 1e6
@@ -268,7 +269,11 @@ class _Common(Record):
         return 0.0 if self.time is None else self.time.timestamp()
 
 
-class RadarMeasurement(_Common):
+class _Reporting(AircraftData, _Common):
+    pass
+
+
+class RadarMeasurement(_Reporting):
     """A radar plot: raw slant range and azimuth."""
 
     kind: Annotated[Literal["radar"], _KIND]
@@ -278,7 +283,7 @@ class RadarMeasurement(_Common):
     longitude_deg: Longitude | None = None
 
 
-class _PositionMeasurement(_Common):
+class _PositionMeasurement(_Reporting):
     latitude_deg: Latitude
     longitude_deg: Longitude
     range_m: Range | None = None
@@ -297,7 +302,7 @@ class MlatMeasurement(_PositionMeasurement):
     kind: Annotated[Literal["mlat"], _KIND]
 
 
-class BearingMeasurement(_Common):
+class BearingMeasurement(_Reporting):
     """An azimuth without range, from a direction finder or a jammed radar."""
 
     kind: Annotated[Literal["bearing"], _KIND]

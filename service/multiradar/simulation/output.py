@@ -72,10 +72,14 @@ def measurements_frame(scenario: Scenario, observation: Observation) -> pl.DataF
             "source_latitude_deg": np.degrees(rows.source_latitude_rad),
             "source_longitude_deg": np.degrees(rows.source_longitude_rad),
             "source_height_m": rows.source_height_m,
-            "on_ground": pl.repeat(None, len(lost), dtype=pl.Boolean, eager=True),
         }
     )
-    return without_empty_columns(_without_nan(frame, MEASUREMENT_SCHEMA))
+    absent = [
+        pl.lit(None, kind).alias(name)
+        for name, kind in MEASUREMENT_SCHEMA.items()
+        if name not in frame.columns
+    ]
+    return without_empty_columns(_without_nan(frame.with_columns(absent), MEASUREMENT_SCHEMA))
 
 
 def truth_frame(scenario: Scenario, observation: Observation) -> pl.DataFrame:

@@ -4,7 +4,7 @@ import numpy as np
 import polars as pl
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.tracking.input.measurements import Directions, MeasurementBatch
+from multiradar.tracking.input.measurements import Directions, MeasurementBatch, or_none
 from multiradar_schemas.measurements.columns import MEASUREMENT_DIRECTIONS
 from multiradar_schemas.measurements.directions import MEASURES_ELEVATION, MOVING, has_directions
 
@@ -47,7 +47,7 @@ def directions_of(frame: pl.DataFrame) -> Directions | None:
     elevation, latitude, longitude, height = (
         column.to_numpy(writable=True) + 0.0 for column in columns
     )
-    return Directions.or_none(
+    return or_none(
         Directions(np.radians(elevation), np.radians(latitude), np.radians(longitude), height)
     )
 

@@ -13,6 +13,7 @@ from multiradar.estimation.measurement.known_biases import Measured, without_kno
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.roster import MISSING
+from multiradar.wire.aircraft_columns import aircraft_data_of, aircraft_data_rows
 from multiradar.wire.bearing_columns import direction_rows, directions_of, with_movers
 from multiradar.wire.sensors import KIND_NUMBER
 from multiradar_schemas.measurements.callsigns import callsign_texts, packed_callsigns
@@ -136,7 +137,7 @@ def measurement_rows(batch: MeasurementBatch, table: SensorTable) -> list[dict[s
             fields["callsign"] = callsigns[row]
         if batch.on_ground is not None and batch.on_ground[row] != MISSING:
             fields[ON_GROUND] = bool(batch.on_ground[row])
-        rows.append(fields | direction_rows(batch, row))
+        rows.append(fields | direction_rows(batch, row) | aircraft_data_rows(batch, row))
     return rows
 
 
@@ -243,5 +244,6 @@ def _columns(frame: pl.DataFrame, table: SensorTable) -> MeasurementBatch:
         callsign=packed_callsigns(frame["callsign"]),
         directions=directions_of(frame),
         on_ground=_ground_status(frame),
+        aircraft_data=aircraft_data_of(frame),
         **arrays,
     )

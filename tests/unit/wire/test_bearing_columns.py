@@ -23,7 +23,7 @@ from multiradar_compiled.kernels import compilation_target
 from multiradar_converters.normalised.arrow import parse_arrow
 from multiradar_converters.normalised.text import parse_json, parse_ndjson
 from multiradar_schemas.errors import DocumentError
-from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import MEASUREMENT_AIRCRAFT, MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
 from multiradar_schemas.measurements.reject import RejectCode
 from multiradar_schemas.sensors.sensor import parse_sensors
@@ -181,7 +181,9 @@ def test_a_journal_without_directions_is_unchanged() -> None:
     assert len(batch) == 1
     assert not len(rejected)
     directions = pl.DataFrame([BEARING | SOURCE], schema=MEASUREMENT_SCHEMA)
-    assert decode_rows(encode_rows(directions)).equals(directions.drop("on_ground"))
+    assert decode_rows(encode_rows(directions)).equals(
+        directions.drop("on_ground", *MEASUREMENT_AIRCRAFT)
+    )
 
 
 def test_messages_with_different_directions_differ() -> None:

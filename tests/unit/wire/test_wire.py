@@ -72,6 +72,62 @@ def test_a_ground_status_is_true_false_or_missing() -> None:
     assert both.ground_status().tolist() == [-1, 1]
 
 
+def test_aircraft_derived_data_are_in_si_and_missing_numbers_are_nan() -> None:
+    sent = {
+        "magnetic_heading_deg": 350.0,
+        "roll_deg": -25.0,
+        "track_angle_deg": 10.0,
+        "track_angle_rate_deg_s": -1.5,
+        "ground_speed_m_s": 220.0,
+        "true_airspeed_m_s": 210.0,
+        "indicated_airspeed_m_s": 150.0,
+        "mach": 0.7,
+        "vertical_rate_m_s": -8.0,
+        "selected_altitude_m": 3048.0,
+    }
+    rows = [radar(), radar(**sent), radar(mach=0.5)]
+    batch, rejected = measurement_batch(frame(*rows), TABLE)
+    assert len(rejected) == 0
+    data = batch.aircraft_data
+    assert data is not None
+    whole = [float(column[1]) for column in data]
+    expected = [np.radians(one) if "_deg" in name else one for name, one in sent.items()]
+    assert whole == pytest.approx(expected)
+    assert np.isnan([column[0] for column in data]).all()
+    assert np.isnan(data.mach).tolist() == [True, False, False]
+    shown = measurement_rows(batch, TABLE)
+    assert {name: shown[1].get(name) for name in sent} == pytest.approx(sent)
+    assert not set(sent) & set(shown[0])
+    # Most batches have none.
+    assert batch.select(slice(1)).aircraft_data is None
+    assert measurement_batch(frame(radar()), TABLE)[0].aircraft_data is None
+    both = MeasurementBatch.concatenate([batch.select(slice(1)), batch.select(slice(2, 3))])
+    assert both.aircraft_data is not None
+    assert both.aircraft_data.mach.tolist() == pytest.approx([np.nan, 0.5], nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("magnetic_heading_deg", 360.0),
+        ("roll_deg", 90.5),
+        ("track_angle_deg", -0.1),
+        ("track_angle_rate_deg_s", 45.1),
+        ("ground_speed_m_s", -1.0),
+        ("true_airspeed_m_s", 1501.0),
+        ("indicated_airspeed_m_s", float("nan")),
+        ("mach", 5.1),
+        ("vertical_rate_m_s", -201.0),
+        ("selected_altitude_m", 40_001.0),
+    ],
+)
+def test_implausible_aircraft_derived_data_reject_the_row(name: str, value: float) -> None:
+    batch, rejected = measurement_batch(frame(radar(), radar(**{name: value})), TABLE)
+    assert len(batch) == 1
+    assert rejected.index.tolist() == [1]
+    assert rejected.reason[0].startswith(f"{name}: expected")
+
+
 def test_sensors_are_sorted_and_in_radians() -> None:
     assert TABLE.ids == ("41-10", "adsb", "finder")
     assert TABLE.kinds.tolist() == [KIND_RADAR, KIND_POSITION, KIND_BEARING]

@@ -26,8 +26,7 @@ from multiradar.storage.entries import Entry, EntryKind, RejectedRow, StoredEntr
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.directions import (
-    has_directions,
-    has_ground_status,
+    filled_columns,
     without_empty_columns,
 )
 from multiradar_schemas.measurements.reject import RejectCode
@@ -130,9 +129,8 @@ def same_message(submission: Submission, entry: Entry) -> bool:
     # An entry of an earlier version has fewer columns: only those are compared.
     stored = decode_rows(entry.payload)
     sent = complete(accepted)
-    for has in (has_directions, has_ground_status):
-        if has(sent) != has(stored):
-            return False
+    if filled_columns(sent) != filled_columns(stored):
+        return False
     return sent.select(stored.columns).equals(stored)
 
 

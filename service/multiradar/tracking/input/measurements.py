@@ -1,12 +1,13 @@
 """A batch of measurements as columns: input of the pure core."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple, Self
+from typing import NamedTuple, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.measurement.aircraft_data import AircraftData
 from multiradar.tracking.columns import column_types, empty_columns, joined_columns
 from multiradar.tracking.roster import MISSING
 
@@ -32,15 +33,25 @@ class Directions(NamedTuple):
         """Rows of moving sources, (n,)."""
         return ~np.isnan(self.source_latitude_rad)
 
-    @classmethod
-    def none(cls, count: int) -> Self:
-        """Return columns without any value."""
-        return cls(*np.full((len(cls._fields), count), np.nan))
 
-    @classmethod
-    def or_none(cls, columns: Self) -> Self | None:
-        """Return the columns, or None where all are empty."""
-        return None if all(np.isnan(column).all() for column in columns) else columns
+#: Columns that few batches have: None where no row has a value.
+Rare = TypeVar("Rare", Directions, AircraftData)
+
+
+def or_none(columns: Rare) -> Rare | None:
+    """Return the columns, or None where all are empty.
+
+    Parameters
+    ----------
+    columns : Directions or AircraftData
+        A missing number is NaN.
+
+    Returns
+    -------
+    Directions, AircraftData or None
+        The same columns.
+    """
+    return None if all(np.isnan(column).all() for column in columns) else columns
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +88,8 @@ class MeasurementBatch:
         Elevations and moving sources of bearings; None without any, as in most batches.
     on_ground : (n,) int8 or None
         Reported ground status: 1 on the ground, 0 airborne, −1 unknown; None without any.
+    aircraft_data : AircraftData or None
+        What the aircraft reports about its flight; None without any.
     """
 
     time_s: NDArray[np.float64]
@@ -93,6 +106,7 @@ class MeasurementBatch:
     callsign: NDArray[np.int64]
     directions: Directions | None = None
     on_ground: NDArray[np.int8] | None = None
+    aircraft_data: AircraftData | None = None
 
     def __len__(self) -> int:
         return len(self.time_s)
@@ -100,11 +114,13 @@ class MeasurementBatch:
     def select(self, rows: NDArray[np.intp] | NDArray[np.bool_] | slice) -> Self:
         """Return the selected rows, in the given order."""
         columns = {name: getattr(self, name)[rows] for name in COLUMNS}
-        seen = self.directions
-        if seen is not None:
-            seen = Directions.or_none(Directions(*(column[rows] for column in seen)))
         status = None if self.on_ground is None else _known_or_none(self.on_ground[rows])
-        return type(self)(**columns, directions=seen, on_ground=status)
+        return type(self)(
+            **columns,
+            directions=_selected(self.directions, rows),
+            on_ground=status,
+            aircraft_data=_selected(self.aircraft_data, rows),
+        )
 
     def ground_status(self) -> NDArray[np.int64]:
         """Return the ground status of each row, −1 where unknown, (n,)."""
@@ -134,26 +150,47 @@ class MeasurementBatch:
         """Return the rows of all batches, one after the other."""
         if len(batches) == 1:
             return batches[0]
-        seen = None
-        if any(batch.directions is not None for batch in batches):
-            parts = [batch.directions or Directions.none(len(batch)) for batch in batches]
-            seen = Directions(*(np.concatenate(column) for column in zip(*parts, strict=True)))
         status = None
         if any(batch.on_ground is not None for batch in batches):
             status = np.concatenate([batch.ground_status() for batch in batches]).astype(np.int8)
+        sizes = [len(batch) for batch in batches]
         return MeasurementBatch(
-            **joined_columns(MeasurementBatch, batches), directions=seen, on_ground=status
+            **joined_columns(MeasurementBatch, batches),
+            directions=_joined(Directions, [batch.directions for batch in batches], sizes),
+            on_ground=status,
+            aircraft_data=_joined(AircraftData, [one.aircraft_data for one in batches], sizes),
         )
 
     @classmethod
     def empty(cls) -> "MeasurementBatch":
         """Return a batch without rows."""
-        return MeasurementBatch(**empty_columns(MeasurementBatch), directions=None, on_ground=None)
+        return MeasurementBatch(
+            **empty_columns(MeasurementBatch), directions=None, on_ground=None, aircraft_data=None
+        )
 
 
 def _known_or_none(status: NDArray[np.int8]) -> NDArray[np.int8] | None:
     """Return the ground status of rows, None where all are unknown."""
     return status if (status != MISSING).any() else None
+
+
+def _selected(
+    columns: Rare | None, rows: NDArray[np.intp] | NDArray[np.bool_] | slice
+) -> Rare | None:
+    if columns is None:
+        return None
+    return or_none(type(columns)(*(column[rows] for column in columns)))
+
+
+def _joined(kind: type[Rare], parts: Sequence[Rare | None], sizes: Sequence[int]) -> Rare | None:
+    """Return the columns of all parts, one part after the other; None where all parts are None."""
+    if all(part is None for part in parts):
+        return None
+    whole = [
+        np.full((len(kind._fields), size), np.nan) if part is None else part
+        for part, size in zip(parts, sizes, strict=True)
+    ]
+    return kind(*(np.concatenate(column) for column in zip(*whole, strict=True)))
 
 
 #: Numeric columns of every batch.

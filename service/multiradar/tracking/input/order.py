@@ -168,6 +168,7 @@ def _tie_columns(batch: MeasurementBatch) -> list[Any]:
     columns = [getattr(batch, name) for name in _TIE_COLUMNS]
     rare: list[NDArray[Any]] = [] if batch.directions is None else [*batch.directions]
     rare += [] if batch.on_ground is None else [batch.on_ground]
+    rare += [] if batch.aircraft_data is None else [*batch.aircraft_data]
     if rare:
         columns[-1] = _ranks([columns[-1], *rare])
     return columns

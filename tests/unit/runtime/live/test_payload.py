@@ -25,6 +25,16 @@ def test_rows_survive_the_round_trip() -> None:
     assert encode_rows(frame[:0]) == b""
 
 
+def test_each_empty_column_of_aircraft_derived_data_is_omitted() -> None:
+    frame = recording(20)
+    before = decode_rows(encode_rows(frame)).columns
+    assert decode_rows(encode_rows(complete(frame))).columns == before
+    some = frame.with_columns(roll_deg=pl.lit(None, pl.Float64), mach=pl.int_range(pl.len()) / 100)
+    stored = decode_rows(encode_rows(some))
+    assert stored.columns == [*before, "mach"]
+    assert stored["mach"].to_list() == some["mach"].to_list()
+
+
 def test_an_empty_ground_status_is_omitted_as_before_there_was_one() -> None:
     frame = recording(20)
     assert "on_ground" not in decode_rows(encode_rows(complete(frame))).columns

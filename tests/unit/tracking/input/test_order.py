@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from multiradar.estimation.measurement.aircraft_data import AircraftData
 from multiradar.tracking.input._order_kernels import TIED_MAX
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.input.order import PIECE_ROWS, ReorderBuffer, canonical_order
@@ -63,6 +64,18 @@ def test_rows_that_differ_in_the_ground_status_are_no_duplicates() -> None:
     assert ordered is not None
     assert ordered.on_ground is not None
     assert ordered.on_ground.tolist() == [0, 1]
+    assert buffer.duplicates == 1
+
+
+def test_rows_that_differ_in_aircraft_derived_data_are_no_duplicates() -> None:
+    data = AircraftData(*np.full((len(AircraftData._fields), 3), np.nan))
+    data = data._replace(mach=np.array([0.8, 0.7, 0.8]))
+    buffer = ReorderBuffer(HORIZON_S)
+    buffer.push(replace(batch_of([1.0, 1.0, 1.0]), aircraft_data=data))
+    ordered = buffer.flush()
+    assert ordered is not None
+    assert ordered.aircraft_data is not None
+    assert ordered.aircraft_data.mach.tolist() == [0.7, 0.8]
     assert buffer.duplicates == 1
 
 
