@@ -138,7 +138,7 @@ def _rejected(frame: pl.DataFrame, row: int, reason: str, source: str) -> Reject
 # Rows sorted by aircraft and time; directions are unit vectors. Returns the reason by row.
 def _unreachable(aircraft: Indices, time_s: Floats, direction: Floats) -> dict[int, str]:
     same = np.diff(aircraft) == 0
-    broken = same & ~_reachable(np.diff(time_s), direction[1:], direction[:-1])
+    broken = same & ~reachable(np.diff(time_s), direction[1:], direction[:-1])
     reasons: dict[int, str] = {}
     for one in np.unique(aircraft[:-1][broken]).tolist():
         first, end = np.searchsorted(aircraft, [one, one + 1]).tolist()
@@ -161,7 +161,7 @@ def _wrong_rows(begin: Indices, end: Indices, time_s: Floats, direction: Floats)
     still_open: list[int] = []
     for run, first in enumerate(begin.tolist()):
         last = np.array([end[chains[one][-1]] - 1 for one in still_open], np.int64)
-        near = _reachable(time_s[first] - time_s[last], direction[last], direction[first])
+        near = reachable(time_s[first] - time_s[last], direction[last], direction[first])
         joined = [one for one, fits in zip(still_open, near.tolist(), strict=True) if fits]
         if joined:
             # Those that may be continued are ordered by length.
@@ -187,14 +187,28 @@ def _wrong_rows(begin: Indices, end: Indices, time_s: Floats, direction: Floats)
         )
         near_end = np.where(before[:, None], direction[tail], direction[head])
         own_end = np.where(before[:, None], direction[head[number]], direction[tail[number]])
-        apart &= ~_reachable(passed, near_end, own_end)
+        apart &= ~reachable(passed, near_end, own_end)
         if around.any() or (count[number] < CHAIN_MIN and apart.any()):
             for run in runs:
                 wrong[begin[run] : end[run]] = True
     return wrong
 
 
-def _reachable(passed_s: Floats, before: Floats, after: Floats) -> Flags:
+def reachable(passed_s: Floats, before: Floats, after: Floats) -> Flags:
+    """Return whether aircraft can fly between positions.
+
+    Parameters
+    ----------
+    passed_s : (n,) float64
+        Times between them, s; either sign.
+    before, after : (n, 3) float64
+        The positions as unit vectors of the vertical.
+
+    Returns
+    -------
+    (n,) bool
+        Whether `SPEED_MAX_MPS` suffices, with times off by `TIME_ERROR_S`.
+    """
     reach: Flags = _distance_m(before, after) <= SPEED_MAX_MPS * (np.abs(passed_s) + TIME_ERROR_S)
     return reach
 

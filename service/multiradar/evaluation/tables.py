@@ -36,6 +36,8 @@ REPORT_COLUMNS = (
     "time_s", "track_number", "mode_s_address", "latitude_deg", "longitude_deg", "height_m",
 )  # fmt: skip
 
+_VELOCITY = ("speed_mps", "heading_deg")
+
 
 def reference_of_truth(
     frame: pl.DataFrame, source: str, gap_s: float, regions: Sequence[CoveredRegion] = ()
@@ -71,19 +73,19 @@ def reference_of_truth(
         .drop_nulls(["track_number"])
         .with_columns(pl.col("track_number").cast(pl.String).alias("name"))
     )
-    numbers = ("time_s", "latitude_deg", "longitude_deg", "speed_mps", "heading_deg")
+    numbers = ("time_s", "latitude_deg", "longitude_deg", *_VELOCITY)
     return _reference(known, numbers, source, gap_s, regions)
 
 
 def reference_of_reports(
     frame: pl.DataFrame, source: str, gap_s: float, regions: Sequence[CoveredRegion] = ()
 ) -> Reference:
-    """Return the reference from ADS-B reports.
+    """Return the reference from ADS-B reports, or from system tracks.
 
     Parameters
     ----------
     frame : DataFrame
-        Rows of `measurements.parquet` with positions.
+        Rows of `measurements.parquet` or `system_tracks.parquet` with positions.
     source : str
         Name used in errors.
     gap_s : float
@@ -94,8 +96,8 @@ def reference_of_reports(
     Returns
     -------
     Reference
-        Without velocities; aircraft are named by track number, or else by Mode S address. Reports
-        with neither are rejected.
+        With velocities where every row has speed and heading, as in system tracks. Aircraft are
+        named by track number, or else by Mode S address; reports with neither are rejected.
 
     Raises
     ------
@@ -107,7 +109,10 @@ def reference_of_reports(
     _require_columns(frame, REPORT_COLUMNS, source)
     known = frame.with_columns(aircraft_name())
     numbers = ("time_s", "latitude_deg", "longitude_deg")
-    return _reference(known, numbers, source, gap_s, regions)
+    moving = set(_VELOCITY) <= set(frame.columns) and not any(
+        frame[name].null_count() for name in _VELOCITY
+    )
+    return _reference(known, numbers + _VELOCITY * moving, source, gap_s, regions)
 
 
 def with_rows(frame: pl.DataFrame) -> pl.DataFrame:
@@ -197,7 +202,7 @@ def _reference(
     latitude, longitude = _radians(rows, "latitude_deg"), _radians(rows, "longitude_deg")
     plane = SystemPlane.for_sensors(latitude, longitude)
     velocity = None
-    if "speed_mps" in numbers:
+    if set(_VELOCITY) <= set(numbers):
         position, velocity, _ = _moved(rows, plane)
     else:
         position = np.stack(plane.to_plane(latitude, longitude), axis=-1)

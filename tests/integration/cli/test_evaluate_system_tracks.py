@@ -1,6 +1,7 @@
 """`multiradar evaluate --system-tracks`: category 062 of another processor as the reference."""
 
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -27,15 +28,23 @@ rotation_period_s = 4.0
 POSITION_BIT = 180 / 2**25
 
 
-def system_track(row: dict[str, Any], source: str = "0004", status: str = "00") -> bytes:
+def system_track(
+    row: dict[str, Any], source: str = "0004", status: str = "00", number: int | None = None
+) -> bytes:
     def place(name: str) -> str:
         return f"{round(row[name] / POSITION_BIT) & 0xFFFF_FFFF:08x}"
+
+    def speed(axis: int) -> str:
+        heading = math.radians(row["heading_deg"])
+        part = row["speed_mps"] * (math.sin(heading), math.cos(heading))[axis]
+        return f"{round(part / 0.25) & 0xFFFF:04x}"
 
     return record(
         (1, source),
         (4, time_of_day(row["time_s"] % 86_400)),
         (5, place("latitude_deg") + place("longitude_deg")),
-        (12, f"{row['track_id']:04x}"),
+        (7, f"{speed(0)}{speed(1)}"),
+        (12, f"{row['track_id'] if number is None else number:04x}"),
         (13, status),
     )
 
@@ -88,6 +97,32 @@ def test_tracks_are_evaluated_against_recorded_system_tracks(
         assert compared["reference_positions"] == 2 * TURNS
         assert compared["updates_compared"] > 1.8 * TURNS
         assert found["errors"]["position_m"]["rms"] < 1.0
+        # The velocity is that of the processor, to the last bit of item 185.
+        assert found["errors"]["velocity_mps"]["rms"] < 0.5
+
+
+def test_a_track_number_used_again_is_another_aircraft(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = pl.read_parquet(folder / "tracks" / "tracks.parquet").sort("time_s")
+    middle_s = BEGIN_S + 0.5 * TURN_S * TURNS
+    first, second = rows["track_id"].unique().sort().to_list()
+    early = rows.filter(track_id=first).filter(pl.col("time_s") < middle_s).to_dicts()
+    late = rows.filter(track_id=second).filter(pl.col("time_s") > middle_s).to_dicts()
+    records = [system_track(row, number=7) for row in early]
+    records.append(system_track(early[-1], status="01 40", number=7))
+    records += [system_track(row, number=7) for row in late]
+    (tmp_path / "again.ast").write_bytes(block(62, *records))
+    system = str(tmp_path / "system")
+    assert run(["convert", "asterix", str(tmp_path / "again.ast"), "--out", system]) == EXIT_DONE
+    capsys.readouterr()
+    command = ["evaluate", str(folder / "tracks"), "--system-tracks", system, "--json"]
+    assert run(command) == EXIT_DONE
+    found = json.loads(capsys.readouterr().out)
+    assert found["reference"]["rows"]["rejected"] == 0
+    assert found["compared"]["aircraft"] == 2
+    # Neither the tentative updates at the begin.
+    assert found["compared"]["updates_compared"] >= len(early) + len(late) - 2
 
 
 def test_the_scorecard_names_its_command(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

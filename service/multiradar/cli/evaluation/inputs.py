@@ -21,6 +21,7 @@ from multiradar.cli.inputs import read_sensors
 from multiradar.cli.terminal.folders import no_such
 from multiradar.errors import InputError, MissingColumnError
 from multiradar.evaluation.settings import EvaluationSettings
+from multiradar.evaluation.system_tracks import named_by_flight
 from multiradar.evaluation.tables import (
     aircraft_name,
     reference_of_reports,
@@ -217,8 +218,8 @@ def read_system_tracks(
     Returns
     -------
     Known
-        Aircraft by track number, without plots. Updates that only extrapolate or terminate a
-        track, or are simulated, are excluded.
+        Aircraft by track number and flight, without plots. Updates that only extrapolate or
+        terminate a track, or are simulated, are excluded.
 
     Raises
     ------
@@ -235,12 +236,14 @@ def read_system_tracks(
     missing = [name for name in ("state", "sensor_id") if name not in frame.columns]
     if missing:
         raise MissingColumnError(str(path), missing, frame.columns)
-    usable = with_rows(frame).filter(~pl.col("state").is_in(_NOT_SEEN)).drop_nulls("latitude_deg")
-    processors = usable["sensor_id"].unique().sort().to_list()
+    seen = ~pl.col("state").is_in(_NOT_SEEN)
+    located = with_rows(frame).drop_nulls("latitude_deg")
+    processors = located.filter(seen)["sensor_id"].unique().sort().to_list()
     if len(processors) != 1:
         named = ", ".join(map(str, processors)) or "none"
         msg = f"{path}: expected system tracks of one processor, was: {named}"
         raise InputError(msg)
+    usable = named_by_flight(located).filter(seen)
     reference = reference_of_reports(usable, str(path), settings.reference_gap_s, regions)
     return Known("system-tracks", given, reference, plots)
 
