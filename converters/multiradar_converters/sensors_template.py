@@ -52,6 +52,8 @@ class FoundSensor:
         Source of the scan period, or why there is none.
     range_max_m : float
         Slant range of the farthest plot, m; 0 without plots.
+    priors : sequence of str
+        Comment lines with priors of its biases from elsewhere.
     """
 
     identifier: str
@@ -63,6 +65,7 @@ class FoundSensor:
     rotation_period_s: float = math.nan
     period_source: str = FROM_PLOTS
     range_max_m: float = 0.0
+    priors: Sequence[str] = ()
 
 
 def sensors_text(sensors: Sequence[FoundSensor]) -> str:
@@ -94,7 +97,7 @@ def _table(one: FoundSensor) -> str:
     if one.kind != "radar":
         lines.append(_default("position_sigma_m", "random error of a position, 1 sigma each axis"))
         return "\n".join([*lines, ""])
-    return "\n".join([*lines, *_antenna(one), *_errors(), *_biases(), ""])
+    return "\n".join([*lines, *_antenna(one), *_errors(), *_biases(), *one.priors, ""])
 
 
 def _site(one: FoundSensor) -> list[str]:

@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from multiradar_schemas.inspection import (
+    InspectedBias,
     InspectedCategory,
     InspectedClock,
     InspectedFile,
@@ -165,6 +166,7 @@ def _inspection_lines() -> Iterator[str]:
         ("files", InspectedFile),
         ("rejects", InspectedRejects),
         ("categories", InspectedCategory),
+        ("reported_biases", InspectedBias),
         ("sensors", InspectedSensor),
         ("sensors[].longest_gaps", InspectedGap),
         ("sensors[].clock", InspectedClock),

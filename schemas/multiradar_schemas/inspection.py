@@ -135,6 +135,25 @@ class InspectedSensor(Record):
     site: Annotated[InspectedSite | None, _number("Its position", "site", "not known")] = None
 
 
+class InspectedBias(Record):
+    """A bias of a radar as another processor reports it in category 063."""
+
+    processor_id: Annotated[str, _text("`SAC-SIC` of the processor")]
+    sensor_id: Annotated[str, _text("`SAC-SIC` of the radar")]
+    parameter: Annotated[
+        str, _text("As in `biases.parquet`; with `psr_` before it of primary plots")
+    ]
+    reports: Annotated[Count, _number("Reports", "1")]
+    estimate: Annotated[float, _number("The last report, measured minus true", "m, degree, 1 or s")]
+    spread: Annotated[
+        float, _number("RMS difference of all reports from the last", "as `estimate`")
+    ]
+    prior_sigma: Annotated[
+        float | None,
+        _number("Sigma for its use as a prior", "as `estimate`", "a parameter of primary plots"),
+    ]
+
+
 class Inspection(Record):
     """What recordings contain."""
 
@@ -153,5 +172,8 @@ class Inspection(Record):
         float, _number("Fraction of the octets from which `measurements` and what follows are", "1")
     ]
     system_tracks: Annotated[Count, _number("Updates of system tracks of another tracker", "1")]
+    reported_biases: Annotated[
+        list[InspectedBias], _number("Biases reported by another tracker (063)", "biases")
+    ]
     sensors: Annotated[list[InspectedSensor], _number("The sensors", "sensors")]
     sensors_toml: Annotated[str, _text("Suggestion for `sensors.toml`")]

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from multiradar_converters.asterix import system_table, table
+from multiradar_converters.asterix import reported_biases, system_table, table
 from multiradar_converters.asterix.decoding import clocks
 from multiradar_converters.asterix.decoding.checks import (
     Rejection,
@@ -32,6 +32,7 @@ from multiradar_converters.asterix.decoding.sensor_clocks import (
     of_reports,
     of_services,
 )
+from multiradar_converters.asterix.decoding.sensor_status import last_status
 from multiradar_converters.asterix.decoding.timing import (
     KINDS,
     AntennaStatus,
@@ -45,6 +46,7 @@ from multiradar_converters.asterix.layout.columns import Integers, Numbers
 from multiradar_converters.asterix.options import Options
 from multiradar_converters.asterix.records import RecordDump
 from multiradar_converters.asterix.report import (
+    REPORTED_BIASES_FILE,
     SYSTEM_TRACKS_FILE,
     FileAccount,
     Findings,
@@ -107,6 +109,7 @@ def convert(
     findings = Findings()
     parts: list[_Part] = []
     tracks: list[pl.DataFrame] = []
+    biases: list[pl.DataFrame] = []
     with OutputFolder(out) as folder:
         with (folder.path / "rejects.ndjson").open("w", encoding="utf-8", newline="\n") as rejects:
             for path in files:
@@ -120,11 +123,18 @@ def convert(
                 findings.files.append(account)
                 parts += [part] if part is not None else []
                 tracks.append(made)
+                biases.append(reported_biases.frame(gathered.status, unix_start(options.date)))
                 advance(gathered.blocks.size)
         _check_some_known(findings)
         frames, names = _frames(parts, options, findings)
         findings.rows = table.write(folder.path / "measurements.parquet", frames)
-        findings.system_tracks = system_table.write(folder.path / SYSTEM_TRACKS_FILE, tracks)
+        written = system_table.write(folder.path / SYSTEM_TRACKS_FILE, tracks)
+        findings.system_tracks = written.height
+        if not findings.rows:
+            findings.first_s, findings.last_s = extremes(written["time_s"].to_numpy())
+        reported = pl.concat(biases)
+        findings.biases = reported_biases.reported_biases(reported)
+        findings.bias_rows = reported_biases.write(folder.path / REPORTED_BIASES_FILE, reported)
         skeleton = sensors_toml(names, findings)
         (folder.path / "sensors.toml").write_text(skeleton, encoding="utf-8")
         report = report_json(folder.path / "report.json", findings, options)
@@ -203,8 +213,10 @@ def _of_file(
     account.blocks_broken = len(account.broken)
     findings.records.update(gathered.records)
     findings.items.update(gathered.items)
-    for source, status in gathered.status.items():
-        findings.status.setdefault(source_name(source), {}).update(status)
+    for rows, status in gathered.status:
+        for source in np.unique(rows.source).tolist():
+            last = last_status(status.filter(pl.Series(rows.source == source)))
+            findings.status.setdefault(source_name(source), {}).update(last)
     findings.skipped.update(gathered.skipped)
     findings.unfit.update(gathered.unfit)
     timed, antennas = time_targets(gathered, options.scan_periods())

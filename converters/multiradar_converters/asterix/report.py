@@ -1,5 +1,6 @@
 """`report.json` of a conversion."""
 
+import dataclasses
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,12 +16,15 @@ from multiradar_converters.asterix.decoding.sensor_clocks import (
 )
 from multiradar_converters.asterix.decoding.timing import AntennaStatus
 from multiradar_converters.asterix.options import Options
+from multiradar_converters.asterix.reported_biases import ReportedBias
 from multiradar_converters.errors import AccountingError
 from multiradar_converters.report_file import Converted, write_report
 from multiradar_schemas.measurements.reject import RejectCode
 
 #: System tracks in the recording, if any.
 SYSTEM_TRACKS_FILE = "system_tracks.parquet"
+#: Biases reported by another processor, if any.
+REPORTED_BIASES_FILE = "reported_biases.parquet"
 
 
 @dataclass
@@ -100,6 +104,8 @@ class Findings:
     rows: int = 0
     system_tracks: int = 0
     status: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
+    biases: list[ReportedBias] = field(default_factory=list)
+    bias_rows: int = 0
 
 
 def report_json(path: Path, findings: Findings, options: Options) -> dict[str, object]:
@@ -125,7 +131,7 @@ def report_json(path: Path, findings: Findings, options: Options) -> dict[str, o
         inputs=[(account.file, account.size, account.counts()) for account in files],
         rejected_by_code=Counter(broken.code for account in files for broken in account.broken),
         measurements=findings.rows,
-        outputs=_tracks(findings),
+        outputs=_of_other_sdps(findings),
         settings=options.settings(),
         figures=_figures(findings, options),
         duplicates=findings.duplicates,
@@ -168,6 +174,7 @@ def _figures(findings: Findings, options: Options) -> dict[str, object]:
         "flags": dict(sorted(findings.flags.items())),
         "time_from": dict(sorted(findings.time_origins.items())),
         "sensor_status": findings.status,
+        "reported_biases": [dataclasses.asdict(one) for one in findings.biases],
         "first_s": findings.first_s,
         "last_s": findings.last_s,
         "antennas": {source_name(s): _antenna(t) for s, t in sorted(findings.antennas.items())},
@@ -190,10 +197,12 @@ def _clocks(findings: Findings) -> dict[str, object]:
     }
 
 
-def _tracks(findings: Findings) -> list[dict[str, object]]:
-    if not findings.system_tracks:
-        return []
-    return [{"file": SYSTEM_TRACKS_FILE, "rows": findings.system_tracks}]
+def _of_other_sdps(findings: Findings) -> list[dict[str, object]]:
+    written = {
+        SYSTEM_TRACKS_FILE: findings.system_tracks,
+        REPORTED_BIASES_FILE: findings.bias_rows,
+    }
+    return [{"file": file, "rows": rows} for file, rows in written.items() if rows]
 
 
 def _antenna(status: AntennaStatus) -> dict[str, object]:

@@ -6,6 +6,7 @@ from collections import Counter
 from multiradar_converters.asterix.decoding.editions import source_name
 from multiradar_converters.asterix.decoding.timing import KINDS
 from multiradar_converters.asterix.report import Findings
+from multiradar_converters.asterix.reported_biases import prior_lines
 from multiradar_converters.sensors_template import (
     MIDDLE_OF_REPORTS,
     FoundSensor,
@@ -59,9 +60,15 @@ def sensors_toml(names: SensorNames, findings: Findings) -> str:
         sensors have the middle of their reports as position, because a recording without radars
         needs a reference position for tracking.
     """
-    return sensors_text(
-        [_found(names, findings, source, kind) for source, kind in sorted(names.counts)]
-    )
+    keys = sorted(names.counts)
+    text = sensors_text([_found(names, findings, source, kind) for source, kind in keys])
+    measured = {source_name(source) for source, _ in keys}
+    others = dict.fromkeys(one.sensor_id for one in findings.biases)
+    for sensor in (one for one in others if one not in measured):
+        lines = prior_lines(findings.biases, sensor)
+        if lines:
+            text += "\n".join(["", f"# {sensor}: without measurements here", *lines, ""])
+    return text
 
 
 def _found(names: SensorNames, findings: Findings, source: int, kind: str) -> FoundSensor:
@@ -86,4 +93,5 @@ def _found(names: SensorNames, findings: Findings, source: int, kind: str) -> Fo
         antenna.period_s if antenna is not None and stated else figures.period_s,
         "service messages" if stated else figures.period_source,
         figures.range_max_m,
+        prior_lines(findings.biases, source_name(source)),
     )

@@ -45,10 +45,10 @@ def frame(parts: list[tuple[Rows, pl.DataFrame]], start_s: float) -> pl.DataFram
     return made.filter(pl.Series(kept)).select(SCHEMA.names())
 
 
-def write(path: Path, frames: list[pl.DataFrame]) -> int:
-    """Write the table by time without duplicates; return its rows. No file without rows."""
+def write(path: Path, frames: list[pl.DataFrame]) -> pl.DataFrame:
+    """Write and return the table by time without duplicates. No file without rows."""
     whole = pl.concat([pl.DataFrame(schema=SCHEMA), *frames])
     whole = whole.unique(maintain_order=True).sort("time_s", maintain_order=True)
     if whole.height:
         whole.write_parquet(path, compression="snappy", statistics=True)
-    return whole.height
+    return whole

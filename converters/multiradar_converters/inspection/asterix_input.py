@@ -16,6 +16,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar_converters.asterix import reported_biases
 from multiradar_converters.asterix.decoding.checks import (
     Rejection,
     aircraft,
@@ -177,6 +178,9 @@ class _Recording:
             self._survey.system_tracks += part.height
             for wrong, code, reason in impossible_tracks(part):
                 self._reject(int(wrong.sum()), str(code), reason)
+
+        if gathered.status:
+            self._survey.reported.append(reported_biases.frame(gathered.status, 0.0))
 
     def _reject(self, count: int, code: str, reason: str) -> None:
         self._account.rejected += count

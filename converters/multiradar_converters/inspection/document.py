@@ -1,5 +1,6 @@
 """The result of an inspection: documented figures, and a suggestion for `sensors.toml`."""
 
+import dataclasses
 import datetime as dt
 import math
 from collections import Counter
@@ -7,6 +8,7 @@ from collections.abc import Mapping
 from importlib.metadata import version
 
 import numpy as np
+import polars as pl
 
 from multiradar_converters.asterix.decoding.editions import source_name
 from multiradar_converters.asterix.decoding.sensor_clocks import (
@@ -15,6 +17,7 @@ from multiradar_converters.asterix.decoding.sensor_clocks import (
     receiver_zone_s,
     sensor_clocks,
 )
+from multiradar_converters.asterix.reported_biases import reported_biases
 from multiradar_converters.inspection.sensor_figures import GAPS_MAX, SECTORS, SensorFigures
 from multiradar_converters.inspection.survey import SensorKey, Survey
 from multiradar_converters.sensors_template import (
@@ -24,6 +27,7 @@ from multiradar_converters.sensors_template import (
     sensors_text,
 )
 from multiradar_schemas.inspection import (
+    InspectedBias,
     InspectedCategory,
     InspectedClock,
     InspectedFile,
@@ -148,6 +152,10 @@ def inspection_of(survey: Survey, sites: Mapping[str, InspectedSite]) -> Inspect
         date=None if start is None else dt.datetime.fromtimestamp(start, dt.UTC).date().isoformat(),
         sampled_fraction=survey.sampled,
         system_tracks=survey.system_tracks,
+        reported_biases=[
+            InspectedBias(**dataclasses.asdict(one))
+            for one in reported_biases(pl.concat(survey.reported) if survey.reported else None)
+        ],
         sensors=sensors,
         sensors_toml=sensors_text(
             [_found(one, key, survey) for key, one in zip(keys, sensors, strict=True)]

@@ -3,6 +3,8 @@
 from collections import Counter
 from dataclasses import dataclass, field
 
+import polars as pl
+
 from multiradar_converters.asterix.decoding.sensor_clocks import Differences
 from multiradar_converters.inspection.sensor_figures import SensorFigures
 
@@ -76,6 +78,8 @@ class Survey:
         Times of reception beside those of messages, of some messages.
     system_tracks : int
         Updates of system tracks of another tracker.
+    reported : list of DataFrame
+        Biases reported by another tracker, of each window.
     sampled : float
         Fraction of the octets from which the figures of plots are.
     start_s : float or None
@@ -89,6 +93,7 @@ class Survey:
     unknown_editions: list[str] = field(default_factory=list)
     differences: list[Differences] = field(default_factory=list)
     system_tracks: int = 0
+    reported: list[pl.DataFrame] = field(default_factory=list)
     sampled: float = 1.0
     start_s: float | None = None
 

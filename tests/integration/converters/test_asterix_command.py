@@ -376,7 +376,7 @@ def test_the_biases_of_another_sdps_are_reported(tmp_path: Path) -> None:
             63, record((1, "0005"), (4, "1482"), (6, "ffcb"), (7, "000b 0080"), (8, azimuth))
         )
 
-    out = converted(tmp_path, status("0001") + status("ffff"), status=EXIT_FAILED)
+    out = converted(tmp_path, status("0001") + status("ffff"))
     figures: dict[str, Any] = report(out).figures
     assert figures["sensor_status"] == {
         "0-5": {

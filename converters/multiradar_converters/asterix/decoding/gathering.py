@@ -14,7 +14,7 @@ from multiradar_converters.asterix.decoding.editions import (
     source_name,
     sources_of,
 )
-from multiradar_converters.asterix.decoding.sensor_status import last_status
+from multiradar_converters.asterix.decoding.sensor_status import read_status
 from multiradar_converters.asterix.decoding.services import Services, read_services
 from multiradar_converters.asterix.decoding.system_tracks import read_system_tracks
 from multiradar_converters.asterix.decoding.targets import Targets, read_targets
@@ -92,8 +92,8 @@ class Gathered:
         Rows and columns of records, by category.
     tracks : list
         Rows and columns of system tracks.
-    status : dict
-        Last sensor status of each source.
+    status : list
+        Rows and columns of sensor status.
     records : Counter
         Records by category and source.
     items : Counter
@@ -112,7 +112,7 @@ class Gathered:
     targets: list[tuple[int, Rows, Targets]] = field(default_factory=list)
     services: list[tuple[int, Rows, Services]] = field(default_factory=list)
     tracks: list[tuple[Rows, pl.DataFrame]] = field(default_factory=list)
-    status: dict[int, dict[str, dict[str, float]]] = field(default_factory=dict)
+    status: list[tuple[Rows, pl.DataFrame]] = field(default_factory=list)
     records: Counter[tuple[int, int]] = field(default_factory=Counter)
     items: Counter[tuple[int, int, str]] = field(default_factory=Counter)
     octets: Counter[str] = field(default_factory=Counter)
@@ -290,9 +290,7 @@ def _keep_other_sdps(gathered: Gathered, rows: Rows, columns: Columns) -> None:
     if category == SYSTEM_TRACKS:
         gathered.tracks.append((rows, read_system_tracks(columns)))
     if category == SENSOR_STATUS:
-        for source in np.unique(rows.source).tolist():
-            status = last_status(columns.walked, rows.source == source, columns.data)
-            gathered.status.setdefault(source, {}).update(status)
+        gathered.status.append((rows, read_status(columns)))
 
 
 def _fault(blocks: Blocks, block: int, source: int, walked: Walked, place: int) -> Broken:

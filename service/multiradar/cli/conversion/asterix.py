@@ -128,11 +128,26 @@ def _summary(report: dict[str, Any], out: Path) -> str:
                 for output in report["outputs"]
                 if output["file"] == "system_tracks.parquet"
             ),
+            *_reported_lines(figures["reported_biases"]),
             times_line(figures["first_s"], figures["last_s"]),
             *_clock_lines(figures),
             f"wrote {out}",
         ]
     )
+
+
+def _reported_lines(reported: list[dict[str, Any]]) -> list[str]:
+    """Return the biases that another processor reports, a line for each radar."""
+    lines: dict[tuple[str, str], list[str]] = {}
+    for one in reported:
+        own = lines.setdefault((one["sensor_id"], one["processor_id"]), [])
+        own.append(f"{one['parameter']} {one['estimate']:+.4g}")
+    found = [
+        f"  {sensor}: {', '.join(texts)} (by {processor})"
+        for (sensor, processor), texts in lines.items()
+    ]
+    head = "biases reported by another processor (priors in sensors.toml):"
+    return [head, *found] if found else []
 
 
 def _clock_lines(figures: dict[str, Any]) -> list[str]:

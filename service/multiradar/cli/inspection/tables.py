@@ -42,6 +42,7 @@ def inspection_document(found: Inspection, command: str, plots: Sequence[Plot] =
         _clocks(found),
         _gaps(found),
         _sites(found),
+        _reported(found),
         _rejects(found),
     )
     return Document(
@@ -239,6 +240,23 @@ def _sites(found: Inspection) -> Table:
     ]
     header = ("radar", "latitude, °", "longitude, °", "height, m", "sigma, m", "from")
     return Table("Sites", header, tuple(rows))
+
+
+def _reported(found: Inspection) -> Table:
+    rows: list[tuple[Value, ...]] = [
+        (
+            one.sensor_id,
+            one.parameter,
+            f"{one.estimate:+.4g}",
+            f"{one.spread:.2g}",
+            None if one.prior_sigma is None else f"{one.prior_sigma:.2g}",
+            f"{one.reports:,}",
+            one.processor_id,
+        )
+        for one in found.reported_biases
+    ]
+    header = ("radar", "parameter", "last", "spread", "prior sigma", "reports", "reported by")
+    return Table("Biases reported by another tracker (063)", header, tuple(rows))
 
 
 def _rejects(found: Inspection) -> Table:
