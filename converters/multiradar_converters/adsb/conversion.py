@@ -63,7 +63,7 @@ def convert(
                 "w", encoding="utf-8", newline="\n"
             ) as rejects:
                 for path in files:
-                    source = open_source(path, advance)
+                    source = open_source(path, advance, options.utc_offset_h * 3600.0)
                     forms.add(of_day(source.layout.time))
                     _check_dates(path, forms)
                     accounts.append(_read(source, options, sorter, rejects))
@@ -97,6 +97,9 @@ def _read(source: Source, options: Options, sorter: TimeSorter, rejects: TextIO)
             account.unreadable[name] += int((word[valid] == roles.UNREADABLE).sum())
         sorter.add(table.records_of(batch.numbers[:, valid], batch.words[:, valid]))
         account.read += batch.found
+        account.duplicate += batch.duplicate
+        if source.is_feed:
+            account.without_position = (account.without_position or 0) + batch.other
         account.accepted += int(valid.sum())
         for rejected in sorted(batch.rejected, key=lambda each: each.place):
             _reject(rejected, source, account, rejects)

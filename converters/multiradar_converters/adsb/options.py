@@ -12,10 +12,14 @@ class Options:
     ----------
     date : date or None
         First day of recordings without dates.
+    utc_offset_h : float
+        Local time of BaseStation messages minus UTC, h.
     """
 
     date: dt.date | None = None
+    utc_offset_h: float = 0.0
 
     def settings(self) -> dict[str, object]:
         """Return the options that affect the output, for `report.json`."""
-        return {"date": None if self.date is None else self.date.isoformat()}
+        settings: dict[str, object] = {"date": None if self.date is None else self.date.isoformat()}
+        return settings | ({"utc_offset_h": self.utc_offset_h} if self.utc_offset_h else {})

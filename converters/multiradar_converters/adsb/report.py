@@ -27,6 +27,10 @@ class FileAccount:
         Records, including text that is not a record.
     accepted, repeated, stale, backwards, jumps : int
         Counts of reports; rejected includes repeated and stale ones.
+    duplicate : int
+        Of feeds: reports that repeat the last position of an aircraft.
+    without_position : int or None
+        Messages of a feed without a position; they are not reports. None for other files.
     unreadable : dict
         Unreadable values that were omitted, by role.
     blank : int
@@ -48,20 +52,22 @@ class FileAccount:
     stale: int = 0
     backwards: int = 0
     jumps: int = 0
+    duplicate: int = 0
+    without_position: int | None = None
     unreadable: Counter[str] = field(default_factory=Counter)
     blank: int = 0
     rejected: Counter[RejectCode] = field(default_factory=Counter)
     examples: dict[RejectCode, str] = field(default_factory=dict)
 
     def check(self) -> None:
-        """Check that read = accepted + rejected + blank.
+        """Check that read = accepted + rejected + duplicate.
 
         Raises
         ------
         AccountingError
             A record is unaccounted for.
         """
-        accounted = self.accepted + self.rejected.total()
+        accounted = self.accepted + self.rejected.total() + self.duplicate
         if accounted != self.read:
             msg = f"{self.file}: read {self.read} records, but accounted for {accounted}"
             raise AccountingError(msg)
@@ -72,6 +78,7 @@ class FileAccount:
             "read": self.read,
             "accepted": self.accepted,
             "rejected": self.rejected.total(),
+            "duplicate": self.duplicate,
             "blank": self.blank,
         }
 
@@ -87,6 +94,9 @@ class FileAccount:
             "jumps": self.jumps,
             "unreadable": dict(sorted(self.unreadable.items())),
             "rejected_by_code": {str(code): n for code, n in sorted(self.rejected.items())},
+            **(
+                {} if self.without_position is None else {"without_position": self.without_position}
+            ),
         }
 
 

@@ -158,6 +158,7 @@ def inspect_adsb(path: Path, survey: Survey, advance: Callable[[int], None]) -> 
     for batch in source.batches:
         valid = check.push(batch)
         account.read += batch.found
+        account.duplicates += batch.duplicate
         account.rejected += len(batch.rejected)
         for rejected in batch.rejected:
             account.reasons[str(rejected.code), ""] += 1

@@ -42,6 +42,9 @@ class Batch:
         Rejected records.
     found : int
         Number of records, including text that is not a record.
+    duplicate, other : int
+        Of feeds: records that repeat a position, and messages without a position, which are not
+        records.
     """
 
     numbers: Numbers
@@ -50,6 +53,8 @@ class Batch:
     raw: Callable[[int], bytes]
     rejected: list[RejectedRecord] = field(default_factory=list)
     found: int = 0
+    duplicate: int = 0
+    other: int = 0
 
 
 def read_objects(

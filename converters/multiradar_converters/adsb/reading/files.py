@@ -8,6 +8,7 @@ lines       such objects one after another
 columns     `{"timestamp": {"0": 1533101250000, …}, …}`, as pandas writes tables; held in memory
 csv         a line of names, then a line per record; comma, semicolon or tab
 trace       a trace of readsb or tar1090, see `trace`
+feeds       what a receiver sends, see `feeds.recorded`
 =========== =====================================================================================
 
 The form is detected from the content, not from the name.
@@ -36,6 +37,8 @@ from multiradar_converters.adsb.reading.splitting import (
 )
 from multiradar_converters.adsb.reading.unpacking import Unpacked, read_text
 from multiradar_converters.errors import LayoutError
+from multiradar_converters.feeds import layouts, recorded
+from multiradar_converters.feeds.decoder import FeedDecoder
 from multiradar_converters.vid.text.lines import RejectedError
 from multiradar_schemas.measurements.reject import RejectCode
 
@@ -65,7 +68,9 @@ class Source:
     batches : iterator of Batch
         Its records.
     lines : Lines or None
-        Counts lines of CSV.
+        Counts lines, of CSV and of feeds.
+    is_feed : bool
+        Whether it is a recorded feed.
     """
 
     file: str
@@ -74,9 +79,10 @@ class Source:
     unpacked: Unpacked
     batches: Iterator[Batch]
     lines: Lines | None = None
+    is_feed: bool = False
 
 
-def open_source(path: Path, progress: Callable[[int], None]) -> Source:
+def open_source(path: Path, progress: Callable[[int], None], utc_offset_s: float = 0.0) -> Source:
     """Open a file.
 
     Parameters
@@ -85,6 +91,8 @@ def open_source(path: Path, progress: Callable[[int], None]) -> Source:
         The file.
     progress : callable
         Called with the number of bytes read.
+    utc_offset_s : float
+        Local time of BaseStation messages minus UTC, s.
 
     Returns
     -------
@@ -108,14 +116,28 @@ def open_source(path: Path, progress: Callable[[int], None]) -> Source:
         raise LayoutError(msg)
     if first == b"[":
         return _list(file, unpacked, head, blocks)
+    if first == b"{" and trace.TRACE.search(head):
+        return _trace(file, unpacked, head, blocks)
+    head = _whole_line(head, blocks)
+    form = recorded.form_of(head)
+    if form is not None:
+        return _feed(form, file, unpacked, itertools.chain([head], blocks), utc_offset_s)
     if first != b"{":
         return _csv(file, unpacked, head, blocks)
     if _COLUMNS.match(head):
         return _of_columns(file, unpacked, head, blocks)
-    if trace.TRACE.search(head):
-        return _trace(file, unpacked, head, blocks)
     elements = Elements(_before(unpacked, head))
     return _json("lines", file, unpacked, elements, itertools.chain([head], blocks))
+
+
+def _whole_line(head: bytes, blocks: Iterator[bytes]) -> bytes:
+    """Return the text with what is missing of a snapshot at its beginning."""
+    while recorded.is_cut(head) and len(head) < recorded.SNAPSHOT_BYTES_MAX:
+        block = next(blocks, b"")
+        if not block:
+            break
+        head += block
+    return head
 
 
 def _before(unpacked: Unpacked, head: bytes) -> int:
@@ -270,6 +292,19 @@ def _csv(file: str, unpacked: Unpacked, head: bytes, blocks: Iterator[bytes]) ->
         batch_of(piece, layout, cells_of, read_columns) for piece in itertools.chain([rest], pieces)
     )
     return Source(file, "csv", layout, unpacked, batches, lines)
+
+
+def _feed(
+    form: layouts.Form, file: str, unpacked: Unpacked, blocks: Iterator[bytes], utc_offset_s: float
+) -> Source:
+    decoder = FeedDecoder(utc_offset_s=utc_offset_s)
+    lines = recorded.lines_of(form)
+    if lines is None:
+        batches = recorded.batches_of_text(decoder, file, blocks)
+    else:
+        batches = recorded.batches_of_lines(decoder, _line_pieces(lines, blocks, unpacked))
+    layout = layouts.of_form(form)
+    return Source(file, form, layout, unpacked, batches, lines, is_feed=True)
 
 
 def _sampled(file: str, piece: Piece, separator: bytes) -> tuple[list[str], dict[str, list[str]]]:

@@ -152,9 +152,16 @@ class Elements:
 
 
 class Lines:
-    """Splits text into lines; blank lines are counted."""
+    """Splits text into lines; blank lines are counted.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    bytes_max : int
+        Maximum length of a line; of a longer one only the beginning is retained.
+    """
+
+    def __init__(self, bytes_max: int = RECORD_BYTES_MAX) -> None:
+        self._bytes_max = bytes_max
         self._carry = b""
         self._overlong = b""
         self.lines = 0
@@ -189,9 +196,9 @@ class Lines:
             pieces.append(self._piece(text, begins[:count], ends[:count]))
             seen = after
         rest = data[seen:]
-        if len(rest) > RECORD_BYTES_MAX:
+        if len(rest) > self._bytes_max:
             # The rest of the line is dropped.
-            self._overlong = rest[: RECORD_BYTES_MAX + 1]
+            self._overlong = rest[: self._bytes_max + 1]
         else:
             self._carry = rest
         return pieces
@@ -203,17 +210,21 @@ class Lines:
         self.lines += len(begins)
         filled = ends > begins
         self.blank += int((~filled).sum())
-        long = ends - begins > RECORD_BYTES_MAX
+        long = ends - begins > self._bytes_max
         faults = [
-            _overlong(int(places[k]), text[begins[k] : begins[k] + KEPT_BYTES_MAX].tobytes())
+            _overlong(
+                int(places[k]),
+                text[begins[k] : begins[k] + KEPT_BYTES_MAX].tobytes(),
+                self._bytes_max,
+            )
             for k in np.flatnonzero(long).tolist()
         ]
         own = filled & ~long
         return Piece(text, begins[own], ends[own], places[own], faults)
 
 
-def _overlong(place: int, raw: bytes) -> Fault:
-    reason = f"expected a record of at most {RECORD_BYTES_MAX} bytes, was a longer one"
+def _overlong(place: int, raw: bytes, bytes_max: int = RECORD_BYTES_MAX) -> Fault:
+    reason = f"expected a record of at most {bytes_max} bytes, was a longer one"
     return Fault(place, raw[:KEPT_BYTES_MAX], RejectCode.TOO_LARGE, reason)
 
 

@@ -16,10 +16,11 @@ from multiradar.errors import InputError
 #: Text of `--help`.
 ADSB_HELP = (
     "Convert ADS-B trajectories.\n\n"
-    "FILE is JSON (a list of records, a record a line, or columns), CSV with the same columns, or "
-    "a trace of readsb or tar1090, plain or packed by gzip; the format is detected. Columns are "
-    "identified by name: timestamp, latitude, longitude, icao24 and altitude, or those of "
-    "OpenSky and readsb.\n\n"
+    "FILE is JSON (a list of records, a record a line, or columns), CSV with the same columns, "
+    "a trace of readsb or tar1090, or a recorded feed: JSON lines or aircraft.json of readsb and "
+    "dump1090, BaseStation (port 30003), or CSV of mlat-server; plain or packed by gzip. The "
+    "format is detected. Columns are identified by name: timestamp, latitude, longitude, icao24 "
+    "and altitude, or those of OpenSky and readsb.\n\n"
     "DIR is created: measurements.parquet, rejects.ndjson (every rejected record), report.json and "
     "sensors.toml (a template)."
 )
@@ -44,13 +45,24 @@ def convert_adsb(
             show_default=False,
         ),
     ] = None,
+    utc_offset: Annotated[
+        float,
+        typer.Option(
+            metavar="H",
+            min=-14.0,
+            max=14.0,
+            help="Local time of BaseStation messages minus UTC, hours; other formats are in UTC.",
+        ),
+    ] = 0.0,
     as_json: JsonOption = False,
 ) -> None:
     """Convert ADS-B trajectories."""
     from multiradar_converters.adsb.conversion import convert
     from multiradar_converters.adsb.options import Options
 
-    options = Options(date=None if date is None else dt.date.fromisoformat(date))
+    options = Options(
+        date=None if date is None else dt.date.fromisoformat(date), utc_offset_h=utc_offset
+    )
     compile_kernels(["convert adsb"])
     report = convert_files(files, lambda advance: convert(files, out, options, advance))
     print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
@@ -72,9 +84,15 @@ def _fail_when_truncated(report: dict[str, Any], out: Path) -> None:
 
 def _summary(report: dict[str, Any], out: Path) -> str:
     figures = report["figures"]
+    others = [
+        account["without_position"]
+        for account in figures["files"].values()
+        if "without_position" in account
+    ]
+    heard = f"; messages without a position: {sum(others)}" if others else ""
     return "\n".join(
         [
-            f"{records_line(report)}; blank {report['counts']['blank']}",
+            f"{records_line(report)}; blank {report['counts']['blank']}{heard}",
             f"{figures['aircraft']} aircraft; stale positions: {figures['stale']}, "
             f"repeated: {figures['repeated']}, jumps: {figures['jumps']}, times going backwards: "
             f"{figures['backwards']}",

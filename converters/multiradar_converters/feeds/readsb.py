@@ -1,0 +1,270 @@
+"""JSON of readsb and dump1090: one aircraft a line, or a snapshot of all aircraft.
+
+=============== =============================================================================
+form            what it is
+=============== =============================================================================
+line            `{"now": 1700000000.0, "hex": "4ca8d1", "lat": …, "seen_pos": 0.3, …}`, an
+                aircraft (readsb, `--net-json-port`)
+snapshot        `{"now": …, "messages": …, "aircraft": [{"hex": "4ca8d1", …}, …]}`:
+                `aircraft.json`, `history_0.json`; `ac` instead of `aircraft`, and `now` in
+                milliseconds behind it, are those of services
+snapshots       several one after another; `{"files": [snapshot, …]}` and aircraft as lists
+                are those of tar1090 (`chunk_….gz`)
+=============== =============================================================================
+
+The names of the values are documented in `README-json.md` of readsb; dump1090 has `altitude` and
+`speed` for `alt_baro` and `gs`. The position was received `seen_pos` seconds before `now`. An
+aircraft without a position is none of the reports; values it has had no update of are absent.
+"""
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+from multiradar_converters.adsb.reading import roles
+from multiradar_converters.adsb.reading.cells import json_text
+from multiradar_converters.adsb.reading.time_forms import DECIMAL
+from multiradar_converters.vid.text.lines import RejectedError
+from multiradar_schemas.measurements.reject import RejectCode
+
+#: The beginning of an object.
+BEGIN = b"{"
+#: Maximum age of a position, s; readsb drops it after a minute, or ten.
+AGE_MAX_S = 3600.0
+
+# Numbers stay text, for messages and for times without loss.
+_DECODER = json.JSONDecoder(parse_float=str, parse_int=str, parse_constant=str)
+_FILES = re.compile(r'\s*\{\s*"files"\s*:\s*\[')
+_LIST = re.compile(r'"(?:aircraft|ac)"\s*:\s*\[')
+_NOW = re.compile(r'"now"\s*:\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)')
+_NEXT = re.compile(r'\{\s*"now"')
+_BLANKS = re.compile(r"[\s,]*")
+_OPENING = '{"_":0'
+# What may follow the list of aircraft.
+_TAIL_MAX = 1 << 16
+# A Unix time in milliseconds.
+_MILLISECONDS_S = 1e11
+
+#: Places of the values of an aircraft as a list.
+_LISTED = ("hex", "alt_baro", "gs", "track", "lat", "lon", "seen_pos", "type", "flight")
+
+_NAMES = (
+    (roles.LATITUDE, ("lat",)),
+    (roles.LONGITUDE, ("lon",)),
+    (roles.HEIGHT, ("alt_baro", "altitude")),
+    (roles.GEOMETRIC, ("alt_geom",)),
+    (roles.SPEED, ("gs", "speed")),
+    (roles.ADDRESS, ("hex",)),
+    (roles.CODE, ("squawk",)),
+    (roles.CALLSIGN, ("flight",)),
+    (roles.GROUND, ("ground",)),
+)
+_OF_ADSB = ("adsb", "adsr")
+
+Values = Mapping[str, object]
+
+
+@dataclass(frozen=True)
+class Element:
+    """An aircraft of a snapshot: where it begins in the text, its text and its values."""
+
+    place: int
+    raw: str
+    values: object
+
+
+@dataclass
+class Snapshot:
+    """Aircraft at a time.
+
+    Attributes
+    ----------
+    now : str
+        Unix time as text; empty without.
+    elements : list of Element
+        The aircraft.
+    fault : tuple of (int, str) or None
+        Where and why the text is not a snapshot.
+    """
+
+    now: str = ""
+    elements: list[Element] = field(default_factory=list)
+    fault: tuple[int, str] | None = None
+
+
+def parsed(text: str) -> Values:
+    """Return the object of a line.
+
+    Raises
+    ------
+    RejectedError
+        It is not a JSON object.
+    """
+    try:
+        value = _DECODER.decode(text)
+    except RecursionError as error:
+        raise RejectedError(RejectCode.MALFORMED_JSON, "expected JSON of few levels") from error
+    except json.JSONDecodeError as error:
+        reason = f"not valid JSON at character {error.pos}: {error.msg}"
+        raise RejectedError(RejectCode.MALFORMED_JSON, reason) from error
+    if not isinstance(value, dict):
+        raise RejectedError(RejectCode.WRONG_TYPE, f"expected a JSON object, was {text[:40]!r}")
+    return value
+
+
+def is_snapshot(values: Values) -> bool:
+    """Return whether an object is a snapshot, and not an aircraft."""
+    return any(isinstance(values.get(name), list) for name in ("aircraft", "ac", "files"))
+
+
+def now_of(values: Values) -> str:
+    """Return the time of an aircraft of a line, Unix seconds as text; empty without."""
+    return _seconds(json_text(values.get("now")))
+
+
+def snapshots(text: str) -> Iterator[Snapshot]:
+    """Find the snapshots of a text.
+
+    Parameters
+    ----------
+    text : str
+        One or several; what is between them is a fault.
+
+    Yields
+    ------
+    Snapshot
+        In order. Behind a fault it continues with the next `{"now"`.
+    """
+    files = _FILES.match(text)
+    at = files.end() if files else 0
+    while rest := text[at : at + _TAIL_MAX].strip(" \r\n\t,]}"):
+        match = _LIST.search(text, at)
+        if match is None:
+            yield Snapshot(fault=(at, f"expected a list of aircraft, was {rest[:40]!r}"))
+            return
+        found = Snapshot(_now(text[at : match.start()]))
+        yield_at = at
+        at = _elements(text, match.end(), found)
+        if found.fault is None:
+            tail = text[at : at + _TAIL_MAX]
+            at = _closed(text, at, found)
+            found.now = found.now or _now(tail[: at - yield_at])
+        yield found
+        if found.fault is not None:
+            following = _NEXT.search(text, at)
+            if following is None:
+                return
+            at = following.start()
+
+
+def cells(values: object, now: str) -> dict[int, str] | None:
+    """Read an aircraft.
+
+    Parameters
+    ----------
+    values : object
+        Its values by name, or a list of tar1090.
+    now : str
+        Unix time, s; empty if unknown.
+
+    Returns
+    -------
+    dict of int to str or None
+        Text by role; None without a position.
+
+    Raises
+    ------
+    RejectedError
+        It is not an aircraft, its position is not from the aircraft, or a value is malformed.
+    """
+    if isinstance(values, list):
+        values = dict(zip(_LISTED, values, strict=False))
+    if not isinstance(values, dict):
+        raise RejectedError(RejectCode.WRONG_TYPE, "expected an aircraft, which is a JSON object")
+    found = {}
+    for role, names in _NAMES:
+        for name in names:
+            if name in values:
+                found[role] = json_text(values[name])
+                break
+    if not found.get(roles.LATITUDE) and not found.get(roles.LONGITUDE):
+        return None
+    found[roles.KIND] = _kind(values)
+    if found[roles.KIND] == "adsb" and DECIMAL.fullmatch(found.get(roles.HEIGHT, "")):
+        # Reports from the ground have the altitude "ground".
+        found.setdefault(roles.GROUND, "false")
+    found[roles.TIME] = _received(now, json_text(values.get("seen_pos")))
+    return found
+
+
+def _kind(values: Values) -> str:
+    address, source = json_text(values.get("hex")), json_text(values.get("type"))
+    if address.startswith("~"):
+        reason = f"hex: expected the address of an aircraft, was {address[:40]!r} (TIS-B, ADS-R)"
+        raise RejectedError(RejectCode.UNKNOWN_KIND, reason)
+    by_multilateration, by_ground = values.get("mlat"), values.get("tisb")
+    if source == "mlat" or (isinstance(by_multilateration, list) and "lat" in by_multilateration):
+        return "mlat"
+    rebroadcast = isinstance(by_ground, list) and "lat" in by_ground
+    if rebroadcast or (source and not source.startswith(_OF_ADSB)):
+        was = "TIS-B" if rebroadcast else repr(source[:40])
+        reason = f"type: expected a position of ADS-B or multilateration, was of {was}"
+        raise RejectedError(RejectCode.UNKNOWN_KIND, reason)
+    return "adsb"
+
+
+def _received(now: str, age: str) -> str:
+    # Text that is not a number is kept for the error message.
+    if not (DECIMAL.fullmatch(now) and age):
+        return now
+    if not DECIMAL.fullmatch(age):
+        reason = f"seen_pos: expected a number, was {age[:40]!r}"
+        raise RejectedError(RejectCode.NOT_A_NUMBER, reason)
+    if not -1.0 <= float(age) <= AGE_MAX_S:
+        reason = f"seen_pos: expected at most {AGE_MAX_S:g} s, was {age[:40]}"
+        raise RejectedError(RejectCode.OUT_OF_RANGE, reason)
+    return repr(float(now) - float(age))
+
+
+def _now(text: str) -> str:
+    match = _NOW.search(text)
+    return _seconds(match[1]) if match else ""
+
+
+def _seconds(now: str) -> str:
+    if DECIMAL.fullmatch(now) and float(now) >= _MILLISECONDS_S:
+        return repr(float(now) / 1000.0)
+    return now
+
+
+def _elements(text: str, at: int, found: Snapshot) -> int:
+    """Read the elements of a list; return where it ends."""
+    while True:
+        at = _after_blanks(text, at)
+        if text[at : at + 1] == "]":
+            return at + 1
+        try:
+            value, end = _DECODER.raw_decode(text, at)
+        except (json.JSONDecodeError, RecursionError) as error:
+            place = error.pos if isinstance(error, json.JSONDecodeError) else at
+            found.fault = (at, f"not valid JSON at character {place}: {error.args[0][:80]}")
+            return at
+        found.elements.append(Element(at, text[at:end], value))
+        at = end
+
+
+def _closed(text: str, at: int, found: Snapshot) -> int:
+    """Read what follows the list; return where the snapshot ends."""
+    tail = _OPENING + text[at : at + _TAIL_MAX]
+    try:
+        _, end = _DECODER.raw_decode(tail)
+    except (json.JSONDecodeError, RecursionError):
+        found.fault = (at, "expected the end of the snapshot behind its aircraft")
+        return at
+    return at + end - len(_OPENING)
+
+
+def _after_blanks(text: str, at: int) -> int:
+    match = _BLANKS.match(text, at)
+    return match.end() if match else at
