@@ -3,13 +3,15 @@
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 
+from multiradar_converters.aircraft_data.quantities import joined
 from multiradar_converters.asterix import reported_biases, system_table, table
+from multiradar_converters.asterix.aircraft_reports import screened
 from multiradar_converters.asterix.decoding import clocks
 from multiradar_converters.asterix.decoding.checks import (
     Rejection,
@@ -73,7 +75,8 @@ class _Part:
     """Measurements of one file for the table."""
 
     rows: dict[str, Numbers | Integers]
-    numbers: dict[str, Numbers] = field(default_factory=dict)
+    numbers: dict[str, Numbers]
+    aircraft_data: Numbers
 
 
 def convert(
@@ -284,8 +287,10 @@ def _part(timed: Timed, own: Integers, time_s: Numbers, findings: Findings) -> _
             "callsign": targets.callsign[own],
             "on_ground": targets.on_ground[own],
             "flags": targets.flags[own],
+            "dropped": targets.dropped[own],
         },
         numbers={"time_s": time_s[own]} | {name: getattr(targets, name)[own] for name in numbers},
+        aircraft_data=targets.aircraft_data[own],
     )
 
 
@@ -336,5 +341,9 @@ def _frames(
             float(np.median(kept["latitude_deg"][own])),
             float(np.median(kept["longitude_deg"][own])),
         )
-    frame = table.frame(kept, [ids[place] for place in places.ravel().tolist()], whole)
+    values = joined([part.aircraft_data for part in parts])[~again]
+    data = screened(values, whole["dropped"], places.ravel(), whole["address"], kept)
+    findings.aircraft_data = {ids[place]: one for place, one in data.documents.items()}
+    sensor_ids = [ids[place] for place in places.ravel().tolist()]
+    frame = table.frame(kept, sensor_ids, whole, data.values)
     return [frame], names

@@ -106,6 +106,7 @@ class Findings:
     status: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
     biases: list[ReportedBias] = field(default_factory=list)
     bias_rows: int = 0
+    aircraft_data: dict[str, dict[str, object]] = field(default_factory=dict)
 
 
 def report_json(path: Path, findings: Findings, options: Options) -> dict[str, object]:
@@ -178,6 +179,7 @@ def _figures(findings: Findings, options: Options) -> dict[str, object]:
         "first_s": findings.first_s,
         "last_s": findings.last_s,
         "antennas": {source_name(s): _antenna(t) for s, t in sorted(findings.antennas.items())},
+        **({"aircraft_data": findings.aircraft_data} if findings.aircraft_data else {}),
         **_clocks(findings),
     }
 

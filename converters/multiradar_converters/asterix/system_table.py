@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
+from multiradar_converters.aircraft_data.quantities import QUANTITIES
 from multiradar_converters.asterix.decoding.editions import source_name
 from multiradar_converters.asterix.decoding.gathering import Rows
 from multiradar_converters.asterix.decoding.naming import named
@@ -46,9 +47,13 @@ def frame(parts: list[tuple[Rows, pl.DataFrame]], start_s: float) -> pl.DataFram
 
 
 def write(path: Path, frames: list[pl.DataFrame]) -> pl.DataFrame:
-    """Write and return the table by time without duplicates. No file without rows."""
+    """Write and return the table by time without duplicates. No file without rows.
+
+    Columns of aircraft-derived data are omitted where they are empty.
+    """
     whole = pl.concat([pl.DataFrame(schema=SCHEMA), *frames])
     whole = whole.unique(maintain_order=True).sort("time_s", maintain_order=True)
+    empty = [name for name in QUANTITIES if whole[name].null_count() == whole.height]
     if whole.height:
-        whole.write_parquet(path, compression="snappy", statistics=True)
+        whole.drop(empty).write_parquet(path, compression="snappy", statistics=True)
     return whole

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
+from multiradar_converters.aircraft_data.quantities import named_columns
 from multiradar_converters.asterix.decoding.naming import (
     address_names,
     callsign_names,
@@ -18,7 +19,8 @@ from multiradar_converters.asterix.layout.columns import Flags, Integers, Number
 from multiradar_schemas.measurements.directions import PLAIN_GROUND_SCHEMA
 
 #: Columns of this table; `track` and other commands read the first ones.
-SCHEMA = pl.Schema({**PLAIN_GROUND_SCHEMA, "flags": pl.String()})
+_LAST = "flags"
+SCHEMA = pl.Schema({**PLAIN_GROUND_SCHEMA, _LAST: pl.String()})
 
 #: Records with equal octets within this time are duplicates, s.
 SAME_S = 1.0
@@ -27,7 +29,10 @@ _HEIGHTS_M = (-1000.0, 40_000.0)
 
 
 def frame(
-    columns: dict[str, Numbers], sensor_ids: list[str] | pl.Series, whole: dict[str, Integers]
+    columns: dict[str, Numbers],
+    sensor_ids: list[str] | pl.Series,
+    whole: dict[str, Integers],
+    aircraft_data: Numbers,
 ) -> pl.DataFrame:
     """Return the table of a file.
 
@@ -39,11 +44,13 @@ def frame(
         Sensor of each row.
     whole : dict of int64[n]
         kind (see `timing.KINDS`), code, address, callsign, on_ground and flags (as in `Targets`).
+    aircraft_data : float64[n, 10] or float64[n, 0]
+        Aircraft-derived data.
 
     Returns
     -------
     DataFrame
-        Columns of `SCHEMA`.
+        Columns of `SCHEMA`, and before the flags those of aircraft-derived data that have a value.
     """
     height = columns["height_m"]
     within = (height >= _HEIGHTS_M[0]) & (height <= _HEIGHTS_M[1])
@@ -57,9 +64,13 @@ def frame(
         "on_ground": ground_statuses(whole["on_ground"]),
         "flags": named(whole["flags"], flag_text),
     }
+    derived = dict(named_columns(aircraft_data))
+    numbers |= derived
     made = {name: pl.Series(values, nan_to_null=True) for name, values in numbers.items()} | texts
     empty = pl.Series([None] * len(sensor_ids), dtype=pl.Int64)
-    return pl.DataFrame({name: made.get(name, empty) for name in SCHEMA}, schema=SCHEMA)
+    plain = {name: kind for name, kind in SCHEMA.items() if name != _LAST}
+    schema = {**plain, **dict.fromkeys(derived, pl.Float64()), _LAST: SCHEMA[_LAST]}
+    return pl.DataFrame({name: made.get(name, empty) for name in schema}, schema=schema)
 
 
 def repeated(same: Integers, source: Integers, time_s: Numbers, window_s: float = SAME_S) -> Flags:
@@ -89,6 +100,6 @@ def repeated(same: Integers, source: Integers, time_s: Numbers, window_s: float 
 
 def write(path: Path, frames: list[pl.DataFrame]) -> int:
     """Write the table by time; return its rows."""
-    whole = pl.concat([pl.DataFrame(schema=SCHEMA), *frames]).sort("time_s", maintain_order=True)
+    whole = pl.concat(frames or [pl.DataFrame(schema=SCHEMA)]).sort("time_s", maintain_order=True)
     whole.write_parquet(path, compression="snappy", statistics=True, row_group_size=1 << 16)
     return whole.height

@@ -46,13 +46,16 @@ def plot_048(
     descriptor: str = "40",
     address: str = "3c660c",
     flight_status: int | None = None,
+    registers: str | None = None,
 ) -> bytes:
-    """Write a plot of category 048 with code, level and address, and perhaps a flight status."""
+    """Write a plot of category 048 with code, level, address; flight status, item 250 if given."""
     position = f"{round(range_nm * 256):04x} {round(azimuth_deg * 65536 / 360) % 65536:04x}"
     items = [(1, source), (2, time_of_day(seconds)), (3, descriptor), (4, position), (5, code)]
     if level is not None:
         items.append((6, level))
     items.append((8, address))
+    if registers is not None:
+        items.append((10, registers))
     if flight_status is not None:
         items.append((21, f"{1 << 5 | flight_status << 2:02x} a0"))
     return record(*items)

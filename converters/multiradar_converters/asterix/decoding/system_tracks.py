@@ -1,12 +1,15 @@
 """System tracks (062) of another SDPS, as a reference: `system_tracks.parquet`.
 
 time 070 · track number 040 · position 105 · velocity 185 · Mode 3/A code 060 · address 380/ADR ·
-callsign 245, else 380/ID · flight level 136 (measured), else 135 (calculated) · state 080
+callsign 245, else 380/ID · flight level 136 (measured), else 135 (calculated) · state 080 ·
+aircraft-derived data 380
 """
 
 import numpy as np
 import polars as pl
 
+from multiradar_converters.aircraft_data.quantities import QUANTITIES
+from multiradar_converters.asterix.decoding.aircraft_items import track_data
 from multiradar_converters.asterix.decoding.naming import (
     address_names,
     callsign_names,
@@ -32,6 +35,7 @@ SCHEMA = pl.Schema(
         "speed_mps": pl.Float64(),
         "heading_deg": pl.Float64(),
         "state": pl.String(),
+        **dict.fromkeys(QUANTITIES, pl.Float64()),
     }
 )
 
@@ -49,7 +53,8 @@ def read_system_tracks(columns: Columns) -> pl.DataFrame:
     Returns
     -------
     DataFrame
-        The columns of `SCHEMA` without the sensor; times of day, s.
+        The columns of `SCHEMA` without the sensor; times of day, s. Without implausible
+        aircraft-derived data.
     """
     east, north = columns.numbers("185", "VX"), columns.numbers("185", "VY")
     measured, calculated = columns.numbers("136"), columns.numbers("135", "CTB")
@@ -70,8 +75,15 @@ def read_system_tracks(columns: Columns) -> pl.DataFrame:
         "callsign": callsign_names(np.where(callsign < 0, columns.integers("380/ID"), callsign)),
         "state": named(_states(columns), STATES.__getitem__),
     }
+    data, _ = track_data(columns, np.asarray(values["height_m"], np.float64))
+    derived = {
+        name: data[:, k] if data.shape[1] else np.full(len(columns), np.nan)
+        for k, name in enumerate(QUANTITIES)
+    }
     made = pl.DataFrame(
-        {name: pl.Series(column, nan_to_null=True) for name, column in values.items()} | texts
+        {name: pl.Series(column, nan_to_null=True) for name, column in values.items()}
+        | texts
+        | {name: pl.Series(column.copy(), nan_to_null=True) for name, column in derived.items()}
     )
     return made.with_columns(pl.col("track_number").replace(-1, None))
 

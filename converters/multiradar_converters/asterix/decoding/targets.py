@@ -11,6 +11,7 @@ Mode S address               220                    220               080
 callsign                     240                    245               170
 ground status                230 (048)              230, 020          040
 test, simulated, fixed, SPI  020                    020               040 (SPI: 0.26 only)
+aircraft-derived data        250 (048)              250               see `aircraft_items`
 ===========================  =====================  ================  ===========================
 
 A garbled or not validated code or flight level is omitted and flagged.
@@ -21,6 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from multiradar_converters.asterix.decoding.aircraft_items import aircraft_data
 from multiradar_converters.asterix.decoding.bounds import LATITUDE_MAX_DEG
 from multiradar_converters.asterix.layout.columns import Columns, Flags, Integers, Numbers
 
@@ -67,6 +69,10 @@ class Targets:
         1 on the ground, 0 airborne, -1 if absent or either.
     flags : int64[n]
         Bits, see `FLAGS`.
+    aircraft_data : float64[n, 10] or float64[n, 0]
+        Aircraft-derived data, see `quantities`; without columns if the reports have none.
+    dropped : int64[n]
+        Reasons for which some of them were dropped, bits, see `checking.REASONS`.
     """
 
     kind: str
@@ -82,6 +88,8 @@ class Targets:
     callsign: Integers
     on_ground: Integers
     flags: Integers
+    aircraft_data: Numbers
+    dropped: Integers
 
 
 def flag_bits(*names: str) -> int:
@@ -176,6 +184,7 @@ def _radar(
         ("spi", columns.flags("020", "SPI")),
         ("no_detection", columns.integers("020", detection) == 0),
     )
+    data, dropped = aircraft_data(48, columns, height)
     return Targets(
         kind="radar",
         time_s=time,
@@ -190,6 +199,8 @@ def _radar(
         callsign=columns.integers("240"),
         on_ground=on_ground,
         flags=flags | code_flags | height_flags | _marked(("on_ground", on_ground == 1)),
+        aircraft_data=data,
+        dropped=dropped,
     )
 
 
@@ -221,6 +232,7 @@ def _category_020(columns: Columns) -> Targets:
         ("spi", columns.flags("020+1", "SPI")),
         ("on_ground", on_ground == 1),
     )
+    data, dropped = aircraft_data(20, columns, height)
     return Targets(
         kind="mlat",
         time_s=columns.numbers("140"),
@@ -235,6 +247,8 @@ def _category_020(columns: Columns) -> Targets:
         callsign=columns.integers("245", "CHR"),
         on_ground=on_ground,
         flags=flags | code_flags | level_flags | height_flags,
+        aircraft_data=data,
+        dropped=dropped,
     )
 
 
@@ -256,6 +270,7 @@ def _category_021(columns: Columns) -> Targets:
     )
     # An impossible high-resolution position has another scale; the coarse one is correct.
     fine = columns.present(place) & (np.abs(columns.numbers(place, "LAT")) <= LATITUDE_MAX_DEG)
+    data, dropped = aircraft_data(21, columns, height)
     return Targets(
         kind="adsb",
         time_s=time,
@@ -270,6 +285,8 @@ def _category_021(columns: Columns) -> Targets:
         callsign=columns.integers("170"),
         on_ground=on_ground,
         flags=flags | code_flags | height_flags,
+        aircraft_data=data,
+        dropped=dropped,
     )
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar_converters.aircraft_data.quantities import joined, without
 from multiradar_converters.asterix.decoding.clocks import Marks, times_of
 from multiradar_converters.asterix.decoding.gathering import Gathered, Rows
 from multiradar_converters.asterix.decoding.services import Services, antenna_period_s
@@ -66,6 +67,8 @@ _NO_TARGETS = Targets(
     "",
     *(_NUMBER, _NUMBER, _NUMBER, _NUMBER, _NUMBER, _NUMBER, _NUMBER),
     *(_WHOLE, _WHOLE, _WHOLE, _WHOLE, _WHOLE),
+    aircraft_data=without(0),
+    dropped=_WHOLE,
 )
 
 
@@ -189,7 +192,7 @@ def targets_in_order(gathered: Gathered) -> tuple[Rows, Integers, Targets]:
     rows, order = _joined([rows for _, rows, _ in gathered.targets])
     kinds = [np.full(len(part.time_s), KINDS.index(part.kind)) for part in parts]
     values = {
-        one.name: np.concatenate([getattr(part, one.name) for part in parts])[order]
+        one.name: joined([getattr(part, one.name) for part in parts])[order]
         for one in fields(Targets)
         if one.name != "kind"
     }

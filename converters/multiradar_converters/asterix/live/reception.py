@@ -37,7 +37,6 @@ from multiradar_converters.asterix.live.batch import LiveBatch, Tally, new_batch
 from multiradar_converters.asterix.live.clocks import LiveClocks
 from multiradar_converters.asterix.live.copies import RecentRecords
 from multiradar_converters.asterix.live.recent_differences import RecentDifferences
-from multiradar_schemas.measurements.directions import PLAIN_GROUND_SCHEMA
 from multiradar_schemas.measurements.reject import RejectCode
 
 _DAY_S = 86_400.0
@@ -217,6 +216,9 @@ def _frame(reports: Timed, own: Integers, time_s: Numbers, ids: pl.Series) -> pl
         for name in ("code", "address", "callsign", "on_ground", "flags")
     }
     made = table.frame(
-        columns, ids.gather(own), {name: values[own] for name, values in whole.items()}
+        columns,
+        ids.gather(own),
+        {name: values[own] for name, values in whole.items()},
+        targets.aircraft_data[own],
     )
-    return made.select(PLAIN_GROUND_SCHEMA.keys())
+    return made.drop("flags")

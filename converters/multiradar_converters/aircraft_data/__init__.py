@@ -1,0 +1,1 @@
+"""Aircraft-derived data of all recordings: registers, units, plausibility, noise."""

@@ -1,0 +1,1 @@
+"""Aircraft-derived data written by hand from the specifications, independent of the decoder."""
