@@ -467,7 +467,29 @@ CATALOGUE: tuple[Mistake, ...] = (
     Mistake(
         "a site off by 1.1 km",
         settings(RADAR, **moved(1.1e3, 0.0)),
-        message=(RADAR, "probably 1.1 km"),
+        message=(RADAR, "probably 1.1"),
+    ),
+    Mistake(
+        "a site off by 0.4 km, with ADS-B",
+        settings(RADAR, **moved(280.0, 280.0)),
+        TRACK,
+        message=(RADAR, "its site is probably 0.4", "latitude_deg and longitude_deg"),
+    ),
+    Mistake(
+        "a site off by 0.3 km, without a sensor that shows which",
+        settings(RADAR, **moved(300.0, 0.0)),
+        message=(RADAR, "its site is probably 0.3"),
+    ),
+    Mistake(
+        "sites of two radars at one place off by 0.5 km",
+        settings("41-1", "41-10", **moved(350.0, 350.0)),
+        message=("41-1, 41-10: its site is probably",),
+        sensors=("41-1", "41-10"),
+    ),
+    Mistake(
+        "ranges 2 % too long",
+        plots(RADAR, range_m=_RANGE * 1.02),
+        message=(RADAR, "its ranges are probably 2.0% too long"),
     ),
     Mistake(
         "a range offset held at 0 by a prior_sigma of 1 m (it is 185 m)",
@@ -479,6 +501,16 @@ CATALOGUE: tuple[Mistake, ...] = (
         "none: heights of a hot day",
         plots(height_m=_HEIGHT * 0.93),
         status=0,
+    ),
+    Mistake(
+        "heights in hundreds of metres",
+        plots(RADAR, height_m=_HEIGHT / 100.0),
+        message=(RADAR, "hundreds of metres"),
+    ),
+    Mistake(
+        "heights of the only radar in hundreds of metres",
+        alone(plots(height_m=_HEIGHT / 100.0), RADAR),
+        message=(RADAR, "hundreds of metres"),
     ),
     Mistake("heights in feet", plots(RADAR, height_m=_HEIGHT / FOOT_M), message=(RADAR, "feet")),
     Mistake(

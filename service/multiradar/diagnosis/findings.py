@@ -20,8 +20,9 @@ from multiradar.diagnosis.cross_sensor.explanations import common_mistake, expla
 from multiradar.diagnosis.cross_sensor.heights import check_heights
 from multiradar.diagnosis.cross_sensor.identities import check_identities
 from multiradar.diagnosis.cross_sensor.offsets import OFFSET_CODE, check_offsets
-from multiradar.diagnosis.cross_sensor.references import RECORDING, Pairs
+from multiradar.diagnosis.cross_sensor.references import RECORDING, Pairs, are_named
 from multiradar.diagnosis.cross_sensor.registration import Registration, check_registration
+from multiradar.diagnosis.cross_sensor.site_errors import check_site_errors
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.names import check_names, first_and_last
@@ -30,6 +31,7 @@ from multiradar.diagnosis.plausibility import (
     check_azimuth_unit,
     check_exchanged_columns,
     check_height_unit,
+    check_nearer_than_height,
     check_range_unit,
     check_scan_period,
 )
@@ -111,6 +113,17 @@ def _check_against_others(
         pairs = seen[number][1]
         return pairs.select(np.isin(pairs.source, [*others, RECORDING]))
 
+    # Ranges a little too long disagree, too, and no single reading of the values explains them.
+    explained = {one.sensor_id for one in found}
+    asked = [*trusted]
+    asked += [one for one in suspects if names[one] not in explained and are_named(seen[one][1])]
+    misplaced, of_sites = check_site_errors(
+        evidence.sensors,
+        comparison,
+        {one: (seen[one][0], against(one, asked)) for one in asked if comparison.is_radar(one)},
+    )
+    found += of_sites
+    trusted = [one for one in trusted if one not in misplaced]
     by_number = {
         one: _check_agreeing(evidence.sensors, comparison, one, against(one, trusted))
         for one in trusted
@@ -245,17 +258,6 @@ def _of_registration(name: str, wrong: Registration, configured_s: float) -> lis
                 f"the positions by other sensors, along track; correct its times, or {setting}",
             )
         ]
-    shift_m = float(np.hypot(wrong.east_m, wrong.north_m))
-    if shift_m:
-        return [
-            Diagnosis(
-                name,
-                "site",
-                f"{name}: its site is probably {shift_m / 1e3:.1f} km from the one configured "
-                f"({wrong.east_m / 1e3:+.1f} km east, {wrong.north_m / 1e3:+.1f} km north); "
-                "correct latitude_deg and longitude_deg in the sensors file",
-            )
-        ]
     return []
 
 
@@ -269,6 +271,9 @@ def _check_losses(
     found = _first(
         loss_checks.check_range_max(evidence, name, losses),
         _range_unit(evidence, comparison, name) if radar else None,
+        check_nearer_than_height(name, comparison.plots(number), comparison.site(number))
+        if radar and not causes
+        else None,
         loss_checks.check_repeated(evidence, name),
         loss_checks.check_noise(evidence, name, causes=causes),
         check_scan_period(

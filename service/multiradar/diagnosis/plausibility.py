@@ -33,6 +33,11 @@ HIGH_MAX = 0.05
 #: Fraction of plots that must be impossible in one unit and possible in the other.
 MOST = 0.5
 FLIGHT_LEVEL_M = 30.48
+_LARGE_UNITS = {"flight levels": FLIGHT_LEVEL_M, "hundreds of metres": 100.0, "kilometres": 1e3}
+#: All traffic is below the first only near a radar, in a median range below the second, m.
+_LOW_M, _LOW_SEEN_M = 600.0, 60e3
+#: Tolerance of heights about a horizon or a site, m: pressure heights.
+_BELOW_M = 300.0
 FOOT_M = 0.3048
 #: Aircraft under air traffic control fly lower than this, m.
 CEILING_M = 16_000.0
@@ -206,7 +211,7 @@ def median_speed(plots: Plots, range_m: Floats, site: Site, paths: Integers) -> 
 
 
 def check_height_unit(name: str, plots: Plots, site: Site) -> Diagnosis | None:
-    """Diagnose heights in feet or flight levels, which are impossible as metres."""
+    """Diagnose heights in another unit, which are impossible as metres."""
     known = np.isfinite(plots.height_m)
     heights, ranges = plots.height_m[known], plots.range_m[known]
     if len(heights) < TESTED_MIN:
@@ -220,17 +225,40 @@ def check_height_unit(name: str, plots: Plots, site: Site) -> Diagnosis | None:
         ranges**2 / (2.0 * _RADIO_RADIUS_M)
         - np.sqrt(np.maximum(2.0 * max(site[2], 0.0) / _RADIO_RADIUS_M, 0.0)) * ranges
     )
-    hidden = heights < lowest - 300.0
-    then = heights * FLIGHT_LEVEL_M < lowest - 300.0
-    if (
-        np.mean(hidden) > MOST / 2.0
-        and np.mean(then) < 0.1 * np.mean(hidden)
-        and heights.max() < 700.0
-    ):
-        return _height(
-            name, "flight levels", f"{np.mean(hidden):.0%} of its plots are below its horizon"
-        )
-    return None
+    hidden = np.mean(heights < lowest - _BELOW_M)
+    # A radar on a mountain sees low aircraft far away, but not only such.
+    low = heights.max() < _LOW_M and np.median(ranges) > _LOW_SEEN_M
+    if hidden <= MOST / 2.0 and not low:
+        return None
+    units = [
+        unit
+        for unit, metres in _LARGE_UNITS.items()
+        if np.mean(heights * metres > CEILING_M) < 0.01
+        and np.mean(heights * metres < lowest - _BELOW_M) <= 0.1 * hidden
+    ]
+    why = f"{hidden:.0%} of its plots are below its horizon"
+    if low:
+        why = f"none of them is above {heights.max():.0f} m"
+    return _height(name, " or ".join(units), why) if units else None
+
+
+def check_nearer_than_height(name: str, plots: Plots, site: Site) -> Diagnosis | None:
+    """Diagnose ranges shorter than the height of the aircraft above or below the radar."""
+    known = np.isfinite(plots.height_m) & np.isfinite(plots.range_m)
+    apart_m = plots.height_m[known] - site[2]
+    if len(apart_m) < TESTED_MIN:
+        return None
+    wrong = np.abs(apart_m) > 1.1 * plots.range_m[known] + _BELOW_M
+    if np.mean(wrong) <= HIGH_MAX:
+        return None
+    sense = "above" if np.median(apart_m[wrong]) > 0.0 else "below"
+    return Diagnosis(
+        name,
+        "height",
+        f"{name}: height_m of its site or its heights are probably wrong: "
+        f"{np.mean(wrong):.0%} of its ranges are shorter than the height of the aircraft {sense} "
+        f"its site at {site[2]:g} m; check height_m in the sensors file, and units",
+    )
 
 
 def _height(name: str, unit: str, why: str) -> Diagnosis:

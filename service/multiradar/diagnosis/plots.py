@@ -11,6 +11,7 @@ from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation, geodetic_to
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
 Site = tuple[float, float, float]
 
 #: Height of aircraft that report none, m.

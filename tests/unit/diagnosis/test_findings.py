@@ -51,6 +51,10 @@ MISTAKES: dict[str, tuple[Edit, str]] = {
     "site 1.1 km off": (
         lambda one: one.configured(NAME, latitude_deg=SITE[0] + 0.01), "site",
     ),
+    "site 0.4 km off": (
+        lambda one: one.configured(NAME, longitude_deg=SITE[1] + 0.005), "site",
+    ),
+    "ranges 2 % too long": (lambda one: one.changed(NAME, range_m=RANGE * 1.02), "range_gain"),
     "range offset of 180 m held at 0": (
         lambda one: biased(one, range_offset_m={"prior": 0.0, "prior_sigma": 1.0}), "bias",
     ),
@@ -96,6 +100,7 @@ MISTAKES: dict[str, tuple[Edit, str]] = {
     ),
     "heights in feet": (lambda one: one.changed(NAME, height_m=HEIGHT / 0.3048), "height_unit"),
     "flight levels": (lambda one: one.changed(NAME, height_m=HEIGHT / 30.48), "height_unit"),
+    "hundreds of metres": (lambda one: one.changed(NAME, height_m=HEIGHT / 100.0), "height_unit"),
     "clock 3 s ahead": (lambda one: one.changed(NAME, time_s=TIME + 3.0), "clock"),
     "clock 2 s behind": (lambda one: one.changed(NAME, time_s=TIME - 2.0), "clock"),
     "clock an hour ahead": (lambda one: one.changed(NAME, time_s=TIME + 3600.0), "times_apart"),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from multiradar.diagnosis.plausibility import check_range_unit
+from multiradar.diagnosis.plausibility import check_nearer_than_height, check_range_unit
 from multiradar.diagnosis.plots import Plots
 
 SITE = (0.87, 0.26, 300.0)
@@ -57,3 +57,17 @@ def test_of_two_units_that_fit_the_more_usual_speed_decides_or_the_instrumented_
     by_range = check_range_unit("1-10", found, SITE, paths, FARTHEST_M)
     assert by_range is not None
     assert "probably in kilometres: " in by_range.sentence
+
+
+# 50 plots from 100 km to 61 km at 9 000 m, so that a site 70 km higher is farther than the ranges.
+@pytest.mark.parametrize(
+    ("site_height_m", "above"), [(300.0, None), (-80_000.0, "above"), (120_000.0, "below")]
+)
+def test_ranges_shorter_than_the_height_over_the_site_are_reported(
+    site_height_m: float, above: str | None
+) -> None:
+    found = check_nearer_than_height("1-10", plots(1.0, 200.0), (0.87, 0.26, site_height_m))
+    assert (found is None) == (above is None)
+    if found is not None and above is not None:
+        assert f"shorter than the height of the aircraft {above} its site" in found.sentence
+        assert found.code == "height"

@@ -9,7 +9,8 @@ from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.geodesy.wgs84 import ecef_to_geodetic
 
 #: What a height of 1 m is in other units, with their names.
-_UNITS = {"feet": 1.0 / 0.3048, "flight levels": 1.0 / 30.48}
+_UNITS = {"feet": 1.0 / 0.3048, "flight levels": 1.0 / 30.48, "hundreds of metres": 0.01,
+          "kilometres": 0.001}  # fmt: skip
 _WITHIN = 0.05
 
 

@@ -60,17 +60,21 @@ class Pairs(Rows):
         Row of the plot.
     source : (k,) int64
         The sensor; `RECORDING` for the recording.
+    name : (k,) int64
+        The aircraft, by its identity or its path; −1 for the recording.
     position_m, velocity_mps : (k, 3) float64
         ECEF; the velocity is NaN where it is not known.
     """
 
     plot: Integers
     source: Integers
+    name: Integers
     position_m: Floats
     velocity_mps: Floats
 
 
-NO_PAIRS = Pairs(np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3)))
+_NOTHING = np.empty(0, np.int64)
+NO_PAIRS = Pairs(_NOTHING, _NOTHING, _NOTHING, np.empty((0, 3)), np.empty((0, 3)))
 
 
 def common_key(plots: Plots, others: Iterable[Plots]) -> int | None:
@@ -164,7 +168,16 @@ def recorded_pairs(plots: Plots) -> Pairs:
     position = reported(plots)
     known = np.flatnonzero(np.isfinite(position).all(axis=1))
     nothing = np.full((len(known), 3), np.nan)
-    return Pairs(known, np.full(len(known), RECORDING), position[known], nothing)
+    recording = np.full(len(known), RECORDING)
+    return Pairs(known, recording, np.full(len(known), -1), position[known], nothing)
+
+
+def are_named(pairs: Pairs) -> bool:
+    """Return whether each plot has one position by each other sensor, that of its aircraft."""
+    of_others = pairs.select(pairs.source >= 0)
+    return len(np.unique(np.column_stack([of_others.plot, of_others.source]), axis=0)) == (
+        of_others.size
+    )
 
 
 def joined(*parts: Pairs) -> Pairs:
@@ -211,4 +224,4 @@ def _interpolated(
     position = paths.position_m[first] + velocity * (time_s[chosen] - paths.time_s[first])[:, None]
     credible = np.linalg.norm(velocity, axis=1) <= SPEED_MAX_MPS
     plots = chosen if plot is None else plot[chosen]
-    return Pairs(plots, paths.source[first], position, velocity).select(credible)
+    return Pairs(plots, paths.source[first], paths.name[first], position, velocity).select(credible)

@@ -1,4 +1,4 @@
-"""Clock, site and range errors of a sensor from its residuals against others.
+"""Clock, height and range errors of a sensor from its residuals against others.
 
 The difference between the plots of a sensor and the positions by others is fitted with the range
 and azimuth biases of both, and then in addition with a time offset, a shift of the site, or the
@@ -13,7 +13,7 @@ import numpy as np
 
 from multiradar.diagnosis.cross_sensor.agreement import Agreement, seen_from
 from multiradar.diagnosis.cross_sensor.comparison import Comparison
-from multiradar.diagnosis.cross_sensor.references import Pairs
+from multiradar.diagnosis.cross_sensor.references import Pairs, are_named
 from multiradar.diagnosis.plausibility import FOOT_M
 from multiradar.diagnosis.plots import Floats, Site, ground_range, located
 from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation
@@ -26,8 +26,6 @@ _TRIM, _ROUNDS = 4.0, 5
 PAIRS_MIN = 60
 #: Minimum time offset, s: twice its prior sigma.
 TIME_MIN_S = 1.0
-#: Minimum shift of a site, m: twice the prior sigma of range.
-SHIFT_MIN_M = 1000.0
 #: An additional parameter must reduce the residuals by this factor, and be significant.
 SMALLER = 0.8
 SIGMAS = 8.0
@@ -59,8 +57,6 @@ class Registration(NamedTuple):
     ----------
     time_offset_s : float
         Claimed time minus true time, s.
-    east_m, north_m : float
-        Shift of its site from the configured one, m.
     ground_ranges : bool
         Whether its ranges are ground ranges.
     height_in_feet : bool
@@ -76,8 +72,6 @@ class Registration(NamedTuple):
     """
 
     time_offset_s: float = 0.0
-    east_m: float = 0.0
-    north_m: float = 0.0
     ground_ranges: bool = False
     height_in_feet: bool = False
     height_m: float = np.nan
@@ -106,7 +100,7 @@ def check_registration(
     nothing = Registration()
     chosen = np.zeros(pairs.size, np.bool_)
     # Where plots identify their aircraft, those that a wrong clock shifts far away are used, too.
-    chosen[slice(None) if _are_named(pairs) else agreement.matched] = True
+    chosen[slice(None) if are_named(pairs) else agreement.matched] = True
     chosen &= np.isfinite(pairs.velocity_mps).all(axis=1)
     pairs = pairs.select(chosen)
     if pairs.size < PAIRS_MIN:
@@ -119,15 +113,9 @@ def check_registration(
     if by_height is not None:
         return by_height
     late_s = float(by_time.solution[-1])
-    moved = by_site.solution[-2:] * _SHIFT_M
     sure = abs(late_s) >= max(TIME_MIN_S, SIGMAS * by_time.sigma[-1])
     if sure and by_time.scale <= SMALLER * min(plain.scale, by_site.scale / SMALLER):
         return nothing._replace(time_offset_s=late_s)
-    far = float(np.hypot(*moved)) >= max(
-        SHIFT_MIN_M, SIGMAS * float(by_site.sigma[-2:].max()) * _SHIFT_M
-    )
-    if far and by_site.scale <= SMALLER * plain.scale:
-        return nothing._replace(east_m=float(moved[0]), north_m=float(moved[1]))
     offset, sigma = plain.solution[:2] * _PRIOR, plain.sigma[:2] * _PRIOR
     return nothing._replace(
         offset=(float(offset[0]), float(offset[1])),
@@ -211,13 +199,6 @@ def _range_change_columns(site: Site, pairs: Pairs, height_m: Floats) -> Floats:
         - ground_range(site[2], range_m, _HEIGHT_SCALE * height_m)[0]
     )
     return _bias_columns(site, pairs)[:, :, :1] * less_m[:, None, None]
-
-
-def _are_named(pairs: Pairs) -> bool:
-    of_others = pairs.select(pairs.source >= 0)
-    return len(np.unique(np.column_stack([of_others.plot, of_others.source]), axis=0)) == (
-        of_others.size
-    )
 
 
 class _Fit(NamedTuple):
