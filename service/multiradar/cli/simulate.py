@@ -95,13 +95,25 @@ def simulate(
             described = scenario_of(table)
             with progress_bar("simulating", len(all_aircraft(described))) as on_progress:
                 seen = observe(described, run_generator(described.seed), on_progress)
-        if not len(seen.measurements):
-            print(f"multiradar: {scene}: no sensor measured anything", file=sys.stderr)
         report = _write(folder, scene, table, described, seen)
     if json_wanted:
         print(report.model_dump_json(indent=2))
     else:
         _print_report(report, out)
+    blind = [
+        sensor.identifier
+        for sensor, opportunities in zip(described.sensors, seen.opportunities, strict=True)
+        if not opportunities
+    ]
+    for name in blind:
+        print(
+            f"multiradar: {scene}: sensor {name}: no aircraft came within its coverage; check "
+            "latitude_deg and longitude_deg (or east_m and north_m) of its site and of the plane, "
+            "and range_max_m",
+            file=sys.stderr,
+        )
+    if blind:
+        raise typer.Exit(1)
 
 
 @contextmanager

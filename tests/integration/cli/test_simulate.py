@@ -181,13 +181,16 @@ def test_a_scenario_that_leaves_the_plane_leaves_no_folder(
     assert [path.name for path in tmp_path.iterdir()] == ["far.toml"]
 
 
-def test_a_scenario_without_measurements_gives_a_warning(
+def test_a_sensor_without_any_aircraft_is_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "blind.toml"
     path.write_text(AWAY.replace("SPEED", "20").replace("RANGE", "500"), encoding="utf-8")
-    assert _simulate(path, "--out", tmp_path / "out") == 0
-    assert capsys.readouterr().err == f"multiradar: {path}: no sensor measured anything\n"
+    assert _simulate(path, "--out", tmp_path / "out") == 1
+    shown = capsys.readouterr().err
+    assert f"{path}: sensor a: no aircraft came within its coverage; check latitude_deg" in shown
+    # The results are kept.
+    assert (tmp_path / "out" / "report.json").exists()
 
 
 def test_an_aircraft_that_leaves_the_plane_is_named_with_the_file(
