@@ -8,7 +8,17 @@ from multiradar_schemas.base import Record, described
 from multiradar_schemas.columns import table_schema
 from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
 
-ParameterName = Literal["range_offset_m", "azimuth_offset_deg", "range_gain", "time_offset_s"]
+ParameterName = Literal[
+    "range_offset_m",
+    "azimuth_offset_deg",
+    "range_gain",
+    "time_offset_s",
+    "azimuth_sine_deg",
+    "azimuth_cosine_deg",
+    "frame_east_m",
+    "frame_north_m",
+    "frame_rotation_deg",
+]
 
 
 class BiasEstimate(Record):

@@ -81,6 +81,30 @@ class TimeOffset(BiasParameter):
     drift: Annotated[float, Field(ge=0.0, le=bounds.TIME_OFFSET_S.drift), _DRIFT] = 0.0
 
 
+class AzimuthWave(BiasParameter):
+    """Eccentricity of the antenna: multiple of the sine or cosine of the azimuth, degrees."""
+
+    prior: Annotated[float, _mean(bounds.AZIMUTH_SINE_DEG), _MEAN] = 0.0
+    prior_sigma: Annotated[float | None, within(bounds.AZIMUTH_SINE_DEG.sigma), _SIGMA] = None
+    drift: Annotated[float, Field(ge=0.0, le=bounds.AZIMUTH_SINE_DEG.drift), _DRIFT] = 0.0
+
+
+class FrameShift(BiasParameter):
+    """Displacement of a local frame, or of the site of a radar, m."""
+
+    prior: Annotated[float, _mean(bounds.FRAME_EAST_M), _MEAN] = 0.0
+    prior_sigma: Annotated[float | None, within(bounds.FRAME_EAST_M.sigma), _SIGMA] = None
+    drift: Annotated[float, Field(ge=0.0, le=bounds.FRAME_EAST_M.drift), _DRIFT] = 0.0
+
+
+class FrameRotation(BiasParameter):
+    """Rotation of a local frame about its reference point, clockwise, degrees."""
+
+    prior: Annotated[float, _mean(bounds.FRAME_ROTATION_DEG), _MEAN] = 0.0
+    prior_sigma: Annotated[float | None, within(bounds.FRAME_ROTATION_DEG.sigma), _SIGMA] = None
+    drift: Annotated[float, Field(ge=0.0, le=bounds.FRAME_ROTATION_DEG.drift), _DRIFT] = 0.0
+
+
 class SensorBias(Table):
     """The bias parameters of a sensor."""
 
@@ -90,3 +114,19 @@ class SensorBias(Table):
     )
     range_gain: Annotated[RangeGain, of_file("Relative error of range", "1")] = RangeGain()
     time_offset_s: Annotated[TimeOffset, of_file("Offset of the time stamps", "s")] = TimeOffset()
+    azimuth_sine_deg: Annotated[
+        AzimuthWave,
+        of_file("Eccentricity of the antenna: times the sine of the azimuth", "degree"),
+    ] = AzimuthWave()
+    azimuth_cosine_deg: Annotated[
+        AzimuthWave,
+        of_file("Eccentricity of the antenna: times the cosine of the azimuth", "degree"),
+    ] = AzimuthWave()
+    frame_east_m: Annotated[
+        FrameShift, of_file("Displacement of the local frame, or of a radar's site, east", "m")
+    ] = FrameShift()
+    frame_north_m: Annotated[FrameShift, of_file("Likewise, north", "m")] = FrameShift()
+    frame_rotation_deg: Annotated[
+        FrameRotation,
+        of_file("Rotation of the local frame about its reference point, clockwise", "degree"),
+    ] = FrameRotation()

@@ -28,7 +28,7 @@ from multiradar_schemas.sensors.bias import FILE, BiasParameter, SensorBias, of_
 SensorKind = Literal["radar", "adsb", "mlat", "direction-finder"]
 
 #: Names of the bias parameters, in the order of the bias vector.
-BIAS_PARAMETERS = ("range_offset_m", "azimuth_offset_deg", "range_gain", "time_offset_s")
+BIAS_PARAMETERS = tuple(SensorBias.model_fields)
 
 #: Default prior standard deviation of each parameter, in the unit of the parameter.
 PRIOR_SIGMA_DEFAULT = {
@@ -36,15 +36,22 @@ PRIOR_SIGMA_DEFAULT = {
     "azimuth_offset_deg": 0.5,
     "range_gain": 0.002,
     "time_offset_s": 0.5,
+    "azimuth_sine_deg": 0.1,
+    "azimuth_cosine_deg": 0.1,
+    "frame_east_m": 50.0,
+    "frame_north_m": 50.0,
+    "frame_rotation_deg": 0.5,
 }
 
 #: Parameters that each kind of sensor can have, and those estimated by default.
 PARAMETERS_BY_KIND: dict[str, tuple[str, ...]] = {
-    "radar": BIAS_PARAMETERS,
-    "direction-finder": ("azimuth_offset_deg", "time_offset_s"),
-    "adsb": (),
-    "mlat": (),
-}
+    "radar": tuple(name for name in BIAS_PARAMETERS if name != "frame_rotation_deg"),
+    "direction-finder": (
+        "azimuth_offset_deg", "time_offset_s", "azimuth_sine_deg", "azimuth_cosine_deg",
+    ),
+    "adsb": ("time_offset_s",),
+    "mlat": ("time_offset_s", "frame_east_m", "frame_north_m", "frame_rotation_deg"),
+}  # fmt: skip
 ESTIMATED_BY_KIND: dict[str, tuple[str, ...]] = {
     "radar": ("range_offset_m", "azimuth_offset_deg"),
     "direction-finder": ("azimuth_offset_deg",),
@@ -227,7 +234,18 @@ class Sensor(Table):
                 raise wrong(f"expected no estimate {of_it}, has one")
             if one.prior != 0.0:
                 raise wrong(f"expected no prior {of_it}, was {one.prior:g}")
+        if self.kind == "mlat" and self.latitude_deg is None:
+            self._require_no_frame()
         return self
+
+    def _require_no_frame(self) -> None:
+        for name in ("frame_east_m", "frame_north_m", "frame_rotation_deg"):
+            one: BiasParameter = getattr(self.bias, name)
+            if one.estimate or one.prior != 0.0:
+                raise wrong(
+                    f"expected latitude_deg and longitude_deg, the reference point of {self.id}, "
+                    f"beside {name}, were absent"
+                )
 
     def estimated_biases(self) -> tuple[EstimatedBias, ...]:
         """Return the bias parameters to estimate, in the order of the bias vector."""

@@ -45,7 +45,7 @@ def _site(sensors: SensorTable, number: int) -> Site:
     return (
         float(sensors.latitude_rad[number]),
         float(sensors.longitude_rad[number]),
-        float(sensors.height_m[number]),
+        float(np.nan_to_num(sensors.height_m[number])),
     )
 
 

@@ -6,12 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_SINE
 from multiradar.simulation.scenario.model import PARAMETERS, Sensor
 
 Floats = NDArray[np.float64]
 
 # Step of the random walks; between steps a bias is linear.
 STEP_S = 1.0
+
+# Kinds of bias before those that depend on the direction.
+_FIRST = PARAMETER_AZIMUTH_SINE
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,9 +26,8 @@ class TrueBiases:
     ----------
     time_s : (t,) ndarray
         Times, from 0 to the end of the scenario or just beyond.
-    values : (t, m, 4) ndarray
-        For each sensor range offset (m), azimuth offset (rad), range gain (1), time offset (s);
-        measured minus true.
+    values : (t, m, p) ndarray
+        For each sensor, in the order of `PARAMETER_NAMES`; m, rad, 1 or s; measured minus true.
 
     References
     ----------
@@ -72,7 +75,10 @@ def simulate_biases(
     time_s = STEP_S * np.arange(np.ceil(duration_s / STEP_S) + 1.0)
     start = np.array([[bias.value for bias in one.biases] for one in sensors])
     drift = np.array([[bias.drift for bias in one.biases] for one in sensors])
-    steps = rng.normal(size=(len(time_s) - 1, len(sensors), PARAMETERS)) * np.sqrt(STEP_S) * drift
+    # The first ones are drawn first, so that further kinds of bias change no number of a scenario.
+    shape = len(time_s) - 1, len(sensors)
+    draws = [rng.normal(size=(*shape, count)) for count in (_FIRST, PARAMETERS - _FIRST)]
+    steps = np.concatenate(draws, axis=-1) * np.sqrt(STEP_S) * drift
     walk = np.concatenate([np.zeros((1, *start.shape)), np.cumsum(steps, axis=0)])
     jump = np.array([[bias.jump for bias in one.biases] for one in sensors])
     jump_s = np.array([[bias.jump_s for bias in one.biases] for one in sensors])

@@ -8,6 +8,7 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_NAMES,
     PARAMETER_RANGE_OFFSET,
+    PARAMETER_UNITS,
 )
 from multiradar.simulation.observation.measurements import NO_AIRCRAFT
 from multiradar.simulation.observation.observation import Observation
@@ -113,7 +114,7 @@ def true_biases_frame(scenario: Scenario, observation: Observation) -> pl.DataFr
     ]
     sensor = np.array([sensor for sensor, _ in columns], np.int64)
     kind = np.array([kind for _, kind in columns], np.int64)
-    unit = np.where(kind == PARAMETER_AZIMUTH_OFFSET, np.radians(1.0), 1.0)
+    unit = np.array(PARAMETER_UNITS)[kind]
     grid = observation.biases.time_s
     values = observation.biases.values[:, sensor, kind] / unit
     return pl.DataFrame(
@@ -130,9 +131,9 @@ def true_biases_frame(scenario: Scenario, observation: Observation) -> pl.DataFr
 
 
 def true_parameters(sensor: Sensor) -> tuple[int, ...]:
-    """Return the bias parameters of a sensor with published truth: its offsets, always."""
+    """Return the bias parameters of a sensor with published truth: the offsets of plots, always."""
     if sensor.kind not in SITED:
-        return ()
+        return tuple(sorted(sensor.specified_biases))
     if sensor.kind != "radar":
         return tuple(sorted({PARAMETER_AZIMUTH_OFFSET} | sensor.specified_biases))
     return tuple(

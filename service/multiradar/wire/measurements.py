@@ -9,7 +9,11 @@ from numpy.typing import NDArray
 
 from multiradar.errors import InputError, MissingColumnError
 from multiradar.estimation.measurement.kinds import KIND_BEARING, KIND_POSITION, KIND_RADAR
-from multiradar.estimation.measurement.known_biases import Measured, without_known_biases
+from multiradar.estimation.measurement.known_biases import (
+    Measured,
+    reports_without_frames,
+    without_known_biases,
+)
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.roster import MISSING
@@ -235,12 +239,16 @@ def _columns(frame: pl.DataFrame, table: SensorTable) -> MeasurementBatch:
         if array.dtype.kind == "f":
             array += 0.0  # Normalise -0.0 to 0.0: rows are compared by content.
     arrays["azimuth_rad"] = np.radians(arrays.pop("azimuth_deg"))
+    arrays["latitude_rad"] = np.radians(arrays.pop("latitude_deg"))
+    arrays["longitude_rad"] = np.radians(arrays.pop("longitude_deg"))
     if table.known_bias.any():
         measured = Measured(arrays["time_s"], arrays["range_m"], arrays["azimuth_rad"])
         arrays |= without_known_biases(measured, table.known_bias[arrays["sensor"]])._asdict()
+        reported = arrays["latitude_rad"], arrays["longitude_rad"]
+        arrays["latitude_rad"], arrays["longitude_rad"] = reports_without_frames(
+            *reported, arrays["sensor"], table, table.known_bias
+        )
     return MeasurementBatch(
-        latitude_rad=np.radians(arrays.pop("latitude_deg")),
-        longitude_rad=np.radians(arrays.pop("longitude_deg")),
         callsign=packed_callsigns(frame["callsign"]),
         directions=directions_of(frame),
         on_ground=_ground_status(frame),

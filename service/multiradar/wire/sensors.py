@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.kinds import KIND_BEARING, KIND_POSITION, KIND_RADAR
-from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
+from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, PARAMETER_UNITS, SensorTable
 from multiradar_schemas.sensors.sensor import Sensor, SensorsFile
 
 #: Numbers of the kinds of measurement and of sensor in the core.
@@ -90,4 +90,4 @@ def _asterix_code(sensor: Sensor) -> int:
 
 def parameter_unit(parameter: str) -> float:
     """Return the internal value of one unit of a bias parameter: rad for 1°, otherwise 1."""
-    return float(np.radians(1.0)) if parameter == "azimuth_offset_deg" else 1.0
+    return PARAMETER_UNITS[PARAMETER_NAMES.index(parameter)]

@@ -7,7 +7,12 @@ from multiradar.errors import ShapeError
 from multiradar.estimation.array_checks import component_array, require_numbers
 from multiradar.estimation.measurement.bias_parameters import known_kinds
 from multiradar.estimation.measurement.sensors import (
+    PARAMETER_AZIMUTH_COSINE,
     PARAMETER_AZIMUTH_OFFSET,
+    PARAMETER_AZIMUTH_SINE,
+    PARAMETER_FRAME_EAST,
+    PARAMETER_FRAME_NORTH,
+    PARAMETER_FRAME_ROTATION,
     PARAMETER_RANGE_GAIN,
     PARAMETER_RANGE_OFFSET,
     PARAMETER_TIME_OFFSET,
@@ -80,6 +85,7 @@ def bias_matrix(
     range_m: ArrayLike,
     range_rate_mps: ArrayLike,
     azimuth_rate_rad_per_s: ArrayLike,
+    azimuth_rad: float = 0.0,
 ) -> NDArray[np.float64]:
     """Return J: derivative of a plot by the bias parameters of its sensor, equation (1.5).
 
@@ -91,6 +97,8 @@ def bias_matrix(
         Predicted slant range.
     range_rate_mps, azimuth_rate_rad_per_s : (...) array_like
         Predicted rates of range and azimuth; only the time offset needs them.
+    azimuth_rad : float
+        Predicted azimuth; only eccentricity and shift of the frame need it.
 
     Returns
     -------
@@ -120,17 +128,21 @@ def bias_matrix(
         require_numbers(range_rate_mps, "range rate"),
         require_numbers(azimuth_rate_rad_per_s, "azimuth rate"),
     )
+    sine, cosine, none = np.sin(azimuth_rad), np.cos(azimuth_rad), np.zeros_like(slant)
+    columns = {
+        PARAMETER_RANGE_OFFSET: (1.0, 0.0),
+        PARAMETER_AZIMUTH_OFFSET: (0.0, 1.0),
+        PARAMETER_RANGE_GAIN: (slant, 0.0),
+        PARAMETER_TIME_OFFSET: (-slant_rate, -azimuth_rate),
+        PARAMETER_AZIMUTH_SINE: (0.0, sine),
+        PARAMETER_AZIMUTH_COSINE: (0.0, cosine),
+        PARAMETER_FRAME_EAST: (sine, cosine / slant),
+        PARAMETER_FRAME_NORTH: (cosine, -sine / slant),
+        PARAMETER_FRAME_ROTATION: (0.0, 0.0),
+    }
     result = np.zeros((*slant.shape, 2, len(kind)))
-    for column, name in enumerate(kind):
-        if name == PARAMETER_RANGE_OFFSET:
-            result[..., 0, column] = 1.0
-        elif name == PARAMETER_AZIMUTH_OFFSET:
-            result[..., 1, column] = 1.0
-        elif name == PARAMETER_RANGE_GAIN:
-            result[..., 0, column] = slant
-        elif name == PARAMETER_TIME_OFFSET:
-            result[..., 0, column] = -slant_rate
-            result[..., 1, column] = -azimuth_rate
+    for at, name in enumerate(kind.tolist()):
+        result[..., 0, at], result[..., 1, at] = (none + one for one in columns[name])
     return result
 
 

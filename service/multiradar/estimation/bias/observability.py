@@ -29,7 +29,10 @@ WEIGHT_SHARE_MIN = 0.2
 #: Parameters of one kind whose amounts differ by less than this fraction are named "together".
 EQUAL_SHARE = 0.15
 
-_WORDS = ("range offset", "azimuth offset", "range gain", "time offset")
+_WORDS = (
+    "range offset", "azimuth offset", "range gain", "time offset", "azimuth sine",
+    "azimuth cosine", "frame shift east", "frame shift north", "frame rotation",
+)  # fmt: skip
 # Effect that is common to sensors whose parameters of a kind cannot be separated from it.
 _COMMON = {
     PARAMETER_RANGE_OFFSET: "one offset of all ranges",

@@ -53,7 +53,7 @@ class SiteUse:
         if len(np.unique(self._sites[self._used])) == 1:
             return (
                 "all aircraft were measured from one site; add a radar at another site (1 km away "
-                "or more), ADS-B or multilateration"
+                "or more), ADS-B or multilateration (not one whose frame is estimated)"
             )
         return (
             "none of its aircraft was measured from another site; check whether coverage, times "

@@ -116,7 +116,7 @@ READOUT_COUNT = 16
 # Columns of a logged contribution: ν0 ν1 N00 N01 N11 W00 W01 W11, then J, column after column, of
 # as many bias parameters as a sensor may have.
 LOG_BIASES = 8
-SENSOR_BIASES_MAX = 4
+SENSOR_BIASES_MAX = 8
 LOG_COUNT = LOG_BIASES + 2 * SENSOR_BIASES_MAX
 
 # Columns of an innovation, at the published biases: e, S = H P Hᵀ + W, and B, the contribution of

@@ -39,7 +39,19 @@ from multiradar.estimation.measurement.kinds import (
     KIND_POSITION,
     KIND_RADAR,
 )
-from multiradar.geodesy._kernels import C_EAST, C_NORTH, HEIGHT, line_of_sight, locate_polar
+from multiradar.geodesy._kernels import (
+    C_EAST,
+    C_NORTH,
+    EE,
+    EN,
+    HEIGHT,
+    NE,
+    NN,
+    PE,
+    PN,
+    line_of_sight,
+    locate_polar,
+)
 from multiradar_compiled.kernels import in_both, in_loop, kernel
 from multiradar_compiled.lane_kernels import Numbers, broadcast_like, chosen, larger, root
 
@@ -54,6 +66,11 @@ PARAMETER_RANGE_OFFSET = 0
 PARAMETER_AZIMUTH_OFFSET = 1
 PARAMETER_RANGE_GAIN = 2
 PARAMETER_TIME_OFFSET = 3
+PARAMETER_AZIMUTH_SINE = 4
+PARAMETER_AZIMUTH_COSINE = 5
+PARAMETER_FRAME_EAST = 6
+PARAMETER_FRAME_NORTH = 7
+PARAMETER_FRAME_ROTATION = 8
 # Twice the mean radius of the Earth.
 EARTH_DIAMETER_M = 12_742_000.0
 # Minimum distance from a radar on a flat plane for a line of sight, m.
@@ -217,22 +234,35 @@ def locate_measurement(
     return True, z0, z1
 
 
-@in_both
+@in_loop
 def bias_column(
-    kind: int, parameter: int, site: Floats, p0: Numbers, p1: Numbers, rate0: Numbers,
-    rate1: Numbers,
-) -> tuple[Numbers, Numbers]:  # fmt: skip
+    kind: int, parameter: int, site: Floats, p0: float, p1: float, rate0: float, rate1: float
+) -> tuple[float, float]:
     """Return one column of J: derivative of the measurement by a bias parameter.
 
     ``p0``, ``p1`` are the measurement as predicted, the rates its derivative by time.
     """
+    x, y = 0.0, p1
+    if parameter >= PARAMETER_AZIMUTH_SINE and measures_azimuth(kind):
+        x, y = math.sin(p1), math.cos(p1)
+    return bias_column_of_sight(kind, parameter, site, p0, x, y, rate0, rate1)
+
+
+@in_both
+def bias_column_of_sight(
+    kind: int, parameter: int, site: Floats, p0: Numbers, x: Numbers, y: Numbers, rate0: Numbers,
+    rate1: Numbers,
+) -> tuple[Numbers, Numbers]:  # fmt: skip
+    """Return what `bias_column` does, with x, y of `expected_sight` in place of the azimuth."""
     # Time offset: the stamp is late, so the plot shows the earlier position of the aircraft.
     j0, j1 = -rate0, -rate1
-    if parameter != PARAMETER_TIME_OFFSET:
+    if parameter >= PARAMETER_AZIMUTH_SINE:
+        j0, j1 = directional_column(kind, parameter, site, p0, x, y)
+    elif parameter != PARAMETER_TIME_OFFSET:
         j0, j1 = broadcast_like(1.0, p0), broadcast_like(0.0, p0)
         dx, dy = p0, broadcast_like(0.0, p0)
         if kind == KIND_FLAT_POSITION:
-            dx, dy = p0 - site[0], p1 - site[1]
+            dx, dy = p0 - site[0], y - site[1]
             r = root(dx * dx + dy * dy)
             across = chosen(r, LINE_OF_SIGHT_MIN_M, r, np.nan)
             j0, j1 = dx / across, dy / across
@@ -244,6 +274,36 @@ def bias_column(
             j0, j1 = dx, dy
     if kind == KIND_BEARING or (kind == KIND_DIRECTION and parameter != PARAMETER_TIME_OFFSET):
         j0 = broadcast_like(0.0, p0)
+    return j0, j1
+
+
+@in_both
+def directional_column(
+    kind: int, parameter: int, site: Floats, p0: Numbers, x: Numbers, y: Numbers
+) -> tuple[Numbers, Numbers]:
+    """Return a column of J that depends on the direction: eccentricity, or a local frame.
+
+    East and north of the frame are those at the site; the plane is nearly parallel to it.
+    """
+    j0, j1 = broadcast_like(0.0, p0), broadcast_like(0.0, p0)
+    if kind == KIND_POSITION:
+        if parameter == PARAMETER_FRAME_EAST:
+            j0, j1 = broadcast_like(site[EE], p0), broadcast_like(site[EN], p0)
+        elif parameter == PARAMETER_FRAME_NORTH:
+            j0, j1 = broadcast_like(site[NE], p0), broadcast_like(site[NN], p0)
+        elif parameter == PARAMETER_FRAME_ROTATION:
+            j0, j1 = y - site[PN], site[PE] - p0
+    elif measures_azimuth(kind):
+        ground = root(x * x + y * y)
+        sine, cosine = x / ground, y / ground
+        if parameter == PARAMETER_AZIMUTH_SINE:
+            j1 = sine
+        elif parameter == PARAMETER_AZIMUTH_COSINE:
+            j1 = cosine
+        elif parameter == PARAMETER_FRAME_EAST:
+            j0, j1 = sine, cosine / p0
+        elif parameter == PARAMETER_FRAME_NORTH:
+            j0, j1 = cosine, -sine / p0
     return j0, j1
 
 

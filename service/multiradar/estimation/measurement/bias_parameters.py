@@ -1,13 +1,25 @@
-"""Effect of the bias parameters of a radar on its plots.
+"""Effect of the bias parameters of a sensor on its measurements.
 
-A bias is *measured minus true*. A plot is (slant range, azimuth); each kind of parameter adds a
-fixed multiple of itself, so that measured = true + J ς + noise with one column of J a parameter::
+A bias is *measured minus true*. A plot is (slant range r, azimuth α), a reported position is (east,
+north); each kind of parameter adds a fixed multiple of itself, so that measured = true + J ς +
+noise with one column of J a parameter::
 
-    kind            unit    column of J (range, azimuth)
-    range offset    m       (1, 0)
-    azimuth offset  rad     (0, 1)
-    range gain      1       (range, 0)
-    time offset     s       (−range rate, −azimuth rate)
+    kind             unit    column of J (range, azimuth)          of a position (east, north)
+    range offset     m       (1, 0)
+    azimuth offset   rad     (0, 1)
+    range gain       1       (r, 0)
+    time offset      s       (−range rate, −azimuth rate)          (−east rate, −north rate)
+    azimuth sine     rad     (0, sin α)
+    azimuth cosine   rad     (0, cos α)
+    frame east       m       (sin α, cos α / r)                    (1, 0)
+    frame north      m       (cos α, −sin α / r)                   (0, 1)
+    frame rotation   rad                                           (north − n₀, e₀ − east)
+
+Azimuth sine and cosine are the eccentricity of an antenna: an axis, or an encoder, that is not at
+the centre of the rotation makes an error with the period of one revolution. A local frame is that
+in which multilateration computes positions: it is displaced, and turned clockwise about its
+reference point (e₀, n₀), the position of the sensor. A radar whose frame is turned has an azimuth
+offset.
 
 Sign of the time offset: a plot whose time stamp is late by τ shows the aircraft at the time of the
 stamp minus τ, so it lags by τ times the rates.

@@ -36,6 +36,14 @@ RANGE_OFFSET_M = ParameterBounds(2e4, Bounds(1e-9, 1e4), 100.0)
 AZIMUTH_OFFSET_DEG = ParameterBounds(90.0, Bounds(1e-9, 10.0), 1.0)
 RANGE_GAIN = ParameterBounds(0.1, Bounds(1e-9, 0.05), 0.01)
 TIME_OFFSET_S = ParameterBounds(10.0, Bounds(1e-9, 10.0), 1.0)
+AZIMUTH_SINE_DEG = ParameterBounds(5.0, Bounds(1e-9, 5.0), 1.0)
+AZIMUTH_COSINE_DEG = AZIMUTH_SINE_DEG
+FRAME_EAST_M = ParameterBounds(2e4, Bounds(1e-9, 1e4), 100.0)
+FRAME_NORTH_M = FRAME_EAST_M
+FRAME_ROTATION_DEG = ParameterBounds(10.0, Bounds(1e-9, 10.0), 1.0)
 
 #: By kind of bias parameter.
-PARAMETERS = (RANGE_OFFSET_M, AZIMUTH_OFFSET_DEG, RANGE_GAIN, TIME_OFFSET_S)
+PARAMETERS = (
+    RANGE_OFFSET_M, AZIMUTH_OFFSET_DEG, RANGE_GAIN, TIME_OFFSET_S, AZIMUTH_SINE_DEG,
+    AZIMUTH_COSINE_DEG, FRAME_EAST_M, FRAME_NORTH_M, FRAME_ROTATION_DEG,
+)  # fmt: skip

@@ -20,18 +20,46 @@ PARAMETER_RANGE_OFFSET = 0
 PARAMETER_AZIMUTH_OFFSET = 1
 PARAMETER_RANGE_GAIN = 2
 PARAMETER_TIME_OFFSET = 3
+PARAMETER_AZIMUTH_SINE = 4
+PARAMETER_AZIMUTH_COSINE = 5
+PARAMETER_FRAME_EAST = 6
+PARAMETER_FRAME_NORTH = 7
+PARAMETER_FRAME_ROTATION = 8
 
-#: Names of the bias parameters on the wire, by kind (azimuth: degrees there, radians here).
-PARAMETER_NAMES = ("range_offset_m", "azimuth_offset_deg", "range_gain", "time_offset_s")
+#: Names of the bias parameters on the wire, by kind.
+PARAMETER_NAMES = (
+    "range_offset_m", "azimuth_offset_deg", "range_gain", "time_offset_s", "azimuth_sine_deg",
+    "azimuth_cosine_deg", "frame_east_m", "frame_north_m", "frame_rotation_deg",
+)  # fmt: skip
+#: Value in the core of one unit on the wire, by kind: angles are degrees there, radians here.
+PARAMETER_UNITS = tuple(
+    float(np.radians(1.0)) if name.endswith("_deg") else 1.0 for name in PARAMETER_NAMES
+)
 
-# The kinds of `MeasurementBatch.kind`; reported positions need neither a site nor biases.
+# The kinds of `MeasurementBatch.kind`; reported positions need a site only for biases of a frame.
 _KINDS = range(3)
-_REPORTED_POSITION, _BEARING = 1, 2
+_RADAR, _REPORTED_POSITION, _BEARING = 0, 1, 2
+# Those that refer to a reference point.
+_OF_FRAMES = (PARAMETER_FRAME_EAST, PARAMETER_FRAME_NORTH, PARAMETER_FRAME_ROTATION)
 # Bias parameters that a kind of sensor cannot have.
-_FOREIGN = {
-    _REPORTED_POSITION: range(len(PARAMETER_NAMES)),
-    _BEARING: (PARAMETER_RANGE_OFFSET, PARAMETER_RANGE_GAIN),
+_FOREIGN: dict[int, tuple[int, ...]] = {
+    _RADAR: (PARAMETER_FRAME_ROTATION,),
+    _REPORTED_POSITION: (
+        PARAMETER_RANGE_OFFSET,
+        PARAMETER_AZIMUTH_OFFSET,
+        PARAMETER_RANGE_GAIN,
+        PARAMETER_AZIMUTH_SINE,
+        PARAMETER_AZIMUTH_COSINE,
+    ),
+    _BEARING: (
+        PARAMETER_RANGE_OFFSET,
+        PARAMETER_RANGE_GAIN,
+        PARAMETER_FRAME_EAST,
+        PARAMETER_FRAME_NORTH,
+        PARAMETER_FRAME_ROTATION,
+    ),
 }
+_WORDS = {_RADAR: "radars", _REPORTED_POSITION: "reported positions", _BEARING: "bearings"}
 _RADIAN_DEG = float(np.degrees(1.0))
 # Relative tolerance of bounds that were converted to radians.
 _ROUNDING = 1e-9
@@ -43,6 +71,11 @@ LATER_FIELDS = ("moving", "elevation_sigma_rad")
 
 def _no_known_bias() -> NDArray[np.float64]:
     return np.zeros((0, len(PARAMETER_NAMES)))
+
+
+def _every_kind(known: NDArray[np.float64]) -> NDArray[np.float64]:
+    absent = max(len(PARAMETER_NAMES) - known.shape[-1], 0)
+    return np.pad(known, ((0, 0), (0, absent))) if known.ndim == 2 and absent else known
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,16 +102,16 @@ class SensorTable:
     parameter_sensor : (c,) int32
         Sensor of each bias parameter.
     parameter_kind : (c,) int8
-        `PARAMETER_RANGE_OFFSET` (m), `PARAMETER_AZIMUTH_OFFSET` (rad), `PARAMETER_RANGE_GAIN`
-        (ratio) or `PARAMETER_TIME_OFFSET` (s).
+        Index into `PARAMETER_NAMES`; metres, radians, seconds or a ratio.
     prior_mean, prior_sigma : (c,) float64
         Prior of each parameter.
     drift : (c,) float64
         Random walk of each parameter: standard deviation after one second.
     aliases : tuple of (str, int)
         Additional names in measurements, with the index of the sensor.
-    known_bias : (m, 4) float64
-        Known biases by kind of parameter, 0 if unknown. By default none is known.
+    known_bias : (m, p) float64
+        Known biases by kind of parameter, 0 if unknown; the last ones may be absent. By default
+        none is known.
     self_reported : (m,) bool
         Whether the sensor relays self-reported positions (ADS-B). By default none does.
     asterix_codes : tuple of int
@@ -94,7 +127,8 @@ class SensorTable:
     ShapeError
         If the columns differ in length, or the parameters are not grouped by sensor.
     SensorPositionError
-        If a radar or direction finder has no site.
+        If a radar or direction finder has no site, or reported positions with biases of their
+        frame.
     UnknownParameterError
         If a kind of bias parameter is unknown.
     PriorError
@@ -134,6 +168,7 @@ class SensorTable:
     def __post_init__(self) -> None:
         if not self.known_bias.size:
             object.__setattr__(self, "known_bias", np.zeros((len(self), len(PARAMETER_NAMES))))
+        object.__setattr__(self, "known_bias", _every_kind(self.known_bias))
         if not self.self_reported.size:
             object.__setattr__(self, "self_reported", np.zeros(len(self), np.bool_))
         if not self.asterix_codes:
@@ -196,7 +231,7 @@ def _require_usable(table: SensorTable, row: int) -> None:
         raise ConfigurationError(
             f"sensor {sensor}: kind: expected 0 (radar), 1 (positions) or 2 (bearings), was {kind}"
         )
-    if kind != _REPORTED_POSITION:
+    if kind != _REPORTED_POSITION or _has_frame(table, row):
         _require_site(table, row)
     noises = {
         "range_sigma_m": bounds.RANGE_SIGMA_M,
@@ -214,6 +249,12 @@ def _require_usable(table: SensorTable, row: int) -> None:
     if not np.isnan(table.rotation_period_s[row]):
         what = f"rotation_period_s of sensor {sensor}"
         _require_within(what, table.rotation_period_s[row], bounds.ROTATION_PERIOD_S)
+
+
+def _has_frame(table: SensorTable, row: int) -> bool:
+    own = table.parameter_kind[table.parameter_sensor == row]
+    known = table.known_bias[row, list(_OF_FRAMES)]
+    return bool(np.isin(own, _OF_FRAMES).any() or (known != 0.0).any())
 
 
 def _require_direction(table: SensorTable, row: int) -> None:
@@ -245,6 +286,8 @@ def _require_site(table: SensorTable, row: int) -> None:
         "longitude_rad": _radians(bounds.LONGITUDE_DEG),
         "height_m": bounds.HEIGHT_M,
     }
+    if table.kinds[row] == _REPORTED_POSITION:
+        del site["height_m"]  # A frame has none.
     if not np.isfinite([getattr(table, name)[row] for name in site]).all():
         raise SensorPositionError(table.ids[row])
     for name, within in site.items():
@@ -257,32 +300,28 @@ def _require_known(table: SensorTable, row: int) -> None:
         known = table.known_bias[row, kind]
         foreign = kind in _FOREIGN.get(int(table.kinds[row]), ())
         if foreign and (kind in kinds or known != 0.0):
-            what = "reported positions" if table.kinds[row] == _REPORTED_POSITION else "bearings"
+            what = _WORDS[int(table.kinds[row])]
             raise ConfigurationError(f"sensor {sensor}: {name} is not supported for {what}")
         if kind in kinds and known != 0.0:
             raise ConfigurationError(
                 f"sensor {sensor}: {name} is both estimated and known; give one of them"
             )
-        most = bounds.PARAMETERS[kind].value / _unit(kind)
+        most = bounds.PARAMETERS[kind].value * PARAMETER_UNITS[kind]
         what = f"known {name} of sensor {sensor}"
         _require_within(what, known, Bounds(-most, most), PriorError)
 
 
 def _require_prior(table: SensorTable, column: int) -> None:
     kind = int(table.parameter_kind[column])
-    limits, unit = bounds.PARAMETERS[kind], _unit(kind)
+    limits, unit = bounds.PARAMETERS[kind], PARAMETER_UNITS[kind]
     what = f"{PARAMETER_NAMES[kind]} of sensor {table.ids[table.parameter_sensor[column]]}"
     within = {
-        "prior_mean": Bounds(-limits.value / unit, limits.value / unit),
-        "prior_sigma": Bounds(limits.sigma.least / unit, limits.sigma.most / unit),
-        "drift": Bounds(0.0, limits.drift / unit),
+        "prior_mean": Bounds(-limits.value * unit, limits.value * unit),
+        "prior_sigma": Bounds(limits.sigma.least * unit, limits.sigma.most * unit),
+        "drift": Bounds(0.0, limits.drift * unit),
     }
     for name, one in within.items():
         _require_within(f"{name} of {what}", getattr(table, name)[column], one, PriorError)
-
-
-def _unit(kind: int) -> float:
-    return _RADIAN_DEG if kind == PARAMETER_AZIMUTH_OFFSET else 1.0
 
 
 def _radians(degrees: Bounds) -> Bounds:

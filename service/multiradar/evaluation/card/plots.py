@@ -19,7 +19,8 @@ _BINS = 60
 _SETTLED_S, _AROUND_S = 60.0, 30.0
 #: Maximum number of biases drawn.
 _BIASES_MAX = 24
-_UNITS = {"range_offset_m": "m", "azimuth_offset_deg": "°", "range_gain": "1", "time_offset_s": "s"}
+# By the suffix of the parameter.
+_UNITS = {"m": "m", "deg": "°", "gain": "1", "s": "s"}
 
 
 def card_plots(card: Scorecard) -> list[Plot]:
@@ -233,7 +234,7 @@ def _consistency(name: str, title: str, found: Consistency, time_label: str) -> 
 
 
 def _bias(one: BiasHistory, time_label: str) -> Plot:
-    unit = _UNITS.get(one.parameter, "")
+    unit = _UNITS.get(one.parameter.rpartition("_")[2], "")
     series = [
         Series(
             "2 sigma", one.time_s, one.estimate - 2.0 * one.sigma, "band",

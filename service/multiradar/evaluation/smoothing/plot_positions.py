@@ -11,6 +11,8 @@ from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation, geodetic_to
 
 # The height of the point on the beam is nearly linear in the elevation: each round gains three
 # digits at 10 km range and more farther out.
+# Rounds of the solution for the true azimuth of an eccentric antenna.
+_ECCENTRICITY_ROUNDS = 3
 _ELEVATION_ROUNDS = 6
 #: At a steeper elevation the height error dominates the position: unusable.
 _SINE_MAX = 0.95
@@ -137,8 +139,53 @@ def without_biases(
     """
     nothing = np.zeros(len(range_m))
     gain = 1.0 + bias.get("range_gain", nothing)
-    return (
-        (range_m - bias.get("range_offset_m", nothing)) / gain,
-        azimuth_deg - bias.get("azimuth_offset_deg", nothing),
-        time_s - bias.get("time_offset_s", nothing),
+    true_m = (range_m - bias.get("range_offset_m", nothing)) / gain
+    turned = azimuth_deg - bias.get("azimuth_offset_deg", nothing)
+    sine, cosine = (bias.get(name, nothing) for name in ("azimuth_sine_deg", "azimuth_cosine_deg"))
+    east, north = (bias.get(name, nothing) for name in ("frame_east_m", "frame_north_m"))
+    true_deg = turned
+    # Effects at the true azimuth: each round gains their digits, as they are small.
+    for _ in range(_ECCENTRICITY_ROUNDS):
+        s, c = np.sin(np.radians(true_deg)), np.cos(np.radians(true_deg))
+        across_m = east * c - north * s
+        true_deg = turned - sine * s - cosine * c - np.degrees(across_m / np.maximum(true_m, 1.0))
+    along_m = east * np.sin(np.radians(true_deg)) + north * np.cos(np.radians(true_deg))
+    return true_m - along_m, true_deg, time_s - bias.get("time_offset_s", nothing)
+
+
+def report_without_biases(
+    latitude_rad: Floats,
+    longitude_rad: Floats,
+    time_s: Floats,
+    reference_rad: tuple[float, float] | None,
+    bias: Mapping[str, Floats],
+) -> tuple[Floats, Floats, Floats]:
+    """Return reported positions corrected for biases of the clock and of a local frame.
+
+    Parameters
+    ----------
+    latitude_rad, longitude_rad, time_s : (n,) float64
+        As reported.
+    reference_rad : (latitude, longitude), optional
+        Reference point of the frame; None without one.
+    bias : mapping of str to (n,) float64
+        By parameter, measured minus true, at each report.
+
+    Returns
+    -------
+    latitude_rad, longitude_rad, time_s : (n,) float64
+        Free of biases, with random errors.
+    """
+    nothing = np.zeros(len(time_s))
+    east_m, north_m, turn_deg = (
+        bias.get(name, nothing) for name in ("frame_east_m", "frame_north_m", "frame_rotation_deg")
     )
+    true_s = time_s - bias.get("time_offset_s", nothing)
+    if reference_rad is None or not (east_m.any() or north_m.any() or turn_deg.any()):
+        return latitude_rad, longitude_rad, true_s
+    plane = SystemPlane(*reference_rad)
+    east, north = plane.to_plane(latitude_rad, longitude_rad)
+    east, north = east - east_m, north - north_m
+    sine, cosine = np.sin(np.radians(turn_deg)), np.cos(np.radians(turn_deg))
+    true = plane.to_geodetic(cosine * east - sine * north, sine * east + cosine * north)
+    return *true, true_s

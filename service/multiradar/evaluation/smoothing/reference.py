@@ -1,5 +1,6 @@
 """A reference from the measurements themselves: all sensors, biases subtracted, smoothed."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -16,6 +17,7 @@ from multiradar.evaluation.smoothing.plot_positions import (
     Radar,
     locate_plots,
     noise_on_plane,
+    report_without_biases,
     without_biases,
 )
 from multiradar.evaluation.smoothing.residual_biases import residual_biases
@@ -221,9 +223,16 @@ def _located(
     usable = np.isfinite(latitude) & np.isfinite(longitude)
     for number, one in enumerate(sensors):
         own = np.flatnonzero(sensor == number)
-        if one.kind != "radar" or not len(own):
+        if not len(own):
             continue
         bias = biases_at(one, time_s[own], biases)
+        if one.kind != "radar":
+            whole = usable[own]
+            own, bias = own[whole], {name: value[whole] for name, value in bias.items()}
+            latitude[own], longitude[own], time_s[own] = report_without_biases(
+                latitude[own], longitude[own], time_s[own], _reference_point(one), bias
+            )
+            continue
         range_m[own], azimuth_deg, time_s[own] = without_biases(
             range_m[own], column["azimuth_deg"][own], time_s[own], bias
         )
@@ -231,6 +240,12 @@ def _located(
         latitude[own], longitude[own] = located.latitude_rad, located.longitude_rad
         usable[own] = located.usable
     return _Positions(aircraft, sensor, time_s, latitude, longitude, height, range_m, usable)
+
+
+def _reference_point(one: Sensor) -> tuple[float, float] | None:
+    if one.latitude_deg is None or one.longitude_deg is None:
+        return None
+    return math.radians(one.latitude_deg), math.radians(one.longitude_deg)
 
 
 # Missing heights of an aircraft are interpolated.

@@ -50,10 +50,15 @@ def residual_biases(
         ground = np.maximum(np.hypot(*offset.T), 1.0)
         farther = offset * (range_m[own] / ground**2)[:, None]
         clockwise = np.radians(np.stack([offset[:, 1], -offset[:, 0]], axis=-1))
+        direction = offset / ground[:, None]
         moves = {
             "range_offset_m": farther,
             "range_gain": farther * range_m[own, None],
             "azimuth_offset_deg": clockwise,
+            "azimuth_sine_deg": clockwise * direction[:, :1],
+            "azimuth_cosine_deg": clockwise * direction[:, 1:],
+            "frame_east_m": np.broadcast_to([1.0, 0.0], offset.shape),
+            "frame_north_m": np.broadcast_to([0.0, 1.0], offset.shape),
         }
         for estimated in one.estimated_biases():
             if estimated.parameter not in moves:

@@ -9,7 +9,7 @@ from multiradar.errors import ConfigurationError, PriorError, SensorPositionErro
 from multiradar.estimation.array_checks import positive_array, require_shape
 from multiradar.estimation.measurement import sensor_bounds
 from multiradar.estimation.measurement.sensor_bounds import Bounds
-from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET, PARAMETER_NAMES
+from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, PARAMETER_UNITS
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -112,9 +112,9 @@ def require_prior(kinds: Integers, mean: Floats, sigma: Floats, drift: Floats) -
         If one is not within the bounds of sensors.
     """
     for kind, name in enumerate(PARAMETER_NAMES):
-        bounds, unit = sensor_bounds.PARAMETERS[kind], 1.0
-        if kind == PARAMETER_AZIMUTH_OFFSET:
-            name, unit = "azimuth_offset, rad", float(np.radians(1.0))
+        bounds, unit = sensor_bounds.PARAMETERS[kind], PARAMETER_UNITS[kind]
+        if name.endswith("_deg"):
+            name = f"{name.removesuffix('_deg')}, rad"
         own = kinds == kind
         most = bounds.value * unit
         _require_within(mean[own], f"prior mean of {name}", Bounds(-most, most), PriorError)

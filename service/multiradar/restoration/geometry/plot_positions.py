@@ -22,7 +22,10 @@ from multiradar.estimation.filters.height._height_kernels import (
     TRANSPONDER_VARIANCE,
 )
 from multiradar.estimation.measurement.cone_of_silence import outside_cone
-from multiradar.estimation.measurement.known_biases import polar_without_biases
+from multiradar.estimation.measurement.known_biases import (
+    polar_without_biases,
+    reports_without_frames,
+)
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy import _kernels as geodesy
 from multiradar.geodesy.system_plane import SystemPlane
@@ -139,7 +142,7 @@ def plot_positions(plots: Plots, sensors: SensorTable, biases: ArrayLike) -> Plo
     corrected = np.column_stack([*polar, chosen.height_m])
     variance = height_variance(chosen.height_m)
     if kind == _POSITION:
-        return _reported(chosen, sensors, variance)
+        return _reported(chosen, sensors, np.asarray(biases, np.float64), variance)
     frame = _frame(corrected, chosen, sensors)
     return _seen(frame, corrected, chosen, sensors, variance)
 
@@ -163,9 +166,12 @@ def height_variance(height_m: Floats) -> float:
     return float(TRANSPONDER_VARIANCE + step)
 
 
-def _reported(plots: Plots, sensors: SensorTable, variance: float) -> PlotPositions:
-    frame = SystemPlane(float(plots.latitude_rad[-1]), float(plots.longitude_rad[-1]))
-    east, north = frame.to_plane(plots.latitude_rad, plots.longitude_rad)
+def _reported(plots: Plots, sensors: SensorTable, biases: Floats, variance: float) -> PlotPositions:
+    latitude, longitude = reports_without_frames(
+        plots.latitude_rad, plots.longitude_rad, plots.sensor, sensors, biases
+    )
+    frame = SystemPlane(float(latitude[-1]), float(longitude[-1]))
+    east, north = frame.to_plane(latitude, longitude)
     covariances = np.zeros((len(east), 3, 3))
     covariances[:, 0, 0] = sensors.position_sigma_m[plots.sensor] ** 2
     covariances[:, 1, 1] = covariances[:, 0, 0]

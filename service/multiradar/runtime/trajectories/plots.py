@@ -13,9 +13,18 @@ from numpy.typing import NDArray
 from multiradar.errors import OutsidePlaneError
 from multiradar.estimation.measurement.cone_of_silence import outside_cone
 from multiradar.estimation.measurement.kinds import KIND_BEARING, KIND_POSITION
-from multiradar.estimation.measurement.known_biases import polar_without_biases
+from multiradar.estimation.measurement.known_biases import (
+    FRAME_PARAMETERS,
+    polar_without_biases,
+    reports_without_frames,
+)
 from multiradar.estimation.measurement.sensors import (
+    PARAMETER_AZIMUTH_COSINE,
     PARAMETER_AZIMUTH_OFFSET,
+    PARAMETER_AZIMUTH_SINE,
+    PARAMETER_FRAME_EAST,
+    PARAMETER_FRAME_NORTH,
+    PARAMETER_FRAME_ROTATION,
     PARAMETER_NAMES,
     PARAMETER_RANGE_GAIN,
     PARAMETER_RANGE_OFFSET,
@@ -121,7 +130,7 @@ class PlotLocator:
         self._sites = {
             sensor: geodesy.site_parameters(
                 self.plane.parameters, sensors.latitude_rad[sensor], sensors.longitude_rad[sensor],
-                sensors.height_m[sensor],
+                float(np.nan_to_num(sensors.height_m[sensor])),
             )
             for sensor in np.flatnonzero(np.isfinite(sensors.latitude_rad)).tolist()
         }  # fmt: skip
@@ -154,8 +163,9 @@ class PlotLocator:
             return NotLocated.BEARING
         try:
             if plot["kind"] == KIND_POSITION:
-                return self._reported_position(plot)
-            placed = self._measured_plot(plot, published)
+                placed: LocatedPlot | NotLocated = self._reported_position(plot, published)
+            else:
+                placed = self._measured_plot(plot, published)
             if isinstance(placed, NotLocated):
                 return placed
             return self._at_reported_time(placed, plot, published)
@@ -170,10 +180,12 @@ class PlotLocator:
         (range_m,), (azimuth_rad,) = polar_without_biases(*polar, estimate[None])
         measured = np.array([range_m, azimuth_rad, height_m])
         # J P Jᵀ of a bias equals that of the same noise in range or azimuth.
+        wave = sigma[[PARAMETER_AZIMUTH_SINE, PARAMETER_AZIMUTH_COSINE]]
+        wave *= np.array([np.sin(azimuth_rad), np.cos(azimuth_rad)])
         common = np.array(
             [
                 sigma[PARAMETER_RANGE_OFFSET] ** 2 + (range_m * sigma[PARAMETER_RANGE_GAIN]) ** 2,
-                sigma[PARAMETER_AZIMUTH_OFFSET] ** 2,
+                sigma[PARAMETER_AZIMUTH_OFFSET] ** 2 + wave @ wave,
                 shared_variance,
             ]
         )
@@ -189,14 +201,36 @@ class PlotLocator:
         cone_ratio = self._tracking.cone_ratio
         if not outside_cone(ground_m, height_m, sensors.height_m[own], cone_ratio):
             return NotLocated.CONE_OF_SILENCE
-        return LocatedPlot(position[:2], covariance[:2, :2], shared[:2, :2])
+        shift = self._frame_covariance(own, position[:2], sigma)
+        return LocatedPlot(position[:2], covariance[:2, :2] + shift, shared[:2, :2] + shift)
 
-    def _reported_position(self, plot: np.void) -> LocatedPlot:
-        east, north = self.plane.to_plane(plot["latitude_rad"], plot["longitude_rad"])
+    def _reported_position(self, plot: np.void, published: Published) -> LocatedPlot:
+        own = int(plot["sensor"])
+        reported = np.array([plot["latitude_rad"]]), np.array([plot["longitude_rad"]])
+        latitude, longitude = reports_without_frames(
+            *reported, np.array([own]), self._sensors, published.estimate
+        )
+        (east,), (north,) = self.plane.to_plane(latitude, longitude)
         across = np.linalg.inv(self.plane.local_matrix(east, north))
-        variance = self._sensors.position_sigma_m[plot["sensor"]] ** 2
-        covariance = variance * across @ across.T
-        return LocatedPlot(np.array([east, north], np.float64), covariance, np.zeros((2, 2)))
+        variance = self._sensors.position_sigma_m[own] ** 2
+        shared = self._frame_covariance(own, np.array([east, north]), published.sigma[own])
+        covariance = variance * across @ across.T + shared
+        return LocatedPlot(np.array([east, north], np.float64), covariance, shared)
+
+    # Covariance of a position by the biases of its frame; their correlation is not published.
+    def _frame_covariance(self, own: int, position_m: Floats, sigma: Floats) -> Floats:
+        if not sigma[list(FRAME_PARAMETERS)].any():
+            return np.zeros((2, 2))
+        site = self._sites[own]
+        east, north = position_m - site[[geodesy.PE, geodesy.PN]]
+        moves = np.array(
+            [
+                site[[geodesy.EE, geodesy.EN]] * sigma[PARAMETER_FRAME_EAST],
+                site[[geodesy.NE, geodesy.NN]] * sigma[PARAMETER_FRAME_NORTH],
+                np.array([north, -east]) * sigma[PARAMETER_FRAME_ROTATION],
+            ]
+        )
+        return np.asarray(moves.T @ moves)
 
     # A plot with a time offset is extrapolated to its reported time, so that the order of plots is
     # kept.

@@ -7,7 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import (
+    PARAMETER_AZIMUTH_COSINE,
     PARAMETER_AZIMUTH_OFFSET,
+    PARAMETER_AZIMUTH_SINE,
+    PARAMETER_FRAME_EAST,
+    PARAMETER_FRAME_NORTH,
     PARAMETER_RANGE_GAIN,
     PARAMETER_RANGE_OFFSET,
     PARAMETER_TIME_OFFSET,
@@ -129,7 +133,7 @@ def make_plots(
     line_of_sight : callable
         The line of sight.
     bias_at : callable
-        Times (n,) to biases (4, n), in the order of `PARAMETER_NAMES`; measured minus true.
+        Times (n,) to biases (p, n), in the order of `PARAMETER_NAMES`; measured minus true.
     rng : Generator
         For noise, detections and outliers.
 
@@ -152,6 +156,10 @@ def make_plots(
     measured = line.range_m * (1.0 + bias[PARAMETER_RANGE_GAIN]) + bias[PARAMETER_RANGE_OFFSET]
     measured += sensor.range_sigma_m * noise[0] + outlier * far
     pointed = line.azimuth_rad + bias[PARAMETER_AZIMUTH_OFFSET]
+    if bias[PARAMETER_AZIMUTH_SINE:].any():
+        along, across = _by_direction(line, bias)
+        measured += along
+        pointed += across
     pointed += sensor.azimuth_sigma_rad * noise[1] + outlier * aside
     seen = line.visible & (draws[1] < sensor.detection_probability) & (measured > 0.0)
     seen &= outside_gaps(sensor, time_s)
@@ -165,6 +173,20 @@ def make_plots(
         time_s[seen], stamp[seen], measured[seen], wrapped(pointed[seen]), outlier[seen], raised
     )
     return plots, int(np.count_nonzero(line.visible))
+
+
+# Effects of eccentricity, and of a site displaced by a vector, on range (m) and azimuth (rad).
+def _by_direction(line: LineOfSight, bias: Floats) -> tuple[Floats, Floats]:
+    sine, cosine = np.sin(line.azimuth_rad), np.cos(line.azimuth_rad)
+    slant = np.maximum(line.range_m, 1.0)
+    level = 1.0 if line.elevation_rad is None else np.cos(line.elevation_rad)
+    east = slant * level * sine + bias[PARAMETER_FRAME_EAST]
+    north = slant * level * cosine + bias[PARAMETER_FRAME_NORTH]
+    rise = slant**2 - (slant * level) ** 2
+    along = np.sqrt(east**2 + north**2 + rise) - slant
+    across = np.arctan2(east * cosine - north * sine, east * sine + north * cosine)
+    wave = bias[PARAMETER_AZIMUTH_SINE] * sine + bias[PARAMETER_AZIMUTH_COSINE] * cosine
+    return along, across + wave
 
 
 def outside_gaps(sensor: Sensor, time_s: Floats) -> Bools:

@@ -8,6 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.errors import ConfigurationError, OutsidePlaneError
+from multiradar.estimation.measurement.sensors import (
+    PARAMETER_FRAME_EAST,
+    PARAMETER_FRAME_NORTH,
+    PARAMETER_FRAME_ROTATION,
+    PARAMETER_TIME_OFFSET,
+)
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.geodesy.wgs84 import (
     SEMI_MAJOR_AXIS_M,
@@ -202,14 +208,32 @@ class _Sky:
             outlier |= (wrong != 0.0).any(axis=0) | (not aircraft.exists)
         seen = (draws[0] < sensor.detection_probability) & outside_gaps(sensor, times)
         times, height = times[seen], path.height(times[seen])
+        bias = self.biases.at(number, times)
         latitude, longitude = _displaced(self.plane, path.position(times), noise[:, seen].T)
+        latitude, longitude = self._in_frame(number, latitude, longitude, bias)
         nothing = np.full(len(times), np.nan)
-        plots = Plots(times, times, nothing, nothing, outlier[seen])
+        stamp = times + bias[PARAMETER_TIME_OFFSET]
+        plots = Plots(times, stamp, nothing, nothing, outlier[seen])
         return _row(
             self, number, index, plots, path=path if aircraft.exists else None,
             position=(latitude, longitude),
             height_m=received_heights(sensor, aircraft, height, rng),
         ), len(draws[0])  # fmt: skip
+
+    # Positions as computed in a displaced and turned frame about the position of the sensor.
+    def _in_frame(
+        self, number: int, latitude: Floats, longitude: Floats, bias: Floats
+    ) -> tuple[Floats, Floats]:
+        if not self.scenario.sensors[number].has_frame:
+            return latitude, longitude
+        plane = SystemPlane(*self.sites[number].fixed[:2])
+        east, north = plane.to_plane(latitude, longitude)
+        turn = bias[PARAMETER_FRAME_ROTATION]
+        sine, cosine = np.sin(turn), np.cos(turn)
+        return plane.to_geodetic(
+            cosine * east + sine * north + bias[PARAMETER_FRAME_EAST],
+            cosine * north - sine * east + bias[PARAMETER_FRAME_NORTH],
+        )
 
 
 def _measured(

@@ -1,4 +1,4 @@
-"""Bias tables of a radar in a scenario: keys, units and bounds."""
+"""Bias tables of a sensor in a scenario: keys, units and bounds."""
 
 from typing import Annotated, Any, Self
 
@@ -85,6 +85,39 @@ class TimeOffsetTable(BiasTable):
     assumed_drift: Annotated[float | None, _drift(bounds.TIME_OFFSET_S)] = None
 
 
+class AzimuthWaveTable(BiasTable):
+    """Eccentricity of the antenna, degrees."""
+
+    value: Annotated[float, _mean(bounds.AZIMUTH_SINE_DEG)] = 0.0
+    drift: Annotated[float, _drift(bounds.AZIMUTH_SINE_DEG)] = 0.0
+    jump: Annotated[float, _mean(bounds.AZIMUTH_SINE_DEG)] = 0.0
+    prior: Annotated[float, _mean(bounds.AZIMUTH_SINE_DEG)] = 0.0
+    prior_sigma: Annotated[float | None, within(bounds.AZIMUTH_SINE_DEG.sigma)] = None
+    assumed_drift: Annotated[float | None, _drift(bounds.AZIMUTH_SINE_DEG)] = None
+
+
+class FrameShiftTable(BiasTable):
+    """Displacement of a local frame, or of the site of a radar, m."""
+
+    value: Annotated[float, _mean(bounds.FRAME_EAST_M)] = 0.0
+    drift: Annotated[float, _drift(bounds.FRAME_EAST_M)] = 0.0
+    jump: Annotated[float, _mean(bounds.FRAME_EAST_M)] = 0.0
+    prior: Annotated[float, _mean(bounds.FRAME_EAST_M)] = 0.0
+    prior_sigma: Annotated[float | None, within(bounds.FRAME_EAST_M.sigma)] = None
+    assumed_drift: Annotated[float | None, _drift(bounds.FRAME_EAST_M)] = None
+
+
+class FrameRotationTable(BiasTable):
+    """Rotation of a local frame about its reference point, degrees."""
+
+    value: Annotated[float, _mean(bounds.FRAME_ROTATION_DEG)] = 0.0
+    drift: Annotated[float, _drift(bounds.FRAME_ROTATION_DEG)] = 0.0
+    jump: Annotated[float, _mean(bounds.FRAME_ROTATION_DEG)] = 0.0
+    prior: Annotated[float, _mean(bounds.FRAME_ROTATION_DEG)] = 0.0
+    prior_sigma: Annotated[float | None, within(bounds.FRAME_ROTATION_DEG.sigma)] = None
+    assumed_drift: Annotated[float | None, _drift(bounds.FRAME_ROTATION_DEG)] = None
+
+
 def _as_table(value: Any) -> Any:
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     return {"value": value} if is_number else value
@@ -94,12 +127,21 @@ _NUMBER_ALONE = BeforeValidator(_as_table)
 
 
 class BiasesTable(Table):
-    """The bias parameters of a radar, in the order of `PARAMETER_NAMES`."""
+    """The bias parameters of a sensor, in the order of `PARAMETER_NAMES`."""
 
     range_offset_m: Annotated[RangeOffsetTable, _NUMBER_ALONE] | None = None
     azimuth_offset_deg: Annotated[AzimuthOffsetTable, _NUMBER_ALONE] | None = None
     range_gain: Annotated[RangeGainTable, _NUMBER_ALONE] | None = None
     time_offset_s: Annotated[TimeOffsetTable, _NUMBER_ALONE] | None = None
+    azimuth_sine_deg: Annotated[AzimuthWaveTable, _NUMBER_ALONE] | None = None
+    azimuth_cosine_deg: Annotated[AzimuthWaveTable, _NUMBER_ALONE] | None = None
+    frame_east_m: Annotated[FrameShiftTable, _NUMBER_ALONE] | None = None
+    frame_north_m: Annotated[FrameShiftTable, _NUMBER_ALONE] | None = None
+    frame_rotation_deg: Annotated[FrameRotationTable, _NUMBER_ALONE] | None = None
+
+    def names(self) -> tuple[str, ...]:
+        """Return the names of the parameters that are specified."""
+        return tuple(name for name in PARAMETER_NAMES if getattr(self, name) is not None)
 
 
 assert tuple(BiasesTable.model_fields) == PARAMETER_NAMES

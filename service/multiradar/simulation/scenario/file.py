@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from multiradar.errors import ConfigurationError, OutsidePlaneError
-from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET, PARAMETER_NAMES
+from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, PARAMETER_UNITS
 from multiradar.geodesy.system_plane import ANGLE_MAX_DEG, SystemPlane
 from multiradar.simulation.scenario.bias_tables import BiasesTable, BiasTable
 from multiradar.simulation.scenario.model import (
@@ -320,7 +320,7 @@ def _biases(table: BiasesTable) -> tuple[Bias, ...]:
     found = []
     for kind, name in enumerate(PARAMETER_NAMES):
         one: BiasTable = getattr(table, name) or BiasTable()
-        unit = _rad(1.0) if kind == PARAMETER_AZIMUTH_OFFSET else 1.0
+        unit = PARAMETER_UNITS[kind]
         bias = Bias(
             one.value * unit, one.drift * unit, estimate=one.estimate, prior=one.prior * unit
         )

@@ -9,6 +9,7 @@ start of the scenario.
 from dataclasses import dataclass
 from typing import Literal
 
+from multiradar.estimation.measurement.known_biases import FRAME_PARAMETERS
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES
 
 SensorKind = Literal["radar", "direction-finder", "adsb", "mlat"]
@@ -22,7 +23,7 @@ RECEIVED_FIELDS: tuple[ReceivedField, ...] = ("height", "mode_3a", "mode_s_addre
 #: A range of values, from which one is drawn uniformly.
 Span = tuple[float, float]
 
-#: Number of kinds of bias parameter: range offset, azimuth offset, range gain, time offset.
+#: Number of kinds of bias parameter.
 PARAMETERS = len(PARAMETER_NAMES)
 
 
@@ -269,7 +270,7 @@ class Sensor:
     kind : str
         `radar`, `direction-finder`, `adsb` or `mlat`.
     east_m, north_m, height_m : float
-        Site; only radars and direction finders have one.
+        Site; of a sensor of positions, the reference point of its frame.
     range_sigma_m, azimuth_sigma_rad, position_sigma_m : float
         Standard deviations of the random errors (position: each horizontal axis).
     rotation_period_s : float, optional
@@ -303,7 +304,7 @@ class Sensor:
     received : frozenset of str
         Fields it reports, of `RECEIVED_FIELDS`.
     biases : tuple of Bias
-        One for each of `PARAMETER_NAMES`.
+        One for each of `PARAMETER_NAMES`; the last ones may be absent.
     specified_biases : frozenset of int
         Bias parameters specified in the scenario.
     elevation_sigma_rad : float, optional
@@ -348,6 +349,15 @@ class Sensor:
     speed_mps: float | None = None
     heading_rad: float = 0.0
     legs: tuple[Leg, ...] = ()
+
+    def __post_init__(self) -> None:
+        absent = (Bias(),) * (PARAMETERS - len(self.biases))
+        object.__setattr__(self, "biases", self.biases + absent)
+
+    @property
+    def has_frame(self) -> bool:
+        """Whether biases of its local frame are specified."""
+        return not self.specified_biases.isdisjoint(FRAME_PARAMETERS)
 
     @property
     def moves(self) -> bool:

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from multiradar.estimation.measurement.sensors import (
-    PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_NAMES,
+    PARAMETER_UNITS,
 )
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.simulation.scenario.model import SITED, Bias, Scenario, Sensor
@@ -41,9 +41,9 @@ def sensors_text(scenario: Scenario) -> str:
 
 def _sensor(sensor: Sensor, plane: SystemPlane) -> dict[str, Any]:
     table: dict[str, Any] = {"id": sensor.identifier, "kind": sensor.kind}
-    if sensor.kind not in SITED:
-        return table | {"position_sigma_m": sensor.position_sigma_m}
     latitude, longitude = plane.to_geodetic(sensor.east_m, sensor.north_m)
+    if sensor.kind not in SITED:
+        return _of_positions(sensor, float(latitude), float(longitude)) | _biases(sensor)
     table |= {
         "latitude_deg": round(float(np.degrees(latitude)), _DIGITS),
         "longitude_deg": round(float(np.degrees(longitude)), _DIGITS),
@@ -59,17 +59,30 @@ def _sensor(sensor: Sensor, plane: SystemPlane) -> dict[str, Any]:
         table["moving"] = True
     if np.isfinite(sensor.range_max_m):
         table["range_max_m"] = sensor.range_max_m
+    return table | _biases(sensor)
+
+
+# A sensor of reported positions has a reference point if its frame has biases.
+def _of_positions(sensor: Sensor, latitude: float, longitude: float) -> dict[str, Any]:
+    table: dict[str, Any] = {"id": sensor.identifier, "kind": sensor.kind}
+    if sensor.has_frame:
+        table["latitude_deg"] = round(float(np.degrees(latitude)), _DIGITS)
+        table["longitude_deg"] = round(float(np.degrees(longitude)), _DIGITS)
+    return table | {"position_sigma_m": sensor.position_sigma_m}
+
+
+def _biases(sensor: Sensor) -> dict[str, Any]:
     biases = {
         PARAMETER_NAMES[kind]: _known(kind, sensor.biases[kind])
         for kind in sorted(sensor.specified_biases)
     }
     known = {name: one for name, one in biases.items() if one}
-    return table | ({"bias": known} if known else {})
+    return {"bias": known} if known else {}
 
 
 # Configuration of the tracker for a parameter specified in the scenario.
 def _known(kind: int, bias: Bias) -> dict[str, Any]:
-    unit = float(np.degrees(1.0)) if kind == PARAMETER_AZIMUTH_OFFSET else 1.0
+    unit = 1.0 / PARAMETER_UNITS[kind]
     drift = bias.drift if bias.assumed_drift is None else bias.assumed_drift
     known: dict[str, Any] = {"estimate": bias.estimate is not False}
     if bias.prior != 0.0:

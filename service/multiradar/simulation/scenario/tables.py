@@ -25,6 +25,7 @@ from multiradar_schemas.measurements.measurement import (
 )
 from multiradar_schemas.sensors import bounds as bounds
 from multiradar_schemas.sensors.bias import within
+from multiradar_schemas.sensors.sensor import PARAMETERS_BY_KIND
 
 AIRCRAFT_MAX = 20_000
 SENSORS_MAX = 1_000
@@ -240,13 +241,15 @@ _OF_RADARS = (
     "east_m", "north_m", "latitude_deg", "longitude_deg", "height_m", "range_sigma_m",
     "azimuth_sigma_deg", "rotation_period_s", "range_min_m", "range_max_m", "elevation_max_deg",
     "horizon", "garbled_probability", "clutter_per_turn", "storm", "second_feed",
-    "range_resolution_m", "azimuth_resolution_deg", "jammed_s", "bias",
+    "range_resolution_m", "azimuth_resolution_deg", "jammed_s",
 )  # fmt: skip
 # Keys that a direction finder, which measures no range, does not have.
 _OF_RANGES = (
     "range_sigma_m", "position_sigma_m", "clutter_per_turn", "storm", "second_feed",
     "range_resolution_m", "azimuth_resolution_deg", "jammed_s",
 )  # fmt: skip
+# Keys of the reference point of a local frame.
+_OF_FRAMES = ("east_m", "north_m", "latitude_deg", "longitude_deg")
 # Keys of direction finders only.
 _OF_FINDERS = ("elevation_sigma_deg", "speed_mps", "heading_deg", "leg")
 
@@ -291,12 +294,24 @@ class SensorTable(_Positioned):
             check_position(self, f"the {self.kind} {self.id}")
             unused = ["position_sigma_m"] if self.kind == "radar" else list(_OF_RANGES)
         else:
-            unused = list(_OF_RADARS)
+            unused = [key for key in _OF_RADARS if key not in _OF_FRAMES or not self._has_frame()]
+            if self._has_frame():
+                check_position(self, f"the {self.kind} {self.id}")
         if self.kind != "direction-finder":
             unused += _OF_FINDERS
         for key in unused:
             if key in self.model_fields_set:
                 raise wrong(f"expected no {key} for the {self.kind} {self.id}, was given")
+        return self
+
+    def _has_frame(self) -> bool:
+        return any(name.startswith("frame_") for name in self.bias.names())
+
+    @model_validator(mode="after")
+    def _biases_fit_its_kind(self) -> Self:
+        for name in self.bias.names():
+            if name not in PARAMETERS_BY_KIND[self.kind]:
+                raise wrong(f"expected no bias.{name} of the {self.kind} {self.id}, was given")
         return self
 
     @model_validator(mode="after")
@@ -313,8 +328,6 @@ class SensorTable(_Positioned):
     def _finder_is_one(self) -> Self:
         if self.kind != "direction-finder":
             return self
-        if any(one is not None for one in (self.bias.range_offset_m, self.bias.range_gain)):
-            raise wrong(f"expected no bias of a range for the {self.kind} {self.id}, was given")
         if self.speed_mps is None:
             for key in ("heading_deg", "leg"):
                 if key in self.model_fields_set:

@@ -149,7 +149,7 @@ def test_relinearisation_preserves_states_and_the_sum_of_offsets() -> None:
     sensitivity = rng.normal(size=(1, 4, 6))
     sensitivity[0, :2, 5] = old - sensitivity[0, :2, 2]
     before = means[0] + sensitivity[0] @ bias
-    relinearise_time_offsets(means, sensitivity, 0, old, PARAMETERS, bias, *new)
+    relinearise_time_offsets(means, sensitivity, 0, old, False, PARAMETERS, bias, *new)
     np.testing.assert_allclose(sensitivity[0, :2, 2] + sensitivity[0, :2, 5], new, rtol=1e-12)
     np.testing.assert_allclose(means[0] + sensitivity[0] @ bias, before, rtol=1e-12)
 
@@ -175,13 +175,23 @@ def test_modes_are_relinearised_with_their_aircraft() -> None:
     assert made.velocity[0].tolist() == [160.0, -20.0]
 
 
-def test_a_slow_aircraft_keeps_its_linearisation_velocity() -> None:
-    slow = (0.5 * SPEED_MIN, 0.0)
-    made, expected = aircraft_at(slow), aircraft_at(slow)
-    relinearise_aircraft(0, made, PARAMETERS, np.ones(6), 30.0, 30.0)
-    assert made.velocity[0].tolist() == list(slow)
+def test_weights_of_a_slow_aircraft_are_limited() -> None:
+    """Errors of sensitivities of a taxiing aircraft must not grow with its speed at take-off."""
+    made, bias = aircraft_at((2.0, 0.0)), np.ones(6)
+    made.sensitivity[0, :2, 2] = 5.0, 1.0
+    made.sensitivity[0, :2, 5] = -3.0, -1.0
+    before = made.mean[0] + made.sensitivity[0] @ bias
+    relinearise_aircraft(0, made, PARAMETERS, bias, 30.0, 40.0)
+    assert made.velocity[0].tolist() == [30.0, 40.0]
+    np.testing.assert_allclose(made.sensitivity[0, :2, [2, 5]], [[30.0, 40.0], [0.0, 0.0]])
+    np.testing.assert_allclose(made.mean[0] + made.sensitivity[0] @ bias, before, rtol=1e-12)
+
+
+def test_a_standing_aircraft_keeps_its_linearisation_velocity() -> None:
+    made, expected = aircraft_at((0.5 * SPEED_MIN, 0.0)), aircraft_at((0.5 * SPEED_MIN, 0.0))
+    relinearise_aircraft(0, made, PARAMETERS, np.ones(6), 0.01, -0.02)
+    np.testing.assert_array_equal(made.velocity, expected.velocity)
     np.testing.assert_array_equal(made.sensitivity, expected.sensitivity)
-    np.testing.assert_array_equal(made.mode_sensitivity, expected.mode_sensitivity)
 
 
 def test_a_plot_that_is_late_lies_behind_the_aircraft() -> None:

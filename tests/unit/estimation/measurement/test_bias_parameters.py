@@ -73,8 +73,8 @@ def test_columns_follow_the_order_asked_for_and_broadcast() -> None:
 
 
 def test_an_unknown_kind_is_rejected() -> None:
-    with pytest.raises(UnknownParameterError, match="parameter 4"):
-        bias_matrix([0, 4], 1.0, 0.0, 0.0)
+    with pytest.raises(UnknownParameterError, match="parameter 9"):
+        bias_matrix([0, 9], 1.0, 0.0, 0.0)
     for part in (0.9, np.nan, -1.0):
         with pytest.raises(UnknownParameterError, match="known: 0"):
             bias_matrix([part], 1.0, 0.0, 0.0)

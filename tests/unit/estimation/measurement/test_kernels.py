@@ -10,7 +10,17 @@ from multiradar.estimation.measurement import _kernels as kernels
 from multiradar.estimation.measurement import kinds
 from multiradar.estimation.measurement.linearised import cartesian_plot
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES
-from multiradar.geodesy._kernels import plane_parameters, predict_polar, site_parameters
+from multiradar.geodesy._kernels import (
+    EE,
+    EN,
+    NE,
+    NN,
+    PE,
+    PN,
+    plane_parameters,
+    predict_polar,
+    site_parameters,
+)
 from support.kernels import plain
 from support.references.linearised import bias_matrix
 from support.references.measurement_models import FlatCartesian, FlatPolar
@@ -32,7 +42,25 @@ def kernel(name: str, form: str) -> Callable[..., Any]:
 @pytest.mark.parametrize("kind", range(len(PARAMETER_NAMES)))
 def test_bias_column_is_that_of_the_plain_form(kind: int, form: str) -> None:
     found = kernel("bias_column", form)(kinds.KIND_RADAR, kind, SITE, 87e3, 1.2, -140.0, 2e-3)
-    np.testing.assert_array_equal(found, bias_matrix([kind], 87e3, -140.0, 2e-3)[:, 0])
+    expected = bias_matrix([kind], 87e3, -140.0, 2e-3, azimuth_rad=1.2)[:, 0]
+    np.testing.assert_allclose(found, expected, rtol=1e-14)
+
+
+@BOTH
+@pytest.mark.parametrize("parameter", [3, 6, 7, 8])
+def test_bias_column_of_a_position_is_the_displacement_of_its_frame(
+    parameter: int, form: str
+) -> None:
+    """The shift is along east and north at the site, the rotation clockwise about it."""
+    east, north = 9e4, -3e4
+    found = kernel("bias_column", form)(
+        kinds.KIND_POSITION, parameter, SITE, east, north, 150.0, -80.0
+    )
+    axes = SITE[[EE, EN]], SITE[[NE, NN]]
+    expected: dict[int, Any] = {
+        3: [-150.0, 80.0], 6: axes[0], 7: axes[1], 8: [north - SITE[PN], SITE[PE] - east],
+    }  # fmt: skip
+    np.testing.assert_allclose(found, expected[parameter], rtol=1e-14)
 
 
 @BOTH

@@ -2,18 +2,30 @@
 
 import numpy as np
 
-from multiradar.estimation.measurement.known_biases import Measured, without_known_biases
-from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET
+from multiradar.estimation.measurement.known_biases import (
+    Measured,
+    polar_without_biases,
+    position_without_biases,
+    without_known_biases,
+)
+from multiradar.estimation.measurement.sensors import (
+    PARAMETER_AZIMUTH_SINE,
+    PARAMETER_FRAME_EAST,
+    PARAMETER_FRAME_ROTATION,
+    PARAMETER_NAMES,
+    PARAMETER_TIME_OFFSET,
+)
 from support.references.linearised import bias_matrix
 
-KNOWN = np.array([[250.0, -0.02, 0.001, 0.5]])
+KNOWN = np.zeros((1, len(PARAMETER_NAMES)))
+KNOWN[0, :4] = 250.0, -0.02, 0.001, 0.5
 SLANT, AZIMUTH, TIME = 9e4, 1.25, 100.0
 
 
 def test_correction_inverts_the_measurement_model() -> None:
     offsets = KNOWN[0].copy()
     offsets[PARAMETER_TIME_OFFSET] = 0.0  # Has no effect on a plot without rates.
-    entered = bias_matrix(range(4), SLANT, 0.0, 0.0) @ offsets
+    entered = bias_matrix(range(len(offsets)), SLANT, 0.0, 0.0) @ offsets
     measured = Measured(
         np.array([TIME + 0.5]), np.array([SLANT + entered[0]]), np.array([AZIMUTH + entered[1]])
     )
@@ -34,6 +46,29 @@ def test_without_known_biases_no_bit_changes() -> None:
     rng = np.random.Generator(np.random.PCG64(3))
     measured = Measured(*rng.uniform(0.0, 6.0, (3, 50)))
     for before, after in zip(
-        measured, without_known_biases(measured, np.zeros((50, 4))), strict=True
+        measured, without_known_biases(measured, np.zeros((50, len(PARAMETER_NAMES)))), strict=True
     ):
         assert before.tolist() == after.tolist()
+
+
+def test_eccentricity_and_shift_act_at_the_true_azimuth() -> None:
+    """Corrected to the first order of the shift, exactly for the eccentricity."""
+    known = np.zeros((40, len(PARAMETER_NAMES)))
+    known[:, PARAMETER_AZIMUTH_SINE : PARAMETER_FRAME_EAST + 2] = 0.01, -0.005, 40.0, -25.0
+    azimuth = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
+    sine, cosine = np.sin(azimuth), np.cos(azimuth)
+    measured_m = SLANT + 40.0 * sine - 25.0 * cosine
+    measured = azimuth + 0.01 * sine - 0.005 * cosine + (40.0 * cosine + 25.0 * sine) / SLANT
+    range_m, azimuth_rad = polar_without_biases(measured_m, measured, known)
+    np.testing.assert_allclose(range_m, SLANT, atol=0.01)
+    np.testing.assert_allclose(np.sin(azimuth_rad - azimuth), 0.0, rtol=0, atol=1e-6)
+
+
+def test_a_frame_is_shifted_and_turned_back() -> None:
+    """Turned clockwise by 0.3 rad, what is to the north is measured to the north-east."""
+    known = np.zeros((1, len(PARAMETER_NAMES)))
+    known[0, PARAMETER_FRAME_EAST:] = 30.0, -10.0, 0.3
+    assert len(PARAMETER_NAMES) - 1 == PARAMETER_FRAME_ROTATION
+    measured = np.array([1e4 * np.sin(0.3) + 30.0]), np.array([1e4 * np.cos(0.3) - 10.0])
+    true = position_without_biases(*measured, known)
+    np.testing.assert_allclose(true, [[0.0], [1e4]], atol=1e-9)

@@ -63,7 +63,7 @@ def changed(name: str, place: int, value: float) -> dict[str, Any]:
             PriorError,
             "prior_mean of .* of sensor C: expected -20000 to 20000, was nan",
         ),
-        (changed("parameter_kind", 1, 4), UnknownParameterError, r"known: 0 \(range"),
+        (changed("parameter_kind", 1, 9), UnknownParameterError, r"known: 0 \(range"),
         (changed("parameter_kind", 1, -1), UnknownParameterError, "parameter -1; known"),
         (changed("parameter_kind", 1, 0), ConfigurationError, "sensor A: range_offset_m occurs 2"),
         (changed("parameter_sensor", 0, 2), ShapeError, "ascending"),
@@ -92,7 +92,7 @@ def changed(name: str, place: int, value: float) -> dict[str, Any]:
         (changed("range_sigma_m", 0, 2e4), PriorError, "range_sigma_m of sensor A: .* was 20000"),
         (changed("prior_sigma", 1, 2.0), PriorError, "azimuth_offset_deg of sensor A: .* was 2"),
         ({"ids": ("A", "B", "A")}, ConfigurationError, "sensor A: id occurs 2 times"),
-        ({"known_bias": np.zeros((3, 2))}, ShapeError, r"known_bias of the sensors: .* \(3, 4\)"),
+        ({"known_bias": np.zeros((2, 4))}, ShapeError, r"known_bias of the sensors: .* \(3, 9\)"),
         ({"known_bias": np.full((3, 4), 0.01)}, ConfigurationError, "both estimated and known"),
         ({"known_bias": np.eye(3, 4, 2)}, PriorError, "known range_gain of sensor A: .* was 1"),
         ({"height_m": np.zeros(2)}, ShapeError, r"height_m of the sensors: expected \(3,\)"),
@@ -150,4 +150,4 @@ def test_the_core_and_the_files_have_the_same_bounds() -> None:
 
 
 def test_defaults_of_a_table() -> None:
-    assert table().known_bias.tolist() == [[0.0] * 4] * 3
+    assert table().known_bias.tolist() == [[0.0] * len(PARAMETER_NAMES)] * 3

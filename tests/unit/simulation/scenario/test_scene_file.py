@@ -74,7 +74,7 @@ def test_units_are_si_and_radians_inside(tmp_path: Path) -> None:
     scenario = load_scenario(path)
     (sensor,), (aircraft,) = scenario.sensors, scenario.aircraft
     assert sensor.azimuth_sigma_rad == pytest.approx(np.radians(0.05), rel=1e-15)
-    assert [bias.value for bias in sensor.biases] == [100.0, np.radians(-0.2), 0.0, 0.0]
+    assert [bias.value for bias in sensor.biases] == [100.0, np.radians(-0.2)] + 7 * [0.0]
     assert sensor.biases[1].drift == pytest.approx(np.radians(0.01))
     assert sensor.biases[1].prior_sigma == pytest.approx(np.radians(0.4))
     assert sensor.specified_biases == {0, 1}

@@ -57,6 +57,7 @@ from multiradar.estimation.measurement._kernels import (
     NoiseOf,
     SlopeOf,
     bias_column,
+    bias_column_of_sight,
     expected_sight,
     locate_measurement,
     measures_azimuth,
@@ -82,8 +83,10 @@ Mixture = tuple[float, float, float, float, float]
 Pair = tuple[Lanes, Lanes]
 # Share of the variance of the noise that linearisation may add.
 CURVED_SHARE_MIN = 0.01
-# Measurement of each mode: r, ν, H, N = H P Hᵀ, W, expected measurement, ground range.
-Seen = tuple[Pair, Pair, SlopeOf[Lanes], NoiseOf[Lanes], NoiseOf[Lanes], Pair, Lanes]
+# Components of `expected_sight`: the first of the measurement, x and y.
+Direction = tuple[Lanes, Lanes, Lanes]
+# Measurement of each mode: r, ν, H, N = H P Hᵀ, W, line of sight, ground range.
+Seen = tuple[Pair, Pair, SlopeOf[Lanes], NoiseOf[Lanes], NoiseOf[Lanes], Direction, Lanes]
 
 
 @in_loop
@@ -107,7 +110,7 @@ def correct_modes(
     v0, v1 = offset_velocity(aircraft.velocity, k)
     at = (x[0], x[1])
     for again in (True, False):
-        e, nu, h, N, W, expected, ground = predict_for_modes(sight, s, model, at, v0, v1, a, x, P)
+        e, nu, h, N, W, seen, ground = predict_for_modes(sight, s, model, at, v0, v1, a, x, P)
         if not (again and is_curved(kind, N, W, ground, predicted)):
             break
         b0, b1 = measured_bias(kind, z0, z1, s, model)
@@ -125,7 +128,9 @@ def correct_modes(
     predict_columns(k, count, scratch, mode_V, mode_U, U)
     for c in range(starts[s], starts[s + 1]):
         rate0, rate1 = h[0] * v0 + h[1] * v1, h[2] * v0 + h[3] * v1
-        j0, j1 = bias_column(kind, parameters[c], sites[s], expected[0], expected[1], rate0, rate1)
+        j0, j1 = bias_column_of_sight(
+            kind, parameters[c], sites[s], seen[0], seen[1], seen[2], rate0, rate1
+        )
         add_column(c, count, predicted, j0, j1, mode_U, U)
     b = spread_of_biases(U, bias_covariance, R)
     r0, r1, s00, s01, s11 = mixture_moments(predicted, e, N, W, 1.0)
@@ -186,11 +191,11 @@ def predict_for_modes(
     nu = (e0 + h[0] * d0 + h[1] * d1, e1 + h[2] * d0 + h[3] * d1)
     for c in range(starts[s], starts[s + 1]):
         rate0, rate1 = h[0] * v0 + h[1] * v1, h[2] * v0 + h[3] * v1
-        j0, j1 = bias_column(kind, parameters[c], site, p0, ahead, rate0, rate1)
+        j0, j1 = bias_column_of_sight(kind, parameters[c], site, p0, across, ahead, rate0, rate1)
         e0 = e0 - j0 * model.bias[c]
         e1 = e1 - j1 * model.bias[c]
     N = position_part(h, covariance_times_transposed(P, h))
-    return (e0, e1), nu, h, N, W, (p0, ahead), ground
+    return (e0, e1), nu, h, N, W, (p0, across, ahead), ground
 
 
 @in_both

@@ -43,8 +43,9 @@ Integers = NDArray[np.int64]
 # below this. With 8, 15 and 30 m/s the NEES of the biases is the same, 0.9 for each parameter.
 PLOTS_MIN = 4
 VELOCITY_SIGMA_MAX = 30.0
-# Minimum speed for relinearisation, m/s.
+# Speed below which the weights of the sensors are limited, and that of a standing aircraft, m/s.
 SPEED_MIN = 20.0
+STANDING_MAX = 0.1
 
 
 @in_loop
@@ -143,20 +144,21 @@ def initialise_with_velocity(
 def relinearise_aircraft(
     k: int, aircraft: Aircraft, parameters: Integers, bias: Floats, v0: float, v1: float
 ) -> None:
-    """Linearise the time offsets of aircraft k and of its modes at the velocity (v0, v1).
-
-    A slow aircraft keeps its velocity: the share of a sensor divides by it.
-    """
+    """Linearise the time offsets of aircraft k and of its modes at the velocity (v0, v1)."""
     old = aircraft.velocity[k]
-    if math.sqrt(old[0] * old[0] + old[1] * old[1]) > SPEED_MIN:
+    speed = math.sqrt(old[0] * old[0] + old[1] * old[1])
+    # The weights of a standing aircraft need some velocity.
+    if speed > SPEED_MIN or math.sqrt(v0 * v0 + v1 * v1) > STANDING_MAX:
+        slow = not speed > SPEED_MIN
         relinearise_time_offsets(
-            aircraft.mean, aircraft.sensitivity, k, old, parameters, bias, v0, v1
+            aircraft.mean, aircraft.sensitivity, k, old, slow, parameters, bias, v0, v1
         )
         count = aircraft.mode_probability.shape[1]
         for row in range(k * count, (k + 1) * count):
             relinearise_time_offsets(
-                aircraft.mode_mean, aircraft.mode_sensitivity, row, old, parameters, bias, v0, v1
-            )
+                aircraft.mode_mean, aircraft.mode_sensitivity, row, old, slow, parameters, bias,
+                v0, v1,
+            )  # fmt: skip
         old[0] = v0
         old[1] = v1
 
@@ -167,6 +169,7 @@ def relinearise_time_offsets(
     V: Floats,
     row: int,
     old: Floats,
+    slow: bool,
     parameters: Integers,
     bias: Floats,
     v0: float,
@@ -174,16 +177,38 @@ def relinearise_time_offsets(
 ) -> None:
     """Linearise the time offsets of a state at the velocity (v0, v1) instead of ``old``.
 
-    χ̂ does not change.
+    χ̂ does not change. With a ``slow`` old velocity the weights of the sensors, which divide by it,
+    are limited to [0, 1] with the sum kept at most 1, and V becomes what they say: a taxiing
+    aircraft that takes off would else carry rounding and small errors along, times its speed.
     """
     d0 = v0 - old[0]
     d1 = v1 - old[1]
     squared = old[0] * old[0] + old[1] * old[1]
+    total = 1.0
+    if slow:
+        total = 0.0
+        for c in range(bias.shape[0]):
+            if parameters[c] == PARAMETER_TIME_OFFSET:
+                total += limited(V[row, 0, c] * old[0] + V[row, 1, c] * old[1], squared)
+        total = max(total, 1.0)
     for c in range(bias.shape[0]):
         if parameters[c] == PARAMETER_TIME_OFFSET:
             # Weight of this sensor in the position of the aircraft; all weights add up to one.
             share = (V[row, 0, c] * old[0] + V[row, 1, c] * old[1]) / squared
-            V[row, 0, c] += share * d0
-            V[row, 1, c] += share * d1
-            means[row, 0] -= share * d0 * bias[c]
-            means[row, 1] -= share * d1 * bias[c]
+            c0, c1 = share * d0, share * d1
+            if slow:
+                share = limited(V[row, 0, c] * old[0] + V[row, 1, c] * old[1], squared) / total
+                c0, c1 = share * v0 - V[row, 0, c], share * v1 - V[row, 1, c]
+            V[row, 0, c] += c0
+            V[row, 1, c] += c1
+            means[row, 0] -= c0 * bias[c]
+            means[row, 1] -= c1 * bias[c]
+
+
+@in_loop
+def limited(along: float, squared: float) -> float:
+    """Return the ratio limited to [0, 1]; 1 without a velocity."""
+    share = 1.0
+    if along < squared:
+        share = max(along / squared, 0.0)
+    return share
