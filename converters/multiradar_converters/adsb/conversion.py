@@ -69,7 +69,9 @@ def convert(
                     accounts.append(_read(source, options, sorter, rejects))
             _check_some_accepted(accounts)
             start_s = unix_start(options.date) if forms == {True} else 0.0
-            written = table.write(folder.path / "measurements.parquet", sorter.sorted(), start_s)
+            quantities = {name for account in accounts for name in account.quantities}
+            path = folder.path / "measurements.parquet"
+            written = table.write(path, sorter.sorted(), start_s, quantities)
         finally:
             sorter.close()
         (folder.path / "sensors.toml").write_text(sensors_toml(written), encoding="utf-8")
@@ -95,6 +97,7 @@ def _read(source: Source, options: Options, sorter: TimeSorter, rejects: TextIO)
         for name, role in _UNREADABLE.items():
             word = batch.words[role - roles.FIRST_WORD]
             account.unreadable[name] += int((word[valid] == roles.UNREADABLE).sum())
+        account.quantities |= table.quantities_of(batch.numbers[:, valid])
         sorter.add(table.records_of(batch.numbers[:, valid], batch.words[:, valid]))
         account.read += batch.found
         account.duplicate += batch.duplicate

@@ -35,6 +35,8 @@ class FileAccount:
         Unreadable values that were omitted, by role.
     blank : int
         Blank lines.
+    quantities : set of str
+        Aircraft-derived data that any record has.
     rejected : Counter
         Records by code.
     examples : dict
@@ -56,6 +58,7 @@ class FileAccount:
     without_position: int | None = None
     unreadable: Counter[str] = field(default_factory=Counter)
     blank: int = 0
+    quantities: set[str] = field(default_factory=set)
     rejected: Counter[RejectCode] = field(default_factory=Counter)
     examples: dict[RejectCode, str] = field(default_factory=dict)
 
@@ -147,6 +150,13 @@ def _figures(accounts: list[FileAccount], written: Written) -> dict[str, object]
             name: sum(getattr(account, name) for account in accounts)
             for name in ("repeated", "stale", "backwards", "jumps")
         },
+        **_aircraft_data(written),
         "first_s": written.first_s if written.rows else None,
         "last_s": written.last_s if written.rows else None,
     }
+
+
+def _aircraft_data(written: Written) -> dict[str, object]:
+    documents = {kind: figures.document() for kind, figures in written.data.items()}
+    found = {kind: document for kind, document in documents.items() if document}
+    return {"aircraft_data": found} if found else {}

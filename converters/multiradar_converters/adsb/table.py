@@ -1,6 +1,6 @@
 """`measurements.parquet` of trajectories: the usual columns, geometric height, callsign, flags.
 
-Reports are records of seven words (`records_of`), which `vid.spool` sorts by time on disk:
+Reports are records of twelve words (`records_of`), which `vid.spool` sorts by time on disk:
 
 ===== =========================================================================================
 word  content (f: bits of a float64)
@@ -11,10 +11,11 @@ word  content (f: bits of a float64)
 5     address (24 bits), code + 1 (13), on the ground (1), kind (1), airborne (1), from the lowest
       bit on
 6     callsign, a byte per character; -1 for none
+7-11  aircraft-derived data, two of `QUANTITIES` a word: int32 in steps of 0.0001, least for none
 ===== =========================================================================================
 """
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -24,6 +25,18 @@ from numpy.typing import NDArray
 
 from multiradar_converters.adsb.reading import roles
 from multiradar_converters.adsb.reading.plain import KINDS
+from multiradar_converters.aircraft_data.checking import Integers, checked
+from multiradar_converters.aircraft_data.figures import DataFigures
+from multiradar_converters.aircraft_data.quantities import (
+    GROUND_SPEED,
+    MAGNETIC_HEADING,
+    QUANTITIES,
+    REVOLUTION_DEG,
+    TRACK_ANGLE,
+    VERTICAL_RATE,
+    Numbers,
+    blank,
+)
 from multiradar_converters.asterix.decoding.naming import (
     address_names,
     code_names,
@@ -34,12 +47,16 @@ from multiradar_converters.parquet_table import even_blocks, write_frames
 from multiradar_converters.vid.records import Records, decimal, times
 from multiradar_schemas.measurements.directions import PLAIN_GROUND_SCHEMA
 
-RECORD_WORDS = 7
+RECORD_WORDS = 12
+_DATA_AT = 7
+_STEP, _NONE = 1e-4, np.iinfo(np.int32).min
 
-#: Columns of this table; `track` and other commands read the first ones.
+#: Columns of this table; `track` and other commands read the first ones. Those of aircraft-derived
+#: data are omitted where no report has them.
 SCHEMA = pl.Schema(
     {
         **PLAIN_GROUND_SCHEMA,
+        **dict.fromkeys(QUANTITIES, pl.Float64()),
         "geometric_height_m": pl.Float64(),
         "flags": pl.String(),
     }
@@ -73,6 +90,8 @@ class Written:
         Times, s; NaN without rows.
     middle : float64[3]
         Sum of the unit vectors of the positions, for each kind.
+    data : dict of DataFigures
+        Figures of the aircraft-derived data of each kind.
     """
 
     rows: int = 0
@@ -88,6 +107,9 @@ class Written:
     middle: dict[str, NDArray[np.float64]] = field(
         default_factory=lambda: {kind: np.zeros(3) for kind in KINDS}
     )
+    data: dict[str, DataFigures] = field(
+        default_factory=lambda: {kind: DataFigures() for kind in KINDS}
+    )
 
 
 def records_of(numbers: NDArray[np.float64], words: NDArray[np.int64]) -> Records:
@@ -95,12 +117,12 @@ def records_of(numbers: NDArray[np.float64], words: NDArray[np.int64]) -> Record
 
     Parameters
     ----------
-    numbers, words : float64[7, n], int64[5, n]
+    numbers, words : float64[16, n], int64[5, n]
         Values by role.
 
     Returns
     -------
-    int64[n, 7]
+    int64[n, 12]
         The records.
     """
     out = np.empty((numbers.shape[1], RECORD_WORDS), dtype=np.int64)
@@ -118,20 +140,51 @@ def records_of(numbers: NDArray[np.float64], words: NDArray[np.int64]) -> Record
         | (ground == 0).astype(np.int64) << _AIRBORNE_AT
     )
     out[:, 6] = np.maximum(callsign, -1)
+    data = numbers[list(roles.OF_AIRCRAFT)].T / _STEP
+    # Far beyond any bounds: dropped as implausible later.
+    data = np.clip(np.rint(data), _NONE + 1, -_NONE - 1)
+    steps = np.where(np.isnan(data), _NONE, data).astype(np.int32)
+    out[:, _DATA_AT:] = np.ascontiguousarray(steps).view(np.int64)
     return out
 
 
-def write(path: Path, blocks: Iterator[Records], unix_start_s: float) -> Written:
+def quantities_of(numbers: NDArray[np.float64]) -> set[str]:
+    """Return the aircraft-derived data that any report has, by the names of their columns."""
+    return {
+        name
+        for name, role in zip(QUANTITIES, roles.OF_AIRCRAFT, strict=True)
+        if not np.isnan(numbers[role]).all()
+    }
+
+
+def _aircraft_data(
+    records: Records, height_m: NDArray[np.float64], kind: NDArray[np.int64]
+) -> tuple[Numbers, Integers]:
+    """Return the plausible data of reports, and the reasons for which others were dropped."""
+    steps = np.ascontiguousarray(records[:, _DATA_AT:]).view(np.int32)
+    data = np.where(steps == _NONE, np.nan, np.rint(steps * 1.0) / round(1.0 / _STEP))
+    # Multilateration computes these of positions.
+    blank(data, kind == KINDS.index("mlat"), (GROUND_SPEED, TRACK_ANGLE, VERTICAL_RATE))
+    for quantity in (TRACK_ANGLE, MAGNETIC_HEADING):
+        data[:, quantity] %= REVOLUTION_DEG
+    return checked(data, height_m)
+
+
+def write(
+    path: Path, blocks: Iterator[Records], unix_start_s: float, quantities: Collection[str] = ()
+) -> Written:
     """Write the table.
 
     Parameters
     ----------
     path : Path
         The file.
-    blocks : iterator of int64[n, 7]
+    blocks : iterator of int64[n, 12]
         Reports by time.
     unix_start_s : float
         Added to the times, s.
+    quantities : collection of str
+        Columns of aircraft-derived data that any report has.
 
     Returns
     -------
@@ -139,8 +192,18 @@ def write(path: Path, blocks: Iterator[Records], unix_start_s: float) -> Written
         Its figures.
     """
     written = Written()
-    frames = (_frame(block, unix_start_s, written) for block in even_blocks(_once(blocks, written)))
-    written.rows = write_frames(path, frames, SCHEMA)
+    schema = pl.Schema(
+        {
+            name: kind
+            for name, kind in SCHEMA.items()
+            if name not in QUANTITIES or name in quantities
+        }
+    )
+    frames = (
+        _frame(block, unix_start_s, written).select(schema.names())
+        for block in even_blocks(_once(blocks, written))
+    )
+    written.rows = write_frames(path, frames, schema)
     return written
 
 
@@ -188,7 +251,12 @@ def _frame(records: Records, unix_start_s: float, written: Written) -> pl.DataFr
     written.heights["geometric"] += geometric_only
     written.heights["barometric"] += len(records) - none - geometric_only
     written.on_ground += int(ground.sum())
+    data, dropped = _aircraft_data(records, height, kind)
+    for number, name in enumerate(KINDS):
+        own = kind == number
+        written.data[name].add(data[own], dropped[own], address[own], time_s[own], height[own])
     numbers = {
+        **{name: data[:, k] for k, name in enumerate(QUANTITIES)},
         "time_s": time_s,
         "latitude_deg": decimal(records, 1),
         "longitude_deg": decimal(records, 2),

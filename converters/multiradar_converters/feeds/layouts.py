@@ -5,17 +5,15 @@ from typing import Literal
 
 from multiradar_converters.adsb.reading import roles
 from multiradar_converters.adsb.reading.layout import Layout
-from multiradar_converters.adsb.reading.roles import FOOT_M, KNOT_MPS, Chosen
+from multiradar_converters.adsb.reading.roles import NAMES_OF_READSB, SCALE_OF_READSB, Chosen
 
 #: Forms of recorded feeds.
 Form = Literal["readsb lines", "snapshots by line", "snapshots", "BaseStation", "mlat-server"]
 
-_SCALE = {roles.HEIGHT: FOOT_M, roles.GEOMETRIC: FOOT_M, roles.SPEED: KNOT_MPS}
-
 
 def _layout(names: Mapping[int, str]) -> Layout:
     # Times are converted to Unix seconds before.
-    return Layout(Chosen(dict(names), _SCALE), "unix-s", "unix-s")
+    return Layout(Chosen(dict(names), SCALE_OF_READSB), "unix-s", "unix-s")
 
 
 #: readsb and dump1090.
@@ -32,6 +30,7 @@ READSB = _layout(
         roles.CALLSIGN: "flight",
         roles.GROUND: "ground",
         roles.KIND: "type",
+        **NAMES_OF_READSB,
     }
 )
 
@@ -49,6 +48,8 @@ BASESTATION = _layout(
         roles.CALLSIGN: "callsign",
         roles.GROUND: "is on ground",
         roles.KIND: "message type",
+        roles.TRACK: "track",
+        roles.CLIMB: "vertical rate",
     }
 )
 

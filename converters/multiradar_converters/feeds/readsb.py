@@ -59,6 +59,10 @@ _NAMES = (
     (roles.CODE, ("squawk",)),
     (roles.CALLSIGN, ("flight",)),
     (roles.GROUND, ("ground",)),
+    *(
+        (role, ("geom_rate", "baro_rate", "vert_rate") if role == roles.CLIMB else (name,))
+        for role, name in roles.NAMES_OF_READSB.items()
+    ),
 )
 _OF_ADSB = ("adsb", "adsr")
 

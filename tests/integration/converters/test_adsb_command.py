@@ -91,6 +91,7 @@ def test_a_report_becomes_a_measurement(tmp_path: Path) -> None:
             "geometric_height_m": 35_500 * FOOT_M,
             "callsign": "DLH8JW",
             "on_ground": None,
+            "ground_speed_m_s": 231.5,
             "flags": None,
         }
     ]

@@ -23,10 +23,12 @@ MOTION = {
 }  # fmt: skip
 
 
-def converted(tmp_path: Path, content: bytes, name: str = "measurements.parquet") -> Any:
+def converted(
+    tmp_path: Path, content: bytes, name: str = "measurements.parquet", kind: str = "asterix"
+) -> Any:
     (tmp_path / "recording").write_bytes(content)
     out = tmp_path / "out"
-    command = ["convert", "asterix", str(tmp_path / "recording"), "--out", str(out)]
+    command = ["convert", kind, str(tmp_path / "recording"), "--out", str(out)]
     assert run(command) == EXIT_DONE
     figures: dict[str, Any] = json.loads((out / "report.json").read_text())["figures"]
     return pl.read_parquet(out / name), figures
@@ -200,3 +202,108 @@ def test_data_of_system_tracks_are_columns(tmp_path: Path) -> None:
     assert {name: row[name] for name in expected} == pytest.approx(expected, abs=0.06)
     assert table["roll_deg"].to_list() == [-20.0, None]
     assert "vertical_rate_m_s" not in table.columns
+
+
+AIRCRAFT = {
+    "now": 1_533_110_400.0, "hex": "3c660c", "type": "adsb_icao", "lat": 47.0, "lon": 8.5,
+    "seen_pos": 0.2, "alt_baro": 35_000, "gs": 470.0, "ias": 272, "tas": 461, "mach": 0.8,
+    "track": 90.0, "track_rate": -0.9, "roll": -20.0, "mag_heading": 84.0, "baro_rate": -640,
+    "geom_rate": -600, "nav_altitude_mcp": 34_016,
+}  # fmt: skip
+READ = {
+    "magnetic_heading_deg": 84.0,
+    "roll_deg": -20.0,
+    "track_angle_deg": 90.0,
+    "track_angle_rate_deg_s": -0.9,
+    "ground_speed_m_s": 470 * KNOT,
+    "true_airspeed_m_s": 461 * KNOT,
+    "indicated_airspeed_m_s": 272 * KNOT,
+    "mach": 0.8,
+    "vertical_rate_m_s": -600 * FOOT / 60,
+    "selected_altitude_m": 34_016 * FOOT,
+}
+
+
+def test_aircraft_of_readsb_have_the_same_columns(tmp_path: Path) -> None:
+    swapped = AIRCRAFT | {"now": 1_533_110_404.0, "lon": 8.513, "mach": 0.4}
+    # Multilateration computes speed and track of positions: these are not reported.
+    by_ground = AIRCRAFT | {"now": 1_533_110_408.0, "lon": 8.526, "type": "mlat"}
+    lines = b"\n".join(json.dumps(one).encode() for one in (AIRCRAFT, swapped, by_ground))
+    table, figures = converted(tmp_path, lines, kind="adsb")
+    rows = table.sort("time_s").to_dicts()
+    assert {name: rows[0][name] for name in READ} == pytest.approx(READ, abs=1e-4)
+    kept = {name for name in READ if rows[1][name] is not None}
+    assert kept == {"selected_altitude_m"}
+    computed = {"ground_speed_m_s", "track_angle_deg", "vertical_rate_m_s"}
+    assert {name for name in READ if rows[2][name] is None} == computed
+    assert figures["aircraft_data"]["adsb"]["dropped"] == {
+        "airspeed_and_mach": 1,
+        "true_and_mach": 1,
+    }
+
+
+def test_points_of_a_trace_have_the_same_columns(tmp_path: Path) -> None:
+    details = {
+        "type": "adsb_icao",
+        **{k: v for k, v in AIRCRAFT.items() if k not in ("hex", "now")},
+    }
+    points = [
+        [
+            0.0,
+            47.0,
+            8.5,
+            35_000,
+            470.0,
+            90.0,
+            0,
+            -600,
+            details,
+            "adsb_icao",
+            35_500,
+            None,
+            272,
+            -20.0,
+        ],
+        [
+            4.0,
+            47.0,
+            8.513,
+            35_000,
+            470.0,
+            90.0,
+            0,
+            -600,
+            None,
+            "adsb_icao",
+            35_500,
+            None,
+            None,
+            None,
+        ],
+    ]
+    trace = {"icao": "3c660c", "timestamp": 1_533_110_400.0, "trace": points}
+    table, _ = converted(tmp_path, json.dumps(trace).encode(), kind="adsb")
+    first, second = table.sort("time_s").to_dicts()
+    assert {name: first[name] for name in READ} == pytest.approx(READ, abs=1e-4)
+    known = {"ground_speed_m_s", "track_angle_deg", "vertical_rate_m_s"}
+    assert {name for name in READ if second[name] is not None} == known
+
+
+@pytest.mark.parametrize(
+    ("speed", "rate", "climb_m_s"),
+    [
+        ({"groundspeed": 470.0}, {"vertical_rate": 640.0}, 640 * FOOT / 60),
+        ({"velocity": 240.0}, {"vertical_rate": 3.0}, 3.0),
+        ({"velocity": 240.0}, {"vertrate": 3.0}, 3.0),
+        # Without a speed the unit is unknown.
+        ({}, {"vertical_rate": 640.0}, None),
+    ],
+)
+def test_the_unit_of_a_vertical_rate_is_that_of_the_speed_beside_it(
+    tmp_path: Path, speed: dict[str, float], rate: dict[str, float], climb_m_s: float | None
+) -> None:
+    report = {"timestamp": 1_533_110_400_000, "icao24": "3c660c", "latitude": 47.0,
+              "longitude": 8.5, "baroaltitude": 1000.0, **speed, **rate}  # fmt: skip
+    table, _ = converted(tmp_path, json.dumps([report]).encode(), kind="adsb")
+    found = table["vertical_rate_m_s"][0] if "vertical_rate_m_s" in table.columns else None
+    assert found == pytest.approx(climb_m_s, abs=1e-4)

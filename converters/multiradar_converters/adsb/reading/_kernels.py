@@ -317,7 +317,7 @@ def read_objects(
         Which numbers are dates or times of day.
     scale, divisor : float64[7]
         Factor to SI of each number, and the divisor applied before.
-    numbers, words : float64[7, r], int64[5, r]
+    numbers, words : float64[16, r], int64[5, r]
         Filled where a value is present.
     odd : bool[r]
         Filled: records left to the reference form.

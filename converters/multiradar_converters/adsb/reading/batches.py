@@ -32,7 +32,7 @@ class Batch:
 
     Attributes
     ----------
-    numbers, words : float64[7, n], int64[5, n]
+    numbers, words : float64[16, n], int64[5, n]
         Values by role (see `roles`), in SI units.
     places : int64[n]
         Place of each record.

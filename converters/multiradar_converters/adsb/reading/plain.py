@@ -106,7 +106,7 @@ def possible(numbers: NDArray[np.float64], words: NDArray[np.int64], layout: Lay
 
     Parameters
     ----------
-    numbers, words : float64[7, n], int64[5, n]
+    numbers, words : float64[16, n], int64[5, n]
         Values by role.
     layout : Layout
         Layout of the file.

@@ -15,9 +15,10 @@ index   content
 6       bits: 1 a gap before this point, 2 a new flight, 4 geometric rate of climb,
         8 index 3 is a geometric altitude
 7       rate of climb, ft/min, or null
-8       an object with `flight`, `squawk` and more, or null
+8       an object with `flight`, `squawk`, airspeeds, headings and more, or null
 9       source of the position, such as `adsb_icao` or `mlat` (since 2022)
 10      geometric altitude, ft, or null (since 2022)
+12, 13  indicated airspeed, kt, and roll, degrees, or null (since 2022)
 ======= ==========================================================================
 
 An address with a leading `~` is not an aircraft address (TIS-B); its points are rejected. So are
@@ -32,7 +33,7 @@ from collections.abc import Callable
 from multiradar_converters.adsb.reading import roles
 from multiradar_converters.adsb.reading.cells import Pairs, json_text, json_value
 from multiradar_converters.adsb.reading.layout import Layout
-from multiradar_converters.adsb.reading.roles import FOOT_M, KNOT_MPS, Chosen
+from multiradar_converters.adsb.reading.roles import NAMES_OF_READSB, SCALE_OF_READSB, Chosen
 from multiradar_converters.adsb.reading.time_forms import DECIMAL
 from multiradar_converters.errors import LayoutError
 from multiradar_converters.vid.text.lines import RejectedError
@@ -41,9 +42,15 @@ from multiradar_schemas.measurements.reject import RejectCode
 TRACE = re.compile(rb'"trace"\s*:\s*\[')
 
 _POINT_VALUES_MIN = 4
-_FLAGS, _DETAILS, _SOURCE, _GEOMETRIC = 6, 8, 9, 10
+_TRACK, _FLAGS, _CLIMB, _DETAILS, _SOURCE, _GEOMETRIC, _INDICATED, _ROLL = 5, 6, 7, 8, 9, 10, 12, 13
 _ALTITUDE_IS_GEOMETRIC = 8
 _OF_ADSB = ("adsb", "adsr")
+
+# Other values of the details are repeated from the columns.
+_DETAILED = (
+    roles.HEADING, roles.TURN, roles.TRUE_AIRSPEED, roles.INDICATED, roles.MACH, roles.ROLL,
+    roles.SELECTED,
+)  # fmt: skip
 
 #: Layout of the points.
 LAYOUT = Layout(
@@ -58,8 +65,9 @@ LAYOUT = Layout(
             roles.ADDRESS: "icao",
             roles.CODE: "squawk",
             roles.CALLSIGN: "flight",
+            **NAMES_OF_READSB,
         },
-        scale={roles.HEIGHT: FOOT_M, roles.GEOMETRIC: FOOT_M, roles.SPEED: KNOT_MPS},
+        scale=SCALE_OF_READSB,
     ),
     "unix-s",
     "unix-s",
@@ -126,11 +134,19 @@ def _point(raw: bytes, begin_s: float, address: str) -> dict[int, str]:
         cells[roles.HEIGHT] = altitude
         cells[roles.GEOMETRIC] = json_text(_at(point, _GEOMETRIC))
     cells[roles.SPEED] = json_text(_at(point, 4))
+    for role, place in (
+        (roles.TRACK, _TRACK), (roles.CLIMB, _CLIMB), (roles.INDICATED, _INDICATED),
+        (roles.ROLL, _ROLL),
+    ):  # fmt: skip
+        cells[role] = json_text(_at(point, place))
     details = _at(point, _DETAILS)
     if isinstance(details, Pairs):
         named = dict(details.pairs)
         cells[roles.CALLSIGN] = json_text(named.get("flight"))
         cells[roles.CODE] = json_text(named.get("squawk"))
+        for role in _DETAILED:
+            if not cells.get(role):
+                cells[role] = json_text(named.get(NAMES_OF_READSB[role]))
     return cells
 
 
