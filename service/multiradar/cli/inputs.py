@@ -75,8 +75,15 @@ class DumpChoice:
         return Options(date=day, profile=profile, allow_missing=self.allow_missing, **more)
 
 
-def load_sensor_table(path: Path) -> "SensorTable":
+def load_sensor_table(path: Path, sensors: "SensorsFile | None" = None) -> "SensorTable":
     """Return the sensors of a `sensors.toml`.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    sensors : SensorsFile, optional
+        Its content, where that was changed.
 
     Raises
     ------
@@ -86,7 +93,7 @@ def load_sensor_table(path: Path) -> "SensorTable":
     from multiradar import wire
     from multiradar.diagnosis.sites import check_sites
 
-    table = wire.sensor_table(read_sensors(path))
+    table = wire.sensor_table(sensors or read_sensors(path))
     wrong = check_sites(table)
     if wrong is not None:
         msg = f"{path}: {wrong}"

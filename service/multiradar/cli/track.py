@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from multiradar.cli.asterix_file import new_recorder, print_asterix
+from multiradar.cli.bias_reference import read_reference, with_reference
 from multiradar.cli.compiling import compile_kernels
 from multiradar.cli.conversion.outcome import times_line
 from multiradar.cli.inputs import (
@@ -20,6 +21,7 @@ from multiradar.cli.inputs import (
     counts_by_code,
     load_sensor_table,
     open_measurements,
+    read_sensors,
 )
 from multiradar.cli.options import (
     TRACKING_DEFAULTS,
@@ -54,6 +56,7 @@ from multiradar.clock import SystemClock
 from multiradar.errors import InputError
 
 if TYPE_CHECKING:
+    from multiradar.cli.bias_reference import BiasReference
     from multiradar.estimation.measurement.sensors import SensorTable
     from multiradar.runtime.asterix.recording import AsterixRecorder
     from multiradar.runtime.offline.offline import OfflineJob, OfflineResult
@@ -64,6 +67,7 @@ if TYPE_CHECKING:
     from multiradar.storage.recording import Recording
     from multiradar.tracking.settings import TrackingSettings
     from multiradar_schemas.report import Report
+    from multiradar_schemas.sensors.sensor import SensorsFile
 
 _WORKERS_DEFAULT_MAX = 8
 
@@ -126,6 +130,15 @@ def track(
     trajectories: TrajectoriesOption = False,
     trajectory_aircraft_max: TrajectoryAircraftOption = None,
     forecasts: ForecastsOption = None,
+    reference: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="TRACKS",
+            help="System tracks of another processor as a bias reference: output directory of "
+            "`convert` or `track`, or a table of it.",
+            show_default=False,
+        ),
+    ] = None,
     asterix: Annotated[
         Path | None,
         typer.Option(
@@ -144,7 +157,6 @@ def track(
     """
     clock, started_s = SystemClock(), SystemClock().monotonic_s()
     from multiradar.runtime.offline.offline import OfflineJob
-    from multiradar.runtime.offline.offline_report import REPORT_FILE, offline_report
     from multiradar.runtime.offline.stage_times import READING, StageTimes
     from multiradar.storage.output_folder import check_new, new_folder
 
@@ -170,21 +182,22 @@ def track(
         "--manoeuvre-planes": manoeuvre_planes,
         "--observability": observability,
     }
-    table = load_sensor_table(sensors)
+    known, tracks, table = _sensors(sensors, reference)
     _compile(stages, settings, table, outputs)
     opened = open_measurements(
         measurements, DumpChoice(date, profile, allow_missing), settings.reorder_horizon_s
     )
     recording_file = new_recorder(asterix, whole, table)
     with (
-        stages.listening(), stages.enter(READING, opened) as recording, recording_file as recorder,
-        new_folder(out) as folder, _with_path(out),
+        stages.listening(), stages.enter(READING, opened) as measured,
+        with_reference(measured, tracks, known, chosen_kinds(kinds)) as referenced,
+        recording_file as recorder, new_folder(out) as folder, _with_path(out),
     ):  # fmt: skip
         job = OfflineJob(
-            recording=recording,
+            recording=referenced.recording,
             sensors=table,
             settings=settings,
-            kinds=chosen_kinds(kinds),
+            kinds=chosen_kinds(kinds) if tracks is None else None,
             workers=workers or min(os.cpu_count() or 1, _WORKERS_DEFAULT_MAX),
             batch_rows=batch,
             plane_window_s=manoeuvre_planes,
@@ -194,25 +207,34 @@ def track(
             forecasts_every_s=forecasts,
         )
         result = _track(job, folder, recorder, stages)
-        result.warnings += _missing_periods(recording, table)
+        result.warnings += _missing_periods(job.recording, table) + referenced.sentences(tracks)
+        result.reference = referenced.figures()
         check_found(result.read, kinds, measurements)
-        times = times_line(*(recording.span_s(chosen_kinds(kinds)) or (None, None)))
+        times = times_line(*(job.recording.span_s(job.kinds) or (None, None)))
         if recorder is not None:
             result.asterix = recorder.finish()
-        report = offline_report(job, result)
-        text = report.model_dump_json(indent=2)
-        (folder / REPORT_FILE).write_text(text + "\n", encoding="utf-8")
+        report = _write_report(job, result, folder)
         # For `evaluate`: coverage and differences need the sites of this run.
         shutil.copyfile(sensors, folder / SENSORS_FILE)
+        if tracks is not None:
+            tracks.append_to(folder / SENSORS_FILE)
     _warn(result, settings.filter_name)
     if json_wanted:
-        print(text)
+        print(report.model_dump_json(indent=2))
     else:
         _print_report(report, times, out)
         if asterix is not None:
             print_asterix(result.asterix, asterix)
         print_stages(stages.seconds())
     _fail_without_measurements(report, result, out)
+
+
+def _sensors(
+    path: Path, reference: Path | None
+) -> "tuple[SensorsFile, BiasReference | None, SensorTable]":
+    known = read_sensors(path)
+    tracks = read_reference(reference, known)
+    return known, tracks, load_sensor_table(path, known if tracks is None else tracks.among(known))
 
 
 def _compile(
@@ -236,6 +258,15 @@ def _track(
     on_output = None if recorder is None else stages.timed("ASTERIX", recorder.write)
     with progress_bar("tracking", job.recording.rows) as on_progress:
         return track_recording(job, folder, on_progress, on_output, stages)
+
+
+def _write_report(job: "OfflineJob", result: "OfflineResult", folder: Path) -> "Report":
+    from multiradar.runtime.offline.offline_report import REPORT_FILE, offline_report
+
+    report = offline_report(job, result)
+    text = report.model_dump_json(indent=2)
+    (folder / REPORT_FILE).write_text(text + "\n", encoding="utf-8")
+    return report
 
 
 # Without its scan period a radar is tracked with a default, and its near duplicates stay.

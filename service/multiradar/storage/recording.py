@@ -147,6 +147,21 @@ class Recording:
         other._scan = pl.scan_parquet(file)
         return other
 
+    def with_rows_of(self, file: Path, rows: int) -> "Recording":
+        """Return this recording with further rows.
+
+        Parameters
+        ----------
+        file : Path
+            Parquet with the rows of this recording that are to be used, and further ones, with
+            their positions in `index`: those of further rows are beyond this recording.
+        rows : int
+            Their number.
+        """
+        other = self.in_order_of(file)
+        other.rows = rows
+        return other
+
     def content_sha256(self) -> str:
         """Return the SHA-256 of the bytes of the file and of its order, hexadecimal."""
         digest = hashlib.sha256(b"sorted" if self.sorted else b"")

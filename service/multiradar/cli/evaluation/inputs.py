@@ -38,7 +38,7 @@ TRUE_BIASES_FILE = "truth_biases.parquet"
 SYSTEM_TRACKS_FILE = "system_tracks.parquet"
 
 #: States of another processor's tracks without an estimate from measurements.
-_NOT_SEEN = ("coasting", "ended", "simulated")
+NOT_SEEN = ("coasting", "ended", "simulated")
 _NO_PLOTS = {"time_s": pl.Float64, "sensor_id": pl.String, "name": pl.String}
 
 
@@ -236,7 +236,7 @@ def read_system_tracks(
     missing = [name for name in ("state", "sensor_id") if name not in frame.columns]
     if missing:
         raise MissingColumnError(str(path), missing, frame.columns)
-    seen = ~pl.col("state").is_in(_NOT_SEEN)
+    seen = ~pl.col("state").is_in(NOT_SEEN)
     located = with_rows(frame).drop_nulls("latitude_deg")
     processors = located.filter(seen)["sensor_id"].unique().sort().to_list()
     if len(processors) != 1:

@@ -12,6 +12,7 @@ from typing import Any, Protocol
 
 import numpy as np
 import polars as pl
+from pydantic import JsonValue
 
 from multiradar import wire
 from multiradar.clock import SystemClock
@@ -158,6 +159,8 @@ class OfflineResult:
         ASTERIX records written, by category, and omitted items.
     diagnoses : list of Diagnosis
         Findings about sensors, their settings or the recording.
+    reference : dict
+        Updates of a bias reference by use; empty without one.
     """
 
     read: int = 0
@@ -183,6 +186,7 @@ class OfflineResult:
     output_sha256: str = ""
     trajectories: dict[str, Any] = field(default_factory=dict)
     asterix: dict[str, int] = field(default_factory=dict)
+    reference: dict[str, JsonValue] = field(default_factory=dict)
     diagnoses: list[Diagnosis] = field(default_factory=list)
 
     @property
