@@ -19,11 +19,13 @@ def track(
     flight: str = "7",
     address: str | None = "3c0001",
     code: str | None = "1000",
-    turn_deg_s: float = 0.0,
+    turn_rate_deg_per_s: float = 0.0,
 ) -> pl.DataFrame:
     """Return a track of 200 m/s along the equator, that turns after half of the time."""
     time_s = np.arange(0.0, DURATION_S, PERIOD_S)
-    course = np.pi / 2.0 + np.radians(turn_deg_s) * np.maximum(time_s - 0.5 * DURATION_S, 0.0)
+    course = np.pi / 2.0 + np.radians(turn_rate_deg_per_s) * np.maximum(
+        time_s - 0.5 * DURATION_S, 0.0
+    )
     step = 200.0 * PERIOD_S / METRES_OF_DEGREE
     return pl.DataFrame(
         {
@@ -62,10 +64,10 @@ def test_updates_are_used_when_their_errors_are_independent() -> None:
 
 
 def test_turns_are_left_out() -> None:
-    made, _ = reference_measurements(track(turn_deg_s=1.0), plots(), SIGMA_M)
+    made, _ = reference_measurements(track(turn_rate_deg_per_s=1.0), plots(), SIGMA_M)
     assert made["time_s"].to_numpy().max() <= 0.5 * DURATION_S
     # A turn that displaces the aircraft by less than the errors of the track stays.
-    slow, _ = reference_measurements(track(turn_deg_s=0.1), plots(), SIGMA_M)
+    slow, _ = reference_measurements(track(turn_rate_deg_per_s=0.1), plots(), SIGMA_M)
     assert slow["time_s"].to_numpy().max() == 360.0
 
 
