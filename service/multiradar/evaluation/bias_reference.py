@@ -1,9 +1,9 @@
 """System tracks of another processor as position measurements, from which biases are estimated.
 
-A track is no measurement: its errors last as long as the memory of its filter, it lags in turns, and it
-is extrapolated where plots are missing. So only updates are used whose errors are nearly those of
-independent measurements: of straight flight, `APART_S` or more after each other, confirmed, and of
-aircraft that the radars measure, too.
+A track is no measurement: its errors last as long as the memory of its filter, it lags in turns,
+and it is extrapolated where plots are missing. So only updates are used whose errors are nearly
+those of independent measurements: of straight flight, `APART_S` or more after each other,
+confirmed, and of aircraft that the radars measure, too.
 
 What remains cannot be seen: tracks made of the same radars carry the registration of that
 processor, so that the biases found are relative to it.
