@@ -21,6 +21,8 @@ _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wra
 # Without reference counting of arrays (`_nrt`), which took more than half of the time. Such a
 # function cannot create arrays, and its caller must keep references to those it passes.
 _UNCOUNTED: dict[str, Any] = {**_OPTIONS, "_nrt": False}
+# numba has no type annotations of it.
+_unliteral: Any = types.unliteral
 #: Options of functions inlined in their caller.
 IN_LOOP: Any = {"forceinline": True, "_nrt": False}
 
@@ -71,15 +73,8 @@ def in_loop(function: Kernel) -> Kernel:
     callable
         Compiled at its first call.
     """
-    numba_config: Any = config
-    if numba_config.DISABLE_JIT:
-        return function
     options = {**_UNCOUNTED, "forceinline": True, "no_cpython_wrapper": True}
-    compiled: Any = _InLoop(
-        function, targetoptions={**options, "nopython": True, "boundscheck": None}
-    )
-    keep_in_folder(compiled)
-    return cast(Kernel, compiled)
+    return _compiled(function, options, _InLoop)
 
 
 def loop(function: Kernel) -> Kernel:
@@ -98,7 +93,17 @@ def loop(function: Kernel) -> Kernel:
     return _compiled(function, _UNCOUNTED)
 
 
-class _InLoop(CPUDispatcher):
+class _Kernel(CPUDispatcher):
+    # numba compiles a function once more for each constant that a compiled caller passes; one form
+    # for each type does.
+    def get_call_template(self, arguments: Any, named: Any) -> Any:
+        plain = [_unliteral(one) for one in arguments]
+        return super().get_call_template(
+            plain, {name: _unliteral(one) for name, one in named.items()}
+        )
+
+
+class _InLoop(_Kernel):
     # An inlined function needs no wrapper for Python, which is a tenth of the compilation time.
     # numba would call a wrapper nevertheless, and crash: no compiled form is registered. For calls
     # from Python, as in tests, another form is compiled.
@@ -115,10 +120,15 @@ class _InLoop(CPUDispatcher):
         return compiled
 
 
-def _compiled(function: Kernel, options: dict[str, Any]) -> Kernel:
-    compiled: Kernel = njit(**options)(function)
+def _compiled(
+    function: Kernel, options: dict[str, Any], form: type[CPUDispatcher] = _Kernel
+) -> Kernel:
+    numba_config: Any = config
+    if numba_config.DISABLE_JIT:
+        return function
+    compiled: Any = form(function, targetoptions={**options, "nopython": True, "boundscheck": None})
     keep_in_folder(compiled)
-    return compiled
+    return cast(Kernel, compiled)
 
 
 def compilation_target() -> str:

@@ -60,7 +60,7 @@ def parse(text: str) -> Any:
     Raises
     ------
     ValueError
-        If no type has this text.
+        If no type has this text, as when a named tuple has other fields now.
     """
     tokens = _TOKEN.findall(text)
     parsed = _parse(tokens)
@@ -82,6 +82,9 @@ def _parse(tokens: list[str]) -> Any:
         module, _, name = token.partition(":")
         named = getattr(import_module(module), name)
         parts = _parse_until("}", tokens)
+        if len(parts) != len(named._fields):
+            msg = f"expected {len(named._fields)} fields of {token}, was {len(parts)}"
+            raise ValueError(msg)
         if len(set(parts)) == 1:
             return types.NamedUniTuple(parts[0], len(parts), named)
         return types.NamedTuple(parts, named)

@@ -53,6 +53,12 @@ def test_other_types_are_rejected_by_name(argument: object) -> None:
         describe(argument)
 
 
+def test_a_named_tuple_with_a_number_of_fields_of_the_past_is_rejected() -> None:
+    name = "multiradar.estimation.filters.arrays:Work"
+    with pytest.raises(ValueError, match=f"expected 3 fields of {name}, was 2"):
+        parse(f"({name}{{int64[1C] int64[1C]}} int64)")
+
+
 @pytest.mark.parametrize(
     "text", ["", "float128", "float64[2C", "(int64", "int64 int64", "datetime64[1C]", "nosuch:X{}"]
 )

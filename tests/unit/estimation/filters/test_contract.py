@@ -211,7 +211,7 @@ def test_the_macro_filter_eliminates_the_position_of_simultaneous_plots(form: Fo
     rng = np.random.default_rng(14)
     place, sigma = np.array([30e3, 60e3, 150.0, -90.0]), np.diag(START_SIGMA**2)
     one.start(0, 0.0, place + START_SIGMA * rng.normal(size=4), sigma)
-    for time_s in range(1, 30):
+    for time_s in np.arange(1.0, 30.0):
         place[:2] += place[2:]
         before = one.biases()
         plots = simultaneous_plots(rng, scene, form, time_s, place)
