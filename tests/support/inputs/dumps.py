@@ -7,6 +7,7 @@ import csv
 import json
 import math
 from collections.abc import Callable, Iterable, Sequence
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -32,17 +33,21 @@ def truth() -> dict[str, Any]:
     return loaded
 
 
-def good_rows(folder: Path, broken: dict[str, set[int]]) -> dict[str, list[Row]]:
-    """Read the rows of a dump in the form of the sample, without the broken lines."""
+def good_rows(
+    folder: Path, broken: dict[str, set[int]], size: int | None = None
+) -> dict[str, list[Row]]:
+    """Read the rows, or the first ones, of a dump like the sample, without the broken lines."""
     rows: dict[str, list[Row]] = {}
     for name in FILES:
         with (folder / name).open(encoding="cp1251", newline="") as file:
-            lines = list(csv.reader(file, delimiter="\t", quoting=csv.QUOTE_NONE))
-        rows[name] = [
-            dict(zip(lines[0], fields, strict=True))
-            for number, fields in enumerate(lines[1:], start=2)
-            if number not in broken.get(name, set())
-        ]
+            lines = csv.reader(file, delimiter="\t", quoting=csv.QUOTE_NONE)
+            header = next(lines)
+            good = (
+                dict(zip(header, fields, strict=True))
+                for number, fields in enumerate(lines, start=2)
+                if number not in broken.get(name, set())
+            )
+            rows[name] = list(islice(good, size))
     return rows
 
 
@@ -144,8 +149,8 @@ def pairs(separator: str = " ", end: str = "\n") -> Encoder:
 
 def part_of_sample(size: int) -> dict[str, list[list[str]]]:
     """Return the fields of the first good rows of each file."""
-    rows = good_rows(SAMPLE, broken_lines(blank=True))
-    return {name: [list(row.values()) for row in rows[name][:size]] for name in FILES}
+    rows = good_rows(SAMPLE, broken_lines(blank=True), size)
+    return {name: [list(row.values()) for row in rows[name]] for name in FILES}
 
 
 def write_dump(folder: Path, rows: dict[str, list[list[str]]], encode: Encoder) -> Path:
