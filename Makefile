@@ -5,7 +5,7 @@ FUZZ_SECONDS ?= 120
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: help install test unit fuzz lint types contracts check docs-check demo bench kernel-list lock clean
+.PHONY: help install test unit fuzz lint types contracts kernels check docs-check demo bench kernel-list lock clean
 
 help: ## Show the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -31,8 +31,12 @@ contracts: $(READY) ## Check the import contracts
 
 check: lint types contracts ## Run all checks except the tests
 
-test: check ## Lint, types, import contracts and all tests
+kernels: $(READY) ## Compile the kernels of all commands and studies
 	$(BIN)/multiradar warm-up --all
+
+# Most checks use one core; the other compiles meanwhile.
+test: $(READY) ## Lint, types, import contracts and all tests
+	$(MAKE) --jobs lint types contracts kernels
 	$(BIN)/pytest -n 3
 
 unit: $(READY) ## Run the unit tests except slow ones

@@ -42,8 +42,9 @@ def names_a_source(text: str) -> bool:
 
 
 def sections() -> Iterator[tuple[str, str]]:
-    for path in sorted(SERVICE.rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    texts = {path: path.read_text(encoding="utf-8") for path in sorted(SERVICE.rglob("*.py"))}
+    for path in (one for one, text in texts.items() if "References" in text):
+        for node in ast.walk(ast.parse(texts[path])):
             if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
                 text = references(ast.get_docstring(node) or "")
                 if text:

@@ -145,8 +145,6 @@ def make_inputs(folder: Path) -> None:
 
     command("convert", "vid", str(SAMPLE), str(folder / "sample"), "--date", "2018-08-01")
     command("simulate", "bearings-only", "--out", str(folder / "bearings"))
-    tracks = ("--sensors", str(SENSORS), "--kinds", "radar", "--out", str(folder / "tracks"))
-    command("track", str(folder / "sample"), *tracks)
     write_dump(folder / "pairs", part_of_sample(500), pairs())
     (folder / "probabilistic.toml").write_text('[tracking]\nassociation = "probabilistic"\n')
     octets = b"".join(one for _, one in datagrams(30_000.0, 20))

@@ -1,5 +1,7 @@
 """The compiled continuation of a track equals a plain form with numerical derivatives."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -14,13 +16,17 @@ Floats = NDArray[np.float64]
 
 AHEAD_S = np.array([0.0, 12.0, 45.0, 130.0])
 RULES = np.array([STEP_S, 1.0 / 100.0, 0.7, 18.0, 0.003])
-LATER = later_turn_moments(100.0, ForecastSettings())
 # Position, speed, heading, lateral and longitudinal acceleration; their covariance.
 MOTION = np.array([3000.0, -800.0, 170.0, 1.1, 2.5, -0.2])
 ROOT = np.random.default_rng(11).normal(size=(6, 6)) * np.array([20, 20, 1, 0.01, 0.05, 0.02])
 COVARIANCE = ROOT.T @ ROOT
 #: Tolerance of rates: third order of the steps of numerical derivatives.
 SLOPE_ERROR = 1e-5
+
+
+@cache
+def later() -> Floats:
+    return later_turn_moments(100.0, ForecastSettings())
 
 
 def reached(motion: Floats, lasts_s: float, ahead_s: float) -> Floats:
@@ -58,7 +64,7 @@ def compiled(lasts_s: float, variance: float) -> tuple[Floats, Floats, Floats]:
     weight, state = np.empty((count, 4)), np.empty((count, 4, 4))
     covariance = np.empty((count, 4, 4, 4))
     kernels.continue_track(
-        MOTION, COVARIANCE, lasts_s, variance, 0.5, AHEAD_S, LATER, RULES, np.empty((4, 6)),
+        MOTION, COVARIANCE, lasts_s, variance, 0.5, AHEAD_S, later(), RULES, np.empty((4, 6)),
         np.empty((4, 4)), np.empty((4, 4)), weight, state, covariance,
     )  # fmt: skip
     return weight, state, covariance
@@ -88,7 +94,7 @@ def test_a_later_turn_starts_at_the_end_of_the_segment(side: int) -> None:
         mirror = np.diag([1.0, 1.0 if side == kernels.LATER_RIGHT else -1.0] * 2)
         along, right = [np.sin(heading), np.cos(heading)], [np.cos(heading), -np.sin(heading)]
         turned = np.kron(np.eye(2), np.column_stack([along, right])) @ mirror
-        columns = [np.interp(straight, STEP_S * np.arange(len(LATER)), one) for one in LATER.T]
+        columns = [np.interp(straight, STEP_S * np.arange(len(later())), one) for one in later().T]
         spread = np.zeros((4, 4))
         spread[np.triu_indices(4)] = columns[4:]
         spread += np.triu(spread, 1).T

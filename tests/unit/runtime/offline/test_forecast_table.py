@@ -1,5 +1,7 @@
 """Forecasts in the table equal those of a service for the same measurements."""
 
+from functools import cache
+
 import numpy as np
 import polars as pl
 import pytest
@@ -23,6 +25,7 @@ DURATION_S = 300.0
 END_S = 296.0
 
 
+@cache
 def _scene() -> Scene:
     rng = np.random.Generator(np.random.PCG64(11))
     flights = random_flights(rng, 12, DURATION_S, extent_m=80e3, acceleration_density=1.0)
