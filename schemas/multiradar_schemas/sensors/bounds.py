@@ -42,6 +42,8 @@ POSITION_SIGMA_M = Bounds(0.1, 1e4)
 #: No radar has a shorter range: a smaller number is in kilometres or nautical miles.
 RANGE_MAX_M = Bounds(500.0, 1e6)
 ROTATION_PERIOD_S = Bounds(0.1, 3600.0)
+#: 4/3 in the mean atmosphere near the ground; ducts are beyond.
+EARTH_RADIUS_FACTOR = Bounds(1.0, 4.0)
 
 RANGE_OFFSET_M = ParameterBounds(2e4, Bounds(1e-9, 1e4), 100.0)
 AZIMUTH_OFFSET_DEG = ParameterBounds(90.0, Bounds(1e-9, 10.0), 1.0)

@@ -140,6 +140,15 @@ class Sensor(Table):
         within(bounds.RANGE_MAX_M),
         of_file("Instrumented range", "m", "unknown"),
     ] = None
+    earth_radius_factor: Annotated[
+        float | None,
+        within(bounds.EARTH_RADIUS_FACTOR),
+        of_file(
+            "Refraction of ranges: factor of the effective radius of the Earth, such as 1.2",
+            "1",
+            "ranges are straight",
+        ),
+    ] = None
     also: Annotated[
         tuple[Annotated[str, StringConstraints(pattern=SENSOR_ID_PATTERN)], ...],
         BeforeValidator(lambda names: tuple(names) if isinstance(names, list) else names),
@@ -221,6 +230,12 @@ class Sensor(Table):
         if self.moving and (clock.estimate or clock.prior != 0.0):
             # The reported position refers to the true time, which a biased clock does not give.
             raise wrong(f"expected no time_offset_s for {self.id}, which is moving, has one")
+        return self
+
+    @model_validator(mode="after")
+    def _refraction_fits_the_kind(self) -> Self:
+        if self.earth_radius_factor is not None and self.kind != "radar":
+            raise wrong(f"expected no earth_radius_factor for the {self.kind} {self.id}, has one")
         return self
 
     @model_validator(mode="after")

@@ -16,6 +16,7 @@ from multiradar.evaluation.trajectories import (
     Tracks,
     positions_at,
 )
+from multiradar.geodesy.refraction import refracted_range
 from multiradar.geodesy.wgs84 import enu_rotation, geodetic_to_ecef
 from multiradar_schemas.sensors.sensor import Sensor
 
@@ -163,6 +164,9 @@ def _seen_from(
     east, north, up = (offset @ enu_rotation(place[0], place[1]).T).T
     slant: Floats = np.sqrt(east**2 + north**2 + up**2)
     azimuth: Floats = np.degrees(np.arctan2(east, north))
+    if sensor.earth_radius_factor is not None:
+        bent = refracted_range(slant, height_m, sensor.height_m, sensor.earth_radius_factor)
+        return bent, azimuth, up / np.maximum(slant, 1.0)
     return slant, azimuth, up / np.maximum(slant, 1.0)
 
 

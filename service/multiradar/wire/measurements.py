@@ -15,6 +15,7 @@ from multiradar.estimation.measurement.known_biases import (
     without_known_biases,
 )
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.geodesy.refraction import straight_range
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.roster import MISSING
 from multiradar.wire.aircraft_columns import aircraft_data_of, aircraft_data_rows
@@ -247,6 +248,13 @@ def _columns(frame: pl.DataFrame, table: SensorTable) -> MeasurementBatch:
         reported = arrays["latitude_rad"], arrays["longitude_rad"]
         arrays["latitude_rad"], arrays["longitude_rad"] = reports_without_frames(
             *reported, arrays["sensor"], table, table.known_bias
+        )
+    if np.isfinite(table.earth_radius_factor).any():
+        site_m, factor = (
+            of_each[arrays["sensor"]] for of_each in (table.height_m, table.earth_radius_factor)
+        )
+        arrays["range_m"] = straight_range(
+            arrays["range_m"], arrays["height_m"], np.nan_to_num(site_m), factor
         )
     return MeasurementBatch(
         callsign=packed_callsigns(frame["callsign"]),

@@ -70,6 +70,7 @@ def sensor_table(sensors: SensorsFile) -> SensorTable:
         asterix_codes=tuple(_asterix_code(one) for one in ordered),
         moving=np.array([one.moving for one in ordered], np.bool_),
         elevation_sigma_rad=np.radians(_numbers([one.elevation_sigma_deg for one in ordered])),
+        earth_radius_factor=_numbers([one.earth_radius_factor for one in ordered]),
     )
 
 

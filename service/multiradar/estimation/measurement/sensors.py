@@ -65,8 +65,8 @@ _RADIAN_DEG = float(np.degrees(1.0))
 _ROUNDING = 1e-9
 
 
-#: Columns added later, with defaults: not moving, no elevations.
-LATER_FIELDS = ("moving", "elevation_sigma_rad")
+#: Columns added later, with defaults: not moving, no elevations, no refraction.
+LATER_FIELDS = ("moving", "elevation_sigma_rad", "earth_radius_factor")
 
 
 def _no_known_bias() -> NDArray[np.float64]:
@@ -121,6 +121,9 @@ class SensorTable:
     elevation_sigma_rad : (m,) float64
         Standard deviation of the random error of elevations; NaN for sensors without elevations,
         the default.
+    earth_radius_factor : (m,) float64
+        Factor of the effective radius of the Earth for refraction of ranges, which are corrected
+        before they are used (`multiradar.geodesy.refraction`); NaN for none, the default.
 
     Raises
     ------
@@ -161,22 +164,25 @@ class SensorTable:
     asterix_codes: tuple[int, ...] = ()
     moving: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, np.bool_))
     elevation_sigma_rad: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    earth_radius_factor: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
 
     def __len__(self) -> int:
         return len(self.ids)
 
     def __post_init__(self) -> None:
-        if not self.known_bias.size:
-            object.__setattr__(self, "known_bias", np.zeros((len(self), len(PARAMETER_NAMES))))
+        count = len(self)
+        defaults = {
+            "known_bias": np.zeros((count, len(PARAMETER_NAMES))),
+            "self_reported": np.zeros(count, np.bool_),
+            "asterix_codes": (-1,) * count,
+            "moving": np.zeros(count, np.bool_),
+            "elevation_sigma_rad": np.full(count, np.nan),
+            "earth_radius_factor": np.full(count, np.nan),
+        }
+        for name, value in defaults.items():
+            if not len(getattr(self, name)):
+                object.__setattr__(self, name, value)
         object.__setattr__(self, "known_bias", _every_kind(self.known_bias))
-        if not self.self_reported.size:
-            object.__setattr__(self, "self_reported", np.zeros(len(self), np.bool_))
-        if not self.asterix_codes:
-            object.__setattr__(self, "asterix_codes", (-1,) * len(self))
-        if not self.moving.size:
-            object.__setattr__(self, "moving", np.zeros(len(self), np.bool_))
-        if not self.elevation_sigma_rad.size:
-            object.__setattr__(self, "elevation_sigma_rad", np.full(len(self), np.nan))
         _require_shapes(self)
         _require_each_once(self)
         for row in range(len(self)):
@@ -206,7 +212,7 @@ def _require_shapes(table: SensorTable) -> None:
     for name in (
         "kinds", "latitude_rad", "longitude_rad", "height_m", "range_sigma_m", "azimuth_sigma_rad",
         "position_sigma_m", "range_max_m", "rotation_period_s", "self_reported",
-        "moving", "elevation_sigma_rad",
+        "moving", "elevation_sigma_rad", "earth_radius_factor",
     ):  # fmt: skip
         _require_shape(name, getattr(table, name), (count,))
     _require_shape("known_bias", table.known_bias, (count, len(PARAMETER_NAMES)))
@@ -246,6 +252,9 @@ def _require_usable(table: SensorTable, row: int) -> None:
     if table.range_max_m[row] != np.inf:
         what = f"range_max_m of sensor {sensor}"
         _require_within(what, table.range_max_m[row], bounds.RANGE_MAX_M)
+    if not np.isnan(table.earth_radius_factor[row]):
+        what = f"earth_radius_factor of sensor {sensor}"
+        _require_within(what, table.earth_radius_factor[row], bounds.EARTH_RADIUS_FACTOR)
     if not np.isnan(table.rotation_period_s[row]):
         what = f"rotation_period_s of sensor {sensor}"
         _require_within(what, table.rotation_period_s[row], bounds.ROTATION_PERIOD_S)

@@ -31,6 +31,7 @@ from multiradar.evaluation.trajectories import (
     Reference,
     RowCounts,
 )
+from multiradar.geodesy.refraction import straight_range
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar_schemas.sensors.sensor import Sensor
 
@@ -236,6 +237,10 @@ def _located(
         range_m[own], azimuth_deg, time_s[own] = without_biases(
             range_m[own], column["azimuth_deg"][own], time_s[own], bias
         )
+        if one.earth_radius_factor is not None:
+            range_m[own] = straight_range(
+                range_m[own], height[own], _radar(one).site[2], one.earth_radius_factor
+            )
         located = locate_plots(_radar(one).site, range_m[own], np.radians(azimuth_deg), height[own])
         latitude[own], longitude[own] = located.latitude_rad, located.longitude_rad
         usable[own] = located.usable

@@ -14,6 +14,7 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_FRAME_ROTATION,
     PARAMETER_TIME_OFFSET,
 )
+from multiradar.geodesy.refraction import refracted_range
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.geodesy.wgs84 import (
     SEMI_MAJOR_AXIS_M,
@@ -267,6 +268,8 @@ def _line_of_sight(
     if sensor.horizon:
         heights = np.maximum(height, 0.0), np.maximum(site.at(time_s)[2], 0.0)
         visible &= slant <= sum(np.sqrt(2.0 * _RADIO_RADIUS_M * one) for one in heights)
+    if sensor.earth_radius_factor is not None:
+        slant = refracted_range(slant, height, site.at(time_s)[2], sensor.earth_radius_factor)
     return LineOfSight(slant, azimuth, visible, elevation)
 
 

@@ -279,6 +279,7 @@ def _sensor(table: SensorTable, on_earth: bool, plane: SystemPlane) -> Sensor:
         rotation_period_s=table.rotation_period_s,
         interval_s=1.0 if table.interval_s is None else table.interval_s,
         range_min_m=table.range_min_m,
+        earth_radius_factor=table.earth_radius_factor,
         range_max_m=float("inf") if table.range_max_m is None else table.range_max_m,
         elevation_max_rad=float("inf") if steepest is None else _rad(steepest),
         horizon=on_earth if table.horizon is None else table.horizon,

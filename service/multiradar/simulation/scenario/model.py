@@ -280,6 +280,8 @@ class Sensor:
         each aircraft at its own phase by ADS-B and multilateration.
     range_min_m, range_max_m, elevation_max_rad : float
         Coverage of a radar.
+    earth_radius_factor : float, optional
+        Factor of the effective radius of the Earth, by which ranges are refracted (WGS 84 only).
     horizon : bool
         Whether aircraft below the radio horizon are hidden (WGS 84 only).
     detection_probability, outlier_probability : float
@@ -327,6 +329,7 @@ class Sensor:
     rotation_period_s: float | None = None
     interval_s: float = 1.0
     range_min_m: float = 0.0
+    earth_radius_factor: float | None = None
     range_max_m: float = float("inf")
     elevation_max_rad: float = float("inf")
     horizon: bool = False

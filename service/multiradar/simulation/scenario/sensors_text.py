@@ -57,6 +57,8 @@ def _sensor(sensor: Sensor, plane: SystemPlane) -> dict[str, Any]:
         table["elevation_sigma_deg"] = round(sigma_deg, _DIGITS)
     if sensor.moves:
         table["moving"] = True
+    if sensor.earth_radius_factor is not None:
+        table["earth_radius_factor"] = sensor.earth_radius_factor
     if np.isfinite(sensor.range_max_m):
         table["range_max_m"] = sensor.range_max_m
     return table | _biases(sensor)

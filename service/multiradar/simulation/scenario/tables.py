@@ -241,12 +241,12 @@ _OF_RADARS = (
     "east_m", "north_m", "latitude_deg", "longitude_deg", "height_m", "range_sigma_m",
     "azimuth_sigma_deg", "rotation_period_s", "range_min_m", "range_max_m", "elevation_max_deg",
     "horizon", "garbled_probability", "clutter_per_turn", "storm", "second_feed",
-    "range_resolution_m", "azimuth_resolution_deg", "jammed_s",
+    "range_resolution_m", "azimuth_resolution_deg", "jammed_s", "earth_radius_factor",
 )  # fmt: skip
 # Keys that a direction finder, which measures no range, does not have.
 _OF_RANGES = (
     "range_sigma_m", "position_sigma_m", "clutter_per_turn", "storm", "second_feed",
-    "range_resolution_m", "azimuth_resolution_deg", "jammed_s",
+    "range_resolution_m", "azimuth_resolution_deg", "jammed_s", "earth_radius_factor",
 )  # fmt: skip
 # Keys of the reference point of a local frame.
 _OF_FRAMES = ("east_m", "north_m", "latitude_deg", "longitude_deg")
@@ -266,6 +266,7 @@ class SensorTable(_Positioned):
     rotation_period_s: _RotationPeriod | None = None
     interval_s: _RotationPeriod | None = None
     range_min_m: Annotated[float, Field(ge=0.0, le=1e6)] = 0.0
+    earth_radius_factor: Annotated[float, within(bounds.EARTH_RADIUS_FACTOR)] | None = None
     range_max_m: Annotated[float, within(bounds.RANGE_MAX_M)] | None = None
     elevation_max_deg: Annotated[float, Field(gt=0.0, le=90.0)] | None = None
     horizon: bool | None = None

@@ -59,7 +59,8 @@ class MeasurementBatch:
     """Measurements in the order of their arrival, one row each.
 
     A missing number is NaN, a missing integer is −1. Known biases of a sensor
-    (`SensorTable.known_bias`) are already subtracted, estimated ones are not.
+    (`SensorTable.known_bias`) are already subtracted, estimated ones are not; ranges are already
+    free of refraction.
 
     Attributes
     ----------

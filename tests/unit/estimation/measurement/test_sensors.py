@@ -21,7 +21,7 @@ from multiradar_schemas.sensors import bounds as file_bounds
 from support.scenarios.scenes import sensor_table, three_radars
 
 # Suffixes of the names of bounds.
-UNITS = ("_M", "_S", "_DEG", "_GAIN")
+UNITS = ("_M", "_S", "_DEG", "_GAIN", "_FACTOR")
 
 
 def table() -> SensorTable:
@@ -45,6 +45,11 @@ def changed(name: str, place: int, value: float) -> dict[str, Any]:
             "range_sigma_m of sensor C: expected 0.1 to 10000, was 0",
         ),
         (changed("azimuth_sigma_rad", 0, np.nan), PriorError, "azimuth_sigma_rad of sensor A"),
+        (
+            changed("earth_radius_factor", 1, 0.9),
+            ConfigurationError,
+            "earth_radius_factor of sensor B: expected 1 to 4, was 0.9",
+        ),
         (
             changed("prior_sigma", 0, 0.0),
             PriorError,
