@@ -86,7 +86,7 @@ def straight_range(
 
     References
     ----------
-    As for `refracted_range`.
+    Schelleng, Burrows, Ferrell (1933); the inverse of the series is the project's own.
     """
     measured = np.asarray(range_m, np.float64)
     rise2, scale, factors, bends = _terms(height_m, site_height_m, factor)
