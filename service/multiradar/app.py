@@ -20,10 +20,12 @@ from multiradar.ingest.asterix_output.sinks import open_sink
 from multiradar.ingest.asterix_queue import DatagramQueue
 from multiradar.ingest.asterix_sensors import names_by_source, scan_periods_by_source
 from multiradar.ingest.asterix_source import UdpSource
+from multiradar.ingest.feeds.configured import asterix_stream, configured_feeds
 from multiradar.ingest.http import IntakeBounds, measurement_routes
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.observability.asterix_metrics import watch_asterix
+from multiradar.observability.feed_metrics import watch_feeds
 from multiradar.observability.metrics import REGISTRY
 from multiradar.observability.pipeline_metrics import watch_pipeline
 from multiradar.runtime.asterix.channel import Channel
@@ -86,6 +88,10 @@ class Application:
         self._unwatch: Callable[[], object] = lambda: None
         self.service = build_service(settings, sensors)
         self._asterix = asterix_gateway(settings, sensors, self.service)
+        self._feeds = configured_feeds(settings.feeds, sensors, self.service)
+        if self._feeds is not None:
+            self.service.publication.count_edge("feeds", self._feeds.counts.document)
+        self._edges = [edge for edge in (self._asterix, self._feeds) if edge is not None]
         self._http = HttpServer(self.service, settings, on_failure)
         self._gateway: ZenohGateway | None = None
         self._sender = asterix_sender(self.service, settings, sensors)
@@ -107,6 +113,11 @@ class Application:
         """Endpoints that receive ASTERIX; empty before the start, or without listeners."""
         return () if self._asterix is None else self._asterix.endpoints
 
+    @property
+    def feed_endpoints(self) -> tuple[str, ...]:
+        """Addresses of the feeds; empty before the start, or without feeds."""
+        return () if self._feeds is None else self._feeds.endpoints
+
     def start(self) -> None:
         """Serve HTTP, compile kernels, replay the journal, then ingest measurements.
 
@@ -115,8 +126,8 @@ class Application:
         """
         self._http.start()
         self._compile()
-        if self._asterix is not None:
-            self._asterix.start()
+        for edge in self._edges:
+            edge.start()
         warm_up(sensors=self._sensors, settings=self._settings)
         if self._sender is not None:
             self._sender.start()
@@ -127,14 +138,19 @@ class Application:
         if self._settings.zenoh.enabled:
             self._gateway = ZenohGateway(self.service, zenoh_options(self._settings))
             self._gateway.start()
-        if self._asterix is not None:
-            self._asterix.begin()
+        for edge in self._edges:
+            edge.begin()
+        self._watch()
+        self._started = True
+        _log.info("started", http=self.http_url)
+
+    def _watch(self) -> None:
         unwatch = [watch_pipeline(REGISTRY, self.service.view.status)]
         if self._asterix is not None:
             unwatch.append(watch_asterix(REGISTRY, self._asterix.counts.document))
+        if self._feeds is not None:
+            unwatch.append(watch_feeds(REGISTRY, self._feeds.counts.document))
         self._unwatch = lambda: [end() for end in unwatch]
-        self._started = True
-        _log.info("started", http=self.http_url)
 
     # In parallel processes, before this process would compile the same kernels one by one.
     def _compile(self) -> None:
@@ -154,7 +170,8 @@ class Application:
             self._settings.tracking_settings(),
             self._sensors,
             trajectories=bool(self._settings.trajectories.aircraft_max),
-            asterix=bool(self._settings.asterix.listen),
+            asterix=self._asterix is not None,
+            feeds=self._feeds is not None,
         )
         compile_ahead(kernels_for(purposes), on_progress)
         self.service.note_start("loading kernels")
@@ -169,8 +186,8 @@ class Application:
     def stop(self) -> None:
         """Stop ingest, finish pending work, close everything; valid in any state."""
         self._unwatch()
-        if self._asterix is not None:
-            self._asterix.stop()
+        for edge in self._edges:
+            edge.stop()
         if self._gateway is not None:
             self._gateway.stop()
         self._http.stop()
@@ -254,7 +271,7 @@ def asterix_gateway(
         If an edition is unknown.
     """
     wanted = settings.asterix
-    if not wanted.listen:
+    if not (wanted.listen or wanted.connect):
         return None
     try:
         editions = parse_editions(list(wanted.editions))
@@ -269,10 +286,13 @@ def asterix_gateway(
         behind_max_s=wanted.behind_max_s,
     )
     gateway = AsterixGateway(
-        labels=[one.label for one in wanted.listen],
+        labels=wanted.input_labels,
         sources=[
-            partial(UdpSource, one.address, one.port, one.interface, one.receive_buffer_octets)
-            for one in wanted.listen
+            *(
+                partial(UdpSource, one.address, one.port, one.interface, one.receive_buffer_octets)
+                for one in wanted.listen
+            ),
+            *(partial(asterix_stream, one.address, settings.feeds) for one in wanted.connect),
         ],
         sink=service,
         decoder=LiveDecoder(options),

@@ -65,6 +65,11 @@ class ConsistencyCheck:
         self.stale = 0
 
     @property
+    def aircraft(self) -> int:
+        """Number of aircraft so far."""
+        return len(self._rows)
+
+    @property
     def backwards(self) -> int:
         """Number of reports earlier than the previous one."""
         return int(self._counts[_consistency_kernels.BACKWARDS])

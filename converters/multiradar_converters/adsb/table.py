@@ -207,6 +207,22 @@ def write(
     return written
 
 
+def frame(records: Records) -> pl.DataFrame:
+    """Return reports with Unix times as rows of the table.
+
+    Parameters
+    ----------
+    records : int64[n, 7]
+        The reports.
+
+    Returns
+    -------
+    DataFrame
+        Columns of `SCHEMA`; `sensor_id` is that of recordings.
+    """
+    return _frame(records, 0.0, Written())
+
+
 def _once(blocks: Iterator[Records], written: Written) -> Iterator[Records]:
     """Remove duplicate reports of the same time, in any order."""
     held = np.empty((0, RECORD_WORDS), dtype=np.int64)
@@ -281,6 +297,8 @@ def _frame(records: Records, unix_start_s: float, written: Written) -> pl.DataFr
 
 
 def _count(written: Written, records: Records, time_s: NDArray[np.float64]) -> None:
+    if not len(records):
+        return
     if not written.addresses:
         written.first_s = float(time_s[0])
     written.last_s = float(time_s[-1])

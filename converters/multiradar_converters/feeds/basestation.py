@@ -18,7 +18,7 @@ field   content, from 1
 12      altitude, ft; with an `H` at the end geometric
 13, 14  ground speed, kt, and track, degrees
 15, 16  latitude and longitude, degrees
-17      rate of climb, ft/min
+17      rate of climb, ft/min; likewise
 18      code
 22      on the ground: −1 or 1, in the air: 0
 ======= ==========================================================================
@@ -52,6 +52,8 @@ _RETAINED = (
     (roles.CALLSIGN, 10, LASTING_S),
     (roles.CODE, 17, LASTING_S),
     (roles.SPEED, 12, CHANGING_S),
+    (roles.TRACK, 13, CHANGING_S),
+    (roles.CLIMB, 16, CHANGING_S),
     (roles.HEIGHT, 11, CHANGING_S),
 )
 
@@ -110,16 +112,23 @@ class BaseStation:
             for role, _, valid_s in _RETAINED
             if role in known.values and abs(time_s - known.values[role][0]) <= valid_s
         }
-        altitude = cells.get(roles.HEIGHT, "")
-        if altitude[-1:] == "H":
-            cells[roles.GEOMETRIC] = altitude[:-1]
-            del cells[roles.HEIGHT]
+        _mark_geometric(cells)
         cells[roles.TIME] = repr(time_s)
         cells[roles.LATITUDE], cells[roles.LONGITUDE] = fields[14], fields[15]
         cells[roles.ADDRESS] = fields[4]
         cells[roles.GROUND] = _on_ground(fields)
         cells[roles.KIND] = "mlat" if kind == "MLAT" else "adsb"
         return cells
+
+
+def _mark_geometric(cells: dict[int, str]) -> None:
+    """Separate geometric altitudes, which end with an H."""
+    altitude = cells.get(roles.HEIGHT, "")
+    if altitude[-1:] == "H":
+        cells[roles.GEOMETRIC] = altitude[:-1]
+        del cells[roles.HEIGHT]
+    if roles.CLIMB in cells:
+        cells[roles.CLIMB] = cells[roles.CLIMB].removesuffix("H")
 
 
 def _on_ground(fields: list[str]) -> str:

@@ -53,6 +53,7 @@ class _Collected:
     rows: list[plain.Row] = field(default_factory=list)
     places: list[int] = field(default_factory=list)
     raws: list[bytes] = field(default_factory=list)
+    received_s: list[float] = field(default_factory=list)
     rejected: list[RejectedRecord] = field(default_factory=list)
     duplicate: int = 0
     other: int = 0
@@ -166,6 +167,7 @@ class FeedDecoder:
             found=count + len(collected.rejected) + collected.duplicate,
             duplicate=collected.duplicate,
             other=collected.other,
+            received_s=np.array(collected.received_s),
         )
 
     # ---------------------------------------------------------------- inside
@@ -182,7 +184,7 @@ class FeedDecoder:
     ) -> None:
         if received_s is not None and (self._at_reception or not now):
             now = repr(received_s)
-        self._add(readsb.cells(values, now), layouts.READSB, place, raw)
+        self._add(readsb.cells(values, now), layouts.READSB, place, raw, received_s)
 
     def _message(
         self, cells: dict[int, str] | None, layout: Layout, place: int, raw: bytes,
@@ -192,9 +194,12 @@ class FeedDecoder:
             cells[roles.TIME] = repr(received_s)
         elif cells is not None and layout is layouts.BASESTATION:
             cells[roles.TIME] = repr(self._in_utc(float(cells[roles.TIME]), received_s))
-        self._add(cells, layout, place, raw)
+        self._add(cells, layout, place, raw, received_s)
 
-    def _add(self, cells: dict[int, str] | None, layout: Layout, place: int, raw: bytes) -> None:
+    def _add(
+        self, cells: dict[int, str] | None, layout: Layout, place: int, raw: bytes,
+        received_s: float | None,
+    ) -> None:  # fmt: skip
         if cells is None:
             self._collected.other += 1
             return
@@ -214,6 +219,7 @@ class FeedDecoder:
         self._collected.rows.append(row)
         self._collected.places.append(place)
         self._collected.raws.append(raw)
+        self._collected.received_s.append(np.nan if received_s is None else received_s)
 
     def _in_utc(self, time_s: float, received_s: float | None) -> float:
         if received_s is None:

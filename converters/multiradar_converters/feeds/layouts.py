@@ -47,6 +47,8 @@ BASESTATION = _layout(
         roles.CODE: "squawk",
         roles.CALLSIGN: "callsign",
         roles.GROUND: "is on ground",
+        roles.TRACK: "track",
+        roles.CLIMB: "vertical rate",
         roles.KIND: "message type",
         roles.TRACK: "track",
         roles.CLIMB: "vertical rate",

@@ -215,17 +215,21 @@ def _stop_on_signals() -> Iterator[_Stop]:
 
 def _print_addresses(application: "Application", json_wanted: bool) -> None:
     endpoints, asterix = application.zenoh_endpoints, application.asterix_endpoints
+    feeds = application.feed_endpoints
     if json_wanted:
         import json
 
         addresses = {"ready": True, "http": application.http_url, "zenoh": list(endpoints)}
         if asterix:
             addresses["asterix"] = list(asterix)
+        if feeds:
+            addresses["feeds"] = list(feeds)
         line = json.dumps(addresses)
     else:
         line = f"multiradar serves {application.http_url}"
         line += f" and Zenoh at {', '.join(endpoints)}" if endpoints else " (no Zenoh)"
         line += f", and listens to ASTERIX at {', '.join(asterix)}" if asterix else ""
+        line += f", and reads feeds from {', '.join(feeds)}" if feeds else ""
     print(line, flush=True)
 
 

@@ -54,6 +54,7 @@ class AsterixCounts:
         self.waiting: Callable[[], tuple[int, int]] = lambda: (0, 0)
         self.lost_by_system: Callable[[int], int] = lambda _listener: 0
         self.endpoint: Callable[[int], str] = lambda _listener: ""
+        self.status: Callable[[int], Mapping[str, Any]] = lambda _listener: {}
 
     def add(self, listener: int, **numbers: int) -> None:
         """Add to counters of a listener by name."""
@@ -100,6 +101,7 @@ class AsterixCounts:
             listeners = {
                 label: {
                     "endpoint": self.endpoint(k),
+                    **self.status(k),
                     **self._numbers[k],
                     "datagrams_lost_by_system": self.lost_by_system(k),
                     "refused_by_code": dict(sorted(self._codes[k].items())),

@@ -1,7 +1,7 @@
 """ASTERIX input from the network: ports, queue, decoder."""
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from multiradar.clock import Clock, SystemClock
 from multiradar.ingest.asterix_counts import AsterixCounts
@@ -63,6 +63,7 @@ class AsterixGateway:
         self.counts.waiting = lambda: (len(queue), queue.octets)
         self.counts.lost_by_system = self._lost
         self.counts.endpoint = self._endpoint
+        self.counts.status = self._status
         self._inlet = AsterixInlet(queue, decoder, sink, self.counts, bounds or InletBounds())
 
     @property
@@ -132,6 +133,9 @@ class AsterixGateway:
 
     def _lost(self, listener: int) -> int:
         return self._sources[listener].lost if listener < len(self._sources) else 0
+
+    def _status(self, listener: int) -> Mapping[str, object]:
+        return self._sources[listener].status if listener < len(self._sources) else {}
 
     def _endpoint(self, listener: int) -> str:
         return self._sources[listener].endpoint if listener < len(self._sources) else ""

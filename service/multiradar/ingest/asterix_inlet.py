@@ -14,9 +14,10 @@ import numpy as np
 import structlog
 from numpy.typing import NDArray
 
-from multiradar.errors import MultiradarError, QueueFullError
+from multiradar.errors import MultiradarError
 from multiradar.ingest.asterix_counts import AsterixCounts
 from multiradar.ingest.asterix_queue import DatagramQueue, Received
+from multiradar.ingest.submission import submit_when_possible
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
 from multiradar.runtime.ports import MeasurementSink
 from multiradar_converters.asterix.framing.datagrams import Datagrams
@@ -28,8 +29,6 @@ _log = structlog.get_logger("multiradar.asterix")
 SOURCE = "asterix"
 #: Maximum datagrams per batch; bounds memory and latency.
 BATCH_DATAGRAMS_MAX = 8192
-#: Retries of a batch while the journal queue is full; then its rows are lost.
-SUBMIT_RETRIES_MAX = 60
 #: Maximum internal errors that are logged.
 FAILURES_LOGGED_MAX = 100
 #: Octets of a reject that are retained.
@@ -158,26 +157,18 @@ class AsterixInlet:
         if not len(batch.frame) and not rejected:
             return
         listener = np.array([one.listener for one in part])[batch.datagram]
-        full: QueueFullError | None = None
-        for _ in range(SUBMIT_RETRIES_MAX + 1):
-            try:
-                future = self._sink.submit(batch.frame, source=SOURCE, rejected=rejected)
-            except QueueFullError as error:
-                # Meanwhile datagrams wait in the queue; those that do not fit are counted.
-                full = error
-                if self._stopping.wait(error.retry_after_s):
-                    break
-            except MultiradarError as error:
-                self._lost(listener, error)
-                return
-            except Exception as error:
-                # An internal error of the service: counted here, logged by the caller.
-                self._lost(listener, error)
-                raise
-            else:
-                future.add_done_callback(lambda done: self._settled(done, listener))
-                return
-        self._lost(listener, full)
+        try:
+            future = submit_when_possible(
+                self._sink, batch.frame, rejected, SOURCE, self._stopping.wait
+            )
+        except MultiradarError as error:
+            self._lost(listener, error)
+        except Exception as error:
+            # An internal error of the service: counted here, logged by the caller.
+            self._lost(listener, error)
+            raise
+        else:
+            future.add_done_callback(lambda done: self._settled(done, listener))
 
     def _rows(
         self, part: list[Received], rejected: list[RejectedOctets], first: int

@@ -4,6 +4,7 @@ import socket
 import struct
 import threading
 from collections import deque
+from collections.abc import Mapping
 from typing import Protocol
 
 from multiradar.errors import ConfigurationError
@@ -30,6 +31,11 @@ class DatagramSource(Protocol):
     @property
     def lost(self) -> int:
         """Datagrams dropped by the system before they were read, as far as it reports them."""
+        ...
+
+    @property
+    def status(self) -> Mapping[str, object]:
+        """State of a connection and its last error; empty for a port."""
         ...
 
     def receive(self) -> bytes | None:
@@ -63,6 +69,7 @@ class UdpSource:
 
     def __init__(self, address: str, port: int, interface: str, buffer_octets: int) -> None:
         self.lost = 0
+        self.status: Mapping[str, object] = {}
         self._buffer = bytearray(DATAGRAM_OCTETS_MAX)
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
@@ -122,6 +129,7 @@ class MemorySource:
     def __init__(self, endpoint: str = "memory") -> None:
         self.endpoint = endpoint
         self.lost = 0
+        self.status: Mapping[str, object] = {}
         self.closed = False
         self.faults: deque[OSError] = deque()
         self._waiting: deque[bytes] = deque()

@@ -43,7 +43,12 @@ def track_purposes(
 
 
 def serve_purposes(
-    settings: TrackingSettings, sensors: SensorTable, *, trajectories: bool, asterix: bool
+    settings: TrackingSettings,
+    sensors: SensorTable,
+    *,
+    trajectories: bool,
+    asterix: bool,
+    feeds: bool = False,
 ) -> Sequence[str]:
     """Return the purposes of the service, including its queries.
 
@@ -57,6 +62,8 @@ def serve_purposes(
         Whether tracks have trajectories.
     asterix : bool
         Whether it receives ASTERIX.
+    feeds : bool
+        Whether it reads feeds of receivers.
 
     Returns
     -------
@@ -67,4 +74,6 @@ def serve_purposes(
     purposes.append(f"serve {settings.filter_name}")
     if asterix:
         purposes.append("convert asterix")
+    if feeds:
+        purposes.append("convert adsb")
     return purposes

@@ -10,6 +10,9 @@
     address = "239.192.0.1"
     port = 8600
     interface = "127.0.0.1"
+
+    [[asterix.connect]]
+    url = "tcp://192.168.1.20:30006"
 """
 
 from typing import Annotated, Self
@@ -18,6 +21,7 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from multiradar.settings.asterix_output import AsterixOutputSettings
+from multiradar.settings.feeds import FeedAddress, StreamUrl, feed_address
 from multiradar.settings.types import (
     Count,
     Ipv4,
@@ -64,6 +68,31 @@ class AsterixListenSettings(Section):
         return self.name or f"{self.address}-{self.port}"
 
 
+class AsterixConnectSettings(Section):
+    """A TCP connection that sends ASTERIX blocks one after another, such as that of readsb.
+
+    Attributes
+    ----------
+    name : str
+        Name in counters and in the quarantine; default: host and port.
+    url : str
+        `tcp://HOST:PORT` to connect to, or `listen://ADDRESS:PORT` to accept one connection.
+    """
+
+    name: Label | None = None
+    url: StreamUrl
+
+    @property
+    def address(self) -> FeedAddress:
+        """Parts of the address."""
+        return feed_address(self.url)
+
+    @property
+    def label(self) -> str:
+        """Name in counters and messages."""
+        return self.name or f"{self.address.host}-{self.address.port}"
+
+
 class AsterixSettings(Section):
     """ASTERIX input and output.
 
@@ -71,6 +100,8 @@ class AsterixSettings(Section):
     ----------
     listen : tuple of AsterixListenSettings
         Inputs; default: none.
+    connect : tuple of AsterixConnectSettings
+        Inputs over TCP; default: none.
     output : tuple of AsterixOutputSettings
         Users of system tracks; default: none.
     editions : tuple of str
@@ -93,6 +124,7 @@ class AsterixSettings(Section):
     """
 
     listen: Annotated[tuple[AsterixListenSettings, ...], Field(max_length=LISTENERS_MAX)] = ()
+    connect: Annotated[tuple[AsterixConnectSettings, ...], Field(max_length=LISTENERS_MAX)] = ()
     output: Annotated[tuple[AsterixOutputSettings, ...], Field(max_length=OUTPUTS_MAX)] = ()
     editions: tuple[str, ...] = ()
     all_targets: bool = False
@@ -103,10 +135,15 @@ class AsterixSettings(Section):
     behind_max_s: Annotated[Seconds, Field(le=82_800.0)] = 3600.0
     quarantine_rows_max: Count = 100
 
+    @property
+    def input_labels(self) -> list[str]:
+        """Names of the inputs, in order."""
+        return [one.label for one in self.listen] + [one.label for one in self.connect]
+
     @model_validator(mode="after")
     def _names_are_unique(self) -> Self:
-        for kind, named in (("listener", self.listen), ("output", self.output)):
-            labels = [one.label for one in named]
+        outputs = [one.label for one in self.output]
+        for kind, labels in (("listener", self.input_labels), ("output", outputs)):
             for label in labels:
                 if labels.count(label) > 1:
                     raise PydanticCustomError(

@@ -22,6 +22,7 @@ from pydantic_settings import (
 
 from multiradar.errors import ConfigurationError
 from multiradar.settings.asterix import AsterixSettings
+from multiradar.settings.feeds import FeedsSettings
 from multiradar.settings.limits import HttpLimits, RuntimeLimits
 from multiradar.settings.types import Count, Endpoint, Port, Seconds, Section, plain_number
 from multiradar.tracking.settings import IMM_MODES_MAX, IMM_MODES_MIN, TrackingSettings
@@ -200,6 +201,7 @@ class Settings(BaseSettings):
     journal: JournalSettings = JournalSettings()
     log: LogSettings = LogSettings()
     asterix: AsterixSettings = AsterixSettings()
+    feeds: FeedsSettings = FeedsSettings()
     tracking: TrackingSection = TrackingSection()
 
     def tracking_settings(self) -> TrackingSettings:

@@ -9,12 +9,17 @@ from multiradar.cli.serve import _print_addresses
 
 
 def ready_line(
-    capsys: pytest.CaptureFixture[str], asterix: tuple[str, ...], *, as_json: bool = False
+    capsys: pytest.CaptureFixture[str],
+    asterix: tuple[str, ...],
+    *,
+    as_json: bool = False,
+    feeds: tuple[str, ...] = (),
 ) -> str:
     application = SimpleNamespace(
         http_url="http://127.0.0.1:8321",
         zenoh_endpoints=("tcp/127.0.0.1:7447",),
         asterix_endpoints=asterix,
+        feed_endpoints=feeds,
     )
     _print_addresses(application, as_json)  # type: ignore[arg-type]
     return capsys.readouterr().out
@@ -31,3 +36,10 @@ def test_asterix_listeners_are_reported_as_json(capsys: pytest.CaptureFixture[st
     assert "asterix" not in json.loads(ready_line(capsys, (), as_json=True))
     line = json.loads(ready_line(capsys, ("udp/239.0.0.1:8600",), as_json=True))
     assert line["asterix"] == ["udp/239.0.0.1:8600"]
+
+
+def test_feeds_are_reported(capsys: pytest.CaptureFixture[str]) -> None:
+    line = ready_line(capsys, (), feeds=("tcp/127.0.0.1:30047",))
+    assert line.endswith(", and reads feeds from tcp/127.0.0.1:30047\n")
+    found = json.loads(ready_line(capsys, (), as_json=True, feeds=("tcp/127.0.0.1:30047",)))
+    assert found["feeds"] == ["tcp/127.0.0.1:30047"]

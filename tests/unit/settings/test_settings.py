@@ -232,3 +232,42 @@ def test_an_error_in_an_option_has_no_line_of_the_file(file: Path) -> None:
     with pytest.raises(ConfigurationError) as fault:
         load_settings(file, {"server": {"port": -1}})
     assert "line" not in str(fault.value)
+
+
+def test_feeds_connect_only_where_configured(file: Path) -> None:
+    assert load_settings().feeds.source == ()
+    file.write_text('[[feeds.source]]\nurl = "tcp://roof.example:30047"\n')
+    (source,) = load_settings(file).feeds.source
+    assert source.address == ("tcp", "roof.example", 30047, "")
+    assert (source.label, source.sensor, source.times) == ("roof.example:30047", "adsb", "message")
+    for url, address in (
+        ("http://roof/tar1090/data/aircraft.json?a=1",
+         ("http", "roof", 80, "/tar1090/data/aircraft.json?a=1")),
+        ("https://roof:8443", ("https", "roof", 8443, "/")),
+        ("file:///run/readsb/aircraft.json", ("file", "", 0, "/run/readsb/aircraft.json")),
+        ("listen://[::1]:0", ("listen", "::1", 0, "")),
+    ):  # fmt: skip
+        file.write_text(f'[[feeds.source]]\nurl = "{url}"\n')
+        assert load_settings(file).feeds.source[0].address == address
+
+
+@pytest.mark.parametrize(
+    "url",
+    ["roof:30047", "tcp://roof", "tcp://roof:0", "tcp://roof:70000", "tcp://roof:1/path", "udp://roof:1",
+     "http://user:secret@roof/", "file://roof/aircraft.json", "file:aircraft.json", "http://", ""],
+)  # fmt: skip
+def test_a_wrong_address_of_a_feed_is_reported(url: str, file: Path) -> None:
+    file.write_text(f'[[feeds.source]]\nurl = "{url}"\n')
+    with pytest.raises(
+        ConfigurationError, match=r"feeds.source.*expected an address such as tcp://"
+    ):
+        load_settings(file)
+    file.write_text(f'[[asterix.connect]]\nurl = "{url}"\n')
+    with pytest.raises(ConfigurationError, match=r"asterix.connect.*expected an address such as"):
+        load_settings(file)
+
+
+def test_two_feeds_of_one_name_are_reported(file: Path) -> None:
+    file.write_text('[[feeds.source]]\nurl = "tcp://a:1"\nname = "x"\n' * 2)
+    with pytest.raises(ConfigurationError, match="each source's name once, was twice x"):
+        load_settings(file)

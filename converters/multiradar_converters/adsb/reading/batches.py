@@ -45,6 +45,8 @@ class Batch:
     duplicate, other : int
         Of feeds: records that repeat a position, and messages without a position, which are not
         records.
+    received_s : float64[n] or None
+        Of live feeds: Unix time of reception, s.
     """
 
     numbers: Numbers
@@ -55,6 +57,7 @@ class Batch:
     found: int = 0
     duplicate: int = 0
     other: int = 0
+    received_s: Numbers | None = None
 
 
 def read_objects(

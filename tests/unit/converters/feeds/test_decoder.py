@@ -227,7 +227,7 @@ def test_an_empty_snapshot_has_no_reports() -> None:
 def test_a_position_has_the_values_of_earlier_messages() -> None:
     batch = decoded(
         base_station(0.0, "1", f11="DLH8JW  "),
-        base_station(0.5, "4", f13="450", f14="0"),
+        base_station(0.5, "4", f13="450", f14="1", f17="-640"),
         base_station(0.6, "6", f18="1000"),
         base_station(1.0),
     )
@@ -235,6 +235,8 @@ def test_a_position_has_the_values_of_earlier_messages() -> None:
     assert number(batch, roles.TIME) == BEGIN_S + 1.0
     assert number(batch, roles.HEIGHT) == pytest.approx(35_000 * FOOT_M)
     assert number(batch, roles.SPEED) == pytest.approx(450 * 1852 / 3600)
+    assert number(batch, roles.TRACK) == 1.0
+    assert number(batch, roles.CLIMB) == pytest.approx(-640 * FOOT_M / 60)
     assert word(batch, roles.CODE) == 0o1000
     assert word(batch, roles.GROUND) == 0
     assert callsign(batch) == b"DLH8JW"

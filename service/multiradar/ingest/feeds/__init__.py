@@ -1,0 +1,1 @@
+"""Feeds of receivers: readsb JSON, BaseStation, mlat-server; ASTERIX over TCP."""
