@@ -162,9 +162,7 @@ class Evidence:
             self.outcomes = outcomes
         self.updates += len(output.updates)
         self.confirmed |= bool((output.updates.state == STATE_CONFIRMED).any())
-        if len(output.plots) and self._tracked_rows < TRACKED_MAX:
-            self._tracked.append(output.plots)
-            self._tracked_rows += len(output.plots)
+        self.record_plots(output.plots)
         for sensor, ranges, azimuths in zip(
             output.health.sensor.tolist(),
             output.health.range_sigma_ratio.tolist(),
@@ -174,6 +172,12 @@ class Evidence:
             self.noise[self.sensors.ids[sensor]] = (ranges, azimuths)
         found = output.duplicates.batch.sensor.tolist()
         self.duplicates.update(self.sensors.ids[sensor] for sensor in found)
+
+    def record_plots(self, plots: TrackPlots) -> None:
+        """Record plots that updated tracks, up to a limit."""
+        if len(plots) and self._tracked_rows < TRACKED_MAX:
+            self._tracked.append(plots)
+            self._tracked_rows += len(plots)
 
     def tracked(self) -> TrackPlots:
         """Return the first plots that updated tracks."""

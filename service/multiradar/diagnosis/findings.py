@@ -120,7 +120,12 @@ def _check_against_others(
     misplaced, of_sites = check_site_errors(
         evidence.sensors,
         comparison,
-        {one: (seen[one][0], against(one, asked)) for one in asked if comparison.is_radar(one)},
+        {
+            one: (comparison.agreement(one, pairs), pairs)
+            for one in asked
+            for pairs in [against(one, asked)]
+            if comparison.is_radar(one)
+        },
     )
     found += of_sites
     trusted = [one for one in trusted if one not in misplaced]

@@ -15,6 +15,7 @@ from multiradar.diagnosis.findings import diagnose
 from multiradar.diagnosis.plots import ground_range
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.polar import slant_range_azimuth
+from multiradar.tracking.outputs import TrackPlots
 from multiradar_schemas.sensors.sensor import Sensor, SensorsFile
 
 Floats = NDArray[np.float64]
@@ -68,11 +69,13 @@ class Recording:
         """Return the sensor table."""
         return wire.sensor_table(SensorsFile(sensor=self.sensors))
 
-    def diagnosed(self) -> list[Diagnosis]:
-        """Return its diagnoses when everything valid is accepted."""
+    def diagnosed(self, tracks: NDArray[np.int64] | None = None) -> list[Diagnosis]:
+        """Return its diagnoses when everything valid is accepted, and updates these tracks."""
         evidence = Evidence(self.table())
         measured, rejected = wire.measurement_batch(self.frame, evidence.sensors)
         evidence.record_batch(self.frame, rejected, measured, np.zeros(len(measured), np.int8))
+        if tracks is not None:
+            evidence.record_plots(TrackPlots(tracks, measured))
         evidence.confirmed = True
         return diagnose(evidence)
 

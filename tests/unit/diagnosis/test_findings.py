@@ -126,6 +126,16 @@ def test_a_correct_recording_has_no_diagnosis(seed: int, *, positions: bool, nam
     assert recording(seed, positions=positions, named=named).diagnosed() == []
 
 
+# Every track is a candidate of each plot, and the positions by a wrong radar are left out.
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_wrong_radar_is_named_by_the_tracks_of_the_others(seed: int) -> None:
+    numbers = recording(seed).frame["track_number"].to_numpy()
+    turned = recording(seed, named=False).changed(NAME, azimuth_deg=(AZIMUTH + 180.0) % 360.0)
+    assert [(one.sensor_id, one.code) for one in turned.diagnosed(numbers)] == [
+        (NAME, "azimuth_offset")
+    ]
+
+
 # 7000 and 2000 are used by aircraft without an assigned code.
 @pytest.mark.parametrize("code", ["7000", "2000"])
 def test_a_code_of_conspicuity_is_no_mistake(code: str) -> None:
