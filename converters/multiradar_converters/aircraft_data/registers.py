@@ -96,8 +96,6 @@ FIELDS: dict[int, dict[str, Coded]] = {
         "inertial_rate": Coded(46, 47, 56, 32.0 * FOOT_PER_MIN_M_S, signed=True),
     },
 }
-#: Values that a register contains.
-GROUPS = {BDS_4_0: ALTITUDE, BDS_5_0: MOTION, BDS_6_0: AIR}
 #: Maximum difference of the two vertical rates of register 6,0, m/s; 10 m/s were seen in climbs.
 RATES_APART_MAX_M_S = 20.0
 #: Bits of register 4,0 that are zero.
@@ -160,6 +158,35 @@ def decoded(content: Integers, register: int) -> dict[str, Numbers]:
     return {name: field_values(content, field) for name, field in FIELDS[register].items()}
 
 
+def encoded(values: dict[str, Numbers], register: int) -> Integers:
+    """Return registers with these fields, the inverse of `decoded`; NaN has the status 0.
+
+    Parameters
+    ----------
+    values : dict of float64[n]
+        Fields by name; values beyond the range of their field are clipped.
+    register : int
+        Which register, see `FIELDS`.
+
+    Returns
+    -------
+    int64[n]
+        Their content.
+    """
+    content = np.zeros(len(next(iter(values.values()))), np.int64)
+    for name, field in FIELDS[register].items():
+        width = field.last - field.first + 1
+        least, most = (-(1 << (width - 1)), (1 << (width - 1)) - 1) if field.signed else (
+            0, (1 << width) - 1
+        )  # fmt: skip
+        given = ~np.isnan(values[name])
+        raw = np.rint(np.where(given, values[name], 0.0) / field.step)
+        bits = np.clip(raw, least, most).astype(np.int64) & ((1 << width) - 1)
+        bits = bits << (BITS - field.last) | 1 << (BITS - field.status)
+        content |= np.where(given, bits, 0)
+    return content
+
+
 def register_values(found: Integers) -> tuple[Numbers, list[Finding]]:
     """Return the values of registers.
 
@@ -175,12 +202,14 @@ def register_values(found: Integers) -> tuple[Numbers, list[Finding]]:
     findings : list of Finding
         Registers that were dropped: contradicting copies, registers 5,0 and 6,0 with the same
         content (one of them is the other), bits without their status, and 6,0 with vertical rates
-        that contradict each other.
+        that contradict each other. Of 5,0 and 6,0 both are dropped: content that is not that of its
+        number leaves the other number of the report in doubt, too.
     """
     usable = found.copy()
     findings = []
     same = (found[:, BDS_5_0] > 0) & (found[:, BDS_5_0] == found[:, BDS_6_0])
-    for register, group in GROUPS.items():
+    for register in range(len(REGISTERS)):
+        group = ALTITUDE if register == BDS_4_0 else MOTION + AIR
         content = found[:, register]
         reasons = {
             "copies": content == CONTRADICTING,
@@ -189,13 +218,14 @@ def register_values(found: Integers) -> tuple[Numbers, list[Finding]]:
         }
         for reason, where in reasons.items():
             findings.append(Finding(reason, group, where))
-            usable[where, register] = ABSENT
+            for one in (register,) if register == BDS_4_0 else (BDS_5_0, BDS_6_0):
+                usable[where, one] = ABSENT
     altitudes = decoded(usable[:, BDS_4_0], BDS_4_0)
     motion = decoded(usable[:, BDS_5_0], BDS_5_0)
     air = decoded(usable[:, BDS_6_0], BDS_6_0)
     barometric, inertial = air["barometric_rate"], air["inertial_rate"]
     apart = np.abs(barometric - inertial) > RATES_APART_MAX_M_S
-    findings.append(Finding("vertical_rates", AIR, apart))
+    findings.append(Finding("vertical_rates", MOTION + AIR, apart))
     values = q.absent(len(found))
     for quantity, column in (
         (q.MAGNETIC_HEADING, air["magnetic_heading"] % q.REVOLUTION_DEG),
@@ -213,7 +243,7 @@ def register_values(found: Integers) -> tuple[Numbers, list[Finding]]:
         ),
     ):
         values[:, quantity] = column
-    q.blank(values, apart, AIR)
+    q.blank(values, apart, MOTION + AIR)
     return values, [one for one in findings if one.where.any()]
 
 

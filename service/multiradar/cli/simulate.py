@@ -4,7 +4,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -162,9 +162,14 @@ def _report(named: str, scene: "Scenario", seen: "Observation", rows: dict[str, 
     from importlib.metadata import version
 
     from multiradar.simulation.observation.counts import counts_by_sensor
+    from multiradar.simulation.output import reported_data
     from multiradar_schemas.report import Counts, OutputFile, Report
 
     made = len(seen.measurements)
+    data: dict[str, Any] = {
+        scene.sensors[index].identifier: document
+        for index, document in sorted(reported_data(scene, seen).documents.items())
+    }
     return Report(
         command="simulate",
         version=version("multiradar"),
@@ -178,6 +183,7 @@ def _report(named: str, scene: "Scenario", seen: "Observation", rows: dict[str, 
             "sensors": len(scene.sensors),
             "measurements": made,
             "by_sensor": {name: dict(one) for name, one in counts_by_sensor(scene, seen).items()},
+            **({"aircraft_data": data} if data else {}),
         },
     )
 

@@ -13,6 +13,10 @@ from multiradar.estimation.measurement.sensors import (
 from multiradar.simulation.observation.measurements import NO_AIRCRAFT
 from multiradar.simulation.observation.observation import Observation
 from multiradar.simulation.scenario.model import SITED, Aircraft, ReceivedField, Scenario, Sensor
+from multiradar_converters.aircraft_data.checking import checked
+from multiradar_converters.aircraft_data.quantities import named_columns, without
+from multiradar_converters.aircraft_data.registers import register_values
+from multiradar_converters.asterix.aircraft_reports import Screened, screened
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.directions import without_empty_columns
 
@@ -75,12 +79,43 @@ def measurements_frame(scenario: Scenario, observation: Observation) -> pl.DataF
             "source_height_m": rows.source_height_m,
         }
     )
+    data = reported_data(scenario, observation)
+    frame = frame.with_columns(
+        pl.Series(name, values) for name, values in named_columns(data.values)
+    )
     absent = [
         pl.lit(None, kind).alias(name)
         for name, kind in MEASUREMENT_SCHEMA.items()
         if name not in frame.columns
     ]
     return without_empty_columns(_without_nan(frame.with_columns(absent), MEASUREMENT_SCHEMA))
+
+
+def reported_data(scenario: Scenario, observation: Observation) -> Screened:
+    """Return the aircraft-derived data of the measurements, and figures by index of the sensor.
+
+    Values are decoded from the registers, and checked as in a conversion.
+    """
+    rows = observation.measurements
+    if not rows.registers.shape[1]:
+        return Screened(without(len(rows)), {})
+    raw, found = register_values(rows.registers)
+    values, dropped = checked(raw, rows.height_m, found)
+    # Of one aircraft, whatever its address: -1 for clutter.
+    aircraft = np.where(rows.aircraft == NO_AIRCRAFT, -1, rows.aircraft + 1)
+    kept = {
+        "time_s": rows.time_s,
+        "range_m": rows.range_m,
+        "azimuth_deg": np.degrees(rows.azimuth_rad),
+        "latitude_deg": np.degrees(rows.latitude_rad),
+        "longitude_deg": np.degrees(rows.longitude_rad),
+        "height_m": rows.height_m,
+    }
+    seen = screened(values, dropped, rows.sensor.astype(np.int64), aircraft, kept)
+    unchecked = np.array([
+        one.aircraft_data is not None and not one.aircraft_data.checks for one in scenario.sensors
+    ])[rows.sensor]  # fmt: skip
+    return Screened(np.where(unchecked[:, None], raw, seen.values), seen.documents)
 
 
 def truth_frame(scenario: Scenario, observation: Observation) -> pl.DataFrame:

@@ -10,6 +10,7 @@ from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import TRUE_BIAS_SCHEMA, TRUTH_SCHEMA
 from multiradar.simulation.scenario.bias_tables import BiasesTable, BiasTable
 from multiradar.simulation.scenario.file import builtin_names, builtin_scenario, load_scenario
+from multiradar.simulation.scenario.reported_tables import AtmosphereTable, RegistersTable
 from multiradar.simulation.scenario.tables import (
     AircraftTable,
     CoupledTable,
@@ -26,7 +27,7 @@ from support.paths import ROOT
 EXAMPLES = sorted((ROOT / "examples" / "scenes").glob("*.toml"))
 TABLES = (
     ScenarioTable, PlaneTable, AircraftTable, LegTable, ReportErrorTable, CoupledTable,
-    TrafficTable, SensorTable, BiasesTable, BiasTable,
+    TrafficTable, SensorTable, BiasesTable, BiasTable, AtmosphereTable, RegistersTable,
 )  # fmt: skip
 
 

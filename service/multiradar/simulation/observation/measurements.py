@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +40,9 @@ class Measurements:
         Measured by direction finders beside the azimuth.
     source_latitude_rad, source_longitude_rad, source_height_m : (n,) float64
         Position of a moving sensor.
+    registers : (n, 3) or (n, 0) int64
+        Content of the registers 4,0, 5,0 and 6,0 received with it, −1 for none; without columns if
+        no sensor receives any.
     """
 
     time_s: Floats
@@ -60,6 +64,7 @@ class Measurements:
     source_latitude_rad: Floats
     source_longitude_rad: Floats
     source_height_m: Floats
+    registers: NDArray[np.int64]
 
     def __len__(self) -> int:
         return len(self.time_s)
@@ -76,15 +81,29 @@ def no_measurements() -> Measurements:
     return Measurements(
         nothing, integers, integers, nothing, nothing, nothing, nothing, nothing, integers,
         np.empty(0, np.bool_), nothing, nothing, nothing, nothing, nothing,
-        nothing, nothing, nothing, nothing,
+        nothing, nothing, nothing, nothing, no_registers(0),
     )  # fmt: skip
+
+
+def no_registers(count: int) -> NDArray[np.int64]:
+    """Return the registers of measurements by a sensor that receives none."""
+    return np.empty((count, 0), np.int64)
 
 
 def merged(parts: Sequence[Measurements]) -> Measurements:
     """Return the measurements of all parts, sorted by time stamp, sensor, aircraft."""
     columns = {
-        field.name: np.concatenate([getattr(part, field.name) for part in parts])
+        field.name: _joined([getattr(part, field.name) for part in parts])
         for field in fields(Measurements)
     }
     order = np.lexsort((columns["aircraft"], columns["sensor"], columns["time_s"]))
     return Measurements(**{name: column[order] for name, column in columns.items()})
+
+
+def _joined(parts: list[NDArray[Any]]) -> NDArray[Any]:
+    width = max(part.shape[1] for part in parts) if parts[0].ndim == 2 else 0
+    if not width:
+        return np.concatenate(parts)
+    return np.concatenate(
+        [part if part.shape[1] else np.full((len(part), width), -1) for part in parts]
+    )

@@ -1,8 +1,10 @@
 """Simulated measurements of a scenario on WGS 84, with the truth of each."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from copy import deepcopy
+from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +25,7 @@ from multiradar.geodesy.wgs84 import (
     geodetic_to_ecef,
 )
 from multiradar.simulation.biases import TrueBiases, simulate_biases
+from multiradar.simulation.observation.aircraft_data import avionics, received_registers
 from multiradar.simulation.observation.clutter import clutter_plots
 from multiradar.simulation.observation.detections import (
     LineOfSight,
@@ -39,6 +42,7 @@ from multiradar.simulation.observation.measurements import (
     Measurements,
     merged,
     no_measurements,
+    no_registers,
 )
 from multiradar.simulation.observation.resolution import merge_unresolved
 from multiradar.simulation.observation.sources import Site, site_of
@@ -128,8 +132,12 @@ def observe(
     rows, (opportunities, copies) = [], np.zeros((2, len(scenario.sensors)), np.int64)
     for index, (one, stream) in enumerate(zip(aircraft, own, strict=True)):
         path = fly(one, scenario.duration_s, stream)
-        for number, sensor_rng in enumerate(stream.spawn(len(scenario.sensors))):
+        own_rngs = stream.spawn(len(scenario.sensors))
+        # Spawned after those of the sensors, whose numbers do not depend on it.
+        (errors_rng,) = stream.spawn(1)
+        for number, sensor_rng in enumerate(own_rngs):
             seen, count = _measured(sky, number, (index, one, path), sensor_rng)
+            seen = _with_registers(sky, (one, path), seen, (errors_rng, sensor_rng))
             rows.append(seen)
             opportunities[number] += count
             feed = scenario.sensors[number].second_feed
@@ -251,6 +259,27 @@ def _measured(
         ) from error
 
 
+# Registers of the aircraft, with the measurements of one sensor.
+def _with_registers(
+    sky: _Sky,
+    flown: tuple[Aircraft, Path],
+    seen: Measurements,
+    rngs: tuple[np.random.Generator, np.random.Generator],
+) -> Measurements:
+    aircraft, path = flown
+    number = int(seen.sensor[0]) if len(seen) else 0
+    reports = sky.scenario.sensors[number].aircraft_data
+    if reports is None or not len(seen) or not (aircraft.exists and aircraft.transponder):
+        return seen
+    # The errors of the aircraft are the same for every sensor.
+    errors = avionics(reports, (path.start_s, path.end_s), deepcopy(rngs[0]))
+    true_s = seen.time_s - sky.biases.at(number, seen.time_s)[PARAMETER_TIME_OFFSET]
+    registers = received_registers(
+        reports, sky.scenario.atmosphere, (sky.plane, path, errors), true_s, rngs[1].spawn(1)[0]
+    )
+    return replace(seen, registers=registers)
+
+
 # The line of sight on WGS 84.
 def _line_of_sight(
     sensor: Sensor,
@@ -291,7 +320,7 @@ def _row(
     site = sky.sites[number]
     source = [nothing] * 3 if site.path is None else list(site.at(plots.true_s))
     elevation = nothing if plots.elevation_rad is None else plots.elevation_rad
-    rest = [*truth, elevation, *source]
+    rest: list[NDArray[Any]] = [*truth, elevation, *source, no_registers(count)]
     return Measurements(
         plots.time_s, np.full(count, number, np.int32), np.full(count, index, np.int32),
         plots.range_m, plots.azimuth_rad, latitude, longitude,

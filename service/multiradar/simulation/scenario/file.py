@@ -154,6 +154,7 @@ def scenario_of(table: ScenarioTable) -> Scenario:
         traffic=tuple(_traffic(one) for one in table.traffic),
         sensors=tuple(_sensor(one, table.plane.kind == "wgs84", plane) for one in table.sensor),
         start_time_s=table.start_time_s,
+        atmosphere=table.atmosphere.atmosphere(),
     )
 
 
@@ -306,6 +307,7 @@ def _sensor(table: SensorTable, on_earth: bool, plane: SystemPlane) -> Sensor:
         speed_mps=table.speed_mps,
         heading_rad=_rad(table.heading_deg),
         legs=_legs(table.leg),
+        aircraft_data=None if table.aircraft_data is None else table.aircraft_data.reports(),
     )
 
 

@@ -6,11 +6,12 @@ position is the foot of the aircraft there. A bias is *measured minus true*. Tim
 start of the scenario.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from multiradar.estimation.measurement.known_biases import FRAME_PARAMETERS
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES
+from multiradar.simulation.scenario.reported_data import Atmosphere, RegisterReports
 
 SensorKind = Literal["radar", "direction-finder", "adsb", "mlat"]
 #: Kinds of sensor with a site that measure an azimuth.
@@ -316,6 +317,8 @@ class Sensor:
         Initial speed and heading of a moving direction finder, from its site.
     legs : tuple of Leg
         Its legs, like those of aircraft.
+    aircraft_data : RegisterReports, optional
+        Registers that it receives.
     """
 
     identifier: str
@@ -352,6 +355,7 @@ class Sensor:
     speed_mps: float | None = None
     heading_rad: float = 0.0
     legs: tuple[Leg, ...] = ()
+    aircraft_data: RegisterReports | None = None
 
     def __post_init__(self) -> None:
         absent = (Bias(),) * (PARAMETERS - len(self.biases))
@@ -388,6 +392,8 @@ class Scenario:
         Centre of the plane on WGS 84; a flat scenario is placed there on demand.
     aircraft, traffic, sensors : tuple
         Its contents; the traffic follows the aircraft.
+    atmosphere : Atmosphere
+        Wind, temperature and magnetic variation, of what aircraft report.
     """
 
     title: str
@@ -399,3 +405,4 @@ class Scenario:
     traffic: tuple[Traffic, ...]
     sensors: tuple[Sensor, ...]
     start_time_s: float = 0.0
+    atmosphere: Atmosphere = field(default_factory=Atmosphere)

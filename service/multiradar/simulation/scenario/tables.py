@@ -14,6 +14,7 @@ from multiradar.simulation.scenario.model import (
     ReceivedField,
     SensorKind,
 )
+from multiradar.simulation.scenario.reported_tables import AtmosphereTable, RegistersTable
 from multiradar_schemas.documents.names import shown
 from multiradar_schemas.documents.tables import Table, wrong
 from multiradar_schemas.measurements.measurement import (
@@ -247,6 +248,7 @@ _OF_RADARS = (
 _OF_RANGES = (
     "range_sigma_m", "position_sigma_m", "clutter_per_turn", "storm", "second_feed",
     "range_resolution_m", "azimuth_resolution_deg", "jammed_s", "earth_radius_factor",
+    "aircraft_data",
 )  # fmt: skip
 # Keys of the reference point of a local frame.
 _OF_FRAMES = ("east_m", "north_m", "latitude_deg", "longitude_deg")
@@ -288,6 +290,7 @@ class SensorTable(_Positioned):
     heading_deg: _Heading = 0.0
     leg: Annotated[tuple[LegTable, ...], _LISTED] = ()
     bias: BiasesTable = BiasesTable()
+    aircraft_data: RegistersTable | None = None
 
     @model_validator(mode="after")
     def _fits_its_kind(self) -> Self:
@@ -352,6 +355,7 @@ class ScenarioTable(Table):
     duration_s: _Length
     start_time_s: Annotated[float, Field(ge=0.0, le=1e10)] = 0.0
     plane: PlaneTable = PlaneTable()
+    atmosphere: AtmosphereTable = AtmosphereTable()
     aircraft: Annotated[tuple[AircraftTable, ...], _LISTED, Field(max_length=AIRCRAFT_MAX)] = ()
     traffic: Annotated[tuple[TrafficTable, ...], _LISTED, Field(max_length=AIRCRAFT_MAX)] = ()
     sensor: Annotated[tuple[SensorTable, ...], _LISTED, Field(min_length=1, max_length=SENSORS_MAX)]

@@ -16,6 +16,7 @@ from multiradar_converters.aircraft_data.registers import (
     CONTRADICTING,
     NAMES,
     decoded,
+    encoded,
     read_registers,
     register_values,
 )
@@ -33,6 +34,14 @@ def test_fields_are_those_of_an_independent_decoder(register: int, content: int)
         if name == SATURATED[0] and abs(wanted) >= SATURATED[1]:
             wanted = math.nan
         assert values[0] == pytest.approx(wanted, nan_ok=True, abs=1e-9)
+
+
+@given(st.sampled_from(range(3)), st.integers(0, 2**56 - 1))
+def test_encoded_fields_are_decoded_again(register: int, content: int) -> None:
+    fields = decoded(np.array([content]), register)
+    again = decoded(encoded(fields, register), register)
+    for name, values in fields.items():
+        assert again[name][0] == pytest.approx(values[0], nan_ok=True, abs=1e-9)
 
 
 @pytest.mark.parametrize(

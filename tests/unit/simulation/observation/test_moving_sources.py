@@ -14,7 +14,11 @@ from multiradar.simulation.scenario.file import load_scenario, load_table, table
 from multiradar.simulation.scenario.model import Scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.wire import measurement_batch, sensor_table
-from multiradar_schemas.measurements.columns import MEASUREMENT_DIRECTIONS, MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import (
+    MEASUREMENT_AIRCRAFT,
+    MEASUREMENT_DIRECTIONS,
+    MEASUREMENT_SCHEMA,
+)
 from multiradar_schemas.sensors.sensor import parse_sensors
 
 TEXT = """
@@ -54,7 +58,8 @@ def test_a_moving_finder_flies_its_legs_and_measures_from_its_position(tmp_path:
     made = scenario(tmp_path, FLYING)
     observation = observe(made, np.random.default_rng(1))
     rows, truth = measurements_frame(made, observation), truth_frame(made, observation)
-    assert rows.columns == [name for name in MEASUREMENT_SCHEMA if name != "on_ground"]
+    optional = {"on_ground", *MEASUREMENT_AIRCRAFT}
+    assert rows.columns == [name for name in MEASUREMENT_SCHEMA if name not in optional]
     assert len(rows) == 300
     sources = np.radians(rows.select(MEASUREMENT_DIRECTIONS[1:3]).to_numpy())
     assert rows["source_height_m"].unique().to_list() == [3000.0]
