@@ -77,6 +77,14 @@ class View(Protocol):
         """Return one live track."""
         ...
 
+    def aircraft_json(self) -> bytes:
+        """Return the live tracks as `aircraft.json` of readsb."""
+        ...
+
+    def receiver_json(self) -> dict[str, Any]:
+        """Return `receiver.json` of readsb."""
+        ...
+
     def ask(self, query: Query, track_id: int | None = None, **given: Any) -> dict[str, Any] | None:
         """Return the answer to a query of `registry.QUERIES`; None for no such live track."""
         ...

@@ -107,6 +107,12 @@ class FakeView:
             self.gate.wait(WAIT_TIMEOUT_S)
         return self.live
 
+    def aircraft_json(self) -> bytes:
+        return b'{"now":1010.0,"messages":0,"aircraft":[]}'
+
+    def receiver_json(self) -> dict[str, Any]:
+        return {"version": "multiradar", "refresh": 1000, "history": 0}
+
     def track(self, track_id: int) -> dict[str, Any] | None:
         rows = self.live.filter(pl.col("track_id") == track_id)
         return rows.row(0, named=True) if len(rows) else None

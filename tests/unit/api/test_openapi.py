@@ -13,6 +13,8 @@ from multiradar.api import documentation
 from multiradar_schemas.export import documents
 
 _PATHS = {
+    "/data/aircraft.json": ["get"],
+    "/data/receiver.json": ["get"],
     "/healthz": ["get"],
     "/metrics": ["get"],
     "/readyz": ["get"],

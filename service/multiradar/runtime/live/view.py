@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from multiradar.runtime.live.live_diagnosis import LiveDiagnosis
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.memory.reject_board import RejectBoard
+from multiradar.runtime.queries.aircraft_json import AircraftSnapshots
 from multiradar.runtime.queries.registry import History, Query
 from multiradar.runtime.stream.events import Subscription
 from multiradar.runtime.stream.output_events import OutputEvents
@@ -40,6 +41,7 @@ class LiveView:
         self._events = events
         self._rejects = rejects
         self._diagnosis = diagnosis
+        self._snapshots = AircraftSnapshots(known)
         #: Counters of the service, and of its interfaces by their name in the status.
         self.service_counts: Counts = dict
         self.edge_counts: dict[str, Counts] = {}
@@ -56,6 +58,14 @@ class LiveView:
     def track(self, track_id: int) -> dict[str, Any] | None:
         """Return a live track as one row of `tracks`, or None."""
         return self._known.track(track_id)
+
+    def aircraft_json(self) -> bytes:
+        """Return the live tracks as `aircraft.json` of readsb."""
+        return self._snapshots.aircraft()
+
+    def receiver_json(self) -> dict[str, Any]:
+        """Return `receiver.json` of readsb."""
+        return self._snapshots.receiver()
 
     def live_ids(self) -> NDArray[np.int64]:
         """Return the identifiers of the live tracks, ascending."""

@@ -17,7 +17,7 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.memory.bias_board import BiasBoard, bias_rows_frame
 from multiradar.runtime.memory.history import TrackHistory
-from multiradar.runtime.memory.live_tracks import LiveTracks, ages_and_states
+from multiradar.runtime.memory.live_tracks import LiveTracks, ages_and_states, sources_of
 from multiradar.runtime.memory.sensor_board import SensorBoard
 from multiradar.runtime.memory.track_tally import TrackTally
 from multiradar.runtime.queries.track_windows import PLOT_DTYPE, POINTS_MAX, plot_rows
@@ -46,6 +46,33 @@ class Window(NamedTuple):
     biases: NDArray[np.void]
 
 
+class Picture(NamedTuple):
+    """The live tracks at a data time, and how they were updated.
+
+    Attributes
+    ----------
+    version : int
+        Number of the state; it increases with each change.
+    data_time_s : float
+        The data time, s; 0 before there is any.
+    sequence : int
+        Number of track updates so far.
+    tracks : DataFrame
+        As from `Knowledge.tracks`.
+    updates : (n,) int64
+        Number of updates of each track.
+    heard_s : (n, 3) float64
+        Time of its last update by each source, s; -inf for none.
+    """
+
+    version: int
+    data_time_s: float
+    sequence: int
+    tracks: pl.DataFrame
+    updates: NDArray[np.int64]
+    heard_s: NDArray[np.float64]
+
+
 class Knowledge:
     """Live tracks, history, biases and sensors of the service.
 
@@ -71,6 +98,7 @@ class Knowledge:
         self._states: Callable[[], States] | None = None
         self._data_time_s: float | None = None
         self._frame, self._frame_version = pl.DataFrame(), -1
+        self._version = 0
         self.clear()
 
     # ---------------------------------------------------------------- readers
@@ -93,6 +121,22 @@ class Knowledge:
         with self._lock:
             self._frame, self._frame_version = frame, version
         return frame
+
+    def picture(self, version: int) -> Picture | None:
+        """Return the live tracks and how they were updated; None if the version is the present one.
+
+        Parameters
+        ----------
+        version : int
+            That of the last picture; -1 for none.
+        """
+        with self._lock:
+            if version == self._version:
+                return None
+            rows, heard = self._live.all(), self._live.heard()
+            data_time_s, updates, version = self._data_time_s, self._updates, self._version
+        frame = self._aged(rows, data_time_s)
+        return Picture(version, data_time_s or 0.0, updates, frame, *heard)
 
     def track(self, track_id: int) -> dict[str, Any] | None:
         """Return a live track as one row of `tracks`, or None."""
@@ -212,12 +256,13 @@ class Knowledge:
             steps = row_type(TrackTransitions)
             self._transitions = TrackHistory(limits.transition_rows_max, steps)
             self._plots = TrackHistory(limits.plot_rows_max, PLOT_DTYPE)
-            self._live = LiveTracks()
+            self._live = LiveTracks(sources_of(self.sensors))
             self.calibration = calibration_for(self.tracking)
             self._biases = BiasBoard(self.sensors, limits.bias_history_rows_max)
             self._board = SensorBoard(self.sensors)
             self._data_time_s = None
-            self._updates = self._version = 0
+            self._updates = 0
+            self._version += 1
             self._tally = TrackTally()
             self._frame_version = -1
 

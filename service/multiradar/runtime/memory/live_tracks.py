@@ -4,6 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import NONE
+from multiradar.estimation.measurement.kinds import KIND_POSITION
+from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.memory.history import UPDATE_DTYPE
 from multiradar.tracking.outputs import STATE_COASTING, STATE_CONFIRMED
 
@@ -34,11 +36,32 @@ def ages_and_states(
     return age_s, np.where(coasting, STATE_COASTING, rows["state"]).astype(np.int8)
 
 
-class LiveTracks:
-    """The latest update of every live track, in arrays updated in place by one owner."""
+#: Sources of updates: ADS-B, multilateration, and radars with direction finders.
+BY_ADSB, BY_MLAT, BY_RADAR = range(3)
+_SOURCES = 3
 
-    def __init__(self) -> None:
+
+def sources_of(sensors: SensorTable) -> NDArray[np.int8]:
+    """Return the source of the updates by each sensor."""
+    position = np.where(sensors.self_reported, BY_ADSB, BY_MLAT)
+    return np.where(sensors.kinds == KIND_POSITION, position, BY_RADAR).astype(np.int8)
+
+
+class LiveTracks:
+    """The latest update of every live track, in arrays updated in place by one owner.
+
+    Parameters
+    ----------
+    sources : (s,) int8, optional
+        Source of the updates by each sensor, as from `sources_of`.
+    """
+
+    def __init__(self, sources: NDArray[np.int8] | None = None) -> None:
+        self._sources = sources
         self._rows = np.zeros(64, UPDATE_DTYPE)
+        # Number of updates, and time of the last one by each source.
+        self._updates = np.zeros(64, np.int64)
+        self._heard_s = np.full((64, _SOURCES), -np.inf)
         self._free: list[int] = list(range(63, -1, -1))
         # Slot of each live track, by track identifier.
         self._slot = np.full(1024, NONE, np.int32)
@@ -69,6 +92,11 @@ class LiveTracks:
         for track in tracks[self._slot[tracks] == NONE]:
             self._slot[track] = self._allocate()
         self._rows[self._slot[tracks]] = rows[len(rows) - 1 - backwards]
+        slots = self._slot[rows["track_id"]]
+        np.add.at(self._updates, slots, 1)
+        if self._sources is not None:
+            source = self._sources[rows["sensor"]]
+            np.maximum.at(self._heard_s, (slots, source), rows["time_s"])
 
     def remove(self, tracks: NDArray[np.int64]) -> None:
         """Remove tracks; those not live are skipped."""
@@ -92,13 +120,31 @@ class LiveTracks:
         rows = self._rows[self._rows["track_id"] > 0]
         return rows[np.argsort(rows["track_id"])]
 
+    def heard(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Return how the tracks of `all` were updated, in the same order.
+
+        Returns
+        -------
+        updates : (n,) int64
+            Number of updates.
+        heard_s : (n, 3) float64
+            Time of the last update by each source, -inf for none.
+        """
+        slots = np.flatnonzero(self._rows["track_id"] > 0)
+        slots = slots[np.argsort(self._rows["track_id"][slots])]
+        return self._updates[slots], self._heard_s[slots]
+
     def _allocate(self) -> int:
         if not self._free:
             held = len(self._rows)
             self._rows = np.concatenate([self._rows, np.zeros(held, UPDATE_DTYPE)])
+            self._updates = np.concatenate([self._updates, np.zeros(held, np.int64)])
+            self._heard_s = np.concatenate([self._heard_s, np.full((held, _SOURCES), -np.inf)])
             self._free = list(range(2 * held - 1, held - 1, -1))
         self._count += 1
-        return self._free.pop()
+        slot = self._free.pop()
+        self._updates[slot], self._heard_s[slot] = 0, -np.inf
+        return slot
 
     def _grow(self, track_id: int) -> None:
         if track_id >= len(self._slot):

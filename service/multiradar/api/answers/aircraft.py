@@ -1,0 +1,61 @@
+"""Models of `aircraft.json` and `receiver.json`, for the documentation."""
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+
+class Aircraft(_Strict):
+    """A track in the units of readsb; values that are not known are absent."""
+
+    hex: Annotated[
+        str,
+        Field(
+            pattern=r"^~?[0-9a-f]{6}$",
+            description="ICAO address; with `~` the number of a track without one",
+        ),
+    ]
+    type: Annotated[
+        Literal["adsb_icao", "adsb_other", "mlat", "tisb_icao", "tisb_trackfile"],
+        Field(description="Best source of its updates; `tisb_…` are radars"),
+    ]
+    flight: Annotated[str | None, Field(pattern=r"^[0-9A-Z ]{8}$", description="Callsign")] = None
+    alt_baro: Annotated[
+        int | Literal["ground"] | None, Field(description="Altitude, ft, or `ground`")
+    ] = None
+    gs: Annotated[float, Field(ge=0.0, description="Ground speed, kt")]
+    track: Annotated[float, Field(ge=0.0, lt=360.0, description="True track, degrees")]
+    baro_rate: Annotated[int | None, Field(description="Rate of climb, ft/min")] = None
+    squawk: Annotated[str | None, Field(pattern=r"^[0-7]{4}$", description="Mode 3/A code")] = None
+    lat: Annotated[float, Field(ge=-90.0, le=90.0, description="Latitude, degrees")]
+    lon: Annotated[float, Field(ge=-180.0, le=180.0, description="Longitude, degrees")]
+    nac_p: Annotated[
+        int, Field(ge=0, le=11, description="Accuracy category of the position, from its sigma")
+    ]
+    seen_pos: Annotated[float, Field(ge=0.0, description="Age of the position, s")]
+    mlat: Annotated[list[str], Field(description="Values estimated from multilateration")]
+    tisb: Annotated[list[str], Field(description="Values estimated from radars")]
+    messages: Annotated[int, Field(ge=1, description="Updates of the track")]
+    seen: Annotated[float, Field(ge=0.0, description="Time since its last update, s")]
+
+
+class AircraftJson(_Strict):
+    """All confirmed tracks."""
+
+    now: Annotated[float, Field(description="Data time, Unix time, s")]
+    messages: Annotated[int, Field(ge=0, description="Track updates so far")]
+    aircraft: list[Aircraft]
+
+
+class ReceiverJson(_Strict):
+    """What tar1090 reads once at its start."""
+
+    version: str
+    refresh: Annotated[int, Field(description="Interval of requests, ms")]
+    history: Annotated[Literal[0], Field(description="Number of history files")]
+    lat: Annotated[float | None, Field(description="Middle of the sensors, degrees")] = None
+    lon: Annotated[float | None, Field(description="Likewise")] = None
