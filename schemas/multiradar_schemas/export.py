@@ -13,6 +13,7 @@ from typing import Any
 import polars as pl
 from pydantic import TypeAdapter
 
+from multiradar_schemas.alignment import Alignment
 from multiradar_schemas.columns import required_columns
 from multiradar_schemas.inspection import Inspection
 from multiradar_schemas.measurements.columns import MEASUREMENT_REQUIRED, MEASUREMENT_SCHEMA
@@ -49,6 +50,7 @@ _MODELS: dict[str, TypeAdapter[Any]] = {
     "trajectories": TypeAdapter(Trajectories),
     "reject": TypeAdapter(Reject),
     "report": TypeAdapter(Report),
+    "alignment": TypeAdapter(Alignment),
     "inspection": TypeAdapter(Inspection),
 }
 #: Tables with one model per row, and two with a reason instead of values.

@@ -7,6 +7,17 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from multiradar_schemas.alignment import (
+    AlignedBias,
+    AlignedDistances,
+    AlignedInput,
+    AlignedInterval,
+    AlignedPair,
+    AlignedRadar,
+    AlignedResiduals,
+    AlignedUnobservable,
+    Alignment,
+)
 from multiradar_schemas.inspection import (
     InspectedBias,
     InspectedCategory,
@@ -157,6 +168,24 @@ def _lines() -> Iterator[str]:
         yield f"\n`{title}`:\n"
         yield from _table(model)
     yield from _inspection_lines()
+    yield from _alignment_lines()
+
+
+def _alignment_lines() -> Iterator[str]:
+    yield "\n## Registrations: `multiradar align --json`\n"
+    yield from _table(Alignment)
+    for title, model in (
+        ("inputs", AlignedInput),
+        ("residuals", AlignedResiduals),
+        ("residuals.before", AlignedDistances),
+        ("biases", AlignedBias),
+        ("radars", AlignedRadar),
+        ("pairs", AlignedPair),
+        ("unobservable", AlignedUnobservable),
+        ("trend", AlignedInterval),
+    ):
+        yield f"\n`{title}`:\n"
+        yield from _table(model)
 
 
 def _inspection_lines() -> Iterator[str]:

@@ -12,7 +12,8 @@ normal distribution), to which the motion hardly contributes. *Residuals*: two r
 period in the sensors file detect an aircraft within 0.5 s; both plots become positions with the
 reported height, the earlier one extrapolated with the velocity of the track; their distance is
 given raw, and corrected by the final biases of the tracks. With BIASES the biases come from other
-tracks, for cross-validation between two halves of the aircraft.
+tracks, or from the output of `multiradar align --json`, for cross-validation between two halves of
+the aircraft.
 """
 
 import json
@@ -141,6 +142,17 @@ def _place(row: dict[str, Any], sensors: dict[str, Sensor], biases: dict[str, An
     )
 
 
+def biases_of(given: Path) -> dict[str, Any]:
+    """Return the biases of a folder of tracks, or of the output of `align --json`."""
+    if given.is_dir():
+        report = json.loads((given / "report.json").read_text())
+        return dict(report["figures"]["final_biases"])
+    found: dict[str, Any] = {}
+    for one in json.loads(given.read_text())["biases"]:
+        found.setdefault(one["sensor_id"], {})[one["parameter"]] = one
+    return found
+
+
 def main() -> None:
     """Print the figures."""
     plots, tracks, listed, *other = map(Path, sys.argv[1:])
@@ -160,8 +172,7 @@ def main() -> None:
         seen = pl.read_parquet(tracks / "tracks.parquet").filter(pl.col("sensor_id") == name)
         print(f"{name}: scan period {turn_s} s; {continuity(seen, turn_s)}")
         print(f"{name}: noise {range_m:.1f} m and {azimuth_deg:.4f}°")
-    report = json.loads(((other or [tracks])[0] / "report.json").read_text())
-    before, after = residuals(table, sensors, report["figures"]["final_biases"])
+    before, after = residuals(table, sensors, biases_of((other or [tracks])[0]))
     if len(before):
         for what, values in (("before", before), ("after", after)):
             print(

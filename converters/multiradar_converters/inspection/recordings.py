@@ -60,7 +60,7 @@ def inspect(
         A file cannot be read, or is no recording.
     """
     survey = Survey()
-    forms = {path: _form(path) for path in files}
+    forms = {path: recording_kind(path) for path in files}
     octets = sum(path.stat().st_size for path, form in forms.items() if form == "asterix")
     every = max(1, -(-octets // options.detailed_octets_max))
     survey.sampled = 1.0 / every
@@ -74,7 +74,7 @@ def inspect(
     return survey
 
 
-def _form(path: Path) -> str:
+def recording_kind(path: Path) -> str:
     """Return asterix, adsb or dump.
 
     Raises

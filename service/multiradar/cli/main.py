@@ -7,12 +7,14 @@ from typing import Annotated, Any
 
 import typer
 
+from multiradar.cli.alignment.align import ALIGN_HELP, align
 from multiradar.cli.conversion.adsb import ADSB_HELP, convert_adsb
 from multiradar.cli.conversion.asterix import ASTERIX_HELP, convert_asterix
 from multiradar.cli.conversion.convert import convert_app
 from multiradar.cli.demonstration.demo import demo
 from multiradar.cli.evaluation.evaluate import evaluate
 from multiradar.cli.inspection.inspect import INSPECT_HELP, inspect
+from multiradar.cli.outputs.export import EXPORT_HELP, export
 from multiradar.cli.playback.replay import replay
 from multiradar.cli.serve import serve
 from multiradar.cli.simulate import simulate
@@ -46,7 +48,9 @@ convert_app.command(name="asterix", help=ASTERIX_HELP)(convert_asterix)
 convert_app.command(name="adsb", help=ADSB_HELP)(convert_adsb)
 app.add_typer(convert_app, name="convert")
 app.command(name="inspect", help=INSPECT_HELP)(inspect)
+app.command(name="align", help=ALIGN_HELP)(align)
 app.command(name="track")(track)
+app.command(name="export", help=EXPORT_HELP)(export)
 app.command(name="serve")(serve)
 app.command(name="replay")(replay)
 app.command(name="demo")(demo)

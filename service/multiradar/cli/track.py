@@ -4,14 +4,13 @@ import os
 import shutil
 import sys
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from multiradar.cli.asterix_file import new_recorder, print_asterix
-from multiradar.cli.bias_reference import read_reference, with_reference
+from multiradar.cli.alignment.bias_reference import read_reference, with_reference
 from multiradar.cli.compiling import compile_kernels
 from multiradar.cli.conversion.outcome import times_line
 from multiradar.cli.inputs import (
@@ -48,6 +47,7 @@ from multiradar.cli.options import (
     chosen_kinds,
     hidden_fields,
 )
+from multiradar.cli.outputs.asterix_file import new_recorder, print_asterix
 from multiradar.cli.terminal.diagnoses import fail_when_diagnosed, print_diagnoses
 from multiradar.cli.terminal.health_table import print_health
 from multiradar.cli.terminal.progress import progress_bar
@@ -56,7 +56,7 @@ from multiradar.clock import SystemClock
 from multiradar.errors import InputError
 
 if TYPE_CHECKING:
-    from multiradar.cli.bias_reference import BiasReference
+    from multiradar.cli.alignment.bias_reference import BiasReference
     from multiradar.estimation.measurement.sensors import SensorTable
     from multiradar.runtime.asterix.recording import AsterixRecorder
     from multiradar.runtime.offline.offline import OfflineJob, OfflineResult
@@ -148,6 +148,16 @@ def track(
             show_default=False,
         ),
     ] = None,
+    page: Annotated[
+        Path | None,
+        typer.Option(
+            "--report",
+            metavar="FILE.html",
+            help="Also write an HTML report: map, counts, health and biases by time; must not "
+            "exist.",
+            show_default=False,
+        ),
+    ] = None,
     config: ConfigOption = None,
     json_wanted: JsonOption = False,
 ) -> None:
@@ -191,7 +201,8 @@ def track(
     with (
         stages.listening(), stages.enter(READING, opened) as measured,
         with_reference(measured, tracks, known, chosen_kinds(kinds)) as referenced,
-        recording_file as recorder, new_folder(out) as folder, _with_path(out),
+        recording_file as recorder, _page_file(page) as partial, new_folder(out) as folder,
+        _with_path(out),
     ):  # fmt: skip
         job = OfflineJob(
             recording=referenced.recording,
@@ -218,13 +229,13 @@ def track(
         shutil.copyfile(sensors, folder / SENSORS_FILE)
         if tracks is not None:
             tracks.append_to(folder / SENSORS_FILE)
+        _write_page(partial, folder, report, measurements, stages)
     _warn(result, settings.filter_name)
     if json_wanted:
         print(report.model_dump_json(indent=2))
     else:
         _print_report(report, times, out)
-        if asterix is not None:
-            print_asterix(result.asterix, asterix)
+        print_asterix(result.asterix, asterix)
         print_stages(stages.seconds())
     _fail_without_measurements(report, result, out)
 
@@ -235,6 +246,25 @@ def _sensors(
     known = read_sensors(path)
     tracks = read_reference(reference, known)
     return known, tracks, load_sensor_table(path, known if tracks is None else tracks.among(known))
+
+
+def _page_file(page: Path | None) -> AbstractContextManager[Path | None]:
+    from multiradar.storage.output_file import new_file
+
+    return nullcontext() if page is None else new_file(page)
+
+
+def _write_page(
+    page: Path | None, folder: Path, report: "Report", given: Path, stages: "StageTimes"
+) -> None:
+    if page is None:
+        return
+    from multiradar.cli.outputs.track_page import TrackRun, track_page
+
+    with stages.measure("report"):
+        table = load_sensor_table(folder / SENSORS_FILE)
+        run = TrackRun(folder, report, table, given.name, f"multiradar track {given}")
+        page.write_text(track_page(run), encoding="utf-8")
 
 
 def _compile(

@@ -40,14 +40,10 @@ class PipelineCollector(Collector):
         """Yield the current metrics; unknown values are omitted."""
         status = self._status()
         measurements = CounterMetricFamily(
-            "multiradar_measurements", "Measurements by result when acknowledged",
-            labels=["result"],
-        )  # fmt: skip
-        # A counter must not decrease when the engine finds that a measurement repeats another.
-        repeated = sum(status.get("duplicates_by_sensor", {}).values())
-        later = {"accepted": repeated, "duplicate": -repeated}
+            "multiradar_measurements", "Measurements by disposition", labels=["result"]
+        )
         for result in _RESULTS:
-            measurements.add_metric([result], status.get(result, 0) + later.get(result, 0))
+            measurements.add_metric([result], status.get(result, 0))
         yield measurements
         outcomes = CounterMetricFamily(
             "multiradar_outcomes", "Accepted measurements by outcome in the filter",

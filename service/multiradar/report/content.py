@@ -36,6 +36,8 @@ class Series:
         Series with the same key have the same colour in all plots of a report, such as the name
         of a filter; by default the label. The key ``ink`` is the colour of text, such as for
         theory; the line of the key ``joint`` is wide and pale, so that coinciding lines show.
+    text : str
+        Text beside the first point, such as the name of a site; empty for none.
 
     Raises
     ------
@@ -49,6 +51,7 @@ class Series:
     style: Style = "line"
     y2: NDArray[np.float64] | None = None
     key: str = ""
+    text: str = ""
 
     def __post_init__(self) -> None:
         shapes = [np.shape(values) for values in (self.x, self.y, self.y2) if values is not None]

@@ -110,6 +110,11 @@ def _runs_in_time(plot: Plot) -> bool:
 
 def _draw_series(axes: Axes, series: Series, mark: str, *, wide: bool) -> None:
     label = series.label or "_"
+    if series.text and len(series.x):
+        axes.annotate(
+            series.text, (series.x[0], series.y[0]), (6.0, 4.0), textcoords="offset points",
+            color=INK.mark, fontsize=_FONT_POINTS * 0.75, zorder=2.4,
+        )  # fmt: skip
     opacity = _OPACITIES.get(series.style, 1.0)
     if series.y2 is not None:
         axes.fill_between(

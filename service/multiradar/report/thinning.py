@@ -1,5 +1,7 @@
 """Thinning of series to the points that are visible."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,7 +37,7 @@ def thin(series: Series, columns: int) -> Series:
 def _selected(series: Series, kept: NDArray[np.intp]) -> Series:
     y2 = None if series.y2 is None else np.asarray(series.y2)[kept]
     x, y = np.asarray(series.x)[kept], np.asarray(series.y)[kept]
-    return Series(series.label, x, y, series.style, y2, series.key)
+    return replace(series, x=x, y=y, y2=y2)
 
 
 def _kept(series: Series, columns: int) -> NDArray[np.intp]:

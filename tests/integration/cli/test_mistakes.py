@@ -13,7 +13,6 @@ from multiradar.simulation.scenario.toml_text import toml_text
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from support.inputs.mistaken import RADARS, Edit, Recording, recording
 from support.paths import SAMPLE
-from support.standard_error import errors
 
 NAME = "1-10"
 RANGE, AZIMUTH = pl.col("range_m"), pl.col("azimuth_deg")
@@ -47,7 +46,7 @@ def test_a_correct_recording_ends_with_status_0(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], *, named: bool
 ) -> None:
     assert tracked(recording(named=named), tmp_path) == (0, [])
-    assert errors(capsys) == ""
+    assert capsys.readouterr().err == ""
 
 
 # Plots without identity form separate tracks, none of which is lost.
@@ -79,7 +78,7 @@ def test_a_mistake_is_reported_and_ends_with_status_1(
     assert status == 1
     assert [(one["sensor_id"], one["code"]) for one in found] == [(NAME, code)]
     assert words in found[0]["sentence"]
-    assert errors(capsys) == f"multiradar: {found[0]['sentence']}\n"
+    assert capsys.readouterr().err == f"multiradar: {found[0]['sentence']}\n"
 
 
 def test_noise_far_below_its_sigma_raises_an_alarm_and_is_reported(tmp_path: Path) -> None:

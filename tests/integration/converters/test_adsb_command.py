@@ -23,7 +23,6 @@ from support.scenarios.trajectories import (
     report,
     trace,
 )
-from support.standard_error import errors
 
 FOOT_M = 0.3048
 NAN = math.nan
@@ -333,7 +332,9 @@ def test_a_packed_file_that_is_cut_short_gives_what_came_before_and_status_1(
 ) -> None:
     content = packed(json_list([report(k) for k in range(5000)]))
     out = converted(tmp_path, content[: len(content) // 2], expected=EXIT_FAILED)
-    assert errors(capsys) == (f"multiradar: file-0: truncated; what was read is in {out}\n")
+    assert capsys.readouterr().err == (
+        f"multiradar: file-0: truncated; what was read is in {out}\n"
+    )
     last = rejects(out)[-1]
     assert (last.code, last.reason) == (RejectCode.TRUNCATED, "the packed file is cut short")
     assert 1000 < len(rows(out)) < 4000

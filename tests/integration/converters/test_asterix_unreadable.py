@@ -11,7 +11,6 @@ from multiradar.cli.main import EXIT_DONE, EXIT_FAILED, run
 from multiradar_schemas.measurements.reject import Reject
 from multiradar_schemas.report import Report
 from support.asterix.octets import block, final_format, gps, plot_048
-from support.standard_error import errors
 
 
 def converted(folder: Path, content: bytes, *, status: int) -> Path:
@@ -44,7 +43,7 @@ def test_a_file_that_ends_inside_a_block_is_reported_and_read_up_to_it(
     missing = 5 + (10 if recorder else 0)
     out = converted(tmp_path, whole[:-missing], status=EXIT_FAILED)
     inside = f"the file ends inside a block: {len(second) - 5} of its {len(second)} octets"
-    assert errors(capsys) == (
+    assert capsys.readouterr().err == (
         f"multiradar: recording: {inside}; probably cut while copying, what was read is in {out}\n"
     )
     assert pl.read_parquet(out / "measurements.parquet")["time_s"].to_list() == [1.0]
@@ -69,7 +68,7 @@ def test_a_recording_of_which_most_octets_are_quarantined_fails(
     """Octets between blocks are one reject, so that counting records does not show it."""
     good = block(48, plot_048(1.0)) * 40
     out = converted(tmp_path, good + bytes(len(good) + 80) + good[: len(good) // 40], status=1)
-    assert errors(capsys) == (
+    assert capsys.readouterr().err == (
         "multiradar: recording: 52% of its 1 862 octets could not be decoded; rejects.ndjson gives "
         "the reason of each: check the form of the file, and the editions of its categories\n"
     )

@@ -29,10 +29,5 @@ def test_the_metrics_follow_the_status_until_they_are_unregistered() -> None:
     assert 'multiradar_measurements_total{result="accepted"} 6.0' in text
     assert "multiradar_running 0.0" in text
     assert "multiradar_data_time_s 12.5" in text
-    # One of those acknowledged repeats another, as the engine finds: no counter decreases.
-    status.update(accepted=5, duplicate=2, duplicates_by_sensor={"41-10": 1})
-    text = generate_latest(registry).decode()
-    assert 'multiradar_measurements_total{result="accepted"} 6.0' in text
-    assert 'multiradar_measurements_total{result="duplicate"} 1.0' in text
     unwatch()
     assert generate_latest(registry) == b""

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from multiradar.cli.inspection.sites import plots_of_reports
+from multiradar.cli.outputs.maps import MapPlane, map_plot, site_rings
 from multiradar.diagnosis.plots import Floats, Integers, located, reported
-from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation
 from multiradar.report.content import Plot, Series
 from multiradar.report.times import axis_label, is_dated
 from multiradar_converters.inspection.document import sensor_ids
@@ -54,34 +54,19 @@ def _map(found: Inspection, samples: dict[str, Reports]) -> Iterator[Plot]:
     places = {name: place for name, place in places.items() if len(place)}
     if not places:
         return
-    middle = np.median(np.concatenate(list(places.values())), axis=0)
-    latitude, longitude, _ = ecef_to_geodetic(middle)
-    rotation = enu_rotation(latitude, longitude)
+    plane = MapPlane.around(np.concatenate(list(places.values())))
     series = []
     for name, place in places.items():
-        local = (place - middle) @ rotation.T / _KILOMETRE_M
+        local = plane.kilometres(place)
         series.append(Series(name, local[:, 0], local[:, 1], "points", key=name))
-    for one in found.sensors:
-        if one.site is None:
-            continue
-        site = _site(one)
-        local = (located(site, np.zeros(1), np.zeros(1), np.zeros(1)) - middle) @ rotation.T
-        local /= _KILOMETRE_M
-        series.append(Series("", local[:, 0], local[:, 1], "rings", key=one.sensor_id))
+    sites = {one.sensor_id: _site(one) for one in found.sensors if one.site is not None}
+    series += site_rings(plane, sites)
     missing = [one.sensor_id for one in found.sensors if one.sensor_id not in places]
-    yield Plot(
-        title="Map",
-        x_label="east, km",
-        y_label="north, km",
-        series=tuple(series),
-        equal_axes=True,
-        caption=(
-            f"A sample of the plots, on the plane at {math.degrees(latitude):.3f}°, "
-            f"{math.degrees(longitude):.3f}°; rings are the sites of radars."
-            + (f" Without a site, not shown: {', '.join(missing)}." if missing else "")
-        ),
-        name="map",
+    caption = (
+        f"A sample of the plots, on the plane at {plane.place}; rings are the sites of radars."
+        + (f" Without a site, not shown: {', '.join(missing)}." if missing else "")
     )
+    yield map_plot("Map", series, caption)
 
 
 def _site(one: InspectedSensor) -> tuple[float, float, float]:

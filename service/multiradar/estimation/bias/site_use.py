@@ -27,12 +27,6 @@ class SiteUse:
         self._sites = numbers_of_sites(sensors)
         self._used = np.zeros(len(sensors), np.bool_)
         self._shared = np.zeros(len(sensors), np.bool_)
-        self._biased = np.unique(sensors.parameter_sensor)
-
-    @property
-    def is_settled(self) -> bool:
-        """Whether further measurements change no reason: every biased sensor shares aircraft."""
-        return bool(self._shared[self._biased].all())
 
     def record(self, sensor: NDArray[np.integer], measured_from: NDArray[np.int64]) -> None:
         """Record accepted measurements.

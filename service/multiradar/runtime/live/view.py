@@ -112,20 +112,13 @@ class LiveView:
     def status(self) -> dict[str, Any]:
         """Return counts, sequences, data time, alarms, hash of the output and version."""
         ring = self._events.ring
-        by_sensor = self._rejects.duplicates_by_sensor
-        counts = dict(self.service_counts())
-        if by_sensor and counts:
-            # Acknowledged as accepted, before the engine could compare them with others.
-            repeated = sum(by_sensor.values())
-            counts["accepted"] -= repeated
-            counts["duplicate"] += repeated
         return {
-            **counts,
+            **self.service_counts(),
             **self._known.counts(),
             "event_sequence": ring.head,
             "subscribers": ring.subscriber_count,
             "rejected_by_code": self._rejects.counts,
-            "duplicates_by_sensor": by_sensor,
+            "duplicates_by_sensor": self._rejects.duplicates_by_sensor,
             "diagnoses": self._diagnosis.records(),
             **{name: counts() for name, counts in self.edge_counts.items()},
         }

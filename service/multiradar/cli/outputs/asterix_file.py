@@ -44,7 +44,9 @@ def new_recorder(
             recorder.close()
 
 
-def print_asterix(records: Mapping[str, int], path: Path) -> None:
-    """Print the number of records written by category, and what was left out."""
+def print_asterix(records: Mapping[str, int], path: Path | None) -> None:
+    """Print the number of records written by category; nothing without a file."""
+    if path is None:
+        return
     counts = ", ".join(f"{count} {name}" for name, count in sorted(records.items()))
     print(f"ASTERIX records: {counts}; written to {path}")

@@ -1,0 +1,145 @@
+"""Registration of radars from recordings, as `multiradar align --json` prints it."""
+
+from typing import Annotated, Any
+
+from multiradar_schemas.base import Record, described
+from multiradar_schemas.report import Count, Counts
+
+_OF_PARAMETER = "of the parameter"
+
+
+def _number(description: str, unit: str, absent: str = "never") -> Any:
+    return described(description, unit=unit, source="align", absent=absent)
+
+
+def _text(description: str, absent: str = "never") -> Any:
+    return described(description, unit="text", source="align", absent=absent)
+
+
+class AlignedInput(Record):
+    """A recording."""
+
+    file: Annotated[str, _text("The file or directory")]
+    counts: Annotated[
+        Counts | None, _number("Its records", "1", "already converted: counted as measurements")
+    ]
+
+
+class AlignedDistances(Record):
+    """Distances between the two plots of pairs."""
+
+    median_m: Annotated[float, _number("Median", "m")]
+    rms_m: Annotated[float, _number("Root mean square", "m")]
+    percentile_90_m: Annotated[float, _number("90th percentile", "m")]
+
+
+class AlignedResiduals(Record):
+    """Distances of the same pairs with different biases."""
+
+    pairs: Annotated[Count, _number("Pairs of plots", "1")]
+    aircraft: Annotated[Count, _number("Their aircraft", "1")]
+    before: Annotated[AlignedDistances | None, _number("Without biases", "m", "no pairs")]
+    after: Annotated[
+        AlignedDistances | None,
+        _number("With the biases fitted without the aircraft of the pair", "m", "one aircraft"),
+    ]
+    best: Annotated[
+        AlignedDistances | None,
+        _number("With the biases fitted to all aircraft: the noise floor", "m", "no pairs"),
+    ]
+
+
+class AlignedBias(Record):
+    """A bias of a sensor, measured minus true."""
+
+    sensor_id: Annotated[str, _text("The sensor")]
+    parameter: Annotated[str, _text("The parameter, as in `sensors.toml`")]
+    estimate: Annotated[float, _number("Estimate", _OF_PARAMETER)]
+    sigma: Annotated[float, _number("Its standard deviation", _OF_PARAMETER)]
+    prior_ratio: Annotated[float, _number("Sigma over that of the prior", "1")]
+    drift_per_h: Annotated[
+        float | None,
+        _number("Slope of the trend", f"{_OF_PARAMETER} / h", "fewer than three intervals"),
+    ]
+    drift_sigma_per_h: Annotated[
+        float | None, _number("Its standard deviation", f"{_OF_PARAMETER} / h", "no slope")
+    ]
+    drifts: Annotated[
+        bool, _text("Whether the slope is above four sigma: the estimate is a mean over time")
+    ]
+
+
+class AlignedInterval(Record):
+    """A bias in an interval of time."""
+
+    time_s: Annotated[float, _number("Middle of the interval", "s")]
+    sensor_id: Annotated[str, _text("The sensor")]
+    parameter: Annotated[str, _text("The parameter")]
+    estimate: Annotated[float, _number("Estimate from the pairs of the interval", _OF_PARAMETER)]
+    sigma: Annotated[float, _number("Its standard deviation", _OF_PARAMETER)]
+
+
+class AlignedRadar(Record):
+    """A radar against all others, from its pairs; residuals are of withheld aircraft."""
+
+    sensor_id: Annotated[str, _text("The radar")]
+    residuals: Annotated[AlignedResiduals, _number("Its pairs", "residuals")]
+    range_before_m: Annotated[
+        float | None, _number("Median range minus that of the others' positions", "m", "no pairs")
+    ]
+    range_after_m: Annotated[float | None, _number("The same after", "m", "no pairs")]
+    range_spread_m: Annotated[
+        float | None, _number("Robust standard deviation after", "m", "no pairs")
+    ]
+    azimuth_before_deg: Annotated[
+        float | None,
+        _number("Median azimuth minus that of the others' positions", "degree", "no pairs"),
+    ]
+    azimuth_after_deg: Annotated[float | None, _number("The same after", "degree", "no pairs")]
+    azimuth_spread_deg: Annotated[
+        float | None, _number("Robust standard deviation after", "degree", "no pairs")
+    ]
+    range_noise_m: Annotated[
+        float | None, _number("Estimated random error of range, 1 sigma", "m", "no pairs")
+    ]
+    azimuth_noise_deg: Annotated[
+        float | None, _number("Estimated random error of azimuth, 1 sigma", "degree", "no pairs")
+    ]
+
+
+class AlignedPair(Record):
+    """Two sensors."""
+
+    first: Annotated[str, _text("A sensor")]
+    second: Annotated[str, _text("The other sensor")]
+    residuals: Annotated[AlignedResiduals, _number("Their pairs", "residuals")]
+
+
+class AlignedUnobservable(Record):
+    """Biases that the recording does not determine."""
+
+    what: Annotated[str, _text("A bias, or a combination of biases")]
+    prior_ratio: Annotated[float, _number("Its sigma over that of the prior", "1")]
+
+
+class Alignment(Record):
+    """Registration of radars."""
+
+    inputs: Annotated[list[AlignedInput], _number("The recordings", "inputs")]
+    counts: Annotated[Counts, _number("Measurements of the selected kinds", "1")]
+    first_s: Annotated[float | None, _number("First time", "s", "no measurements")]
+    last_s: Annotated[float | None, _number("Last time", "s", "no measurements")]
+    tracks: Annotated[Count, _number("Confirmed tracks", "1")]
+    track_fraction: Annotated[float, _number("Fraction of the tracks that was used", "1")]
+    folds: Annotated[Count, _number("Folds over aircraft; 1: none was withheld", "1")]
+    pair_time_s: Annotated[float, _number("Longest time between the plots of a pair", "s")]
+    residuals: Annotated[AlignedResiduals, _number("All pairs", "residuals")]
+    biases: Annotated[list[AlignedBias], _number("Final biases", "biases")]
+    radars: Annotated[list[AlignedRadar], _number("By radar", "radars")]
+    pairs: Annotated[list[AlignedPair], _number("By pair of sensors", "pairs")]
+    unobservable: Annotated[
+        list[AlignedUnobservable], _number("What the recording does not determine", "unobservable")
+    ]
+    trend: Annotated[list[AlignedInterval], _number("Biases by time", "trend")]
+    warnings: Annotated[list[str], _text("What restricts the result")]
+    sensors_toml: Annotated[str, _text("The sensors file, with the biases as priors")]

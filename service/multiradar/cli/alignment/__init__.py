@@ -1,0 +1,1 @@
+"""`multiradar align`: biases of radars from recordings, with their residuals."""

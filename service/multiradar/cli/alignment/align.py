@@ -1,0 +1,140 @@
+"""`multiradar align`: registration of radars from recordings, validated on withheld aircraft."""
+
+import json
+import os
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from multiradar.cli.compiling import compile_kernels
+from multiradar.cli.inputs import DumpChoice, check_found, load_sensor_table, read_sensors
+from multiradar.cli.options import DateOption, JsonOption, KindsOption, SensorsOption, chosen_kinds
+from multiradar.cli.terminal.progress import progress_bar
+
+if TYPE_CHECKING:
+    from multiradar.cli.alignment.registration import Registration
+    from multiradar.report.content import Document
+    from multiradar_schemas.alignment import Alignment
+
+_WIDTH = 160
+_WORKERS_MAX = 8
+
+ALIGN_HELP = (
+    "Register radars: biases from recordings, with residuals of withheld aircraft.\n\n"
+    "RECORDING… are ASTERIX recordings, ADS-B trajectories, dumps, and output directories of "
+    "`convert`; together they are one recording. Output: biases with sigma, distances between "
+    "plots of different sensors before and after, by radar and by pair of sensors, trends, and "
+    "what is not observable. Nothing is written without an option."
+)
+
+
+def align(
+    recordings: Annotated[
+        list[Path],
+        typer.Argument(metavar="RECORDING…", help="Recordings.", show_default=False),
+    ],
+    *,
+    sensors: SensorsOption,
+    toml: Annotated[
+        Path | None,
+        typer.Option(
+            "--toml",
+            metavar="FILE",
+            help="Write sensors.toml with the biases as priors; must not exist.",
+            show_default=False,
+        ),
+    ] = None,
+    html: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.html",
+            help="HTML report with maps and trends; must not exist.",
+            show_default=False,
+        ),
+    ] = None,
+    folds: Annotated[
+        int, typer.Option(min=2, max=50, metavar="N", help="Folds over aircraft.")
+    ] = 5,
+    kinds: KindsOption = None,
+    date: DateOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Register radars."""
+    from multiradar.cli.alignment.document import alignment_of
+    from multiradar.cli.alignment.recordings import open_recordings
+    from multiradar.cli.alignment.registration import register
+    from multiradar.runtime.kernel_purposes import track_purposes
+    from multiradar.storage.output_file import new_file
+    from multiradar.tracking.settings import TrackingSettings
+
+    settings = TrackingSettings()
+    table, listed = load_sensor_table(sensors), read_sensors(sensors)
+    command = " ".join(
+        ["multiradar align", *map(str, recordings), "--sensors", str(sensors)]
+        + (["--kinds", kinds] if kinds else [])
+    )
+    with ExitStack() as held:
+        priors = None if toml is None else held.enter_context(new_file(toml))
+        page = None if html is None else held.enter_context(new_file(html))
+        compile_kernels(track_purposes(settings, table, {}))
+        opened = held.enter_context(
+            open_recordings(recordings, listed, DumpChoice(date=date), settings.reorder_horizon_s)
+        )
+        recording = opened.recording
+        with progress_bar("aligning", recording.rows) as on_progress:
+            found = register(
+                recording,
+                table,
+                settings,
+                kinds=chosen_kinds(kinds),
+                folds=folds,
+                workers=min(os.cpu_count() or 1, _WORKERS_MAX),
+                on_progress=on_progress,
+            )
+        check_found(found.tracked.read, kinds, recordings[0])
+        span_s = recording.span_s(chosen_kinds(kinds))
+        figures = alignment_of(found, opened.inputs, span_s, listed, command)
+        if priors is not None:
+            priors.write_text(figures.sensors_toml, encoding="utf-8")
+        if page is not None:
+            page.write_text(_page(found, figures, command), encoding="utf-8")
+    if as_json:
+        _print_json(figures)
+    else:
+        _print(figures, command)
+    wrong = [*opened.diagnoses, *(one.sentence for one in found.tracked.diagnoses)]
+    for sentence in dict.fromkeys([*figures.warnings, *wrong]):
+        print(f"multiradar: {sentence}", file=sys.stderr)
+    if wrong:
+        raise typer.Exit(1)
+
+
+def _page(found: "Registration", figures: "Alignment", command: str) -> str:
+    from multiradar.cli.alignment.plots import alignment_plots
+    from multiradar.cli.alignment.tables import alignment_document
+    from multiradar.report.page import report_page
+
+    return report_page(alignment_document(figures, command, alignment_plots(found)))
+
+
+def _print_json(figures: "Alignment") -> None:
+    from multiradar_schemas.rounding import rounded
+
+    document = rounded(figures.model_dump(mode="json"))
+    print(json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False))
+
+
+def _print(figures: "Alignment", command: str) -> None:
+    from rich.console import Console
+
+    from multiradar.cli.alignment.tables import alignment_document
+    from multiradar.cli.terminal.report_tables import print_document
+
+    # Tables are not cut where they are read by a program.
+    width = None if sys.stdout.isatty() else _WIDTH
+    console = Console(highlight=False, markup=False, width=width)
+    document: Document = alignment_document(figures, command)
+    print_document(document, console)

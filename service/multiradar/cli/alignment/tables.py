@@ -1,0 +1,206 @@
+"""Tables and notes of a registration, for the terminal and the HTML page."""
+
+from collections.abc import Mapping, Sequence
+
+from multiradar.cli.outputs.parameters import parameter_words
+from multiradar.report.cells import estimate_texts
+from multiradar.report.content import Document, Plot, Table, Value
+from multiradar.report.times import time_text
+from multiradar_schemas.alignment import (
+    AlignedBias,
+    AlignedDistances,
+    AlignedResiduals,
+    Alignment,
+)
+
+#: Rows of the table by pair of sensors.
+PAIRS_MAX = 60
+_OBSERVED = 0.5
+
+
+def alignment_document(found: Alignment, command: str, plots: Sequence[Plot] = ()) -> Document:
+    """Return a registration as a report.
+
+    Parameters
+    ----------
+    found : Alignment
+        The figures.
+    command : str
+        The command line.
+    plots : sequence of Plot
+        Plots of the page.
+    """
+    tables = (_biases(found), _residuals(found), _radars(found), _pairs(found))
+    return Document(
+        title=f"Registration: {', '.join(_name(one.file) for one in found.inputs)}",
+        summary=_summary(found),
+        command=command,
+        tables=[table for table in tables if table.rows],
+        plots=plots,
+        notes=_notes(found),
+    )
+
+
+def _summary(found: Alignment) -> str:
+    own = found.residuals
+    text = (
+        f"{own.pairs:,} pairs of plots of {own.aircraft:,} aircraft by two sensors within "
+        f"{found.pair_time_s:g} s"
+    )
+    if own.before is not None and own.after is not None:
+        text += (
+            f": median distance {own.before.median_m:.0f} m as recorded, "
+            f"{own.after.median_m:.0f} m with the biases, of withheld aircraft"
+        )
+    counts = found.counts
+    text += (
+        f". Read {counts.read:,} measurements: accepted {counts.accepted:,}, rejected "
+        f"{counts.rejected:,}, duplicate {counts.duplicate:,}; {found.tracks:,} confirmed tracks"
+    )
+    if found.first_s is None or found.last_s is None:
+        return text
+    return f"{text}; {time_text(found.first_s)} to {time_text(found.last_s)}"
+
+
+def _name(files: str) -> str:
+    return ", ".join(one.rsplit("/", 1)[-1] or one for one in files.split(", "))
+
+
+def _biases(found: Alignment) -> Table:
+    parameters = dict.fromkeys(one.parameter for one in found.biases)
+    by_sensor: dict[str, dict[str, AlignedBias]] = {}
+    for one in found.biases:
+        by_sensor.setdefault(one.sensor_id, {})[one.parameter] = one
+    header = ["sensor"]
+    for name in parameters:
+        header += ["".join(parameter_words(name)), "sigma", *(["per hour"] if found.trend else [])]
+    rows = []
+    for sensor, own in by_sensor.items():
+        row: list[Value] = [sensor]
+        for name in parameters:
+            row += _bias(own.get(name), with_drift=bool(found.trend))
+        rows.append((*row, _remarks(own)))
+    return Table(
+        title="Biases",
+        header=(*header, "remarks"),
+        rows=tuple(rows),
+        caption=(
+            "Measured minus true. Sigma is from the scatter of aircraft. Not observed: the sigma "
+            "is more than half of that of the prior. Drifts: the slope is above four sigma, so "
+            "the estimate is a mean over the recording."
+        ),
+    )
+
+
+def _bias(one: AlignedBias | None, *, with_drift: bool) -> list[Value]:
+    if one is None:
+        return [None, None, *([None] if with_drift else [])]
+    row: list[Value] = [*map(_minus, estimate_texts(one.estimate, one.sigma))]
+    if with_drift:
+        drift, sigma = one.drift_per_h, one.drift_sigma_per_h
+        row.append(
+            None
+            if drift is None or sigma is None
+            else " ± ".join(map(_minus, estimate_texts(drift, sigma)))
+        )
+    return row
+
+
+def _remarks(own: Mapping[str, AlignedBias]) -> str:
+    words = {name: parameter_words(name)[0] for name in own}
+    lines = [f"{words[name]} not observed" for name, one in own.items()
+             if one.prior_ratio > _OBSERVED]  # fmt: skip
+    lines += [f"{words[name]} drifts" for name, one in own.items() if one.drifts]
+    return ", ".join(lines)
+
+
+def _minus(text: str) -> str:
+    return text.replace("-", "−")
+
+
+def _row(own: AlignedResiduals) -> tuple[Value, ...]:
+    return (
+        float(own.pairs), float(own.aircraft),
+        *(_metres(own.before, "median_m"), _metres(own.after, "median_m")),
+        _metres(own.best, "median_m"),
+        *(_metres(own.before, "rms_m"), _metres(own.after, "rms_m")),
+        *(_metres(own.before, "percentile_90_m"), _metres(own.after, "percentile_90_m")),
+    )  # fmt: skip
+
+
+def _metres(of: AlignedDistances | None, name: str) -> Value:
+    return None if of is None else f"{getattr(of, name):.0f}"
+
+
+_HEADER = (
+    "pairs", "aircraft", "median before, m", "median after, m", "floor, m", "RMS before, m",
+    "RMS after, m", "90 % before, m", "90 % after, m",
+)  # fmt: skip
+_FLOOR = (
+    "Distances between the two positions of a pair. Before: as recorded. After: with the biases "
+    "fitted without the aircraft of the pair. Floor: with those fitted to the same aircraft; what "
+    "remains is random error."
+)
+
+
+def _residuals(found: Alignment) -> Table:
+    return Table(
+        title=f"Residuals of withheld aircraft ({found.folds} folds)",
+        header=_HEADER,
+        rows=(_row(found.residuals),),
+        caption=_FLOOR,
+    )
+
+
+def _radars(found: Alignment) -> Table:
+    rows = tuple(
+        (
+            one.sensor_id, float(one.residuals.pairs), float(one.residuals.aircraft),
+            _metres(one.residuals.before, "median_m"), _metres(one.residuals.after, "median_m"),
+            _metres(one.residuals.best, "median_m"),
+            _text(one.range_before_m, "+.0f"), _text(one.range_after_m, "+.0f"),
+            _text(one.range_noise_m, ".0f"),
+            _text(one.azimuth_before_deg, "+.3f"), _text(one.azimuth_after_deg, "+.3f"),
+            _text(one.azimuth_noise_deg, ".3f"),
+        )
+        for one in found.radars
+    )  # fmt: skip
+    return Table(
+        title="By radar",
+        header=(
+            "radar", "pairs", "aircraft", "median before, m", "median after, m", "floor, m",
+            "range before, m", "range after, m", "range noise, m", "azimuth before, °",
+            "azimuth after, °", "azimuth noise, °",
+        ),
+        rows=rows,
+        caption=(
+            "Range and azimuth: median of the plots of the radar minus the positions by the other "
+            "sensors, whose biases are part of it before. Noise: estimated random error, 1 sigma."
+        ),
+    )  # fmt: skip
+
+
+def _text(value: float | None, form: str) -> Value:
+    return None if value is None else _minus(f"{value:{form}}")
+
+
+def _pairs(found: Alignment) -> Table:
+    ordered = sorted(found.pairs, key=lambda one: -one.residuals.pairs)
+    left = len(ordered) - PAIRS_MAX
+    return Table(
+        title="By pair of sensors",
+        header=("sensors", *_HEADER),
+        rows=tuple(
+            (f"{one.first}, {one.second}", *_row(one.residuals)) for one in ordered[:PAIRS_MAX]
+        ),
+        caption=f"{left} pairs of sensors with fewer plots are in --json." if left > 0 else "",
+    )
+
+
+def _notes(found: Alignment) -> list[str]:
+    notes = [f"Not observable: {one.what} (sigma still {one.prior_ratio:.0%} of the prior)."
+             for one in found.unobservable]  # fmt: skip
+    notes += [f"{one[:1].upper()}{one[1:]}." for one in found.warnings]
+    if not found.trend:
+        notes.append("The recording is too short for trends (two intervals of 300 s).")
+    return notes

@@ -1,0 +1,1 @@
+"""What commands write about a run: maps, pages, exports."""
