@@ -121,8 +121,9 @@ def _decoded(
         watch = None if registers is None else registers.add
         others = np.isin(blocks.data[blocks.begins], (SYSTEM_TRACKS, SENSOR_STATUS)).any()
         gathered = decode_blocks(
-            blocks, sources, editions, watch=watch, measurements_only=not others
-        )
+            blocks, sources, editions, watch=watch, measurements_only=not others,
+            with_aircraft_data=False,
+        )  # fmt: skip
         yield gathered, registers
 
 

@@ -59,10 +59,12 @@ def aircraft_data(category: int, columns: Columns, height_m: Numbers) -> tuple[N
     Returns
     -------
     values : float64[n, 10] or float64[n, 0]
-        Plausible values; without columns if no record has any.
+        Plausible values; without columns if no record has any, or none are wanted.
     bits : int64[n]
         Reasons for which values were dropped, see `REASONS`.
     """
+    if not columns.with_aircraft_data:
+        return q.without(len(columns)), np.zeros(len(columns), np.int64)
     if category == _ADSB:
         values, findings = _of_adsb(columns)
     else:

@@ -159,6 +159,7 @@ def decode_blocks(
     *,
     named: Integers | None = None,
     measurements_only: bool = False,
+    with_aircraft_data: bool = True,
 ) -> Gathered:
     """Decode blocks whose layouts have been detected.
 
@@ -176,6 +177,8 @@ def decode_blocks(
         Source of each block under which its edition was detected, if not its own.
     measurements_only : bool
         Omit item counts, and the data of another SDPS.
+    with_aircraft_data : bool
+        Read the aircraft-derived data of target reports.
 
     Returns
     -------
@@ -202,7 +205,7 @@ def decode_blocks(
             walked, rows = _decode(gathered, own, sources[own], known[number])
             if not len(rows.order):
                 continue
-            columns = Columns(walked, blocks.data)
+            columns = Columns(walked, blocks.data, with_aircraft_data)
             _keep(gathered, rows, walked.program.layout.category, columns)
             if not measurements_only:
                 _count_items(gathered, rows, walked)

@@ -25,10 +25,13 @@ class Columns:
         The records.
     data : uint8[b]
         Their octets.
+    with_aircraft_data : bool
+        Whether aircraft-derived data are wanted.
     """
 
     walked: Walked
     data: NDArray[np.uint8]
+    with_aircraft_data: bool = True
 
     def __len__(self) -> int:
         return len(self.walked.records)

@@ -139,9 +139,20 @@ class _Assembly:
         self.rows[node] = [kind, octets, count, below, more]
 
 
-@functools.cache
+# Programs by the identity of their layouts, which they keep: hashing a layout takes longer than
+# parsing a window of its records.
+_PROGRAMS: dict[int, Program] = {}
+
+
 def program_of(layout: Layout) -> Program:
     """Return the layout as arrays."""
+    known = _PROGRAMS.get(id(layout))
+    if known is None:
+        known = _PROGRAMS[id(layout)] = _assembled(layout)
+    return known
+
+
+def _assembled(layout: Layout) -> Program:
     assembly = _Assembly()
     items = layout.items()
     numbers = {name: assembly.reserve(name) for name in items}

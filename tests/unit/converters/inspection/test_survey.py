@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from multiradar_converters.asterix.decoding import aircraft_items
 from multiradar_converters.errors import LayoutError
 from multiradar_converters.inspection.document import inspection_of
 from multiradar_converters.inspection.recordings import InspectionOptions, inspect
@@ -122,6 +123,14 @@ def test_registers_are_counted(tmp_path: Path) -> None:
     ]  # fmt: skip
     survey = of_octets(tmp_path, b"".join(block(48, one) for one in plots))
     assert survey.sensors[RADAR].registers == {"any": 5, "4,0": 5, "6,0": 5}
+
+
+def test_registers_are_not_decoded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def not_wanted(*_: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr(aircraft_items, "read_registers", not_wanted)
+    test_registers_are_counted(tmp_path)
 
 
 def test_a_dump_has_sensors_and_rejected_lines() -> None:
