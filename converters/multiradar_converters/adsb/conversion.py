@@ -103,6 +103,7 @@ def _read(source: Source, options: Options, sorter: TimeSorter, rejects: TextIO)
         account.duplicate += batch.duplicate
         if source.is_feed:
             account.without_position = (account.without_position or 0) + batch.other
+            account.old_registers += batch.old
         account.accepted += int(valid.sum())
         for rejected in sorted(batch.rejected, key=lambda each: each.place):
             _reject(rejected, source, account, rejects)

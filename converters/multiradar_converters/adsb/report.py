@@ -31,6 +31,8 @@ class FileAccount:
         Of feeds: reports that repeat the last position of an aircraft.
     without_position : int or None
         Messages of a feed without a position; they are not reports. None for other files.
+    old_registers : int
+        Reports of a feed without values of registers that may be old.
     unreadable : dict
         Unreadable values that were omitted, by role.
     blank : int
@@ -56,6 +58,7 @@ class FileAccount:
     jumps: int = 0
     duplicate: int = 0
     without_position: int | None = None
+    old_registers: int = 0
     unreadable: Counter[str] = field(default_factory=Counter)
     blank: int = 0
     quantities: set[str] = field(default_factory=set)

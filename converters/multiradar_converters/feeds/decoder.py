@@ -22,6 +22,7 @@ from multiradar_converters.adsb.reading import plain, roles
 from multiradar_converters.adsb.reading.batches import Batch, RejectedRecord
 from multiradar_converters.adsb.reading.layout import Layout
 from multiradar_converters.feeds import basestation, layouts, multilateration, readsb
+from multiradar_converters.feeds.ages import RegisterAges
 from multiradar_converters.feeds.aircraft import Aircraft
 from multiradar_converters.vid.text.lines import RejectedError
 from multiradar_schemas.measurements.reject import RejectCode
@@ -57,6 +58,7 @@ class _Collected:
     rejected: list[RejectedRecord] = field(default_factory=list)
     duplicate: int = 0
     other: int = 0
+    old: int = 0
 
 
 class FeedDecoder:
@@ -76,6 +78,7 @@ class FeedDecoder:
         self._at_reception = at_reception
         self._base_station = basestation.BaseStation()
         self._last = Aircraft(_Last)
+        self._ages = RegisterAges()
         self._collected = _Collected()
 
     def __len__(self) -> int:
@@ -167,6 +170,7 @@ class FeedDecoder:
             found=count + len(collected.rejected) + collected.duplicate,
             duplicate=collected.duplicate,
             other=collected.other,
+            old=collected.old,
             received_s=np.array(collected.received_s),
         )
 
@@ -184,7 +188,10 @@ class FeedDecoder:
     ) -> None:
         if received_s is not None and (self._at_reception or not now):
             now = repr(received_s)
-        self._add(readsb.cells(values, now), layouts.READSB, place, raw, received_s)
+        cells = readsb.cells(values, now)
+        old = cells is not None and self._ages.omit_old(cells, *readsb.message_of(cells, now))
+        if self._add(cells, layouts.READSB, place, raw, received_s) and old:
+            self._collected.old += 1
 
     def _message(
         self, cells: dict[int, str] | None, layout: Layout, place: int, raw: bytes,
@@ -199,10 +206,11 @@ class FeedDecoder:
     def _add(
         self, cells: dict[int, str] | None, layout: Layout, place: int, raw: bytes,
         received_s: float | None,
-    ) -> None:  # fmt: skip
+    ) -> bool:  # fmt: skip
+        """Collect a report; return whether it was accepted."""
         if cells is None:
             self._collected.other += 1
-            return
+            return False
         row = plain.read_cells(cells, layout)
         fault = plain.fault_of(row, layout)
         if fault is not None:
@@ -214,12 +222,13 @@ class FeedDecoder:
         same = latitude == last.latitude and longitude == last.longitude
         if same and abs(time_s - last.time_s) <= REPEATED_S:
             self._collected.duplicate += 1
-            return
+            return False
         last.latitude, last.longitude, last.time_s = latitude, longitude, time_s
         self._collected.rows.append(row)
         self._collected.places.append(place)
         self._collected.raws.append(raw)
         self._collected.received_s.append(np.nan if received_s is None else received_s)
+        return True
 
     def _in_utc(self, time_s: float, received_s: float | None) -> float:
         if received_s is None:

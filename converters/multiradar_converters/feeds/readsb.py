@@ -39,6 +39,7 @@ _FILES = re.compile(r'\s*\{\s*"files"\s*:\s*\[')
 _LIST = re.compile(r'"(?:aircraft|ac)"\s*:\s*\[')
 _NOW = re.compile(r'"now"\s*:\s*([0-9.]+(?:[eE][+-]?[0-9]+)?)')
 _NEXT = re.compile(r'\{\s*"now"')
+_ADDRESS = re.compile(r"[0-9A-Fa-f]{6}")
 _BLANKS = re.compile(r"[\s,]*")
 _OPENING = '{"_":0'
 # What may follow the list of aircraft.
@@ -200,6 +201,14 @@ def cells(values: object, now: str) -> dict[int, str] | None:
         found.setdefault(roles.GROUND, "false")
     found[roles.TIME] = _received(now, json_text(values.get("seen_pos")))
     return found
+
+
+def message_of(found: Mapping[int, str], now: str) -> tuple[int, float]:
+    """Return address and time, s, of what `cells` returned; 0 and NaN for malformed ones."""
+    address = found.get(roles.ADDRESS, "")
+    known = _ADDRESS.fullmatch(address) is not None
+    time_s = float(now) if DECIMAL.fullmatch(now) else float("nan")
+    return int(address, 16) if known else 0, time_s
 
 
 def _kind(values: Values) -> str:

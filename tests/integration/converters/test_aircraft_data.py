@@ -225,12 +225,15 @@ READ = {
 
 
 def test_aircraft_of_readsb_have_the_same_columns(tmp_path: Path) -> None:
-    swapped = AIRCRAFT | {"now": 1_533_110_404.0, "lon": 8.513, "mach": 0.4}
+    # Values of registers count if they have changed since the last message.
+    before = AIRCRAFT | {"now": 1_533_110_399.0, "lon": 8.497, "roll": -19.0, "ias": 271}
+    swapped = AIRCRAFT | {"now": 1_533_110_401.0, "lon": 8.503, "mach": 0.4}
     # Multilateration computes speed and track of positions: these are not reported.
-    by_ground = AIRCRAFT | {"now": 1_533_110_408.0, "lon": 8.526, "type": "mlat"}
-    lines = b"\n".join(json.dumps(one).encode() for one in (AIRCRAFT, swapped, by_ground))
+    by_ground = AIRCRAFT | {"now": 1_533_110_402.0, "lon": 8.506, "type": "mlat"}
+    lines = b"\n".join(json.dumps(one).encode() for one in (before, AIRCRAFT, swapped, by_ground))
     table, figures = converted(tmp_path, lines, kind="adsb")
-    rows = table.sort("time_s").to_dicts()
+    first, *rows = table.sort("time_s").to_dicts()
+    assert first["roll_deg"] is first["mach"] is None
     assert {name: rows[0][name] for name in READ} == pytest.approx(READ, abs=1e-4)
     kept = {name for name in READ if rows[1][name] is not None}
     assert kept == {"selected_altitude_m"}

@@ -45,6 +45,8 @@ class Batch:
     duplicate, other : int
         Of feeds: records that repeat a position, and messages without a position, which are not
         records.
+    old : int
+        Of feeds: records without values of registers that may be old.
     received_s : float64[n] or None
         Of live feeds: Unix time of reception, s.
     """
@@ -57,6 +59,7 @@ class Batch:
     found: int = 0
     duplicate: int = 0
     other: int = 0
+    old: int = 0
     received_s: Numbers | None = None
 
 

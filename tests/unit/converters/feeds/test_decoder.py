@@ -147,6 +147,38 @@ def test_a_bad_line_is_rejected_and_the_next_one_is_read(message: bytes, code: R
     assert batch.places.tolist() == [2]
 
 
+REGISTERS = {"roll": -20.0, "tas": 461, "mag_heading": 84.0, "ias": 272, "mach": 0.8}
+
+
+def test_values_of_registers_count_while_they_are_known_to_be_new() -> None:
+    """readsb repeats them for a minute; what has changed since the last message is new."""
+    rolls = [
+        (0.0, -18.0, False),  # may be old
+        (1.0, -18.0, False),
+        (2.0, -20.0, True),  # arrived in the last second
+        (4.0, -20.0, True),  # at most 3 s old
+        (4.5, -20.0, False),
+        (9.0, -10.0, False),  # changed within the last 4.5 s
+        (10.0, 0.0, True),
+    ]
+    lines = [readsb_line(s, **REGISTERS | {"roll": roll}) for s, roll, _ in rolls]
+    batch = decoded(*lines)
+    expected = [roll if new else np.nan for _, roll, new in rolls]
+    np.testing.assert_array_equal(batch.numbers[roles.ROLL], expected)
+    # The other register never changes: whether it is new is not known.
+    assert np.isnan(batch.numbers[roles.HEADING]).all()
+    assert batch.old == len(rolls)
+    assert not np.isnan(batch.numbers[roles.SPEED]).any()
+
+
+def test_ages_are_those_of_each_aircraft() -> None:
+    batch = decoded(
+        readsb_line(0.0, roll=1.0), readsb_line(0.5, roll=5.0, hex="4ca8d1"),
+        readsb_line(1.0, roll=2.0), readsb_line(1.5, roll=5.0, hex="4ca8d1"),
+    )  # fmt: skip
+    np.testing.assert_array_equal(batch.numbers[roles.ROLL], [np.nan, np.nan, 2.0, np.nan])
+
+
 # ---------------------------------------------------------------- snapshots
 
 
