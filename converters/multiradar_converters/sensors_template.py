@@ -21,10 +21,16 @@ _HEADER = """\
 """
 #: Source of the position of a sensor other than a radar.
 MIDDLE_OF_REPORTS = "the middle of its reports, for a plane to track in"
+#: Origin of its local coordinates; where unknown, it is to be filled in.
+REFERENCE_POINT = "reference point of its local coordinates"
 #: Width of a key and value before the comment.
 _WIDTH = 31
 _KILOMETRE_M = 1000.0
-
+#: Of surface movement radars: aircraft are larger than its resolution, and its errors are those of
+#: a range of a few kilometres.
+_SURFACE = "typical of a surface movement radar"
+_SURFACE_NOISE = {"range_sigma_m": 10.0, "azimuth_sigma_deg": 0.3}
+_SURFACE_PRIOR_SIGMA = {"range_offset_m": 50.0, "azimuth_offset_deg": 1.0}
 
 #: Source of a scan period.
 FROM_PLOTS = "measured from its plots"
@@ -54,6 +60,8 @@ class FoundSensor:
         Slant range of the farthest plot, m; 0 without plots.
     priors : sequence of str
         Comment lines with priors of its biases from elsewhere.
+    surface : bool
+        Whether it is a surface movement radar.
     """
 
     identifier: str
@@ -66,6 +74,7 @@ class FoundSensor:
     period_source: str = FROM_PLOTS
     range_max_m: float = 0.0
     priors: Sequence[str] = ()
+    surface: bool = False
 
 
 def sensors_text(sensors: Sequence[FoundSensor]) -> str:
@@ -97,25 +106,28 @@ def _table(one: FoundSensor) -> str:
     if one.kind != "radar":
         lines.append(_default("position_sigma_m", "random error of a position, 1 sigma each axis"))
         return "\n".join([*lines, ""])
-    return "\n".join([*lines, *_antenna(one), *_errors(), *_biases(), *one.priors, ""])
+    return "\n".join([*lines, *_antenna(one), *_errors(one), *_biases(one), *one.priors, ""])
 
 
 def _site(one: FoundSensor) -> list[str]:
     if one.site is not None:
         latitude, longitude, height = one.site
-        digits = 6 if one.kind == "radar" else 2
+        digits = 2 if one.site_source == MIDDLE_OF_REPORTS else 6
         return [
             _line("latitude_deg", f"{latitude:.{digits}f}", one.site_source),
             _line("longitude_deg", f"{longitude:.{digits}f}", one.site_source),
             _line("height_m", f"{height:.1f}", one.site_source),
         ]
-    if one.kind != "radar":
+    if one.kind != "radar" and one.site_source != REFERENCE_POINT:
         return []
-    return [
-        _line("latitude_deg", "nan", "to fill in: decimal degrees, north positive"),
-        _line("longitude_deg", "nan", "to fill in: decimal degrees, east positive"),
-        _line("height_m", "nan", "to fill in: antenna above the WGS 84 ellipsoid, m"),
+    what = f"{REFERENCE_POINT}, " if one.kind != "radar" else ""
+    lines = [
+        _line("latitude_deg", "nan", f"to fill in: {what}decimal degrees, north positive"),
+        _line("longitude_deg", "nan", f"to fill in: {what}decimal degrees, east positive"),
     ]
+    if one.kind == "radar":
+        lines.append(_line("height_m", "nan", "to fill in: antenna above the WGS 84 ellipsoid, m"))
+    return lines
 
 
 def _antenna(one: FoundSensor) -> list[str]:
@@ -136,22 +148,29 @@ def _antenna(one: FoundSensor) -> list[str]:
     return lines
 
 
-def _errors() -> list[str]:
-    return [
+def _errors(one: FoundSensor) -> list[str]:
+    noise = [
         _default("range_sigma_m", "random error of slant range, 1 sigma"),
         _default("azimuth_sigma_deg", "random error of azimuth, 1 sigma"),
+    ]
+    if one.surface:
+        noise = [_line(key, str(value), _SURFACE) for key, value in _SURFACE_NOISE.items()]
+    return [
+        *noise,
         _line("# elevation_sigma_deg", "0.1", "random error of elevation, only where measured"),
         _line("# also", '["ID"]', "further ids of the same radar, as of a second network"),
     ]
 
 
-def _biases() -> list[str]:
+def _biases(one: FoundSensor) -> list[str]:
     lines = ["# Biases (measured minus true): whether estimated, mean and sigma beforehand, drift."]
     for name in PARAMETERS_BY_KIND["radar"]:
         estimate = str(name in ESTIMATED_BY_KIND["radar"]).lower()
-        sigma = PRIOR_SIGMA_DEFAULT[name]
+        own = one.surface and name in _SURFACE_PRIOR_SIGMA
+        mark = "" if own else "# "
+        sigma = _SURFACE_PRIOR_SIGMA[name] if own else PRIOR_SIGMA_DEFAULT[name]
         lines.append(
-            f"# bias.{name} = {{ estimate = {estimate}, prior = 0.0, prior_sigma = {sigma}, "
+            f"{mark}bias.{name} = {{ estimate = {estimate}, prior = 0.0, prior_sigma = {sigma}, "
             "drift = 0.0 }"
         )
     return lines

@@ -121,6 +121,10 @@ class InspectedSensor(Record):
         float | None,
         _number("Of reports, those with a position", "1", "no reports"),
     ]
+    local_fraction: Annotated[
+        float | None,
+        _number("Of reports, those with local coordinates only (010/042, 020/042)", "1", "none"),
+    ]
     mode_s_fraction: Annotated[float | None, _number("With an address", "1", "no measurements")]
     mode_3a_fraction: Annotated[float | None, _number("With a code", "1", "no measurements")]
     height_fraction: Annotated[float | None, _number("With a height", "1", "no measurements")]

@@ -18,7 +18,11 @@ from multiradar.ingest.asterix_inlet import InletBounds
 from multiradar.ingest.asterix_output.sender import AsterixSender, Outlet
 from multiradar.ingest.asterix_output.sinks import open_sink
 from multiradar.ingest.asterix_queue import DatagramQueue
-from multiradar.ingest.asterix_sensors import names_by_source, scan_periods_by_source
+from multiradar.ingest.asterix_sensors import (
+    names_by_source,
+    references_by_source,
+    scan_periods_by_source,
+)
 from multiradar.ingest.asterix_source import UdpSource
 from multiradar.ingest.feeds.configured import asterix_stream, configured_feeds
 from multiradar.ingest.http import IntakeBounds, measurement_routes
@@ -280,6 +284,7 @@ def asterix_gateway(
     options = LiveOptions(
         names=names_by_source(sensors),
         scan_periods=scan_periods_by_source(sensors),
+        references=references_by_source(sensors),
         editions=editions,
         all_targets=wanted.all_targets,
         duplicate_window_s=wanted.duplicate_window_s,

@@ -3,7 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,7 @@ from multiradar_converters.asterix.decoding.checks import (
     aircraft,
     impossible_tracks,
     misplaced,
+    unreferenced,
     untimed,
 )
 from multiradar_converters.asterix.decoding.editions import source_name
@@ -28,6 +29,7 @@ from multiradar_converters.asterix.decoding.gathering import (
     gather,
     selected_rows,
 )
+from multiradar_converters.asterix.decoding.local_plane import local_only, located
 from multiradar_converters.asterix.decoding.sensor_clocks import (
     Differences,
     differences,
@@ -40,6 +42,7 @@ from multiradar_converters.asterix.decoding.timing import (
     AntennaStatus,
     Timed,
     into_days,
+    reported_references,
     services_in_order,
     time_targets,
 )
@@ -227,7 +230,12 @@ def _of_file(
     findings.differences += _differences(gathered, timed)
     if timed is None:
         return account, None
-    return account, _measured(timed, account, options, findings)
+    # Those of earlier files count, too.
+    references = reported_references(findings.antennas) | options.reference_points()
+    local = np.unique(timed.rows.source[local_only(timed.targets)]).tolist()
+    findings.references |= {one: references[one] for one in local if one in references}
+    targets = located(timed.targets, timed.rows.source, references)
+    return account, _measured(replace(timed, targets=targets), account, options, findings)
 
 
 def _differences(gathered: Gathered, timed: Timed | None) -> list[Differences]:
@@ -243,11 +251,13 @@ def _differences(gathered: Gathered, timed: Timed | None) -> list[Differences]:
 
 
 def _retain(findings: Findings, antennas: dict[int, AntennaStatus]) -> None:
-    """Retain the antenna status of the file with most north marks."""
+    """Retain the antenna status of the file with most north marks, and any site."""
     for source, one in antennas.items():
         before = findings.antennas.get(source)
+        site = one.site if before is None else one.site or before.site
         if before is None or (one.north_marks, one.sectors) > (before.north_marks, before.sectors):
-            findings.antennas[source] = one
+            before = one
+        findings.antennas[source] = replace(before, site=site)
 
 
 def _measured(
@@ -264,8 +274,17 @@ def _measured(
     findings.left_out.update(left_out)
     findings.flags.update(flags)
     far_off = (known & ~kept, RejectCode.OUT_OF_RANGE, FAR_OFF)
-    rejections = [*untimed(timed), far_off, misplaced(timed, kept & measured)]
+    rejections = [
+        *untimed(timed),
+        far_off,
+        unreferenced(timed, kept & measured),
+        misplaced(timed, kept & measured),
+    ]
     own = kept & measured
+    local, *_ = unreferenced(timed, own)
+    findings.unreferenced.update(
+        zip(timed.rows.source[local].tolist(), timed.kind[local].tolist(), strict=True)
+    )
     for wrong, code, reason in rejections:
         _reject_reports(account, timed.rows, (wrong, code, reason))
         own &= ~wrong
@@ -276,20 +295,18 @@ def _part(timed: Timed, own: Integers, time_s: Numbers, findings: Findings) -> _
     targets = timed.targets
     for origin, count in zip(*np.unique(timed.origin[own], return_counts=True), strict=True):
         findings.time_origins[clocks.ORIGINS[origin]] += int(count)
-    numbers = ("range_m", "azimuth_deg", "latitude_deg", "longitude_deg", "height_m")
+    whole = {name: getattr(targets, name) for name in table.WHOLE}
+    whole |= {
+        "same": timed.same,
+        "source": timed.rows.source,
+        "kind": timed.kind,
+        "category": targets.category,
+        "dropped": targets.dropped,
+    }
     return _Part(
-        rows={
-            "same": timed.same[own],
-            "source": timed.rows.source[own],
-            "kind": timed.kind[own],
-            "code": targets.code[own],
-            "address": targets.address[own],
-            "callsign": targets.callsign[own],
-            "on_ground": targets.on_ground[own],
-            "flags": targets.flags[own],
-            "dropped": targets.dropped[own],
-        },
-        numbers={"time_s": time_s[own]} | {name: getattr(targets, name)[own] for name in numbers},
+        rows={name: values[own] for name, values in whole.items()},
+        numbers={"time_s": time_s[own]}
+        | {name: getattr(targets, name)[own] for name in table.NUMBERS},
         aircraft_data=targets.aircraft_data[own],
     )
 
@@ -314,6 +331,7 @@ def _frames(
     again = table.repeated(
         rows["same"].astype(np.int64), rows["source"].astype(np.int64), numbers["time_s"]
     )
+    again |= table.repeated_positions({**rows, **numbers})
     findings.duplicates = int(again.sum())
     whole = {name: values[~again].astype(np.int64) for name, values in rows.items()}
     kept = {name: values[~again] for name, values in numbers.items()}
@@ -321,10 +339,10 @@ def _frames(
         np.stack([whole["source"], whole["kind"]], axis=1), axis=0, return_inverse=True
     )
     counts = np.bincount(places.ravel(), minlength=len(pairs)).tolist()
-    names = SensorNames(
-        options.sensors,
-        Counter({(s, KINDS[k]): n for (s, k), n in zip(pairs.tolist(), counts, strict=True)}),
-    )
+    found = Counter({(s, KINDS[k]): n for (s, k), n in zip(pairs.tolist(), counts, strict=True)})
+    # Sensors without a reference point are among those to be completed.
+    found.update({(s, KINDS[k]): 0 for s, k in findings.unreferenced})
+    names = SensorNames(options.sensors, found)
     findings.measurements = {names.of(*pair): n for pair, n in names.counts.items()}
     ids = [names.of(source, KINDS[kind]) for source, kind in pairs.tolist()]
     findings.first_s, findings.last_s = extremes(kept["time_s"])

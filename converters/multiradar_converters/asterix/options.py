@@ -1,9 +1,11 @@
 """Options of a conversion."""
 
 import datetime as dt
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from multiradar_converters.asterix.decoding.editions import Editions
+from multiradar_converters.asterix.decoding.local_plane import ReferencePoint, references_of
 from multiradar_schemas.sensors.sensor import SensorsFile
 
 
@@ -24,6 +26,8 @@ class Options:
         detection.
     records : bool
         Whether to write `records.ndjson`.
+    references : mapping
+        Reference points of local coordinates by source; they take precedence over `sensors`.
     """
 
     sensors: SensorsFile | None = None
@@ -31,6 +35,7 @@ class Options:
     editions: Editions = field(default_factory=Editions)
     all_targets: bool = False
     records: bool = False
+    references: Mapping[int, ReferencePoint] = field(default_factory=dict)
 
     def scan_periods(self) -> dict[int, float]:
         """Return the scan periods in `sensors`, s, by source."""
@@ -39,6 +44,10 @@ class Options:
             for one in (self.sensors.sensor if self.sensors else ())
             if one.sac is not None and one.sic is not None and one.rotation_period_s is not None
         }
+
+    def reference_points(self) -> dict[int, ReferencePoint]:
+        """Return the reference points by source that are configured."""
+        return references_of(self.sensors.sensor if self.sensors else ()) | dict(self.references)
 
     def settings(self) -> dict[str, object]:
         """Return the options that affect the output, for `report.json`."""
@@ -53,4 +62,8 @@ class Options:
             "sensors": None if self.sensors is None else [one.id for one in self.sensors.sensor],
             "editions": chosen,
             "all_targets": self.all_targets,
+            "references": {
+                f"{source >> 8}-{source & 255}": list(point)
+                for source, point in sorted(self.references.items())
+            },
         }

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from multiradar_converters.asterix.decoding.editions import source_name
 from multiradar_converters.asterix.decoding.gathering import Broken
+from multiradar_converters.asterix.decoding.local_plane import ReferencePoint
 from multiradar_converters.asterix.decoding.sensor_clocks import (
     Differences,
     clock_alarm,
@@ -97,6 +98,8 @@ class Findings:
     flags: Counter[str] = field(default_factory=Counter)
     measurements: dict[str, int] = field(default_factory=dict)
     middles: dict[str, tuple[float, float]] = field(default_factory=dict)
+    references: dict[int, ReferencePoint] = field(default_factory=dict)
+    unreferenced: Counter[tuple[int, int]] = field(default_factory=Counter)
     plot_figures: dict[str, PlotFigures] = field(default_factory=dict)
     first_s: float | None = None
     last_s: float | None = None
@@ -172,6 +175,7 @@ def _figures(findings: Findings, options: Options) -> dict[str, object]:
         ],
         "measurements": dict(sorted(findings.measurements.items())),
         "left_out": dict(sorted(findings.left_out.items())),
+        "unreferenced": _unreferenced(findings),
         "flags": dict(sorted(findings.flags.items())),
         "time_from": dict(sorted(findings.time_origins.items())),
         "sensor_status": findings.status,
@@ -182,6 +186,14 @@ def _figures(findings: Findings, options: Options) -> dict[str, object]:
         **({"aircraft_data": findings.aircraft_data} if findings.aircraft_data else {}),
         **_clocks(findings),
     }
+
+
+def _unreferenced(findings: Findings) -> dict[str, int]:
+    """Return the reports with local coordinates of which the reference point is unknown."""
+    counts: Counter[str] = Counter()
+    for (source, _kind), count in sorted(findings.unreferenced.items()):
+        counts[source_name(source)] += count
+    return dict(counts)
 
 
 def _clocks(findings: Findings) -> dict[str, object]:

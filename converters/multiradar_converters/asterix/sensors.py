@@ -4,11 +4,13 @@ import math
 from collections import Counter
 
 from multiradar_converters.asterix.decoding.editions import source_name
+from multiradar_converters.asterix.decoding.targets import SURFACE
 from multiradar_converters.asterix.decoding.timing import KINDS
 from multiradar_converters.asterix.report import Findings
 from multiradar_converters.asterix.reported_biases import prior_lines
 from multiradar_converters.sensors_template import (
     MIDDLE_OF_REPORTS,
+    REFERENCE_POINT,
     FoundSensor,
     sensors_text,
 )
@@ -76,12 +78,11 @@ def _found(names: SensorNames, findings: Findings, source: int, kind: str) -> Fo
     numbered = source >= 0 and not identifier.endswith(f"-{kind}")
     numbers = (("sac", source >> 8), ("sic", source & 255)) if numbered else ()
     found = f"{count} measurement{'' if count == 1 else 's'}"
+    antenna = findings.antennas.get(source)
     if kind != "radar":
-        latitude, longitude = findings.middles[identifier]
-        return FoundSensor(
-            identifier, kind, found, numbers, (latitude, longitude, 0.0), MIDDLE_OF_REPORTS
-        )
-    antenna, figures = findings.antennas.get(source), findings.plot_figures[identifier]
+        site, origin = _reference_or_middle(findings, source, kind, identifier)
+        return FoundSensor(identifier, kind, found, numbers, site, origin)
+    figures = findings.plot_figures[identifier]
     stated = antenna is not None and not math.isnan(antenna.period_s)
     return FoundSensor(
         identifier,
@@ -94,4 +95,18 @@ def _found(names: SensorNames, findings: Findings, source: int, kind: str) -> Fo
         "service messages" if stated else figures.period_source,
         figures.range_max_m,
         prior_lines(findings.biases, source_name(source)),
+        surface=(SURFACE, source) in findings.records,
     )
+
+
+def _reference_or_middle(
+    findings: Findings, source: int, kind: str, identifier: str
+) -> tuple[tuple[float, float, float] | None, str]:
+    antenna = findings.antennas.get(source)
+    if kind == "mlat" and antenna is not None and antenna.site is not None:
+        return antenna.site, REFERENCE_POINT
+    if kind == "mlat" and source in findings.references:
+        return (*findings.references[source], 0.0), REFERENCE_POINT
+    if identifier not in findings.middles:
+        return None, REFERENCE_POINT
+    return (*findings.middles[identifier], 0.0), MIDDLE_OF_REPORTS

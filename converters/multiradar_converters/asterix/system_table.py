@@ -49,11 +49,13 @@ def frame(parts: list[tuple[Rows, pl.DataFrame]], start_s: float) -> pl.DataFram
 def write(path: Path, frames: list[pl.DataFrame]) -> pl.DataFrame:
     """Write and return the table by time without duplicates. No file without rows.
 
-    Columns of aircraft-derived data are omitted where they are empty.
+    Ground status and columns of aircraft-derived data are omitted where they are empty.
     """
     whole = pl.concat([pl.DataFrame(schema=SCHEMA), *frames])
     whole = whole.unique(maintain_order=True).sort("time_s", maintain_order=True)
-    empty = [name for name in QUANTITIES if whole[name].null_count() == whole.height]
+    empty = [
+        name for name in ("on_ground", *QUANTITIES) if whole[name].null_count() == whole.height
+    ]
     if whole.height:
         whole.drop(empty).write_parquet(path, compression="snappy", statistics=True)
     return whole

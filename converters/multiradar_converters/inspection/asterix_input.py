@@ -10,6 +10,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -20,8 +21,10 @@ from multiradar_converters.asterix import reported_biases
 from multiradar_converters.asterix.decoding.checks import (
     Rejection,
     aircraft,
+    has_position,
     impossible_tracks,
     misplaced,
+    unreferenced,
     untimed,
 )
 from multiradar_converters.asterix.decoding.editions import Editions, source_name, sources_of
@@ -32,6 +35,7 @@ from multiradar_converters.asterix.decoding.gathering import (
     Rows,
     decode_blocks,
 )
+from multiradar_converters.asterix.decoding.local_plane import local_only, located
 from multiradar_converters.asterix.decoding.sensor_clocks import (
     Differences,
     of_reports,
@@ -42,6 +46,7 @@ from multiradar_converters.asterix.decoding.timing import (
     KINDS,
     Timed,
     into_days,
+    reported_references,
     services_in_order,
     time_targets,
 )
@@ -151,6 +156,7 @@ class _Recording:
         timed, antennas = time_targets(gathered)
         if registers is not None:
             self._survey.differences += _differences(gathered, timed)
+        self._survey.references = reported_references(antennas) | self._survey.references
         for source, one in antennas.items():
             before = self._survey.antennas.get(source_name(source))
             if before is None or (one.north_marks, one.sectors) > (
@@ -191,10 +197,15 @@ class _Recording:
     def _add_reports(self, timed: Timed, *, detailed: bool) -> None:
         time_s, kept = self._dated(timed)
         known = ~np.isnan(time_s)
+        local = local_only(timed.targets)
+        targets = located(timed.targets, timed.rows.source, self._survey.references)
+        timed = replace(timed, targets=targets)
         measured, _, _ = aircraft(timed, all_targets=False)
         own = kept & measured
         far_off: Rejection = (known & ~kept, RejectCode.OUT_OF_RANGE, FAR_OFF)
-        for wrong, code, reason in (*untimed(timed), far_off, misplaced(timed, own)):
+        for wrong, code, reason in (
+            *untimed(timed), far_off, unreferenced(timed, own), misplaced(timed, own)
+        ):  # fmt: skip
             self._reject(int(wrong.sum()), str(code), reason)
             own = own & ~wrong
         places = np.flatnonzero(own)
@@ -210,6 +221,8 @@ class _Recording:
             figures.reports += len(rows)
             figures.duplicates += int((pairs[places[again]] == pair).sum())
             figures.left_out.update(_left_out(timed, rows))
+            figures.local += int(local[rows].sum())
+            figures.unreferenced += int(local_only(targets)[rows].sum())
             figures.add_times(time_s[rows[kept[rows]]])
             if detailed:
                 figures.add(_reports(timed, rows[own[rows]], time_s))
@@ -250,9 +263,7 @@ def _reports(timed: Timed, own: Integers, time_s: Numbers) -> Reports:
 def _left_out(timed: Timed, own: Integers) -> Counter[str]:
     """Count reports that are no measurements of aircraft, by reason."""
     targets = timed.targets
-    radar = timed.kind[own] == KINDS.index("radar")
-    first = np.where(radar, targets.range_m[own], targets.latitude_deg[own])
-    placed = ~np.isnan(first)
+    placed = (has_position(timed) | local_only(targets))[own]
     counts = Counter(no_position=int((~placed).sum()))
     for name in NOT_AIRCRAFT:
         marked = placed & (targets.flags[own] & flag_bits(name) != 0)

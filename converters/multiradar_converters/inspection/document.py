@@ -17,12 +17,14 @@ from multiradar_converters.asterix.decoding.sensor_clocks import (
     receiver_zone_s,
     sensor_clocks,
 )
+from multiradar_converters.asterix.decoding.targets import SURFACE
 from multiradar_converters.asterix.reported_biases import reported_biases
 from multiradar_converters.inspection.sensor_figures import GAPS_MAX, SECTORS, SensorFigures
 from multiradar_converters.inspection.survey import SensorKey, Survey
 from multiradar_converters.sensors_template import (
     FROM_PLOTS,
     MIDDLE_OF_REPORTS,
+    REFERENCE_POINT,
     FoundSensor,
     sensors_text,
 )
@@ -42,6 +44,7 @@ from multiradar_schemas.report import Counts
 #: Kinds in the order in which a name without its kind is assigned.
 _KINDS = ("radar", "mlat", "adsb")
 _SERVICE_MESSAGES = "service messages"
+_STATUS, _STATED_REFERENCE = 19, "items 019/600, 610: reference point of its local coordinates"
 _STATED_SITE = "item 034/120: to about 10 m, height above mean sea level"
 _REVOLUTION_DEG = 360
 _DATED_FROM_S = 366 * 86_400.0
@@ -80,8 +83,9 @@ def stated_sites(survey: Survey) -> dict[str, InspectedSite]:
     for name, antenna in survey.antennas.items():
         if antenna.site is not None:
             latitude, longitude, height = antenna.site
+            source = _STATED_REFERENCE if (_STATUS, name) in survey.categories else _STATED_SITE
             found[name] = InspectedSite(
-                latitude_deg=latitude, longitude_deg=longitude, height_m=height, source=_STATED_SITE
+                latitude_deg=latitude, longitude_deg=longitude, height_m=height, source=source
             )
     return found
 
@@ -107,7 +111,7 @@ def inspection_of(survey: Survey, sites: Mapping[str, InspectedSite]) -> Inspect
     sensors = [
         _sensor(survey, key, ids[key]).model_copy(
             update={
-                "site": sites.get(key[0]) if key[1] == "radar" else None,
+                "site": _site_of(key, survey, sites),
                 "clock": clocks.get(key[0]),
             }
         )
@@ -161,6 +165,14 @@ def inspection_of(survey: Survey, sites: Mapping[str, InspectedSite]) -> Inspect
             [_found(one, key, survey) for key, one in zip(keys, sensors, strict=True)]
         ),
     )
+
+
+def _site_of(
+    key: SensorKey, survey: Survey, sites: Mapping[str, InspectedSite]
+) -> InspectedSite | None:
+    """Return the site of a radar, or the reference point of local coordinates."""
+    used = key[1] == "radar" or (key[1] == "mlat" and survey.sensors[key].local > 0)
+    return sites.get(key[0]) if used else None
 
 
 def _numbers(name: str) -> list[int]:
@@ -219,8 +231,10 @@ def _sensor(survey: Survey, key: SensorKey, identifier: str) -> InspectedSensor:
         height_max_m=_known(figures.height_max_m),
         aircraft=len(figures.addresses) or len(figures.codes),
         located_fraction=_fraction(
-            figures.reports - figures.left_out["no_position"], figures.reports
+            figures.reports - figures.left_out["no_position"] - figures.unreferenced,
+            figures.reports,
         ),
+        local_fraction=_fraction(figures.local, figures.reports),
         mode_s_fraction=_fraction(figures.with_address, measured),
         mode_3a_fraction=_fraction(figures.with_code, measured),
         height_fraction=_fraction(figures.with_height, measured),
@@ -249,6 +263,8 @@ def _found(one: InspectedSensor, key: SensorKey, survey: Survey) -> FoundSensor:
         site = (one.site.latitude_deg, one.site.longitude_deg, one.site.height_m)
         source = one.site.source
         source += "" if one.site.sigma_m is None else f", sigma {one.site.sigma_m:.0f} m"
+    elif survey.sensors[key].unreferenced:
+        source = REFERENCE_POINT
     elif one.kind != "radar":
         site, source = _middle(survey.sensors[key]), MIDDLE_OF_REPORTS
     count = one.reports
@@ -264,6 +280,7 @@ def _found(one: InspectedSensor, key: SensorKey, survey: Survey) -> FoundSensor:
         rotation_period_s=math.nan if one.scan_period_s is None else one.scan_period_s,
         period_source=one.scan_period_source,
         range_max_m=one.range_max_m or 0.0,
+        surface=(SURFACE, key[0]) in survey.categories,
     )
 
 

@@ -2,11 +2,12 @@
 
 import gzip
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from multiradar_converters.asterix.decoding.editions import Editions
+from multiradar_converters.asterix.decoding.local_plane import ReferencePoint
 from multiradar_converters.errors import LayoutError
 from multiradar_converters.inspection.asterix_input import DETAILED_OCTETS_MAX, inspect_asterix
 from multiradar_converters.inspection.survey import Survey
@@ -29,10 +30,13 @@ class InspectionOptions:
         Selected editions; found ones are added.
     detailed_octets_max : int
         ASTERIX recordings of more octets are sampled for the figures of plots.
+    references : mapping
+        Reference points of local coordinates by source.
     """
 
     editions: Editions = field(default_factory=Editions)
     detailed_octets_max: int = DETAILED_OCTETS_MAX
+    references: Mapping[int, ReferencePoint] = field(default_factory=dict)
 
 
 def inspect(
@@ -59,7 +63,7 @@ def inspect(
     LayoutError
         A file cannot be read, or is no recording.
     """
-    survey = Survey()
+    survey = Survey(references=dict(options.references))
     forms = {path: recording_kind(path) for path in files}
     octets = sum(path.stat().st_size for path, form in forms.items() if form == "asterix")
     every = max(1, -(-octets // options.detailed_octets_max))

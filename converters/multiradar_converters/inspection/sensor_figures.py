@@ -74,6 +74,8 @@ class SensorFigures:
     ----------
     reports, duplicates : int
         Target reports; those with the octets of another one within 1 s.
+    local, unreferenced : int
+        Reports with local coordinates only; of those, the ones without a reference point.
     left_out : Counter
         Reports that are no measurements of aircraft, by reason.
     measurements, with_address, with_code, with_height, on_ground : int
@@ -92,6 +94,8 @@ class SensorFigures:
 
     reports: int = 0
     duplicates: int = 0
+    local: int = 0
+    unreferenced: int = 0
     left_out: Counter[str] = field(default_factory=Counter)
     measurements: int = 0
     with_address: int = 0

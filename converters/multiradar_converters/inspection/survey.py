@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import polars as pl
 
+from multiradar_converters.asterix.decoding.local_plane import ReferencePoint
 from multiradar_converters.asterix.decoding.sensor_clocks import Differences
 from multiradar_converters.inspection.sensor_figures import SensorFigures
 
@@ -80,6 +81,8 @@ class Survey:
         Updates of system tracks of another tracker.
     reported : list of DataFrame
         Biases reported by another tracker, of each window.
+    references : mapping
+        Reference points of local coordinates by source: given, else reported (019/600).
     sampled : float
         Fraction of the octets from which the figures of plots are.
     start_s : float or None
@@ -94,6 +97,7 @@ class Survey:
     differences: list[Differences] = field(default_factory=list)
     system_tracks: int = 0
     reported: list[pl.DataFrame] = field(default_factory=list)
+    references: dict[int, ReferencePoint] = field(default_factory=dict)
     sampled: float = 1.0
     start_s: float | None = None
 

@@ -28,8 +28,15 @@ MEASUREMENT_DIRECTIONS = (
 #: Optional column of the ground status.
 ON_GROUND = "on_ground"
 
+#: Optional columns of the accuracy of a position, and of how a radar detected the aircraft.
+POSITION_SIGMA = "position_sigma_m"
+DETECTION = "detection"
+
 #: Optional columns of aircraft-derived data.
 MEASUREMENT_AIRCRAFT = tuple(AircraftData.model_fields)
 
 #: Columns that may be absent in recordings of earlier versions.
-MEASUREMENT_LATER = ("callsign", ON_GROUND, *MEASUREMENT_DIRECTIONS, *MEASUREMENT_AIRCRAFT)
+MEASUREMENT_LATER = (
+    "callsign", ON_GROUND, POSITION_SIGMA, DETECTION, *MEASUREMENT_DIRECTIONS,
+    *MEASUREMENT_AIRCRAFT,
+)  # fmt: skip

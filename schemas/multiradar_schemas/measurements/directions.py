@@ -1,4 +1,4 @@
-"""Optional columns: directions of bearings, the ground status, aircraft-derived data.
+"""Optional columns: directions of bearings, ground status, accuracy, detection, aircraft data.
 
 Few recordings have these columns. If they are empty they are omitted, so that journals and requests
 stay compatible with earlier versions.
@@ -7,17 +7,19 @@ stay compatible with earlier versions.
 import polars as pl
 
 from multiradar_schemas.measurements.columns import (
+    DETECTION,
     MEASUREMENT_AIRCRAFT,
     MEASUREMENT_DIRECTIONS,
     MEASUREMENT_SCHEMA,
     ON_GROUND,
+    POSITION_SIGMA,
 )
 from multiradar_schemas.measurements.gates import Gate
 from multiradar_schemas.measurements.measurement import SOURCE, SOURCE_FIELDS
 from multiradar_schemas.measurements.reject import RejectCode
 
 #: Columns that are omitted, each by itself, where no measurement has a value.
-_SINGLE = (ON_GROUND, *MEASUREMENT_AIRCRAFT)
+_SINGLE = (ON_GROUND, POSITION_SIGMA, DETECTION, *MEASUREMENT_AIRCRAFT)
 _OPTIONAL = (*MEASUREMENT_DIRECTIONS, *_SINGLE)
 
 #: Columns of recordings without any of these, such as converted text dumps.
@@ -26,6 +28,10 @@ PLAIN_SCHEMA = pl.Schema(
 )
 #: The same with the ground status: recordings of Mode S, multilateration and ADS-B.
 PLAIN_GROUND_SCHEMA = pl.Schema({**PLAIN_SCHEMA, ON_GROUND: pl.Boolean()})
+#: The same with accuracy and detection, of ASTERIX reports.
+REPORT_SCHEMA = pl.Schema(
+    {**PLAIN_GROUND_SCHEMA, POSITION_SIGMA: pl.Float64(), DETECTION: pl.String()}
+)
 
 #: Columns used by `sensor_gates`, for the sensor of each row: whether it moves, and whether it
 #: measures elevation.
@@ -38,9 +44,9 @@ def has_directions(frame: pl.DataFrame) -> bool:
     return any(_has(frame, name) for name in MEASUREMENT_DIRECTIONS)
 
 
-def has_ground_status(frame: pl.DataFrame) -> bool:
-    """Return whether any measurement has a ground status."""
-    return _has(frame, ON_GROUND)
+def has_column(frame: pl.DataFrame, name: str) -> bool:
+    """Return whether any measurement has a value of an optional column."""
+    return _has(frame, name)
 
 
 def has_aircraft_data(frame: pl.DataFrame) -> bool:

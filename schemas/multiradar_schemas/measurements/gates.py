@@ -22,6 +22,7 @@ from multiradar_schemas.measurements.aircraft_data import (
 from multiradar_schemas.measurements.measurement import (
     AZIMUTH_END_DEG,
     CALLSIGN_PATTERN,
+    DETECTIONS,
     ELEVATION_MAX_DEG,
     HEIGHT_MAX_M,
     HEIGHT_MIN_M,
@@ -38,6 +39,7 @@ from multiradar_schemas.measurements.measurement import (
     TIME_MAX_S,
 )
 from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.sensors.bounds import POSITION_SIGMA_M
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,5 +213,12 @@ PHYSICAL_GATES: tuple[Gate, ...] = (
     *_between("source_longitude_deg", -LONGITUDE_MAX_DEG, LONGITUDE_MAX_DEG, "degrees"),
     *_between("source_height_m", HEIGHT_MIN_M, HEIGHT_MAX_M, "m"),
     *_whole_source(),
+    *_between("position_sigma_m", *POSITION_SIGMA_M, "m"),
+    Gate(
+        RejectCode.OUT_OF_RANGE,
+        "detection",
+        f"one of {', '.join(DETECTIONS)}",
+        ~pl.col("detection").is_in(DETECTIONS),
+    ),
     *_aircraft_data(),
 )

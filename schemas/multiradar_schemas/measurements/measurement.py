@@ -17,6 +17,7 @@ from pydantic_core import PydanticCustomError
 
 from multiradar_schemas.base import Record, described
 from multiradar_schemas.measurements.aircraft_data import AircraftData
+from multiradar_schemas.sensors.bounds import POSITION_SIGMA_M
 
 TIME_MAX_S = 1e11
 RANGE_MAX_M = 1e6
@@ -40,6 +41,10 @@ SOURCE = ", ".join(SOURCE_FIELDS)
 
 #: Kinds of measurement, on the wire.
 KINDS = ("radar", "adsb", "mlat", "bearing")
+
+#: How a radar detected an aircraft: primary, secondary (Mode A and C), both, Mode S, Mode S with
+#: primary.
+DETECTIONS = ("psr", "ssr", "psr_ssr", "mode_s", "psr_mode_s")
 
 _ISO_8601 = re.compile(
     r"[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9]{2}:[0-9]{2}:[0-9]{2}(\.[0-9]{1,9})?(Z|[+-][0-9]{2}:[0-9]{2})"
@@ -203,10 +208,32 @@ OnGround = Annotated[
     bool,
     described(
         "Whether the aircraft reports to be on the ground (Mode S flight status, ground bit, "
-        "surface position)",
+        "surface position), or a surface movement radar detects it",
         unit="true or false",
         source="aircraft",
         absent="not reported, or either (alert, SPI)",
+    ),
+]
+
+
+PositionSigma = Annotated[
+    float,
+    Field(ge=POSITION_SIGMA_M.least, le=POSITION_SIGMA_M.most),
+    described(
+        "Accuracy of the position of this report, 1 sigma on each axis; used in place of "
+        "`position_sigma_m` of the sensor",
+        unit="m",
+        source="sensor, aircraft",
+        absent="not reported; radar, bearing",
+    ),
+]
+Detection = Annotated[
+    Literal["psr", "ssr", "psr_ssr", "mode_s", "psr_mode_s"],
+    described(
+        "How a radar detected the aircraft: psr, ssr, psr_ssr, mode_s or psr_mode_s",
+        unit="name",
+        source="sensor",
+        absent="not reported, or not a radar",
     ),
 ]
 
@@ -240,6 +267,8 @@ class _Common(Record):
     source_longitude_deg: SourceLongitude | None = None
     source_height_m: SourceHeight | None = None
     on_ground: OnGround | None = None
+    position_sigma_m: PositionSigma | None = None
+    detection: Detection | None = None
 
     @model_validator(mode="after")
     def _whole_source(self) -> Self:

@@ -293,12 +293,13 @@ class Sensor(Table):
         return name in ESTIMATED_BY_KIND[self.kind] if known.estimate is None else known.estimate
 
 
-# Required site fields of a radar that are absent; nan marks a value to fill in in a template.
+# Site fields that are absent; nan marks a value to fill in in a template, for any kind.
 def _absent_site(data: Any) -> list[str]:
-    if not isinstance(data, dict) or data.get("kind") not in ("radar", "direction-finder"):
+    if not isinstance(data, dict):
         return []
+    required = data.get("kind") in ("radar", "direction-finder")
     site = {name: data.get(name) for name in ("latitude_deg", "longitude_deg", "height_m")}
-    return [name for name, value in site.items() if value is None or _is_nan(value)]
+    return [name for name, value in site.items() if _is_nan(value) or (required and value is None)]
 
 
 def _is_nan(value: Any) -> bool:

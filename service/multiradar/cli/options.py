@@ -3,7 +3,7 @@
 import datetime as dt
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -16,6 +16,9 @@ from multiradar.runtime.queries.parameters import (
 )
 from multiradar.tracking.settings import HIDEABLE, TrackingSettings
 from multiradar_schemas.documents.names import unknown
+
+if TYPE_CHECKING:
+    from multiradar_converters.asterix.decoding.local_plane import ReferencePoint
 
 #: Defaults of the tracker, as help shows them.
 TRACKING_DEFAULTS = TrackingSettings()
@@ -108,6 +111,16 @@ HideOption = Annotated[
         help=f"Withhold these fields from the tracker, not from the output: {', '.join(HIDEABLE)}.",
         parser=parse_hidden,
         show_default="none",
+    ),
+]
+ReferenceOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--reference",
+        metavar="SAC-SIC=LATITUDE,LONGITUDE",
+        help="Reference point of the local coordinates (010/042, 020/042) of a sensor, WGS 84, "
+        "degrees; repeatable.",
+        show_default="that of the site of the sensor, else 019/600",
     ),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as one JSON object.")]
@@ -246,3 +259,21 @@ FilterOption = Annotated[
         show_default=TRACKING_DEFAULTS.filter_name,
     ),
 ]
+
+
+def read_references(texts: list[str] | None) -> "dict[int, ReferencePoint]":
+    """Parse the reference points of `ReferenceOption`, by source.
+
+    Raises
+    ------
+    BadParameter
+        A text has another form, or no such position exists.
+    """
+    # Imported here: help must be fast.
+    from multiradar_converters.asterix.decoding.local_plane import parse_references
+    from multiradar_converters.errors import ProfileError
+
+    try:
+        return parse_references(texts or [])
+    except ProfileError as error:
+        raise typer.BadParameter(str(error), param_hint="--reference") from error

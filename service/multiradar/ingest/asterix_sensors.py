@@ -6,6 +6,7 @@ import numpy as np
 
 from multiradar.estimation.measurement.kinds import KIND_POSITION, KIND_RADAR
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar_converters.asterix.decoding.local_plane import ReferencePoint
 
 # `SAC-SIC`, and the kind for a second kind of measurement of one source.
 _NAME = re.compile(r"(\d{1,3})-(\d{1,3})(?:-(mlat|adsb))?")
@@ -32,6 +33,20 @@ def names_by_source(table: SensorTable) -> dict[tuple[int, str], str]:
             if match[3] in (None, kind):
                 names[source, kind] = table.ids[row]
     return names
+
+
+def references_by_source(table: SensorTable) -> dict[int, ReferencePoint]:
+    """Return the configured sites of multilateration systems, by source: their reference points."""
+    rows = {name: row for row, name in enumerate(table.ids)}
+    found = {}
+    for (source, kind), name in names_by_source(table).items():
+        row = rows[name]
+        latitude, longitude = table.latitude_rad[row], table.longitude_rad[row]
+        if kind == "mlat" and not table.self_reported[row] and not np.isnan(latitude + longitude):
+            found[source] = ReferencePoint(
+                float(np.degrees(latitude)), float(np.degrees(longitude))
+            )
+    return found
 
 
 def scan_periods_by_source(table: SensorTable) -> dict[int, float]:

@@ -23,17 +23,19 @@ from multiradar.wire.bearing_columns import direction_rows, directions_of, with_
 from multiradar.wire.sensors import KIND_NUMBER
 from multiradar_schemas.measurements.callsigns import callsign_texts, packed_callsigns
 from multiradar_schemas.measurements.columns import (
+    DETECTION,
     MEASUREMENT_REQUIRED,
     MEASUREMENT_SCHEMA,
     ON_GROUND,
+    POSITION_SIGMA,
 )
 from multiradar_schemas.measurements.directions import (
+    has_column,
     has_directions,
-    has_ground_status,
     sensor_gates,
 )
 from multiradar_schemas.measurements.gates import PHYSICAL_GATES, Gate, rejections
-from multiradar_schemas.measurements.measurement import KINDS
+from multiradar_schemas.measurements.measurement import DETECTIONS, KINDS
 from multiradar_schemas.measurements.reject import RejectCode
 
 #: A range may exceed the instrumented range of its sensor by this factor.
@@ -142,6 +144,10 @@ def measurement_rows(batch: MeasurementBatch, table: SensorTable) -> list[dict[s
             fields["callsign"] = callsigns[row]
         if batch.on_ground is not None and batch.on_ground[row] != MISSING:
             fields[ON_GROUND] = bool(batch.on_ground[row])
+        if batch.position_sigma_m is not None and not np.isnan(batch.position_sigma_m[row]):
+            fields[POSITION_SIGMA] = float(batch.position_sigma_m[row])
+        if batch.detection is not None and batch.detection[row] != MISSING:
+            fields[DETECTION] = DETECTIONS[batch.detection[row]]
         rows.append(fields | direction_rows(batch, row) | aircraft_data_rows(batch, row))
     return rows
 
@@ -210,9 +216,28 @@ _GATES = (
 
 
 def _ground_status(frame: pl.DataFrame) -> NDArray[np.int8] | None:
-    if not has_ground_status(frame):
+    if not has_column(frame, ON_GROUND):
         return None
     return frame[ON_GROUND].cast(pl.Int8).fill_null(MISSING).to_numpy(writable=True)
+
+
+def _accuracy(frame: pl.DataFrame) -> NDArray[np.float64] | None:
+    """Return the accuracy of reported positions, NaN for other kinds."""
+    if not has_column(frame, POSITION_SIGMA):
+        return None
+    column = pl.when(pl.col(_KIND) == KIND_POSITION).then(POSITION_SIGMA).fill_null(np.nan)
+    values = frame.select(column).to_series().to_numpy(writable=True)
+    return values if not np.isnan(values).all() else None
+
+
+def _detections(frame: pl.DataFrame) -> NDArray[np.int8] | None:
+    if not has_column(frame, DETECTION):
+        return None
+    numbers = pl.Series(range(len(DETECTIONS)), dtype=pl.Int8)
+    column = frame[DETECTION].replace_strict(
+        pl.Series(DETECTIONS), numbers, default=None, return_dtype=pl.Int8
+    )
+    return column.fill_null(MISSING).to_numpy(writable=True)
 
 
 _DIRECTED_GATES = (*_GATES, *sensor_gates())
@@ -260,6 +285,8 @@ def _columns(frame: pl.DataFrame, table: SensorTable) -> MeasurementBatch:
         callsign=packed_callsigns(frame["callsign"]),
         directions=directions_of(frame),
         on_ground=_ground_status(frame),
+        position_sigma_m=_accuracy(frame),
+        detection=_detections(frame),
         aircraft_data=aircraft_data_of(frame),
         **arrays,
     )

@@ -17,6 +17,7 @@ from multiradar_schemas.report import Report
 from multiradar_schemas.sensors.sensor import load_sensors
 from support.asterix.octets import block, gps, plot_048
 from support.asterix.old_edition import old_system_tracks
+from support.asterix.surface_records import mlat_020, reference_019, surface_010
 
 BEGIN_S = 28_800.0
 DATE_S = 1_533_081_600.0
@@ -203,3 +204,42 @@ def test_wrong_usage() -> None:
 def test_a_missing_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["inspect", str(tmp_path / "nothing")]) == EXIT_FAILED
     assert "No such file" in capsys.readouterr().err
+
+
+def test_local_coordinates_need_a_reference_point(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "mlat.ast"
+    path.write_bytes(block(20, *(mlat_020(BEGIN_S + k, local=(100.0 * k, 0)) for k in range(20))))
+    assert run(["inspect", str(path)]) == EXIT_DONE
+    assert "0-107: 100% of its reports have local coordinates only" in capsys.readouterr().out
+    assert run(["inspect", str(path), "--json"]) == EXIT_DONE
+    (sensor,) = (found := Inspection.model_validate_json(capsys.readouterr().out)).sensors
+    assert (sensor.local_fraction, sensor.located_fraction, sensor.site) == (1.0, 0.0, None)
+    assert "latitude_deg = nan              # to fill in: reference point" in found.sensors_toml
+    command = ["inspect", str(path), "--reference", "0-107=41.297,2.078", "--json"]
+    assert run(command) == EXIT_DONE
+    (sensor,) = (found := Inspection.model_validate_json(capsys.readouterr().out)).sensors
+    assert (sensor.located_fraction, found.counts.rejected) == (1.0, 0)
+    assert sensor.site is not None
+    assert (sensor.site.latitude_deg, sensor.site.longitude_deg) == (41.297, 2.078)
+    assert run([*command[:3], "0-107=41.297"]) == EXIT_USAGE
+
+
+def test_a_reported_reference_point_and_a_surface_radar_are_suggested(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "airport.ast"
+    path.write_bytes(
+        block(19, reference_019(BEGIN_S, 41.297, 2.078))
+        + block(20, mlat_020(BEGIN_S, local=(0.0, 0.0)))
+        + block(10, surface_010(BEGIN_S, polar=(900, 20.0)))
+    )
+    assert run(["inspect", str(path), "--json"]) == EXIT_DONE
+    found = Inspection.model_validate_json(capsys.readouterr().out)
+    sites = {one.sensor_id: one.site for one in found.sensors}
+    assert sites["0-7"] is None
+    assert sites["0-107"] is not None
+    assert sites["0-107"].source.startswith("items 019/600")
+    assert "latitude_deg = 41.297000" in found.sensors_toml
+    assert "range_sigma_m = 10.0" in found.sensors_toml

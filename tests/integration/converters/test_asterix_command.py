@@ -72,6 +72,7 @@ def test_a_plot_becomes_a_measurement(tmp_path: Path) -> None:
             "track_number": None,
             "callsign": None,
             "on_ground": None,
+            "detection": "ssr",
             "flags": None,
         }
     ]
@@ -305,7 +306,9 @@ def test_an_edition_is_detected_or_selected(tmp_path: Path) -> None:
     assert rows(reported) == [row]
 
 
-def system_track(seconds: float, *, number: str = "13de", status: str = "04") -> bytes:
+def system_track(
+    seconds: float, *, number: str = "13de", status: str = "04", derived: str = "80 663ca6"
+) -> bytes:
     return record(
         (1, "0004"),
         (4, time_of_day(seconds)),
@@ -313,7 +316,7 @@ def system_track(seconds: float, *, number: str = "13de", status: str = "04") ->
         (7, "0190 0000"),
         (9, "0f91"),
         (10, "00 10c1b1cb3220"),
-        (11, "80 663ca6"),
+        (11, derived),
         (12, number),
         (13, status),
         (17, "0578"),
@@ -341,6 +344,22 @@ def test_system_tracks_become_a_table_of_their_own(tmp_path: Path) -> None:
     assert (second["time_s"], second["state"]) == (DAY_S + 1.0, "tentative")
     assert rows(out) == []
     assert [one.file for one in report(out).outputs][-1] == "system_tracks.parquet"
+
+
+def test_the_ground_status_of_system_tracks_is_kept(tmp_path: Path) -> None:
+    tracks = [
+        system_track(1.0, status="05 01 01 01 01 10"),
+        system_track(2.0, status="05 01 01 01 01 00"),
+        # Flight status airborne, on the ground, alert; ground bit set, not set.
+        system_track(3.0, derived="81 20 663ca6 0000"),
+        system_track(4.0, derived="81 20 663ca6 0400"),
+        system_track(5.0, derived="81 20 663ca6 1000"),
+        system_track(6.0, derived="81 10 663ca6 0200"),
+        system_track(7.0, derived="81 10 663ca6 0000"),
+    ]
+    table = pl.read_parquet(converted(tmp_path, block(62, *tracks)) / "system_tracks.parquet")
+    expected = [True, None, False, True, None, True, None]
+    assert table["on_ground"].to_list() == expected
 
 
 def test_a_date_makes_the_times_of_system_tracks_unix_times(tmp_path: Path) -> None:

@@ -431,3 +431,36 @@ def test_health_is_in_degrees_and_per_hour_and_missing_values_are_null() -> None
     assert unknown["detection_probability"] is None
     for row in (ill, unknown):
         RadarHealth.model_validate(row)
+
+
+def test_the_accuracy_of_a_report_and_the_detection_are_kept() -> None:
+    rows = [
+        adsb(position_sigma_m=12.5),
+        adsb(),
+        radar(detection="psr_mode_s"),
+        # A radar has no reported position: its accuracy has no meaning.
+        radar(position_sigma_m=5.0),
+    ]
+    batch, rejected = measurement_batch(frame(*rows), TABLE)
+    assert len(rejected) == 0
+    assert batch.position_sigma_m is not None
+    assert batch.detection is not None
+    assert batch.position_sigma_m.tolist() == pytest.approx([12.5] + [np.nan] * 3, nan_ok=True)
+    assert batch.detection.tolist() == [-1, -1, 4, -1]
+    shown = measurement_rows(batch, TABLE)
+    assert (shown[0]["position_sigma_m"], shown[2]["detection"]) == (12.5, "psr_mode_s")
+    assert "position_sigma_m" not in shown[3]
+    part = batch.select(slice(1, 2))
+    assert (part.position_sigma_m, part.detection) == (None, None)
+    both = MeasurementBatch.concatenate([part, batch.select(slice(2, 3))])
+    assert both.position_sigma_m is None
+    assert both.detections().tolist() == [-1, 4]
+
+
+@pytest.mark.parametrize(
+    ("field", "value"), [("position_sigma_m", 0.0), ("position_sigma_m", 2e4), ("detection", "x")]
+)
+def test_impossible_accuracies_and_detections_are_rejected(field: str, value: object) -> None:
+    _, rejected = measurement_batch(frame(adsb(**{field: value})), TABLE)
+    assert rejected.code == (RejectCode.OUT_OF_RANGE,)
+    assert rejected.reason[0].startswith(f"{field}: expected")

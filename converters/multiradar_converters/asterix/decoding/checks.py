@@ -13,6 +13,7 @@ from multiradar_converters.asterix.decoding.bounds import (
     LONGITUDE_MAX_DEG,
     SPEED_MAX_MPS,
 )
+from multiradar_converters.asterix.decoding.local_plane import local_only
 from multiradar_converters.asterix.decoding.targets import FLAGS, NOT_AIRCRAFT, flag_bits
 from multiradar_converters.asterix.decoding.timing import KINDS, Timed
 from multiradar_converters.asterix.layout.columns import Flags, Numbers
@@ -21,6 +22,12 @@ from multiradar_schemas.measurements.reject import RejectCode
 _RANGE_MAX_M = 1e6
 _RADAR = KINDS.index("radar")
 
+#: Reason, and what to do.
+NO_REFERENCE_POINT = (
+    "local coordinates only (item 042), whose reference point is unknown: give it by --reference "
+    "SAC-SIC=LATITUDE,LONGITUDE, or as latitude_deg and longitude_deg of the sensor in the sensors "
+    "file"
+)
 IMPOSSIBLE_TIME = "a time of day of 24 h or more"
 IMPOSSIBLE_POSITION = "an impossible position"
 IMPOSSIBLE_HEIGHT = f"an impossible height: below {HEIGHT_MIN_M:g} m or above {HEIGHT_MAX_M:g} m"
@@ -90,10 +97,7 @@ def aircraft(timed: Timed, *, all_targets: bool) -> tuple[Flags, Counter[str], C
         Counts of selected reports, by flag.
     """
     targets = timed.targets
-    radar = timed.kind == _RADAR
-    first = np.where(radar, targets.range_m, targets.latitude_deg)
-    second = np.where(radar, targets.azimuth_deg, targets.longitude_deg)
-    measured = np.asarray(~np.isnan(first + second), dtype=np.bool_)
+    measured = has_position(timed) | local_only(targets)
     left_out, flags = Counter[str](), Counter[str]()
     left_out["no_position"] = int((~measured).sum())
     for name in () if all_targets else NOT_AIRCRAFT:
@@ -105,6 +109,19 @@ def aircraft(timed: Timed, *, all_targets: bool) -> tuple[Flags, Counter[str], C
     return measured, left_out, flags
 
 
+def has_position(timed: Timed) -> Flags:
+    """Return which reports have the position of their kind, bool[n]; not local coordinates."""
+    targets, radar = timed.targets, timed.kind == _RADAR
+    first = np.where(radar, targets.range_m, targets.latitude_deg)
+    second = np.where(radar, targets.azimuth_deg, targets.longitude_deg)
+    return np.asarray(~np.isnan(first + second), dtype=np.bool_)
+
+
+def unreferenced(timed: Timed, measured: Flags) -> Rejection:
+    """Return the measurements with local coordinates whose reference point is unknown."""
+    return measured & local_only(timed.targets), RejectCode.MISSING_FIELD, NO_REFERENCE_POINT
+
+
 def misplaced(timed: Timed, measured: Flags) -> Rejection:
     """Return the measurements with an impossible position.
 
@@ -113,7 +130,7 @@ def misplaced(timed: Timed, measured: Flags) -> Rejection:
     targets = timed.targets
     near = (targets.range_m > 0.0) & (targets.range_m <= _RANGE_MAX_M)
     on_earth = _on_earth(targets.latitude_deg, targets.longitude_deg)
-    possible = np.where(timed.kind == _RADAR, near, on_earth)
+    possible = np.where(timed.kind == _RADAR, near, on_earth) | local_only(targets)
     return measured & ~possible, RejectCode.OUT_OF_RANGE, IMPOSSIBLE_POSITION
 
 

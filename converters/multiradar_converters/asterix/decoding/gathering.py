@@ -280,9 +280,8 @@ def _decode(
 
 
 def _keep(gathered: Gathered, rows: Rows, category: int, columns: Columns) -> None:
-    targets = read_targets(category, columns)
-    if targets is not None:
-        gathered.targets.append((category, rows, targets))
+    for own, targets in read_targets(category, columns):
+        gathered.targets.append((category, selected_rows(rows, own), targets))
     services = read_services(category, columns)
     if services is not None:
         gathered.services.append((category, rows, services))

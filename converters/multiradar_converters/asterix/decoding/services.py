@@ -1,4 +1,8 @@
-"""Service messages of radars (002, 034): clock, north marks, sectors, scan period."""
+"""Service messages: clock, north marks, sectors, scan period of radars (002, 034), and the site.
+
+The site of a radar is that of its antenna (034/120), that of a multilateration system the
+reference point of its local coordinates (019/600, 610, 620).
+"""
 
 from dataclasses import dataclass
 
@@ -7,6 +11,9 @@ import numpy as np
 from multiradar_converters.asterix.layout.columns import Columns, Integers, Numbers
 
 NORTH, SECTOR = 1, 2
+#: Neither: a message of a system without an antenna.
+OTHER = -1
+_MULTILATERATION = 19
 _REVOLUTION_DEG = 360.0
 # Scan periods of surveillance radars, s.
 _PERIOD_MIN_S, _PERIOD_MAX_S = 1.0, 30.0
@@ -19,7 +26,7 @@ class Services:
     Attributes
     ----------
     message : int64[n]
-        Type: 1 north mark, 2 sector crossed.
+        Type: 1 north mark, 2 sector crossed, -1 of a system without an antenna.
     time_s : float64[n]
         Time of day, s; NaN if absent.
     sector_deg : float64[n]
@@ -27,7 +34,7 @@ class Services:
     period_s : float64[n]
         Reported scan period, s; NaN if absent.
     site : float64[n, 3]
-        Reported latitude and longitude, degree, and height of the antenna, m; NaN if absent.
+        Reported latitude and longitude, degree, and height, m; NaN if absent.
     """
 
     message: Integers
@@ -39,6 +46,8 @@ class Services:
 
 def read_services(category: int, columns: Columns) -> Services | None:
     """Read service messages; None for categories without them."""
+    if category == _MULTILATERATION:
+        return _of_multilateration(columns)
     if category not in (2, 34):
         return None
     message = columns.integers("000")
@@ -50,6 +59,19 @@ def read_services(category: int, columns: Columns) -> Services | None:
         sector_deg=np.where((message == NORTH) | (message == SECTOR), sector, np.nan),
         period_s=columns.numbers("041"),
         site=np.stack([columns.numbers("120", name) for name in names], axis=1),
+    )
+
+
+def _of_multilateration(columns: Columns) -> Services:
+    nothing = np.full(len(columns), np.nan)
+    height = columns.numbers("610") + np.nan_to_num(columns.numbers("620"))
+    site = (columns.numbers("600", "LAT"), columns.numbers("600", "LON"), height)
+    return Services(
+        message=np.full(len(columns), OTHER, dtype=np.int64),
+        time_s=columns.numbers("140"),
+        sector_deg=nothing,
+        period_s=nothing,
+        site=np.stack(site, axis=1),
     )
 
 

@@ -2,7 +2,7 @@
 
 time 070 · track number 040 · position 105 · velocity 185 · Mode 3/A code 060 · address 380/ADR ·
 callsign 245, else 380/ID · flight level 136 (measured), else 135 (calculated) · state 080 ·
-aircraft-derived data 380
+ground status 080/SFC, 380/COM, 380/SAB · aircraft-derived data 380
 """
 
 import numpy as np
@@ -14,8 +14,10 @@ from multiradar_converters.asterix.decoding.naming import (
     address_names,
     callsign_names,
     code_names,
+    ground_statuses,
     named,
 )
+from multiradar_converters.asterix.decoding.targets import flight_status
 from multiradar_converters.asterix.layout.columns import Columns, Integers, Numbers
 
 #: States of a track, by number.
@@ -35,6 +37,7 @@ SCHEMA = pl.Schema(
         "speed_mps": pl.Float64(),
         "heading_deg": pl.Float64(),
         "state": pl.String(),
+        "on_ground": pl.Boolean(),
         **dict.fromkeys(QUANTITIES, pl.Float64()),
     }
 )
@@ -74,6 +77,7 @@ def read_system_tracks(columns: Columns) -> pl.DataFrame:
         "mode_3a": code_names(np.where(doubtful, -1, columns.integers("060", "MODE3A"))),
         "callsign": callsign_names(np.where(callsign < 0, columns.integers("380/ID"), callsign)),
         "state": named(_states(columns), STATES.__getitem__),
+        "on_ground": ground_statuses(_ground_status(columns)),
     }
     data, _ = track_data(columns, np.asarray(values["height_m"], np.float64))
     derived = {
@@ -86,6 +90,18 @@ def read_system_tracks(columns: Columns) -> pl.DataFrame:
         | {name: pl.Series(column.copy(), nan_to_null=True) for name, column in derived.items()}
     )
     return made.with_columns(pl.col("track_number").replace(-1, None))
+
+
+def _ground_status(columns: Columns) -> Integers:
+    """Return 1 on the ground, 0 airborne, -1 unknown.
+
+    A surface track is on the ground. Without the bit, which is also the default, the aircraft
+    decides: by its flight status, else by its ground bit where that is set.
+    """
+    status = flight_status(columns, "380/COM")
+    status[(status < 0) & columns.flags("380/SAB", "GBS")] = 1
+    status[columns.flags("080+5", "SFC")] = 1
+    return status
 
 
 def _states(columns: Columns) -> Integers:

@@ -1,6 +1,5 @@
-"""Target reports: items of categories 001, 048, 020 and 021.
+"""Target reports: items of categories 001, 010, 020, 021 and 048.
 
-===========================  =====================  ================  ===========================
                              001, 048               020               021
 ===========================  =====================  ================  ===========================
 position                     040                    041               131, 130
@@ -13,18 +12,42 @@ ground status                230 (048)              230, 020          040
 test, simulated, fixed, SPI  020                    020               040 (SPI: 0.26 only)
 aircraft-derived data        250 (048)              250               see `aircraft_items`
 ===========================  =====================  ================  ===========================
+=======
+====================  ====================  =============  =============  ======================
+                      001, 048              010            020            021
+====================  ====================  =============  =============  ======================
+position              040                   040, 041, 042  041, 042       131, 130
+accuracy of it                              500            500            090 with 210
+time of day           141 (001), 140 (048)  140            140            073 with 074, 071, 030
+Mode 3/A code         070                   060            070            070
+height                090 (Mode C)          090, 091       090, 105, 110  145, 140
+Mode S address        220                   220            220            080
+callsign              240                   245            245            170
+ground status         230 (048)             020            230, 020       040
+detection             020                   020
+extrapolated                                170            170
+test, simulated, ...  020                   020            020            040 (SPI: 0.26 only)
+aircraft-derived      250 (048)                            250            see `aircraft_items`
+====================  ====================  =============  =============  ======================
 
-A garbled or not validated code or flight level is omitted and flagged.
+A garbled or not validated code or flight level is omitted and flagged. Local coordinates (042)
+become positions in `local_plane`.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from multiradar_converters.aircraft_data.quantities import without
 from multiradar_converters.asterix.decoding.aircraft_items import aircraft_data
 from multiradar_converters.asterix.decoding.bounds import LATITUDE_MAX_DEG
+from multiradar_converters.asterix.decoding.position_quality import (
+    sigma_of_adsb,
+    sigma_of_deviations,
+)
 from multiradar_converters.asterix.layout.columns import Columns, Flags, Integers, Numbers
+from multiradar_schemas.measurements.measurement import DETECTIONS
 
 METRES_OF_MILE = 1852.0
 METRES_OF_FOOT = 0.3048
@@ -43,10 +66,24 @@ FLAGS = (
     "height_geometric",
     "on_ground",
     "no_detection",
+    "other_technology",
 )
 _BIT = {name: 1 << bit for bit, name in enumerate(FLAGS)}
 #: Flags of reports that are not aircraft, or not detected in this scan.
-NOT_AIRCRAFT = ("test", "simulated", "fixed_transponder", "no_detection")
+NOT_AIRCRAFT = ("test", "simulated", "fixed_transponder", "no_detection", "other_technology")
+
+_PSR, _SSR, _PSR_SSR, _MODE_S, _PSR_MODE_S = range(len(DETECTIONS))
+# Types of detection: 001/020/SSRPSR; 048/020/TYP (all-call and roll-call are Mode S).
+_DETECTIONS_001 = np.array([-1, _PSR, _SSR, _PSR_SSR])
+_DETECTIONS_048 = np.array([-1, _PSR, _SSR, _PSR_SSR, _MODE_S, _MODE_S, _PSR_MODE_S, _PSR_MODE_S])
+
+#: Category of surface movement data.
+SURFACE = 10
+# Its messages that are target reports, and what measured them (020/TYP). Magnetic loops and types
+# that are not defined remain.
+_TARGET_REPORT = 1
+_MULTILATERATION_010, _ADSB_010, _PRIMARY_010 = (0, 1, 5), 2, 3
+_KNOWN_010 = (*_MULTILATERATION_010, _ADSB_010, _PRIMARY_010)
 
 
 @dataclass(frozen=True)
@@ -63,10 +100,18 @@ class Targets:
         Time of day modulo 512 s; NaN if absent.
     range_m, azimuth_deg, latitude_deg, longitude_deg, height_m : float64[n]
         NaN if absent.
+    x_m, y_m : float64[n]
+        Local coordinates, east and north of the reference point of the source; NaN if absent.
+    position_sigma_m : float64[n]
+        Accuracy of the position, 1 sigma on each axis; NaN if unknown.
+    category : int64[n]
+        Category of the record.
     code, address, callsign : int64[n]
         Mode 3/A code, Mode S address, callsign of six-bit characters; -1 if absent.
     on_ground : int64[n]
         1 on the ground, 0 airborne, -1 if absent or either.
+    detection : int64[n]
+        How a radar detected it, an index in `DETECTIONS`; -1 if unknown.
     flags : int64[n]
         Bits, see `FLAGS`.
     aircraft_data : float64[n, 10] or float64[n, 0]
@@ -83,10 +128,15 @@ class Targets:
     latitude_deg: Numbers
     longitude_deg: Numbers
     height_m: Numbers
+    x_m: Numbers
+    y_m: Numbers
+    position_sigma_m: Numbers
+    category: Integers
     code: Integers
     address: Integers
     callsign: Integers
     on_ground: Integers
+    detection: Integers
     flags: Integers
     aircraft_data: Numbers
     dropped: Integers
@@ -102,7 +152,7 @@ def flag_text(bits: int) -> str | None:
     return ",".join(name for name in FLAGS if bits & _BIT[name]) or None
 
 
-def read_targets(category: int, columns: Columns) -> Targets | None:
+def read_targets(category: int, columns: Columns) -> list[tuple[Flags, Targets]]:
     """Read target reports.
 
     Parameters
@@ -114,11 +164,20 @@ def read_targets(category: int, columns: Columns) -> Targets | None:
 
     Returns
     -------
-    Targets or None
-        None if the category has no target reports that are measurements.
+    list of (bool[n], Targets)
+        By kind: which records are such reports, and their content. Empty if the category has no
+        target reports.
     """
+    if category == SURFACE:
+        return _category_010(columns)
     reader = _READERS.get(category)
-    return None if reader is None else reader(columns)
+    return [] if reader is None else [(np.ones(len(columns), dtype=np.bool_), reader(columns))]
+
+
+def select_targets(targets: Targets, own: Flags) -> Targets:
+    """Return some of the reports."""
+    names = [one.name for one in fields(Targets) if one.name != "kind"]
+    return replace(targets, **{name: getattr(targets, name)[own] for name in names})
 
 
 def _nothing(columns: Columns) -> Numbers:
@@ -163,17 +222,17 @@ def _ground_bit(columns: Columns, node: str, address_node: str) -> Integers:
     return np.where((bit == 0) & (address < 0), -1, bit)
 
 
-def _flight_status(columns: Columns) -> Integers:
+def flight_status(columns: Columns, node: str) -> Integers:
     """Return the ground status by the flight status of Mode S.
 
     0, 2: airborne; 1, 3: on the ground; 4, 5: either, under alert or SPI; 6, 7: not assigned,
     unknown (ICAO Annex 10, volume IV, 3.1.2.6.5.1).
     """
-    return np.array([0, 1, 0, 1, -1, -1, -1, -1, -1])[columns.integers("230", "STAT")]
+    return np.array([0, 1, 0, 1, -1, -1, -1, -1, -1])[columns.integers(node, "STAT")]
 
 
 def _radar(
-    columns: Columns, *, detection: str, level: str, time: Numbers, on_ground: Integers
+    columns: Columns, *, detection: Integers, level: str, time: Numbers, on_ground: Integers
 ) -> Targets:
     code, code_flags = _code(columns, "070")
     height, height_flags = _level(columns, "090", level)
@@ -182,7 +241,7 @@ def _radar(
         ("simulated", columns.flags("020", "SIM")),
         ("fixed_transponder", columns.flags("020", "RAB")),
         ("spi", columns.flags("020", "SPI")),
-        ("no_detection", columns.integers("020", detection) == 0),
+        ("no_detection", columns.present("020") & (detection < 0)),
     )
     data, dropped = aircraft_data(48, columns, height)
     return Targets(
@@ -194,26 +253,115 @@ def _radar(
         latitude_deg=_nothing(columns),
         longitude_deg=_nothing(columns),
         height_m=height,
+        x_m=_nothing(columns),
+        y_m=_nothing(columns),
+        position_sigma_m=_nothing(columns),
+        category=_category(columns),
         code=code,
         address=columns.integers("220"),
         callsign=columns.integers("240"),
         on_ground=on_ground,
+        detection=detection,
         flags=flags | code_flags | height_flags | _marked(("on_ground", on_ground == 1)),
         aircraft_data=data,
         dropped=dropped,
     )
 
 
+def _category(columns: Columns) -> Integers:
+    return np.full(len(columns), columns.walked.program.layout.category)
+
+
+def _unknown(columns: Columns) -> Integers:
+    return np.full(len(columns), -1, np.int64)
+
+
 def _category_001(columns: Columns) -> Targets:
-    unknown = np.full(len(columns), -1, np.int64)
     return _radar(
-        columns, detection="SSRPSR", level="HGT", time=_nothing(columns), on_ground=unknown
+        columns,
+        detection=_DETECTIONS_001[columns.integers("020", "SSRPSR", 0)],
+        level="HGT",
+        time=_nothing(columns),
+        on_ground=_unknown(columns),
     )
 
 
 def _category_048(columns: Columns) -> Targets:
-    time, on_ground = columns.numbers("140"), _flight_status(columns)
-    return _radar(columns, detection="TYP", level="FL", time=time, on_ground=on_ground)
+    return _radar(
+        columns,
+        detection=_DETECTIONS_048[columns.integers("020", "TYP", 0)],
+        level="FL",
+        time=columns.numbers("140"),
+        on_ground=flight_status(columns, "230"),
+    )
+
+
+def _category_010(columns: Columns) -> list[tuple[Flags, Targets]]:
+    """Read surface movement reports: the type of report decides what measured them.
+
+    Ground bits come from transponders. What a surface movement radar detects is on the ground, or
+    so low above it that the difference is within its errors.
+    """
+    technology = columns.integers("020", "TYP")
+    report = (columns.integers("000") == _TARGET_REPORT) & (technology >= 0)
+    primary = technology == _PRIMARY_010
+    range_m, azimuth_deg = _polar(columns)
+    code, code_flags = _code(columns, "060")
+    height, height_flags = _level(columns, "090", "FL")
+    height, geometric = _or_geometric(height, columns.numbers("091"))
+    on_ground = np.where(primary, 1, _ground_bit(columns, "020", "220"))
+    flags = _marked(
+        ("test", columns.flags("020+1", "TST")),
+        ("simulated", columns.flags("020+1", "SIM")),
+        ("fixed_transponder", columns.flags("020+1", "RAB")),
+        ("spi", columns.flags("020+2", "SPI")),
+        ("no_detection", columns.integers("170", "CST") > 0),
+        ("on_ground", on_ground == 1),
+        ("other_technology", ~np.isin(technology, _KNOWN_010)),
+    )
+    whole = Targets(
+        kind="",
+        time_s=columns.numbers("140"),
+        truncated_s=_nothing(columns),
+        range_m=np.where(primary, range_m, np.nan),
+        azimuth_deg=np.where(primary, azimuth_deg, np.nan),
+        latitude_deg=np.where(primary, np.nan, columns.numbers("041", "LAT")),
+        longitude_deg=np.where(primary, np.nan, columns.numbers("041", "LON")),
+        height_m=height,
+        x_m=np.where(primary, np.nan, columns.numbers("042", "X")),
+        y_m=np.where(primary, np.nan, columns.numbers("042", "Y")),
+        position_sigma_m=np.where(
+            primary,
+            np.nan,
+            sigma_of_deviations(columns.numbers("500", "DEVX"), columns.numbers("500", "DEVY")),
+        ),
+        category=_category(columns),
+        code=code,
+        address=columns.integers("220"),
+        callsign=columns.integers("245", "CHR"),
+        on_ground=on_ground,
+        detection=np.where(primary, _PSR, -1),
+        flags=flags | code_flags | height_flags | geometric,
+        aircraft_data=without(len(columns)),
+        dropped=np.zeros(len(columns), dtype=np.int64),
+    )
+    kinds = {"radar": primary, "adsb": technology == _ADSB_010}
+    kinds["mlat"] = ~kinds["radar"] & ~kinds["adsb"]
+    return [
+        (report & own, replace(select_targets(whole, report & own), kind=kind))
+        for kind, own in kinds.items()
+        if (report & own).any()
+    ]
+
+
+def _polar(columns: Columns) -> tuple[Numbers, Numbers]:
+    """Return range and azimuth, of local coordinates at the antenna where not reported."""
+    x, y = columns.numbers("042", "X"), columns.numbers("042", "Y")
+    polar = columns.present("040")
+    return (
+        np.where(polar, columns.numbers("040", "RHO"), np.hypot(x, y)),
+        np.where(polar, columns.numbers("040", "TH"), np.degrees(np.arctan2(x, y)) % 360.0),
+    )
 
 
 def _category_020(columns: Columns) -> Targets:
@@ -223,16 +371,18 @@ def _category_020(columns: Columns) -> Targets:
     height, height_flags = _or_geometric(
         level, np.where(np.isnan(feet), columns.numbers("110"), feet)
     )
-    status, bit = _flight_status(columns), _ground_bit(columns, "020+1", "220")
+    status, bit = flight_status(columns, "230"), _ground_bit(columns, "020+1", "220")
     on_ground = np.where(status < 0, bit, status)
     flags = _marked(
         ("test", columns.flags("020+1", "TST")),
         ("simulated", columns.flags("020+1", "SIM")),
         ("fixed_transponder", columns.flags("020+1", "RAB")),
         ("spi", columns.flags("020+1", "SPI")),
+        ("no_detection", columns.flags("170", "CST")),
         ("on_ground", on_ground == 1),
     )
     data, dropped = aircraft_data(20, columns, height)
+    deviations = (columns.numbers("500/SDP", axis) for axis in ("X", "Y"))
     return Targets(
         kind="mlat",
         time_s=columns.numbers("140"),
@@ -242,10 +392,15 @@ def _category_020(columns: Columns) -> Targets:
         latitude_deg=columns.numbers("041", "LAT"),
         longitude_deg=columns.numbers("041", "LON"),
         height_m=height,
+        x_m=columns.numbers("042", "X"),
+        y_m=columns.numbers("042", "Y"),
+        position_sigma_m=sigma_of_deviations(*deviations),
+        category=_category(columns),
         code=code,
         address=columns.integers("220"),
         callsign=columns.integers("245", "CHR"),
         on_ground=on_ground,
+        detection=_unknown(columns),
         flags=flags | code_flags | level_flags | height_flags,
         aircraft_data=data,
         dropped=dropped,
@@ -280,10 +435,15 @@ def _category_021(columns: Columns) -> Targets:
         latitude_deg=np.where(fine, columns.numbers(place, "LAT"), columns.numbers("130", "LAT")),
         longitude_deg=np.where(fine, columns.numbers(place, "LON"), columns.numbers("130", "LON")),
         height_m=height,
+        x_m=_nothing(columns),
+        y_m=_nothing(columns),
+        position_sigma_m=sigma_of_adsb(columns),
+        category=_category(columns),
         code=code,
         address=columns.integers("080"),
         callsign=columns.integers("170"),
         on_ground=on_ground,
+        detection=_unknown(columns),
         flags=flags | code_flags | height_flags,
         aircraft_data=data,
         dropped=dropped,

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from multiradar_converters.aircraft_data.quantities import joined, without
 from multiradar_converters.asterix.decoding.clocks import Marks, times_of
 from multiradar_converters.asterix.decoding.gathering import Gathered, Rows
+from multiradar_converters.asterix.decoding.local_plane import ReferencePoint
 from multiradar_converters.asterix.decoding.services import Services, antenna_period_s
 from multiradar_converters.asterix.decoding.targets import Targets
 from multiradar_converters.asterix.layout import _block_kernels
@@ -65,8 +66,8 @@ _NO_ROWS = Rows(_WHOLE, _WHOLE, _WHOLE, _WHOLE, _WHOLE, _NUMBER)
 _NO_SERVICES = Services(_WHOLE, _NUMBER, _NUMBER, _NUMBER, np.empty((0, 3)))
 _NO_TARGETS = Targets(
     "",
-    *(_NUMBER, _NUMBER, _NUMBER, _NUMBER, _NUMBER, _NUMBER, _NUMBER),
-    *(_WHOLE, _WHOLE, _WHOLE, _WHOLE, _WHOLE),
+    *(_NUMBER, _NUMBER, _NUMBER, _NUMBER, _NUMBER, _NUMBER, _NUMBER, _NUMBER, _NUMBER, _NUMBER),
+    *(_WHOLE, _WHOLE, _WHOLE, _WHOLE, _WHOLE, _WHOLE, _WHOLE),
     aircraft_data=without(0),
     dropped=_WHOLE,
 )
@@ -133,6 +134,15 @@ def timed(gathered: Gathered, rows: Rows, kind: Integers, targets: Targets, mark
     same = np.empty(len(kind), dtype=np.int64)
     _block_kernels.hash_records(gathered.blocks.data, rows.begin, rows.end, same)
     return Timed(rows, kind, replace(targets, time_s=time_s), targets.time_s, origin, same)
+
+
+def reported_references(antennas: Mapping[int, AntennaStatus]) -> dict[int, ReferencePoint]:
+    """Return the sites that sources report, as reference points of their local coordinates."""
+    return {
+        source: ReferencePoint(*one.site[:2])
+        for source, one in antennas.items()
+        if one.site is not None
+    }
 
 
 def by_source(source: Integers, values: Mapping[int, float]) -> Numbers:

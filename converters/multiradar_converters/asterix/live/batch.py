@@ -11,7 +11,7 @@ from multiradar_converters.asterix.decoding.gathering import Gathered, Rows
 from multiradar_converters.asterix.framing.containers import SKIPPED
 from multiradar_converters.asterix.framing.datagrams import CutDatagrams, Datagrams
 from multiradar_converters.asterix.layout.columns import Flags, Integers
-from multiradar_schemas.measurements.directions import PLAIN_GROUND_SCHEMA
+from multiradar_schemas.measurements.directions import REPORT_SCHEMA
 from multiradar_schemas.measurements.reject import RejectCode
 
 #: Dispositions of a target report.
@@ -36,7 +36,7 @@ class LiveBatch:
     Attributes
     ----------
     frame : DataFrame
-        Measurements, columns of `PLAIN_GROUND_SCHEMA`, in the order of reception.
+        Measurements, columns of `REPORT_SCHEMA`, in the order of reception.
     datagram : int64[m]
         The datagram of each measurement.
     rejected : list of RejectedOctets
@@ -84,7 +84,7 @@ def new_batch(gathered: Gathered, datagrams: Datagrams, cut: CutDatagrams) -> Li
     for (category, _source), count in gathered.records.items():
         categories[category] += count
     return LiveBatch(
-        frame=pl.DataFrame(schema=PLAIN_GROUND_SCHEMA),
+        frame=pl.DataFrame(schema=REPORT_SCHEMA),
         datagram=np.empty(0, np.int64),
         rejected=rejected,
         octets=_octets(gathered, rejected, cut),
@@ -121,7 +121,7 @@ def unreadable(datagrams: Datagrams, reason: str) -> LiveBatch:
     ]
     nothing = np.zeros(count, np.int64)
     return LiveBatch(
-        frame=pl.DataFrame(schema=PLAIN_GROUND_SCHEMA),
+        frame=pl.DataFrame(schema=REPORT_SCHEMA),
         datagram=np.empty(0, np.int64),
         rejected=rejected,
         octets={

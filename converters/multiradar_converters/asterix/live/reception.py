@@ -6,22 +6,29 @@ records, of which a second network may deliver duplicates. The date is that of t
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
 import polars as pl
 
 from multiradar_converters.asterix import table
-from multiradar_converters.asterix.decoding.checks import Rejection, aircraft, misplaced, untimed
+from multiradar_converters.asterix.decoding.checks import (
+    Rejection,
+    aircraft,
+    misplaced,
+    unreferenced,
+    untimed,
+)
 from multiradar_converters.asterix.decoding.editions import Editions, source_name, sources_of
 from multiradar_converters.asterix.decoding.gathering import (
     Gathered,
     decode_blocks,
     selected_rows,
 )
+from multiradar_converters.asterix.decoding.local_plane import ReferencePoint, located
 from multiradar_converters.asterix.decoding.sensor_clocks import of_reports, of_services
-from multiradar_converters.asterix.decoding.targets import Targets
+from multiradar_converters.asterix.decoding.targets import select_targets
 from multiradar_converters.asterix.decoding.timing import (
     KINDS,
     Timed,
@@ -32,7 +39,7 @@ from multiradar_converters.asterix.decoding.timing import (
 from multiradar_converters.asterix.framing.containers import SKIPPED, blocks_of_datagrams
 from multiradar_converters.asterix.framing.datagram_framing import LearntFraming
 from multiradar_converters.asterix.framing.datagrams import Datagrams
-from multiradar_converters.asterix.layout.columns import Flags, Integers, Numbers
+from multiradar_converters.asterix.layout.columns import Integers, Numbers
 from multiradar_converters.asterix.live.batch import LiveBatch, Tally, new_batch
 from multiradar_converters.asterix.live.clocks import LiveClocks
 from multiradar_converters.asterix.live.copies import RecentRecords
@@ -67,6 +74,9 @@ class LiveOptions:
         only within 1 s.
     behind_max_s : float
         Maximum age of a time of day at reception, s; older records are rejected.
+    references : mapping
+        Reference points of local coordinates by source; those that a source reports (019/600) fill
+        in where there is none.
     """
 
     names: Mapping[tuple[int, str], str]
@@ -75,6 +85,7 @@ class LiveOptions:
     all_targets: bool = False
     duplicate_window_s: float = 10.0
     behind_max_s: float = 3600.0
+    references: Mapping[int, ReferencePoint] = field(default_factory=dict)
 
 
 class LiveDecoder:
@@ -94,6 +105,7 @@ class LiveDecoder:
         self._differences = RecentDifferences(sources)
         self._framing = LearntFraming(SKIPPED)
         self._recent = RecentRecords(options.duplicate_window_s)
+        self._references = dict(options.references)
 
     def decode(self, datagrams: Datagrams) -> LiveBatch:
         """Decode the next datagrams.
@@ -127,12 +139,16 @@ class LiveDecoder:
     def _reports(self, gathered: Gathered, datagrams: Datagrams, batch: LiveBatch) -> None:
         """Assign times to target reports, and select measurements."""
         service_rows, services = services_in_order(gathered)
+        placed = np.isin(service_rows.source, self._known) & ~np.isnan(services.site).any(axis=1)
+        for k in np.flatnonzero(placed).tolist():
+            point = ReferencePoint(*services.site[k, :2].tolist())
+            self._references.setdefault(int(service_rows.source[k]), point)
         rows, kind, targets = targets_in_order(gathered)
         known = np.isin(rows.source, self._known)
         tally = Tally(batch, datagrams)
         tally.reject(rows, ~known, RejectCode.UNKNOWN_SENSOR, _unknown)
         rows, kind = selected_rows(rows, known), kind[known]
-        targets = _select_targets(targets, known)
+        targets = located(select_targets(targets, known), rows.source, self._references)
         marks = self._clocks.marks(rows, targets, service_rows, services)
         reports = timed(gathered, rows, kind, targets, marks)
         self._differences.push(of_reports(reports))
@@ -146,7 +162,8 @@ class LiveDecoder:
         time_s, behind = self._dated(reports)
         ids, unnamed = self._ids(reports)
         for wrong, code, reason in [
-            *untimed(reports), behind, misplaced(reports, own), *unnamed
+            *untimed(reports), behind, unreferenced(reports, own), misplaced(reports, own),
+            *unnamed,
         ]:  # fmt: skip
             tally.reject(rows, own & wrong, code, partial(_same, reason))
             own &= ~wrong
@@ -202,19 +219,11 @@ def _same(reason: str, _source: int) -> str:
     return reason
 
 
-def _select_targets(targets: Targets, own: Flags) -> Targets:
-    names = [one.name for one in fields(Targets) if one.name != "kind"]
-    return replace(targets, **{name: getattr(targets, name)[own] for name in names})
-
-
 def _frame(reports: Timed, own: Integers, time_s: Numbers, ids: pl.Series) -> pl.DataFrame:
     targets = reports.targets
-    names = ("range_m", "azimuth_deg", "latitude_deg", "longitude_deg", "height_m")
-    columns = {name: getattr(targets, name)[own] for name in names} | {"time_s": time_s[own]}
-    whole = {"kind": reports.kind} | {
-        name: getattr(targets, name)
-        for name in ("code", "address", "callsign", "on_ground", "flags")
-    }
+    columns = {name: getattr(targets, name)[own] for name in table.NUMBERS}
+    columns |= {"time_s": time_s[own]}
+    whole = {"kind": reports.kind} | {name: getattr(targets, name) for name in table.WHOLE}
     made = table.frame(
         columns,
         ids.gather(own),

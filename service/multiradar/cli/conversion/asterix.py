@@ -11,7 +11,7 @@ import typer
 from multiradar.cli.compiling import compile_kernels
 from multiradar.cli.conversion.outcome import convert_files, records_line, times_line
 from multiradar.cli.inputs import read_sensors
-from multiradar.cli.options import JsonOption, parse_date
+from multiradar.cli.options import JsonOption, ReferenceOption, parse_date, read_references
 from multiradar.cli.terminal.diagnoses import fail_when_badly_converted
 from multiradar.errors import InputError
 
@@ -21,10 +21,10 @@ ASTERIX_HELP = (
     "FILE is blocks back to back (.ast, .raw), a .gps, .rply or .ff (Final format) recording, or a "
     "network capture (.pcap, .pcapng); the format is detected. Several files form one recording, "
     "the earliest first.\n\n"
-    "DIR is created: measurements.parquet (plots of categories 001 and 048, multilateration of "
-    "020, ADS-B of 021), rejects.ndjson (every block that cannot be decoded), report.json (records "
-    "by category, sensor and item) and sensors.toml (scan periods, ranges, and sites "
-    "where they are reported)."
+    "DIR is created: measurements.parquet (plots of categories 001, 010 and 048, "
+    "multilateration of 010 and 020, ADS-B of 021), rejects.ndjson (every block that cannot be "
+    "decoded), report.json (records by category, sensor and item) and sensors.toml (scan periods, "
+    "ranges, and sites where they are reported)."
 )
 
 
@@ -63,6 +63,7 @@ def convert_asterix(
             show_default="the newest that fits",
         ),
     ] = None,
+    reference: ReferenceOption = None,
     all_targets: Annotated[
         bool,
         typer.Option(
@@ -96,12 +97,14 @@ def convert_asterix(
         editions=editions,
         all_targets=all_targets,
         records=records,
+        references=read_references(reference),
     )
     compile_kernels(["convert asterix"])
     report = convert_files(files, lambda advance: convert(files, out, options, advance))
     print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
     _print_alarms(report)
     _fail_when_truncated(report, out)
+    _fail_without_reference_point(report, out)
     fail_when_badly_converted(report, out, options.sensors)
 
 
@@ -110,6 +113,19 @@ def _fail_when_truncated(report: dict[str, Any], out: Path) -> None:
     cut = [f"{file}: {reason}" for file, reason in report["figures"]["cut_short"].items()]
     if cut:
         msg = f"{'; '.join(cut)}; probably cut while copying, what was read is in {out}"
+        raise InputError(msg)
+
+
+def _fail_without_reference_point(report: dict[str, Any], out: Path) -> None:
+    missing: dict[str, int] = report["figures"]["unreferenced"]
+    if missing:
+        counts = ", ".join(f"{count:,} reports of {name}" for name, count in missing.items())
+        first = next(iter(missing))
+        msg = (
+            f"{counts} have local coordinates only, and their reference point is not known; give "
+            f"it by --reference {first}=LATITUDE,LONGITUDE, or as latitude_deg and longitude_deg "
+            f"of the sensor in --sensors; {out} has the other reports"
+        )
         raise InputError(msg)
 
 

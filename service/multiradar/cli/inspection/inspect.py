@@ -10,7 +10,7 @@ import typer
 
 from multiradar.cli.compiling import compile_kernels
 from multiradar.cli.conversion.outcome import bytes_bar, conversion_errors
-from multiradar.cli.options import JsonOption
+from multiradar.cli.options import JsonOption, ReferenceOption, read_references
 from multiradar.errors import InputError
 
 if TYPE_CHECKING:
@@ -59,6 +59,7 @@ def inspect(
             show_default="those in the recording, or solved from it",
         ),
     ] = None,
+    reference: ReferenceOption = None,
     edition: Annotated[
         list[str] | None,
         typer.Option(
@@ -70,7 +71,12 @@ def inspect(
     as_json: JsonOption = False,
 ) -> None:
     """Inspect recordings before conversion."""
-    from multiradar.cli.inspection.sites import read_sites, solved_sites
+    from multiradar.cli.inspection.sites import (
+        read_sites,
+        reference_sites,
+        references_of_sites,
+        solved_sites,
+    )
     from multiradar.storage.output_file import new_file
     from multiradar_converters.asterix.decoding.editions import parse_editions
     from multiradar_converters.errors import ProfileError
@@ -84,12 +90,16 @@ def inspect(
     except ProfileError as error:
         raise typer.BadParameter(str(error), param_hint="--edition") from error
     table = {} if sites is None else read_sites(sites)
+    table |= reference_sites(given := read_references(reference))
+    references = references_of_sites(table) | given
     with ExitStack() as held:
         suggestion = None if toml is None else held.enter_context(new_file(toml))
         page = None if html is None else held.enter_context(new_file(html))
         compile_kernels(["convert asterix"])
         with conversion_errors(), bytes_bar(_octets(files)) as advance:
-            survey = survey_files(files, InspectionOptions(editions), advance)
+            survey = survey_files(
+                files, InspectionOptions(editions, references=references), advance
+            )
         known = stated_sites(survey) | table
         found = inspection_of(survey, solved_sites(survey, known) | known)
         if suggestion is not None:

@@ -9,6 +9,8 @@ import numpy as np
 from multiradar.diagnosis.cross_sensor.site_solving import SolvedSite, solve_sites
 from multiradar.diagnosis.plots import Plots, Site
 from multiradar.errors import InputError, MissingColumnError
+from multiradar_converters.asterix.decoding.editions import source_name
+from multiradar_converters.asterix.decoding.local_plane import ReferencePoint
 from multiradar_converters.inspection.reports import Reports
 from multiradar_converters.inspection.survey import Survey
 from multiradar_schemas.inspection import InspectedSite
@@ -64,6 +66,29 @@ def read_sites(path: Path) -> dict[str, InspectedSite]:
             height_m=sum(_number(path, number, row, one, 9_000.0) for one in heights),
             source=f"{path.name}",
         )
+    return found
+
+
+def reference_sites(references: Mapping[int, ReferencePoint]) -> dict[str, InspectedSite]:
+    """Return reference points given by an option as sites by `SAC-SIC`."""
+    return {
+        source_name(source): InspectedSite(
+            latitude_deg=point.latitude_deg,
+            longitude_deg=point.longitude_deg,
+            height_m=0.0,
+            source="--reference",
+        )
+        for source, point in references.items()
+    }
+
+
+def references_of_sites(sites: Mapping[str, InspectedSite]) -> dict[int, ReferencePoint]:
+    """Return the sites of a table as reference points of the local coordinates of their sources."""
+    found = {}
+    for name, one in sites.items():
+        codes = [int(part) for part in name.split("-") if part.isdigit()]
+        if len(codes) == len(name.split("-")) == 2 and max(codes) <= 255:
+            found[codes[0] << 8 | codes[1]] = ReferencePoint(one.latitude_deg, one.longitude_deg)
     return found
 
 

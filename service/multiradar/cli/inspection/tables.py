@@ -236,9 +236,9 @@ def _sites(found: Inspection) -> Table:
             "to be given: not in the recording" if one.site is None else one.site.source,
         )
         for one in found.sensors
-        if one.kind == "radar"
+        if one.kind == "radar" or one.local_fraction
     ]
-    header = ("radar", "latitude, °", "longitude, °", "height, m", "sigma, m", "from")
+    header = ("sensor", "latitude, °", "longitude, °", "height, m", "sigma, m", "from")
     return Table("Sites", header, tuple(rows))
 
 
@@ -294,4 +294,10 @@ def _notes(found: Inspection) -> list[str]:
     missing = [one.sensor_id for one in found.sensors if one.kind == "radar" and one.site is None]
     if missing:
         notes.append(f"No site is known of {', '.join(missing)}.")
+    notes += [
+        f"{one.sensor_id}: {one.local_fraction:.0%} of its reports have local coordinates only, "
+        "and their reference point is not known: give it by --reference."
+        for one in found.sensors
+        if one.local_fraction and one.kind != "radar" and one.site is None
+    ]
     return notes

@@ -66,7 +66,7 @@ from multiradar.estimation.filters.two_stage._time_offset_kernels import (
 )
 from multiradar.estimation.filters.two_stage._two_stage_kernels import component, correct_two_stage
 from multiradar.estimation.measurement._kernels import is_bearing
-from multiradar.estimation.measurement.kinds import KIND_BEARING
+from multiradar.estimation.measurement.kinds import KIND_BEARING, KIND_POSITION
 from multiradar.estimation.motion._kernels import move_aircraft
 from multiradar_compiled.kernels import fetch_ahead, in_loop, kernel, loop
 
@@ -229,7 +229,7 @@ def process_rows(
                 else:
                     sight = Sight(kind, z0, z1, height, variance)
                     outcome, excess = correct_separated(
-                        method == INTERSECTION, sight, k, s, informs and method != MACRO, model,
+                        method == INTERSECTION, sight, k, q, informs and method != MACRO, model,
                         aircraft, sums, logs, row, innovations,
                     )  # fmt: skip
             outcomes[row] = outcome
@@ -255,6 +255,9 @@ def process_rows(
             elif action == UPDATED:
                 coast_height(dt, k, heights, vertical, options)
             if accepted and method == MACRO and sure:
+                if kind == KIND_POSITION and noises[s, 2] > 0.0:
+                    # Stacked with the noise of the sensor: see `stack_plots`.
+                    excess *= noises[q, 2] / noises[s, 2]
                 store_plot(recents, k, s, kind, z0, z1, time, height, excess, noises)
             if accepted and want_readout:
                 read_out(means[k], covariances[k], sensitivities[k], bias, factor, readouts[row])

@@ -71,13 +71,13 @@ class SensorPicture:
         self._alarms[records.sensor] = records.alarms
 
     def record_plots(
-        self, sensor: NDArray[np.int32], time_s: Floats, *, plot: NDArray[np.bool_],
+        self, sensor: NDArray[np.int32], time_s: Floats, *, secondary: NDArray[np.bool_],
         primary: NDArray[np.bool_],
     ) -> None:  # fmt: skip
-        """Record the times of measurements, and whether each is a plot, and a primary one."""
+        """Record the times of measurements, and whether each is a secondary and a primary plot."""
         np.maximum.at(self._last_plot_s, sensor, time_s)
-        self._plots[sensor[plot & ~primary], _SECONDARY] = True
-        self._plots[sensor[plot & primary], _PRIMARY] = True
+        self._plots[sensor[secondary], _SECONDARY] = True
+        self._plots[sensor[primary], _PRIMARY] = True
 
     def without_biases(
         self, sensor: NDArray[np.int32], range_m: Floats, azimuth_rad: Floats

@@ -13,10 +13,11 @@ from multiradar.runtime.asterix.numbers import NO_NUMBER, TrackNumbers
 from multiradar.runtime.asterix.sensor_picture import NO_CODES, SensorPicture
 from multiradar.runtime.asterix.track_items import (
     MEASURED_DTYPE,
-    NO_SOURCE,
     PRIMARY,
+    SECONDARY_SOURCES,
     ages,
     climbing,
+    measured_rows,
     movement,
     plot_types,
     sources,
@@ -107,7 +108,7 @@ class TrackPicture:
         """Add updates in order, with their measurements and `EngineOutput.spread`."""
         if not len(updates):
             return
-        rows, plots = rows_of(updates), rows_of(measured, MEASURED_DTYPE)
+        rows, plots = rows_of(updates), measured_rows(measured)
         tracks, first = np.unique(rows["track_id"], return_index=True)
         new = self._live.slots(tracks) < 0
         self._live.update(rows)
@@ -171,9 +172,9 @@ class TrackPicture:
     def _record(self, rows: Rows, plots: Rows) -> None:
         slots = self._live.slots(rows["track_id"])
         time_s, sensor = rows["time_s"], rows["sensor"]
-        source = sources(plots, self._sensors.self_reported[sensor])
-        known = source != NO_SOURCE
-        np.maximum.at(self._source_s, (slots[known], source[known]), time_s[known])
+        from_source = sources(plots, self._sensors.self_reported[sensor])
+        row, source = np.nonzero(from_source)
+        np.maximum.at(self._source_s, (slots[row], source), time_s[row])
         np.maximum.at(self._sensor_s, (slots, sensor), time_s)
         self._measured[slots] = plots
         has_height = ~np.isnan(plots["height_m"])
@@ -182,7 +183,11 @@ class TrackPicture:
         coded = plots["mode_3a"] >= 0
         self._life["code_s"][slots[coded]] = time_s[coded]
         radar = plots["kind"] == KIND_RADAR
-        self._sensor_picture.record_plots(sensor, time_s, plot=radar, primary=source == PRIMARY)
+        primary = from_source[:, PRIMARY]
+        secondary = radar & (~primary | from_source[:, SECONDARY_SOURCES].any(axis=1))
+        self._sensor_picture.record_plots(
+            sensor, time_s, secondary=secondary, primary=radar & primary
+        )
 
     def _numbered(self, time_s: float) -> "_Shown":
         rows = self._live.all()

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple, Self, TypeVar
+from typing import Any, NamedTuple, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,13 @@ class Directions(NamedTuple):
         return ~np.isnan(self.source_latitude_rad)
 
 
-#: Columns that few batches have: None where no row has a value.
+#: Single columns that are None where no row has a value: type, and the mark of a missing value.
+SINGLE: dict[str, tuple[type[np.generic], float]] = {
+    "on_ground": (np.int8, MISSING),
+    "position_sigma_m": (np.float64, np.nan),
+    "detection": (np.int8, MISSING),
+}
+#: Groups of columns that few batches have: None where no row has a value.
 Rare = TypeVar("Rare", Directions, AircraftData)
 
 
@@ -91,6 +97,12 @@ class MeasurementBatch:
         Reported ground status: 1 on the ground, 0 airborne, −1 unknown; None without any.
     aircraft_data : AircraftData or None
         What the aircraft reports about its flight; None without any.
+    position_sigma_m : (n,) float64 or None
+        Accuracy of a reported position, 1 sigma on each axis, NaN where that of the sensor applies;
+        None without any.
+    detection : (n,) int8 or None
+        How a radar detected the aircraft (`DETECTIONS` of the schemas), −1 unknown; None without
+        any.
     """
 
     time_s: NDArray[np.float64]
@@ -108,26 +120,34 @@ class MeasurementBatch:
     directions: Directions | None = None
     on_ground: NDArray[np.int8] | None = None
     aircraft_data: AircraftData | None = None
+    position_sigma_m: NDArray[np.float64] | None = None
+    detection: NDArray[np.int8] | None = None
 
     def __len__(self) -> int:
         return len(self.time_s)
 
     def select(self, rows: NDArray[np.intp] | NDArray[np.bool_] | slice) -> Self:
         """Return the selected rows, in the given order."""
-        columns = {name: getattr(self, name)[rows] for name in COLUMNS}
-        status = None if self.on_ground is None else _known_or_none(self.on_ground[rows])
+        columns: dict[str, Any] = {name: getattr(self, name)[rows] for name in COLUMNS}
+        columns |= {name: _selected_single(getattr(self, name), rows) for name in SINGLE}
         return type(self)(
             **columns,
             directions=_selected(self.directions, rows),
-            on_ground=status,
             aircraft_data=_selected(self.aircraft_data, rows),
         )
 
     def ground_status(self) -> NDArray[np.int64]:
         """Return the ground status of each row, −1 where unknown, (n,)."""
-        if self.on_ground is None:
-            return np.full(len(self), MISSING, np.int64)
-        return self.on_ground.astype(np.int64)
+        return self._whole("on_ground").astype(np.int64)
+
+    def detections(self) -> NDArray[np.int64]:
+        """Return how each row was detected, −1 where unknown, (n,)."""
+        return self._whole("detection").astype(np.int64)
+
+    def _whole(self, name: str) -> NDArray[Any]:
+        kind, missing = SINGLE[name]
+        column = getattr(self, name)
+        return np.full(len(self), missing, kind) if column is None else np.asarray(column)
 
     def without(self, hidden: Collection[str]) -> Self:
         """Return the rows with some identity columns blanked.
@@ -151,28 +171,36 @@ class MeasurementBatch:
         """Return the rows of all batches, one after the other."""
         if len(batches) == 1:
             return batches[0]
-        status = None
-        if any(batch.on_ground is not None for batch in batches):
-            status = np.concatenate([batch.ground_status() for batch in batches]).astype(np.int8)
         sizes = [len(batch) for batch in batches]
+        columns: dict[str, Any] = joined_columns(MeasurementBatch, batches)
+        columns |= {
+            name: np.concatenate([batch._whole(name) for batch in batches])
+            for name in SINGLE
+            if any(getattr(batch, name) is not None for batch in batches)
+        }
         return MeasurementBatch(
-            **joined_columns(MeasurementBatch, batches),
+            **columns,
             directions=_joined(Directions, [batch.directions for batch in batches], sizes),
-            on_ground=status,
             aircraft_data=_joined(AircraftData, [one.aircraft_data for one in batches], sizes),
         )
 
     @classmethod
     def empty(cls) -> "MeasurementBatch":
         """Return a batch without rows."""
-        return MeasurementBatch(
-            **empty_columns(MeasurementBatch), directions=None, on_ground=None, aircraft_data=None
-        )
+        columns: dict[str, Any] = empty_columns(MeasurementBatch)
+        columns |= dict.fromkeys((*SINGLE, "directions", "aircraft_data"))
+        return MeasurementBatch(**columns)
 
 
-def _known_or_none(status: NDArray[np.int8]) -> NDArray[np.int8] | None:
-    """Return the ground status of rows, None where all are unknown."""
-    return status if (status != MISSING).any() else None
+def _selected_single(
+    column: NDArray[Any] | None, rows: NDArray[np.intp] | NDArray[np.bool_] | slice
+) -> NDArray[Any] | None:
+    """Return rows of an optional column, None where no row has a value."""
+    if column is None:
+        return None
+    some = column[rows]
+    # −1 and NaN are missing; an accuracy is above 0.
+    return some if (some >= 0).any() else None
 
 
 def _selected(

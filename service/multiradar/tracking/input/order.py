@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from multiradar.tracking.input._order_kernels import TIED_MAX, find_repeats, order_tied
 from multiradar.tracking.input.duplicates import NO_DUPLICATES, Duplicates
-from multiradar.tracking.input.measurements import MeasurementBatch
+from multiradar.tracking.input.measurements import SINGLE, MeasurementBatch
 
 #: Rows are released in steps of this much data time: whole windows of the association. This also
 #: makes single measurements cheap.
@@ -167,7 +167,7 @@ def canonical_order(batch: MeasurementBatch) -> NDArray[np.intp]:
 def _tie_columns(batch: MeasurementBatch) -> list[Any]:
     columns = [getattr(batch, name) for name in _TIE_COLUMNS]
     rare: list[NDArray[Any]] = [] if batch.directions is None else [*batch.directions]
-    rare += [] if batch.on_ground is None else [batch.on_ground]
+    rare += [column for name in SINGLE if (column := getattr(batch, name)) is not None]
     rare += [] if batch.aircraft_data is None else [*batch.aircraft_data]
     if rare:
         columns[-1] = _ranks([columns[-1], *rare])

@@ -45,9 +45,11 @@ def biases(estimate: dict[int, float], sigma: float = 1e-6) -> BiasRecords:
 
 def heard(sensors: SensorTable, time_s: float = 100.0) -> SensorPicture:
     picture = SensorPicture(sensors, 60.0)
-    plot = np.array([True, False])
     picture.record_plots(
-        np.array([0, 2], np.int32), np.full(2, time_s), plot=plot, primary=np.array([False, True])
+        np.array([0, 2], np.int32),
+        np.full(2, time_s),
+        secondary=np.array([True, False]),
+        primary=np.array([False, False]),
     )
     return picture
 

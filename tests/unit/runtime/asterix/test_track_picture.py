@@ -1,5 +1,6 @@
 """Reports of single tracks: extrapolated, with ages by source, anywhere on the Earth."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from multiradar.tracking.input.measurements import COLUMNS, MeasurementBatch
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_converters.asterix.writing.track_reports import TrackReports, track_records
+from multiradar_schemas.measurements.measurement import DETECTIONS
 from support.asterix.reports import SENDER, read_tracks
 from support.scenarios.live_scene import sensors
 
@@ -134,6 +136,42 @@ def test_ages_are_reported_by_source() -> None:
 )
 def test_the_plot_type_follows_from_its_fields(said: dict[str, Any], kind: int) -> None:
     assert reported(101.0, updates(100.0, **said)).plot_type.tolist() == [kind]
+
+
+@pytest.mark.parametrize(
+    ("detection", "kind", "ages"),
+    [
+        ("psr", 1, [10.0, np.nan, np.nan]),
+        ("ssr", 2, [np.nan, 10.0, np.nan]),
+        ("psr_ssr", 3, [10.0, 10.0, np.nan]),
+        ("mode_s", 5, [np.nan, np.nan, 10.0]),
+        ("psr_mode_s", 7, [10.0, np.nan, 10.0]),
+    ],
+)
+@pytest.mark.parametrize("coded", [True, False])
+def test_the_type_that_a_radar_reports_counts(
+    detection: str, kind: int, ages: list[float], coded: bool
+) -> None:
+    """A garbled secondary plot has no code, and is no primary plot."""
+    garbled: dict[str, Any] = {"plot_mode_s_address": -1, "plot_mode_3a": -1}
+    update, measured, spread = updates(
+        100.0, **({} if coded else garbled | {"plot_height_m": np.nan})
+    )
+    column = np.array([DETECTIONS.index(detection)], np.int8)
+    reports = reported(110.0, (update, replace(measured, detection=column), spread))
+    assert reports.plot_type.tolist() == [kind]
+    np.testing.assert_allclose(reports.age_s[0, :3], ages)
+
+
+def test_biases_of_primary_plots_need_primary_plots() -> None:
+    sensors = SensorPicture(TABLE, 60.0)
+    tracks = TrackPicture(TABLE, sensors, TRACKING)
+    garbled = updates(100.0, plot_mode_s_address=-1, plot_mode_3a=-1, plot_height_m=np.nan)
+    for detection, found in (("ssr", (True, False)), ("psr_ssr", (True, True))):
+        column = np.array([DETECTIONS.index(detection)], np.int8)
+        tracks.update(garbled[0], replace(garbled[1], detection=column), garbled[2])
+        reports = sensors.reports(101.0)
+        assert (reports.secondary[RADAR], reports.primary[RADAR]) == found
 
 
 def test_a_track_of_one_sensor_lately_is_monosensor() -> None:

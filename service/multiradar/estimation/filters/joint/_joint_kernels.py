@@ -298,7 +298,7 @@ def start_jointly(
     H = np.empty((2, 2))
     W = np.empty(3)
     sight = Sight(rows.kind[row], rows.z[row, 0], rows.z[row, 1], check[1], check[2])
-    outcome = start_aircraft(BIASES_KEPT, sight, s, model, a, upper, V, H, W)
+    outcome = start_aircraft(BIASES_KEPT, sight, rows.seen[row], model, a, upper, V, H, W)
     if outcome != STARTED:
         return outcome
     first = c + 4 * k
@@ -354,7 +354,7 @@ def correct_joint(
     innovations: Floats,
 ) -> int:
     """Update everything by a measurement of one aircraft; return the outcome."""
-    s = rows.sensor[row]
+    s = rows.seen[row]
     mean, bias, options = aircraft.mean, model.bias, model.options
     c = bias.shape[0]
     first = c + 4 * k

@@ -4,14 +4,22 @@ import numpy as np
 import pytest
 
 from multiradar_converters.asterix.decoding.editions import Editions, parse_editions
+from multiradar_converters.asterix.decoding.local_plane import ReferencePoint
 from multiradar_converters.asterix.framing.containers import blocks_of_datagrams
 from multiradar_converters.asterix.framing.datagrams import Datagrams
 from multiradar_converters.asterix.live import reception as live
 from multiradar_converters.asterix.live.batch import LiveBatch
 from multiradar_converters.asterix.live.copies import RecentRecords
 from multiradar_converters.asterix.live.reception import LiveDecoder, LiveOptions
-from multiradar_schemas.measurements.directions import PLAIN_GROUND_SCHEMA
+from multiradar_schemas.measurements.directions import REPORT_SCHEMA
 from support.asterix.octets import block, north_mark, plot_001, plot_048, record, time_of_day
+from support.asterix.surface_records import (
+    MODE_S_MLAT,
+    MULTILATERATION,
+    mlat_020,
+    reference_019,
+    surface_010,
+)
 
 DAY_S = 86_400.0
 #: A midnight, Unix time.
@@ -46,7 +54,7 @@ def balanced(batch: LiveBatch, sent: Datagrams) -> bool:
 def test_a_plot_becomes_a_measurement_dated_by_its_reception() -> None:
     sent = datagrams((NOON_S + 0.4, block(48, plot_048(43_200.0))))
     batch = decoder().decode(sent)
-    assert dict(batch.frame.schema) == dict(PLAIN_GROUND_SCHEMA)
+    assert dict(batch.frame.schema) == dict(REPORT_SCHEMA)
     assert times(batch) == [NOON_S]
     assert batch.frame["sensor_id"].to_list() == ["20-130"]
     assert batch.frame["mode_s_address"].to_list() == ["3c660c"]
@@ -375,3 +383,33 @@ def test_clocks_and_latencies_of_live_sensors_are_those_of_their_latest_messages
         "alarm": None,
         "reason": None,
     }
+
+
+def airport(**options: object) -> LiveDecoder:
+    names = {(107, "mlat"): "mlat", (7, "radar"): "surface"}
+    return decoder(names=names, **options)
+
+
+def test_a_surface_radar_and_multilateration_are_received() -> None:
+    mlat = surface_010(
+        43_200.0, source=MULTILATERATION, descriptor=MODE_S_MLAT, local=(0, 0), address="3c660c",
+        deviations=(3.0, 4.0),
+    )  # fmt: skip
+    plot = surface_010(43_200.0, polar=(1063, 219.375))
+    one = airport(references={107: ReferencePoint(41.3, 2.08)})
+    frame = one.decode(datagrams((NOON_S + 0.4, block(10, mlat) + block(10, plot)))).frame
+    assert frame["sensor_id"].to_list() == ["mlat", "surface"]
+    assert frame["latitude_deg"].to_list() == [pytest.approx(41.3), None]
+    assert frame["position_sigma_m"].to_list() == [pytest.approx(12.5**0.5), None]
+    assert frame["detection"].to_list() == [None, "psr"]
+
+
+def test_a_reference_point_that_is_reported_counts_from_then_on() -> None:
+    one = airport()
+    report = block(20, mlat_020(43_200.0, local=(0, 0)))
+    rejected = one.decode(datagrams((NOON_S + 0.4, report)))
+    assert "reference point is unknown" in rejected.rejected[0].reason
+    one.decode(datagrams((NOON_S + 1.0, block(19, reference_019(43_201.0, 41.5, 2.25)))))
+    report = block(20, mlat_020(43_202.0, local=(0, 0)))
+    found = one.decode(datagrams((NOON_S + 2.4, report)))
+    assert found.frame["latitude_deg"].to_list() == [pytest.approx(41.5)]

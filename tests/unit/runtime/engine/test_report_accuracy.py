@@ -1,0 +1,77 @@
+"""Accuracies of single reports are used as their noise, by every filter that weighs reports."""
+
+import numpy as np
+import polars as pl
+import pytest
+
+from multiradar.runtime.engine.engine import Engine
+from multiradar.tracking.settings import TrackingSettings
+from multiradar.wire import measurement_batch, sensor_table
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
+from multiradar_schemas.sensors.sensor import parse_sensors
+
+SENSORS = """
+[[sensor]]
+id = "reports"
+kind = "mlat"
+latitude_deg = 47.0
+longitude_deg = 8.0
+height_m = 0.0
+position_sigma_m = 100.0
+"""
+NORTH_M = 111_176.0
+SPEED_MPS = 150.0
+SIGMAS_M = (5.0, 200.0)
+COUNT, SETTLED = 300, 100
+
+
+def flight(*, accuracies: bool) -> tuple[pl.DataFrame, np.ndarray]:
+    """Fly north; one report in three is accurate. Return reports and true latitudes, degrees."""
+    random = np.random.default_rng(3)
+    time_s = np.arange(float(COUNT))
+    sigma_m = random.choice(SIGMAS_M, COUNT, p=[1 / 3, 2 / 3])
+    east_m, north_m = random.normal(size=(2, COUNT)) * sigma_m
+    truth = 47.0 + SPEED_MPS * time_s / NORTH_M
+    frame = pl.DataFrame(
+        {
+            "time_s": time_s, "sensor_id": "reports", "kind": "mlat",
+            "latitude_deg": truth + north_m / NORTH_M,
+            "longitude_deg": 8.0 + east_m / (NORTH_M * np.cos(np.radians(truth))),
+            "height_m": 9000.0, "mode_s_address": "3c660c",
+            "position_sigma_m": sigma_m if accuracies else None,
+        }
+    )  # fmt: skip
+    absent = {
+        name: pl.lit(None, kind)
+        for name, kind in MEASUREMENT_SCHEMA.items()
+        if name not in frame.columns
+    }
+    return frame.with_columns(**absent).cast(MEASUREMENT_SCHEMA), truth
+
+
+def errors(name: str, *, accuracies: bool) -> tuple[float, float]:
+    """Return the RMS error of the latitude, m, and the mean of error² / sigma²."""
+    frame, truth = flight(accuracies=accuracies)
+    table = sensor_table(parse_sensors(SENSORS))
+    batch, rejected = measurement_batch(frame, table)
+    assert not len(rejected)
+    engine = Engine(table, TrackingSettings(filter_name=name))
+    outputs = [engine.push(batch), engine.flush()]
+    engine.close()
+    updates = [one.updates for one in outputs]
+    time_s = np.concatenate([one.time_s for one in updates])
+    latitude = np.degrees(np.concatenate([one.latitude_rad for one in updates]))
+    sigma_m = np.concatenate([one.position_sigma_m for one in updates])
+    late = time_s >= SETTLED
+    error_m = (latitude - truth[time_s.astype(int)])[late] * NORTH_M
+    # `position_sigma_m` is of both axes.
+    ratio = float(np.mean(2.0 * error_m**2 / sigma_m[late] ** 2))
+    return float(np.sqrt(np.mean(error_m**2))), ratio
+
+
+@pytest.mark.parametrize("name", ["two-stage", "imm", "joint", "blom", "ci"])
+def test_accurate_reports_weigh_more(name: str) -> None:
+    plain, _ = errors(name, accuracies=False)
+    weighed, ratio = errors(name, accuracies=True)
+    assert weighed < 0.5 * plain
+    assert 0.3 < ratio < 1.6
