@@ -268,6 +268,8 @@ def _trends(found: Registration, radars: list[int]) -> Iterator[Plot]:
             middle = (own.estimate[:, column] - whole) * factor
             sigma = own.sigma[:, column] * factor
             ends = np.array([own.time_s[0], own.time_s[-1]])
+            # Each radar has its own scale: an uncertain one would hide the others.
+            high = 1.2 * float(np.nanmax(np.abs(middle) + sigma))
             name, unit = parameter_words(parameter)
             mean = f"{whole * factor:.4g}".replace("-", "−")
             yield Plot(
@@ -280,6 +282,7 @@ def _trends(found: Registration, radars: list[int]) -> Iterator[Plot]:
                     Series("by interval", own.time_s, middle, "line", key=_AFTER),
                 ),
                 x_scale="time",
+                y_limits=(-high, high),
                 caption=f"Mean of the recording: {mean}{unit.lstrip(',')}.",
                 group=f"{name.capitalize()} by time",
                 name=f"trend-{parameter}-{table.ids[number]}",

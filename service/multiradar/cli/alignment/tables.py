@@ -13,6 +13,8 @@ from multiradar_schemas.alignment import (
     Alignment,
 )
 
+#: Parameters with columns of their own; more have rows.
+_SIDE_BY_SIDE = 2
 #: Rows of the table by pair of sensors.
 PAIRS_MAX = 60
 _OBSERVED = 0.5
@@ -67,19 +69,24 @@ def _name(files: str) -> str:
 
 
 def _biases(found: Alignment) -> Table:
-    parameters = dict.fromkeys(one.parameter for one in found.biases)
+    parameters = list(dict.fromkeys(one.parameter for one in found.biases))
+    with_drift = any(one.drift_per_h is not None for one in found.biases)
     by_sensor: dict[str, dict[str, AlignedBias]] = {}
     for one in found.biases:
         by_sensor.setdefault(one.sensor_id, {})[one.parameter] = one
-    header = ["sensor"]
-    for name in parameters:
-        header += ["".join(parameter_words(name)), "sigma", *(["per hour"] if found.trend else [])]
-    rows = []
-    for sensor, own in by_sensor.items():
-        row: list[Value] = [sensor]
-        for name in parameters:
-            row += _bias(own.get(name), with_drift=bool(found.trend))
-        rows.append((*row, _remarks(own)))
+    rows: list[tuple[Value, ...]] = []
+    if len(parameters) <= _SIDE_BY_SIDE:
+        names = ["".join(parameter_words(name)) for name in parameters]
+        header = ["sensor", *(part for name in names for part in _columns(name, with_drift))]
+        for sensor, own in by_sensor.items():
+            cells = [_bias(own.get(name), with_drift=with_drift) for name in parameters]
+            rows.append((sensor, *(value for part in cells for value in part), _remarks(own)))
+    else:
+        header = ["sensor", "bias", *_columns("estimate", with_drift)]
+        for one in found.biases:
+            name = "".join(parameter_words(one.parameter))
+            cells = [_bias(one, with_drift=with_drift)]
+            rows.append((one.sensor_id, name, *cells[0], _remarks({one.parameter: one})))
     return Table(
         title="Biases",
         header=(*header, "remarks"),
@@ -90,6 +97,10 @@ def _biases(found: Alignment) -> Table:
             "the estimate is a mean over the recording."
         ),
     )
+
+
+def _columns(name: str, with_drift: bool) -> list[str]:
+    return [name, "sigma", *(["per hour"] if with_drift else [])]
 
 
 def _bias(one: AlignedBias | None, *, with_drift: bool) -> list[Value]:
@@ -158,9 +169,9 @@ def _radars(found: Alignment) -> Table:
             one.sensor_id, float(one.residuals.pairs), float(one.residuals.aircraft),
             _metres(one.residuals.before, "median_m"), _metres(one.residuals.after, "median_m"),
             _metres(one.residuals.best, "median_m"),
-            _text(one.range_before_m, "+.0f"), _text(one.range_after_m, "+.0f"),
+            _text(one.range_before_m, "+z.0f"), _text(one.range_after_m, "+z.0f"),
             _text(one.range_noise_m, ".0f"),
-            _text(one.azimuth_before_deg, "+.3f"), _text(one.azimuth_after_deg, "+.3f"),
+            _text(one.azimuth_before_deg, "+z.3f"), _text(one.azimuth_after_deg, "+z.3f"),
             _text(one.azimuth_noise_deg, ".3f"),
         )
         for one in found.radars
@@ -181,6 +192,7 @@ def _radars(found: Alignment) -> Table:
 
 
 def _text(value: float | None, form: str) -> Value:
+    # No sign of a rounded zero.
     return None if value is None else _minus(f"{value:{form}}")
 
 
