@@ -50,6 +50,8 @@ LIFTED_M = 60.0
 # Density of the acceleration on the ground, m²/s³: 0.5 m/s² for 2 s. Stops, sharp turns and
 # take-off runs raise it, as manoeuvres do in flight.
 GROUND_DENSITY = 1.0
+# Below this speed an aircraft stands, m/s; they taxi at 5 to 15 m/s.
+STANDING_SPEED_MAX_MPS = 2.0
 
 
 @in_loop
@@ -108,6 +110,20 @@ def ground_density(factor: float) -> Triple:
     """Return the density of the acceleration on the ground; ``factor`` is `manoeuvre_factor`."""
     density = factor * GROUND_DENSITY
     return density, 0.0, density
+
+
+@in_loop
+def stands(grounded: bool, v0: float, v1: float, variance: float) -> bool:
+    """Return whether an aircraft on the ground stands: then its plots do not inform about biases.
+
+    What a radar or multilateration measures of a target on the ground depends on its extent and on
+    reflections. While it stands these errors are the same at every plot; a thousand plots of a
+    parked aircraft would count as one of a thousand aircraft. ``variance`` is the sum of those of
+    both rates: an aircraft moves if its speed is not only noise.
+    """
+    doubt = SPEED_SIGMAS * SPEED_SIGMAS * variance
+    least = STANDING_SPEED_MAX_MPS * STANDING_SPEED_MAX_MPS
+    return grounded and not v0 * v0 + v1 * v1 > max(least, doubt)
 
 
 @in_loop

@@ -14,6 +14,7 @@ from multiradar.estimation.filters._ground_kernels import (
     height_of_row,
     record_ground,
     settle_ground,
+    stands,
 )
 from multiradar.estimation.filters._kernels import (
     REJECTED,
@@ -218,6 +219,14 @@ def process_rows(
                 informs = sure and measured_from[k] != site_numbers[s]
                 if timed and np.isnan(velocities[k, 0]):
                     informs = False
+                if grounded:
+                    v0, v1 = means[k, 2], means[k, 3]
+                    if method == TWO_STAGE:
+                        v0 = component(means, sensitivities, bias, k, 2)
+                        v1 = component(means, sensitivities, bias, k, 3)
+                    informs = informs and not stands(
+                        grounded, v0, v1, covariances[k, 7] + covariances[k, 9]
+                    )
                 if method == TWO_STAGE:
                     sight = Sight(used, first, z1, height, variance)
                     outcome = correct_two_stage(

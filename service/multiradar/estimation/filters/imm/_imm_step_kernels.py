@@ -15,6 +15,7 @@ from multiradar.estimation.filters._ground_kernels import (
     height_of_row,
     record_ground,
     settle_ground,
+    stands,
 )
 from multiradar.estimation.filters._kernels import (
     ACCELERATION_DENSITY,
@@ -83,7 +84,7 @@ from multiradar.estimation.filters.two_stage._time_offset_kernels import (
     has_time_offset,
     update_offset_velocity,
 )
-from multiradar.estimation.filters.two_stage._two_stage_kernels import correct_two_stage
+from multiradar.estimation.filters.two_stage._two_stage_kernels import component, correct_two_stage
 from multiradar.estimation.measurement._kernels import is_bearing
 from multiradar.estimation.measurement.kinds import KIND_BEARING
 from multiradar.estimation.motion._kernels import move_aircraft
@@ -233,6 +234,11 @@ def process_rows(
                     density = ground_density(manoeuvre_factor(fading_nis[k], options))
                     move_aircraft(means, covariances, sensitivities, k, dt, density)
                     times[k] = time
+                    v0 = component(means, sensitivities, bias, k, 2)
+                    v1 = component(means, sensitivities, bias, k, 3)
+                    informs = informs and not stands(
+                        grounded, v0, v1, covariances[k, 7] + covariances[k, 9]
+                    )
                     outcome = correct_two_stage(
                         sight, k, q, informs, model, aircraft, sums, innovations, row
                     )

@@ -22,6 +22,7 @@ from multiradar.estimation.filters._ground_kernels import (
     height_of_row,
     record_ground,
     settle_ground,
+    stands,
 )
 from multiradar.estimation.filters._kernels import (
     BIASES_KEPT,
@@ -263,6 +264,9 @@ def process_row(
     informs = aircraft.measured_from[k] != model.site_numbers[s] and height_informs(
         check, kind, rows.z[row, 0], k, s, heights, vertical, model.noises
     )
+    spread = aircraft.joint[first + 2, first + 2] + aircraft.joint[first + 3, first + 3]
+    if stands(grounded, aircraft.mean[k, 2], aircraft.mean[k, 3], spread):
+        informs = False
     outcome = correct_joint(
         row, k, kind, height, variance, informs, rows, model, aircraft, runs, count, scratch,
         innovations,
