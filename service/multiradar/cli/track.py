@@ -139,6 +139,14 @@ def track(
             show_default=False,
         ),
     ] = None,
+    processor: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SAC-SIC",
+            help="For --reference: the processor, where the recording has several.",
+            show_default=False,
+        ),
+    ] = None,
     asterix: Annotated[
         Path | None,
         typer.Option(
@@ -192,7 +200,7 @@ def track(
         "--manoeuvre-planes": manoeuvre_planes,
         "--observability": observability,
     }
-    known, tracks, table = _sensors(sensors, reference)
+    known, tracks, table = _sensors(sensors, reference, processor, settings.filter_name)
     _compile(stages, settings, table, outputs)
     opened = open_measurements(
         measurements, DumpChoice(date, profile, allow_missing), settings.reorder_horizon_s
@@ -241,10 +249,15 @@ def track(
 
 
 def _sensors(
-    path: Path, reference: Path | None
+    path: Path, reference: Path | None, processor: str | None, filter_name: str
 ) -> "tuple[SensorsFile, BiasReference | None, SensorTable]":
+    if reference is None and processor is not None:
+        raise typer.BadParameter("--processor is for --reference only")
+    from multiradar.estimation.filters.bank import find_filter
+
     known = read_sensors(path)
-    tracks = read_reference(reference, known)
+    late = find_filter(filter_name).estimates_time_offsets
+    tracks = read_reference(reference, known, processor, late=late)
     return known, tracks, load_sensor_table(path, known if tracks is None else tracks.among(known))
 
 

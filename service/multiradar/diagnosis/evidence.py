@@ -12,7 +12,8 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.estimation.measurement.kinds import KIND_POSITION
+from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import STATE_CONFIRMED, EngineOutput, TrackPlots
 from multiradar.wire import Rejected
@@ -97,6 +98,8 @@ class Evidence:
         self.updates = 0
         #: Sensor and measured noise over configured noise of range and of azimuth, at the end.
         self.noise: dict[str, tuple[float, float]] = {}
+        #: Last estimate of the time offset of sensors of positions, s.
+        self.late_s: dict[int, float] = {}
         self._names = {name: sensors.ids[row] for name, row in sensors.aliases}
         self._tracked: list[TrackPlots] = []
         self._tracked_rows = 0
@@ -170,6 +173,12 @@ class Evidence:
             strict=True,
         ):
             self.noise[self.sensors.ids[sensor]] = (ranges, azimuths)
+        biases = output.biases
+        clocks = np.flatnonzero(
+            (biases.parameter == PARAMETER_TIME_OFFSET)
+            & (self.sensors.kinds[biases.sensor] == KIND_POSITION)
+        )
+        self.late_s |= {int(biases.sensor[row]): float(biases.estimate[row]) for row in clocks}
         found = output.duplicates.batch.sensor.tolist()
         self.duplicates.update(self.sensors.ids[sensor] for sensor in found)
 

@@ -3,12 +3,56 @@
 import numpy as np
 import polars as pl
 
+from multiradar.errors import InputError
 from multiradar.evaluation.reference_rows import reachable
 from multiradar.evaluation.trajectories import Flags, Indices
 from multiradar.geodesy.wgs84 import enu_rotation
 
 #: Processors drop a track after at most this time without plots, s; then its number is free.
 SILENCE_S = 60.0
+
+
+def of_one_processor(frame: pl.DataFrame, source: str, processor: str | None) -> pl.DataFrame:
+    """Return the updates with a position of one processor.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        `system_tracks.parquet`.
+    source : str
+        Name used in errors.
+    processor : str, optional
+        Its `sensor_id`; needed where there are several.
+
+    Returns
+    -------
+    DataFrame
+        Its rows that have a position.
+
+    Raises
+    ------
+    InputError
+        There is no such processor, or none or several with positions.
+    """
+    located = frame.drop_nulls(["latitude_deg", "longitude_deg"])
+    if located.is_empty():
+        msg = (
+            f"{source}: none of {len(frame)} updates of system tracks has a geographic position "
+            "(item 062/105); coordinates of a plane (062/100) are not used"
+        )
+        raise InputError(msg)
+    known = located["sensor_id"].unique().sort().to_list()
+    if processor is None and len(known) != 1:
+        names = ", ".join(map(str, known))
+        msg = (
+            f"{source}: expected system tracks of one processor, was: {names}; choose one with "
+            "--processor"
+        )
+        raise InputError(msg)
+    if processor is not None and processor not in known:
+        msg = f"{source}: no system tracks of the processor {processor}; known: {', '.join(known)}"
+        raise InputError(msg)
+    return located if processor is None else located.filter(pl.col("sensor_id") == processor)
 
 
 def named_by_flight(frame: pl.DataFrame) -> pl.DataFrame:

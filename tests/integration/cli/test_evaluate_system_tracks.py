@@ -145,9 +145,17 @@ def test_a_recording_without_or_with_two_sets_of_system_tracks_is_rejected(
     for reference, sentence in (
         (folder / "p", "was the output of `convert`"),
         (folder / "tracks" / "biases.parquet", "missing column state; found: time_s"),
-        (tmp_path / "both", "expected system tracks of one processor, was: 0-4, 0-5"),
+        (tmp_path / "both", "was: 0-4, 0-5; choose one with --processor"),
     ):
         assert run(["evaluate", tracks, "--system-tracks", str(reference)]) == EXIT_FAILED
         assert sentence in capsys.readouterr().err
+    chosen = ["--system-tracks", str(tmp_path / "both"), "--processor"]
+    assert run(["evaluate", tracks, *chosen, "0-6"]) == EXIT_FAILED
+    assert "no system tracks of the processor 0-6; known: 0-4, 0-5" in capsys.readouterr().err
+    # One position is no trajectory, but that of one processor.
+    run(["evaluate", tracks, *chosen, "0-5"])
+    assert "processor" not in capsys.readouterr().err
+    adsb = ["--adsb", str(folder / "p"), "--processor", "0-5"]
+    assert run(["evaluate", tracks, *adsb]) == EXIT_USAGE
     assert run(["evaluate", tracks]) == EXIT_USAGE
     assert "--system-tracks TRACKS" in capsys.readouterr().err

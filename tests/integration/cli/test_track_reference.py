@@ -7,7 +7,7 @@ from typing import Any
 import polars as pl
 import pytest
 
-from multiradar.cli.main import EXIT_DONE, EXIT_FAILED, run
+from multiradar.cli.main import EXIT_DONE, EXIT_FAILED, EXIT_USAGE, run
 
 OFFSET_M, AZIMUTH_DEG = 90.0, -0.15
 RADAR = """
@@ -89,6 +89,8 @@ def test_system_tracks_make_the_biases_of_one_radar_observable(
         assert found["sigma"] < most
         # The reference has biases of its own, of the order of its sigma.
         assert abs(found["estimate"] - true) < 4.0 * found["sigma"] + 0.5 * most
+    clock = figures["final_biases"]["reference"]["time_offset_s"]
+    assert abs(clock["estimate"]) < 4.0 * clock["sigma"] < 0.5
     counts = figures["reference"]
     reasons = ("used", "turning", "dependent", "not_measured")
     assert counts["read"] == sum(counts[name] for name in reasons)
@@ -98,6 +100,22 @@ def test_system_tracks_make_the_biases_of_one_radar_observable(
     # The tracks can be evaluated with the sensors of the run.
     command = ["evaluate", str(tmp_path / "out"), "--truth", str(folder / "scene")]
     assert run([*command, "--json"]) == EXIT_DONE
+
+
+def test_late_times_of_the_reference_are_estimated(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    late = tmp_path / "late.parquet"
+    tracks = pl.read_parquet(folder / "system" / "system_tracks.parquet")
+    tracks.with_columns(pl.col("time_s") + 1.0).write_parquet(late)
+    found = tracked(folder, tmp_path / "imm", "--reference", str(late))["final_biases"]
+    clock = found["reference"]["time_offset_s"]
+    assert abs(clock["estimate"] - 1.0) < 4.0 * clock["sigma"] < 0.5
+    assert abs(found["20-1"]["range_offset_m"]["estimate"] - OFFSET_M) < 15.0
+    # Other filters estimate no offsets of times, and a late clock is reported.
+    options = ("--reference", str(late), "--filter", "joint")
+    tracked(folder, tmp_path / "joint", *options, status=EXIT_FAILED)
+    assert "its clock is probably 1.0 s behind" in capsys.readouterr().err
 
 
 def test_the_accuracy_of_the_reference_is_that_of_the_sensors_file(
@@ -130,6 +148,20 @@ def test_radars_that_the_processor_reports_are_named(
     figures = tracked(folder, tmp_path / "out", "--reference", str(system))
     assert figures["reference"]["processor_uses"] == ["20-1"]
     assert "its processor uses 20-1, and errors" in capsys.readouterr().err
+
+
+def test_one_of_several_processors_is_chosen(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tracks = pl.read_parquet(folder / "system" / "system_tracks.parquet")
+    other = tracks.with_columns(sensor_id=pl.lit("20-9"))
+    pl.concat([tracks, other]).write_parquet(tmp_path / "both.parquet")
+    given = ("--reference", str(tmp_path / "both.parquet"))
+    tracked(folder, tmp_path / "out", *given, status=EXIT_FAILED)
+    assert "was: 0-0, 20-9; choose one with --processor" in capsys.readouterr().err
+    tracked(folder, tmp_path / "out", "--processor", "20-9", status=EXIT_USAGE)
+    chosen = tracked(folder, tmp_path / "out", *given, "--processor", "20-9")
+    assert chosen["reference"]["read"] < len(tracks)
 
 
 def test_a_reference_that_cannot_be_used_is_an_error(

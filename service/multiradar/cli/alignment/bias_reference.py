@@ -37,12 +37,20 @@ class BiasReference:
         The sensor of the reference.
     added : bool
         Whether the sensors file has no such sensor.
+    processor : str, optional
+        `sensor_id` of the processor, where it was chosen.
     """
 
     path: Path
     updates: "pl.DataFrame"
     sensor: "Sensor"
     added: bool
+    processor: str | None = None
+
+    @property
+    def late(self) -> bool:
+        """Whether the offset of its times is estimated."""
+        return bool(self.sensor.bias.time_offset_s.estimate)
 
     def among(self, sensors: "SensorsFile") -> "SensorsFile":
         """Return the sensors with that of the reference."""
@@ -58,6 +66,7 @@ class BiasReference:
                     f'\n# System tracks, by --reference.\n[[sensor]]\nid = "{self.sensor.id}"\n'
                     f'kind = "{self.sensor.kind}"\n'
                     f"position_sigma_m = {self.sensor.position_sigma_m}\n"
+                    f"bias.time_offset_s.estimate = {str(self.late).lower()}\n"
                 )
 
 
@@ -102,8 +111,21 @@ class Referenced:
         ]
 
 
-def read_reference(given: Path | None, sensors: "SensorsFile") -> BiasReference | None:
+def read_reference(
+    given: Path | None, sensors: "SensorsFile", processor: str | None = None, *, late: bool
+) -> BiasReference | None:
     """Read system tracks for `with_reference`; None without any.
+
+    Parameters
+    ----------
+    given : Path, optional
+        The folder that `convert` or `track` made, or a table of it.
+    sensors : SensorsFile
+        The sensors of the measurements.
+    processor : str, optional
+        `sensor_id` of the processor; needed where there are several.
+    late : bool
+        Whether its times may be off, unless the sensors file says otherwise.
 
     Raises
     ------
@@ -115,18 +137,20 @@ def read_reference(given: Path | None, sensors: "SensorsFile") -> BiasReference 
     if given is None:
         return None
     from multiradar.evaluation.bias_reference import REFERENCE_ID, own_sigma_m
+    from multiradar_schemas.sensors.bias import SensorBias, TimeOffset
     from multiradar_schemas.sensors.sensor import Sensor
 
-    updates = _updates(given)
+    updates = _updates(given, processor)
     for one in sensors.sensor:
         if REFERENCE_ID in one.all_names():
             if one.kind != _KIND:
                 msg = f"sensor {REFERENCE_ID}: expected the kind {_KIND}, was {one.kind}"
                 raise ConfigurationError(msg)
-            return BiasReference(given, updates, one, added=False)
+            return BiasReference(given, updates, one, added=False, processor=processor)
     sigma_m = round(own_sigma_m(updates), 1)
-    sensor = Sensor(id=REFERENCE_ID, kind=_KIND, position_sigma_m=sigma_m)
-    return BiasReference(given, updates, sensor, added=True)
+    bias = SensorBias(time_offset_s=TimeOffset(estimate=late))
+    sensor = Sensor(id=REFERENCE_ID, kind=_KIND, position_sigma_m=sigma_m, bias=bias)
+    return BiasReference(given, updates, sensor, added=True, processor=processor)
 
 
 @contextmanager
@@ -181,7 +205,7 @@ def with_reference(
             "their address, code or number at that time; compare times and areas of both"
         )
         raise InputError(msg)
-    shared = [known[name] for name in _used_radars(reference.path) if name in known]
+    shared = [known[name] for name in _used_radars(reference) if name in known]
     with temporary_folder("multiradar-reference-") as folder:
         merged = _merged(recording, made, folder / "merged.parquet", kinds)
         yield Referenced(merged, counts, shared)
@@ -222,7 +246,7 @@ def _merged(
     return recording.with_rows_of(file, rows + len(rest))
 
 
-def _updates(given: Path) -> "pl.DataFrame":
+def _updates(given: Path, processor: str | None) -> "pl.DataFrame":
     """Return measured updates of confirmed tracks, with `flight` and identities."""
     import polars as pl
 
@@ -230,7 +254,7 @@ def _updates(given: Path) -> "pl.DataFrame":
     from multiradar.cli.evaluation.recorded import dump_tracks, has_dump_tracks
     from multiradar.cli.evaluation.tracked import read_table
     from multiradar.errors import MissingColumnError
-    from multiradar.evaluation.system_tracks import named_by_flight
+    from multiradar.evaluation.system_tracks import named_by_flight, of_one_processor
 
     path = given
     if given.is_dir():
@@ -257,24 +281,24 @@ def _updates(given: Path) -> "pl.DataFrame":
         if "track_number" not in frame.columns or "sensor_id" not in frame.columns:
             absent = [one for one in ("track_number", "sensor_id") if one not in frame.columns]
             raise MissingColumnError(str(path), absent, frame.columns)
-        flights = [
-            named_by_flight(part).with_columns(
-                flight=pl.concat_str("sensor_id", "track_number", separator=" ")
-            )
-            for part in located.sort("time_s", maintain_order=True).partition_by("sensor_id")
-        ]
+        own = of_one_processor(frame.drop_nulls("time_s"), str(path), processor)
+        named = named_by_flight(own.sort("time_s", maintain_order=True))
+        named = named.with_columns(flight=pl.col("track_number"))
         # The numbers of the processor are not those of the plots.
-        named = pl.concat(flights or [located.with_columns(flight=pl.lit(None, pl.String))])
         named = named.with_columns(track_number=pl.lit(None, pl.Int64))
     confirmed = ~pl.col("state").is_in([*NOT_SEEN, "tentative"])
     return named.filter(confirmed).drop_nulls("flight")
 
 
-def _used_radars(given: Path) -> list[str]:
+def _used_radars(reference: BiasReference) -> list[str]:
     """Return the radars of which the processor reports biases, in the same recording."""
     import polars as pl
 
+    given = reference.path
     file = (given if given.is_dir() else given.parent) / REPORTED_BIASES_FILE
     if not file.is_file():
         return []
-    return sorted(pl.read_parquet(file)["sensor_id"].unique().to_list())
+    reported = pl.read_parquet(file)
+    if reference.processor is not None:
+        reported = reported.filter(processor_id=reference.processor)
+    return sorted(reported["sensor_id"].unique().to_list())

@@ -90,6 +90,14 @@ def evaluate(
             show_default=False,
         ),
     ] = None,
+    processor: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SAC-SIC",
+            help="For --system-tracks: the processor, where the recording has several.",
+            show_default=False,
+        ),
+    ] = None,
     sensors: Annotated[
         Path | None,
         typer.Option(
@@ -190,7 +198,9 @@ def evaluate(
     json_wanted: JsonOption = False,
 ) -> None:
     """Evaluate tracks against a reference: errors, gaps, swaps, OSPA, SIAP, NEES, presets."""
-    chosen = _Reference(truth, adsb, smoothed, system_tracks, sensors, measurements, smoother)
+    chosen = _Reference(
+        truth, adsb, smoothed, system_tracks, processor, sensors, measurements, smoother
+    )
     chosen.check()
     settings = _settings(
         {
@@ -240,6 +250,7 @@ class _Reference:
     adsb: Path | None
     smoothed: Path | None
     system_tracks: Path | None
+    processor: str | None
     sensors: Path | None
     measurements: Path | None
     smoother: SmootherChoice | None
@@ -262,6 +273,8 @@ class _Reference:
             raise typer.BadParameter(f"missing reference: one of {known}")
         if self.smoothed is None and self.smoother is not None:
             raise typer.BadParameter("--smoother is for --smoothed only")
+        if self.system_tracks is None and self.processor is not None:
+            raise typer.BadParameter("--processor is for --system-tracks only")
 
     def _recorded(self) -> bool:
         from multiradar.cli.evaluation.recorded import is_recorded_truth
@@ -293,7 +306,7 @@ class _Reference:
         if self.adsb is not None:
             return read_reports(self.adsb, settings, regions)
         if self.system_tracks is not None:
-            return read_system_tracks(self.system_tracks, settings, regions)
+            return read_system_tracks(self.system_tracks, settings, regions, self.processor)
         assert self.smoothed is not None
         if sensors is None:
             msg = (

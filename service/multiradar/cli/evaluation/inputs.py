@@ -21,7 +21,7 @@ from multiradar.cli.inputs import read_sensors
 from multiradar.cli.terminal.folders import no_such
 from multiradar.errors import InputError, MissingColumnError
 from multiradar.evaluation.settings import EvaluationSettings
-from multiradar.evaluation.system_tracks import named_by_flight
+from multiradar.evaluation.system_tracks import named_by_flight, of_one_processor
 from multiradar.evaluation.tables import (
     aircraft_name,
     reference_of_reports,
@@ -201,7 +201,10 @@ def _reports(
 
 
 def read_system_tracks(
-    given: Path, settings: EvaluationSettings, regions: "Sequence[CoveredRegion]" = ()
+    given: Path,
+    settings: EvaluationSettings,
+    regions: "Sequence[CoveredRegion]" = (),
+    processor: str | None = None,
 ) -> Known:
     """Read the system tracks of a recording.
 
@@ -214,6 +217,8 @@ def read_system_tracks(
         Of which the gap of the reference is used.
     regions : sequence of CoveredRegion
         Coverage of the sensors; positions outside are left out.
+    processor : str, optional
+        `sensor_id` of the processor; needed where there are several.
 
     Returns
     -------
@@ -237,12 +242,7 @@ def read_system_tracks(
     if missing:
         raise MissingColumnError(str(path), missing, frame.columns)
     seen = ~pl.col("state").is_in(NOT_SEEN)
-    located = with_rows(frame).drop_nulls("latitude_deg")
-    processors = located.filter(seen)["sensor_id"].unique().sort().to_list()
-    if len(processors) != 1:
-        named = ", ".join(map(str, processors)) or "none"
-        msg = f"{path}: expected system tracks of one processor, was: {named}"
-        raise InputError(msg)
+    located = of_one_processor(with_rows(frame), str(path), processor)
     usable = named_by_flight(located).filter(seen)
     reference = reference_of_reports(usable, str(path), settings.reference_gap_s, regions)
     return Known("system-tracks", given, reference, plots)

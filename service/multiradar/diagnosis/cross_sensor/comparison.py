@@ -50,7 +50,8 @@ def configured_bias(sensors: SensorTable, number: int, kind: int) -> tuple[float
 class Comparison:
     """The retained plots of each sensor, and the positions of their aircraft by others.
 
-    Configured time offsets are subtracted; range and azimuth biases are not.
+    Configured time offsets are subtracted, and those of positions that the run estimated; range and
+    azimuth biases are not.
 
     Parameters
     ----------
@@ -71,6 +72,7 @@ class Comparison:
             wanted = self._sensors.kinds[number] in (KIND_RADAR, KIND_POSITION)
             plots = plots.select(np.isfinite(column) & wanted)
             late_s, _ = configured_bias(self._sensors, number, PARAMETER_TIME_OFFSET)
+            late_s = evidence.late_s.get(number, late_s)
             plots = replace(plots, time_s=plots.time_s - late_s)
             if plots.size:
                 self._plots[number] = plots
