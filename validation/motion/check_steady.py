@@ -10,10 +10,10 @@ near and far. Biases are known, or estimated. For each aircraft the RMS error of
 from three minutes after the start of its track on; the table gives the median of the aircraft and
 the worst tenth (90th percentile), and the mean error² / sigma² of the velocity, per dimension.
 
-Rows: the filters as they are; a Kalman filter of one mode with the constant process noise that is
-best for the position of manoeuvring aircraft seen by the same radars; and the bound, the same
-filter with the noise of steady flight alone (0.003 m²/s³), which no filter that has to follow turns
-reaches.
+Rows: the filters as they are; `imm` with rarer manoeuvres (`imm_straight_s = 120`); a Kalman filter
+of one mode with the constant process noise that is best for the position of manoeuvring aircraft
+seen by the same radars; and the bound, the same filter with the noise of steady flight alone (0.003
+m²/s³), which no filter that has to follow turns reaches.
 """
 
 import argparse
@@ -37,6 +37,8 @@ Floats = NDArray[np.float64]
 
 DURATION_S = 1200.0
 SETTLED_S = 180.0
+#: Mean straight flight, s, between manoeuvres rarer than the default has them.
+RARER_S = 120.0
 #: Spectral density of steady flight, m²/s³.
 STEADY_DENSITY = 0.003
 # As in `check_manoeuvres.RADARS`.
@@ -90,6 +92,7 @@ def rows(
     density = f"{best.acceleration_density:g} m²/s³"
     return [
         ("`imm`", TrackingSettings(filter_name="imm")),
+        (f"`imm`, straight for {RARER_S:g} s", TrackingSettings(imm_straight_s=RARER_S)),
         ("`two-stage`", TrackingSettings(filter_name="two-stage")),
         (f"best constant noise, {density}", best),
         ("bound", bound),
