@@ -22,7 +22,7 @@ def random_record(layout: Layout, generator: random.Random) -> bytes:
         and item.kind != "rfs"
         and (place == 0 or (track and place == 1) or generator.random() < 0.4)
     ]
-    parts = [_octets(profile[place], generator) for place in chosen]
+    parts = [item_octets(profile[place], generator) for place in chosen]
     if len(layout.profiles) > 1 and 1 in chosen:
         # The first bit of item 020 selects the profile.
         parts[1] = bytes([parts[1][0] & 0x7F | track << 7]) + parts[1][1:]
@@ -38,7 +38,8 @@ def _presence(chosen: list[int]) -> bytes:
     return bytes(octets)
 
 
-def _octets(item: Item | None, generator: random.Random) -> bytes:
+def item_octets(item: Item | None, generator: random.Random) -> bytes:
+    """Write random octets of an item."""
     assert item is not None
     if item.kind == "fixed":
         return generator.randbytes(item.parts[0].octets)
@@ -64,7 +65,7 @@ def _octets(item: Item | None, generator: random.Random) -> bytes:
         )
     members = [k for k, one in enumerate(item.members) if one is not None]
     chosen = sorted(generator.sample(members, generator.randint(1, len(members))))
-    return _presence(chosen) + b"".join(_octets(item.members[k], generator) for k in chosen)
+    return _presence(chosen) + b"".join(item_octets(item.members[k], generator) for k in chosen)
 
 
 def _with_more(octets: bytes, more: bool) -> bytes:
