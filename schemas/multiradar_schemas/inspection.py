@@ -85,6 +85,36 @@ class InspectedClock(Record):
     reason: Annotated[str | None, _text("The alarm in words", "the times are plausible")] = None
 
 
+class InspectedQuantity(Record):
+    """A quantity of aircraft-derived data of a sensor."""
+
+    reports: Annotated[Count, _number("Measurements with it", "1")]
+    sigma: Annotated[
+        float | None,
+        _number("Noise from report to report, 1 sigma", "as the column", "too few reports"),
+    ]
+
+
+class InspectedData(Record):
+    """Aircraft-derived data of a sensor."""
+
+    with_data: Annotated[Count, _number("Measurements with any of them", "1")]
+    values: Annotated[
+        dict[str, InspectedQuantity], _number("Quantities by the name of their column", "figures")
+    ]
+    dropped: Annotated[
+        dict[str, Count], _number("Measurements with implausible values, by reason", "1")
+    ]
+    magnetic_variation_deg: Annotated[
+        float | None,
+        _number(
+            "Magnetic variation with which the winds of all aircraft agree, positive to the east",
+            "degree",
+            "too few headings, or all in one direction",
+        ),
+    ]
+
+
 class InspectedSensor(Record):
     """Reports of a sensor; fractions are of its measurements, unless described otherwise."""
 
@@ -133,6 +163,10 @@ class InspectedSensor(Record):
         dict[str, Count],
         _number("Reports with each BDS register, such as `4,0`; `any`: with at least one", "1"),
     ]
+    aircraft_data: Annotated[
+        InspectedData | None,
+        _number("What aircraft report of their flight", "figures", "none of it"),
+    ] = None
     clock: Annotated[
         InspectedClock | None, _number("Its clock", "clock", "no times of reception")
     ] = None

@@ -160,9 +160,34 @@ def quantities_of(numbers: NDArray[np.float64]) -> set[str]:
 def _aircraft_data(
     records: Records, height_m: NDArray[np.float64], kind: NDArray[np.int64]
 ) -> tuple[Numbers, Integers]:
-    """Return the plausible data of reports, and the reasons for which others were dropped."""
     steps = np.ascontiguousarray(records[:, _DATA_AT:]).view(np.int32)
     data = np.where(steps == _NONE, np.nan, np.rint(steps * 1.0) / round(1.0 / _STEP))
+    return _checked(data, height_m, kind)
+
+
+def reported_data(
+    numbers: NDArray[np.float64], height_m: NDArray[np.float64], kind: NDArray[np.int64]
+) -> tuple[Numbers, Integers]:
+    """Return the aircraft-derived data of reports.
+
+    Parameters
+    ----------
+    numbers : float64[16, n]
+        Values by role.
+    height_m, kind : float64[n], int64[n]
+        Heights, m, and kinds by number.
+
+    Returns
+    -------
+    float64[n, 10], int64[n]
+        Plausible data, and the reasons for which others were dropped, bits.
+    """
+    return _checked(numbers[list(roles.OF_AIRCRAFT)].T.copy(), height_m, kind)
+
+
+def _checked(
+    data: Numbers, height_m: NDArray[np.float64], kind: NDArray[np.int64]
+) -> tuple[Numbers, Integers]:
     # Multilateration computes these of positions.
     blank(data, kind == KINDS.index("mlat"), (GROUND_SPEED, TRACK_ANGLE, VERTICAL_RATE))
     for quantity in (TRACK_ANGLE, MAGNETIC_HEADING):

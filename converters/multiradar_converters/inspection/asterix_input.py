@@ -127,7 +127,7 @@ def _decoded(
         others = np.isin(blocks.data[blocks.begins], (SYSTEM_TRACKS, SENSOR_STATUS)).any()
         gathered = decode_blocks(
             blocks, sources, editions, watch=watch, measurements_only=not others,
-            with_aircraft_data=False,
+            with_aircraft_data=registers is not None,
         )  # fmt: skip
         yield gathered, registers
 
@@ -257,6 +257,8 @@ def _reports(timed: Timed, own: Integers, time_s: Numbers) -> Reports:
         code=targets.code[own],
         address=targets.address[own],
         on_ground=targets.flags[own] & flag_bits("on_ground") != 0,
+        aircraft_data=targets.aircraft_data[own],
+        dropped=targets.dropped[own],
     )
 
 

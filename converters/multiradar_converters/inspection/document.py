@@ -10,6 +10,7 @@ from importlib.metadata import version
 import numpy as np
 import polars as pl
 
+from multiradar_converters.aircraft_data.figures import DataFigures
 from multiradar_converters.asterix.decoding.editions import source_name
 from multiradar_converters.asterix.decoding.sensor_clocks import (
     clock_alarm,
@@ -32,6 +33,7 @@ from multiradar_schemas.inspection import (
     InspectedBias,
     InspectedCategory,
     InspectedClock,
+    InspectedData,
     InspectedFile,
     InspectedGap,
     InspectedRejects,
@@ -240,6 +242,16 @@ def _sensor(survey: Survey, key: SensorKey, identifier: str) -> InspectedSensor:
         height_fraction=_fraction(figures.with_height, measured),
         on_ground_fraction=_fraction(figures.on_ground, measured),
         registers=dict(sorted(figures.registers.items())),
+        aircraft_data=_aircraft_data(figures.data),
+    )
+
+
+def _aircraft_data(figures: DataFigures) -> InspectedData | None:
+    document = figures.document()
+    if not document:
+        return None
+    return InspectedData.model_validate(
+        {name: value for name, value in document.items() if name != "reports"}
     )
 
 

@@ -5,6 +5,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar_converters.aircraft_data.quantities import joined as concatenated
+from multiradar_converters.aircraft_data.quantities import without
+
 Numbers = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
@@ -22,6 +25,10 @@ class Reports:
         Mode 3/A code and Mode S address; -1 where absent.
     on_ground : bool[n]
         Whether the report says so.
+    aircraft_data : float64[n, 10] or float64[n, 0]
+        Aircraft-derived data, see `quantities`.
+    dropped : int64[n]
+        Reasons for which some of them were dropped, bits.
     """
 
     time_s: Numbers
@@ -33,6 +40,8 @@ class Reports:
     code: Integers
     address: Integers
     on_ground: Flags
+    aircraft_data: Numbers
+    dropped: Integers
 
     def __len__(self) -> int:
         return len(self.time_s)
@@ -50,10 +59,12 @@ def joined(parts: list[Reports]) -> Reports:
             *(number, number, number, number, number, number),
             *(whole, whole),
             np.empty(0, np.bool_),
+            without(0),
+            whole,
         )
     return Reports(
         **{
-            one.name: np.concatenate([getattr(part, one.name) for part in parts])
+            one.name: concatenated([getattr(part, one.name) for part in parts])
             for one in fields(Reports)
         }
     )

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar_converters.aircraft_data.figures import DataFigures
 from multiradar_converters.inspection.reports import Integers, Numbers, Reports
 from multiradar_converters.inspection.sampling import Sample
 from multiradar_converters.scan_period import PLOTS_MAX, scan_period_s, why_no_period
@@ -90,6 +91,8 @@ class SensorFigures:
         Reports by height.
     registers : Counter
         Reports with each BDS register, such as `4,0`; `any`: with any of them.
+    data : DataFigures
+        Figures of aircraft-derived data.
     """
 
     reports: int = 0
@@ -111,6 +114,7 @@ class SensorFigures:
     sectors: Integers = field(default_factory=lambda: np.zeros((SECTORS, RINGS), np.int64))
     heights: Integers = field(default_factory=lambda: np.zeros(HEIGHT_STEPS, np.int64))
     registers: Counter[str] = field(default_factory=Counter)
+    data: DataFigures = field(default_factory=DataFigures)
     addresses: set[int] = field(default_factory=set)
     codes: set[int] = field(default_factory=set)
     seconds: Seconds = field(default_factory=Seconds)
@@ -136,6 +140,13 @@ class SensorFigures:
                 found.update(np.unique(own).tolist())
         self.with_height += int(np.isfinite(reports.height_m).sum())
         self.on_ground += int(reports.on_ground.sum())
+        self.data.add(
+            reports.aircraft_data,
+            reports.dropped,
+            np.where(reports.address > 0, reports.address, -1),
+            reports.time_s,
+            reports.height_m,
+        )
         self._add_coverage(reports)
         self.sample.add(reports)
 

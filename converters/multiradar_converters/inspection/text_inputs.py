@@ -13,6 +13,8 @@ from multiradar_converters.adsb.reading import roles
 from multiradar_converters.adsb.reading.files import open_source
 from multiradar_converters.adsb.reading.plain import KINDS
 from multiradar_converters.adsb.reading.time_forms import of_day
+from multiradar_converters.adsb.table import reported_data
+from multiradar_converters.aircraft_data.quantities import without
 from multiradar_converters.inspection.reports import Integers, Numbers, Reports
 from multiradar_converters.inspection.survey import FileSurvey, Survey
 from multiradar_converters.vid import fields
@@ -124,6 +126,8 @@ def _of_rows(
         code=none if code is None else code,
         address=none if address is None else address,
         on_ground=np.zeros(count, dtype=np.bool_),
+        aircraft_data=without(count),
+        dropped=np.zeros(count, dtype=np.int64),
     )
 
 
@@ -174,18 +178,22 @@ def inspect_adsb(path: Path, survey: Survey, advance: Callable[[int], None]) -> 
         numbers = batch.numbers[:, valid]
         nothing = np.full(numbers.shape[1], np.nan)
         height = numbers[roles.HEIGHT]
+        kind = np.maximum(words["kind"], 0)
+        height_m = np.where(np.isnan(height), numbers[roles.GEOMETRIC], height)
+        data, dropped = reported_data(numbers, height_m, kind)
         reports = Reports(
             time_s=numbers[roles.TIME],
             range_m=nothing,
             azimuth_deg=nothing,
             latitude_deg=numbers[roles.LATITUDE],
             longitude_deg=numbers[roles.LONGITUDE],
-            height_m=np.where(np.isnan(height), numbers[roles.GEOMETRIC], height),
+            height_m=height_m,
             code=words["code"],
             address=words["address"],
             on_ground=words["ground"] == 1,
+            aircraft_data=data,
+            dropped=dropped,
         )
-        kind = np.maximum(words["kind"], 0)
         for number in np.unique(kind).tolist():
             _add(survey, (KINDS[number], KINDS[number]), reports.select(kind == number))
     account.size = source.unpacked.packed_bytes

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from multiradar.report.content import Document, Plot, Table, Value
 from multiradar.report.times import clock_text, time_text
-from multiradar_schemas.inspection import InspectedSensor, Inspection
+from multiradar_schemas.inspection import InspectedQuantity, InspectedSensor, Inspection
 
 _KILOMETRE_M = 1000.0
 _REGISTERS = ("4,0", "5,0", "6,0")
@@ -39,6 +39,7 @@ def inspection_document(found: Inspection, command: str, plots: Sequence[Plot] =
         _files(found),
         _categories(found),
         _registers(found),
+        _aircraft_data(found),
         _clocks(found),
         _gaps(found),
         _sites(found),
@@ -191,6 +192,26 @@ def _registers(found: Inspection) -> Table:
         rows.append((one.sensor_id, f"{one.reports:,}", *counts, others or None))
     header = ("sensor", "reports", "with any", *(f"BDS {name}" for name in _REGISTERS), "others")
     return Table("BDS registers", header, tuple(rows))
+
+
+def _aircraft_data(found: Inspection) -> Table:
+    rows: list[tuple[Value, ...]] = []
+    for one in found.sensors:
+        data = one.aircraft_data
+        if data is None:
+            continue
+        rows += [
+            (one.sensor_id, name, _percent(value.reports / max(one.measurements, 1)), _noise(value))
+            for name, value in data.values.items()
+        ]
+        dropped = ", ".join(f"{name} {count:,}" for name, count in data.dropped.items())
+        rows.append((one.sensor_id, "dropped", None, dropped or "none"))
+    header = ("sensor", "aircraft-derived data", "of measurements", "noise, 1 sigma")
+    return Table("Aircraft-derived data", header, tuple(rows))
+
+
+def _noise(value: InspectedQuantity) -> str | None:
+    return None if value.sigma is None else f"{value.sigma:.3g}"
 
 
 def _clocks(found: Inspection) -> Table:

@@ -6,7 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from multiradar_converters.aircraft_data.quantities import without
 from multiradar_converters.asterix.decoding import aircraft_items
+from multiradar_converters.asterix.decoding.editions import Editions, sources_of
+from multiradar_converters.asterix.decoding.gathering import decode_blocks
+from multiradar_converters.asterix.framing.containers import read_blocks
 from multiradar_converters.errors import LayoutError
 from multiradar_converters.inspection.document import inspection_of
 from multiradar_converters.inspection.recordings import InspectionOptions, inspect
@@ -14,6 +18,7 @@ from multiradar_converters.inspection.reports import Reports
 from multiradar_converters.inspection.sampling import SAMPLE_MAX, Sample
 from multiradar_converters.inspection.sensor_figures import SensorFigures
 from multiradar_converters.inspection.survey import Survey
+from support.aircraft.registers import item_250, write
 from support.asterix.octets import block, datagram, north_mark, pcap, plot_001, plot_048, record
 from support.paths import ROOT
 
@@ -45,7 +50,35 @@ def reports(count: int, *, address: int = 1, spacing_s: float = 4.0) -> Reports:
         code=np.full(count, 0o1000),
         address=np.full(count, address),
         on_ground=np.zeros(count, dtype=np.bool_),
+        aircraft_data=without(count),
+        dropped=np.zeros(count, dtype=np.int64),
     )
+
+
+def test_aircraft_derived_data_have_counts_noise_and_reasons(tmp_path: Path) -> None:
+    plots = [
+        plot_048(
+            BEGIN_S + 4.0 * k,
+            registers=item_250(
+                bds40=write("4,0", panel_altitude=36_000.0),
+                bds60=write("6,0", magnetic_heading=90.0 + 0.6 * (-1) ** k, mach=0.8)
+                | ((k == 5) << 36),
+            ),
+        )
+        for k in range(60)
+    ]
+    survey = of_octets(tmp_path, b"".join(block(48, one) for one in plots))
+    figures = survey.sensors[RADAR].data
+    assert (figures.reports, figures.with_data) == (60, 60)
+    assert dict(figures.dropped) == {"unannounced_bits": 1}
+    found = inspection_of(survey, {}).sensors[0].aircraft_data
+    assert found is not None
+    assert {name: one.reports for name, one in found.values.items()} == {
+        "magnetic_heading_deg": 59, "mach": 59, "selected_altitude_m": 60,
+    }  # fmt: skip
+    # Alternating by six steps of the register.
+    noise = found.values["magnetic_heading_deg"].sigma
+    assert noise == pytest.approx(1.4826 * 6 * 90 / 512 / 1.5**0.5, rel=0.01)
 
 
 def test_plots_are_counted_by_sensor(tmp_path: Path) -> None:
@@ -125,12 +158,24 @@ def test_registers_are_counted(tmp_path: Path) -> None:
     assert survey.sensors[RADAR].registers == {"any": 5, "4,0": 5, "6,0": 5}
 
 
-def test_registers_are_not_decoded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_registers_of_windows_without_figures_are_not_decoded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def not_wanted(*_: object) -> None:
         raise AssertionError
 
+    content = b"".join(block(48, plot_048(BEGIN_S + k, registers="00")) for k in range(5))
+    path = tmp_path / "recording"
+    path.write_bytes(content)
+    blocks = read_blocks(path)
+    sources = sources_of(blocks)
+    editions = Editions()
+    editions.detect(blocks, sources)
     monkeypatch.setattr(aircraft_items, "read_registers", not_wanted)
-    test_registers_are_counted(tmp_path)
+    found = decode_blocks(blocks, sources, editions, with_aircraft_data=False)
+    assert sum(len(targets.time_s) for _, _, targets in found.targets) == 5
+    with pytest.raises(AssertionError):
+        decode_blocks(blocks, sources, editions)
 
 
 def test_a_dump_has_sensors_and_rejected_lines() -> None:
