@@ -11,15 +11,13 @@ from benchmark import (
     conversion,
     encounters,
     filters,
-    ingest,
     joint_cost,
     offline,
-    queries,
     tracker,
-    updates,
 )
 from benchmark.plan import Plan
 from benchmark.report import Row, show, write, write_markdown
+from benchmark.service import ingest, queries, updates
 
 #: Subject and method of each suite.
 SUITES: dict[str, tuple[str, Callable[[Plan], list[Row]]]] = {

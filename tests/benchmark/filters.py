@@ -7,11 +7,16 @@ from time import perf_counter
 
 import numpy as np
 
-from benchmark import plain
-from benchmark.load import Load, make_load
-from benchmark.peers import FILTERPY, STONE_SOUP, filterpy_nanoseconds, stone_soup_nanoseconds
+from benchmark.packages import plain
+from benchmark.packages.peers import (
+    FILTERPY,
+    STONE_SOUP,
+    filterpy_nanoseconds,
+    stone_soup_nanoseconds,
+)
 from benchmark.plan import Plan
 from benchmark.report import Row
+from benchmark.scenes.load import Load, make_load
 from multiradar.estimation.bias.estimator import BiasEstimator
 from multiradar.estimation.filters.arrays import Work, result_arrays
 from multiradar.estimation.filters.bank import FILTERS, FilterDefinition

@@ -5,13 +5,13 @@ from time import perf_counter
 
 import numpy as np
 
-from benchmark.peers import (
+from benchmark.packages.peers import (
     ACCELERATION_DENSITY,
     AZIMUTH_SIGMA_RAD,
     RANGE_SIGMA_M,
     PeerPlots,
 )
-from benchmark.plain import SITES_M, make_plots
+from benchmark.packages.plain import SITES_M, make_plots
 from benchmark.plan import Plan
 from benchmark.report import Row
 from multiradar.estimation.filters.bank import Outcome

@@ -10,7 +10,7 @@ import polars as pl
 
 from benchmark.plan import Plan, seconds
 from benchmark.report import Row
-from benchmark.sky import make_recording, write_sensors
+from benchmark.scenes.sky import make_recording, write_sensors
 from multiradar import wire
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.runtime.offline.offline import TRACKS_FILE, OfflineJob, track_recording

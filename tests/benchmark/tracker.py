@@ -11,9 +11,10 @@ from time import perf_counter, process_time
 
 import polars as pl
 
-from benchmark import airspace, nearest_neighbours
+from benchmark.packages import nearest_neighbours
 from benchmark.plan import Plan
 from benchmark.report import Row
+from benchmark.scenes import airspace
 from multiradar import wire
 from multiradar.runtime.offline.offline import TRACKS_FILE, OfflineJob, track_recording
 from multiradar.storage.recording import MEASUREMENTS_FILE, Recording

@@ -12,7 +12,7 @@ from threading import Lock
 from typing import Any
 from urllib.parse import urlsplit
 
-from benchmark.sky import write_sensors
+from benchmark.scenes.sky import write_sensors
 
 TIMEOUT_S = 60.0
 #: Requests that wait for their answers at the same time. The made recordings are dense enough that

@@ -9,8 +9,8 @@ import polars as pl
 
 from benchmark.plan import Plan
 from benchmark.report import Row
-from benchmark.server import IN_FLIGHT, Server, UnexpectedAnswerError
-from benchmark.sky import make_recording
+from benchmark.scenes.sky import make_recording
+from benchmark.service.server import IN_FLIGHT, Server, UnexpectedAnswerError
 from multiradar.ingest.replay_http import MEDIA_TYPES, Encoding, encode
 
 TEXT = (

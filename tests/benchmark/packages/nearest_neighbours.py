@@ -27,9 +27,9 @@ from stonesoup.types.state import GaussianState
 from stonesoup.types.track import Track
 from stonesoup.updater.kalman import ExtendedKalmanUpdater
 
-from benchmark import airspace
-from benchmark.peers import ExactPlotModel
-from benchmark.sky import START_S, sites
+from benchmark.packages.peers import ExactPlotModel
+from benchmark.scenes import airspace
+from benchmark.scenes.sky import START_S, sites
 from multiradar.geodesy._kernels import predict_polar, site_parameters
 from multiradar.geodesy.system_plane import SystemPlane
 

@@ -13,7 +13,7 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from benchmark.sky import DEGREE_M, LATITUDE_DEG, LONGITUDE_DEG, START_S, sites
+from benchmark.scenes.sky import DEGREE_M, LATITUDE_DEG, LONGITUDE_DEG, START_S, sites
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
 

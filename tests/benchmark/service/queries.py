@@ -11,8 +11,8 @@ import polars as pl
 
 from benchmark.plan import Plan
 from benchmark.report import Row
-from benchmark.server import Server, UnexpectedAnswerError
-from benchmark.sky import RADARS, make_recording
+from benchmark.scenes.sky import RADARS, make_recording
+from benchmark.service.server import Server, UnexpectedAnswerError
 from multiradar.ingest.replay_http import MEDIA_TYPES, Encoding, encode
 
 TEXT = (

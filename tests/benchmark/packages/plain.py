@@ -11,7 +11,7 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmark.peers import (
+from benchmark.packages.peers import (
     ACCELERATION_DENSITY,
     AZIMUTH_SIGMA_RAD,
     FILTERPY,

@@ -26,7 +26,7 @@ class CountingSubscriber:
 
     def __init__(self, endpoint: str) -> None:
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "benchmark.counting_subscriber", endpoint],
+            [sys.executable, "-m", "benchmark.service.counting_subscriber", endpoint],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,

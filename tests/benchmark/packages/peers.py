@@ -29,7 +29,7 @@ from stonesoup.types.hypothesis import SingleHypothesis
 from stonesoup.types.state import GaussianState
 from stonesoup.updater.kalman import ExtendedKalmanUpdater
 
-from benchmark.load import Load
+from benchmark.scenes.load import Load
 from multiradar.estimation.filters.arrays import Rows
 from multiradar.geodesy._kernels import predict_polar, site_parameters
 from support.references.constant_velocity import process_noise, transition

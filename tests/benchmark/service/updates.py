@@ -6,11 +6,11 @@ from time import perf_counter
 
 import zenoh
 
-from benchmark.counting_subscriber import CountingSubscriber
 from benchmark.plan import Plan
 from benchmark.report import Row
-from benchmark.server import Server
-from benchmark.sky import make_recording
+from benchmark.scenes.sky import make_recording
+from benchmark.service.counting_subscriber import CountingSubscriber
+from benchmark.service.server import Server
 from multiradar.ingest.replay_http import MEDIA_TYPES, Encoding, encode
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.session import zenoh_config
