@@ -19,9 +19,8 @@ from multiradar_converters.adsb.reading.roles import (
     GROUND,
 )
 from multiradar_converters.vid.text._value_kernels import (
-    POWERS,
-    days_from_civil,
     read_address,
+    read_date_time,
     read_decimal,
     read_digits,
 )
@@ -56,34 +55,11 @@ def _none(text: Bytes, i: int, end: int) -> bool:
 @in_loop
 def _moment(text: Bytes, i: int, end: int) -> tuple[float, bool]:
     """Read YYYY-MM-DDThh:mm:ss[.fff][Z|+00:00] (or a blank for the T)."""
-    if end - i < 19 or int(text[i + 4]) != _MINUS or int(text[i + 7]) != _MINUS:
+    if end - i < 19 or int(text[i + 10]) not in (84, _BLANK):
         return 0.0, False
-    between = int(text[i + 10])
-    if (between not in (84, _BLANK)) or int(text[i + 13]) != 58 or int(text[i + 16]) != 58:
+    value, i = read_date_time(text, i, end)
+    if i < 0:
         return 0.0, False
-    year, month, day = (
-        read_digits(text, i, 4),
-        read_digits(text, i + 5, 2),
-        read_digits(text, i + 8, 2),
-    )
-    hour, minute = read_digits(text, i + 11, 2), read_digits(text, i + 14, 2)
-    second = read_digits(text, i + 17, 2)
-    # Days 29 to 31 are left to the reference form unless every month has them.
-    if year < 0 or month < 1 or month > 12 or day < 1 or day > 30 or (day > 28 and month == 2):
-        return 0.0, False
-    if hour < 0 or hour > 23 or minute < 0 or minute > 59 or second < 0 or second > 59:
-        return 0.0, False
-    whole = days_from_civil(year, month, day) * 86_400 + hour * 3600 + minute * 60 + second
-    i += 19
-    decimals = 0
-    if i < end and int(text[i]) == 46:
-        i += 1
-        while i < end and 48 <= int(text[i]) <= 57 and decimals < 6:
-            whole = whole * 10 + int(text[i]) - 48
-            decimals += 1
-            i += 1
-        if decimals == 0:
-            return 0.0, False
     if i < end and int(text[i]) == 90:
         i += 1
     elif (
@@ -94,7 +70,7 @@ def _moment(text: Bytes, i: int, end: int) -> tuple[float, bool]:
         and read_digits(text, i + 4, 2) == 0
     ):
         i += 6
-    return float(whole) / POWERS[decimals], i == end
+    return value, i == end
 
 
 @in_loop

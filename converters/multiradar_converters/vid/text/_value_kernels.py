@@ -8,7 +8,7 @@ import numpy as np
 from multiradar_compiled.kernels import in_loop
 from multiradar_converters.vid.text.arrays import Bytes, Limits, Numbers, Words
 
-_PLUS, _MINUS, _POINT = 43, 45, 46
+_PLUS, _MINUS, _POINT, _COLON, _T, _Z = 43, 45, 46, 58, 84, 90
 # Roles of `vid.fields`; the other integers are unsigned.
 TIME, HEIGHT, FIRST_INTEGER, CODE, ADDRESS = 0, 3, 6, 10, 11
 _INTEGER_MAX = 2**31 - 1
@@ -82,11 +82,14 @@ def days_from_civil(year: int, month: int, day: int) -> int:
 
 
 @in_loop
-def read_iso_time(text: Bytes, i: int, stop: int) -> tuple[float, int]:
-    """Read YYYY-MM-DDThh:mm:ss[.fff][Z]; other forms are left to the reference form."""
-    if i + 20 > stop or int(text[i + 4]) != 45 or int(text[i + 7]) != 45:
+def read_date_time(text: Bytes, i: int, stop: int) -> tuple[float, int]:
+    """Read YYYY-MM-DDThh:mm:ss[.f], at most six decimals, with any character for the T.
+
+    Returns seconds since 1970-01-01 and the position after it, -1 on failure.
+    """
+    if i + 19 > stop or int(text[i + 4]) != _MINUS or int(text[i + 7]) != _MINUS:
         return 0.0, -1
-    if int(text[i + 10]) != 84 or int(text[i + 13]) != 58 or int(text[i + 16]) != 58:
+    if int(text[i + 13]) != _COLON or int(text[i + 16]) != _COLON:
         return 0.0, -1
     year, month, day = (
         read_digits(text, i, 4),
@@ -96,22 +99,16 @@ def read_iso_time(text: Bytes, i: int, stop: int) -> tuple[float, int]:
     hour, minute = read_digits(text, i + 11, 2), read_digits(text, i + 14, 2)
     second = read_digits(text, i + 17, 2)
     # Days 29 to 31 are left to the reference form unless every month has them.
-    if (
-        year < 0
-        or month < 1
-        or month > 12
-        or day < 1
-        or (day > 28 and not (day <= 30 and month != 2))
-    ):
+    if year < 0 or month < 1 or month > 12 or day < 1 or day > 30 or (day > 28 and month == 2):
         return 0.0, -1
     if hour < 0 or hour > 23 or minute < 0 or minute > 59 or second < 0 or second > 59:
         return 0.0, -1
     whole = days_from_civil(year, month, day) * 86400 + hour * 3600 + minute * 60 + second
     i += 19
     decimals = 0
-    if int(text[i]) == _POINT:
+    if i < stop and int(text[i]) == _POINT:
         i += 1
-        while 48 <= int(text[i]) <= 57:
+        while i < stop and 48 <= int(text[i]) <= 57:
             whole = whole * 10 + int(text[i]) - 48
             decimals += 1
             i += 1
@@ -119,9 +116,18 @@ def read_iso_time(text: Bytes, i: int, stop: int) -> tuple[float, int]:
                 return 0.0, -1
         if decimals == 0:
             return 0.0, -1
-    if int(text[i]) == 90:
-        i += 1
     return float(whole) / POWERS[decimals], i
+
+
+@in_loop
+def read_iso_time(text: Bytes, i: int, stop: int) -> tuple[float, int]:
+    """Read YYYY-MM-DDThh:mm:ss[.fff][Z]; other forms are left to the reference form."""
+    if i + 20 > stop or int(text[i + 10]) != _T:
+        return 0.0, -1
+    value, after = read_date_time(text, i, stop)
+    if after >= 0 and int(text[after]) == _Z:
+        after += 1
+    return value, after
 
 
 @in_loop
