@@ -242,11 +242,15 @@ def _fit(residual: Floats, design: Floats) -> _Fit:
     kept = np.ones(len(residual), np.bool_)
     solution, scale, normal = np.zeros(count), 1.0, np.eye(count)
     for _ in range(_ROUNDS):
-        a, b = design[kept].reshape(-1, count), residual[kept].reshape(-1)
-        normal = a.T @ a + 1e-6 * np.eye(count) * max(float(np.trace(a.T @ a)), 1.0) / count
+        used = kept
+        a, b = design[used].reshape(-1, count), residual[used].reshape(-1)
+        normal = a.T @ a
+        normal = normal + 1e-6 * np.eye(count) * max(float(np.trace(normal)), 1.0) / count
         solution = np.linalg.solve(normal, a.T @ b)
         left = np.linalg.norm(residual - design @ solution, axis=1)
         scale = max(float(np.median(left)), 1.0)
         kept = left <= _TRIM * scale
+        if np.array_equal(kept, used):
+            break
     sigma = scale * np.sqrt(np.diag(np.linalg.inv(normal)))
     return _Fit(solution, sigma, scale)

@@ -343,10 +343,11 @@ def _fit(rows: _Rows, design: Floats) -> _Fit:
         residual = np.hypot(left[:, 0], left[:, 1])
         scale = max(float(np.median(residual)), 1.0)
         kept = residual <= _TRIM * scale
+        if np.array_equal(kept, used):
+            break
     pulls = np.einsum("nki,nk->ni", design[used], left[used])
     names, place = np.unique(rows.pairs.name[used], return_inverse=True)
-    sums = np.zeros((len(names), count))
-    np.add.at(sums, place, pulls)
+    sums = np.stack([np.bincount(place, one, len(names)) for one in pulls.T], axis=1)
     inverse = np.linalg.inv(normal)
     covariance = inverse @ (sums.T @ sums) @ inverse * len(names) / max(len(names) - count, 1)
     return _Fit(solution, covariance, residual, used, scale)
