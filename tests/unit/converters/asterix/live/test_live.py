@@ -12,6 +12,7 @@ from multiradar_converters.asterix.live.batch import LiveBatch
 from multiradar_converters.asterix.live.copies import RecentRecords
 from multiradar_converters.asterix.live.reception import LiveDecoder, LiveOptions
 from multiradar_schemas.measurements.directions import REPORT_SCHEMA
+from support.aircraft.registers import item_250, write
 from support.asterix.octets import block, north_mark, plot_001, plot_048, record, time_of_day
 from support.asterix.surface_records import (
     MODE_S_MLAT,
@@ -59,6 +60,17 @@ def test_a_plot_becomes_a_measurement_dated_by_its_reception() -> None:
     assert batch.frame["sensor_id"].to_list() == ["20-130"]
     assert batch.frame["mode_s_address"].to_list() == ["3c660c"]
     assert balanced(batch, sent)
+
+
+def test_registers_of_a_plot_are_checked_as_in_recordings() -> None:
+    air = write("6,0", magnetic_heading=90.0, mach=0.8)
+    plots = [
+        plot_048(43_200.0, registers=item_250(bds60=air)),
+        plot_048(43_201.0, registers=item_250(bds50=air, bds60=air)),
+    ]
+    batch = decoder().decode(datagrams((NOON_S + 1.5, block(48, *plots))))
+    assert batch.frame["mach"].to_list() == [pytest.approx(0.8), None]
+    assert "roll_deg" not in batch.frame.columns
 
 
 @pytest.mark.parametrize(
