@@ -105,7 +105,7 @@ def _table(one: FoundSensor) -> str:
     ]
     if one.kind != "radar":
         lines.append(_default("position_sigma_m", "random error of a position, 1 sigma each axis"))
-        return "\n".join([*lines, ""])
+        return "\n".join([*lines, *_biases(one), ""])
     return "\n".join([*lines, *_antenna(one), *_errors(one), *_biases(one), *one.priors, ""])
 
 
@@ -164,8 +164,8 @@ def _errors(one: FoundSensor) -> list[str]:
 
 def _biases(one: FoundSensor) -> list[str]:
     lines = ["# Biases (measured minus true): whether estimated, mean and sigma beforehand, drift."]
-    for name in PARAMETERS_BY_KIND["radar"]:
-        estimate = str(name in ESTIMATED_BY_KIND["radar"]).lower()
+    for name in PARAMETERS_BY_KIND[one.kind]:
+        estimate = str(name in ESTIMATED_BY_KIND[one.kind]).lower()
         own = one.surface and name in _SURFACE_PRIOR_SIGMA
         mark = "" if own else "# "
         sigma = _SURFACE_PRIOR_SIGMA[name] if own else PRIOR_SIGMA_DEFAULT[name]
