@@ -51,6 +51,9 @@ fuzz: $(READY) ## Run all property tests with new random examples (FUZZ_SECONDS=
 demo: $(READY) ## Convert the sample, serve and replay it, show tracks and biases
 	$(BIN)/multiradar demo $(DEMO_OPTIONS)
 
+page: ## Build the page of the air picture (needs Node.js 20); the result is committed
+	cd page && npm ci --no-audit --no-fund && npm run types && npm run build
+
 $(VENV)/.bench: $(READY) constraints-bench.txt
 	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes --no-build-isolation --requirement constraints-bench.txt
 	@touch $@

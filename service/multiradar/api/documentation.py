@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from fastapi import APIRouter, Request
-from starlette.responses import HTMLResponse, RedirectResponse
+from starlette.responses import HTMLResponse
 
 _STYLE = """
 :root { color-scheme: light dark; }
@@ -26,12 +26,6 @@ _POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'
 
 
 router = APIRouter(include_in_schema=False)
-
-
-@router.get("/")
-async def front() -> RedirectResponse:
-    """Redirect the root path to the documentation."""
-    return RedirectResponse("/docs")
 
 
 @router.get("/docs")

@@ -10,7 +10,7 @@ from multiradar.api import documentation, openapi, problems
 from multiradar.api.access import Access
 from multiradar.api.batches import StreamHub
 from multiradar.api.guard import LimitLayer
-from multiradar.api.routes import aircraft, operations, queries, sensors, streams, tracks
+from multiradar.api.routes import aircraft, operations, page, queries, sensors, streams, tracks
 from multiradar.api.workers import Workers
 from multiradar.runtime.ports import ReadableService
 from multiradar.settings.limits import HttpLimits
@@ -68,7 +68,7 @@ def create_api(
     application.state.access = Access(service, workers, hub, limits)
     own = (
         tracks.router, queries.router, sensors.router, streams.router, operations.router,
-        aircraft.router, documentation.router,
+        aircraft.router, page.router, page.page_router, documentation.router,
     )  # fmt: skip
     for router in (*routers, *own):
         application.include_router(router)

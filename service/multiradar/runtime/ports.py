@@ -99,6 +99,10 @@ class View(Protocol):
         """Return the sensors."""
         ...
 
+    def picture(self, after: int | None) -> bytes:
+        """Return a frame of the air picture, with plots after a number."""
+        ...
+
     def status(self) -> dict[str, Any]:
         """Return counts, sequences, data time, hashes and version."""
         ...

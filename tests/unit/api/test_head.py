@@ -11,9 +11,10 @@ from fastapi import FastAPI
 _DEADLINE_S = 60.0
 _CHANGING = {"x-request-id"}
 _PATHS = [
-    "/", "/docs", "/openapi.json", "/healthz", "/readyz", "/metrics", "/v1/status", "/v1/tracks",
-    "/v1/tracks?format=geojson", "/v1/tracks?limit=0", "/v1/tracks/1", "/v1/tracks/999",
-    "/v1/tracks/1/history", "/v1/tracks/1/transitions", "/v1/tracks/1/forecast", "/v1/encounters",
+    "/", "/docs", "/openapi.json", "/healthz", "/readyz", "/metrics", "/v1/status", "/v1/picture",
+    "/v1/tracks", "/v1/tracks?format=geojson", "/v1/tracks?limit=0", "/v1/tracks/1",
+    "/v1/tracks/999", "/v1/tracks/1/history", "/v1/tracks/1/transitions",
+    "/v1/tracks/1/forecast", "/v1/encounters",
     "/v1/tracks/1/manoeuvre-plane", "/v1/tracks/1/observability", "/v1/tracks/1/trajectories",
     "/v1/sensors", "/v1/sensors/41-10", "/v1/sensors/41-10/bias", "/v1/rejects", "/nowhere",
     "/v1/measurements", "/data/aircraft.json", "/data/receiver.json",

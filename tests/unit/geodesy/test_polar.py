@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from multiradar.geodesy.polar import slant_range_azimuth
+from multiradar.geodesy.polar import polar_to_geodetic, slant_range_azimuth
+from multiradar.geodesy.wgs84 import geodetic_to_ecef
 from support.references.oracle import topocentric
 
 SITES = [(56.8, 60.6, 250.0), (-33.9, 151.2, 20.0), (70.0, -179.9, 800.0)]
@@ -43,3 +44,20 @@ def test_azimuth_is_never_a_full_turn() -> None:
     # Slightly west of north used to round to 2π.
     _, azimuth, _ = slant_range_azimuth((0.3, 0.0, 0.0), 0.4, -1e-18, 0.0)
     assert azimuth < 2 * np.pi
+
+
+def test_positions_of_plots_are_found_from_range_azimuth_and_height() -> None:
+    rng = np.random.default_rng(5)
+    site = (np.radians(47.48), np.radians(8.4), 866.0)
+    latitude = site[0] + np.radians(rng.uniform(-3.5, 3.5, 500))
+    longitude = site[1] + np.radians(rng.uniform(-5.0, 5.0, 500))
+    height = rng.uniform(0.0, 15_000.0, 500)
+    range_m, azimuth, _ = slant_range_azimuth(site, latitude, longitude, height)
+    found = polar_to_geodetic(site, range_m, azimuth, height)
+    apart = geodetic_to_ecef(*found, height) - geodetic_to_ecef(latitude, longitude, height)
+    assert np.linalg.norm(apart, axis=1).max() < 0.01
+
+
+def test_a_range_shorter_than_the_height_has_no_position() -> None:
+    found = polar_to_geodetic((0.8, 0.1, 0.0), [5_000.0, 50_000.0], [1.0, 1.0], [9_000.0, 9_000.0])
+    assert np.isnan(found[0]).tolist() == [True, False]

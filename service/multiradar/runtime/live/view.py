@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from multiradar.runtime.live.live_diagnosis import LiveDiagnosis
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.memory.reject_board import RejectBoard
+from multiradar.runtime.picture.air_picture import AirPicture
 from multiradar.runtime.queries.aircraft_json import AircraftSnapshots
 from multiradar.runtime.queries.registry import History, Query
 from multiradar.runtime.stream.events import Subscription
@@ -38,6 +39,7 @@ class LiveView:
         diagnosis: LiveDiagnosis,
     ) -> None:  # fmt: skip
         self._known = known
+        self._picture = AirPicture(known)
         self._events = events
         self._rejects = rejects
         self._diagnosis = diagnosis
@@ -108,6 +110,10 @@ class LiveView:
         for record in records:
             record["diagnoses"] = self._diagnosis.of(record["id"])
         return records
+
+    def picture(self, after: int | None) -> bytes:
+        """Return a frame of the air picture; see `AirPicture.frame`."""
+        return self._picture.frame(after)
 
     def status(self) -> dict[str, Any]:
         """Return counts, sequences, data time, alarms, hash of the output and version."""

@@ -81,6 +81,35 @@ class TrackHistory:
         intact: NDArray[np.void] = rows[~gone & (rows["track_id"] == track_id)]
         return intact
 
+    def after(self, number: int | None, limit: int) -> tuple[NDArray[np.void], int, int]:
+        """Return the newest rows of all tracks after a number, in the order of appending.
+
+        Parameters
+        ----------
+        number : int or None
+            The number that an earlier call returned; None or a greater one than ever returned:
+            the newest rows.
+        limit : int
+            Maximum number of rows.
+
+        Returns
+        -------
+        rows : (n,) ndarray of the type of the rows
+            A copy.
+        number : int
+            For the next call.
+        skipped : int
+            Rows after `number` that are not returned: beyond `limit`, or overwritten.
+        """
+        end = self._appended
+        known = number is not None and 0 <= number <= end
+        wanted = number if known and number is not None else max(end - limit, 0)
+        start = max(wanted, end - limit, end - len(self._rows))
+        numbers = np.arange(start, end)
+        rows: NDArray[np.void] = self._rows[numbers % len(self._rows)]
+        intact = numbers >= self._appended - len(self._rows)
+        return rows[intact], end, end - wanted - int(np.count_nonzero(intact))
+
     def _append(self, rows: NDArray[np.void]) -> None:
         first = self._appended
         self._appended = first + len(rows)

@@ -170,6 +170,15 @@ class Knowledge:
             rows = self._plots.read(track_id, None, POINTS_MAX)
         return Window(rows, biases) if len(rows) else None
 
+    def plots_after(self, after: int | None, limit: int) -> tuple[NDArray[np.void], int, int]:
+        """Return the measurements of all updates after a number; see `TrackHistory.after`."""
+        return self._plots.after(after, limit)
+
+    def latest_biases(self) -> NDArray[np.void]:
+        """Return the latest bias estimate of each parameter, rows of `BIAS_DTYPE`."""
+        with self._lock:
+            return self._biases.latest()
+
     def history(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
         """Return updates of a track, live or dropped, as rows of `tracks.parquet`."""
         rows = self._history.read(track_id, since_s, limit)

@@ -4,6 +4,7 @@ import threading
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from multiradar.runtime import _kernels as kernels
 from multiradar.runtime.memory.history import UPDATE_DTYPE, TrackHistory
@@ -81,3 +82,39 @@ def test_readers_get_complete_rows_of_their_track_during_writes() -> None:
     for reader in readers:
         join(reader)
     assert wrong == []
+
+
+def _numbered(first: int, count: int) -> NDArray[np.void]:
+    rows = np.zeros(count, UPDATE_DTYPE)
+    rows["track_id"] = 1 + np.arange(first, first + count) % 3
+    rows["time_s"] = np.arange(first, first + count)
+    return rows
+
+
+def test_rows_of_all_tracks_are_read_on_from_a_number() -> None:
+    history = TrackHistory(100)
+    history.append(_numbered(0, 5))
+    rows, number, skipped = history.after(None, 10)
+    assert (rows["time_s"].tolist(), number, skipped) == ([0.0, 1.0, 2.0, 3.0, 4.0], 5, 0)
+    history.append(_numbered(5, 2))
+    rows, number, skipped = history.after(number, 10)
+    assert (rows["time_s"].tolist(), number, skipped) == ([5.0, 6.0], 7, 0)
+    rows, number, skipped = history.after(number, 10)
+    assert (len(rows), number, skipped) == (0, 7, 0)
+
+
+def test_rows_beyond_the_limit_or_overwritten_are_counted_as_skipped() -> None:
+    history = TrackHistory(8)
+    history.append(_numbered(0, 6))
+    history.append(_numbered(6, 14))
+    rows, number, skipped = history.after(2, 3)
+    assert (rows["time_s"].tolist(), number, skipped) == ([17.0, 18.0, 19.0], 20, 15)
+    rows, _, skipped = history.after(2, 100)
+    assert (rows["time_s"].tolist(), skipped) == ([float(one) for one in range(12, 20)], 10)
+
+
+def test_a_number_from_before_a_restart_starts_with_the_newest() -> None:
+    history = TrackHistory(8)
+    history.append(_numbered(0, 4))
+    rows, number, skipped = history.after(1000, 2)
+    assert (rows["time_s"].tolist(), number, skipped) == ([2.0, 3.0], 4, 0)

@@ -1,0 +1,34 @@
+/** Web Mercator, the plane of the map. */
+
+export const RADIUS_M = 6378137;
+const DEGREE = Math.PI / 180;
+/** The map ends here, degrees. */
+const LATITUDE_MAX = 85.05;
+
+export function mercatorX(longitudeDeg: number): number {
+  return RADIUS_M * longitudeDeg * DEGREE;
+}
+
+export function mercatorY(latitudeDeg: number): number {
+  const latitude = Math.max(-LATITUDE_MAX, Math.min(LATITUDE_MAX, latitudeDeg)) * DEGREE;
+  return RADIUS_M * Math.log(Math.tan(Math.PI / 4 + latitude / 2));
+}
+
+/** Units of the map per metre on the ground. */
+export function scaleAt(latitudeDeg: number): number {
+  return 1 / Math.cos(latitudeDeg * DEGREE);
+}
+
+/** A point at a distance and an azimuth from another, on a sphere: [longitude, latitude], degrees. */
+export function destination(
+  latitudeDeg: number, longitudeDeg: number, azimuthDeg: number, metres: number,
+): [number, number] {
+  const arc = metres / RADIUS_M;
+  const latitude = latitudeDeg * DEGREE;
+  const azimuth = azimuthDeg * DEGREE;
+  const sine = Math.sin(latitude) * Math.cos(arc) + Math.cos(latitude) * Math.sin(arc) * Math.cos(azimuth);
+  const east = Math.atan2(
+    Math.sin(azimuth) * Math.sin(arc) * Math.cos(latitude), Math.cos(arc) - Math.sin(latitude) * sine,
+  );
+  return [longitudeDeg + east / DEGREE, Math.asin(sine) / DEGREE];
+}

@@ -1,0 +1,56 @@
+/** Formats of values: aeronautical units or SI, and times in UTC. */
+
+export type Units = "aero" | "si";
+
+const FOOT_M = 0.3048;
+const KNOT_MPS = 0.514444;
+export const NAUTICAL_MILE_M = 1852;
+
+const known = (value: number): boolean => Number.isFinite(value);
+
+export function level(heightM: number, units: Units): string {
+  if (!known(heightM)) return "–";
+  if (units === "si") return `${Math.round(heightM)} m`;
+  return `F${String(Math.max(0, Math.round(heightM / FOOT_M / 100))).padStart(3, "0")}`;
+}
+
+export function speed(mps: number, units: Units): string {
+  if (!known(mps)) return "–";
+  return units === "si" ? `${Math.round(mps)} m/s` : `${Math.round(mps / KNOT_MPS)} kt`;
+}
+
+export function climb(mps: number, units: Units): string {
+  if (!known(mps)) return "–";
+  const sign = mps > 0 ? "+" : "";
+  return units === "si"
+    ? `${sign}${mps.toFixed(1)} m/s`
+    : `${sign}${Math.round(mps / FOOT_M * 60 / 50) * 50} ft/min`;
+}
+
+/** Trend of height: climbing, descending or level. */
+export function trend(mps: number): string {
+  if (!known(mps) || Math.abs(mps) < 1.5) return "";
+  return mps > 0 ? "↑" : "↓";
+}
+
+export function distance(metres: number, units: Units): string {
+  if (!known(metres)) return "–";
+  if (metres < 2000 || units === "si") {
+    return metres < 2000 ? `${Math.round(metres)} m` : `${(metres / 1000).toFixed(1)} km`;
+  }
+  return `${(metres / NAUTICAL_MILE_M).toFixed(1)} NM`;
+}
+
+export function heading(degrees: number): string {
+  return known(degrees) ? `${String(Math.round(degrees) % 360).padStart(3, "0")}°` : "–";
+}
+
+export function utc(seconds: number | null): string {
+  if (seconds === null || !known(seconds)) return "no data";
+  return new Date(seconds * 1000).toISOString().slice(11, 19);
+}
+
+export function date(seconds: number | null): string {
+  if (seconds === null || !known(seconds)) return "";
+  return new Date(seconds * 1000).toISOString().slice(0, 10);
+}

@@ -1,0 +1,67 @@
+/** What the user chose: shown parts, units, selection and place; kept in the address of the page. */
+
+import type { Units } from "./units";
+
+export type Switch =
+  | "labels" | "trails" | "vectors" | "uncertainty" | "plots" | "biases" | "sites" | "tentative" | "ground";
+
+export interface ViewState {
+  shown: Record<Switch, boolean>;
+  units: Units;
+  theme: "dark" | "light";
+  selected: number | null;
+  filter: string;
+  centre: [number, number] | null;
+  zoom: number | null;
+}
+
+/** Each switch: its key, its name and whether it is on at first. */
+export const SWITCHES: readonly [Switch, string, string, boolean][] = [
+  ["biases", "b", "Remove biases from plots", true],
+  ["plots", "p", "Plots", true],
+  ["labels", "l", "Labels", true],
+  ["trails", "h", "History", true],
+  ["vectors", "v", "Speed vectors (60 s)", true],
+  ["uncertainty", "u", "Position uncertainty (3 sigma)", true],
+  ["sites", "r", "Sites and range rings", true],
+  ["tentative", "t", "Tentative tracks", true],
+  ["ground", "g", "Aircraft on the ground", true],
+];
+
+export function initialView(address: string): ViewState {
+  const given = new URLSearchParams(address.replace(/^#/, ""));
+  const off = new Set((given.get("off") ?? "").split(","));
+  const number = (name: string): number | null => {
+    const value = Number(given.get(name) ?? NaN);
+    return Number.isFinite(value) ? value : null;
+  };
+  const [longitude, latitude] = [number("lon"), number("lat")];
+  const shown = Object.fromEntries(
+    SWITCHES.map(([name, , , initially]) => [name, initially && !off.has(name)]),
+  ) as Record<Switch, boolean>;
+  return {
+    shown,
+    units: given.get("units") === "si" ? "si" : "aero",
+    theme: given.get("theme") === "light" ? "light" : "dark",
+    selected: number("track"),
+    filter: given.get("q") ?? "",
+    centre: longitude !== null && latitude !== null ? [longitude, latitude] : null,
+    zoom: number("zoom"),
+  };
+}
+
+export function addressOf(view: ViewState): string {
+  const given = new URLSearchParams();
+  const off = SWITCHES.map(([name]) => name).filter((name) => !view.shown[name]);
+  if (off.length > 0) given.set("off", off.join(","));
+  if (view.units !== "aero") given.set("units", view.units);
+  if (view.theme !== "dark") given.set("theme", view.theme);
+  if (view.selected !== null) given.set("track", String(view.selected));
+  if (view.filter !== "") given.set("q", view.filter);
+  if (view.centre !== null) {
+    given.set("lon", view.centre[0].toFixed(4));
+    given.set("lat", view.centre[1].toFixed(4));
+  }
+  if (view.zoom !== null) given.set("zoom", view.zoom.toFixed(2));
+  return `#${given.toString().replaceAll("%2C", ",")}`;
+}

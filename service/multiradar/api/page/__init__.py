@@ -1,0 +1,1 @@
+"""The built page; its source is in `page/`."""

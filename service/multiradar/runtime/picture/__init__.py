@@ -1,0 +1,1 @@
+"""The air picture: what the page at `/` shows, as binary frames."""

@@ -1,0 +1,103 @@
+"""A service with simulated traffic, and a browser."""
+
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import polars as pl
+import pytest
+from playwright.sync_api import Browser, Page, expect, sync_playwright
+
+from multiradar.app import Application
+from multiradar.settings.service import load_settings
+from multiradar.simulation.observation.observation import observe
+from multiradar.simulation.output import measurements_frame
+from multiradar.simulation.scenario.file import builtin_table, changed, scenario_of
+from multiradar.simulation.scenario.sensors_text import sensors_text
+from multiradar.simulation.traffic import run_generator
+from multiradar.wire import sensor_table
+from multiradar_schemas.sensors.sensor import parse_sensors
+from support.processes import clients
+from support.processes.waiting import WAIT_TIMEOUT_S
+
+#: With this variable set, a missing browser is an error.
+REQUIRED = "MULTIRADAR_BROWSER_REQUIRED"
+#: Names of the browser; the first that is installed is used.
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+#: Without a screen and a graphics processor, and without connections of the browser's own.
+OPTIONS = (
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+)  # fmt: skip
+
+
+class Air:
+    """A running service, and the measurements of a scenario for it.
+
+    Parameters
+    ----------
+    folder : Path
+        For the journal.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        scene = scenario_of(changed(builtin_table("crossing"), seed=None, duration_s=180.0))
+        seen = observe(scene, run_generator(scene.seed))
+        self.measurements = measurements_frame(scene, seen)
+        settings = load_settings(
+            None,
+            {
+                "server": {"port": 0},
+                "http": {"acknowledge_deadline_s": WAIT_TIMEOUT_S},
+                "journal": {"path": folder / "journal.sqlite"},
+                "zenoh": {"enabled": False},
+            },
+        )
+        table = sensor_table(parse_sensors(sensors_text(scene)))
+        self.application = Application(settings, table, lambda: None)
+        self.application.start()
+        self.url = self.application.http_url
+
+    def send(self, frame: pl.DataFrame) -> None:
+        """Send measurements, and wait until they are processed."""
+        with clients.client(self.url) as client:
+            answer = client.post(
+                "/v1/measurements",
+                content=frame.write_ndjson().encode(),
+                headers={"content-type": "application/x-ndjson"},
+            )
+            assert answer.json()["accepted"] == len(frame)
+            assert client.post("/v1/flush").status_code == 200
+
+
+@pytest.fixture(scope="module")
+def air(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Air]:
+    air = Air(tmp_path_factory.mktemp("air"))
+    air.send(air.measurements)
+    yield air
+    air.application.stop()
+
+
+# Not of the session: its event loop runs in this thread, where tests with own loops follow.
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+    if found is None and os.environ.get(REQUIRED):
+        pytest.fail(f"no browser is installed; one of {', '.join(BROWSERS)} is required here")
+    if found is None:
+        pytest.skip("browser test not run: no Chromium or Chrome is installed")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=found, args=list(OPTIONS))
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def page(browser: Browser) -> Iterator[Page]:
+    context = browser.new_context(viewport={"width": 1280, "height": 720})
+    context.set_default_timeout(WAIT_TIMEOUT_S * 1000.0)
+    expect.set_options(timeout=WAIT_TIMEOUT_S * 1000.0)
+    page = context.new_page()
+    yield page
+    context.close()

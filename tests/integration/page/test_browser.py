@@ -1,0 +1,190 @@
+"""The page in a real browser, against a running service."""
+
+from typing import Any
+
+import polars as pl
+from playwright.sync_api import Page, expect
+
+from integration.page.conftest import Air
+from support.processes.waiting import wait_until
+
+STORE = "window.multiradar.store"
+PICTURE = "window.multiradar.picture"
+
+
+class Watch:
+    """What a page wrote to its console, and the addresses that it asked for."""
+
+    def __init__(self, page: Page) -> None:
+        self.messages: list[str] = []
+        self.addresses: set[str] = set()
+        page.on("console", lambda message: self.messages.append(message.text))
+        page.on("pageerror", lambda error: self.messages.append(str(error)))
+        page.on("request", lambda request: self.addresses.add(request.url))
+
+
+def opened(page: Page, air: Air, address: str = "/") -> Watch:
+    """Open the page, and wait for its picture."""
+    watch = Watch(page)
+    page.goto(air.url + address)
+    settled(page, f"{STORE}.tracks.length >= 30 && {PICTURE}.drawn > 2")
+    return watch
+
+
+def settled(page: Page, condition: str) -> None:
+    # The policy of the page forbids what `wait_for_function` does.
+    wait_until(lambda: page.evaluate(f"Boolean(window.multiradar && {condition})"), condition)
+
+
+def pixels(page: Page) -> int:
+    """Return the number of painted pixels of the canvas."""
+    count: int = page.evaluate(
+        """() => {
+          const canvas = document.querySelector("canvas.picture");
+          const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+          let painted = 0;
+          for (let at = 3; at < data.length; at += 4) if (data[at] > 0) painted += 1;
+          return painted;
+        }"""
+    )
+    return count
+
+
+def test_the_picture_has_the_tracks_of_the_service_and_asks_no_other_host(
+    page: Page, air: Air
+) -> None:
+    watch = opened(page, air)
+    expect(page.get_by_text("30 confirmed")).to_be_visible()
+    assert pixels(page) > 1_000
+    assert watch.messages == []
+    assert all(address.startswith((air.url, "data:")) for address in watch.addresses)
+
+
+def spread(page: Page) -> float:
+    """Return the median distance of plots from those of other radars of the track, map units."""
+    found: float = page.evaluate(
+        f"""() => {{
+          const corrected = window.multiradar.view.shown.biases;
+          const distances = [];
+          const byTrack = new Map();
+          for (const plot of {STORE}.plots) {{
+            const track = {STORE}.track(plot.track);
+            if (track === undefined) continue;
+            const at = corrected ? [plot.correctedX, plot.correctedY] : [plot.x, plot.y];
+            // Across the track: the plots are of different times.
+            const speed = Math.hypot(track.vx, track.vy);
+            const across = ((at[0] - track.x) * track.vy - (at[1] - track.y) * track.vx) / speed;
+            distances.push(Math.abs(across));
+          }}
+          distances.sort((a, b) => a - b);
+          return distances[Math.floor(distances.length / 2)];
+        }}"""
+    )
+    return found
+
+
+def test_the_bias_switch_moves_the_plots_onto_the_tracks(page: Page, air: Air) -> None:
+    opened(page, air)
+    without = spread(page)
+    page.keyboard.press("b")
+    expect(page.get_by_label("Remove biases from plots")).not_to_be_checked()
+    assert spread(page) > 2.0 * without
+    assert "off=biases" in page.url
+    # The plots move to the other place, and the canvas with them.
+    settled(page, f"{PICTURE}.corrected === 0")
+    page.keyboard.press("b")
+    settled(page, f"{PICTURE}.corrected === 1")
+
+
+def test_a_track_is_selected_on_the_map_and_its_sheet_and_past_are_shown(
+    page: Page, air: Air
+) -> None:
+    opened(page, air)
+    settled(page, f"{PICTURE}.seenOnCanvas.length > 10")
+    at: dict[str, Any] = page.evaluate(
+        f"""() => {{
+          const box = document.getElementById("map").getBoundingClientRect();
+          const one = {PICTURE}.seenOnCanvas.find((seen) => seen.x > 20 && seen.y > 20
+            && seen.x < box.width - 20 && seen.y < box.height - 20);
+          return {{ id: one.id, x: box.left + one.x, y: box.top + one.y }};
+        }}"""
+    )
+    page.mouse.click(at["x"], at["y"])
+    settled(page, "window.multiradar.view.selected !== null")
+    sheet = page.locator("#sheet")
+    expect(sheet.get_by_text("Position sigma")).to_be_visible()
+    settled(page, "window.multiradar.selection.past.length > 10")
+    settled(page, "window.multiradar.selection.forecast.length > 3")
+    page.keyboard.press("Escape")
+    expect(sheet.get_by_text("Select a track")).to_be_visible()
+
+
+def test_the_table_is_sorted_and_filtered_from_the_keyboard(page: Page, air: Air) -> None:
+    opened(page, air)
+    page.get_by_role("button", name="Sigma").click()
+    header = page.locator("#tracks th").nth(3)
+    expect(header).to_have_attribute("aria-sort", "descending")
+    sigmas = page.evaluate(f"{STORE}.tracks.map((one) => one.sigmaM)")
+    first = page.locator("#tracks tbody tr").first
+    expect(first).to_contain_text(f"{round(max(sigmas))} m")
+    page.keyboard.press("/")
+    page.keyboard.type("no such aircraft")
+    expect(page.get_by_text("0 shown, 30 hidden by the filter")).to_be_visible()
+
+
+def test_the_view_is_that_of_the_address(page: Page, air: Air) -> None:
+    opened(page, air, "/#off=labels,plots&units=si&theme=light&lon=61&lat=56&zoom=7")
+    assert page.evaluate("document.documentElement.dataset.theme") == "light"
+    expect(page.get_by_label("Labels")).not_to_be_checked()
+    expect(page.get_by_label("Speed vectors")).to_be_checked()
+    assert abs(page.evaluate(f"{PICTURE}.map.getView().getZoom()") - 7.0) < 0.01
+    expect(page.locator("#tracks tbody tr").first).to_contain_text("m/s")
+
+
+def test_biases_and_their_sigma_are_those_of_the_service(page: Page, air: Air) -> None:
+    opened(page, air)
+    page.locator("#sensors summary").first.click()
+    row = page.locator("#sensors details").first.get_by_role("row").nth(1)
+    expect(row).to_contain_text("range offset m")
+
+
+def test_names_with_markup_are_text(page: Page, air: Air) -> None:
+    opened(page, air)
+    page.evaluate(
+        f"""() => {{
+          const track = {STORE}.tracks[0];
+          track.callsign = "<img src=x onerror=alert(1)>";
+          window.multiradar.actions.select(track.id);
+        }}"""
+    )
+    expect(page.locator("#sheet dd").nth(2)).to_have_text("<img src=x onerror=alert(1)>")
+    assert page.locator("#sheet img").count() == 0
+
+
+def test_an_answer_that_is_no_frame_and_a_silent_service_are_announced(
+    page: Page, air: Air
+) -> None:
+    opened(page, air)
+    page.route("**/v1/picture*", lambda route: route.fulfill(body=b"<html>"))
+    alert = page.get_by_role("alert")
+    expect(alert).to_contain_text("expected a frame of the air picture")
+    settled(page, f"{STORE}.malformed > 0")
+    page.unroute("**/v1/picture*")
+    page.route("**/v1/**", lambda route: route.abort())
+    expect(alert).to_contain_text("The picture is out of date")
+    page.unroute("**/v1/**")
+    expect(alert).to_have_count(0)
+
+
+def test_an_empty_sky_is_shown_as_one(page: Page, tmp_path: Any) -> None:
+    empty = Air(tmp_path)
+    try:
+        watch = Watch(page)
+        page.goto(empty.url)
+        expect(page.get_by_text("no tracks")).to_be_visible()
+        expect(page.get_by_text("no data")).to_be_visible()
+        assert watch.messages == []
+        empty.send(empty.measurements.filter(pl.col("time_s") < 60.0))
+        settled(page, f"{STORE}.tracks.length > 10")
+    finally:
+        empty.application.stop()
