@@ -37,7 +37,7 @@ ASSOCIATION_SCENES = (
     "crossing", "formation", "shared-code", "code-change", "shared-address", "clutter",
     "duplicated-networks", "plot-storm", "radar-jump", "u-turn-edge", "primary-only",
     "garbled-codes", "ghost-adsb", "formation-split", "unresolved",
-    "newcomers", "bearings-only",
+    "newcomers", "bearings-only", "aircraft-data",
 )  # fmt: skip
 HEADER = (
     "scenario", "filter", "density", "range bias", "azimuth bias", "bias error² / sigma²",

@@ -133,7 +133,7 @@ def test_scenarios_are_listed_with_their_titles(capsys: pytest.CaptureFixture[st
         (
             ["nope", "--out", "OUT"],
             2,
-            "unknown scenario or TOML file 'nope'; known: bearings-only,",
+            "unknown scenario or TOML file 'nope'; known: aircraft-data, bearings-only,",
         ),
         ([], 2, "missing argument SCENARIO: a built-in scenario (see --list) or a T"),
         (["report-1-6"], 2, "missing option --out DIR"),
