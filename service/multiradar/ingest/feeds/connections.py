@@ -104,7 +104,8 @@ class AcceptedConnection:
 
     def __init__(self, address: str, port: int) -> None:
         try:
-            self._listener = socket.create_server((address, port), backlog=4)
+            family = socket.AF_INET6 if ":" in address else socket.AF_INET
+            self._listener = socket.create_server((address, port), family=family, backlog=4)
         except OSError as error:
             msg = f"tcp {address}:{port}: cannot listen: {error.strerror or error}"
             raise ConfigurationError(msg) from error
