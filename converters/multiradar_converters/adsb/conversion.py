@@ -97,8 +97,9 @@ def _read(source: Source, options: Options, sorter: TimeSorter, rejects: TextIO)
         for name, role in _UNREADABLE.items():
             word = batch.words[role - roles.FIRST_WORD]
             account.unreadable[name] += int((word[valid] == roles.UNREADABLE).sum())
-        account.quantities |= table.quantities_of(batch.numbers[:, valid])
-        sorter.add(table.records_of(batch.numbers[:, valid], batch.words[:, valid]))
+        numbers, sigma_m = batch.numbers[:, valid], batch.sigma_of(valid)
+        account.quantities |= table.quantities_of(numbers, sigma_m)
+        sorter.add(table.records_of(numbers, batch.words[:, valid], sigma_m))
         account.read += batch.found
         account.duplicate += batch.duplicate
         if source.is_feed:

@@ -1,6 +1,6 @@
 """`measurements.parquet` of trajectories: the usual columns, geometric height, callsign, flags.
 
-Reports are records of twelve words (`records_of`), which `vid.spool` sorts by time on disk:
+Reports are records of thirteen words (`records_of`), which `vid.spool` sorts by time on disk:
 
 ===== =========================================================================================
 word  content (f: bits of a float64)
@@ -12,6 +12,7 @@ word  content (f: bits of a float64)
       bit on
 6     callsign, a byte per character; -1 for none
 7-11  aircraft-derived data, two of `QUANTITIES` a word: int32 in steps of 0.0001, least for none
+12    f standard deviation of the position on each axis, m; NaN for none
 ===== =========================================================================================
 """
 
@@ -45,10 +46,11 @@ from multiradar_converters.asterix.decoding.naming import (
 )
 from multiradar_converters.parquet_table import even_blocks, write_frames
 from multiradar_converters.vid.records import Records, decimal, times
+from multiradar_schemas.measurements.columns import POSITION_SIGMA
 from multiradar_schemas.measurements.directions import PLAIN_GROUND_SCHEMA
 
-RECORD_WORDS = 12
-_DATA_AT = 7
+RECORD_WORDS = 13
+_DATA_AT, _SIGMA_AT = 7, 12
 _STEP, _NONE = 1e-4, np.iinfo(np.int32).min
 
 #: Columns of this table; `track` and other commands read the first ones. Those of aircraft-derived
@@ -56,11 +58,15 @@ _STEP, _NONE = 1e-4, np.iinfo(np.int32).min
 SCHEMA = pl.Schema(
     {
         **PLAIN_GROUND_SCHEMA,
+        POSITION_SIGMA: pl.Float64(),
         **dict.fromkeys(QUANTITIES, pl.Float64()),
         "geometric_height_m": pl.Float64(),
         "flags": pl.String(),
     }
 )
+
+#: Columns that are omitted where no report has them.
+OPTIONAL = (POSITION_SIGMA, *QUANTITIES)
 
 #: Maximum reports of one time that are compared; bounds the memory.
 SAME_TIME_MAX = 1 << 18
@@ -112,17 +118,23 @@ class Written:
     )
 
 
-def records_of(numbers: NDArray[np.float64], words: NDArray[np.int64]) -> Records:
+def records_of(
+    numbers: NDArray[np.float64],
+    words: NDArray[np.int64],
+    sigma_m: NDArray[np.float64] | None = None,
+) -> Records:
     """Pack reports into records.
 
     Parameters
     ----------
     numbers, words : float64[16, n], int64[5, n]
         Values by role.
+    sigma_m : float64[n], optional
+        Standard deviation of each position, m; NaN for none.
 
     Returns
     -------
-    int64[n, 12]
+    int64[n, 13]
         The records.
     """
     out = np.empty((numbers.shape[1], RECORD_WORDS), dtype=np.int64)
@@ -144,23 +156,28 @@ def records_of(numbers: NDArray[np.float64], words: NDArray[np.int64]) -> Record
     # Far beyond any bounds: dropped as implausible later.
     data = np.clip(np.rint(data), _NONE + 1, -_NONE - 1)
     steps = np.where(np.isnan(data), _NONE, data).astype(np.int32)
-    out[:, _DATA_AT:] = np.ascontiguousarray(steps).view(np.int64)
+    out[:, _DATA_AT:_SIGMA_AT] = np.ascontiguousarray(steps).view(np.int64)
+    bits[:, _SIGMA_AT] = np.nan if sigma_m is None else sigma_m
     return out
 
 
-def quantities_of(numbers: NDArray[np.float64]) -> set[str]:
-    """Return the aircraft-derived data that any report has, by the names of their columns."""
-    return {
+def quantities_of(
+    numbers: NDArray[np.float64], sigma_m: NDArray[np.float64] | None = None
+) -> set[str]:
+    """Return the columns of `OPTIONAL` that any report has."""
+    found = {
         name
         for name, role in zip(QUANTITIES, roles.OF_AIRCRAFT, strict=True)
         if not np.isnan(numbers[role]).all()
     }
+    with_sigma = sigma_m is not None and not np.isnan(sigma_m).all()
+    return found | ({POSITION_SIGMA} if with_sigma else set())
 
 
 def _aircraft_data(
     records: Records, height_m: NDArray[np.float64], kind: NDArray[np.int64]
 ) -> tuple[Numbers, Integers]:
-    steps = np.ascontiguousarray(records[:, _DATA_AT:]).view(np.int32)
+    steps = np.ascontiguousarray(records[:, _DATA_AT:_SIGMA_AT]).view(np.int32)
     data = np.where(steps == _NONE, np.nan, np.rint(steps * 1.0) / round(1.0 / _STEP))
     return _checked(data, height_m, kind)
 
@@ -204,12 +221,12 @@ def write(
     ----------
     path : Path
         The file.
-    blocks : iterator of int64[n, 12]
+    blocks : iterator of int64[n, 13]
         Reports by time.
     unix_start_s : float
         Added to the times, s.
     quantities : collection of str
-        Columns of aircraft-derived data that any report has.
+        Columns of `OPTIONAL` that any report has.
 
     Returns
     -------
@@ -218,11 +235,7 @@ def write(
     """
     written = Written()
     schema = pl.Schema(
-        {
-            name: kind
-            for name, kind in SCHEMA.items()
-            if name not in QUANTITIES or name in quantities
-        }
+        {name: kind for name, kind in SCHEMA.items() if name not in OPTIONAL or name in quantities}
     )
     frames = (
         _frame(block, unix_start_s, written).select(schema.names())
@@ -237,7 +250,7 @@ def frame(records: Records) -> pl.DataFrame:
 
     Parameters
     ----------
-    records : int64[n, 7]
+    records : int64[n, 13]
         The reports.
 
     Returns
@@ -303,6 +316,7 @@ def _frame(records: Records, unix_start_s: float, written: Written) -> pl.DataFr
         "longitude_deg": decimal(records, 2),
         "height_m": height,
         "geometric_height_m": geometric,
+        POSITION_SIGMA: decimal(records, _SIGMA_AT),
     }
     kinds = named(kind, KINDS.__getitem__)
     columns = {

@@ -55,6 +55,7 @@ class _Collected:
     places: list[int] = field(default_factory=list)
     raws: list[bytes] = field(default_factory=list)
     received_s: list[float] = field(default_factory=list)
+    sigma_m: list[float] = field(default_factory=list)
     rejected: list[RejectedRecord] = field(default_factory=list)
     duplicate: int = 0
     other: int = 0
@@ -172,6 +173,7 @@ class FeedDecoder:
             other=collected.other,
             old=collected.old,
             received_s=np.array(collected.received_s),
+            sigma_m=np.array(collected.sigma_m, dtype=np.float64),
         )
 
     # ---------------------------------------------------------------- inside
@@ -211,6 +213,7 @@ class FeedDecoder:
         if cells is None:
             self._collected.other += 1
             return False
+        sigma_m = float(cells.pop(layouts.SIGMA, "nan"))
         row = plain.read_cells(cells, layout)
         fault = plain.fault_of(row, layout)
         if fault is not None:
@@ -228,6 +231,7 @@ class FeedDecoder:
         self._collected.places.append(place)
         self._collected.raws.append(raw)
         self._collected.received_s.append(np.nan if received_s is None else received_s)
+        self._collected.sigma_m.append(sigma_m)
         return True
 
     def _in_utc(self, time_s: float, received_s: float | None) -> float:

@@ -7,6 +7,9 @@ from multiradar_converters.adsb.reading import roles
 from multiradar_converters.adsb.reading.layout import Layout
 from multiradar_converters.adsb.reading.roles import NAMES_OF_READSB, SCALE_OF_READSB, Chosen
 
+#: In the values of a message, beside the roles: standard deviation of its position on each axis, m.
+SIGMA = -1
+
 #: Forms of recorded feeds.
 Form = Literal["readsb lines", "snapshots by line", "snapshots", "BaseStation", "mlat-server"]
 

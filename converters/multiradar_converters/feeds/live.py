@@ -16,7 +16,6 @@ from multiradar_converters.adsb.reading.splitting import Lines
 from multiradar_converters.asterix.decoding.sensor_clocks import clock_alarm, sensor_clock
 from multiradar_converters.feeds.decoder import FeedDecoder
 from multiradar_converters.feeds.recorded import SNAPSHOT_BYTES_MAX
-from multiradar_schemas.measurements.columns import MEASUREMENT_AIRCRAFT
 from multiradar_schemas.measurements.directions import PLAIN_GROUND_SCHEMA
 from multiradar_schemas.measurements.reject import RejectCode
 
@@ -33,7 +32,7 @@ class FeedBatch:
     Attributes
     ----------
     frame : DataFrame
-        Measurements, columns of `PLAIN_GROUND_SCHEMA` and of aircraft-derived data, in the order of
+        Measurements, columns of `PLAIN_GROUND_SCHEMA` and `table.OPTIONAL`, in the order of
         reception.
     rejected : list of RejectedRecord
         Rejected reports and messages; their place is a line, or an octet of a snapshot.
@@ -108,11 +107,12 @@ class LiveFeed:
             self._check = ConsistencyCheck(self._name, of_day=False)
         valid = self._check.push(batch)
         self._note_delays(batch)
-        records = table.records_of(batch.numbers[:, valid], batch.words[:, valid])
+        numbers, words = batch.numbers[:, valid], batch.words[:, valid]
+        records = table.records_of(numbers, words, batch.sigma_of(valid))
         named = pl.col("kind").replace_strict(self._sensors, return_dtype=pl.String)
         frame = table.frame(records).with_columns(sensor_id=named)
         return FeedBatch(
-            frame.select(*PLAIN_GROUND_SCHEMA, *MEASUREMENT_AIRCRAFT),
+            frame.select(*PLAIN_GROUND_SCHEMA, *table.OPTIONAL),
             batch.rejected,
             batch.found,
             batch.duplicate,

@@ -20,20 +20,26 @@ fields  content                                                            altit
 ======= ================================================================== =============
 
 The positions are those of the solution, not of the filter: the tracker filters. The error is the
-square root of the trace of the covariance in three dimensions.
+square root of the trace of the covariance in three dimensions, -1 if unknown. With the whole of it
+in the horizontal it bounds the standard deviation on each axis.
 """
 
 import csv
+import math
 import re
 
 from multiradar_converters.adsb.reading import roles
+from multiradar_converters.adsb.reading.time_forms import DECIMAL
+from multiradar_converters.feeds import layouts
 from multiradar_converters.vid.text.lines import RejectedError
 from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.sensors.bounds import POSITION_SIGMA_M
 
 #: The beginning of a line: Unix time and address.
 BEGIN = re.compile(rb"[0-9]{9,10}\.[0-9]{1,6},[0-9A-Fa-f]{6},")
 
 _BAROMETRIC = (13, 19)
+_ERROR_AT = 7
 #: Place of the speed of the filter by number of fields; None without one.
 _SPEED_AT: dict[int, int | None] = {11: None, 12: None, 13: None, 18: 15, 19: 16}
 
@@ -75,7 +81,17 @@ def cells(line: bytes) -> dict[int, str]:
         roles.HEIGHT if len(fields) in _BAROMETRIC else roles.GEOMETRIC: values[6],
         roles.KIND: "mlat",
     }
+    sigma_m = _sigma_m(values[_ERROR_AT])
+    if sigma_m is not None:
+        found[layouts.SIGMA] = repr(sigma_m)
     speed_at = _SPEED_AT[len(fields)]
     if speed_at is not None:
         found[roles.SPEED] = values[speed_at]
     return found
+
+
+def _sigma_m(error: str) -> float | None:
+    if DECIMAL.fullmatch(error) is None or not float(error) > 0.0:
+        return None
+    least, most = POSITION_SIGMA_M
+    return min(max(float(error) / math.sqrt(2.0), least), most)

@@ -18,13 +18,17 @@ aircraft without a position is none of the reports; values it has had no update 
 """
 
 import json
+import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from multiradar_converters.adsb.reading import roles
 from multiradar_converters.adsb.reading.cells import json_text
+from multiradar_converters.adsb.reading.roles import KNOT_MPS
 from multiradar_converters.adsb.reading.time_forms import DECIMAL
+from multiradar_converters.asterix.decoding.position_quality import sigma_of_category
+from multiradar_converters.feeds import layouts
 from multiradar_converters.vid.text.lines import RejectedError
 from multiradar_schemas.measurements.reject import RejectCode
 
@@ -187,19 +191,26 @@ def cells(values: object, now: str) -> dict[int, str] | None:
         values = dict(zip(_LISTED, values, strict=False))
     if not isinstance(values, dict):
         raise RejectedError(RejectCode.WRONG_TYPE, "expected an aircraft, which is a JSON object")
-    found = {}
-    for role, names in _NAMES:
-        for name in names:
-            if name in values:
-                found[role] = json_text(values[name])
-                break
+    found = _by_role(values)
     if not found.get(roles.LATITUDE) and not found.get(roles.LONGITUDE):
         return None
     found[roles.KIND] = _kind(values)
     if found[roles.KIND] == "adsb" and DECIMAL.fullmatch(found.get(roles.HEIGHT, "")):
         # Reports from the ground have the altitude "ground".
         found.setdefault(roles.GROUND, "false")
-    found[roles.TIME] = _received(now, json_text(values.get("seen_pos")))
+    age = json_text(values.get("seen_pos"))
+    found[roles.TIME] = _received(now, age)
+    if found[roles.KIND] == "adsb":
+        found[layouts.SIGMA] = repr(_sigma_m(values, math.hypot(_step_s(now), _step_s(age))))
+    return found
+
+
+def _by_role(values: Values) -> dict[int, str]:
+    found = {}
+    for role, names in _NAMES:
+        name = next((name for name in names if name in values), None)
+        if name is not None:
+            found[role] = json_text(values[name])
     return found
 
 
@@ -238,6 +249,29 @@ def _received(now: str, age: str) -> str:
         reason = f"seen_pos: expected at most {AGE_MAX_S:g} s, was {age[:40]}"
         raise RejectedError(RejectCode.OUT_OF_RANGE, reason)
     return repr(float(now) - float(age))
+
+
+def _sigma_m(values: Values, step_s: float) -> float:
+    """Return the standard deviation of a position, m: of the aircraft's, and of its time.
+
+    `now` and `seen_pos` are rounded to steps, `step_s` together; along the track, the error of
+    their difference counts with the speed.
+    """
+    nacp, radius_m, speed_kt = (_number(values.get(name)) for name in ("nac_p", "rc", "gs"))
+    sigma_m = sigma_of_category(nacp, radius_m)
+    rounding_s = step_s / math.sqrt(12.0)
+    along_m = rounding_s * speed_kt * KNOT_MPS if speed_kt > 0.0 else 0.0
+    return math.hypot(sigma_m, along_m)
+
+
+def _number(value: object) -> float:
+    text = json_text(value)
+    return float(text) if DECIMAL.fullmatch(text) else math.nan
+
+
+def _step_s(text: str) -> float:
+    """Return the step of a time by its decimals; programs that drop zeros have tenths at least."""
+    return 10.0 ** -max(1, len(text.partition(".")[2]))
 
 
 def _now(text: str) -> str:

@@ -74,6 +74,10 @@ def test_every_form_gives_the_positions_of_the_flight(
     assert set(table["mode_s_address"]) == {"3c6444"}
     assert set(table["kind"]) == {"mlat" if form == "mlat-server" else "adsb"}
     assert table["height_m"].to_list() == pytest.approx([35_000 * 0.3048] * len(SECONDS))
+    accuracy = {"BaseStation": None, "mlat-server": pytest.approx(45.0 / 2.0**0.5)}
+    expected_sigma = accuracy.get(form, pytest.approx(34.1, abs=0.05))
+    found_sigma = table["position_sigma_m"][0] if "position_sigma_m" in table.columns else None
+    assert found_sigma == expected_sigma
     expected = len(SECONDS) if form.startswith("snapshots") else 0
     assert of_file(report)["without_position"] == expected
 

@@ -49,6 +49,8 @@ class Batch:
         Of feeds: records without values of registers that may be old.
     received_s : float64[n] or None
         Of live feeds: Unix time of reception, s.
+    sigma_m : float64[n] or None
+        Of feeds: standard deviation of each position on each axis, m; NaN for none.
     """
 
     numbers: Numbers
@@ -61,6 +63,11 @@ class Batch:
     other: int = 0
     old: int = 0
     received_s: Numbers | None = None
+    sigma_m: Numbers | None = None
+
+    def sigma_of(self, valid: NDArray[np.bool_]) -> Numbers | None:
+        """Return the standard deviations of some records, m; None if there are none."""
+        return None if self.sigma_m is None else self.sigma_m[valid]
 
 
 def read_objects(

@@ -68,6 +68,28 @@ def sigma_of_deviations(x_m: Numbers, y_m: Numbers) -> Numbers:
     return _bounded(np.sqrt(0.5 * (x_m**2 + y_m**2)))
 
 
+def sigma_of_category(nacp: float, containment_m: float) -> float:
+    """Return the sigma of a position by its NACp, else by its radius of containment, m.
+
+    Parameters
+    ----------
+    nacp : float
+        Category; NaN if unknown.
+    containment_m : float
+        Radius that contains all but one in 10⁷ positions, m; 0 or NaN if unknown.
+
+    Returns
+    -------
+    float
+        NaN if unknown.
+    """
+    category = -1 if np.isnan(nacp) else int(nacp)
+    sigma_m = _radius(_NACP_95_M, np.array([category]))[0] / _WITHIN_95
+    if np.isnan(sigma_m):
+        sigma_m = containment_m / _WITHIN_INTEGRITY
+    return float(_bounded(np.array([sigma_m]))[0])
+
+
 def sigma_of_adsb(columns: Columns) -> Numbers:
     """Return the sigma of the positions of ADS-B reports, m; NaN if unknown.
 

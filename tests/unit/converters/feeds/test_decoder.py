@@ -179,6 +179,29 @@ def test_ages_are_those_of_each_aircraft() -> None:
     np.testing.assert_array_equal(batch.numbers[roles.ROLL], [np.nan, np.nan, 2.0, np.nan])
 
 
+@pytest.mark.parametrize(
+    ("changes", "sigma_m"),
+    [
+        # 10 m within 95 %; times in tenths: 0.041 s at 231.5 m/s.
+        ({"nac_p": 10, "seen_pos": 0.3}, np.hypot(10.0 / 2.448, 9.45)),
+        ({"nac_p": 10, "seen_pos": 0.3, "gs": ...}, 10.0 / 2.448),
+        # `now` alone is in tenths.
+        ({"nac_p": 10, "seen_pos": 0.301}, np.hypot(10.0 / 2.448, 6.68)),
+        # 186 m, all but one in 10**7.
+        ({"seen_pos": 0.3}, np.hypot(186 / 5.678, 9.45)),
+        ({"nac_p": 0, "rc": 0, "seen_pos": 0.3}, np.nan),
+        ({"rc": ..., "nac_p": "high"}, np.nan),
+        ({"nac_p": 10, "type": "mlat"}, np.nan),
+    ],
+)
+def test_the_accuracy_is_that_of_the_aircraft_and_of_the_rounded_time(
+    changes: dict[str, Any], sigma_m: float
+) -> None:
+    batch = decoded(readsb_line(10.0, **changes))
+    assert batch.sigma_m is not None
+    np.testing.assert_allclose(batch.sigma_m, [sigma_m], rtol=2e-3)
+
+
 # ---------------------------------------------------------------- snapshots
 
 
@@ -338,6 +361,14 @@ def test_rows_of_every_release_of_mlat_server(form: int) -> None:
     assert word(batch, roles.KIND) == 1
     assert callsign(batch) == b"DLH8JW"
     assert np.isnan(number(batch, roles.SPEED)) == (form < 18)
+    assert batch.sigma_m is not None
+    assert batch.sigma_m[0] == pytest.approx(45.0 / np.sqrt(2.0))
+
+
+def test_an_unknown_error_of_multilateration_is_no_accuracy() -> None:
+    batch = decoded(multilaterated(1.0, f8="-1"))
+    assert batch.sigma_m is not None
+    assert np.isnan(batch.sigma_m[0])
 
 
 @pytest.mark.parametrize(

@@ -105,6 +105,7 @@ def test_positions_are_submitted_with_the_sensors_of_the_feed() -> None:
     frame = pl.concat(running.sink.frames)
     assert frame["sensor_id"].to_list() == ["roof", "network"]
     assert frame["kind"].to_list() == ["adsb", "mlat"]
+    assert frame["position_sigma_m"].to_list() == [pytest.approx(34.1, abs=0.05), None]
     assert frame["ground_speed_m_s"].to_list() == [pytest.approx(231.5), None]
     assert found["messages_without_position"] == found["reports_duplicate"] == 1
     (reject,) = running.sink.rejected
