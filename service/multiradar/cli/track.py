@@ -237,7 +237,7 @@ def track(
         shutil.copyfile(sensors, folder / SENSORS_FILE)
         if tracks is not None:
             tracks.append_to(folder / SENSORS_FILE)
-        _write_page(partial, folder, report, measurements, stages)
+        _write_page(partial, folder, report, (measurements, sensors), stages)
     _warn(result, settings.filter_name)
     if json_wanted:
         print(report.model_dump_json(indent=2))
@@ -268,7 +268,11 @@ def _page_file(page: Path | None) -> AbstractContextManager[Path | None]:
 
 
 def _write_page(
-    page: Path | None, folder: Path, report: "Report", given: Path, stages: "StageTimes"
+    page: Path | None,
+    folder: Path,
+    report: "Report",
+    given: tuple[Path, Path],
+    stages: "StageTimes",
 ) -> None:
     if page is None:
         return
@@ -276,7 +280,8 @@ def _write_page(
 
     with stages.measure("report"):
         table = load_sensor_table(folder / SENSORS_FILE)
-        run = TrackRun(folder, report, table, given.name, f"multiradar track {given}")
+        command = f"multiradar track {given[0]} --sensors {given[1]}"
+        run = TrackRun(folder, report, table, given[0].name, command)
         page.write_text(track_page(run), encoding="utf-8")
 
 

@@ -23,6 +23,8 @@ _POSITIONS_MAX = 15_000
 #: Points of lines by time.
 _STEPS = 240
 _TENTATIVE = "tentative"
+#: A bias whose sigma is still this fraction of that of the prior has no history.
+_PRIOR_RATIO_MAX = 0.99
 #: Radars with plots of their own.
 _SENSORS_MAX = 12
 
@@ -279,6 +281,9 @@ def _histories(run: TrackRun) -> Iterator[Plot]:
         name, unit = parameter_words(parameter)
         for sensor in own["sensor_id"].unique().sort().to_list()[:_SENSORS_MAX]:
             rows = own.filter(pl.col("sensor_id") == sensor)
+            ratio = _figures(run)["final_biases"][sensor][parameter]["prior_ratio"]
+            if ratio > _PRIOR_RATIO_MAX:
+                continue
             time_s, estimate, sigma = (
                 rows[name].to_numpy() for name in ("time_s", "estimate", "sigma")
             )
