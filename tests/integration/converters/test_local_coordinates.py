@@ -165,6 +165,17 @@ def test_the_type_of_a_surface_report_is_what_measured_it(convert: Convert) -> N
     assert found["figures"]["left_out"]["other_technology"] == 1
 
 
+def test_coordinates_at_the_end_of_their_range_are_no_position(convert: Convert) -> None:
+    mlat = {"source": MULTILATERATION, "descriptor": MODE_S_MLAT}
+    reports = [
+        surface_010(float(k), local=place, **mlat)  # type: ignore[arg-type]
+        for k, place in enumerate([(32_766, 0), (32_767, 0), (0, -32_768), (-32_767, 5)])
+    ]
+    table, report, _ = convert(block(10, *reports), options=("--reference", REFERENCE))
+    assert table["time_s"].to_list() == [0.0]
+    assert report["figures"]["left_out"]["no_position"] == 3
+
+
 def test_extrapolated_positions_are_no_measurements(convert: Convert) -> None:
     place = {"position": (41.5, 2.25)}
     table, report, _ = convert(

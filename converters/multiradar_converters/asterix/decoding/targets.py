@@ -83,6 +83,7 @@ SURFACE = 10
 # that are not defined remain.
 _TARGET_REPORT = 1
 _MULTILATERATION_010, _ADSB_010, _PRIMARY_010 = (0, 1, 5), 2, 3
+_FARTHEST_010_M = 32_767.0
 _KNOWN_010 = (*_MULTILATERATION_010, _ADSB_010, _PRIMARY_010)
 
 
@@ -328,8 +329,8 @@ def _category_010(columns: Columns) -> list[tuple[Flags, Targets]]:
         latitude_deg=np.where(primary, np.nan, columns.numbers("041", "LAT")),
         longitude_deg=np.where(primary, np.nan, columns.numbers("041", "LON")),
         height_m=height,
-        x_m=np.where(primary, np.nan, columns.numbers("042", "X")),
-        y_m=np.where(primary, np.nan, columns.numbers("042", "Y")),
+        x_m=np.where(primary, np.nan, _within(columns.numbers("042", "X"))),
+        y_m=np.where(primary, np.nan, _within(columns.numbers("042", "Y"))),
         position_sigma_m=np.where(
             primary,
             np.nan,
@@ -352,6 +353,11 @@ def _category_010(columns: Columns) -> list[tuple[Flags, Targets]]:
         for kind, own in kinds.items()
         if (report & own).any()
     ]
+
+
+def _within(coordinate: Numbers) -> Numbers:
+    """Omit coordinates at the end of their range of 16 bits: the target is farther away."""
+    return np.where(np.abs(coordinate) < _FARTHEST_010_M, coordinate, np.nan)
 
 
 def _polar(columns: Columns) -> tuple[Numbers, Numbers]:
