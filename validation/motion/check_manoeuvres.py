@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import polars as pl
 from numpy.typing import NDArray
 
 from multiradar.estimation.gaussian import normalised_squared
@@ -26,10 +27,14 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation.measurements import Measurements
 from multiradar.simulation.observation.observation import observe
+from multiradar.simulation.output import reported_data
 from multiradar.simulation.scenario.model import Aircraft, Bias, Leg, Scenario, Sensor
+from multiradar.simulation.scenario.reported_data import Atmosphere, RegisterReports
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
+from multiradar.wire.aircraft_columns import aircraft_data_of
+from multiradar_schemas.measurements.columns import MEASUREMENT_AIRCRAFT
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -172,8 +177,13 @@ def flights(
     straight_s: float = 120.0,
     first_seed: int = 0,
     bank_max_deg: float = 30.0,
+    registers: RegisterReports | None = None,
+    air: Atmosphere | None = None,
 ) -> list[Flown]:
-    """Simulate scenarios; with known biases the radars have none."""
+    """Simulate scenarios; with known biases the radars have none.
+
+    Registers change no other column.
+    """
     found = []
     for seed in range(first_seed, first_seed + runs):
         rng = np.random.Generator(np.random.PCG64([2016, seed]))
@@ -185,9 +195,16 @@ def flights(
         )
         scene = Scenario(
             "", seed, duration_s, "wgs84", (plane.latitude_rad, plane.longitude_rad), fliers, (),
-            radars(plane, sensors, known=known),
+            tuple(
+                replace(one, aircraft_data=registers)
+                for one in radars(plane, sensors, known=known)
+            ),
+            atmosphere=air or Atmosphere(),
         )  # fmt: skip
-        rows = observe(scene, rng).measurements
+        observation = observe(scene, rng)
+        rows = observation.measurements
+        reports = reported_data(scene, observation).values.T if registers else ()
+        reported = pl.DataFrame(dict(zip(MEASUREMENT_AIRCRAFT, reports, strict=False)))
         doing = [
             doing_at(fliers[one], time)
             for one, time in zip(rows.aircraft, rows.time_s, strict=True)
@@ -195,7 +212,12 @@ def flights(
         biases = np.array([(one[9], np.radians(one[10])) for one in RADARS]).ravel()
         found.append(
             Flown(
-                sensors, batch(rows), rows, np.array(doing), biases[: 0 if known else None], fliers
+                sensors,
+                replace(batch(rows), aircraft_data=aircraft_data_of(reported)),
+                rows,
+                np.array(doing),
+                biases[: 0 if known else None],
+                fliers,
             )
         )
     return found

@@ -66,6 +66,11 @@ def mode_states(
     root = sensitivity @ factor.T
     spread = root @ root.swapaxes(-1, -2)
     upper = np.triu_indices(4)
+    reporting = ~new & ~np.isnan(aircraft.slow[slots, 0])
+    slow = aircraft.slow_sensitivity[rows[reporting]]
+    spread[reporting] += (
+        slow @ aircraft.slow_covariance[slots[reporting], None] @ slow.swapaxes(-1, -2)
+    )
     return ModeStates(
         probability, mean + sensitivity @ bias, covariance + spread[..., upper[0], upper[1]]
     )

@@ -21,6 +21,7 @@ from multiradar.estimation.filters._kernels import NONE, RESTARTED, choose_heigh
 from multiradar.estimation.filters._row_kernels import finish_readout
 from multiradar.estimation.filters.arrays import Aircraft, Model, Result, Rows
 from multiradar.estimation.filters.imm._mode_kernels import read_modes
+from multiradar.estimation.filters.imm._slow_state_kernels import add_spread
 from multiradar.estimation.filters.two_stage._two_stage_kernels import component
 from multiradar.estimation.measurement._kernels import expected_measurement
 from multiradar_compiled.kernels import kernel
@@ -48,6 +49,21 @@ def copy_aircraft(slots: Integers, bounds: Integers, aircraft: Aircraft, copies:
                 copies.mode_mean[to] = aircraft.mode_mean[of]
                 copies.mode_covariance[to] = aircraft.mode_covariance[of]
                 copies.mode_sensitivity[to] = aircraft.mode_sensitivity[of]
+            copy_slow_states(k, h, aircraft, copies)
+
+
+@kernel
+def copy_slow_states(k: int, h: int, aircraft: Aircraft, copies: Aircraft) -> None:
+    """Let a copy absorb the slow states of an aircraft: they are not mixed."""
+    modes = aircraft.mode_probability.shape[1]
+    if modes and not np.isnan(aircraft.slow[k, 0]):
+        for j in range(modes):
+            add_spread(
+                1.0, aircraft.slow_sensitivity[k * modes + j], aircraft.slow_covariance[k],
+                copies.mode_covariance[h * modes + j],
+            )  # fmt: skip
+    if modes:
+        copies.slow[h, 0] = np.nan
 
 
 @kernel
@@ -137,6 +153,9 @@ def mix_hypotheses(
                 copies.mode_sensitivity, bias, aircraft.mode_mean[k * modes + j],
                 aircraft.mode_covariance[k * modes + j], aircraft.mode_sensitivity[k * modes + j],
             )  # fmt: skip
+        if modes:
+            # The copies have absorbed them.
+            aircraft.slow[k, 0] = np.nan
         if owners[e] == NONE:
             copy_height(copies, unseen[e], aircraft, k)
         else:

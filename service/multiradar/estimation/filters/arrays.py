@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import INNOVATION_COUNT, LOG_COUNT, READOUT_COUNT
 from multiradar.estimation.filters.height._height_kernels import GUESS, VERTICAL_COUNT
+from multiradar.estimation.measurement.reported_motion import MOTION_COUNT
 from multiradar_compiled.kernels import in_both
 
 Floats = NDArray[np.float64]
@@ -33,6 +34,14 @@ LINE_SLOTS = LINES_BYTES // 8
 
 Slots = TypeVar("Slots", int, Integers)
 
+#: Slow states of an aircraft, and columns of `Aircraft.reported`: see `imm._slow_state_kernels`.
+SLOW_COUNT = 7
+REPORTED_COUNT = 11
+
+
+#: Of rows without reports.
+NO_MOTION = np.empty((0, MOTION_COUNT))
+
 
 class Rows(NamedTuple):
     """Measurements in canonical order.
@@ -54,6 +63,9 @@ class Rows(NamedTuple):
         for bearings with a site or noise of their own (`multiradar.tracking.bearings.sources`).
     ground : (n,) int64
         Reported ground status: 1 on the ground, 0 airborne, −1 unknown.
+    motion : (n, MOTION_COUNT) float64
+        What the aircraft reports about its motion: columns as in `measurement.reported_motion`.
+        Without rows where none does.
     """
 
     slot: Integers
@@ -64,6 +76,7 @@ class Rows(NamedTuple):
     height: Floats
     seen: Integers
     ground: Integers
+    motion: Floats = NO_MOTION
 
 
 class Model(NamedTuple):
@@ -160,6 +173,17 @@ class Aircraft(NamedTuple):
         As `covariance`, of each mode.
     mode_sensitivity : (s j, 4, c) float64
         As `sensitivity`, of each mode.
+    slow : (s, SLOW_COUNT) float64
+        Slow states of an aircraft that reports its motion: wind, magnetic variation and others, see
+        `imm._slow_state_kernels`. The first is NaN before the first report. Without columns for
+        filters without modes, as the following.
+    slow_covariance : (s, SLOW_COUNT, SLOW_COUNT) float64
+        Its covariance. `covariance` includes its effect, `mode_covariance` holds for known slow
+        states.
+    slow_sensitivity : (s j, 4, SLOW_COUNT) float64
+        Derivative of `mode_mean` by the slow states.
+    reported : (s, REPORTED_COUNT) float64
+        The last report, and its bookkeeping.
     """
 
     mean: Floats
@@ -181,6 +205,10 @@ class Aircraft(NamedTuple):
     mode_mean: Floats
     mode_covariance: Floats
     mode_sensitivity: Floats
+    slow: Floats
+    slow_covariance: Floats
+    slow_sensitivity: Floats
+    reported: Floats
 
 
 class Sight(NamedTuple):
@@ -349,6 +377,7 @@ def aircraft_arrays(
         The arrays.
     """
     joint = 0 if joint_columns is None else joint_columns + 4 * slots
+    slow = SLOW_COUNT if modes else 0
     vertical = line_aligned((slots, VERTICAL_COUNT))
     vertical[:, GUESS] = np.nan
     return Aircraft(
@@ -371,6 +400,10 @@ def aircraft_arrays(
         mode_mean=line_aligned((slots * modes, 4)),
         mode_covariance=line_aligned((slots * modes, 10)),
         mode_sensitivity=line_aligned((slots * modes, 4, bias_columns)),
+        slow=line_aligned((slots, slow), np.nan),
+        slow_covariance=line_aligned((slots, slow, slow)),
+        slow_sensitivity=line_aligned((slots * modes, 4, slow)),
+        reported=line_aligned((slots, REPORTED_COUNT if modes else 0), np.nan),
     )
 
 

@@ -24,6 +24,7 @@ from multiradar.estimation.filters._kernels import (
 )
 from multiradar.estimation.filters.arrays import Model, Result, Rows, result_arrays
 from multiradar.estimation.filters.bank import Outcome, find_filter_for
+from multiradar.estimation.measurement.reported_motion import reported_motion
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.run_updates import Described, Run, track_updates
@@ -324,6 +325,7 @@ class Engine:
             height=batch.height_m,
             seen=sensor,
             ground=batch.ground_status(),
+            motion=reported_motion(batch.aircraft_data, batch.height_m),
         )
         rows, self._sources = find_sources(batch, rows, self._biases.model, self._sensors)
         result = result_arrays(n, 0, 0, keeps_log=not self._filter.keeps_sensitivity)._replace(

@@ -181,7 +181,7 @@ def merged_scores(
         one = Rows(
             rows.slot[row : row + 1], rows.time[row : row + 1], rows.kind[row : row + 1],
             rows.sensor[row : row + 1], rows.z[row : row + 1].copy(), rows.height[row : row + 1],
-            rows.seen[row : row + 1], rows.ground[row : row + 1],
+            rows.seen[row : row + 1], rows.ground[row : row + 1], rows.motion,
         )  # fmt: skip
         for b in range(columns):
             for c in range(b + 1, columns):

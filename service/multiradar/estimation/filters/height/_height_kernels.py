@@ -92,6 +92,8 @@ CLIMB_DENSITY = 0.5
 # Prior sigma of the rate of climb, m/s, and the sigma below which the rate is reported.
 RATE_SIGMA_MPS = 12.0
 RATE_SIGMA_MAX_MPS = 5.0
+# Variance of a reported rate of climb, (m/s)²: it follows the height with a lag of about a second.
+REPORTED_RATE_VARIANCE = 1.0
 # Time constant of the filter, s: steps passed in less time average out.
 MEMORY_S = 8.0
 # Decrease of the persistent variance with the rate of climb, m²/(m/s): to zero where a step is
@@ -328,6 +330,22 @@ def update_height(
     elif not vertical[k, P00] <= options[ASSUMED_HEIGHT_SIGMA] * options[ASSUMED_HEIGHT_SIGMA]:
         # The variance exceeds the prior of an aircraft without reported heights.
         reset_height(k, heights, vertical)
+
+
+@in_loop
+def update_rate(reported: float, k: int, heights: Floats, vertical: Floats) -> None:
+    """Update the rate of climb of aircraft k by the one that it reports, NaN for none."""
+    e = reported - vertical[k, RATE]
+    p01, p11 = vertical[k, P01], vertical[k, P11]
+    S = p11 + REPORTED_RATE_VARIANCE
+    # NaN, of the height too, fails this.
+    if vertical[k, COUNT] > 0.0 and e * e + 0.0 * heights[k] <= DOUBT_SQUARED * S:
+        scale = 1.0 / S
+        heights[k] += p01 * scale * e
+        vertical[k, RATE] += p11 * scale * e
+        vertical[k, P00] -= p01 * p01 * scale
+        vertical[k, P01] = p01 * scale * REPORTED_RATE_VARIANCE
+        vertical[k, P11] = p11 * scale * REPORTED_RATE_VARIANCE
 
 
 @in_loop

@@ -47,9 +47,15 @@ from multiradar.estimation.filters.imm._mode_scratch_kernels import (
     PREDICTED,
     SLOPE,
     Covariances,
+    ModeScratch,
     State,
     get_row,
     set_row,
+)
+from multiradar.estimation.filters.imm._slow_state_kernels import (
+    correct_slow_states,
+    slow_spread,
+    with_shift,
 )
 from multiradar.estimation.filters.two_stage._time_offset_kernels import offset_velocity
 from multiradar.estimation.filters.two_stage._two_stage_kernels import inform, spread_of_biases
@@ -92,7 +98,7 @@ Seen = tuple[Pair, Pair, SlopeOf[Lanes], NoiseOf[Lanes], NoiseOf[Lanes], Directi
 @in_loop
 def correct_modes(
     sight: Sight, k: int, s: int, informs: bool, model: Model, aircraft: Aircraft, a: State,
-    x: State, P: Covariances, predicted: Lanes, sums: BiasSums, mode_U: Floats, scratch: Floats,
+    x: State, P: Covariances, predicted: Lanes, sums: BiasSums, mine: ModeScratch,
     innovations: Floats, row: int,
 ) -> tuple[int, Lanes, State, State, Covariances]:  # fmt: skip
     """Update the modes of aircraft k, predicted to the time of a measurement by sensor s.
@@ -107,6 +113,7 @@ def correct_modes(
     mode_V, probabilities = aircraft.mode_sensitivity, aircraft.mode_probability
     fading_nis = aircraft.fading_nis
     Y, y, U, R = sums
+    mode_U, scratch, has_slow = mine.by_mode, mine.rows, not np.isnan(aircraft.slow[k, 0])
     v0, v1 = offset_velocity(aircraft.velocity, k)
     at = (x[0], x[1])
     for again in (True, False):
@@ -134,6 +141,11 @@ def correct_modes(
         add_column(c, count, predicted, j0, j1, mode_U, U)
     b = spread_of_biases(U, bias_covariance, R)
     r0, r1, s00, s01, s11 = mixture_moments(predicted, e, N, W, 1.0)
+    o = (0.0, 0.0, 0.0)
+    if has_slow:
+        # Their effect on the innovation is independent of that of the biases.
+        o = slow_spread(k, count, scratch, aircraft, mine.slow)
+        s00, s01, s11 = s00 + o[0], s01 + o[1], s11 + o[2]
     record_innovation(row, r0, r1, s00, s01, s11, b[0], b[1], b[2], innovations)
     nis = squared_norm(s00, s01, s11, r0, r1)
     weight = 1.0
@@ -147,20 +159,29 @@ def correct_modes(
     if sum_of(predicted * ground) < options[CONE_RATIO] * (height - noises[s, 3]):
         outcome = CONE
     S = (N[0] + weight * W[0], N[1] + weight * W[1], N[2] + weight * W[2])
+    if has_slow:
+        b = (b[0] + o[0], b[1] + o[1], b[2] + o[2])
     if outcome == UPDATED and any_singular(S, b):
         outcome = SINGULAR
     posterior = predicted
     if outcome == UPDATED:
         fading_nis[k] = updated_fading_nis(fading_nis[k], nis, options)
+        if (informs or has_slow) and weight > 1.0:
+            r0, r1, s00, s01, s11 = mixture_moments(predicted, e, N, W, weight)
+            if has_slow:
+                s00, s01, s11 = s00 + o[0], s01 + o[1], s11 + o[2]
         if informs:
-            if weight > 1.0:
-                r0, r1, s00, s01, s11 = mixture_moments(predicted, e, N, W, weight)
             i00, i01, i11 = inverse(s00, s01, s11)
             inform(i00, i01, i11, sum_of(predicted * nu[0]), sum_of(predicted * nu[1]), U, R, Y, y)
         posterior = updated_probabilities(predicted, e, S, b, get_row(scratch, MODES))
         store_row(probabilities, k, 0, count, posterior)
         a, x, P = corrected(a, x, P, h, S, e, nu, scratch)
         correct_columns(k, count, scratch, mode_V, mode_U)
+        if has_slow:
+            # The biases are part of b, the slow states of both.
+            S_all = (s00 + b[0] - o[0], s01 + b[1] - o[1], s11 + b[2] - o[2])
+            correct_slow_states(k, count, (r0, r1), S_all, scratch, aircraft, mine.slow)
+            a, x = with_shift(a, mine.slow.shift), with_shift(x, mine.slow.shift)
     set_row(scratch, POSTERIOR, posterior)
     return outcome, posterior, a, x, P
 

@@ -42,6 +42,7 @@ from multiradar.estimation.filters._row_kernels import (
 from multiradar.estimation.filters._start_kernels import start_aircraft
 from multiradar.estimation.filters._step_kernels import ROWS_AHEAD, copy_sums, fetch_row
 from multiradar.estimation.filters.arrays import (
+    SLOW_COUNT,
     Aircraft,
     BiasSums,
     Model,
@@ -55,6 +56,7 @@ from multiradar.estimation.filters.height._height_kernels import (
     coast_height,
     height_informs,
     update_height,
+    update_rate,
 )
 from multiradar.estimation.filters.height._unknown_height_kernels import (
     HEIGHT_ESTIMATE_COUNT,
@@ -75,11 +77,15 @@ from multiradar.estimation.filters.imm._mode_kernels import (
 from multiradar.estimation.filters.imm._mode_prediction_kernels import predict_modes
 from multiradar.estimation.filters.imm._mode_scratch_kernels import (
     SCRATCH_ROWS,
+    ModeScratch,
+    SlowScratch,
     evaluate_modes,
     load_modes,
     prepare_scratch,
     store_modes,
 )
+from multiradar.estimation.filters.imm._reported_motion_kernels import has_motion, use_motion
+from multiradar.estimation.filters.imm._slow_state_kernels import add_slow_spread
 from multiradar.estimation.filters.two_stage._time_offset_kernels import (
     has_time_offset,
     update_offset_velocity,
@@ -87,6 +93,7 @@ from multiradar.estimation.filters.two_stage._time_offset_kernels import (
 from multiradar.estimation.filters.two_stage._two_stage_kernels import component, correct_two_stage
 from multiradar.estimation.measurement._kernels import is_bearing
 from multiradar.estimation.measurement.kinds import KIND_BEARING
+from multiradar.estimation.measurement.reported_motion import CLIMB
 from multiradar.estimation.motion._kernels import move_aircraft
 from multiradar_compiled.kernels import fetch_ahead, in_loop, kernel, loop
 from multiradar_compiled.lane_kernels import LANES, load_row
@@ -115,10 +122,14 @@ def imm_step(
     scratch = np.empty((SCRATCH_ROWS, LANES))
     prepare_scratch(model.modes, scratch)
     sums = BiasSums(np.empty((n, n)), np.empty(n), np.empty((2, n)), np.empty((2, n)))
+    slow = SlowScratch(
+        np.empty((count, 2, SLOW_COUNT)), np.empty((2, SLOW_COUNT)), np.empty((2, SLOW_COUNT)),
+        np.empty((4, LANES)), np.empty((2 * SLOW_COUNT, SLOW_COUNT)),
+    )  # fmt: skip
     process_rows(
         work, rows, model, aircraft, result, want_readout, model.factor.T.copy(),
-        model.bias.reshape(1, n), np.empty((2, 2)), np.empty(3), sums, np.empty((count, 2, n)),
-        np.empty(HEIGHT_ESTIMATE_COUNT), scratch,
+        model.bias.reshape(1, n), np.empty((2, 2)), np.empty(3), sums,
+        np.empty(HEIGHT_ESTIMATE_COUNT), ModeScratch(np.empty((count, 2, n)), scratch, slow),
     )  # fmt: skip
 
 
@@ -135,9 +146,8 @@ def process_rows(
     H: Floats,
     W: Floats,
     sums: BiasSums,
-    mode_U: Floats,
     height_estimate: Floats,
-    scratch: Floats,
+    mine: ModeScratch,
 ) -> None:
     """Do as `imm_step`, with given scratch arrays: see `_step_kernels.process_rows`."""
     noises, bias, options, modes = model.noises, model.bias, model.options, model.modes
@@ -154,6 +164,7 @@ def process_rows(
     mode_V, probabilities = aircraft.mode_sensitivity, aircraft.mode_probability
     outcomes, readouts, innovations = result.outcome, result.readout, result.innovation
     count, Y, y = modes.shape[0], sums.Y, sums.y
+    scratch, slow, reporting = mine.rows, aircraft.slow, rows.motion.shape[0] > 0
     timed = has_time_offset(model.parameters)
     for p in work.partitions:
         copy_sums(result.information[p], result.vector[p], Y, y)
@@ -218,6 +229,7 @@ def process_rows(
                         k, count, means, covariances, sensitivities, mode_means, mode_covariances,
                         mode_V, probabilities,
                     )  # fmt: skip
+                    slow[k, 0] = np.nan
                 if np.isnan(heights[k]):
                     estimate_height(
                         check, kind, z0, z1, dt, options[ACCELERATION_DENSITY], k, q, model, means,
@@ -254,19 +266,34 @@ def process_rows(
                             ) - 1.0
                         )  # fmt: skip
                         predicted, a, x, P = predict_modes(
-                            k, dt, more, modes, a, x, P, probabilities, scratch, mode_V
+                            k,
+                            dt,
+                            more,
+                            modes,
+                            a,
+                            x,
+                            P,
+                            probabilities,
+                            scratch,
+                            mode_V,
+                            slow,
+                            aircraft.slow_sensitivity,
                         )
                     else:
                         predicted = load_row(probabilities, k, 0, count)
                     times[k] = time
                     outcome, posterior, a, x, P = correct_modes(
-                        sight, k, q, informs, model, aircraft, a, x, P, predicted, sums, mode_U,
-                        scratch, innovations, row,
+                        sight, k, q, informs, model, aircraft, a, x, P, predicted, sums, mine,
+                        innovations, row,
                     )  # fmt: skip
                     if outcome == UPDATED or dt > 0.0:
                         store_modes(k, count, a, P, mode_means, mode_covariances)
                         combine_modes(k, posterior, a, x, P, means, covariances)
                         combine_columns(k, count, scratch, mode_V, sensitivities)
+                        if not np.isnan(slow[k, 0]):
+                            add_slow_spread(k, count, scratch, aircraft)
+                    if outcome == UPDATED and reporting and has_motion(rows.motion, row):
+                        use_motion(k, row, time, rows.motion, model, aircraft, bias_row, sums, mine)
                 if timed and outcome == UPDATED and not is_bearing(kind):
                     sight = Sight(kind, z0, z1, height, variance)
                     update_offset_velocity(sight, k, q, site_numbers[s], model, aircraft, H, W)
@@ -287,6 +314,8 @@ def process_rows(
                 unknown = np.isnan(heights[k])
                 update_height(check, source, measured, s, time, dt, k, heights, vertical, options)
                 record_ground(grounded, reported, received, k, on_ground, vertical)
+                if reporting and not grounded:
+                    update_rate(rows.motion[row, CLIMB], k, heights, vertical)
                 if unknown and action == UPDATED:
                     store_height_estimate(height_estimate, k, vertical)
                     shift_with_height(height_estimate[0], k, k, vertical, means)

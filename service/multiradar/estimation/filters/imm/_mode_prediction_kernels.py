@@ -46,9 +46,9 @@ STEPS_MAX = 64
 @in_loop
 def predict_modes(
     k: int, dt: float, more: float, modes: Floats, a: State, x: State, P: Covariances,
-    probabilities: Floats, scratch: Floats, mode_V: Floats,
+    probabilities: Floats, scratch: Floats, mode_V: Floats, slow: Floats, slow_D: Floats,
 ) -> tuple[Lanes, State, State, Covariances]:  # fmt: skip
-    """Return c, a, x and P after dt, and predict V and the probabilities of aircraft k in place.
+    """Return c, a, x and P after dt, and predict V, D and the probabilities of aircraft k in place.
 
     ``more`` is as in `move_modes`.
     """
@@ -60,5 +60,7 @@ def predict_modes(
         a, x, P = mix_modes(before, a, x, P, scratch)
         a, x, P = move_modes(step, more, a, x, P, scratch)
         move_columns(k, count, probabilities, scratch, mode_V)
+        if not np.isnan(slow[k, 0]):
+            move_columns(k, count, probabilities, scratch, slow_D)
         store_row(probabilities, k, 0, count, predicted)
     return predicted, a, x, P

@@ -11,6 +11,8 @@ References
 The project's own.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -61,6 +63,46 @@ PREDICTED = 27
 POSTERIOR = 28
 SUMS = 29
 SCRATCH_ROWS = SUMS + 4 * LANES
+
+
+class SlowScratch(NamedTuple):
+    """Scratch of the slow states of one aircraft.
+
+    Attributes
+    ----------
+    by_mode : (j, 2, SLOW_COUNT) float64
+        Sensitivity of a measurement to the slow states, of each mode.
+    U, R : (2, SLOW_COUNT) float64
+        Its mean, and products with it.
+    shift : (4, LANES) float64
+        Change of the state of each mode.
+    square : (2 SLOW_COUNT, SLOW_COUNT) float64
+        Two matrices.
+    """
+
+    by_mode: Floats
+    U: Floats
+    R: Floats
+    shift: Floats
+    square: Floats
+
+
+class ModeScratch(NamedTuple):
+    """Scratch of the modes of one aircraft.
+
+    Attributes
+    ----------
+    by_mode : (j, 2, c) float64
+        Sensitivity of a measurement to all biases, of each mode.
+    rows : (SCRATCH_ROWS, LANES) float64
+        Rows named above.
+    slow : SlowScratch
+        That of the slow states.
+    """
+
+    by_mode: Floats
+    rows: Floats
+    slow: SlowScratch
 
 
 @in_loop
