@@ -53,8 +53,6 @@ BASESTATION = _layout(
         roles.TRACK: "track",
         roles.CLIMB: "vertical rate",
         roles.KIND: "message type",
-        roles.TRACK: "track",
-        roles.CLIMB: "vertical rate",
     }
 )
 

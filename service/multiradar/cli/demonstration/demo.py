@@ -364,7 +364,9 @@ class _Show:
 
 
 def _stay(console: "Console", service: ServiceProcess, sensors: list[str]) -> None:
-    console.print(f"\nOpen {service.http} in a browser for the air picture (key b: the biases).")
+    console.print(
+        f"\nOpen {service.http} in a browser for the air picture (press b to toggle the biases)."
+    )
     console.print("The service stays up; press Ctrl-C to stop it:")
     biases = [f"/v1/sensors/{sensor}/bias" for sensor in sensors[:1]]
     for path in ("/docs", "/v1/tracks", *biases, "/v1/status"):

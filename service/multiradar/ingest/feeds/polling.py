@@ -151,7 +151,7 @@ def _body(answer: http.client.HTTPResponse, clock: Clock, until_s: float) -> byt
         if len(body) > SNAPSHOT_BYTES_MAX:
             raise _too_large()
         if clock.monotonic_s() > until_s:
-            msg = "expected the whole answer in time, was too slow"
+            msg = "the response timed out"
             raise TimeoutError(msg)
     return bytes(body)
 
