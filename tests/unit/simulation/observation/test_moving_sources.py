@@ -15,8 +15,8 @@ from multiradar.simulation.scenario.model import Scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.wire import measurement_batch, sensor_table
 from multiradar_schemas.measurements.columns import (
-    MEASUREMENT_AIRCRAFT,
     MEASUREMENT_DIRECTIONS,
+    MEASUREMENT_LATER,
     MEASUREMENT_SCHEMA,
 )
 from multiradar_schemas.sensors.sensor import parse_sensors
@@ -58,8 +58,9 @@ def test_a_moving_finder_flies_its_legs_and_measures_from_its_position(tmp_path:
     made = scenario(tmp_path, FLYING)
     observation = observe(made, np.random.default_rng(1))
     rows, truth = measurements_frame(made, observation), truth_frame(made, observation)
-    optional = {"on_ground", *MEASUREMENT_AIRCRAFT}
-    assert rows.columns == [name for name in MEASUREMENT_SCHEMA if name not in optional]
+    # Empty columns are omitted.
+    empty = {*MEASUREMENT_LATER} - {"callsign", *MEASUREMENT_DIRECTIONS}
+    assert rows.columns == [name for name in MEASUREMENT_SCHEMA if name not in empty]
     assert len(rows) == 300
     sources = np.radians(rows.select(MEASUREMENT_DIRECTIONS[1:3]).to_numpy())
     assert rows["source_height_m"].unique().to_list() == [3000.0]
