@@ -284,7 +284,7 @@ def test_excessive_numbers_of_aircraft_are_rejected() -> None:
     for number in (1.5, 0, True):
         with pytest.raises(ConfigurationError, match="aircraft_max: expected an integer of 1"):
             SequentialFilter("joint", radars(), aircraft_max=number)  # type: ignore[arg-type]
-    for name, most in (("joint", 2891), ("two-stage", 1_458_888)):
+    for name, most in (("joint", 2891), ("two-stage", 1_242_756)):
         with pytest.raises(ConfigurationError, match=f"at most {most} with {name}, was"):
             SequentialFilter(name, radars(), aircraft_max=10**7)
 
