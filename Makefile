@@ -5,7 +5,7 @@ FUZZ_SECONDS ?= 120
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: help install test unit fuzz lint types contracts kernels check docs-check demo bench kernel-list lock clean
+.PHONY: help install test unit fuzz lint types contracts kernels check docs-check demo page bench kernel-list lock clean
 
 help: ## Show the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
