@@ -80,7 +80,7 @@ export class Feed {
     const buffer = await answer.arrayBuffer();
     try {
       const frame = decode(buffer);
-      // A service that restarted from nothing counts anew.
+      // A service that restarted without its journal numbers from zero.
       if (this.after !== null && frame.header.next < this.after) this.store.clear();
       this.after = frame.header.next;
       this.store.update(frame, performance.now());
