@@ -38,10 +38,10 @@ SMALLER_BY_HEIGHT = 0.9
 HEIGHT_MIN_M = 500.0
 #: Maximum difference of the heights used for a plot by the sensor and by others, m: the height of a
 #: plot without one is assumed.
-_HEIGHTS_ALIKE_M = 300.0
+HEIGHTS_ALIKE_M = 300.0
 #: Pressure heights are off in proportion on a hot or a cold day (7 % at 20 K from the standard
 #: atmosphere), which resembles another site height; the step of the fit.
-_HEIGHT_SCALE = 1.05
+HEIGHT_SCALE = 1.05
 #: Range of errors of a site height that are reported, m: pressure heights are off by less. Number
 #: of iterations, and the first step, m.
 HEIGHT_OFF_MIN_M, HEIGHT_OFF_MAX_M = 1000.0, 6000.0
@@ -129,7 +129,7 @@ def _of_heights(
 ) -> Registration | None:
     site, plots = comparison.site(number), comparison.tested(number).select(pairs.plot)
     _, _, seen_m = ecef_to_geodetic(pairs.position_m)
-    known = np.abs(plots.height_m - seen_m) <= _HEIGHTS_ALIKE_M
+    known = np.abs(plots.height_m - seen_m) <= HEIGHTS_ALIKE_M
     pairs, plots = pairs.select(known), plots.select(known)
     if pairs.size < PAIRS_MIN:
         return None
@@ -196,7 +196,7 @@ def _range_change_columns(site: Site, pairs: Pairs, height_m: Floats) -> Floats:
     range_m, _ = seen_from(site, pairs.position_m)
     less_m = (
         ground_range(site[2], range_m, height_m)[0]
-        - ground_range(site[2], range_m, _HEIGHT_SCALE * height_m)[0]
+        - ground_range(site[2], range_m, HEIGHT_SCALE * height_m)[0]
     )
     return _bias_columns(site, pairs)[:, :, :1] * less_m[:, None, None]
 

@@ -19,6 +19,7 @@ import numpy as np
 from multiradar.diagnosis.cross_sensor.agreement import Agreement, seen_from
 from multiradar.diagnosis.cross_sensor.comparison import Comparison, configured_bias
 from multiradar.diagnosis.cross_sensor.references import Pairs, are_named, joined
+from multiradar.diagnosis.cross_sensor.registration import HEIGHT_SCALE, HEIGHTS_ALIKE_M
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.names import listed
 from multiradar.diagnosis.plots import Booleans, Floats, Integers, Site, ground_range, located
@@ -41,11 +42,6 @@ ONE_SITE_M = 100.0
 ERRORS_MAX = 3
 #: Larger differences of two positions are those of other aircraft, m.
 APART_MAX_M = 20_000.0
-#: Maximum difference of the heights used for a plot by the sensor and by others, m: the height of a
-#: plot without one is assumed.
-HEIGHTS_ALIKE_M = 300.0
-#: Pressure heights are off in proportion on a hot or a cold day; the step of the fit.
-_HEIGHT_SCALE = 1.05
 _REMEDIES = {
     SHIFT: "latitude_deg and longitude_deg in the sensors file",
     GAIN: "the ranges, or give bias.range_gain in the sensors file",
@@ -294,7 +290,7 @@ def _offset_columns(comparison: Comparison, rows: _Rows) -> Floats:
         columns += [along * _OFFSETS[0] * sign, turned * sign, flown * _OFFSETS[2] * sign]
         nearer_m = (
             ground_range(site[2], range_m, rows.height_m)[0]
-            - ground_range(site[2], range_m, _HEIGHT_SCALE * rows.height_m)[0]
+            - ground_range(site[2], range_m, HEIGHT_SCALE * rows.height_m)[0]
         )
         heights += along * nearer_m[:, None, None] * sign
     return np.concatenate([*columns, heights], axis=2)

@@ -122,6 +122,12 @@ class Knowledge:
             self._frame, self._frame_version = frame, version
         return frame
 
+    @property
+    def data_time_s(self) -> float | None:
+        """The data time, s; None before there is any."""
+        with self._lock:
+            return self._data_time_s
+
     def picture(self, version: int) -> Picture | None:
         """Return the live tracks and how they were updated; None if the version is the present one.
 

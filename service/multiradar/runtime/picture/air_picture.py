@@ -65,7 +65,7 @@ class AirPicture:
         tracks, texts = self._tracks(known.tracks())
         rows, following, skipped = known.plots_after(after, PLOTS_MAX)
         members = {
-            "data_time_s": known.counts()["data_time_s"],
+            "data_time_s": known.data_time_s,
             "next": following,
             "skipped": skipped,
             "sensors": list(known.sensors.ids),
