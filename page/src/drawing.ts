@@ -4,7 +4,7 @@ import type { Sensor } from "./feed";
 import type { Labels, Wanted } from "./labels";
 import { destination, mercatorX, mercatorY, scaleAt } from "./mercator";
 import type { ForecastPoint, Selection } from "./selection";
-import { PLOTS_KEPT_S, type Store, type Track } from "./store";
+import { nameOf, PLOTS_KEPT_S, type Store, type Track } from "./store";
 import { level, speed, trend, NAUTICAL_MILE_M } from "./units";
 import type { ViewState } from "./view";
 
@@ -280,8 +280,7 @@ export function matches(track: Track, filter: string): boolean {
 }
 
 function labelLines(track: Track, view: ViewState): string[] {
-  const name = track.callsign ?? track.code ?? track.address ?? `#${track.id}`;
-  return [name, `${track.onGround ? "GND" : level(track.heightM, view.units)}${trend(track.climbMps)} ${speed(track.speedMps, view.units)}`];
+  return [nameOf(track), `${track.onGround ? "GND" : level(track.heightM, view.units)}${trend(track.climbMps)} ${speed(track.speedMps, view.units)}`];
 }
 
 /** Confirmed: filled; tentative: open; coasting: a cross; on the ground: a square. */

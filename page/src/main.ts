@@ -4,11 +4,13 @@ import "ol/ol.css";
 import "./page.css";
 
 import { Feed } from "./feed";
-import { Panels } from "./panels";
+import { pressed } from "./keys";
+import { drawPanels } from "./panels/index";
+import type { Actions, App } from "./panels/panel";
 import { Picture } from "./picture";
 import { Selection } from "./selection";
 import { Store } from "./store";
-import { addressOf, initialView, SWITCHES, type Switch } from "./view";
+import { addressOf, initialView } from "./view";
 
 const PANEL_MS = 500;
 
@@ -20,54 +22,50 @@ const feed = new Feed(store, () => redraw());
 const selection = new Selection(() => store.dataTimeS);
 selection.follow(view.selected);
 
-const actions = {
-  select(id: number | null): void {
+const actions: Actions = {
+  select(id) {
     view.selected = id;
     selection.follow(id);
-    redraw(true);
-    keep();
+    actions.changed();
   },
-  show(id: number): void {
-    view.selected = id;
-    selection.follow(id);
+  show(id) {
     const track = store.track(id);
     if (track !== undefined) picture.show(track);
-    redraw(true);
-    keep();
+    actions.select(id);
   },
-  toggle(name: Switch): void {
+  toggle(name) {
     view.shown[name] = !view.shown[name];
-    redraw(true);
-    keep();
+    actions.changed();
   },
-  filter(text: string): void {
+  filter(text) {
     view.filter = text;
-    redraw(true);
-    keep();
+    actions.changed();
   },
-  units(): void {
+  units() {
     view.units = view.units === "aero" ? "si" : "aero";
-    redraw(true);
-    keep();
+    actions.changed();
   },
-  theme(): void {
+  theme() {
     view.theme = view.theme === "dark" ? "light" : "dark";
     picture.theme();
-    redraw(true);
-    keep();
+    actions.changed();
   },
-  help(): void {
+  help() {
     const dialog = document.getElementById("help") as HTMLDialogElement;
     if (dialog.open) dialog.close();
     else dialog.showModal();
   },
+  changed() {
+    redraw(true);
+    keep();
+  },
 };
 
-const panels = new Panels(store, feed, view, actions);
 const picture = new Picture(
   document.getElementById("map") as HTMLElement, store, feed, view, selection,
   (id) => actions.select(id), keep,
 );
+const app: App = { store, feed, view, selection, picture, actions };
 
 function keep(): void {
   history.replaceState(null, "", addressOf(view));
@@ -78,7 +76,7 @@ function redraw(now = false): void {
   const due = drawn + PANEL_MS - performance.now();
   if (now || due <= 0) {
     drawn = performance.now();
-    panels.draw();
+    drawPanels(app);
   } else if (!queued) {
     queued = true;
     setTimeout(() => {
@@ -88,25 +86,7 @@ function redraw(now = false): void {
   }
 }
 
-document.addEventListener("keydown", (event) => {
-  const typing = event.target instanceof HTMLInputElement && event.target.type === "search";
-  if (event.key === "Escape") {
-    if (typing) (event.target as HTMLInputElement).blur();
-    else actions.select(null);
-    return;
-  }
-  if (typing || event.ctrlKey || event.metaKey || event.altKey) return;
-  const named = SWITCHES.find(([, key]) => key === event.key);
-  if (named !== undefined) actions.toggle(named[0]);
-  else if (event.key === "f") picture.fit();
-  else if (event.key === "?") actions.help();
-  else if (event.key === "m") actions.units();
-  else if (event.key === "d") actions.theme();
-  else if (event.key === "/") {
-    event.preventDefault();
-    document.getElementById("filter")?.focus();
-  }
-});
+document.addEventListener("keydown", (event) => pressed(event, app));
 
 feed.start();
 redraw(true);
@@ -114,7 +94,7 @@ redraw(true);
 // What tests and measurements read.
 declare global {
   interface Window {
-    multiradar: { store: Store; picture: Picture; view: typeof view; selection: Selection; actions: typeof actions };
+    multiradar: App;
   }
 }
-window.multiradar = { store, picture, view, selection, actions };
+window.multiradar = app;

@@ -37,6 +37,11 @@ export interface Track {
   trail: { x: number; y: number; timeS: number }[];
 }
 
+/** The name of a track: the best that is known. */
+export function nameOf(track: Track): string {
+  return track.callsign ?? track.code ?? track.address ?? `#${track.id}`;
+}
+
 export interface Plot {
   timeS: number;
   track: number;

@@ -1,0 +1,9 @@
+/** The sheet of keys, from their one declaration. */
+
+import { html, type TemplateResult } from "lit";
+
+import { KEYS } from "../keys";
+
+export function keyList(): TemplateResult {
+  return html`<dl>${KEYS.map((one) => html`<dt><kbd>${one.shown ?? one.key}</kbd></dt><dd>${one.text}</dd>`)}</dl>`;
+}
