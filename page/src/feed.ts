@@ -37,6 +37,8 @@ export class Feed {
   sensors: Sensor[] = [];
   status: Record<string, unknown> = {};
   problem = "";
+  /** Counts the documents read. */
+  revision = 0;
   private after: number | null = null;
   private answeredMs = performance.now();
 
@@ -94,6 +96,7 @@ export class Feed {
   private async documents(): Promise<void> {
     this.sensors = sensorsOf(await (await get("v1/sensors")).json());
     this.status = (await (await get("v1/status")).json()) as Record<string, unknown>;
+    this.revision += 1;
   }
 }
 

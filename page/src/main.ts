@@ -56,6 +56,7 @@ const actions: Actions = {
     else dialog.showModal();
   },
   changed() {
+    picture.touch();
     redraw(true);
     keep();
   },

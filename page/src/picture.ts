@@ -15,45 +15,60 @@ import { fromLonLat, toLonLat } from "ol/proj";
 import { feature } from "topojson-client";
 import type { Topology } from "topojson-specification";
 
+import { PALETTES } from "./drawing/palette";
+import { Pixels } from "./drawing/pixels";
+import { Scene, type Layer as Drawn, type Plane } from "./drawing/scene";
 import type { Feed } from "./feed";
-import { Drawing, PALETTES, type SitePlace } from "./drawing";
-import { Labels } from "./labels";
-import { mercatorX, mercatorY } from "./mercator";
+import { allLayers } from "./layers/index";
 import type { Selection } from "./selection";
 import type { Store, Track } from "./store";
 import type { ViewState } from "./view";
 
 const PICK_PX = 14;
 /** Time in which plots move between their measured and their corrected positions, ms. */
-const SNAP_MS = 400;
+const SNAP_MS = 300;
+/** Motion that is worth a drawing, pixels. */
+const STEP_PX = 0.25;
+const PLANES: readonly Plane[] = ["ground", "sweep", "moving"];
 
 export class Picture {
   readonly map: OlMap;
-  private readonly canvas = document.createElement("canvas");
-  private readonly labels = new Labels();
+  readonly scene: Scene;
+  readonly layers = allLayers();
+  private readonly element = document.createElement("div");
+  private readonly contexts: Record<Plane, CanvasRenderingContext2D>;
+  private readonly byPlane: Record<Plane, Drawn[]>;
+  private readonly pixels = new Pixels();
   private readonly land: VectorLayer;
-  private readonly seenOnCanvas: { id: number; x: number; y: number }[] = [];
   private centred: boolean;
-  /** Frames drawn, for measurements. */
+  /** Drawings of the moving plane, and processor time of all drawings, ms: for measurements. */
   drawn = 0;
-  /** 0: plots as measured, 1: without biases; between them while they move. */
-  private corrected: number;
+  drawnMs = 0;
   private stepMs = performance.now();
+  /** State of the last drawings. */
+  private ground = "";
+  private touches = 0;
+  private movingS = -Infinity;
 
   constructor(
     private readonly target: HTMLElement,
     private readonly store: Store,
     private readonly feed: Feed,
     private readonly view: ViewState,
-    private readonly selection: Selection,
+    selection: Selection,
     select: (id: number | null) => void,
     moved: () => void,
   ) {
-    this.canvas.className = "picture";
+    this.scene = new Scene(view, store, feed, selection);
+    this.element.className = "picture";
+    const made = PLANES.map((plane) => [plane, this.canvas(plane)] as const);
+    this.contexts = Object.fromEntries(made) as Record<Plane, CanvasRenderingContext2D>;
+    const drawn = PLANES.map((plane) => [plane, this.layers.layers.filter((one) => one.plane === plane)] as const);
+    this.byPlane = Object.fromEntries(drawn) as Record<Plane, Drawn[]>;
     this.land = new VectorLayer({ source: new VectorSource(), updateWhileAnimating: true });
     const moving = new Layer({ render: (state) => this.render(state) });
     this.centred = view.centre !== null;
-    this.corrected = view.shown.biases ? 1 : 0;
+    this.scene.corrected = view.shown.biases ? 1 : 0;
     this.map = new OlMap({
       target,
       layers: [this.land, moving],
@@ -79,15 +94,33 @@ export class Picture {
     void this.loadLand();
     const draw = () => {
       this.centre();
-      this.map.render();
+      this.draw(false);
       requestAnimationFrame(draw);
     };
     requestAnimationFrame(draw);
   }
 
+  /** Draw everything again: the user changed the view. */
+  touch(): void {
+    this.touches += 1;
+  }
+
+  /** 0: plots as measured, 1: without biases; between them while they move. */
+  get corrected(): number {
+    return this.scene.corrected;
+  }
+
+  /** Tracks on the canvas with their pixels. */
+  get seenOnCanvas(): { id: number; x: number; y: number }[] {
+    const { seen } = this.scene;
+    return seen.tracks.slice(0, seen.length).map((one, at) => ({ id: one.id, x: seen.x[at] ?? 0, y: seen.y[at] ?? 0 }));
+  }
+
   /** Apply the theme. */
   theme(): void {
     const palette = PALETTES[this.view.theme];
+    this.scene.palette = palette;
+    this.touch();
     document.documentElement.dataset["theme"] = this.view.theme;
     this.target.style.background = palette.background;
     this.land.setStyle(new Style({
@@ -131,51 +164,87 @@ export class Picture {
     this.land.getSource()?.addFeatures(features);
   }
 
-  private sites(): SitePlace[] {
-    return this.feed.sensors.flatMap((sensor) =>
-      sensor.latitude_deg === null || sensor.longitude_deg === null || sensor.kind !== "radar"
-        ? []
-        : [{
-            x: mercatorX(sensor.longitude_deg),
-            y: mercatorY(sensor.latitude_deg),
-            sensor,
-            number: this.store.sensors.indexOf(sensor.id),
-          }],
-    );
+  private sites(): { x: number; y: number }[] {
+    return this.layers.sites.all(this.feed.sensors);
   }
 
   private pick(x: number, y: number): number | null {
     let best: number | null = null;
     let least = PICK_PX;
-    for (const one of this.seenOnCanvas) {
-      const far = Math.hypot(one.x - x, one.y - y);
-      if (far < least) [best, least] = [one.id, far];
+    const { seen } = this.scene;
+    for (let at = 0; at < seen.length; at++) {
+      const far = Math.hypot((seen.x[at] ?? 0) - x, (seen.y[at] ?? 0) - y);
+      if (far < least) [best, least] = [seen.tracks[at]?.id ?? null, far];
     }
     return best;
   }
 
+  private canvas(plane: Plane): CanvasRenderingContext2D {
+    const canvas = document.createElement("canvas");
+    canvas.className = plane;
+    this.element.append(canvas);
+    const context = canvas.getContext("2d");
+    if (context === null) throw new Error("this browser draws no canvas");
+    return context;
+  }
+
+  /** The map moved: take its place, and draw. */
   private render(state: FrameState): HTMLElement {
-    const [width, height] = [state.size[0] ?? 0, state.size[1] ?? 0];
-    const ratio = state.pixelRatio;
-    if (this.canvas.width !== Math.round(width * ratio) || this.canvas.height !== Math.round(height * ratio)) {
-      this.canvas.width = Math.round(width * ratio);
-      this.canvas.height = Math.round(height * ratio);
-      this.canvas.style.width = `${width}px`;
-      this.canvas.style.height = `${height}px`;
-    }
-    const context = this.canvas.getContext("2d");
-    if (context === null) return this.canvas;
-    context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    context.clearRect(0, 0, width, height);
+    const { scene } = this;
+    [scene.width, scene.height] = [state.size[0] ?? 0, state.size[1] ?? 0];
+    scene.ratio = state.pixelRatio;
     const t = state.coordinateToPixelTransform;
-    const [a, , , d, e, f] = [t[0] ?? 1, 0, 0, t[3] ?? -1, t[4] ?? 0, t[5] ?? 0];
+    [scene.a, scene.d, scene.e, scene.f] = [t[0] ?? 1, t[3] ?? -1, t[4] ?? 0, t[5] ?? 0];
+    const [width, height] = [Math.round(scene.width * scene.ratio), Math.round(scene.height * scene.ratio)];
+    for (const plane of PLANES) {
+      const { canvas } = this.contexts[plane];
+      if (canvas.width === width && canvas.height === height) continue;
+      canvas.width = width;
+      canvas.height = height;
+      canvas.style.width = `${scene.width}px`;
+      canvas.style.height = `${scene.height}px`;
+    }
+    this.draw(true);
+    return this.element;
+  }
+
+  /** Draw the planes on which something changed, or all. */
+  private draw(all: boolean): void {
+    const { scene, store } = this;
     const now = performance.now();
     const towards = this.view.shown.biases ? 1 : -1;
-    this.corrected = Math.max(0, Math.min(1, this.corrected + (towards * (now - this.stepMs)) / SNAP_MS));
+    scene.corrected = Math.max(0, Math.min(1, scene.corrected + (towards * (now - this.stepMs)) / SNAP_MS));
     this.stepMs = now;
-    new Drawing(context, { a, d, e, f, width, height }, PALETTES[this.view.theme], this.view, this.store)
-      .all(this.sites(), this.labels, this.seenOnCanvas, this.selection, this.corrected);
-    this.drawn += 1;
-    return this.canvas;
+    if (scene.width === 0) return;
+    scene.timeS = store.timeAt(now);
+    const ground = `${store.frames} ${this.feed.revision} ${scene.selection.revision} ${this.touches} ${scene.corrected}`;
+    const changed = all || ground !== this.ground;
+    this.ground = ground;
+    if (changed) this.drawGround();
+    const moved = store.fastest * scene.a * Math.abs(scene.timeS - this.movingS);
+    if (changed || !(moved < STEP_PX)) {
+      this.movingS = scene.timeS;
+      this.drawPlane("moving");
+      this.drawn += 1;
+    }
+    this.drawnMs += performance.now() - now;
+  }
+
+  private drawGround(): void {
+    const { scene } = this;
+    const context = this.contexts.ground;
+    this.pixels.begin(context, scene.ratio);
+    for (const layer of this.layers.pixels) layer.paint(scene, this.pixels);
+    this.pixels.put(context);
+    this.drawPlane("ground", false);
+  }
+
+  private drawPlane(plane: Plane, clear = true): void {
+    const { scene } = this;
+    const context = this.contexts[plane];
+    context.setTransform(scene.ratio, 0, 0, scene.ratio, 0, 0);
+    if (clear) context.clearRect(0, 0, scene.width, scene.height);
+    scene.context = context;
+    for (const layer of this.byPlane[plane]) layer.draw(scene);
   }
 }

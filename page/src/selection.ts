@@ -41,6 +41,8 @@ export class Selection {
   past: PastPoint[] = [];
   forecast: ForecastPoint[] = [];
   probability = 0;
+  /** Counts the changes. */
+  revision = 0;
   private id: number | null = null;
   private busy = false;
 
@@ -54,6 +56,7 @@ export class Selection {
     this.id = id;
     this.past = [];
     this.forecast = [];
+    this.revision += 1;
     void this.refresh();
   }
 
@@ -83,6 +86,7 @@ export class Selection {
       // The feed announces a service that does not answer; an ended track has no history.
       this.forecast = [];
     } finally {
+      this.revision += 1;
       this.busy = false;
     }
   }

@@ -1,70 +1,31 @@
-/** What the page knows: the last frame, trails and plots, with the clock of the data. */
+/** What the page knows: the tracks of the last frame, trails and plots, with the clock of the data. */
 
 import type { Frame } from "./frame";
-import { mercatorX, mercatorY, scaleAt } from "./mercator";
+import { PLOTS_KEPT_S, Plots } from "./plots";
+import { nameOf, Track } from "./track";
 
-const TRAIL_POINTS = 24;
-const TRAIL_STEP_S = 5;
-/** Plots are shown this long, s of data time. */
-export const PLOTS_KEPT_S = 30;
-const PLOTS_MAX = 20_000;
 /** Positions are extrapolated at most this long, s. */
 const AHEAD_MAX_S = 10;
 
-export interface Track {
-  id: number;
-  timeS: number;
-  latitude: number;
-  longitude: number;
-  x: number;
-  y: number;
-  /** Speed on the map, units/s. */
-  vx: number;
-  vy: number;
-  /** Map units per metre. */
-  scale: number;
-  heightM: number;
-  speedMps: number;
-  headingDeg: number;
-  climbMps: number;
-  sigmaM: number;
-  ageS: number;
-  state: string;
-  onGround: boolean;
-  callsign: string | null;
-  code: string | null;
-  address: string | null;
-  trail: { x: number; y: number; timeS: number }[];
-}
-
-/** The name of a track: the best that is known. */
-export function nameOf(track: Track): string {
-  return track.callsign ?? track.code ?? track.address ?? `#${track.id}`;
-}
-
-export interface Plot {
-  timeS: number;
-  track: number;
-  sensor: number;
-  x: number;
-  y: number;
-  correctedX: number;
-  correctedY: number;
-}
+export { nameOf, Track };
 
 export class Store {
+  /** Live tracks by ascending number; the objects stay those of the tracks. */
   tracks: Track[] = [];
-  plots: Plot[] = [];
+  readonly plots = new Plots();
   sensors: string[] = [];
   dataTimeS: number | null = null;
   /** Frames received, plots that the service no longer had, and answers that were no frame. */
   frames = 0;
   skipped = 0;
   malformed = 0;
+  /** Speed of the fastest track on the map, units/s. */
+  fastest = 0;
   private receivedMs = 0;
   /** Data seconds per second: 1 live, more in a fast replay. */
   private rate = 1;
   private readonly byId = new Map<number, Track>();
+  private other: Track[] = [];
 
   track(id: number | null): Track | undefined {
     return id === null ? undefined : this.byId.get(id);
@@ -83,13 +44,13 @@ export class Store {
     this.skipped += frame.header.skipped;
     this.sensors = frame.header.sensors;
     this.updateTracks(frame);
-    this.updatePlots(frame);
+    this.plots.update(frame.plots, (time ?? 0) - PLOTS_KEPT_S);
   }
 
-  /** Forget everything: the service restarted. */
+  /** Discard everything: the service restarted. */
   clear(): void {
     this.tracks = [];
-    this.plots = [];
+    this.plots.clear();
     this.byId.clear();
     this.dataTimeS = null;
   }
@@ -107,86 +68,24 @@ export class Store {
   }
 
   private updateTracks(frame: Frame): void {
-    const { tracks, header } = frame;
-    const column = (name: string) => tracks.column(name);
-    const [ids, times, latitudes, longitudes] =
-      [column("track_id"), column("time_s"), column("latitude_deg"), column("longitude_deg")];
-    const [heights, speeds, headings, climbs] =
-      [column("height_m"), column("speed_mps"), column("heading_deg"), column("vertical_rate_mps")];
-    const [sigmas, ages, states, ground] =
-      [column("position_sigma_m"), column("age_s"), column("state"), column("on_ground")];
-    const live = new Set<number>();
-    const found: Track[] = [];
-    for (let row = 0; row < tracks.rows; row++) {
-      const at = (values: { readonly [index: number]: number | undefined }) => values[row] ?? NaN;
-      const id = at(ids);
-      const latitude = at(latitudes);
-      const longitude = at(longitudes);
-      const heading = (at(headings) * Math.PI) / 180;
-      const speed = at(speeds);
-      const scale = scaleAt(latitude);
-      const moving = Number.isFinite(speed) && Number.isFinite(heading);
-      const track: Track = {
-        id,
-        timeS: at(times),
-        latitude,
-        longitude,
-        x: mercatorX(longitude),
-        y: mercatorY(latitude),
-        vx: moving ? speed * Math.sin(heading) * scale : 0,
-        vy: moving ? speed * Math.cos(heading) * scale : 0,
-        scale,
-        heightM: at(heights),
-        speedMps: speed,
-        headingDeg: at(headings),
-        climbMps: at(climbs),
-        sigmaM: at(sigmas),
-        ageS: at(ages),
-        state: header.states[at(states)] ?? "unknown",
-        onGround: at(ground) === 1,
-        callsign: header.callsign[row] ?? null,
-        code: header.mode_3a[row] ?? null,
-        address: header.mode_s_address[row] ?? null,
-        trail: this.byId.get(id)?.trail ?? [],
-      };
-      extendTrail(track);
-      live.add(id);
+    const ids = frame.tracks.column("track_id");
+    const found = this.other;
+    found.length = 0;
+    this.fastest = 0;
+    for (let row = 0; row < frame.tracks.rows; row++) {
+      const id = ids[row] ?? NaN;
+      let track = this.byId.get(id);
+      if (track === undefined) {
+        track = new Track(id);
+        this.byId.set(id, track);
+      }
+      track.update(frame, row);
+      track.seenIn = this.frames;
+      this.fastest = Math.max(this.fastest, Math.abs(track.vx), Math.abs(track.vy));
       found.push(track);
-      this.byId.set(id, track);
     }
-    for (const id of this.byId.keys()) if (!live.has(id)) this.byId.delete(id);
+    for (const track of this.tracks) if (track.seenIn !== this.frames) this.byId.delete(track.id);
+    this.other = this.tracks;
     this.tracks = found;
-  }
-
-  private updatePlots(frame: Frame): void {
-    const { plots } = frame;
-    const column = (name: string) => plots.column(name);
-    const [times, ids, sensors] = [column("time_s"), column("track_id"), column("sensor")];
-    const [latitudes, longitudes] = [column("latitude_deg"), column("longitude_deg")];
-    const corrected = [column("corrected_latitude_deg"), column("corrected_longitude_deg")] as const;
-    for (let row = 0; row < plots.rows; row++) {
-      const at = (values: { readonly [index: number]: number | undefined }) => values[row] ?? NaN;
-      const latitude = at(latitudes);
-      if (!Number.isFinite(latitude)) continue;
-      this.plots.push({
-        timeS: at(times),
-        track: at(ids),
-        sensor: at(sensors),
-        x: mercatorX(at(longitudes)),
-        y: mercatorY(latitude),
-        correctedX: mercatorX(at(corrected[1])),
-        correctedY: mercatorY(at(corrected[0])),
-      });
-    }
-    const since = (this.dataTimeS ?? 0) - PLOTS_KEPT_S;
-    this.plots = this.plots.filter((plot) => plot.timeS >= since).slice(-PLOTS_MAX);
-  }
-}
-
-function extendTrail(track: Track): void {
-  const last = track.trail[track.trail.length - 1];
-  if (last === undefined || track.timeS - last.timeS >= TRAIL_STEP_S) {
-    track.trail.push({ x: track.x, y: track.y, timeS: track.timeS });
-    if (track.trail.length > TRAIL_POINTS) track.trail.shift();
   }
 }

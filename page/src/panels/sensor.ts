@@ -2,7 +2,7 @@
 
 import { html, nothing, type TemplateResult } from "lit";
 
-import { sensorColour } from "../drawing";
+import { sensorColour } from "../drawing/palette";
 import type { Sensor } from "../feed";
 import type { App, Panel } from "./panel";
 

@@ -2,7 +2,7 @@
 
 import { html, type TemplateResult } from "lit";
 
-import { isShown, matches } from "../drawing";
+import { isShown, matches } from "../shown";
 import { nameOf, type Track } from "../store";
 import { distance, level, speed } from "../units";
 import type { App, Panel } from "./panel";

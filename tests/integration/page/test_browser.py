@@ -40,7 +40,7 @@ def pixels(page: Page) -> int:
     """Return the number of painted pixels of the canvas."""
     count: int = page.evaluate(
         """() => {
-          const canvas = document.querySelector("canvas.picture");
+          const canvas = document.querySelector(".picture canvas.moving");
           const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
           let painted = 0;
           for (let at = 3; at < data.length; at += 4) if (data[at] > 0) painted += 1;

@@ -1,0 +1,206 @@
+/**
+ * Places labels so that none covers another. A label keeps its slot until that collides; labels
+ * that have one come before others of the same rank.
+ */
+
+/** A label that wants a place. Size and rank are set before, slot and place by `place`. */
+export interface Wanted {
+  /** The symbol, in pixels. */
+  x: number;
+  y: number;
+  width: number;
+  height: number;
+  /** 0 is placed first. */
+  rank: number;
+  /** The slot that it has, -1 for none. */
+  slot: number;
+  /** Upper left corner. */
+  left: number;
+  top: number;
+  /** Whether a symbol lies under it. */
+  covers: boolean;
+}
+
+export const RANKS = 6;
+const NEAR = 9;
+/** Distances of the slots with a leader line, pixels. */
+const RINGS = [30, 56] as const;
+/** From the symbol: direction east and south of each slot of a ring; upper right first. */
+const DIRECTIONS: readonly (readonly [number, number])[] = [
+  [1, -1], [1, 1], [-1, -1], [-1, 1], [1, 0], [-1, 0], [0, -1], [0, 1],
+];
+export const SLOTS = DIRECTIONS.length * (1 + RINGS.length);
+/** Kept free around a label, so that labels do not touch until they are placed again, pixels. */
+export const MARGIN = 1.5;
+const SYMBOL = 5;
+
+/** Whether a label at a slot has a leader line. */
+export function hasLeader(slot: number): boolean {
+  return slot >= DIRECTIONS.length;
+}
+
+export class LabelPlaces {
+  private readonly labels = new Boxes();
+  private readonly symbols = new Boxes();
+  private order = new Int32Array(0);
+
+  /** Place at most `budget` of the first `count` within a canvas; those without a place get slot -1. */
+  place(wanted: readonly Wanted[], count: number, budget: number, width: number, height: number): void {
+    this.labels.clear(width, height);
+    this.symbols.clear(width, height);
+    for (let at = 0; at < count; at++) {
+      const one = wanted[at];
+      if (one !== undefined) this.symbols.add(one.x - SYMBOL, one.y - SYMBOL, 2 * SYMBOL, 2 * SYMBOL);
+    }
+    this.sort(wanted, count);
+    let placed = 0;
+    for (let at = 0; at < count; at++) {
+      const one = wanted[this.order[at] ?? 0];
+      if (one === undefined) continue;
+      if (placed < budget && this.find(one, width, height)) placed += 1;
+      else one.slot = -1;
+    }
+  }
+
+  private find(one: Wanted, width: number, height: number): boolean {
+    const kept = one.slot;
+    // A slot that is kept may cover symbols: labels do not jump when aircraft pass under them.
+    if (kept >= 0 && this.fits(one, kept, width, height, true)) return this.take(one, kept);
+    for (const overSymbols of [false, true]) {
+      for (let slot = 0; slot < SLOTS; slot++) {
+        if (this.fits(one, slot, width, height, overSymbols)) return this.take(one, slot);
+      }
+    }
+    return false;
+  }
+
+  private fits(one: Wanted, slot: number, width: number, height: number, overSymbols: boolean): boolean {
+    const [left, top] = [leftOf(one, slot), topOf(one, slot)];
+    if (left < 0 || top < 0 || left + one.width > width || top + one.height > height) return false;
+    if (!this.labels.isFree(left - MARGIN, top - MARGIN, one.width + 2 * MARGIN, one.height + 2 * MARGIN)) return false;
+    return overSymbols || this.symbols.isFree(left, top, one.width, one.height);
+  }
+
+  private take(one: Wanted, slot: number): boolean {
+    one.slot = slot;
+    one.left = leftOf(one, slot);
+    one.top = topOf(one, slot);
+    one.covers = !this.symbols.isFree(one.left, one.top, one.width, one.height);
+    this.labels.add(one.left - MARGIN, one.top - MARGIN, one.width + 2 * MARGIN, one.height + 2 * MARGIN);
+    return true;
+  }
+
+  /** By rank, those with a slot first, then as given. */
+  private sort(wanted: readonly Wanted[], count: number): void {
+    if (this.order.length < count) this.order = new Int32Array(2 * count);
+    let next = 0;
+    for (let group = 0; group < 2 * RANKS; group++) {
+      for (let at = 0; at < count; at++) {
+        const one = wanted[at];
+        if (one !== undefined && 2 * one.rank + (one.slot >= 0 ? 0 : 1) === group) this.order[next++] = at;
+      }
+    }
+  }
+}
+
+export function leftOf(one: Wanted, slot: number): number {
+  const [east] = DIRECTIONS[slot % DIRECTIONS.length] ?? [1, -1];
+  const far = distance(slot, east, (DIRECTIONS[slot % DIRECTIONS.length] ?? [1, -1])[1]);
+  if (east > 0) return one.x + far;
+  return east < 0 ? one.x - far - one.width : one.x - one.width / 2;
+}
+
+export function topOf(one: Wanted, slot: number): number {
+  const [east, south] = DIRECTIONS[slot % DIRECTIONS.length] ?? [1, -1];
+  const far = distance(slot, east, south) * (hasLeader(slot) || east === 0 ? 1 : 0.4);
+  if (south > 0) return one.y + far;
+  return south < 0 ? one.y - far - one.height : one.y - one.height / 2;
+}
+
+function distance(slot: number, east: number, south: number): number {
+  const ring = Math.floor(slot / DIRECTIONS.length);
+  const far = ring === 0 ? NEAR : (RINGS[ring - 1] ?? NEAR);
+  return east !== 0 && south !== 0 && ring > 0 ? 0.75 * far : far;
+}
+
+/** Boxes in a grid of cells; arrays are used again. */
+class Boxes {
+  private columns = 0;
+  private rows = 0;
+  /** The last entry of each cell; entries are chained. */
+  private heads = new Int32Array(0);
+  private chain = new Int32Array(1024);
+  private box = new Int32Array(1024);
+  private entries = 0;
+  private corners = new Float32Array(4 * 256);
+  private count = 0;
+
+  clear(width: number, height: number): void {
+    this.columns = Math.ceil(width / CELL) + 1;
+    this.rows = Math.ceil(height / CELL) + 1;
+    if (this.heads.length < this.columns * this.rows) this.heads = new Int32Array(this.columns * this.rows);
+    this.heads.fill(-1);
+    this.entries = 0;
+    this.count = 0;
+  }
+
+  add(left: number, top: number, width: number, height: number): void {
+    if (4 * this.count + 4 > this.corners.length) {
+      const corners = new Float32Array(2 * this.corners.length);
+      corners.set(this.corners);
+      this.corners = corners;
+    }
+    this.corners[4 * this.count] = left;
+    this.corners[4 * this.count + 1] = top;
+    this.corners[4 * this.count + 2] = left + width;
+    this.corners[4 * this.count + 3] = top + height;
+    const [firstColumn, lastColumn] = [this.column(left), this.column(left + width)];
+    const [firstRow, lastRow] = [this.row(top), this.row(top + height)];
+    for (let row = firstRow; row <= lastRow; row++) {
+      for (let column = firstColumn; column <= lastColumn; column++) this.enter(row * this.columns + column);
+    }
+    this.count += 1;
+  }
+
+  isFree(left: number, top: number, width: number, height: number): boolean {
+    const { corners, heads, chain, box } = this;
+    const [right, bottom] = [left + width, top + height];
+    const [firstColumn, lastColumn] = [this.column(left), this.column(right)];
+    const [firstRow, lastRow] = [this.row(top), this.row(bottom)];
+    for (let row = firstRow; row <= lastRow; row++) {
+      for (let column = firstColumn; column <= lastColumn; column++) {
+        let entry = heads[row * this.columns + column] ?? -1;
+        while (entry >= 0) {
+          const at = 4 * (box[entry] ?? 0);
+          if (left < (corners[at + 2] ?? 0) && (corners[at] ?? 0) < right
+            && top < (corners[at + 3] ?? 0) && (corners[at + 1] ?? 0) < bottom) return false;
+          entry = chain[entry] ?? -1;
+        }
+      }
+    }
+    return true;
+  }
+
+  private enter(cell: number): void {
+    if (this.entries === this.chain.length) {
+      const [chain, box] = [new Int32Array(2 * this.chain.length), new Int32Array(2 * this.chain.length)];
+      chain.set(this.chain);
+      box.set(this.box);
+      [this.chain, this.box] = [chain, box];
+    }
+    this.chain[this.entries] = this.heads[cell] ?? -1;
+    this.box[this.entries] = this.count;
+    this.heads[cell] = this.entries;
+    this.entries += 1;
+  }
+
+  private column(x: number): number {
+    return Math.max(0, Math.min(this.columns - 1, Math.floor(x / CELL)));
+  }
+
+  private row(y: number): number {
+    return Math.max(0, Math.min(this.rows - 1, Math.floor(y / CELL)));
+  }
+}
+
+const CELL = 40;

@@ -1,0 +1,92 @@
+/** What a layer draws with: the canvas, the place of the map on it, and what is shown. */
+
+import type { Feed } from "../feed";
+import type { Selection } from "../selection";
+import type { Store, Track } from "../store";
+import type { ViewState } from "../view";
+import { PALETTES, type Palette } from "./palette";
+import type { Pixels } from "./pixels";
+
+/**
+ * A plane of the map, each an own canvas. `ground` is drawn again when data or view change,
+ * `sweep` and `moving` while something on them moves.
+ */
+export type Plane = "ground" | "sweep" | "moving";
+
+export interface Layer {
+  readonly plane: Plane;
+  draw(scene: Scene): void;
+}
+
+/** A layer of many small marks, below all others. */
+export interface PixelLayer {
+  paint(scene: Scene, pixels: Pixels): void;
+}
+
+/** One object for all drawings: nothing is allocated for a frame. */
+export class Scene {
+  /** Pixels from map units: x = a X + e, y = d Y + f; size in pixels of the page, and device pixels of each. */
+  a = 1;
+  d = -1;
+  e = 0;
+  f = 0;
+  width = 0;
+  height = 0;
+  ratio = 1;
+  context!: CanvasRenderingContext2D;
+  palette: Palette = PALETTES.dark;
+  /** Data time of the drawing. */
+  timeS = 0;
+  /** 0: plots as measured, 1: without biases; between them while they move. */
+  corrected = 1;
+  /** Tracks on the canvas, filled by the layer of symbols, with their pixels. */
+  readonly seen = new Seen();
+
+  constructor(
+    readonly view: ViewState,
+    readonly store: Store,
+    readonly feed: Feed,
+    readonly selection: Selection,
+  ) {}
+
+  px(x: number): number {
+    return this.a * x + this.e;
+  }
+
+  py(y: number): number {
+    return this.d * y + this.f;
+  }
+
+  isInside(x: number, y: number, margin: number): boolean {
+    return x >= -margin && y >= -margin && x <= this.width + margin && y <= this.height + margin;
+  }
+}
+
+/** Tracks on the canvas and their pixels, in arrays that grow and are used again. */
+export class Seen {
+  length = 0;
+  tracks: Track[] = [];
+  x = new Float64Array(256);
+  y = new Float64Array(256);
+
+  clear(): void {
+    this.length = 0;
+  }
+
+  add(track: Track, x: number, y: number): void {
+    if (this.length === this.x.length) {
+      this.x = grown(this.x);
+      this.y = grown(this.y);
+    }
+    this.tracks[this.length] = track;
+    this.x[this.length] = x;
+    this.y[this.length] = y;
+    this.length += 1;
+  }
+}
+
+function grown(values: Float64Array): Float64Array<ArrayBuffer> {
+  const twice = new Float64Array(2 * values.length);
+  twice.set(values);
+  return twice;
+}

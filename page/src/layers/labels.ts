@@ -1,0 +1,175 @@
+/** Labels of the tracks: callsign or code, level with trend, speed. */
+
+import { FONT } from "../drawing/palette";
+import { hasLeader, LabelPlaces, leftOf, MARGIN, topOf, type Wanted } from "../drawing/label_places";
+import type { Layer, Scene } from "../drawing/scene";
+import { nameOf, type Track } from "../store";
+import { level, speed, trend, type Units } from "../units";
+
+const LABELS_MAX = 600;
+const LINE_PX = 13;
+const FONT_PX = 12;
+const PADDING_PX = 2;
+/** Relative width of a letter until the font is measured. */
+const LETTER = 0.6;
+
+/** The label of a track, kept with it between drawings. */
+class Label implements Wanted {
+  x = 0;
+  y = 0;
+  width = 0;
+  height = 2 * LINE_PX;
+  rank = 0;
+  slot = -1;
+  left = 0;
+  top = 0;
+  covers = false;
+  lines: [string, string] = ["", ""];
+  private key = "";
+
+  constructor(public track: Track) {}
+
+  /** Write the lines again if a value changed. */
+  write(units: Units, letter: number): void {
+    const { track } = this;
+    const height = track.onGround ? "GND" : level(track.heightM, units);
+    const second = `${height}${trend(track.climbMps)} ${speed(track.speedMps, units).replace(/ .*/, "")}`;
+    const first = nameOf(track);
+    const key = `${first} ${second}`;
+    if (key === this.key) return;
+    this.key = key;
+    this.lines = [first, second];
+    this.width = Math.ceil(letter * Math.max(first.length, second.length)) + 2 * PADDING_PX;
+  }
+}
+
+export class LabelsLayer implements Layer {
+  readonly plane = "moving";
+  private readonly places = new LabelPlaces();
+  private readonly labels = new Map<number, Label>();
+  private readonly wanted: Label[] = [];
+  private count = 0;
+  private letter = LETTER * FONT_PX;
+  /** When and where the labels were placed. */
+  private placedS = -Infinity;
+  private placedFrame = -1;
+  private place = "";
+
+  draw(scene: Scene): void {
+    if (!scene.view.shown.labels) return;
+    const { context } = scene;
+    context.font = `${FONT_PX}px ${FONT}`;
+    if (this.isDue(scene) || !this.follow(scene)) {
+      this.letter = context.measureText("0").width;
+      this.arrange(scene);
+    }
+    this.write(scene);
+  }
+
+  /** Number of labels on the canvas, for measurements. */
+  get drawn(): number {
+    let drawn = 0;
+    for (let at = 0; at < this.count; at++) if ((this.wanted[at]?.slot ?? -1) >= 0) drawn += 1;
+    return drawn;
+  }
+
+  /** Labels on the canvas, for tests: name, and the corners of its box. */
+  get boxes(): { id: number; left: number; top: number; right: number; bottom: number; slot: number }[] {
+    return this.wanted.slice(0, this.count).filter((one) => one.slot >= 0).map((one) => ({
+      id: one.track.id, left: one.left, top: one.top, right: one.left + one.width, bottom: one.top + one.height, slot: one.slot,
+    }));
+  }
+
+  /** Placed again with new data, another view, or when two labels could touch. */
+  private isDue(scene: Scene): boolean {
+    const { view } = scene;
+    const place = `${scene.a} ${scene.e} ${scene.f} ${scene.width} ${scene.height} ${view.units} ${view.selected} ${view.filter} ${view.shown.tentative} ${view.shown.ground}`;
+    const moved = scene.store.fastest * scene.a * (scene.timeS - this.placedS);
+    const due = place !== this.place || scene.store.frames !== this.placedFrame || !(moved < MARGIN);
+    if (due) [this.place, this.placedFrame, this.placedS] = [place, scene.store.frames, scene.timeS];
+    return due;
+  }
+
+  private arrange(scene: Scene): void {
+    const { seen, view } = scene;
+    this.count = seen.length;
+    for (let at = 0; at < seen.length; at++) {
+      const track = seen.tracks[at] as Track;
+      let label = this.labels.get(track.id);
+      if (label === undefined || label.track !== track) {
+        label = new Label(track);
+        this.labels.set(track.id, label);
+      }
+      label.write(view.units, this.letter);
+      label.x = seen.x[at] ?? 0;
+      label.y = seen.y[at] ?? 0;
+      label.rank = rankOf(track, track.id === view.selected);
+      this.wanted[at] = label;
+    }
+    this.places.place(this.wanted, this.count, LABELS_MAX, scene.width, scene.height);
+    if (this.labels.size > 2 * this.count + 100) this.forget(scene);
+  }
+
+  /** Between placements a label moves with its symbol; false if the tracks on the canvas changed. */
+  private follow(scene: Scene): boolean {
+    const { seen } = scene;
+    if (seen.length !== this.count) return false;
+    for (let at = 0; at < this.count; at++) {
+      const label = this.wanted[at] as Label;
+      if (label.track !== seen.tracks[at]) return false;
+      label.x = seen.x[at] ?? 0;
+      label.y = seen.y[at] ?? 0;
+      if (label.slot < 0) continue;
+      label.left = leftOf(label, label.slot);
+      label.top = topOf(label, label.slot);
+    }
+    return true;
+  }
+
+  private write(scene: Scene): void {
+    const { context, palette, view } = scene;
+    context.strokeStyle = palette.faint;
+    context.lineWidth = 1;
+    context.beginPath();
+    for (let at = 0; at < this.count; at++) {
+      const label = this.wanted[at] as Label;
+      if (label.slot < 0 || !hasLeader(label.slot)) continue;
+      context.moveTo(label.x, label.y);
+      context.lineTo(
+        Math.max(label.left, Math.min(label.x, label.left + label.width)),
+        Math.max(label.top, Math.min(label.y, label.top + label.height)),
+      );
+    }
+    context.stroke();
+    context.fillStyle = palette.background;
+    context.globalAlpha = 0.7;
+    for (let at = 0; at < this.count; at++) {
+      const label = this.wanted[at] as Label;
+      if (label.slot >= 0 && label.covers) {
+        context.fillRect(Math.round(label.left), Math.round(label.top), label.width, label.height);
+      }
+    }
+    context.globalAlpha = 1;
+    let colour = "";
+    for (let at = 0; at < this.count; at++) {
+      const label = this.wanted[at] as Label;
+      if (label.slot < 0) continue;
+      const wanted = label.track.id === view.selected ? palette.selected
+        : label.track.state === "confirmed" ? palette.label
+        : label.track.state === "coasting" ? palette.stale : palette.faint;
+      if (wanted !== colour) context.fillStyle = colour = wanted;
+      const [x, y] = [Math.round(label.left) + PADDING_PX, Math.round(label.top)];
+      context.fillText(label.lines[0], x, y + LINE_PX - 3);
+      context.fillText(label.lines[1], x, y + 2 * LINE_PX - 3);
+    }
+  }
+
+  private forget(scene: Scene): void {
+    for (const [id, label] of this.labels) if (scene.store.track(id) !== label.track) this.labels.delete(id);
+  }
+}
+
+function rankOf(track: Track, selected: boolean): number {
+  if (selected) return 0;
+  return track.onGround ? 5 : track.state === "confirmed" ? 2 : track.state === "coasting" ? 3 : 4;
+}

@@ -1,0 +1,38 @@
+/** Plots by sensor, between the positions as measured and those without biases. */
+
+import { sensorColour } from "../drawing/palette";
+import { word, type Pixels } from "../drawing/pixels";
+import type { PixelLayer, Scene } from "../drawing/scene";
+import { PLOTS_KEPT_S } from "../plots";
+
+/** Opacity falls with age in so many steps. */
+const STEPS = 4;
+
+export class PlotsLayer implements PixelLayer {
+  /** Word of the colour by sensor and step of age. */
+  private words: number[][] = [];
+
+  paint(scene: Scene, pixels: Pixels): void {
+    const { store, corrected, ratio, view, timeS } = scene;
+    if (!view.shown.plots) return;
+    const { plots } = store;
+    for (let number = plots.first; number < plots.last; number++) {
+      const at = plots.slot(number);
+      const measuredX = plots.x[at] ?? NaN;
+      const measuredY = plots.y[at] ?? NaN;
+      const x = scene.px(measuredX + corrected * ((plots.correctedX[at] ?? NaN) - measuredX));
+      const y = scene.py(measuredY + corrected * ((plots.correctedY[at] ?? NaN) - measuredY));
+      if (!scene.isInside(x, y, 0)) continue;
+      const age = (timeS - (plots.timeS[at] ?? 0)) / PLOTS_KEPT_S;
+      const step = Math.max(0, Math.min(STEPS - 1, Math.floor(STEPS * age)));
+      const sensor = plots.sensor[at] ?? 0;
+      pixels.mark(sensor, x * ratio, y * ratio, this.colour(sensor, step));
+    }
+  }
+
+  private colour(sensor: number, step: number): number {
+    const known = (this.words[sensor] ??= Array.from({ length: STEPS }, (_, one) =>
+      word(sensorColour(sensor), 1 - (0.65 * one) / (STEPS - 1))));
+    return known[step] ?? 0;
+  }
+}

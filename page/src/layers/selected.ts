@@ -1,0 +1,56 @@
+/** The selected track: its past ten minutes and its forecast. */
+
+import { FONT } from "../drawing/palette";
+import type { Layer, Scene } from "../drawing/scene";
+import { scaleAt } from "../mercator";
+
+/** The path, with a mark and its age at each minute. */
+export class PastLayer implements Layer {
+  readonly plane = "ground";
+
+  draw(scene: Scene): void {
+    const { context, palette, selection } = scene;
+    if (selection.past.length === 0) return;
+    context.strokeStyle = palette.selected;
+    context.fillStyle = palette.selected;
+    context.font = `11px ${FONT}`;
+    context.lineWidth = 1;
+    context.globalAlpha = 0.8;
+    context.beginPath();
+    for (const point of selection.past) context.lineTo(scene.px(point.x), scene.py(point.y));
+    context.stroke();
+    let minute = Infinity;
+    for (const point of selection.past) {
+      const age = Math.floor((scene.timeS - point.timeS) / 60);
+      if (age < minute && minute !== Infinity) {
+        const [x, y] = [Math.round(scene.px(point.x)), Math.round(scene.py(point.y))];
+        context.fillRect(x - 2, y - 2, 5, 5);
+        context.fillText(`−${age + 1} min`, x + 6, y + 4);
+      }
+      minute = age;
+    }
+    context.globalAlpha = 1;
+  }
+}
+
+/** The predicted positions with their regions. */
+export class ForecastLayer implements Layer {
+  readonly plane = "ground";
+
+  draw(scene: Scene): void {
+    const { context, palette, selection } = scene;
+    context.strokeStyle = palette.selected;
+    context.lineWidth = 1;
+    context.globalAlpha = 0.6;
+    for (const point of selection.forecast) {
+      const perMetre = scaleAt(point.latitude) * scene.a;
+      context.beginPath();
+      context.ellipse(
+        scene.px(point.x), scene.py(point.y), point.majorM * perMetre, point.minorM * perMetre,
+        ((point.azimuthDeg - 90) * Math.PI) / 180, 0, 2 * Math.PI,
+      );
+      context.stroke();
+    }
+    context.globalAlpha = 1;
+  }
+}

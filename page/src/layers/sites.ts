@@ -1,0 +1,84 @@
+/** Radars with their range rings. */
+
+import { FONT, sensorColour } from "../drawing/palette";
+import type { Layer, Scene } from "../drawing/scene";
+import type { Sensor } from "../feed";
+import { destination, mercatorX, mercatorY } from "../mercator";
+import { NAUTICAL_MILE_M } from "../units";
+
+const RING_NM = 50;
+/** Range of a radar without a configured one, m. */
+export const RANGE_ASSUMED_M = 250_000;
+const STEP_DEG = 5;
+
+/** A radar on the map. */
+export interface Site {
+  sensor: Sensor;
+  x: number;
+  y: number;
+  /** Points of its rings in map units: x, y, x, y, …; one array each. */
+  rings: Float64Array[];
+}
+
+/** Radars with a known site; rings are computed when the sensors change. */
+export class Sites {
+  private of: Sensor[] | null = null;
+  private found: Site[] = [];
+
+  all(sensors: Sensor[]): Site[] {
+    if (sensors !== this.of) {
+      this.of = sensors;
+      this.found = sensors.flatMap(siteOf);
+    }
+    return this.found;
+  }
+}
+
+export class SitesLayer implements Layer {
+  readonly plane = "ground";
+
+  constructor(private readonly sites: Sites) {}
+
+  draw(scene: Scene): void {
+    const { context, palette, store, view } = scene;
+    if (!view.shown.sites) return;
+    context.lineWidth = 1;
+    context.font = `11px ${FONT}`;
+    for (const site of this.sites.all(scene.feed.sensors)) {
+      const colour = sensorColour(store.sensors.indexOf(site.sensor.id));
+      context.strokeStyle = colour;
+      context.fillStyle = colour;
+      context.globalAlpha = 0.22;
+      for (const ring of site.rings) {
+        context.beginPath();
+        for (let at = 0; at < ring.length; at += 2) context.lineTo(scene.px(ring[at] ?? 0), scene.py(ring[at + 1] ?? 0));
+        context.stroke();
+      }
+      context.globalAlpha = 1;
+      const [x, y] = [Math.round(scene.px(site.x)), Math.round(scene.py(site.y))];
+      context.beginPath();
+      context.moveTo(x, y - 6);
+      context.lineTo(x + 5.5, y + 4);
+      context.lineTo(x - 5.5, y + 4);
+      context.closePath();
+      context.fill();
+      context.fillStyle = palette.label;
+      context.fillText(site.sensor.id, x + 9, y + 5);
+    }
+  }
+}
+
+function siteOf(sensor: Sensor): Site[] {
+  const { latitude_deg: latitude, longitude_deg: longitude, range_max_m: end } = sensor;
+  if (latitude === null || longitude === null || sensor.kind !== "radar") return [];
+  const rings = [];
+  for (let metres = RING_NM * NAUTICAL_MILE_M; metres <= (end ?? RANGE_ASSUMED_M); metres += RING_NM * NAUTICAL_MILE_M) {
+    const points = [];
+    for (let azimuth = 0; azimuth <= 360; azimuth += STEP_DEG) {
+      const [east, north] = destination(latitude, longitude, azimuth, metres);
+      points.push(mercatorX(east), mercatorY(north));
+    }
+    rings.push(Float64Array.from(points));
+  }
+  return [{ sensor, x: mercatorX(longitude), y: mercatorY(latitude), rings }];
+}
