@@ -25,7 +25,9 @@ from multiradar_schemas.products.forecast import FORECAST_SCHEMA, Forecast, Fore
 from multiradar_schemas.products.health import HEALTH_SCHEMA, RadarHealth
 from multiradar_schemas.products.manoeuvre_plane import MANOEUVRE_PLANE_SCHEMA, ManoeuvrePlane
 from multiradar_schemas.products.observability import OBSERVABILITY_SCHEMA, Observability
+from multiradar_schemas.products.residuals import Residuals
 from multiradar_schemas.products.track import TRACK_SCHEMA, Track, TrackUpdate
+from multiradar_schemas.products.track_plots import TrackPlots
 from multiradar_schemas.products.trajectories import TRAJECTORY_SCHEMA, Trajectories
 from multiradar_schemas.products.transition import TRANSITION_SCHEMA, Transition
 from multiradar_schemas.report import Report
@@ -48,6 +50,8 @@ _MODELS: dict[str, TypeAdapter[Any]] = {
     "manoeuvre-plane": TypeAdapter(ManoeuvrePlane),
     "observability": TypeAdapter(Observability),
     "trajectories": TypeAdapter(Trajectories),
+    "track-plots": TypeAdapter(TrackPlots),
+    "residuals": TypeAdapter(Residuals),
     "reject": TypeAdapter(Reject),
     "report": TypeAdapter(Report),
     "alignment": TypeAdapter(Alignment),

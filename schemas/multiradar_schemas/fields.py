@@ -51,7 +51,9 @@ from multiradar_schemas.products.manoeuvre_plane import (
     PlanePosition,
 )
 from multiradar_schemas.products.observability import OBSERVABILITY_SCHEMA, Observability
+from multiradar_schemas.products.residuals import RadarResiduals, ResidualBin, Residuals
 from multiradar_schemas.products.track import TRACK_SCHEMA, Track, TrackUpdate
+from multiradar_schemas.products.track_plots import TrackPlot, TrackPlots
 from multiradar_schemas.products.trajectories import (
     TRAJECTORY_REASON_MEANINGS,
     Trajectories,
@@ -158,6 +160,7 @@ def _lines() -> Iterator[str]:
     yield from _forecast_lines()
     yield from _encounter_lines()
     yield from _plane_lines()
+    yield from _plot_lines()
     yield from _trajectory_lines()
     yield "\n## Rejects: `rejects.ndjson`\n"
     yield "Exactly one of `line` and `offset` is present.\n"
@@ -252,6 +255,19 @@ def _plane_lines() -> Iterator[str]:
     yield "\n## Observability: `observability.parquet`, `GET /v1/tracks/{id}/observability`\n"
     yield "The file has a row for each track and epoch in which it was updated.\n"
     yield from _table(Observability, tuple(OBSERVABILITY_SCHEMA), dict(OBSERVABILITY_SCHEMA))
+
+
+def _plot_lines() -> Iterator[str]:
+    yield "\n## Plots of a track: `GET /v1/tracks/{id}/plots`, Zenoh\n"
+    yield from _table(TrackPlots)
+    yield "\nEach of `plots`:\n"
+    yield from _table(TrackPlot)
+    yield "\n## Residuals of radars: `GET /v1/residuals`, Zenoh\n"
+    yield from _table(Residuals)
+    yield "\nEach of `sensors`:\n"
+    yield from _table(RadarResiduals)
+    yield "\nEach interval:\n"
+    yield from _table(ResidualBin)
 
 
 def _trajectory_lines() -> Iterator[str]:

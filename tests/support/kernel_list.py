@@ -55,7 +55,7 @@ STUDIES: dict[str, tuple[str, ...]] = {
 QUERIES = (
     "tracks", "status", "sensors", "encounters", "tracks/1", "tracks/1/history",
     "tracks/1/forecast?horizon_s=60&step_s=10", "tracks/1/manoeuvre-plane",
-    "tracks/1/observability",
+    "tracks/1/observability", "tracks/1/plots", "residuals",
 )  # fmt: skip
 #: A type with a longer text is given a name in the list.
 NAMED_LENGTH_MIN = 40

@@ -25,6 +25,10 @@ ON_GROUND = 1
 #: Columns of `EngineOutput.spread`.
 SPREAD_COUNT = 5
 
+#: Columns of `EngineOutput.innovations`: those of `filters._kernels.INNOVATION_COUNT`, and the
+#: variances of both components as configured or reported.
+INNOVATIONS_COUNT = 10
+
 
 @dataclass(frozen=True, slots=True)
 class TrackUpdates:
@@ -356,6 +360,10 @@ class EngineOutput:
     spread : (n, 5) float64
         For each update: position in the system plane, east and north, m, and its covariance (east,
         east and north, north), m², including the uncertainty of the biases.
+    innovations : (n, INNOVATIONS_COUNT) float64
+        For each update: the innovation of its measurement with covariances, at the biases published
+        then, and the variances of its noise; NaN in the first column for a measurement that
+        initiated its track. Range and azimuth (m, rad); for a reported position east and north (m).
     pictures : tuple of Picture
         Live tracks at the end of each closed epoch, if requested.
     samples : tuple of StateSample
@@ -373,6 +381,9 @@ class EngineOutput:
     health: HealthRecords = field(default_factory=lambda: HealthRecords.concatenate([]))
     plots: TrackPlots = field(default_factory=lambda: TrackPlots.concatenate([]))
     spread: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, SPREAD_COUNT)))
+    innovations: NDArray[np.float64] = field(
+        default_factory=lambda: np.empty((0, INNOVATIONS_COUNT))
+    )
     pictures: tuple[Picture, ...] = ()
     samples: tuple[StateSample, ...] = ()
     outcomes: NDArray[np.int64] = field(default_factory=lambda: np.empty((0, 0), np.int64))

@@ -20,6 +20,7 @@ from multiradar.runtime.queries.registry import (
     FORECAST,
     MANOEUVRE_PLANE,
     OBSERVABILITY,
+    RESIDUALS,
     UPDATES,
     History,
     Query,
@@ -136,6 +137,8 @@ class FakeView:
         if query is ENCOUNTERS:
             self.asked = EncounterQuery(**values)
             return no_encounters(self.asked)
+        if query is RESIDUALS:
+            return {"time_s": None, **values, "sensors": []}
         failure = self.failures.get(query.name)
         if failure is not None and values.get("by", BUNDLE) == BUNDLE:
             raise failure

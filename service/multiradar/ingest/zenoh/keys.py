@@ -11,6 +11,7 @@
     multiradar/v1/encounters              queryable
     multiradar/v1/trajectories/{track}    queryable
     multiradar/v1/manoeuvre-planes/{track}, multiradar/v1/observability/{track}   queryable
+    multiradar/v1/plots/{track}, multiradar/v1/residuals   queryable
     multiradar/v1/status                  out, and queryable
     multiradar/v1/instances/{instance}    a liveliness token for each instance
 """

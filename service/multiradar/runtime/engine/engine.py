@@ -27,7 +27,7 @@ from multiradar.estimation.filters.bank import Outcome, find_filter_for
 from multiradar.estimation.measurement.reported_motion import reported_motion
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.engine.run_updates import Described, Run, track_updates
+from multiradar.runtime.engine.run_updates import Described, Run, track_updates, update_innovations
 from multiradar.runtime.engine.shared_biases import SharedBiases
 from multiradar.runtime.engine.stepper import WORKERS_MAX, Stepper
 from multiradar.runtime.engine.track_states import sampled, track_states
@@ -240,7 +240,8 @@ class Engine:
             for begin, end in self._enter_steps(batch.time_s, first, last):
                 ended += self._process_step(run, begin, end)
             self._last_s = float(batch.time_s[last - 1])
-        updates, transitions, plots, spread, outcomes = self._describe(shown, run)
+        updates, transitions, plots, accepted, outcomes = self._describe(shown, run)
+        noises = (self._biases.model if self._sources is None else self._sources).noises
         return EngineOutput(
             updates=updates,
             biases=BiasRecords.concatenate([one.biases for one in closed]),
@@ -249,7 +250,8 @@ class Engine:
             duplicates=duplicates,
             health=HealthRecords.concatenate([one.health for one in closed]),
             plots=plots,
-            spread=spread,
+            spread=result.readout[accepted][:, _SPREAD],
+            innovations=update_innovations(run, accepted, noises),
             pictures=self._pop_pictures(),
             samples=tuple(sample for one in closed for sample in one.samples),
             outcomes=outcomes,
@@ -335,7 +337,7 @@ class Engine:
 
     def _describe(
         self, shown: MeasurementBatch, run: Run
-    ) -> tuple[TrackUpdates, TrackTransitions, TrackPlots, Floats, NDArray[np.int64]]:
+    ) -> tuple[TrackUpdates, TrackTransitions, TrackPlots, NDArray[np.intp], NDArray[np.int64]]:
         batch, result, identities = run.batch, run.result, run.identities
         accepted = np.flatnonzero(result.outcome <= RESTARTED)
         described = np.empty((len(accepted), 6))
@@ -364,7 +366,7 @@ class Engine:
             self._settings.hidden_fields, keeps_modes=self._filter.keeps_modes,
         )  # fmt: skip
         plots = TrackPlots(updates.track_id, shown.select(accepted))
-        return updates, transitions, plots, result.readout[accepted][:, _SPREAD], by_sensor
+        return updates, transitions, plots, accepted, by_sensor
 
     def _close_epoch(self) -> "_Closed":
         if self._epoch is None or not self._epoch_open:

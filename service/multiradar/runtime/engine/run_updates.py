@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import (
+    INNOVATION_COUNT,
     READOUT_GROUND,
     READOUT_HEIGHT,
     READOUT_HEIGHT_VARIANCE,
@@ -14,8 +15,14 @@ from multiradar.estimation.filters._kernels import (
     READOUT_RATE,
 )
 from multiradar.estimation.filters.arrays import Result, Rows
+from multiradar.estimation.measurement.kinds import KIND_POSITION
 from multiradar.tracking.input.measurements import MeasurementBatch
-from multiradar.tracking.outputs import STATE_CONFIRMED, STATE_TENTATIVE, TrackUpdates
+from multiradar.tracking.outputs import (
+    INNOVATIONS_COUNT,
+    STATE_CONFIRMED,
+    STATE_TENTATIVE,
+    TrackUpdates,
+)
 from multiradar.tracking.roster import RowIdentities
 
 
@@ -137,3 +144,30 @@ def track_updates(
         measured_mode_s_address=shown.mode_s_address[updated],
         on_ground=result.readout[updated, READOUT_GROUND].astype(np.int8),
     )
+
+
+def update_innovations(
+    run: Run, updated: NDArray[np.intp], noises: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the innovations of the measurements that updated a track.
+
+    Parameters
+    ----------
+    run : Run
+        The rows of the run, and their results.
+    updated : (m,) int64
+        Row numbers.
+    noises : (k, 4) float64
+        As in `filters.arrays.Model`, with those of single measurements.
+
+    Returns
+    -------
+    (m, INNOVATIONS_COUNT) float64
+        As in `EngineOutput.innovations`.
+    """
+    found = np.empty((len(updated), INNOVATIONS_COUNT))
+    found[:, :INNOVATION_COUNT] = run.result.innovation[updated]
+    variances = noises[run.rows.seen[updated]]
+    reported = (run.rows.kind[updated] == KIND_POSITION)[:, None]
+    found[:, INNOVATION_COUNT:] = np.where(reported, variances[:, 2:3], variances[:, :2])
+    return found

@@ -7,18 +7,14 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from multiradar.estimation.measurement.kinds import KIND_POSITION, KIND_RADAR
-from multiradar.estimation.measurement.known_biases import polar_without_biases
-from multiradar.geodesy.polar import polar_to_geodetic
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.picture.frames import encoded
+from multiradar.runtime.queries.plot_coordinates import plot_coordinates
 from multiradar.runtime.queries.track_windows import bias_estimates
 from multiradar.tracking.outputs import STATE_NAMES
 
 #: Maximum plots of a frame: a page that was away longer misses the oldest.
 PLOTS_MAX = 5_000
-#: Height of a plot without one where its track has none either, m.
-_HEIGHT_ASSUMED_M = 7_000.0
 
 _NUMBERS = {
     "height_m": "f4", "speed_mps": "f4", "heading_deg": "f4", "vertical_rate_mps": "f4",
@@ -27,7 +23,6 @@ _NUMBERS = {
 }  # fmt: skip
 _EXACT = ("track_id", "time_s", "latitude_deg", "longitude_deg")
 
-Floats = NDArray[np.float64]
 Columns = dict[str, NDArray[Any]]
 
 
@@ -83,9 +78,8 @@ class AirPicture:
     def _plots(self, rows: NDArray[np.void]) -> Columns:
         sensors = self._known.sensors
         estimates = bias_estimates(self._known.latest_biases(), len(sensors))
-        biases = estimates[rows["sensor"]]
-        measured = _positions(rows, np.zeros_like(biases), self._known)
-        corrected = _positions(rows, biases, self._known)
+        measured = plot_coordinates(rows, np.zeros_like(estimates), sensors)
+        corrected = plot_coordinates(rows, estimates, sensors)
         return {
             "time_s": rows["time_s"].astype(np.float64),
             "track_id": rows["track_id"].astype(np.float64),
@@ -114,25 +108,3 @@ def _track_columns(frame: pl.DataFrame) -> Columns:
 def _track_texts(frame: pl.DataFrame) -> dict[str, list[str | None]]:
     names = ("callsign", "mode_3a", "mode_s_address")
     return {name: frame[name].to_list() if len(frame) else [] for name in names}
-
-
-# Latitude and longitude of plots, rad, with biases removed; NaN for bearings and unlocatable plots.
-def _positions(rows: NDArray[np.void], biases: Floats, known: Knowledge) -> tuple[Floats, Floats]:
-    latitude = np.where(rows["kind"] == KIND_POSITION, rows["latitude_rad"], np.nan)
-    longitude = np.where(rows["kind"] == KIND_POSITION, rows["longitude_rad"], np.nan)
-    height = np.where(np.isfinite(rows["height_m"]), rows["height_m"], rows["track_height_m"])
-    height = np.where(np.isfinite(height), height, _HEIGHT_ASSUMED_M)
-    sensors = known.sensors
-    range_m, azimuth_rad = polar_without_biases(rows["range_m"], rows["azimuth_rad"], biases)
-    for sensor in np.unique(rows["sensor"]).tolist():
-        own = (rows["sensor"] == sensor) & (rows["kind"] == KIND_RADAR)
-        if not own.any():
-            continue
-        site = tuple(
-            float(column[sensor])
-            for column in (sensors.latitude_rad, sensors.longitude_rad, sensors.height_m)
-        )
-        latitude[own], longitude[own] = polar_to_geodetic(
-            (site[0], site[1], site[2]), range_m[own], azimuth_rad[own], height[own]
-        )
-    return latitude, longitude

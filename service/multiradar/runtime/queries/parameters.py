@@ -105,6 +105,10 @@ WINDOW = Parameter(
     "window_s", WINDOW_DEFAULT_S, "Window: measurements of the last so many seconds are used, s",
     least=5.0, most=600.0, example=60,
 )  # fmt: skip
+RESIDUAL_WINDOW = Parameter(
+    "window_s", 600.0, "Window: plots of the last so many seconds before the data time are used, s",
+    least=5.0, most=86_400.0, example=600,
+)  # fmt: skip
 
 PATH_POINTS = Parameter(
     "points",

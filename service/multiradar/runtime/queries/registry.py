@@ -20,10 +20,13 @@ from multiradar.runtime.queries.observabilities import observability_of_track
 from multiradar.runtime.queries.parameters import Parameter
 from multiradar.runtime.queries.track_windows import WindowAnalysis
 from multiradar.runtime.queries.trajectory_sets import answer_trajectories
+from multiradar.runtime.queries.used_plots import plots_of_track, residuals_of_radars
 from multiradar_schemas.products.encounter import Encounters
 from multiradar_schemas.products.forecast import Forecast
 from multiradar_schemas.products.manoeuvre_plane import ManoeuvrePlane
 from multiradar_schemas.products.observability import Observability
+from multiradar_schemas.products.residuals import Residuals
+from multiradar_schemas.products.track_plots import TrackPlots
 from multiradar_schemas.products.trajectories import Trajectories
 
 Document = dict[str, Any]
@@ -119,8 +122,18 @@ ENCOUNTERS = Query(
     "encounters", "encounters", False, parameters.ENCOUNTERS, answer_encounters, Encounters,
     "Predict which pairs of tracks come into proximity, when, and with which probability.",
 )  # fmt: skip
+PLOTS = Query(
+    "plots", "plots", True, (parameters.WINDOW,), plots_of_track, TrackPlots,
+    "Return the last plots of a live track, with the biases removed, innovations and weights.",
+)  # fmt: skip
+RESIDUALS = Query(
+    "residuals", "residuals", False, (parameters.RESIDUAL_WINDOW,), residuals_of_radars, Residuals,
+    "Return the innovations of the plots of all radars by range and by azimuth.",
+)  # fmt: skip
 
-QUERIES = (FORECAST, MANOEUVRE_PLANE, OBSERVABILITY, TRAJECTORIES, ENCOUNTERS)
+QUERIES = (
+    FORECAST, MANOEUVRE_PLANE, OBSERVABILITY, TRAJECTORIES, PLOTS, ENCOUNTERS, RESIDUALS,
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar.errors import PlaneError
+from multiradar.estimation.filters._kernels import INNOVATION_COUNT
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_NAMES,
@@ -23,7 +24,7 @@ from multiradar.runtime.memory.history import TrackHistory
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.tracking.columns import row_type
 from multiradar.tracking.input.measurements import Directions, MeasurementBatch
-from multiradar.tracking.outputs import EngineOutput
+from multiradar.tracking.outputs import INNOVATIONS_COUNT, EngineOutput
 
 #: Maximum measurements of a window; the last ones are used.
 POINTS_MAX = 1000
@@ -38,6 +39,10 @@ _OF_TRACK = "track_"
 _TRACK = ("latitude_rad", "longitude_rad", "height_m")
 # Elevations and positions of moving sensors, side by side; NaN where not reported.
 _DIRECTIONS = "directions"
+# What the filter made of it, as in `EngineOutput.innovations`; NaN where it is not recorded.
+_INNOVATION = "innovation"
+#: Columns of the variances of the noise in the innovation.
+VARIANCES = slice(INNOVATION_COUNT, INNOVATIONS_COUNT)
 #: The measurement of an update; field names are those of `MeasurementBatch`, and of the update with
 #: the prefix `track_`.
 PLOT_DTYPE = np.dtype(
@@ -45,6 +50,7 @@ PLOT_DTYPE = np.dtype(
     + row_type(MeasurementBatch, _MEASURED).descr
     + [(_OF_TRACK + name, np.float64) for name in _TRACK]
     + [(_DIRECTIONS, np.float64, (len(Directions._fields),))]
+    + [(_INNOVATION, np.float32, (INNOVATIONS_COUNT,))]
 )
 
 #: Evaluates a window: measurements as `PLOT_DTYPE`, its length in s, biases as `BIAS_DTYPE`,
@@ -78,6 +84,8 @@ def plot_rows(output: EngineOutput, row_type: np.dtype[np.void] = PLOT_DTYPE) ->
         elif name == _DIRECTIONS:
             directions = plots.measured.directions
             rows[name] = np.nan if directions is None else np.column_stack(directions)
+        elif name == _INNOVATION:
+            rows[name] = output.innovations if len(output.innovations) else np.nan
         else:
             rows[name] = getattr(plots.measured, name)
     return rows
