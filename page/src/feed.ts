@@ -39,6 +39,9 @@ export class Feed {
   problem = "";
   /** Counts the documents read. */
   revision = 0;
+  /** Area shown and selected track: what frames have of more tracks than a page can show. */
+  area = "";
+  track: number | null = null;
   private after: number | null = null;
   private answeredMs = performance.now();
 
@@ -77,8 +80,11 @@ export class Feed {
   }
 
   private async frame(): Promise<void> {
-    const address = this.after === null ? "v1/picture" : `v1/picture?after=${this.after}`;
-    const answer = await get(address);
+    const asked = new URLSearchParams();
+    if (this.after !== null) asked.set("after", String(this.after));
+    if (this.area !== "") asked.set("bbox", this.area);
+    if (this.track !== null) asked.set("track", String(this.track));
+    const answer = await get(`v1/picture?${asked.toString()}`);
     const buffer = await answer.arrayBuffer();
     try {
       const frame = decode(buffer);

@@ -11,11 +11,10 @@ interface Header {
   data_time_s: number | null;
   next: number;
   skipped: number;
+  /** Live tracks, of which the frame may have a part. */
+  total: number;
   sensors: string[];
   states: string[];
-  callsign: (string | null)[];
-  mode_3a: (string | null)[];
-  mode_s_address: (string | null)[];
   tables: Record<string, Described>;
 }
 

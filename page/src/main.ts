@@ -21,10 +21,12 @@ let queued = false;
 const feed = new Feed(store, () => redraw());
 const selection = new Selection(() => store.dataTimeS);
 selection.follow(view.selected);
+feed.track = view.selected;
 
 const actions: Actions = {
   select(id) {
     view.selected = id;
+    feed.track = id;
     selection.follow(id);
     actions.changed();
   },

@@ -20,6 +20,7 @@ import { Pixels } from "./drawing/pixels";
 import { Scene, type Layer as Drawn, type Plane } from "./drawing/scene";
 import type { Feed } from "./feed";
 import { allLayers } from "./layers/index";
+import { RADIUS_M } from "./mercator";
 import type { Selection } from "./selection";
 import type { Store, Track } from "./store";
 import type { ViewState } from "./view";
@@ -29,6 +30,8 @@ const PICK_PX = 14;
 const SNAP_MS = 300;
 /** Motion that is worth a drawing, pixels. */
 const STEP_PX = 0.25;
+/** Width of the whole map. */
+const WORLD_UNITS = 2 * Math.PI * RADIUS_M;
 const PLANES: readonly Plane[] = ["ground", "sweep", "moving"];
 
 export class Picture {
@@ -84,6 +87,7 @@ export class Picture {
     this.map.on("click", (event) => select(this.pick(event.pixel[0] ?? 0, event.pixel[1] ?? 0)));
     this.map.on("moveend", () => {
       const { center, zoom } = { center: this.map.getView().getCenter(), zoom: this.map.getView().getZoom() };
+      if (center !== undefined) feed.area = areaOf(this.map.getView().calculateExtent());
       if (!this.centred || center === undefined) return;
       const [longitude, latitude] = toLonLat(center);
       view.centre = [longitude ?? 0, latitude ?? 0];
@@ -247,4 +251,18 @@ export class Picture {
     scene.context = context;
     for (const layer of this.byPlane[plane]) layer.draw(scene);
   }
+}
+
+/** An extent of the map with a margin, in whole steps of its size: pages with similar views share frames. */
+function areaOf(extent: number[]): string {
+  const [west, south] = toLonLat([extent[0] ?? 0, extent[1] ?? 0]) as [number, number];
+  const [east, north] = toLonLat([extent[2] ?? 0, extent[3] ?? 0]) as [number, number];
+  if (!(east > west) || (extent[2] ?? 0) - (extent[0] ?? 0) > WORLD_UNITS) return "-180,-90,180,90";
+  const step = 2 ** Math.ceil(Math.log2(Math.max(east - west, north - south) / 4));
+  const down = (value: number) => Math.floor(value / step) * step;
+  const corners = [down(west), down(south), down(east) + step, down(north) + step];
+  return corners.map((one, at) => {
+    const limit = at % 2 === 0 ? 180 : 90;
+    return Math.max(-limit, Math.min(limit, one));
+  }).join(",");
 }

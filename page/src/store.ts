@@ -2,7 +2,7 @@
 
 import type { Frame } from "./frame";
 import { PLOTS_KEPT_S, Plots } from "./plots";
-import { nameOf, Track } from "./track";
+import { nameOf, Track, trackColumns } from "./track";
 
 /** Positions are extrapolated at most this long, s. */
 const AHEAD_MAX_S = 10;
@@ -13,6 +13,8 @@ export class Store {
   /** Live tracks by ascending number; the objects stay those of the tracks. */
   tracks: Track[] = [];
   readonly plots = new Plots();
+  /** Live tracks of the service, of which `tracks` may be those of the area shown. */
+  total = 0;
   sensors: string[] = [];
   dataTimeS: number | null = null;
   /** Frames received, plots that the service no longer had, and answers that were no frame. */
@@ -42,6 +44,7 @@ export class Store {
     this.receivedMs = nowMs;
     this.frames += 1;
     this.skipped += frame.header.skipped;
+    this.total = frame.header.total;
     this.sensors = frame.header.sensors;
     this.updateTracks(frame);
     this.plots.update(frame.plots, (time ?? 0) - PLOTS_KEPT_S);
@@ -68,18 +71,19 @@ export class Store {
   }
 
   private updateTracks(frame: Frame): void {
-    const ids = frame.tracks.column("track_id");
+    const columns = trackColumns(frame.tracks);
+    const { states } = frame.header;
     const found = this.other;
     found.length = 0;
     this.fastest = 0;
     for (let row = 0; row < frame.tracks.rows; row++) {
-      const id = ids[row] ?? NaN;
+      const id = columns.track_id[row] ?? NaN;
       let track = this.byId.get(id);
       if (track === undefined) {
         track = new Track(id);
         this.byId.set(id, track);
       }
-      track.update(frame, row);
+      track.update(columns, states, row);
       track.seenIn = this.frames;
       this.fastest = Math.max(this.fastest, Math.abs(track.vx), Math.abs(track.vy));
       found.push(track);

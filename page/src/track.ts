@@ -1,10 +1,15 @@
 /** A live track. */
 
-import type { Column, Frame } from "./frame";
+import type { Column, Table } from "./frame";
 import { mercatorX, mercatorY, scaleAt } from "./mercator";
 
 const TRAIL_POINTS = 24;
 const TRAIL_STEP_S = 5;
+
+/** Sources of a track, as in frames. */
+export const ADSB = 1;
+export const MLAT = 2;
+export const RADAR = 4;
 
 export class Track {
   timeS = NaN;
@@ -22,6 +27,12 @@ export class Track {
   headingDeg = NaN;
   climbMps = NaN;
   sigmaM = NaN;
+  /** Semi-axes of one sigma of the position, m, and the azimuth of the greater one, degrees. */
+  majorM = NaN;
+  minorM = NaN;
+  axisDeg = NaN;
+  /** Sources of the last half minute: sum of `ADSB`, `MLAT` and `RADAR`. */
+  sources = 0;
   ageS = NaN;
   state = "unknown";
   onGround = false;
@@ -29,32 +40,34 @@ export class Track {
   code: string | null = null;
   address: string | null = null;
   readonly trail = new Trail();
+  /** Callsign, code and address as in the frame. */
+  private readonly numbers = [-1, -1, -1];
   /** Number of the frame that had it last. */
   seenIn = 0;
 
   constructor(readonly id: number) {}
 
   /** Take a row of a frame. */
-  update(frame: Frame, row: number): void {
-    const { tracks, header } = frame;
-    const at = (name: string): number => numberAt(tracks.column(name), row);
-    this.timeS = at("time_s");
-    this.latitude = at("latitude_deg");
-    this.longitude = at("longitude_deg");
+  update(columns: TrackColumns, states: readonly string[], row: number): void {
+    this.timeS = at(columns.time_s, row);
+    this.latitude = at(columns.latitude_deg, row);
+    this.longitude = at(columns.longitude_deg, row);
     this.x = mercatorX(this.longitude);
     this.y = mercatorY(this.latitude);
     this.scale = scaleAt(this.latitude);
-    this.heightM = at("height_m");
-    this.speedMps = at("speed_mps");
-    this.headingDeg = at("heading_deg");
-    this.climbMps = at("vertical_rate_mps");
-    this.sigmaM = at("position_sigma_m");
-    this.ageS = at("age_s");
-    this.state = header.states[at("state")] ?? "unknown";
-    this.onGround = at("on_ground") === 1;
-    this.callsign = header.callsign[row] ?? null;
-    this.code = header.mode_3a[row] ?? null;
-    this.address = header.mode_s_address[row] ?? null;
+    this.heightM = at(columns.height_m, row);
+    this.speedMps = at(columns.speed_mps, row);
+    this.headingDeg = at(columns.heading_deg, row);
+    this.climbMps = at(columns.vertical_rate_mps, row);
+    this.sigmaM = at(columns.position_sigma_m, row);
+    this.majorM = at(columns.sigma_major_m, row);
+    this.minorM = at(columns.sigma_minor_m, row);
+    this.axisDeg = at(columns.sigma_azimuth_deg, row);
+    this.ageS = at(columns.age_s, row);
+    this.sources = at(columns.sources, row);
+    this.state = states[at(columns.state, row)] ?? "unknown";
+    this.onGround = at(columns.on_ground, row) === 1;
+    this.identify(at(columns.callsign, row), at(columns.mode_3a, row), at(columns.mode_s_address, row));
     const heading = (this.headingDeg * Math.PI) / 180;
     const moving = Number.isFinite(this.speedMps) && Number.isFinite(heading);
     this.vx = moving ? this.speedMps * Math.sin(heading) * this.scale : 0;
@@ -62,15 +75,49 @@ export class Track {
     this.trail.extend(this.timeS, this.x, this.y);
   }
 
+  /** Write the texts of an identity that changed. */
+  private identify(callsign: number, code: number, address: number): void {
+    if (callsign !== this.numbers[0]) this.callsign = callsign < 0 ? null : callsignText(callsign);
+    if (code !== this.numbers[1]) this.code = code < 0 ? null : code.toString(8).padStart(4, "0");
+    if (address !== this.numbers[2]) this.address = address < 0 ? null : address.toString(16).padStart(6, "0");
+    this.numbers[0] = callsign;
+    this.numbers[1] = code;
+    this.numbers[2] = address;
+  }
+}
+
+/** Text of a callsign: eight characters of six bits, the first in the highest. */
+export function callsignText(packed: number): string {
+  let text = "";
+  let rest = packed;
+  for (let letter = 0; letter < 8; letter++) {
+    const six = rest % 64;
+    text = String.fromCharCode(six < 32 ? six + 64 : six) + text;
+    rest = Math.floor(rest / 64);
+  }
+  return text.trim();
+}
+
+function at(column: Column, row: number): number {
+  return column[row] ?? NaN;
+}
+
+const COLUMNS = [
+  "track_id", "time_s", "latitude_deg", "longitude_deg", "height_m", "speed_mps", "heading_deg", "vertical_rate_mps",
+  "position_sigma_m", "sigma_major_m", "sigma_minor_m", "sigma_azimuth_deg", "age_s", "sources", "state", "on_ground",
+  "callsign", "mode_3a", "mode_s_address",
+] as const;
+
+/** The columns of the tracks of a frame. */
+export type TrackColumns = Record<(typeof COLUMNS)[number], Column>;
+
+export function trackColumns(table: Table): TrackColumns {
+  return Object.fromEntries(COLUMNS.map((name) => [name, table.column(name)])) as TrackColumns;
 }
 
 /** The name under which people know a track. */
 export function nameOf(track: Track): string {
   return track.callsign ?? track.code ?? track.address ?? `#${track.id}`;
-}
-
-function numberAt(column: Column, row: number): number {
-  return column[row] ?? NaN;
 }
 
 /** The last positions, in arrays of fixed size. */

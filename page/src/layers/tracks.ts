@@ -4,6 +4,7 @@ import type { Palette } from "../drawing/palette";
 import type { Layer, Scene } from "../drawing/scene";
 import { isShown } from "../shown";
 import type { Track } from "../store";
+import { ADSB, MLAT } from "../track";
 
 const VECTOR_S = 60;
 const UNCERTAINTY_SIGMAS = 3;
@@ -11,6 +12,7 @@ const UNCERTAINTY_SIGMAS = 3;
 const UNCERTAINTY_MIN_PX = 3;
 const MARGIN_PX = 50;
 const RADIUS_PX = 4;
+const GROUND_PX = 2.5;
 const TURN = 2 * Math.PI;
 
 /** Finds the tracks on the canvas; the layers after it draw `scene.seen`. */
@@ -29,6 +31,7 @@ export class SeenLayer implements Layer {
   }
 }
 
+/** The region of three sigmas: the axes of the covariance, not a circle. */
 export class UncertaintyLayer implements Layer {
   readonly plane = "moving";
 
@@ -36,13 +39,19 @@ export class UncertaintyLayer implements Layer {
     const { context, palette, seen } = scene;
     if (!scene.view.shown.uncertainty) return;
     context.fillStyle = palette.uncertainty;
+    context.strokeStyle = palette.uncertaintyEdge;
+    context.lineWidth = 1;
     for (let at = 0; at < seen.length; at++) {
       const track = seen.tracks[at] as Track;
-      const radius = UNCERTAINTY_SIGMAS * track.sigmaM * track.scale * scene.a;
-      if (!(radius > UNCERTAINTY_MIN_PX)) continue;
+      const perSigma = UNCERTAINTY_SIGMAS * track.scale * scene.a;
+      const known = Number.isFinite(track.majorM);
+      const major = perSigma * (known ? track.majorM : track.sigmaM);
+      if (!(major > UNCERTAINTY_MIN_PX)) continue;
+      const minor = known ? perSigma * track.minorM : major;
       context.beginPath();
-      context.arc(seen.x[at] ?? 0, seen.y[at] ?? 0, radius, 0, TURN);
+      context.ellipse(seen.x[at] ?? 0, seen.y[at] ?? 0, major, minor, known ? ((track.axisDeg - 90) * Math.PI) / 180 : 0, 0, TURN);
       context.fill();
+      context.stroke();
     }
   }
 }
@@ -98,19 +107,32 @@ function colourOf(track: Track, selected: boolean, palette: Palette): string {
   return track.state === "confirmed" ? palette.track : track.state === "coasting" ? palette.stale : palette.faint;
 }
 
-/** Confirmed: filled; tentative: open; coasting: a cross; on the ground: a square. */
+/**
+ * The form says the source: circle for radars alone, diamond with ADS-B, square with multilateration;
+ * the filling the state: confirmed filled, tentative open, coasting crossed. On the ground it is small.
+ */
 function symbol(context: CanvasRenderingContext2D, track: Track, x: number, y: number): void {
   context.beginPath();
   if (track.state === "coasting") {
-    context.moveTo(x - 5, y - 5);
-    context.lineTo(x + 5, y + 5);
-    context.moveTo(x + 5, y - 5);
-    context.lineTo(x - 5, y + 5);
+    context.moveTo(x - RADIUS_PX, y - RADIUS_PX);
+    context.lineTo(x + RADIUS_PX, y + RADIUS_PX);
+    context.moveTo(x + RADIUS_PX, y - RADIUS_PX);
+    context.lineTo(x - RADIUS_PX, y + RADIUS_PX);
     context.stroke();
     return;
   }
-  if (track.onGround) context.rect(x - RADIUS_PX, y - RADIUS_PX, 2 * RADIUS_PX, 2 * RADIUS_PX);
-  else context.arc(x, y, RADIUS_PX, 0, TURN);
+  const radius = track.onGround ? GROUND_PX : RADIUS_PX;
+  if ((track.sources & ADSB) !== 0) diamond(context, x, y, 1.3 * radius);
+  else if ((track.sources & MLAT) !== 0) context.rect(x - 0.9 * radius, y - 0.9 * radius, 1.8 * radius, 1.8 * radius);
+  else context.arc(x, y, radius, 0, TURN);
   if (track.state === "confirmed") context.fill();
   else context.stroke();
+}
+
+function diamond(context: CanvasRenderingContext2D, x: number, y: number, radius: number): void {
+  context.moveTo(x, y - radius);
+  context.lineTo(x + radius, y);
+  context.lineTo(x, y + radius);
+  context.lineTo(x - radius, y);
+  context.closePath();
 }

@@ -7,6 +7,7 @@ from typing import Any, Protocol
 import polars as pl
 
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
+from multiradar.runtime.picture.air_picture import Asked
 from multiradar.runtime.queries.registry import History, Query
 from multiradar.storage.entries import Quarantined
 
@@ -99,8 +100,8 @@ class View(Protocol):
         """Return the sensors."""
         ...
 
-    def picture(self, after: int | None) -> bytes:
-        """Return a frame of the air picture, with plots after a number."""
+    def picture(self, asked: Asked) -> bytes:
+        """Return a frame of the air picture."""
         ...
 
     def status(self) -> dict[str, Any]:

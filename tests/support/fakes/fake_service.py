@@ -9,6 +9,7 @@ from typing import Any
 import polars as pl
 
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
+from multiradar.runtime.picture.air_picture import Asked
 from multiradar.runtime.picture.frames import encoded
 from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.runtime.queries.encounters import no_encounters
@@ -186,8 +187,8 @@ class FakeView:
         known = {"id": "41-10", "kind": "radar", "updates": 7, "range_max_m": float("inf")}
         return [{**known, "biases": biases}]
 
-    def picture(self, after: int | None) -> bytes:
-        return encoded({"next": after or 0}, {"tracks": {}, "plots": {}})
+    def picture(self, asked: Asked) -> bytes:
+        return encoded({"next": asked.after or 0}, {"tracks": {}, "plots": {}})
 
     def status(self) -> dict[str, Any]:
         return {"version": "0.1.0", "data_time_s": None, "event_sequence": self.ring.head}

@@ -2,6 +2,7 @@
 
 import hashlib
 import re
+from dataclasses import astuple
 from functools import cache
 from importlib.resources import files
 from typing import Annotated, NamedTuple
@@ -11,7 +12,10 @@ from starlette.responses import Response
 
 from multiradar.api.access import Granted
 from multiradar.api.query import Integer, strict_query
+from multiradar.api.selection import bounding_box
 from multiradar.errors import RequestError
+from multiradar.runtime.picture.air_picture import Asked
+from multiradar.runtime.picture.selection import WHOLE_MAX, Area
 
 #: Media types of the files of the page; no other file is served.
 FILES = {
@@ -79,7 +83,18 @@ async def picture(
         Integer | None,
         Query(ge=0, description="`next` of the last frame: only plots since then", examples=[0]),
     ] = None,
+    bbox: Annotated[
+        str | None,
+        Query(
+            description="Area shown, min_lon,min_lat,max_lon,max_lat in degrees; it selects where "
+            f"there are more than {WHOLE_MAX} tracks"
+        ),
+    ] = None,
+    track: Annotated[
+        Integer | None, Query(ge=1, description="A track that the frame has in any case")
+    ] = None,
 ) -> Response:
     """Return the air picture: live tracks, and plots with and without biases, in binary columns."""
-    frame = await access.workers.run(access.view.picture, after)
+    area = None if bbox is None else Area(*astuple(bounding_box(bbox)))
+    frame = await access.workers.run(access.view.picture, Asked(after, area, track))
     return Response(frame, media_type=FRAME, headers={"cache-control": "no-store"})

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+from multiradar.clock import Clock, SystemClock
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.live.live_diagnosis import LiveDiagnosis
 from multiradar.runtime.live.output_feed import OutputReader
@@ -27,11 +28,14 @@ class Publication:
         Settings of the tracker; coasting and forecasts use them.
     limits : RuntimeLimits
         Bounds of rings and pages.
+    clock : Clock, optional
+        Times the states of the air picture; the system clock by default.
     """
 
     def __init__(
-        self, sensors: SensorTable, tracking: TrackingSettings, limits: RuntimeLimits
-    ) -> None:
+        self, sensors: SensorTable, tracking: TrackingSettings, limits: RuntimeLimits,
+        clock: Clock | None = None,
+    ) -> None:  # fmt: skip
         self._known = Knowledge(sensors, tracking, limits)
         self._events = OutputEvents(sensors, limits)
         self.diagnosis = LiveDiagnosis(sensors)
@@ -39,7 +43,9 @@ class Publication:
         #: Rejected rows by code.
         self.rejects = RejectBoard(sensors, limits.rejects_kept_max)
         #: The read interface.
-        self.view = LiveView(self._known, self._events, self.rejects, self.diagnosis)
+        self.view = LiveView(
+            self._known, self._events, self.rejects, self.diagnosis, clock or SystemClock()
+        )
 
     def count_edge(self, name: str, counts: Callable[[], dict[str, Any]]) -> None:
         """Add the counters of an interface to the status, under a name.

@@ -109,7 +109,7 @@ class Service:
         self._writer: Writer | None = None
         self._processor: Processor | None = None
         self._threads: list[threading.Thread] = []
-        self.publication = Publication(sensors, tracking, self._limits)
+        self.publication = Publication(sensors, tracking, self._limits, self._clock)
         self.view = self.publication.view
 
     @property

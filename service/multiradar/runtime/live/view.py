@@ -7,10 +7,11 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
+from multiradar.clock import Clock
 from multiradar.runtime.live.live_diagnosis import LiveDiagnosis
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.memory.reject_board import RejectBoard
-from multiradar.runtime.picture.air_picture import AirPicture
+from multiradar.runtime.picture.air_picture import AirPicture, Asked
 from multiradar.runtime.queries.aircraft_json import AircraftSnapshots
 from multiradar.runtime.queries.registry import History, Query
 from multiradar.runtime.stream.events import Subscription
@@ -32,14 +33,16 @@ class LiveView:
         Rejected rows by code.
     diagnosis : LiveDiagnosis
         Findings about sensors.
+    clock : Clock
+        Times the states of the air picture.
     """
 
     def __init__(
         self, known: Knowledge, events: OutputEvents, rejects: RejectBoard,
-        diagnosis: LiveDiagnosis,
+        diagnosis: LiveDiagnosis, clock: Clock,
     ) -> None:  # fmt: skip
         self._known = known
-        self._picture = AirPicture(known)
+        self._picture = AirPicture(known, clock)
         self._events = events
         self._rejects = rejects
         self._diagnosis = diagnosis
@@ -111,9 +114,9 @@ class LiveView:
             record["diagnoses"] = self._diagnosis.of(record["id"])
         return records
 
-    def picture(self, after: int | None) -> bytes:
+    def picture(self, asked: Asked) -> bytes:
         """Return a frame of the air picture; see `AirPicture.frame`."""
-        return self._picture.frame(after)
+        return self._picture.frame(asked)
 
     def status(self) -> dict[str, Any]:
         """Return counts, sequences, data time, alarms, hash of the output and version."""

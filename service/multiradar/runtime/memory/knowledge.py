@@ -73,6 +73,33 @@ class Picture(NamedTuple):
     heard_s: NDArray[np.float64]
 
 
+class AirTracks(NamedTuple):
+    """The live tracks as the air picture shows them.
+
+    Attributes
+    ----------
+    version : int
+        Number of the state; it increases with each change.
+    data_time_s : float or None
+        The data time, s; None before there is any.
+    rows : (n,) ndarray of `UPDATE_DTYPE`
+        The last update of each track by ascending identifier, with its present state.
+    age_s : (n,) float64
+        Data time since that update.
+    heard_s : (n, 3) float64
+        Time of the last update by each source, s; -inf for none.
+    spread : (n, 5) float64
+        `EngineOutput.spread` of the update; NaN for none.
+    """
+
+    version: int
+    data_time_s: float | None
+    rows: NDArray[np.void]
+    age_s: NDArray[np.float64]
+    heard_s: NDArray[np.float64]
+    spread: NDArray[np.float64]
+
+
 class Knowledge:
     """Live tracks, history, biases and sensors of the service.
 
@@ -143,6 +170,23 @@ class Knowledge:
             data_time_s, updates, version = self._data_time_s, self._updates, self._version
         frame = self._aged(rows, data_time_s)
         return Picture(version, data_time_s or 0.0, updates, frame, *heard)
+
+    @property
+    def version(self) -> int:
+        """Number of the state; it increases with each change."""
+        with self._lock:
+            return self._version
+
+    def air_tracks(self) -> AirTracks:
+        """Return the live tracks as the air picture shows them."""
+        with self._lock:
+            rows, spread = self._live.all(), self._live.spread()
+            heard_s = self._live.heard()[1]
+            data_time_s, version = self._data_time_s, self._version
+        age_s, rows["state"] = ages_and_states(
+            rows, data_time_s or 0.0, self.tracking.coast_after_s
+        )
+        return AirTracks(version, data_time_s, rows, age_s, heard_s, spread)
 
     def track(self, track_id: int) -> dict[str, Any] | None:
         """Return a live track as one row of `tracks`, or None."""
@@ -245,7 +289,7 @@ class Knowledge:
                 self._data_time_s = data_time_s
             if len(rows):
                 self._history.append(rows)
-                self._live.update(rows)
+                self._live.update(rows, output.spread)
                 self._board.count(rows)
                 self._updates = int(rows["sequence"][-1])
             if len(output.plots):

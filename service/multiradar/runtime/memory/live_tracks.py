@@ -7,7 +7,7 @@ from multiradar.estimation.filters._kernels import NONE
 from multiradar.estimation.measurement.kinds import KIND_POSITION
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.memory.history import UPDATE_DTYPE
-from multiradar.tracking.outputs import STATE_COASTING, STATE_CONFIRMED
+from multiradar.tracking.outputs import SPREAD_COUNT, STATE_COASTING, STATE_CONFIRMED
 
 
 def ages_and_states(
@@ -62,6 +62,7 @@ class LiveTracks:
         # Number of updates, and time of the last one by each source.
         self._updates = np.zeros(64, np.int64)
         self._heard_s = np.full((64, _SOURCES), -np.inf)
+        self._spread = np.full((64, SPREAD_COUNT), np.nan)
         self._free: list[int] = list(range(63, -1, -1))
         # Slot of each live track, by track identifier.
         self._slot = np.full(1024, NONE, np.int32)
@@ -82,8 +83,16 @@ class LiveTracks:
         found[known] = self._slot[tracks[known]]
         return found
 
-    def update(self, rows: NDArray[np.void]) -> None:
-        """Set the last row of each track."""
+    def update(self, rows: NDArray[np.void], spread: NDArray[np.float64] | None = None) -> None:
+        """Set the last row of each track, and its position with covariance.
+
+        Parameters
+        ----------
+        rows : (n,) ndarray of `UPDATE_DTYPE`
+            Updates in order.
+        spread : (n, 5) ndarray, optional
+            `EngineOutput.spread` of the updates.
+        """
         if not len(rows):
             return
         # The first of each in reversed order is the last by arrival.
@@ -91,7 +100,10 @@ class LiveTracks:
         self._grow(int(tracks[-1]))
         for track in tracks[self._slot[tracks] == NONE]:
             self._slot[track] = self._allocate()
-        self._rows[self._slot[tracks]] = rows[len(rows) - 1 - backwards]
+        last = len(rows) - 1 - backwards
+        self._rows[self._slot[tracks]] = rows[last]
+        if spread is not None and len(spread) == len(rows):
+            self._spread[self._slot[tracks]] = spread[last]
         slots = self._slot[rows["track_id"]]
         np.add.at(self._updates, slots, 1)
         if self._sources is not None:
@@ -130,9 +142,16 @@ class LiveTracks:
         heard_s : (n, 3) float64
             Time of the last update by each source, -inf for none.
         """
-        slots = np.flatnonzero(self._rows["track_id"] > 0)
-        slots = slots[np.argsort(self._rows["track_id"][slots])]
+        slots = self._ordered()
         return self._updates[slots], self._heard_s[slots]
+
+    def spread(self) -> NDArray[np.float64]:
+        """Return the spread of the last update of the tracks of `all`, NaN for none, (n, 5)."""
+        return self._spread[self._ordered()]
+
+    def _ordered(self) -> NDArray[np.intp]:
+        slots = np.flatnonzero(self._rows["track_id"] > 0)
+        return slots[np.argsort(self._rows["track_id"][slots])]
 
     def _allocate(self) -> int:
         if not self._free:
@@ -140,10 +159,12 @@ class LiveTracks:
             self._rows = np.concatenate([self._rows, np.zeros(held, UPDATE_DTYPE)])
             self._updates = np.concatenate([self._updates, np.zeros(held, np.int64)])
             self._heard_s = np.concatenate([self._heard_s, np.full((held, _SOURCES), -np.inf)])
+            unknown = np.full((held, SPREAD_COUNT), np.nan)
+            self._spread = np.concatenate([self._spread, unknown])
             self._free = list(range(2 * held - 1, held - 1, -1))
         self._count += 1
         slot = self._free.pop()
-        self._updates[slot], self._heard_s[slot] = 0, -np.inf
+        self._updates[slot], self._heard_s[slot], self._spread[slot] = 0, -np.inf, np.nan
         return slot
 
     def _grow(self, track_id: int) -> None:

@@ -1,110 +1,150 @@
 """Frames of the air picture: live tracks, and plots with and without the estimated biases."""
 
 import threading
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-import polars as pl
 from numpy.typing import NDArray
 
+from multiradar.clock import Clock
+from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.picture.frames import encoded
-from multiradar.runtime.queries.plot_coordinates import plot_coordinates
-from multiradar.runtime.queries.track_windows import bias_estimates
+from multiradar.runtime.picture.recent_plots import RecentPlots
+from multiradar.runtime.picture.selection import WHOLE_MAX, WORLD, Area, inside, selected
+from multiradar.runtime.picture.track_columns import track_columns
 from multiradar.tracking.outputs import STATE_NAMES
 
 #: Maximum plots of a frame: a page that was away longer misses the oldest.
-PLOTS_MAX = 5_000
-
-_NUMBERS = {
-    "height_m": "f4", "speed_mps": "f4", "heading_deg": "f4", "vertical_rate_mps": "f4",
-    "position_sigma_m": "f4", "age_s": "f4", "turn_right_probability": "f4",
-    "turn_left_probability": "f4",
-}  # fmt: skip
-_EXACT = ("track_id", "time_s", "latitude_deg", "longitude_deg")
+PLOTS_MAX = 8_192
+#: A page that has no plots yet gets those of the last seconds, s of data time.
+PLOTS_FIRST_S = 30.0
+#: Shortest time between two states of the picture, s: all pages read the same one.
+TICK_S = 0.2
+#: Encoded frames retained until the next tick.
+_FRAMES_MAX = 64
 
 Columns = dict[str, NDArray[Any]]
 
 
+class Asked(NamedTuple):
+    """What a page asks for.
+
+    Attributes
+    ----------
+    after : int or None
+        `next` of its last frame: only plots since then; None: those of the last seconds.
+    area : Area or None
+        What it shows; counts where there are more than `WHOLE_MAX` tracks.
+    track : int or None
+        A track that the frame has in any case.
+    """
+
+    after: int | None = None
+    area: Area | None = None
+    track: int | None = None
+
+
 class AirPicture:
-    """Frames for the page; the tracks of one state are encoded once for all readers.
+    """Frames for the page, for any thread.
+
+    The state is read at most every `TICK_S`, and each frame of a tick encoded once for all pages
+    that ask for the same.
 
     Parameters
     ----------
     known : Knowledge
         Tracks, plots and biases.
+    clock : Clock
+        Times the ticks.
     """
 
-    def __init__(self, known: Knowledge) -> None:
+    def __init__(self, known: Knowledge, clock: Clock) -> None:
         self._known = known
+        self._clock = clock
         self._lock = threading.Lock()
-        self._made: tuple[pl.DataFrame, Columns, dict[str, list[str | None]]] | None = None
+        self._plots = RecentPlots(known)
+        latitude_rad, longitude_rad = known.sensors.latitude_rad, known.sensors.longitude_rad
+        self._plane = (
+            None if np.isnan(latitude_rad).all()
+            else SystemPlane.for_sensors(latitude_rad, longitude_rad)
+        )  # fmt: skip
+        self._version = -1
+        self._made_s = -np.inf
+        self._data_time_s: float | None = None
+        self._tracks: Columns = {}
+        self._frames: dict[Asked, bytes] = {}
+        #: Frames encoded, and those answered with one already encoded.
+        self.encoded = 0
+        self.shared = 0
 
-    def frame(self, after: int | None) -> bytes:
+    def frame(self, asked: Asked) -> bytes:
         """Return the picture.
 
         Parameters
         ----------
-        after : int or None
-            `next` of the last frame: only plots since then; None: the last `PLOTS_MAX`.
+        asked : Asked
+            What the page asks for.
 
         Returns
         -------
         bytes
-            A frame (see `frames`): tables `tracks` and `plots`, and in the header `data_time_s`,
-            `next`, `sensors` (identifiers, by their number in `plots`), `states` (names, by number
-            in `tracks`), `skipped` (plots that are no longer retained), and the texts of the
-            tracks, `callsign`, `mode_3a` and `mode_s_address`.
+            A frame (see `frames`): tables `tracks` (see `track_columns`) and `plots` (see
+            `RecentPlots.after`), and in the header `data_time_s`, `next`, `sensors` (identifiers,
+            by their number in `plots`), `states` (names, by number in `tracks`), `skipped` (plots
+            that are no longer retained) and `total` (live tracks, of which `tracks` may be a part).
         """
-        known = self._known
-        tracks, texts = self._tracks(known.tracks())
-        rows, following, skipped = known.plots_after(after, PLOTS_MAX)
-        members = {
-            "data_time_s": known.data_time_s,
-            "next": following,
-            "skipped": skipped,
-            "sensors": list(known.sensors.ids),
-            "states": list(STATE_NAMES),
-            **texts,
-        }
-        return encoded(members, {"tracks": tracks, "plots": self._plots(rows)})
-
-    def _tracks(self, frame: pl.DataFrame) -> tuple[Columns, dict[str, list[str | None]]]:
         with self._lock:
-            if self._made is None or self._made[0] is not frame:
-                self._made = (frame, _track_columns(frame), _track_texts(frame))
-            return self._made[1], self._made[2]
+            self._tick()
+            if len(self._tracks["track_id"]) <= WHOLE_MAX:
+                asked = Asked(asked.after)
+            elif asked.area is None:
+                asked = asked._replace(area=WORLD)
+            frame = self._frames.get(asked)
+            if frame is not None:
+                self.shared += 1
+                return frame
+            frame = self._encoded(asked)
+            self.encoded += 1
+            if len(self._frames) < _FRAMES_MAX:
+                self._frames[asked] = frame
+            return frame
 
-    def _plots(self, rows: NDArray[np.void]) -> Columns:
-        sensors = self._known.sensors
-        estimates = bias_estimates(self._known.latest_biases(), len(sensors))
-        measured = plot_coordinates(rows, np.zeros_like(estimates), sensors)
-        corrected = plot_coordinates(rows, estimates, sensors)
-        return {
-            "time_s": rows["time_s"].astype(np.float64),
-            "track_id": rows["track_id"].astype(np.float64),
-            "sensor": rows["sensor"].astype(np.int32),
-            "latitude_deg": np.degrees(measured[0]),
-            "longitude_deg": np.degrees(measured[1]),
-            "corrected_latitude_deg": np.degrees(corrected[0]),
-            "corrected_longitude_deg": np.degrees(corrected[1]),
+    def _tick(self) -> None:
+        now_s = self._clock.monotonic_s()
+        if now_s - self._made_s < TICK_S or self._version == self._known.version:
+            return
+        air = self._known.air_tracks()
+        self._plots.update()
+        self._version, self._made_s, self._data_time_s = air.version, now_s, air.data_time_s
+        self._tracks = track_columns(air, self._plane)
+        self._frames.clear()
+
+    def _encoded(self, asked: Asked) -> bytes:
+        since_s = (self._data_time_s or 0.0) - PLOTS_FIRST_S
+        plots, skipped = self._plots.after(asked.after, PLOTS_MAX, since_s)
+        tracks, total = self._tracks, len(self._tracks["track_id"])
+        if asked.area is not None:
+            tracks = _at(tracks, _shown(tracks, asked.area, asked.track))
+            near = inside(asked.area, plots["latitude_deg"], plots["longitude_deg"])
+            plots = _at(plots, near)
+        members = {
+            "data_time_s": self._data_time_s,
+            "next": self._plots.next,
+            "skipped": skipped,
+            "total": total,
+            "sensors": list(self._known.sensors.ids),
+            "states": list(STATE_NAMES),
         }
+        return encoded(members, {"tracks": tracks, "plots": plots})
 
 
-def _track_columns(frame: pl.DataFrame) -> Columns:
-    if frame.is_empty():
-        return {}
-    columns: Columns = {
-        name: frame[name].cast(pl.Float64).fill_null(np.nan).to_numpy() for name in _EXACT
-    }
-    for name, kind in _NUMBERS.items():
-        columns[name] = frame[name].cast(pl.Float64).fill_null(np.nan).to_numpy().astype(kind)
-    numbers = {name: number for number, name in enumerate(STATE_NAMES)}
-    columns["state"] = np.array([numbers[one] for one in frame["state"]], np.int8)
-    columns["on_ground"] = frame["on_ground"].cast(pl.Int8).fill_null(-1).to_numpy().astype(np.int8)
-    return columns
+def _shown(tracks: Columns, area: Area, track: int | None) -> NDArray[np.intp]:
+    rows = selected(area, tracks["latitude_deg"], tracks["longitude_deg"], tracks["state"])
+    if track is None:
+        return rows
+    return np.union1d(rows, np.flatnonzero(tracks["track_id"] == track))
 
 
-def _track_texts(frame: pl.DataFrame) -> dict[str, list[str | None]]:
-    names = ("callsign", "mode_3a", "mode_s_address")
-    return {name: frame[name].to_list() if len(frame) else [] for name in names}
+def _at(columns: Columns, rows: NDArray[Any]) -> Columns:
+    return {name: column[rows] for name, column in columns.items()}

@@ -1,28 +1,13 @@
 """A frame read back by its description, octet by octet."""
 
-import json
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from multiradar.runtime.picture.frames import MAGIC, TYPES, encoded
-
-
-def decoded(frame: bytes) -> tuple[dict[str, Any], dict[str, dict[str, NDArray[Any]]]]:
-    """Return the header and the tables of a frame."""
-    assert frame[:4] == MAGIC
-    length = int.from_bytes(frame[4:8], "little")
-    header = json.loads(frame[8 : 8 + length])
-    tables = {
-        name: {
-            column: np.frombuffer(frame, TYPES[kind], table["rows"], 8 + length + offset)
-            for column, (kind, offset) in table["columns"].items()
-        }
-        for name, table in header["tables"].items()
-    }
-    return header, tables
+from multiradar.runtime.picture.frames import encoded
+from support.inputs.picture_frames import decoded
 
 
 @pytest.mark.parametrize("rows", [0, 1, 3, 8])

@@ -1,0 +1,97 @@
+"""The plots of the last seconds with their positions, computed once for all readers."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.runtime.memory.knowledge import Knowledge
+from multiradar.runtime.queries.plot_coordinates import plot_coordinates
+from multiradar.runtime.queries.track_windows import bias_estimates
+
+#: Plots that are retained, whatever the number of readers.
+PLOTS_KEPT = 32_768
+_ROW = np.dtype(
+    [
+        ("time_s", np.float64), ("track_id", np.float64), ("latitude_deg", np.float64),
+        ("longitude_deg", np.float64), ("corrected_latitude_deg", np.float64),
+        ("corrected_longitude_deg", np.float64), ("sensor", np.int32),
+    ]
+)  # fmt: skip
+
+
+class RecentPlots:
+    """The last plots, with and without the biases of the time when they came; one owner.
+
+    Parameters
+    ----------
+    known : Knowledge
+        Plots and biases.
+    """
+
+    def __init__(self, known: Knowledge) -> None:
+        self._known = known
+        self._rows = np.zeros(PLOTS_KEPT, _ROW)
+        # Numbers of the plots retained: from `_begin` to below `_end`.
+        self._begin = self._end = 0
+        self._read: int | None = None
+
+    @property
+    def next(self) -> int:
+        """Number of the next plot."""
+        return self._end
+
+    def update(self) -> None:
+        """Add the plots since the last call."""
+        rows, following, skipped = self._known.plots_after(self._read, PLOTS_KEPT)
+        if self._read is None or following < self._read or skipped:
+            self._begin = following - len(rows)
+        self._read = self._end = following
+        self._begin = max(self._begin, self._end - PLOTS_KEPT)
+        if len(rows):
+            numbers = np.arange(self._end - len(rows), self._end)
+            self._rows[numbers % PLOTS_KEPT] = self._placed(rows)
+
+    def after(
+        self, number: int | None, limit: int, since_s: float
+    ) -> tuple[dict[str, NDArray[Any]], int]:
+        """Return plots in the order of their arrival.
+
+        Parameters
+        ----------
+        number : int or None
+            `next` of an earlier call: plots from then on. None, or a number that does not exist
+            yet: the last ones.
+        limit : int
+            Maximum number of plots, the last.
+        since_s : float
+            Plots before this data time are omitted where `number` is None.
+
+        Returns
+        -------
+        columns : dict of (n,) ndarray
+            `time_s`, `track_id`, `sensor` (number), and positions in degrees as measured and
+            without biases; NaN where there is none.
+        skipped : int
+            Plots since `number` that are missing.
+        """
+        known = number is not None and number <= self._end
+        wanted = number if known and number is not None else self._begin
+        start = max(wanted, self._begin, self._end - limit)
+        rows = self._rows[np.arange(start, self._end) % PLOTS_KEPT]
+        if not known:
+            rows = rows[rows["time_s"] >= since_s]
+        columns = {name: rows[name] for name in _ROW.names or ()}
+        return columns, start - wanted if known else 0
+
+    def _placed(self, rows: NDArray[np.void]) -> NDArray[np.void]:
+        sensors = self._known.sensors
+        biases = bias_estimates(self._known.latest_biases(), len(sensors))
+        placed = np.empty(len(rows), _ROW)
+        for name in ("time_s", "track_id", "sensor"):
+            placed[name] = rows[name]
+        for prefix, subtracted in (("", np.zeros_like(biases)), ("corrected_", biases)):
+            latitude, longitude = plot_coordinates(rows, subtracted, sensors)
+            placed[f"{prefix}latitude_deg"] = np.degrees(latitude)
+            placed[f"{prefix}longitude_deg"] = np.degrees(longitude)
+        return placed

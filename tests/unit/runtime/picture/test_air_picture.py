@@ -1,0 +1,131 @@
+"""Frames have the tracks with their covariance and sources, and are encoded once for all pages."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from multiradar.clock import FixedClock
+from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.runtime.memory.knowledge import Knowledge
+from multiradar.runtime.picture import air_picture
+from multiradar.runtime.picture.air_picture import TICK_S, AirPicture, Asked
+from multiradar.runtime.picture.selection import Area
+from multiradar.settings.limits import RuntimeLimits
+from multiradar.tracking.outputs import EngineOutput, TrackPlots
+from multiradar.tracking.settings import TrackingSettings
+from multiradar.wire import measurement_batch
+from support.fakes.fake_engine import FakeEngine
+from support.inputs.picture_frames import Tables, decoded
+from support.scenarios.live_scene import recording, sensors
+
+TABLE = sensors()
+PLANE = SystemPlane.for_sensors(TABLE.latitude_rad, TABLE.longitude_rad)
+
+
+class _Air:
+    """A picture of what a fake engine publishes."""
+
+    def __init__(self) -> None:
+        self.engine, self.clock = FakeEngine(), FixedClock()
+        self.known = Knowledge(TABLE, TrackingSettings(), RuntimeLimits())
+        self.picture = AirPicture(self.known, self.clock)
+
+    def push(self, rows: int, seed: int = 1) -> EngineOutput:
+        batch, _ = measurement_batch(recording(rows, seed=seed), TABLE)
+        output = self.engine.push(batch)
+        east_m, north_m = PLANE.to_plane(output.updates.latitude_rad, output.updates.longitude_rad)
+        # Sigmas of 30 m to the east and 90 m to the north.
+        shape = np.ones(rows)
+        spread = np.column_stack([east_m, north_m, 900 * shape, 0 * shape, 8100 * shape])
+        output = replace(output, spread=spread, plots=TrackPlots(output.updates.track_id, batch))
+        self.known.absorb(output, float(batch.time_s.max()))
+        self.clock.advance(TICK_S)
+        return output
+
+    def read(self, asked: Asked = Asked()) -> tuple[dict[str, object], Tables]:  # noqa: B008
+        return decoded(self.picture.frame(asked))
+
+
+def test_a_track_has_the_axes_of_its_covariance_its_sources_and_its_identity() -> None:
+    air = _Air()
+    updates = air.push(300).updates
+    header, tables = air.read()
+    tracks = tables["tracks"]
+    assert header["total"] == len(tracks["track_id"]) == len(np.unique(updates.track_id))
+    # The plane is nearly that of the ground here, its north nearly true north.
+    np.testing.assert_allclose(tracks["sigma_major_m"], 90.0, rtol=0.01)
+    np.testing.assert_allclose(tracks["sigma_minor_m"], 30.0, rtol=0.01)
+    off_north_deg = (tracks["sigma_azimuth_deg"] + 90.0) % 180.0 - 90.0
+    np.testing.assert_allclose(off_north_deg, 0.0, atol=4.0)
+    for row, track in enumerate(tracks["track_id"].tolist()):
+        own = updates.track_id == track
+        heard = sum({1 if sensor == 2 else 4 for sensor in updates.sensor[own].tolist()})
+        assert tracks["sources"][row] == heard
+        assert tracks["mode_3a"][row] == updates.mode_3a[own][-1]
+        assert tracks["mode_s_address"][row] == updates.mode_s_address[own][-1]
+        assert tracks["age_s"][row] == pytest.approx(
+            updates.time_s.max() - updates.time_s[own][-1], abs=1e-3
+        )
+
+
+def test_pages_of_one_tick_share_a_frame_that_was_encoded_once() -> None:
+    air = _Air()
+    air.push(50)
+    following = int(str(air.read()[0]["next"]))
+    air.push(50, seed=2)
+    frames = [air.picture.frame(Asked(following)) for _ in range(20)]
+    assert all(frame is frames[0] for frame in frames)
+    assert (air.picture.encoded, air.picture.shared) == (2, 19)
+    # The area selects nothing among few tracks: such pages share the frame, too.
+    assert air.picture.frame(Asked(following, Area(0.0, 0.0, 1.0, 1.0), 3)) is frames[0]
+
+
+def test_a_frame_continues_the_plots_and_a_first_one_has_those_of_the_last_seconds() -> None:
+    air = _Air()
+    air.push(40)
+    header, tables = air.read()
+    assert len(tables["plots"]["time_s"]) == header["next"] == 40
+    air.push(10, seed=3)
+    header, tables = air.read(Asked(40))
+    assert len(tables["plots"]["time_s"]) == 10
+    assert (header["next"], header["skipped"]) == (50, 0)
+    # A number of a service that had more plots: it restarted.
+    assert len(air.read(Asked(1000))[1]["plots"]["time_s"]) == 50
+    assert len(air.read(Asked(50))[1]["plots"]["time_s"]) == 0
+
+
+def test_the_picture_changes_after_a_tick_alone() -> None:
+    air = _Air()
+    air.push(20)
+    first = air.picture.frame(Asked())
+    batch, _ = measurement_batch(recording(30, seed=4), TABLE)
+    air.known.absorb(air.engine.push(batch), float(batch.time_s.max()))
+    air.clock.advance(0.5 * TICK_S)
+    assert air.picture.frame(Asked()) is first
+    air.clock.advance(0.5 * TICK_S)
+    assert air.picture.frame(Asked()) is not first
+
+
+def test_many_tracks_are_those_of_the_area_and_the_selected_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(air_picture, "WHOLE_MAX", 5)
+    air = _Air()
+    updates = air.push(100).updates
+    header, tables = air.read(Asked(None, Area(100.0, 0.0, 110.0, 10.0), 3))
+    assert tables["tracks"]["track_id"].tolist() == [3]
+    assert len(tables["plots"]["time_s"]) == 0
+    assert header["total"] == len(np.unique(updates.track_id))
+    assert len(air.read()[1]["tracks"]["track_id"]) == header["total"]
+
+
+def test_the_picture_starts_again_with_the_journal() -> None:
+    air = _Air()
+    air.push(20)
+    air.read()
+    air.known.clear()
+    air.clock.advance(TICK_S)
+    header, tables = air.read(Asked(20))
+    assert (header["data_time_s"], header["next"], header["total"]) == (None, 0, 0)
+    assert not len(tables["tracks"]["track_id"])
