@@ -1,15 +1,15 @@
 """The composition root: builds the adapters and connects them."""
 
-import socket
-import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
 import structlog
+from starlette.types import ASGIApp
 
-from multiradar.api.connections import server
 from multiradar.api.factory import create_api
+from multiradar.api.http_server import LOOPBACK_NAMES, HttpServer
+from multiradar.api.routes.overlays import overlay_routes
 from multiradar.clock import SystemClock
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.measurement.sensors import SensorTable
@@ -42,9 +42,13 @@ from multiradar.runtime.live.service import Service
 from multiradar.runtime.memory.live_tracks import LiveTracks
 from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.runtime.queries.encounters import TrackSnapshot, encounters
+from multiradar.runtime.recorded.run import RecordedRun
+from multiradar.runtime.recorded.view import RecordedService
 from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.runtime.trajectories.options import trajectory_options
+from multiradar.settings.limits import HttpLimits
 from multiradar.settings.service import Settings
+from multiradar.storage.overlays import Overlays, read_overlays
 from multiradar.storage.sqlite_journal import SqliteJournal
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.forecast.state_samples import Sampling
@@ -58,10 +62,6 @@ from multiradar_converters.errors import ProfileError
 
 _log = structlog.get_logger("multiradar.app")
 
-#: Host names accepted on a loopback address; others indicate DNS rebinding.
-LOOPBACK_NAMES = ("127.0.0.1", "localhost", "::1")
-_STOP_TIMEOUT_S = 20.0
-_BACKLOG = 128
 #: Interval between log entries on compilation, s.
 _LOG_PERIOD_S = 5.0
 
@@ -96,7 +96,7 @@ class Application:
         if self._feeds is not None:
             self.service.publication.count_edge("feeds", self._feeds.counts.document)
         self._edges = [edge for edge in (self._asterix, self._feeds) if edge is not None]
-        self._http = HttpServer(self.service, settings, on_failure)
+        self._http = http_server(self.service, settings, on_failure)
         self._gateway: ZenohGateway | None = None
         self._sender = asterix_sender(self.service, settings, sensors)
         self._trajectories = trajectory_feed(self.service, settings, sensors)
@@ -255,6 +255,63 @@ def trajectory_feed(
     return feed
 
 
+def http_server(service: Service, settings: Settings, on_failure: Callable[[], None]) -> HttpServer:
+    """Return the HTTP server with all routes, not started.
+
+    Raises
+    ------
+    ConfigurationError
+        If it cannot listen, or the folder of overlays cannot be read.
+    """
+    limits, wanted = settings.http_limits(), settings.server
+    intake = IntakeBounds(
+        rows_max=settings.rows_per_message_max,
+        acknowledge_deadline_s=limits.acknowledge_deadline_s,
+    )
+    routers = (measurement_routes(service, intake), overlay_routes(overlays_of(settings)))
+
+    def build(allowed_hosts: Sequence[str]) -> ASGIApp:
+        return create_api(service, limits, routers=routers, allowed_hosts=allowed_hosts)
+
+    return HttpServer(build, wanted.host, wanted.port, limits, on_failure)
+
+
+def view_server(
+    runs: Sequence[RecordedRun], overlays: Overlays, port: int, on_failure: Callable[[], None]
+) -> HttpServer:
+    """Return an HTTP server that shows recorded runs on loopback, not started.
+
+    Raises
+    ------
+    ConfigurationError
+        If it cannot listen.
+    """
+    limits = HttpLimits()
+    routers = (overlay_routes(overlays),)
+
+    def build(allowed_hosts: Sequence[str]) -> ASGIApp:
+        service = RecordedService(runs)
+        return create_api(service, limits, routers=routers, allowed_hosts=allowed_hosts)
+
+    return HttpServer(build, LOOPBACK_NAMES[0], port, limits, on_failure)
+
+
+def overlays_of(settings: Settings) -> Overlays:
+    """Return the overlays of the page; those that cannot be used are logged.
+
+    Raises
+    ------
+    ConfigurationError
+        If their folder cannot be read.
+    """
+    folder = settings.page.overlays
+    overlays = () if folder is None else read_overlays(folder)
+    for one in overlays:
+        if one.problem:
+            _log.warning("overlay_not_used", file=one.name, reason=one.problem)
+    return overlays
+
+
 def zenoh_options(settings: Settings) -> ZenohOptions:
     """Return the Zenoh options; message bounds are those of HTTP."""
     return ZenohOptions(
@@ -339,77 +396,3 @@ def warm_up(sensors: SensorTable, settings: Settings) -> None:
     no_tracks = TrackSnapshot(0.0, LiveTracks().all(), states)
     encounters(no_tracks, EncounterQuery(), engine.plane, tracking, calibration)
     engine.close()
-
-
-class HttpServer:
-    """HTTP on a thread of its own.
-
-    Parameters
-    ----------
-    service : Service
-        The service.
-    settings : Settings
-        Address and bounds.
-    on_failure : callable
-        Called from that thread when the server stops unexpectedly.
-
-    Raises
-    ------
-    ConfigurationError
-        If it cannot listen.
-    """
-
-    def __init__(
-        self,
-        service: Service,
-        settings: Settings,
-        on_failure: Callable[[], None],
-    ) -> None:
-        limits = settings.http_limits()
-        wanted = settings.server
-        self._listener = _listen(wanted.host, wanted.port)
-        host, port = self._listener.getsockname()[:2]
-        self.url = f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
-        loopback = host in LOOPBACK_NAMES
-        intake = IntakeBounds(
-            rows_max=settings.rows_per_message_max,
-            acknowledge_deadline_s=limits.acknowledge_deadline_s,
-        )
-        application = create_api(
-            service,
-            limits,
-            routers=(measurement_routes(service, intake),),
-            allowed_hosts=(*LOOPBACK_NAMES, wanted.host) if loopback else (),
-        )
-        self._server = server(application, host, port, limits)
-        self._on_failure = on_failure
-        self._thread = threading.Thread(target=self._run, name="http", daemon=True)
-
-    def start(self) -> None:
-        """Start serving."""
-        self._thread.start()
-
-    def stop(self) -> None:
-        """Finish pending requests, close the connections, stop."""
-        self._server.should_exit = True
-        if self._thread.ident is not None:
-            self._thread.join(_STOP_TIMEOUT_S)
-        self._listener.close()
-
-    def _run(self) -> None:
-        try:
-            # uvicorn installs no signal handlers outside the main thread.
-            self._server.run(sockets=[self._listener])
-        except Exception as error:
-            _log.error("http_failed", exc_info=error)
-        if not self._server.should_exit:
-            self._on_failure()
-
-
-def _listen(host: str, port: int) -> socket.socket:
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    try:
-        return socket.create_server((host, port), family=family, backlog=_BACKLOG)
-    except OSError as error:
-        msg = f"{host}:{port}: cannot listen: {error.strerror or error}"
-        raise ConfigurationError(msg) from error

@@ -90,6 +90,14 @@ Since = Annotated[
         examples=["1767182400.0", "2026-01-31T12:00:00Z"],
     ),
 ]
+At = Annotated[
+    float | None,
+    BeforeValidator(data_time),
+    Query(
+        description="A past data time: seconds, or ISO 8601 with Z or an offset",
+        examples=["1767182400.0", "2026-01-31T12:00:00Z"],
+    ),
+]
 Limit = Annotated[
     Integer, Query(ge=1, le=10_000, description="Maximum rows per page", examples=[1000])
 ]

@@ -16,6 +16,7 @@ from multiradar.cli.evaluation.evaluate import evaluate
 from multiradar.cli.inspection.inspect import INSPECT_HELP, inspect
 from multiradar.cli.outputs.export import EXPORT_HELP, export
 from multiradar.cli.playback.replay import replay
+from multiradar.cli.playback.view import VIEW_HELP, view
 from multiradar.cli.serve import serve
 from multiradar.cli.simulate import simulate
 from multiradar.cli.study import study_command, study_help
@@ -51,6 +52,7 @@ app.command(name="inspect", help=INSPECT_HELP)(inspect)
 app.command(name="align", help=ALIGN_HELP)(align)
 app.command(name="track")(track)
 app.command(name="export", help=EXPORT_HELP)(export)
+app.command(name="view", help=VIEW_HELP)(view)
 app.command(name="serve")(serve)
 app.command(name="replay")(replay)
 app.command(name="demo")(demo)

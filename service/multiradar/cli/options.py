@@ -240,6 +240,15 @@ ForecastsOption = Annotated[
         show_default="none",
     ),
 ]
+OverlaysOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--overlays",
+        metavar="DIR",
+        help="Folder of GeoJSON files (sectors, airways) that the page shows.",
+        show_default=False,
+    ),
+]
 ConfigOption = Annotated[
     Path | None,
     typer.Option(

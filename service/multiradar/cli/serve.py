@@ -1,27 +1,20 @@
 """`multiradar serve`: the service, until it is stopped."""
 
-import signal
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
-from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from multiradar.cli.inputs import load_sensor_table
-from multiradar.cli.options import ConfigOption, FilterOption
-from multiradar.cli.terminal.stopping import leave
+from multiradar.cli.options import ConfigOption, FilterOption, OverlaysOption
+from multiradar.cli.terminal.stop_signals import stop_on_signals
 from multiradar.errors import PipelineError
 
 if TYPE_CHECKING:
     from multiradar.app import Application
     from multiradar.settings.service import Settings
-
-
-_PIECE_S = 0.5
 
 
 class LogLevel(StrEnum):
@@ -97,6 +90,7 @@ def serve(
             show_default="0: none",
         ),
     ] = None,
+    overlays: OverlaysOption = None,
     config: ConfigOption = None,
     log_level: Annotated[
         LogLevel | None, typer.Option(help="Minimum log level.", show_default="info")
@@ -123,6 +117,7 @@ def serve(
             ("workers",): workers,
             ("trajectories", "aircraft_max"): trajectory_aircraft_max,
             ("tracking", "filter_name"): None if filter_name is None else filter_name.value,
+            ("page", "overlays"): overlays,
             ("log", "level"): None if log_level is None else log_level.value,
             ("log", "form"): None if log_form is None else log_form.value,
         }
@@ -156,7 +151,7 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
     configure_logs(settings.log.level, settings.log.form, SystemClock())
     table = load_sensor_table(settings.sensors)
     failed = threading.Event()
-    with _stop_on_signals() as stop:
+    with stop_on_signals() as stop:
 
         def on_failure() -> None:
             failed.set()
@@ -174,43 +169,6 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
     if failed.is_set():
         msg = "the HTTP server stopped unexpectedly; see the log"
         raise PipelineError(msg)
-
-
-class _Stop:
-    # Set by the first signal. During the start the process exits at once, without an exception,
-    # which could be raised within compiled code: all acknowledged data are on disk.
-    def __init__(self) -> None:
-        self._requested = threading.Event()
-        self._starting = True
-
-    def on_signal(self, _number: int, _frame: FrameType | None) -> None:
-        self._requested.set()
-        if self._starting:
-            leave(0)
-
-    def set(self) -> None:
-        self._requested.set()
-
-    def started(self) -> None:
-        self._starting = False
-
-    def wait(self) -> None:
-        # In short waits: a library may have set signals so that a wait continues after one.
-        while not self._requested.wait(_PIECE_S):
-            pass
-
-
-@contextmanager
-def _stop_on_signals() -> Iterator[_Stop]:
-    stop = _Stop()
-    before = {
-        number: signal.signal(number, stop.on_signal) for number in (signal.SIGTERM, signal.SIGINT)
-    }
-    try:
-        yield stop
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _print_addresses(application: "Application", json_wanted: bool) -> None:

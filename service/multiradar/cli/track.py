@@ -52,6 +52,7 @@ from multiradar.cli.terminal.diagnoses import fail_when_diagnosed, print_diagnos
 from multiradar.cli.terminal.health_table import print_health
 from multiradar.cli.terminal.progress import progress_bar
 from multiradar.cli.terminal.stage_line import print_stages
+from multiradar.cli.terminal.view_hint import view_hint
 from multiradar.clock import SystemClock
 from multiradar.errors import InputError
 
@@ -242,7 +243,7 @@ def track(
     if json_wanted:
         print(report.model_dump_json(indent=2))
     else:
-        _print_report(report, times, out)
+        _print_report(report, times, (measurements, out))
         print_asterix(result.asterix, asterix)
         print_stages(stages.seconds())
     _fail_without_measurements(report, result, out)
@@ -431,12 +432,13 @@ def _settings(config: Path | None, given: dict[str, Any]) -> "Settings":
     return load_settings(config, {"tracking": chosen})
 
 
-def _print_report(report: "Report", times: str, out: Path) -> None:
+def _print_report(report: "Report", times: str, paths: tuple[Path, Path]) -> None:
     from rich.console import Console
     from rich.table import Table
 
     from multiradar.report.cells import estimate_texts
 
+    measurements, out = paths
     console = Console(highlight=False)
     counts, figures = report.counts, report.figures
     console.print(
@@ -480,3 +482,4 @@ def _print_report(report: "Report", times: str, out: Path) -> None:
     assert isinstance(outcomes, dict)
     console.print(", ".join(f"{n} {name}" for name, n in outcomes.items() if n), soft_wrap=True)
     console.print(f"written to {out} (output_sha256 {report.output_sha256})", soft_wrap=True)
+    console.print(view_hint(out, measurements), soft_wrap=True, markup=False)

@@ -8,6 +8,7 @@ import polars as pl
 
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
 from multiradar.runtime.picture.air_picture import Asked
+from multiradar.runtime.picture.past import PastAsked
 from multiradar.runtime.queries.registry import History, Query
 from multiradar.storage.entries import Quarantined
 
@@ -102,6 +103,10 @@ class View(Protocol):
 
     def picture(self, asked: Asked) -> bytes:
         """Return a frame of the air picture."""
+        ...
+
+    def past_picture(self, asked: PastAsked) -> bytes:
+        """Return a frame of the air picture at a past time."""
         ...
 
     def status(self) -> dict[str, Any]:

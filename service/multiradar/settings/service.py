@@ -71,6 +71,14 @@ class JournalSettings(Section):
     path: Path = Path("multiradar-data/journal.sqlite")
 
 
+class PageSettings(Section):
+    """The page of the air picture."""
+
+    overlays: Annotated[
+        Path | None, Field(description="Folder of GeoJSON files that the page shows")
+    ] = None
+
+
 class LogSettings(Section):
     """Level and format of the log."""
 
@@ -200,6 +208,7 @@ class Settings(BaseSettings):
     zenoh: ZenohSettings = ZenohSettings()
     journal: JournalSettings = JournalSettings()
     log: LogSettings = LogSettings()
+    page: PageSettings = PageSettings()
     asterix: AsterixSettings = AsterixSettings()
     feeds: FeedsSettings = FeedsSettings()
     tracking: TrackingSection = TrackingSection()

@@ -11,6 +11,7 @@ import polars as pl
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
 from multiradar.runtime.picture.air_picture import Asked
 from multiradar.runtime.picture.frames import encoded
+from multiradar.runtime.picture.past import PastAsked
 from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.runtime.queries.encounters import no_encounters
 from multiradar.runtime.queries.forecasts import forecast_steps
@@ -189,6 +190,9 @@ class FakeView:
 
     def picture(self, asked: Asked) -> bytes:
         return encoded({"next": asked.after or 0}, {"tracks": {}, "plots": {}})
+
+    def past_picture(self, asked: PastAsked) -> bytes:
+        return encoded(asked._asdict(), {"tracks": {}, "plots": {}})
 
     def status(self) -> dict[str, Any]:
         return {"version": "0.1.0", "data_time_s": None, "event_sequence": self.ring.head}

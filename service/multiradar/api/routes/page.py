@@ -8,13 +8,16 @@ from importlib.resources import files
 from typing import Annotated, NamedTuple
 
 from fastapi import APIRouter, Depends, Query, Request
+from pydantic import BeforeValidator
 from starlette.responses import Response
 
-from multiradar.api.access import Granted
-from multiradar.api.query import Integer, strict_query
+from multiradar.api.access import Access, Granted
+from multiradar.api.problems import parameter_error
+from multiradar.api.query import At, Integer, data_time, strict_query
 from multiradar.api.selection import bounding_box
 from multiradar.errors import RequestError
 from multiradar.runtime.picture.air_picture import Asked
+from multiradar.runtime.picture.past import PastAsked
 from multiradar.runtime.picture.selection import WHOLE_MAX, Area
 
 #: Media types of the files of the page; no other file is served.
@@ -25,6 +28,8 @@ FILES = {
     "land.json": "application/json",
     "NOTICES.txt": "text/plain; charset=utf-8",
 }
+#: Greatest number of a layer.
+LAYERS_MAX = 15
 FRAME = "application/vnd.multiradar.picture"
 _POLICY = "default-src 'self'; img-src 'self' data: blob:; frame-ancestors 'none'; base-uri 'none'"
 _HEADERS = {
@@ -79,6 +84,7 @@ def _answer(request: Request, name: str) -> Response:
 )
 async def picture(
     access: Granted,
+    *,
     after: Annotated[
         Integer | None,
         Query(ge=0, description="`next` of the last frame: only plots since then", examples=[0]),
@@ -93,8 +99,41 @@ async def picture(
     track: Annotated[
         Integer | None, Query(ge=1, description="A track that the frame has in any case")
     ] = None,
+    at: At = None,
+    since: Annotated[
+        float | None,
+        BeforeValidator(data_time),
+        Query(description="With `at`: earlier positions and plots only since this data time"),
+    ] = None,
+    layer: Annotated[
+        Integer, Query(ge=0, le=LAYERS_MAX, description="With `at`: number of the recorded run")
+    ] = 0,
 ) -> Response:
-    """Return the air picture: live tracks, and plots with and without biases, in binary columns."""
+    """Return the air picture: tracks, and plots with and without biases, in binary columns.
+
+    The present picture, or with `at` that of a past time, as far back as the service retains it.
+    """
     area = None if bbox is None else Area(*astuple(bounding_box(bbox)))
-    frame = await access.workers.run(access.view.picture, Asked(after, area, track))
+    if at is None:
+        _reject({"since": since, "layer": layer or None}, "expected only together with at")
+        _require_started(access)
+        frame = await access.workers.run(access.view.picture, Asked(after, area, track))
+    else:
+        _reject({"after": after}, "expected only without at; since has its place")
+        asked = PastAsked(at, since, layer, area, track)
+        frame = await access.workers.run(access.view.past_picture, asked)
     return Response(frame, media_type=FRAME, headers={"cache-control": "no-store"})
+
+
+def _reject(given: dict[str, float | None], reason: str) -> None:
+    unused = [name for name, value in given.items() if value is not None]
+    if unused:
+        raise parameter_error(dict.fromkeys(unused, reason))
+
+
+# While the journal is replayed, the picture would be the past in fast motion.
+def _require_started(access: Access) -> None:
+    step = access.service.start_step
+    if step:
+        msg = f"the service is starting: {step}"
+        raise RequestError(503, "NOT_READY", msg, {"retry-after": "1"})

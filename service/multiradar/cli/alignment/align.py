@@ -2,7 +2,9 @@
 
 import json
 import os
+import shlex
 import sys
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -105,11 +107,19 @@ def align(
         _print_json(figures)
     else:
         _print(figures, command)
+        print(f"on a map: {_track_command(recordings, sensors)}, then multiradar view TRACKS")
     wrong = [*opened.diagnoses, *(one.sentence for one in found.tracked.diagnoses)]
     for sentence in dict.fromkeys([*figures.warnings, *wrong]):
         print(f"multiradar: {sentence}", file=sys.stderr)
     if wrong:
         raise typer.Exit(1)
+
+
+def _track_command(recordings: Sequence[Path], sensors: Path) -> str:
+    recording = str(recordings[0]) if len(recordings) == 1 else "RECORDING"
+    return shlex.join(
+        ["multiradar", "track", recording, "--sensors", str(sensors), "--out", "TRACKS"]
+    )
 
 
 def _page(found: "Registration", figures: "Alignment", command: str) -> str:

@@ -13,6 +13,7 @@ import typer
 
 from multiradar.cli.evaluation.document import flag_of, print_scorecard, scorecard_document
 from multiradar.cli.options import JsonOption
+from multiradar.cli.terminal.view_hint import view_hint
 
 if TYPE_CHECKING:
     from multiradar.cli.evaluation.inputs import Known
@@ -240,6 +241,7 @@ def evaluate(
         print_scorecard(scorecard_document(tracks, card, figures, whole=False))
         if html is not None:
             print(f"report written to {html}")
+        print(view_hint(tracks, chosen.plots()))
     if strict and any(one.outcome != "pass" for one in card.preset_results):
         raise typer.Exit(_FAILED)
 

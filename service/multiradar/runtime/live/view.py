@@ -12,6 +12,7 @@ from multiradar.runtime.live.live_diagnosis import LiveDiagnosis
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.memory.reject_board import RejectBoard
 from multiradar.runtime.picture.air_picture import AirPicture, Asked
+from multiradar.runtime.picture.past import PastAsked
 from multiradar.runtime.queries.aircraft_json import AircraftSnapshots
 from multiradar.runtime.queries.registry import History, Query
 from multiradar.runtime.stream.events import Subscription
@@ -117,6 +118,10 @@ class LiveView:
     def picture(self, asked: Asked) -> bytes:
         """Return a frame of the air picture; see `AirPicture.frame`."""
         return self._picture.frame(asked)
+
+    def past_picture(self, asked: PastAsked) -> bytes:
+        """Return a frame of the air picture at a past time; see `AirPicture.past`."""
+        return self._picture.past(asked)
 
     def status(self) -> dict[str, Any]:
         """Return counts, sequences, data time, alarms, hash of the output and version."""

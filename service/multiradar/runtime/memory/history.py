@@ -5,6 +5,8 @@ proportional to the rows returned. One thread appends, any thread reads without 
 copies rows and then drops those overwritten meanwhile.
 """
 
+from bisect import bisect_right
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +17,8 @@ from multiradar.tracking.outputs import TrackUpdates
 
 #: A row of `TrackUpdates`; field names are the same.
 UPDATE_DTYPE = row_type(TrackUpdates)
+#: Maximum time by which a row may precede rows appended before it, s.
+DISORDER_S = 30.0
 
 
 class TrackHistory:
@@ -109,6 +113,41 @@ class TrackHistory:
         rows: NDArray[np.void] = self._rows[numbers % len(self._rows)]
         intact = numbers >= self._appended - len(self._rows)
         return rows[intact], end, end - wanted - int(np.count_nonzero(intact))
+
+    def between(self, after_s: float, until_s: float) -> NDArray[np.void]:
+        """Return the retained rows of all tracks in a span of time, by ascending time.
+
+        Parameters
+        ----------
+        after_s, until_s : float
+            Rows later than the first and not later than the second.
+
+        Returns
+        -------
+        (n,) ndarray of the type of the rows
+            A copy.
+        """
+        capacity = len(self._rows)
+        held = range(max(self._appended - capacity, 0), self._appended)
+
+        def time_s(number: int) -> float:
+            return float(self._time_s[number % capacity])
+
+        start = bisect_right(held, after_s - DISORDER_S, key=time_s)
+        stop = bisect_right(held, until_s + DISORDER_S, lo=start, key=time_s)
+        numbers = np.arange(held.start + start, held.start + stop)
+        rows: NDArray[np.void] = self._rows[numbers % capacity]
+        times = rows["time_s"]
+        intact = numbers >= self._appended - capacity
+        chosen: NDArray[np.void] = rows[intact & (times > after_s) & (times <= until_s)]
+        ordered: NDArray[np.void] = chosen[np.argsort(chosen["time_s"], kind="stable")]
+        return ordered
+
+    @property
+    def oldest_s(self) -> float | None:
+        """The time of the oldest retained row, s; None without rows."""
+        oldest = max(self._appended - len(self._rows), 0)
+        return float(self._time_s[oldest % len(self._rows)]) if self._appended else None
 
     def _append(self, rows: NDArray[np.void]) -> None:
         first = self._appended

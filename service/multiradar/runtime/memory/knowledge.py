@@ -25,6 +25,7 @@ from multiradar.runtime.trajectories.feed import TrajectoryFeed, required_feed
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.tracking.columns import row_type, rows_of, table_of
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
+from multiradar.tracking.lifecycle.transitions import ENDED
 from multiradar.tracking.outputs import EngineOutput, TrackStates, TrackTransitions, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 
@@ -223,6 +224,30 @@ class Knowledge:
     def plots_after(self, after: int | None, limit: int) -> tuple[NDArray[np.void], int, int]:
         """Return the measurements of all updates after a number; see `TrackHistory.after`."""
         return self._plots.after(after, limit)
+
+    @property
+    def oldest_s(self) -> float | None:
+        """Time of the oldest retained update, s; None without updates."""
+        return self._history.oldest_s
+
+    def updates_between(self, after_s: float, until_s: float) -> NDArray[np.void]:
+        """Return the retained updates of a span of time, rows of `UPDATE_DTYPE`, by time."""
+        return self._history.between(after_s, until_s)
+
+    def plots_between(self, after_s: float, until_s: float) -> NDArray[np.void]:
+        """Return the retained measurements of a span of time, rows of `PLOT_DTYPE`, by time."""
+        return self._plots.between(after_s, until_s)
+
+    def ended_between(self, after_s: float, until_s: float) -> NDArray[np.int64]:
+        """Return the tracks that ended in a span of time."""
+        rows = self._transitions.between(after_s, until_s)
+        ended: NDArray[np.int64] = rows["track_id"][rows["transition"] == ENDED]
+        return ended
+
+    def biases_at(self, time_s: float) -> NDArray[np.void]:
+        """Return the bias estimates that were the latest at a time, rows of `BIAS_DTYPE`."""
+        with self._lock:
+            return self._biases.at(time_s)
 
     def latest_biases(self) -> NDArray[np.void]:
         """Return the latest bias estimate of each parameter, rows of `BIAS_DTYPE`."""

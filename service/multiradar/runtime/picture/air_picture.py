@@ -1,17 +1,19 @@
 """Frames of the air picture: live tracks, and plots with and without the estimated biases."""
 
 import threading
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from multiradar.clock import Clock
+from multiradar.errors import RequestError
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.picture.frames import encoded
+from multiradar.runtime.picture.past import PastAsked, past_frame
 from multiradar.runtime.picture.recent_plots import RecentPlots
-from multiradar.runtime.picture.selection import WHOLE_MAX, WORLD, Area, inside, selected
+from multiradar.runtime.picture.retained import RetainedPast
+from multiradar.runtime.picture.selection import WHOLE_MAX, WORLD, Area, Columns, at, inside, shown
 from multiradar.runtime.picture.track_columns import track_columns
 from multiradar.tracking.outputs import STATE_NAMES
 
@@ -23,8 +25,6 @@ PLOTS_FIRST_S = 30.0
 TICK_S = 0.2
 #: Encoded frames retained until the next tick.
 _FRAMES_MAX = 64
-
-Columns = dict[str, NDArray[Any]]
 
 
 class Asked(NamedTuple):
@@ -64,6 +64,7 @@ class AirPicture:
         self._clock = clock
         self._lock = threading.Lock()
         self._plots = RecentPlots(known)
+        self._past = RetainedPast(known)
         latitude_rad, longitude_rad = known.sensors.latitude_rad, known.sensors.longitude_rad
         self._plane = (
             None if np.isnan(latitude_rad).all()
@@ -92,7 +93,8 @@ class AirPicture:
             A frame (see `frames`): tables `tracks` (see `track_columns`) and `plots` (see
             `RecentPlots.after`), and in the header `data_time_s`, `next`, `sensors` (identifiers,
             by their number in `plots`), `states` (names, by number in `tracks`), `skipped` (plots
-            that are no longer retained) and `total` (live tracks, of which `tracks` may be a part).
+            that are no longer retained), `total` (live tracks, of which `tracks` may be a part) and
+            `span_s` (the first and last time of which `past` has the picture).
         """
         with self._lock:
             self._tick()
@@ -110,6 +112,24 @@ class AirPicture:
                 self._frames[asked] = frame
             return frame
 
+    def past(self, asked: PastAsked) -> bytes:
+        """Return the picture at a past time; see `past_frame`.
+
+        Raises
+        ------
+        RequestError
+            If there is no such layer; the service has one, 0.
+        """
+        if asked.layer:
+            raise RequestError(404, "LAYER_NOT_FOUND", "the service has the layer 0 only")
+        return past_frame(self._past, asked, {"span_s": self._span_s()})
+
+    def _span_s(self) -> tuple[float, float] | None:
+        oldest_s, data_time_s = self._known.oldest_s, self._known.data_time_s
+        if oldest_s is None or data_time_s is None:
+            return None
+        return oldest_s, max(oldest_s, data_time_s)
+
     def _tick(self) -> None:
         now_s = self._clock.monotonic_s()
         if now_s - self._made_s < TICK_S or self._version == self._known.version:
@@ -125,26 +145,16 @@ class AirPicture:
         plots, skipped = self._plots.after(asked.after, PLOTS_MAX, since_s)
         tracks, total = self._tracks, len(self._tracks["track_id"])
         if asked.area is not None:
-            tracks = _at(tracks, _shown(tracks, asked.area, asked.track))
+            tracks = at(tracks, shown(tracks, asked.area, asked.track))
             near = inside(asked.area, plots["latitude_deg"], plots["longitude_deg"])
-            plots = _at(plots, near)
+            plots = at(plots, near)
         members = {
             "data_time_s": self._data_time_s,
             "next": self._plots.next,
             "skipped": skipped,
             "total": total,
+            "span_s": self._span_s(),
             "sensors": list(self._known.sensors.ids),
             "states": list(STATE_NAMES),
         }
         return encoded(members, {"tracks": tracks, "plots": plots})
-
-
-def _shown(tracks: Columns, area: Area, track: int | None) -> NDArray[np.intp]:
-    rows = selected(area, tracks["latitude_deg"], tracks["longitude_deg"], tracks["state"])
-    if track is None:
-        return rows
-    return np.union1d(rows, np.flatnonzero(tracks["track_id"] == track))
-
-
-def _at(columns: Columns, rows: NDArray[Any]) -> Columns:
-    return {name: column[rows] for name, column in columns.items()}

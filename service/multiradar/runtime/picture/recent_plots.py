@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.runtime.memory.knowledge import Knowledge
-from multiradar.runtime.queries.plot_coordinates import plot_coordinates
+from multiradar.runtime.picture.plot_columns import plot_columns
 from multiradar.runtime.queries.track_windows import bias_estimates
 
 #: Plots that are retained, whatever the number of readers.
@@ -88,10 +88,6 @@ class RecentPlots:
         sensors = self._known.sensors
         biases = bias_estimates(self._known.latest_biases(), len(sensors))
         placed = np.empty(len(rows), _ROW)
-        for name in ("time_s", "track_id", "sensor"):
-            placed[name] = rows[name]
-        for prefix, subtracted in (("", np.zeros_like(biases)), ("corrected_", biases)):
-            latitude, longitude = plot_coordinates(rows, subtracted, sensors)
-            placed[f"{prefix}latitude_deg"] = np.degrees(latitude)
-            placed[f"{prefix}longitude_deg"] = np.degrees(longitude)
+        for name, column in plot_columns(rows, biases, sensors).items():
+            placed[name] = column
         return placed

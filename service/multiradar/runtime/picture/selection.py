@@ -1,6 +1,6 @@
 """Which tracks a frame has, where there are more than a page can show."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ _CELLS = 64
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.intp]
+Columns = dict[str, NDArray[Any]]
 
 
 class Area(NamedTuple):
@@ -75,3 +76,16 @@ def selected(
     rank = np.arange(len(order)) - np.repeat(begins, np.diff(np.r_[begins, len(order)]))
     chosen = order[np.lexsort((rows[order], rank, last[order]))[:budget]]
     return np.sort(rows[chosen])
+
+
+def shown(tracks: Columns, area: Area, track: int | None) -> Rows:
+    """Return the rows of a table of tracks that are in an area, as `selected`, and of one track."""
+    rows = selected(area, tracks["latitude_deg"], tracks["longitude_deg"], tracks["state"])
+    if track is None:
+        return rows
+    return np.union1d(rows, np.flatnonzero(tracks["track_id"] == track))
+
+
+def at(columns: Columns, rows: NDArray[Any]) -> Columns:
+    """Return rows of a table, by their numbers or by a mask."""
+    return {name: column[rows] for name, column in columns.items()}

@@ -118,3 +118,20 @@ def test_a_number_from_before_a_restart_starts_with_the_newest() -> None:
     history.append(_numbered(0, 4))
     rows, number, skipped = history.after(1000, 2)
     assert (rows["time_s"].tolist(), number, skipped) == ([2.0, 3.0], 4, 0)
+
+
+@pytest.mark.parametrize("appended", [0, 5, 64, 100, 301])
+def test_a_span_of_time_has_the_retained_rows_in_order_of_time(appended: int) -> None:
+    """Rows may be appended out of order by as much as `DISORDER_S`."""
+    generator = np.random.default_rng(appended)
+    rows = np.zeros(appended, UPDATE_DTYPE)
+    rows["time_s"] = np.arange(appended) * 10.0 + generator.uniform(-14.0, 14.0, appended)
+    rows["track_id"] = generator.integers(1, 9, appended)
+    history = TrackHistory(64)
+    for start in range(0, appended, 7):
+        history.append(rows[start : start + 7])
+    kept = np.sort(rows[-64:], order="time_s") if appended else rows
+    assert history.oldest_s == (rows["time_s"][-64:][0] if appended else None)
+    for after_s, until_s in [(-np.inf, np.inf), (300.0, 420.0), (2500.0, 2777.7), (5e3, 6e3)]:
+        wanted = kept[(kept["time_s"] > after_s) & (kept["time_s"] <= until_s)]
+        assert history.between(after_s, until_s).tobytes() == wanted.tobytes()

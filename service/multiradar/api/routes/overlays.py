@@ -1,0 +1,67 @@
+"""Overlays of the page: the user's own GeoJSON, by number."""
+
+from typing import Annotated
+
+from fastapi import APIRouter, Depends, Path
+from pydantic import BaseModel, Field
+from starlette.responses import Response
+
+from multiradar.api.answers.documents import NOT_FOUND
+from multiradar.api.answers.encoding import GEOJSON
+from multiradar.api.answers.tables import json_response
+from multiradar.api.query import Integer, strict_query
+from multiradar.errors import RequestError
+from multiradar.storage.overlays import FILES_MAX, Overlays
+
+
+class OverlayState(BaseModel):
+    """One overlay."""
+
+    number: int = Field(description="Its number, for `/v1/overlays/{number}`")
+    name: str = Field(description="Name of its file, without the ending")
+    features: int
+    problem: str = Field(description="Why it cannot be shown; empty where it can")
+
+
+class OverlayList(BaseModel):
+    """All overlays."""
+
+    count: int
+    overlays: list[OverlayState]
+
+
+def overlay_routes(overlays: Overlays) -> APIRouter:
+    """Return the routes of overlays.
+
+    Parameters
+    ----------
+    overlays : tuple of Overlay
+        The overlays; they are named by number only, so that no request names a file.
+    """
+    router = APIRouter(
+        prefix="/v1/overlays", tags=["picture"], dependencies=[Depends(strict_query)]
+    )
+    listed = [
+        {"number": number, "name": one.name, "features": one.features, "problem": one.problem}
+        for number, one in enumerate(overlays)
+    ]
+
+    @router.get("", response_model=OverlayList)
+    async def list_overlays() -> Response:
+        """List the user's own GeoJSON files that the page shows, and those it cannot."""
+        return json_response({"count": len(listed), "overlays": listed})
+
+    @router.get(
+        "/{number}",
+        response_class=Response,
+        responses={200: {"content": {GEOJSON: {"schema": {"type": "object"}}}}, **NOT_FOUND},
+    )
+    async def get_overlay(
+        number: Annotated[Integer, Path(ge=0, lt=FILES_MAX, description="Its number")],
+    ) -> Response:
+        """Return one overlay as a FeatureCollection (RFC 7946)."""
+        if number >= len(overlays) or overlays[number].problem:
+            raise RequestError(404, "OVERLAY_NOT_FOUND", f"there is no overlay {number} to show")
+        return Response(overlays[number].content, media_type=GEOJSON)
+
+    return router

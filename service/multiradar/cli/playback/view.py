@@ -1,0 +1,165 @@
+"""`multiradar view`: runs of `track` on the page of the air picture, without a service."""
+
+import sys
+import threading
+import webbrowser
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from multiradar.cli.inputs import SENSORS_FILE, load_sensor_table
+from multiradar.cli.options import OverlaysOption
+from multiradar.cli.terminal.folders import no_such
+from multiradar.cli.terminal.stop_signals import stop_on_signals
+from multiradar.errors import InputError, PipelineError
+
+if TYPE_CHECKING:
+    from multiradar.estimation.measurement.sensors import SensorTable
+    from multiradar.runtime.recorded.run import RecordedRun, RunFiles
+    from multiradar.storage.overlays import Overlays
+
+_RUNS_MAX = 2
+
+VIEW_HELP = (
+    "Show runs of `track` on a map in the browser, at any time of the recording.\n\n"
+    "TRACKS is the output directory of `track`, or its tracks.parquet; two are shown as two "
+    "layers. The page is that of the service; it is served on this computer alone, until Ctrl-C."
+)
+
+
+def view(
+    tracks: Annotated[
+        list[Path],
+        typer.Argument(metavar="TRACKS...", help="Runs to show, one or two.", show_default=False),
+    ],
+    *,
+    measurements: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="MEASUREMENTS",
+            help="Measurements of the runs, a measurements.parquet or an output directory of "
+            "`convert`: shows the plots, with and without the estimated biases.",
+            show_default="measurements.parquet in TRACKS",
+        ),
+    ] = None,
+    overlays: OverlaysOption = None,
+    port: Annotated[
+        int, typer.Option(min=0, max=65_535, help="Port to listen on.", show_default="a free one")
+    ] = 0,
+    browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")
+    ] = True,
+) -> None:
+    """Show runs."""
+    if len(tracks) > _RUNS_MAX:
+        msg = f"expected one or two runs, was {len(tracks)}"
+        raise typer.BadParameter(msg)
+    from multiradar.app import view_server
+    from multiradar.runtime.recorded.run import RecordedRun
+    from multiradar_converters.leftovers import temporary_folder
+
+    # Before anything slow: an error of an argument is an error at once.
+    files = [_files(path, measurements, tracks) for path in tracks]
+    shapes = _overlays(overlays)
+    with temporary_folder("multiradar-view-") as folder:
+        runs = [RecordedRun(one, _subfolder(folder, number)) for number, one in enumerate(files)]
+        _check_times(runs, measurements)
+        failed = threading.Event()
+        with stop_on_signals() as stop:
+            stop.started()
+
+            def on_failure() -> None:
+                failed.set()
+                stop.set()
+
+            server = view_server(runs, shapes, port, on_failure)
+            server.start()
+            names = " and ".join(run.name for run in runs)
+            print(f"multiradar shows {names} at {server.url}; press Ctrl-C to stop", flush=True)
+            if browser:
+                webbrowser.open(server.url)
+            stop.wait()
+            server.stop()
+    if failed.is_set():
+        msg = "the HTTP server stopped unexpectedly"
+        raise PipelineError(msg)
+
+
+def _files(given: Path, measurements: Path | None, all_given: Sequence[Path]) -> "RunFiles":
+    from multiradar.runtime.offline.offline import TRACKS_FILE
+    from multiradar.runtime.recorded.run import RunFiles
+    from multiradar.storage.recording import MEASUREMENTS_FILE, measurements_path
+
+    path = given / TRACKS_FILE if given.is_dir() else given
+    if not path.is_file() or path.suffix != ".parquet":
+        raise InputError(no_such(given, "the output of `track`, or its tracks.parquet"))
+    folder = path.parent
+    beside = folder / MEASUREMENTS_FILE
+    measured = measurements_path(measurements) if measurements else beside
+    if measurements is not None and not measured.is_file():
+        raise InputError(no_such(measurements, "the output of `convert`"))
+    sensors = _sensors(folder / SENSORS_FILE, required=measurements is not None)
+    unique = len({one.resolve().name for one in all_given}) == len(all_given)
+    name = path.resolve().parent.name if path.name == TRACKS_FILE else path.stem
+    return RunFiles(
+        name=name if unique else str(given),
+        tracks=path,
+        sensors=sensors,
+        measurements=measured if measured.is_file() and len(sensors) else None,
+    )
+
+
+def _sensors(path: Path, *, required: bool) -> "SensorTable":
+    from multiradar import wire
+    from multiradar_schemas.sensors.sensor import SensorsFile
+
+    if path.is_file():
+        return load_sensor_table(path)
+    if required:
+        msg = f"{path}: no such file; --measurements needs the sensors of the run beside its tracks"
+        raise InputError(msg)
+    print(f"multiradar: {path}: no such file; sensors are not shown", file=sys.stderr)
+    return wire.sensor_table(SensorsFile.model_construct(sensor=()))
+
+
+def _overlays(folder: Path | None) -> "Overlays":
+    from multiradar.storage.overlays import read_overlays
+
+    overlays = () if folder is None else read_overlays(folder)
+    for one in overlays:
+        if one.problem:
+            print(f"multiradar: overlay {one.name} is not shown: {one.problem}", file=sys.stderr)
+    return overlays
+
+
+def _subfolder(folder: Path, number: int) -> Path:
+    own = folder / str(number)
+    own.mkdir()
+    return own
+
+
+def _check_times(runs: "Sequence[RecordedRun]", measurements: Path | None) -> None:
+    from multiradar.report.times import time_text
+
+    def span_text(span_s: tuple[float, float]) -> str:
+        return f"{time_text(span_s[0])} to {time_text(span_s[1])}"
+
+    for run in runs:
+        measured = run.measured_span_s()
+        if measured is not None and not _meet(run.span_s(), measured):
+            given = measurements or run.files.measurements
+            msg = (
+                f"{given}: {span_text(measured)} is not the time of {run.name}, "
+                f"{span_text(run.span_s())}; give the measurements that were tracked"
+            )
+            raise InputError(msg)
+    if len(runs) == _RUNS_MAX and not _meet(runs[0].span_s(), runs[1].span_s()):
+        each = " and ".join(f"{run.name} ({span_text(run.span_s())})" for run in runs)
+        msg = f"{each} have no time in common; show them one by one"
+        raise InputError(msg)
+
+
+def _meet(first: tuple[float, float], second: tuple[float, float]) -> bool:
+    return first[0] <= second[1] and second[0] <= first[1]

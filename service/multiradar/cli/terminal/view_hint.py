@@ -1,0 +1,24 @@
+"""How to see a run on a map, for the end of the summaries of commands."""
+
+import shlex
+from pathlib import Path
+
+
+def view_hint(tracks: Path, measurements: Path | None = None) -> str:
+    """Return the line that names the command.
+
+    Parameters
+    ----------
+    tracks : Path
+        The output of `track`.
+    measurements : Path, optional
+        Its measurements; named only where `view` reads them, which is not the case for a dump.
+    """
+    from multiradar.storage.recording import measurements_path
+
+    command = ["multiradar", "view", str(tracks)]
+    if measurements is not None:
+        file = measurements_path(measurements)
+        if file.is_file() and file.suffix == ".parquet":
+            command += ["--measurements", str(measurements)]
+    return f"on a map: {shlex.join(command)}"

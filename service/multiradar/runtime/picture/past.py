@@ -1,0 +1,174 @@
+"""The air picture at a past time, from what the service retains or from a recorded run."""
+
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.runtime.memory.knowledge import AirTracks
+from multiradar.runtime.memory.live_tracks import ages_and_states, sources_of
+from multiradar.runtime.picture.frames import encoded
+from multiradar.runtime.picture.plot_columns import plot_columns
+from multiradar.runtime.picture.selection import WHOLE_MAX, WORLD, Area, at, inside, shown
+from multiradar.runtime.picture.track_columns import SOURCE_KEPT_S, track_columns
+from multiradar.tracking.outputs import SPREAD_COUNT, STATE_NAMES
+
+#: Without an earlier frame: earlier positions and plots of so long before the time, s.
+PATH_S = 120.0
+PLOTS_S = 30.0
+#: Plots of a frame; the latest.
+PLOTS_MAX = 5_000
+#: Interval of earlier positions of a track, s.
+PATH_STEP_S = 5.0
+
+Floats = NDArray[np.float64]
+
+
+class PastAsked(NamedTuple):
+    """What a page asks for.
+
+    Attributes
+    ----------
+    at_s : float
+        The time, s.
+    since_s : float or None
+        The time of its last frame: earlier positions and plots only since then.
+    layer : int
+        Number of the run.
+    area, track : Area or None, int or None
+        As in `Asked`.
+    """
+
+    at_s: float
+    since_s: float | None = None
+    layer: int = 0
+    area: Area | None = None
+    track: int | None = None
+
+
+class Positions(NamedTuple):
+    """Positions of updates by time; (n,) each."""
+
+    track_id: NDArray[np.int64]
+    time_s: Floats
+    sensor: NDArray[np.int32]
+    latitude_deg: Floats
+    longitude_deg: Floats
+
+
+class PictureSource(Protocol):
+    """What a picture at a past time is made of; for any thread."""
+
+    @property
+    def sensors(self) -> SensorTable:
+        """The sensors."""
+        ...
+
+    @property
+    def coast_after_s(self) -> float:
+        """Age from which a confirmed track is coasting, s."""
+        ...
+
+    def latest(self, at_s: float) -> NDArray[np.void]:
+        """Return the last update of each track at a time, rows of `UPDATE_DTYPE` by track."""
+        ...
+
+    def positions(self, after_s: float, at_s: float) -> Positions:
+        """Return the positions of the updates of a span."""
+        ...
+
+    def plots(self, after_s: float, at_s: float, limit: int) -> tuple[NDArray[np.void], int]:
+        """Return the last plots of a span by time, rows of `PLOT_DTYPE`, and the rest's number."""
+        ...
+
+    def biases(self, at_s: float) -> Floats:
+        """Return the biases estimated at a time, (sensors, parameters), m, rad, 1, s."""
+        ...
+
+
+def past_frame(source: PictureSource, asked: PastAsked, members: dict[str, object]) -> bytes:
+    """Return the picture at a past time.
+
+    Parameters
+    ----------
+    source : PictureSource
+        Where it is from.
+    asked : PastAsked
+        What the page asks for; at a time without data there are no tracks.
+    members : dict
+        Further members of the header.
+
+    Returns
+    -------
+    bytes
+        A frame as from `AirPicture.frame`, without the axes of covariances, and with a table
+        `path`: earlier positions of the tracks, one in `PATH_STEP_S`.
+    """
+    at_s, since_s = asked.at_s, asked.since_s
+    if since_s is None or not at_s - PATH_S <= since_s <= at_s:
+        since_s = at_s - PATH_S
+    rows = source.latest(at_s)
+    age_s, rows["state"] = ages_and_states(rows, at_s, source.coast_after_s)
+    recent = source.positions(min(since_s, at_s - SOURCE_KEPT_S), at_s)
+    heard_s = _heard(recent, rows["track_id"], source.sensors)
+    tracks = track_columns(AirTracks(0, at_s, rows, age_s, heard_s, _no_spread(len(rows))), None)
+    total = len(rows)
+    if total > WHOLE_MAX:
+        tracks = at(tracks, shown(tracks, asked.area or WORLD, asked.track))
+    plot_rows, skipped = source.plots(max(since_s, at_s - PLOTS_S), at_s, PLOTS_MAX)
+    plots = plot_columns(plot_rows, source.biases(at_s), source.sensors)
+    if total > WHOLE_MAX and asked.area is not None:
+        plots = at(plots, inside(asked.area, plots["latitude_deg"], plots["longitude_deg"]))
+    header = {
+        "at_s": at_s,
+        "data_time_s": at_s,
+        "next": 0,
+        "skipped": skipped,
+        "total": total,
+        "sensors": list(source.sensors.ids),
+        "states": list(STATE_NAMES),
+        **members,
+    }
+    path = _thinned(recent, since_s, tracks["track_id"])
+    return encoded(header, {"tracks": tracks, "plots": plots, "path": path})
+
+
+def last_of_each(track_id: NDArray[np.int64]) -> NDArray[np.intp]:
+    """Return the index of the last row of each track, by ascending track."""
+    _, backwards = np.unique(track_id[::-1], return_index=True)
+    last: NDArray[np.intp] = len(track_id) - 1 - backwards
+    return last
+
+
+# Time of the last update of each track by each source, as from `LiveTracks.heard`.
+def _heard(recent: Positions, tracks: NDArray[np.int64], sensors: SensorTable) -> Floats:
+    heard_s = np.full((len(tracks), 3), -np.inf)
+    if len(tracks) and len(sensors):
+        place = np.minimum(np.searchsorted(tracks, recent.track_id), len(tracks) - 1)
+        own = (tracks[place] == recent.track_id) & (recent.sensor >= 0)
+        source = sources_of(sensors)[recent.sensor[own]]
+        np.maximum.at(heard_s, (place[own], source), recent.time_s[own])
+    return heard_s
+
+
+# Covariances are not retained.
+def _no_spread(tracks: int) -> Floats:
+    return np.full((tracks, SPREAD_COUNT), np.nan)
+
+
+# One position of each track in each interval, the last.
+def _thinned(recent: Positions, since_s: float, tracks: Floats) -> dict[str, NDArray[Any]]:
+    kept = np.isin(recent.track_id, tracks) & (recent.time_s > since_s)
+    if not kept.any():
+        return {}
+    number, time_s = recent.track_id[kept], recent.time_s[kept]
+    steps = np.floor(time_s / PATH_STEP_S).astype(np.int64)
+    steps -= steps.min()
+    rows = np.sort(last_of_each(number * (int(steps.max()) + 1) + steps))
+    return {
+        "track_id": number[rows].astype(np.float64),
+        "time_s": time_s[rows],
+        "latitude_deg": recent.latitude_deg[kept][rows],
+        "longitude_deg": recent.longitude_deg[kept][rows],
+    }

@@ -1,0 +1,61 @@
+"""What the service retains of the past, as a source of pictures."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.runtime.memory.knowledge import Knowledge
+from multiradar.runtime.picture.past import Positions, last_of_each
+from multiradar.runtime.queries.track_windows import bias_estimates
+
+#: A track that is not updated ends at the first processing after `drop_after_s`, s later at most.
+_ENDING_S = 10.0
+
+
+class RetainedPast:
+    """The tracks, plots and biases that the service still has; oldest rows are overwritten first.
+
+    Parameters
+    ----------
+    known : Knowledge
+        Tracks, plots and biases.
+    """
+
+    def __init__(self, known: Knowledge) -> None:
+        self._known = known
+
+    @property
+    def sensors(self) -> SensorTable:
+        """The sensors."""
+        return self._known.sensors
+
+    @property
+    def coast_after_s(self) -> float:
+        """Age from which a confirmed track is coasting, s."""
+        return self._known.tracking.coast_after_s
+
+    def latest(self, at_s: float) -> NDArray[np.void]:
+        """Return the last update of each track at a time."""
+        silent_s = self._known.tracking.drop_after_s + _ENDING_S
+        rows = self._known.updates_between(at_s - silent_s, at_s)
+        rows = rows[last_of_each(rows["track_id"])]
+        ended = self._known.ended_between(at_s - silent_s, at_s)
+        live: NDArray[np.void] = rows[~np.isin(rows["track_id"], ended)]
+        return live
+
+    def positions(self, after_s: float, at_s: float) -> Positions:
+        """Return the positions of the updates of a span."""
+        rows = self._known.updates_between(after_s, at_s)
+        return Positions(
+            rows["track_id"], rows["time_s"], rows["sensor"],
+            np.degrees(rows["latitude_rad"]), np.degrees(rows["longitude_rad"]),
+        )  # fmt: skip
+
+    def plots(self, after_s: float, at_s: float, limit: int) -> tuple[NDArray[np.void], int]:
+        """Return the last plots of a span, and the number of the others."""
+        rows = self._known.plots_between(after_s, at_s)
+        return rows[-limit:], max(len(rows) - limit, 0)
+
+    def biases(self, at_s: float) -> NDArray[np.float64]:
+        """Return the biases published at a time."""
+        return bias_estimates(self._known.biases_at(at_s), len(self.sensors))

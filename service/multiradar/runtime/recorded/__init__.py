@@ -1,0 +1,1 @@
+"""A run of `track` on disk, read as the service reads its memory."""

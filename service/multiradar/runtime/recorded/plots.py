@@ -1,0 +1,137 @@
+"""The measurements of a recorded run as plots of its pictures, each with the track it updated."""
+
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from multiradar import wire
+from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
+from multiradar.runtime.picture.plot_columns import plot_columns
+from multiradar.runtime.queries.track_windows import PLOT_DTYPE
+from multiradar.storage.time_table import TimeTable
+from multiradar.tracking.input.measurements import MeasurementBatch
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
+
+_REQUIRED = ("time_s", "sensor_id", "kind")
+_PLACE = ("range_m", "azimuth_deg", "latitude_deg", "longitude_deg", "height_m")
+_COLUMNS = (*_REQUIRED, *_PLACE)
+#: Times of an update and of its measurement agree to so much, s.
+_TIME_STEP_S = 1e-6
+#: Number of a track in plots that updated none.
+NO_TRACK = 0
+
+
+class RecordedPlots:
+    """Plots of a recording by time.
+
+    Parameters
+    ----------
+    path : Path
+        `measurements.parquet`.
+    sensors : SensorTable
+        The sensors; measurements of others are left out.
+    tracks : TimeTable
+        `tracks.parquet`.
+    folder : Path
+        Existing folder for temporary files.
+
+    Raises
+    ------
+    InputError
+        The measurements cannot be read.
+    MissingColumnError
+        They lack a column.
+    """
+
+    def __init__(self, path: Path, sensors: SensorTable, tracks: TimeTable, folder: Path) -> None:
+        optional = {name: MEASUREMENT_SCHEMA[name] for name in _COLUMNS if name not in _REQUIRED}
+        self._measured = TimeTable(path, _COLUMNS, optional, folder=folder)
+        self._sensors = sensors
+        self._tracks = tracks
+
+    @property
+    def span_s(self) -> tuple[float, float]:
+        """The first and the last time, s."""
+        return self._measured.span_s
+
+    def last(self, after_s: float, until_s: float, limit: int) -> tuple[NDArray[np.void], int]:
+        """Return plots of a span, by time.
+
+        Parameters
+        ----------
+        after_s, until_s : float
+            Plots later than the first and not later than the second.
+        limit : int
+            Maximum number.
+
+        Returns
+        -------
+        rows : (n,) ndarray of `PLOT_DTYPE`
+            The last ones; track `NO_TRACK` for those that updated none.
+        others : int
+            The number of the others.
+        """
+        found = self._measured.between(after_s, until_s)
+        frame = found.tail(limit).cast({name: MEASUREMENT_SCHEMA[name] for name in _COLUMNS})
+        batch, _ = wire.measurement_batch(frame, self._sensors)
+        rows = _rows(batch)
+        if len(rows):
+            self._assign(rows)
+        return rows, len(found) - len(frame)
+
+    # Sets the track of each plot and the height of that track. Several plots of a sensor may have
+    # one time, in whole seconds: an update belongs to the nearest of them then.
+    def _assign(self, rows: NDArray[np.void]) -> None:
+        first_s, last_s = float(rows["time_s"].min()), float(rows["time_s"].max())
+        updates = self._tracks.between(first_s - 2.0 * _TIME_STEP_S, last_s + _TIME_STEP_S)
+        plots = pl.DataFrame(
+            {
+                "plot": np.arange(len(rows)),
+                "step": _steps(rows["time_s"]),
+                "sensor_id": pl.Series(self._sensors.ids, dtype=pl.String).gather(rows["sensor"]),
+            }
+        )
+        candidates = updates.select(
+            "track_id", "sensor_id", "latitude_deg", "longitude_deg", "height_m",
+            step=pl.Series(_steps(updates["time_s"].to_numpy())),
+        ).with_row_index("update")  # fmt: skip
+        pairs = plots.join(candidates, on=["step", "sensor_id"], maintain_order="left")
+        if pairs["update"].is_duplicated().any() or pairs["plot"].is_duplicated().any():
+            pairs = self._nearest(pairs, rows)
+        numbers = pairs["plot"].to_numpy()
+        rows["track_id"][numbers] = pairs["track_id"].to_numpy()
+        rows["track_height_m"][numbers] = pairs["height_m"].fill_null(np.nan).to_numpy()
+
+    def _nearest(self, pairs: pl.DataFrame, rows: NDArray[np.void]) -> pl.DataFrame:
+        numbers, place = np.unique(pairs["plot"].to_numpy(), return_inverse=True)
+        none = np.zeros((len(self._sensors), len(PARAMETER_NAMES)))
+        found = plot_columns(rows[numbers], none, self._sensors)
+        latitude_deg = pairs["latitude_deg"].to_numpy()
+        north = found["latitude_deg"][place] - latitude_deg
+        east = found["longitude_deg"][place] - pairs["longitude_deg"].to_numpy()
+        far = np.hypot(north, east * np.cos(np.radians(latitude_deg)))
+        return (
+            pairs.with_columns(far=np.nan_to_num(far, nan=np.inf))
+            .sort("far", maintain_order=True)
+            .unique("update", keep="first", maintain_order=True)
+            .unique("plot", keep="first", maintain_order=True)
+        )
+
+
+def _steps(time_s: NDArray[np.float64]) -> NDArray[np.int64]:
+    steps: NDArray[np.int64] = np.rint(time_s / _TIME_STEP_S).astype(np.int64)
+    return steps
+
+
+def _rows(batch: MeasurementBatch) -> NDArray[np.void]:
+    rows = np.zeros(len(batch), PLOT_DTYPE)
+    rows["track_id"] = NO_TRACK
+    for name in ("track_latitude_rad", "track_longitude_rad", "track_height_m", "directions"):
+        rows[name] = np.nan
+    measured = ("time_s", "sensor", "kind", "range_m", "azimuth_rad", "latitude_rad",
+                "longitude_rad", "height_m")  # fmt: skip
+    for name in measured:
+        rows[name] = getattr(batch, name)
+    return rows

@@ -1,0 +1,293 @@
+"""The output of a run of `track`, as a source of pictures."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+from numpy.typing import NDArray
+
+from multiradar.errors import InputError
+from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
+from multiradar.runtime.offline.offline import (
+    BIASES_FILE,
+    HEALTH_FILE,
+    TRANSITIONS_FILE,
+)
+from multiradar.runtime.offline.offline_report import REPORT_FILE
+from multiradar.runtime.picture.past import Positions, last_of_each
+from multiradar.runtime.queries.track_windows import PLOT_DTYPE
+from multiradar.runtime.recorded.plots import RecordedPlots
+from multiradar.runtime.recorded.update_rows import sensor_numbers, update_rows
+from multiradar.storage.time_table import TimeTable
+from multiradar.tracking.lifecycle.transitions import ENDED, TRANSITION_NAMES
+from multiradar.tracking.settings import TrackingSettings
+from multiradar.wire.sensors import parameter_unit
+from multiradar_schemas.products.bias import BIAS_SCHEMA
+from multiradar_schemas.products.health import HEALTH_SCHEMA
+from multiradar_schemas.products.track import TRACK_SCHEMA
+
+#: Without transitions a track ends so long after `drop_after_s`, s; with them at its end.
+_ENDING_S = 10.0
+#: Spans in which the latest estimate of each bias is searched, s.
+_BIAS_SPANS_S = (60.0, 3600.0, np.inf)
+#: Span read at once for the history of a track, s.
+_HISTORY_SPAN_S = 600.0
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class RunFiles:
+    """Where a run is.
+
+    Attributes
+    ----------
+    name : str
+        Its name for the user.
+    tracks : Path
+        `tracks.parquet`.
+    sensors : SensorTable
+        The sensors; none where their file is absent.
+    measurements : Path or None
+        The measurements of the run.
+    """
+
+    name: str
+    tracks: Path
+    sensors: SensorTable
+    measurements: Path | None
+
+
+class RecordedRun:
+    """A run of `track`, read from its files; a `PictureSource`.
+
+    Parameters
+    ----------
+    files : RunFiles
+        Where it is.
+    folder : Path
+        Existing folder for temporary files.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, or has no rows.
+    MissingColumnError
+        A table lacks a column.
+    """
+
+    def __init__(self, files: RunFiles, folder: Path) -> None:
+        self.files = files
+        self._sensors = files.sensors
+        required = {"time_s", "track_id", "latitude_deg", "longitude_deg", "state"}
+        optional = {name: dtype for name, dtype in TRACK_SCHEMA.items() if name not in required}
+        self._tracks = TimeTable(files.tracks, list(TRACK_SCHEMA), optional, folder=folder)
+        self.report = _report(self._beside(REPORT_FILE))
+        #: Age from which a confirmed track is coasting, s.
+        self.coast_after_s, self._drop_after_s = _times(self.report)
+        self._ended_id, self._ended_s = self._read_ended(self._beside(TRANSITIONS_FILE))
+        biases = self._beside(BIASES_FILE)
+        self._biases = (
+            TimeTable(
+                biases, ["time_s", "sensor_id", "parameter", "estimate", "sigma"], folder=folder
+            )
+            if biases.is_file() and _has_rows(biases)
+            else None
+        )
+        self._plots = (
+            None
+            if files.measurements is None
+            else RecordedPlots(files.measurements, self._sensors, self._tracks, folder)
+        )
+
+    @property
+    def name(self) -> str:
+        """Its name for the user."""
+        return self.files.name
+
+    @property
+    def sensors(self) -> SensorTable:
+        """The sensors."""
+        return self._sensors
+
+    def span_s(self) -> tuple[float, float]:
+        """Return the time of the first and of the last update, s."""
+        return self._tracks.span_s
+
+    def measured_span_s(self) -> tuple[float, float] | None:
+        """Return the time of the first and of the last measurement, s; None without them."""
+        return None if self._plots is None else self._plots.span_s
+
+    def latest(self, at_s: float) -> NDArray[np.void]:
+        """Return the last update of each track at a time."""
+        return update_rows(self.tracks(at_s), self._sensors)
+
+    def tracks(self, at_s: float) -> pl.DataFrame:
+        """Return the last update of each track at a time, rows of `tracks.parquet` by track."""
+        rows = self._tracks.between(at_s - self._drop_after_s - _ENDING_S, at_s)
+        last = rows[last_of_each(rows["track_id"].to_numpy())]
+        live = ~np.isin(last["track_id"].to_numpy(), self._ended_id[self._ended_s <= at_s])
+        if not len(self._ended_id):
+            live &= last["time_s"].to_numpy() >= at_s - self._drop_after_s
+        return last.filter(pl.Series(live))
+
+    def positions(self, after_s: float, at_s: float) -> Positions:
+        """Return the positions of the updates of a span."""
+        rows = self._tracks.between(after_s, at_s)
+        columns = (rows[name].to_numpy() for name in ("latitude_deg", "longitude_deg"))
+        numbers = sensor_numbers(rows["sensor_id"], self._sensors)
+        return Positions(rows["track_id"].to_numpy(), rows["time_s"].to_numpy(), numbers, *columns)
+
+    def plots(self, after_s: float, at_s: float, limit: int) -> tuple[NDArray[np.void], int]:
+        """Return the last plots of a span, and the number of the others; none without them."""
+        if self._plots is None:
+            return np.empty(0, PLOT_DTYPE), 0
+        return self._plots.last(after_s, at_s, limit)
+
+    def biases(self, at_s: float) -> Floats:
+        """Return the biases estimated at a time."""
+        estimates = np.zeros((len(self._sensors), len(PARAMETER_NAMES)))
+        number = {name: row for row, name in enumerate(self._sensors.ids)}
+        for record in self.bias_records(at_s):
+            if record["sensor_id"] in number and record["parameter"] in PARAMETER_NAMES:
+                place = number[record["sensor_id"]], PARAMETER_NAMES.index(record["parameter"])
+                estimates[place] = record["estimate"] * parameter_unit(record["parameter"])
+        return estimates
+
+    def bias_records(self, at_s: float | None) -> list[dict[str, Any]]:
+        """Return the latest row of each bias at a time or, None, of all, as of `biases.parquet`."""
+        if self._biases is None:
+            return []
+        if at_s is None:
+            at_s = self._biases.span_s[1]
+        latest = pl.DataFrame()
+        for span_s in _BIAS_SPANS_S:
+            rows = self._biases.between(at_s - span_s, at_s)
+            found = rows.unique(["sensor_id", "parameter"], keep="last", maintain_order=True)
+            # A longer span has further biases only where some were not estimated lately.
+            if len(found) and len(found) == len(latest):
+                break
+            latest = found
+        return latest.sort("sensor_id", maintain_order=True).to_dicts()
+
+    def health(self) -> dict[str, dict[str, Any]]:
+        """Return the last row of `health.parquet` of each radar; empty without the file."""
+        path = self._beside(HEALTH_FILE)
+        if not path.is_file():
+            return {}
+        rows = _table(path, list(HEALTH_SCHEMA)).collect()
+        last = rows.sort("time_s", maintain_order=True).unique("sensor_id", keep="last")
+        return {row["sensor_id"]: row for row in last.to_dicts()}
+
+    def updates_by_sensor(self) -> dict[str, tuple[int, float]]:
+        """Return the number of updates by each sensor, and the time of the last one, s."""
+        rows = (
+            _table(self.files.tracks, ["time_s", "sensor_id"])
+            .group_by("sensor_id")
+            .agg(pl.len().alias("updates"), pl.col("time_s").max())
+            .collect()
+        )
+        return {name: (count, last_s) for name, count, last_s in rows.iter_rows()}
+
+    def updates(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
+        """Return updates of a track, as rows of `tracks.parquet`: the first since a time, or last.
+
+        Columns that the file lacks are null.
+        """
+        first_s, last_s = self._tracks.span_s
+        whole = self._tracks.between(-np.inf, -np.inf).clear()
+        parts: list[pl.DataFrame] = []
+        count = 0
+        backwards = since_s is None
+        start_s = last_s if since_s is None else np.nextafter(max(since_s, first_s), -np.inf)
+        while count < limit and first_s <= start_s + _HISTORY_SPAN_S and start_s <= last_s:
+            if backwards:
+                rows = self._tracks.between(start_s - _HISTORY_SPAN_S, start_s)
+                start_s -= _HISTORY_SPAN_S
+            else:
+                rows = self._tracks.between(start_s, start_s + _HISTORY_SPAN_S)
+                start_s += _HISTORY_SPAN_S
+            own = rows.filter(pl.col("track_id") == track_id)
+            count += len(own)
+            parts.append(own)
+        found = pl.concat([whole, *(parts[::-1] if backwards else parts)])
+        return found.tail(limit) if backwards else found.head(limit)
+
+    def bias_history(self, sensor_id: str, since_s: float | None, limit: int) -> pl.DataFrame:
+        """Return rows of `biases.parquet` of a sensor: the first since a time, or the last."""
+        path = self._beside(BIASES_FILE)
+        if not path.is_file():
+            return pl.DataFrame(schema=BIAS_SCHEMA)
+        rows = _table(path, list(BIAS_SCHEMA)).filter(pl.col("sensor_id") == sensor_id)
+        return _page(rows, since_s, limit)
+
+    def transitions(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
+        """Return rows of `transitions.parquet` of a track: the first since a time, or the last."""
+        rows = pl.scan_parquet(self._beside(TRANSITIONS_FILE))
+        return _page(rows.filter(pl.col("track_id") == track_id), since_s, limit)
+
+    def _beside(self, name: str) -> Path:
+        return self.files.tracks.parent / name
+
+    def _read_ended(self, path: Path) -> tuple[NDArray[np.int64], Floats]:
+        if not path.is_file():
+            return np.empty(0, np.int64), np.empty(0)
+        rows = (
+            _table(path, ["time_s", "track_id", "transition"])
+            .filter(pl.col("transition") == TRANSITION_NAMES[ENDED])
+            .collect()
+        )
+        return rows["track_id"].to_numpy(), rows["time_s"].to_numpy()
+
+
+def _page(rows: pl.LazyFrame, since_s: float | None, limit: int) -> pl.DataFrame:
+    if since_s is None:
+        return rows.tail(limit).collect()
+    return rows.filter(pl.col("time_s") >= since_s).head(limit).collect()
+
+
+def _table(path: Path, columns: list[str]) -> pl.LazyFrame:
+    try:
+        scan = pl.scan_parquet(path)
+        missing = [name for name in columns if name not in scan.collect_schema()]
+    except (pl.exceptions.PolarsError, OSError) as error:
+        msg = f"{path}: cannot be read as Parquet: {str(error).splitlines()[0]}"
+        raise InputError(msg) from error
+    return scan.with_columns(pl.lit(None).alias(name) for name in missing).select(columns)
+
+
+def _has_rows(path: Path) -> bool:
+    return not _table(path, ["time_s"]).head(1).collect().is_empty()
+
+
+def _report(path: Path) -> dict[str, Any]:
+    if not path.is_file():
+        return {}
+    try:
+        document = json.loads(path.read_bytes())
+    except ValueError as error:
+        msg = f"{path}: not valid JSON: {error}"
+        raise InputError(msg) from error
+    return document if isinstance(document, dict) else {}
+
+
+def _times(report: dict[str, Any]) -> tuple[float, float]:
+    settings = report.get("settings")
+    given = settings if isinstance(settings, dict) else {}
+    default = TrackingSettings()
+    found = []
+    for name in ("coast_after_s", "drop_after_s"):
+        value = given.get(name)
+        usable = isinstance(value, int | float) and 0 < value < np.inf
+        found.append(float(value) if usable and value is not None else getattr(default, name))
+    return found[0], found[1]
+
+
+def final_diagnoses(report: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the findings of a run about its sensors, from its report."""
+    figures = report.get("figures")
+    found = figures.get("diagnoses") if isinstance(figures, dict) else None
+    return [one for one in found if isinstance(one, dict)] if isinstance(found, list) else []
