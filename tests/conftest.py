@@ -4,6 +4,7 @@
 """
 
 import gc
+import os
 
 from hypothesis import HealthCheck, settings
 from hypothesis.internal.conjecture import providers
@@ -17,6 +18,10 @@ settings.register_profile(
     "fuzz", derandomize=False, database=None, deadline=None, suppress_health_check=_CHECKS
 )
 settings.load_profile("same")
+
+# The matrices of the tests are small: threads of the linear algebra that wait for each other took
+# three times the processor time. Read once, when numpy is first imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # Hypothesis also draws constants found in the modules loaded so far, which depend on the tests that
 # ran before in the same process.
