@@ -22,6 +22,8 @@ from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.entries import Entry
 from multiradar.storage.journal import Journal
 from multiradar.storage.sqlite_journal import SqliteJournal
+from multiradar.tracking.input.measurements import MeasurementBatch
+from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from support.fakes.fake_engine import FakeEngine
 from support.processes.waiting import WAIT_TIMEOUT_S, join
@@ -143,7 +145,7 @@ def test_a_recovering_service_neither_answers_nor_accepts(tmp_path: Path) -> Non
     held, seen = threading.Event(), threading.Event()
 
     class _Slow(FakeEngine):
-        def push(self, batch):  # type: ignore[no-untyped-def]
+        def push(self, batch: MeasurementBatch, _clock_s: float | None = None) -> EngineOutput:
             seen.set()
             assert held.wait(WAIT_TIMEOUT_S)
             return super().push(batch)

@@ -49,7 +49,7 @@ class FakeEngine:
         """Number of updates."""
         return {"UPDATED": self._sequence}
 
-    def push(self, batch: MeasurementBatch) -> EngineOutput:
+    def push(self, batch: MeasurementBatch, _clock_s: float | None = None) -> EngineOutput:
         """Convert each measurement to an update, and each new epoch to a bias record."""
         if self._crash is not None:
             self._crash(batch)

@@ -63,6 +63,11 @@ class SensorState(BaseModel):
     health: RadarHealth | None = Field(
         default=None, description="For radars, after the first epoch"
     )
+    clock_lead_s: float | None = Field(
+        default=None,
+        description="By how much its times are ahead of the data time, s (negative: behind), when "
+        "its last measurements were rejected for it; null with a right clock",
+    )
     diagnoses: list[SensorDiagnosis] = Field(
         default=[], description="Probable faults of the sensor, its settings or its data"
     )

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.runtime._kernels import ACCEPTED, FUTURE
+from multiradar.runtime.admission._admission_kernels import FUTURE
 from multiradar_compiled.kernels import kernel
 
 
@@ -12,14 +12,14 @@ def count_delays(
     time_s: NDArray[np.float64],
     sensor: NDArray[np.int32],
     code: NDArray[np.int8],
-    clock_s: float,
+    clock_s: NDArray[np.float64],
     per_s: float,
     delays: NDArray[np.int64],
     counts: NDArray[np.int64],
 ) -> None:
     """Add rows to the delays (sensors, steps) and to the counts (sensors, codes), in place.
 
-    ``clock_s`` is the data time before the first row, NaN where there was none.
+    ``clock_s`` is the data clock before each row, NaN where it was not set.
     """
     steps = delays.shape[1]
     for row in range(len(time_s)):
@@ -27,7 +27,6 @@ def count_delays(
         counts[s, code[row]] += 1
         if code[row] == FUTURE:
             continue
-        behind = max(clock_s - time, 0.0) if clock_s == clock_s else 0.0
+        before_s = clock_s[row]
+        behind = max(before_s - time, 0.0) if before_s == before_s else 0.0
         delays[s, int(min(behind * per_s, steps - 1.0))] += 1
-        if code[row] == ACCEPTED and not time <= clock_s:
-            clock_s = time

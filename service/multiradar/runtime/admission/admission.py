@@ -1,13 +1,23 @@
 """Admission of measurements by time: rejects those that are too late or in the future.
 
-The data clock is the greatest time accepted. A row is *late* when it is older than the data clock
-by more than the reorder horizon (or older than the end of a flushed stream), and *in the future*
-when it is ahead of the data clock by more than the forward jump. One sensor with a wrong clock must
-not advance the data clock and make all other sensors late. So the clock jumps only after a run of
-consecutive rows with consistent times. The run must contain two sensors, or come from the only
-sensor received so far, or span `ALONE_S`.
+The *data clock* is the time that the measurements have reached. A row is *late* when it is older
+than the data clock by more than the reorder horizon (or older than the end of a flushed stream).
+No sensor with a wrong clock may advance the data clock and so make all other sensors late.
 
-The result depends only on the sequence of rows, not on the batches.
+A row ahead of the data clock by at most half of the reorder horizon advances it. One farther ahead
+is a gap in the measurements, or a clock that is fast:
+
+- With times of reception, all sensors heard in real time vote, and so does the clock of the
+  machine: a row that most of them have not reached is *in the future* and rejected, one that most
+  have reached advances the data clock.
+- Otherwise the row is accepted, but does not advance the data clock: it waits until a second sensor
+  is as far, or for a time without rows of others. Rows of others near the data clock contradict it;
+  after `CONTRADICTED_MAX` contradictions in succession the rows of the sensor are rejected.
+- A row ahead by more than the forward jump is rejected, unless several agree in succession. The run
+  must contain two sensors, or come from the only sensor received so far, or span `ALONE_S`.
+
+Without times of reception the result depends only on the sequence of rows, not on the batches. With
+them it is in the journal: the accepted rows of each entry, and the data clock after it.
 """
 
 import json
@@ -17,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.errors import ConfigurationError, JournalError
-from multiradar.runtime import _kernels as kernels
+from multiradar.runtime.admission import _admission_kernels as kernels
 from multiradar.runtime.admission.arrivals import ArrivalBoard
 from multiradar.tracking.input.measurements import MeasurementBatch
 
@@ -30,14 +40,18 @@ FORWARD_JUMP_MAX_S = 600.0
 AGREE_ROWS = 5
 #: Data time after which a run of one sensor among several moves the data clock, s.
 ALONE_S = 60.0
+#: Likewise for a run within the forward jump, in reorder horizons.
+ALONE_HORIZONS = 2.0
+#: Lead of a row that advances the data clock, in reorder horizons: sensors on time keep the rest.
+TOLERANCE_HORIZONS = 0.5
+#: A sensor has a clock alarm after so many rows in succession that are late or in the future.
+ALARM_ROWS = 3
 
 
-def _unset_clock() -> NDArray[np.float64]:
-    return np.array([np.nan, -np.inf, 0.0, 0.0])
-
-
-def _unset_run() -> NDArray[np.int64]:
-    return np.array([0, -1, 0, -1, 0])
+def data_clock_of(state: str) -> float:
+    """Return the data clock of a state of an admission, s; −∞ where it was not set."""
+    clock_s = float.fromhex(json.loads(state)["clock"][kernels.CLOCK])
+    return -np.inf if np.isnan(clock_s) else clock_s
 
 
 @dataclass(slots=True)
@@ -48,17 +62,30 @@ class Admission:
     ----------
     horizon_s : float
         Reorder horizon, s; 0 accepts only measurements in time order.
+    sensors : int
+        Number of sensors.
     forward_jump_max_s : float
         Measurements farther ahead of the data clock are in the future, s.
     arrivals : ArrivalBoard, optional
         Counts the delay of each row behind the data clock.
+
+    Attributes
+    ----------
+    clock_s : (n,) float64
+        Data clock before each row of the last batch; NaN where it was not set.
     """
 
     horizon_s: float
+    sensors: int
     forward_jump_max_s: float = FORWARD_JUMP_MAX_S
     arrivals: ArrivalBoard | None = None
-    _clock: NDArray[np.float64] = field(default_factory=_unset_clock, init=False)
-    _run: NDArray[np.int64] = field(default_factory=_unset_run, init=False)
+    clock_s: NDArray[np.float64] = field(default_factory=lambda: np.empty(0), init=False)
+    _bounds: NDArray[np.float64] = field(init=False)
+    _clock: NDArray[np.float64] = field(init=False)
+    _run: NDArray[np.int64] = field(init=False)
+    _standing: NDArray[np.int64] = field(init=False)
+    _lead: NDArray[np.float64] = field(init=False)
+    _heard: NDArray[np.float64] = field(init=False)
 
     def __post_init__(self) -> None:
         if not (self.horizon_s >= 0.0 and self.forward_jump_max_s > 0.0):
@@ -66,60 +93,106 @@ class Admission:
                 "expected a reorder horizon of at least 0 s and a forward jump above 0 s, "
                 f"was {self.horizon_s} s and {self.forward_jump_max_s} s"
             )
+        self._bounds = np.array(
+            [
+                self.horizon_s, self.tolerance_s, self.forward_jump_max_s, AGREE_ROWS, ALONE_S,
+                ALONE_HORIZONS * self.horizon_s,
+            ]
+        )  # fmt: skip
+        self._clock = np.array([np.nan, -np.inf, 0.0, 0.0, -np.inf])
+        self._run = np.array([0, -1, 0, -1, 0, 0])
+        self._standing = np.zeros((self.sensors, 3), np.int64)
+        self._lead = np.zeros(self.sensors)
+        self._heard = np.zeros((self.sensors, kernels.HEARD_MAX, 2))
+
+    @property
+    def tolerance_s(self) -> float:
+        """Lead of a row that advances the data clock, s."""
+        return TOLERANCE_HORIZONS * self.horizon_s
 
     @property
     def data_clock_s(self) -> float | None:
-        """Greatest time accepted so far; None before the first measurement."""
+        """The data clock; None before the first measurement that set it."""
         clock = float(self._clock[kernels.CLOCK])
         return None if np.isnan(clock) else clock
+
+    @property
+    def released_to_s(self) -> float:
+        """The data clock; −∞ before the first measurement that set it."""
+        return -np.inf if self.data_clock_s is None else self.data_clock_s
 
     @property
     def floor_s(self) -> float:
         """End of the last flushed stream: earlier rows are late; −∞ without."""
         return float(self._clock[kernels.FLOOR])
 
-    def admit(self, batch: MeasurementBatch) -> NDArray[np.int8]:
+    def admit(self, batch: MeasurementBatch, received_s: float | None = None) -> NDArray[np.int8]:
         """Classify the next rows.
 
         Parameters
         ----------
         batch : MeasurementBatch
             Measurements in the order of their arrival; times are finite.
+        received_s : float, optional
+            Time of their reception, UTC, s, of a clock that is never set back.
 
         Returns
         -------
         (n,) ndarray of int8
             `ACCEPTED`, `LATE` or `FUTURE` for each row.
         """
-        before_s = self.data_clock_s
         code = np.empty(len(batch), np.int8)
+        self.clock_s = np.empty(len(batch))
         kernels.admit(
             batch.time_s,
             batch.sensor,
-            self.horizon_s,
-            self.forward_jump_max_s,
-            AGREE_ROWS,
-            ALONE_S,
+            np.nan if received_s is None else received_s,
+            self._bounds,
             self._clock,
             self._run,
+            self._standing,
+            self._lead,
+            self._heard,
             code,
+            self.clock_s,
         )
         if self.arrivals is not None:
-            self.arrivals.count(batch, code, before_s)
+            self.arrivals.count(batch, code, self.clock_s)
         return code
 
     def flush(self) -> None:
         """End the stream: accepted rows are released, so earlier rows are late from now on."""
-        if self.data_clock_s is not None:
-            self._clock[kernels.FLOOR] = self._clock[kernels.CLOCK]
+        if np.isfinite(self._clock[kernels.NEWEST]):
+            self._clock[kernels.CLOCK] = self._clock[kernels.FLOOR] = self._clock[kernels.NEWEST]
         self._run[kernels.RUN_COUNT] = 0
+
+    def clock_leads(self) -> dict[int, float]:
+        """Return the sensors whose clock is wrong by what the others say.
+
+        Returns
+        -------
+        dict
+            By number of the sensor, how far its last row was ahead of the data clock, s; negative
+            if it was behind. Only sensors of which the last `ALARM_ROWS` rows were off.
+        """
+        off = np.flatnonzero(self._standing[:, kernels.OFF] >= ALARM_ROWS)
+        leads = {int(sensor): float(self._lead[sensor]) for sensor in off}
+        return {sensor: lead for sensor, lead in leads.items() if np.isfinite(lead)}
 
     def state(self) -> str:
         """Return the state as JSON, for `restore`."""
         # Hexadecimal floats are exact, and represent NaN and infinity.
-        return json.dumps(
-            {"clock": [value.hex() for value in self._clock.tolist()], "run": self._run.tolist()}
-        )
+        state = {
+            "clock": [value.hex() for value in self._clock.tolist()],
+            "run": self._run.tolist(),
+        }
+        contradicted = np.flatnonzero(self._standing[:, kernels.CONTRADICTED])
+        if len(contradicted):
+            state["contradicted"] = [
+                [sensor, int(self._standing[sensor, kernels.CONTRADICTED])]
+                for sensor in contradicted.tolist()
+            ]
+        return json.dumps(state)
 
     def restore(self, state: str) -> None:
         """Continue from a state.
@@ -131,12 +204,20 @@ class Admission:
         """
         try:
             fields = json.loads(state)
-            clock = np.array([float.fromhex(text) for text in fields["clock"]])
-            run = np.array(fields["run"], np.int64)
-            if clock.shape != self._clock.shape or run.shape != self._run.shape:
+            clock = [float.fromhex(text) for text in fields["clock"]]
+            run = [int(value) for value in fields["run"]]
+            if (len(clock), len(run)) == (4, 5):
+                # Of a version in which every accepted row advanced the data clock.
+                clock.append(-np.inf if np.isnan(clock[0]) else clock[0])
+                run.append(0)
+            if (len(clock), len(run)) != (len(self._clock), len(self._run)):
                 msg = "wrong length"
                 raise ValueError(msg)
-        except (ValueError, TypeError, KeyError) as error:
+            standing = np.zeros_like(self._standing)
+            for sensor, count in fields.get("contradicted", []):
+                standing[sensor, kernels.CONTRADICTED] = count
+        except (ValueError, TypeError, KeyError, IndexError) as error:
             raise JournalError(f"expected the state of an admission, was {state!r}") from error
-        self._clock = clock
-        self._run = run
+        self._clock = np.array(clock)
+        self._run = np.array(run, np.int64)
+        self._standing = standing

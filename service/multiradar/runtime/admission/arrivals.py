@@ -1,6 +1,6 @@
 """Arrival delays of measurements behind the data time by sensor, and counts of late ones.
 
-The data time is the greatest time accepted so far. Counts start with the process; no output depends
+Counts start with the process; no output depends
 on them.
 """
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime._kernels import FUTURE, LATE
+from multiradar.runtime.admission._admission_kernels import FUTURE, LATE
 from multiradar.runtime.admission._arrival_kernels import count_delays
 from multiradar.tracking.input.measurements import MeasurementBatch
 
@@ -42,7 +42,9 @@ class ArrivalBoard:
         self._delays = np.zeros((len(sensors), steps), np.int64)
         self._counts = np.zeros((len(sensors), _OUTCOMES), np.int64)
 
-    def count(self, batch: MeasurementBatch, code: NDArray[np.int8], clock_s: float | None) -> None:
+    def count(
+        self, batch: MeasurementBatch, code: NDArray[np.int8], clock_s: NDArray[np.float64]
+    ) -> None:
         """Count measurements with their result of admission.
 
         Parameters
@@ -51,12 +53,11 @@ class ArrivalBoard:
             Measurements in the order of their arrival.
         code : (n,) int8
             Result of the admission of each.
-        clock_s : float or None
-            Data time before the first of them.
+        clock_s : (n,) float64
+            Data clock before each; NaN where it was not set.
         """
-        before = np.nan if clock_s is None else clock_s
         count_delays(
-            batch.time_s, batch.sensor, code, before, 1.0 / DELAY_STEP_S, self._delays,
+            batch.time_s, batch.sensor, code, clock_s, 1.0 / DELAY_STEP_S, self._delays,
             self._counts,
         )  # fmt: skip
 

@@ -115,8 +115,8 @@ class TimeRejects:
     ----------
     admission : Admission
         The admission that rejected them.
-    clock_s : float or None
-        Its data time before the batch.
+    clock_s : (n,) float64
+        Its data clock before each row, NaN where it was not set.
     time_s : (n,) float64
         Times of the batch.
     codes : (n,) int8
@@ -131,20 +131,18 @@ class TimeRejects:
     def __init__(
         self,
         admission: Admission,
-        clock_s: float | None,
+        clock_s: NDArray[np.float64],
         time_s: NDArray[np.float64],
         codes: NDArray[np.int8],
     ) -> None:
-        before = -np.inf if clock_s is None else clock_s
-        accepted_s = np.where(codes == ACCEPTED, time_s, -np.inf)
-        # The data time at the arrival of each row: the reason does not depend on the batches.
-        met_s = np.maximum(np.maximum.accumulate(np.append(-np.inf, accepted_s))[:-1], before)
         self.rejections: list[tuple[int, RejectCode, str]] = []
         for row in np.flatnonzero(codes != ACCEPTED).tolist():
             late = codes[row] == LATE
-            bound = _late(admission, met_s[row]) if late else _future(admission, met_s[row])
+            # The data time at the arrival of the row: the reason does not depend on the batches.
+            met_s, time = float(clock_s[row]), float(time_s[row])
+            bound = _late(admission, met_s) if late else _future(admission, met_s, time)
             code = RejectCode.TIME_LATE if late else RejectCode.TIME_FUTURE
-            self.rejections.append((row, code, f"expected a time {bound}, was {time_s[row]} s"))
+            self.rejections.append((row, code, f"expected a time {bound}, was {time} s"))
 
 
 def _late(admission: Admission, met_s: float) -> str:
@@ -154,5 +152,10 @@ def _late(admission: Admission, met_s: float) -> str:
     return f"at most {admission.horizon_s:g} s before the data time {met_s} s"
 
 
-def _future(admission: Admission, met_s: float) -> str:
-    return f"at most {admission.forward_jump_max_s:g} s after the data time {met_s} s"
+def _future(admission: Admission, met_s: float, time_s: float) -> str:
+    if time_s > met_s + admission.forward_jump_max_s:
+        return f"at most {admission.forward_jump_max_s:g} s after the data time {met_s} s"
+    after = f"at most {admission.tolerance_s:g} s after"
+    if np.isnan(met_s):
+        return f"{after} those of the other clocks"
+    return f"{after} the data time {met_s} s, which other sensors agree on"

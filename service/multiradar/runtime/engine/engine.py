@@ -154,20 +154,23 @@ class Engine:
         """The published biases."""
         return self._biases.state
 
-    def push(self, batch: MeasurementBatch) -> EngineOutput:
+    def push(self, batch: MeasurementBatch, clock_s: float | None = None) -> EngineOutput:
         """Process admitted measurements.
 
         Parameters
         ----------
         batch : MeasurementBatch
             Rows in order of arrival, in any order of time within the reorder horizon.
+        clock_s : float, optional
+            The data clock after them, s: rows before it less the reorder horizon are released. By
+            default the greatest time so far.
 
         Returns
         -------
         EngineOutput
             Output of the rows released from the reorder buffer.
         """
-        released = self._order.push(batch)
+        released = self._order.push(batch, clock_s)
         return _EMPTY if released is None else self._process(released)
 
     def flush(self) -> EngineOutput:

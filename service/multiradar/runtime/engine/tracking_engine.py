@@ -29,8 +29,11 @@ class TrackingEngine(Protocol):
         """Number, by arrival from 0, of the first measurement that later output may refer to."""
         ...
 
-    def push(self, batch: MeasurementBatch) -> EngineOutput:
-        """Process admitted measurements, in the order of arrival."""
+    def push(self, batch: MeasurementBatch, clock_s: float | None = None) -> EngineOutput:
+        """Process admitted measurements, in the order of arrival, and release up to a data clock.
+
+        Without one, the greatest time so far is the data clock.
+        """
         ...
 
     def flush(self) -> EngineOutput:

@@ -3,6 +3,7 @@
 import threading
 from collections import deque
 from dataclasses import dataclass
+from math import inf
 
 from multiradar.errors import PipelineError
 from multiradar.storage.entries import EntryKind, RejectedRow
@@ -25,6 +26,8 @@ class Journalled:
         Their sender.
     rejects : tuple of RejectedRow
         The rejected rows of the same message.
+    clock_s : float
+        The data clock after the entry, s.
     """
 
     sequence: int
@@ -32,6 +35,7 @@ class Journalled:
     batch: MeasurementBatch
     source: str = ""
     rejects: tuple[RejectedRow, ...] = ()
+    clock_s: float = -inf
 
 
 def grouped(waiting: deque[Journalled], rows_max: int) -> list[Journalled]:

@@ -33,6 +33,8 @@ class Submission:
         Rows rejected at the interface.
     latest_s : float
         Measurements later than this are in the future, s.
+    received_s : float or None
+        Time of its reception, UTC, s, of a clock that is never set back.
     future : Future of Receipt
         Resolved when the message is in the journal.
     """
@@ -43,6 +45,7 @@ class Submission:
     idempotency_key: str | None
     rejected: Sequence[RejectedRow]
     latest_s: float = inf
+    received_s: float | None = None
     future: Future[Receipt] = field(default_factory=Future)
 
     @property

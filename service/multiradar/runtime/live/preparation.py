@@ -45,10 +45,13 @@ class Prepared:
         The entry for the journal.
     batch : MeasurementBatch
         The accepted measurements, for the engine.
+    clock_s : float
+        The data clock after them, s.
     """
 
     entry: Entry
     batch: MeasurementBatch
+    clock_s: float
 
 
 # The plausible measurements of one message, and the rejected rows.
@@ -83,7 +86,7 @@ def prepare(
         elif submission.kind is EntryKind.FLUSH:
             admission.flush()
             entry = _entry(submission, pl.DataFrame(), [], admission)
-            prepared.append(Prepared(entry, MeasurementBatch.empty()))
+            prepared.append(Prepared(entry, MeasurementBatch.empty(), admission.released_to_s))
         else:
             prepared.append(_decide(submission, *found, admission))
     return prepared
@@ -111,7 +114,14 @@ def journalled(entries: Sequence[StoredEntry], table: SensorTable) -> list[Journ
             )
         entry = stored.entry
         found.append(
-            Journalled(stored.sequence, entry.kind, translated[0], entry.source, entry.rejects)
+            Journalled(
+                stored.sequence,
+                entry.kind,
+                translated[0],
+                entry.source,
+                entry.rejects,
+                admissions.data_clock_of(entry.admission),
+            )
         )
     return found
 
@@ -196,11 +206,10 @@ def _decide(
 ) -> Prepared:
     frame = submission.frame
     batch, rejected = _until(submission.latest_s, frame, batch, rejected)
-    clock_s = admission.data_clock_s
-    code = admission.admit(batch)
+    code = admission.admit(batch, submission.received_s)
     if not len(rejected) and not code.any():
-        return Prepared(_entry(submission, frame, [], admission), batch)
-    by_time = TimeRejects(admission, clock_s, batch.time_s, code).rejections
+        return Prepared(_entry(submission, frame, [], admission), batch, admission.released_to_s)
+    by_time = TimeRejects(admission, admission.clock_s, batch.time_s, code).rejections
     passed = np.delete(np.arange(len(frame)), rejected.index)
     rejections = [
         *zip(rejected.index.tolist(), rejected.code, rejected.reason, strict=True),
@@ -209,7 +218,7 @@ def _decide(
     accepted = code == admissions.ACCEPTED
     kept = frame[passed[accepted]]
     entry = _entry(submission, kept, _rejected_rows(frame, rejections), admission)
-    return Prepared(entry, batch.select(accepted))
+    return Prepared(entry, batch.select(accepted), admission.released_to_s)
 
 
 def _until(

@@ -6,6 +6,7 @@ journal replayed: the output is the same as before.
 """
 
 import logging
+import math
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -250,18 +251,16 @@ class Processor:
         self.processed = group[-1].sequence
 
     def _push(self, group: Sequence[Journalled]) -> EngineOutput:
+        clock_s = group[-1].clock_s
+        if math.isfinite(clock_s):
+            self._data_time_s = clock_s
         if group[0].kind is EntryKind.FLUSH:
             return self._engine.flush()
         for entry in group:
             self._origins.add(entry.sequence, len(entry.batch))
         batches = [entry.batch for entry in group]
         batch = batches[0] if len(batches) == 1 else MeasurementBatch.concatenate(batches)
-        output = self._engine.push(batch)
-        if len(batch):
-            latest = float(batch.time_s.max())
-            known_s = self._data_time_s
-            self._data_time_s = latest if known_s is None else max(known_s, latest)
-        return output
+        return self._engine.push(batch, clock_s)
 
     # Record the rejected rows of these entries, and the duplicates found by the engine.
     def _quarantine(self, group: Sequence[Journalled], output: EngineOutput) -> None:

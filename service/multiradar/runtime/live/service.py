@@ -91,6 +91,8 @@ class Service:
         clock: Clock | None = None,
     ) -> None:
         self._clock = clock or SystemClock()
+        # Reception is timed by a clock that no correction of the system time moves.
+        self._started_s = self._clock.now_s() - self._clock.monotonic_s()
         self._open_journal = open_journal
         self._open_engine = open_engine
         self._sensors = sensors
@@ -106,11 +108,13 @@ class Service:
         self._start_step = ""
         self._changing = threading.Lock()
         self._journal: Journal | None = None
+        self._admission: Admission | None = None
         self._writer: Writer | None = None
         self._processor: Processor | None = None
         self._threads: list[threading.Thread] = []
         self.publication = Publication(sensors, tracking, self._limits, self._clock)
         self.view = self.publication.view
+        self.view.clock_leads = self._clock_leads
 
     @property
     def state(self) -> ServiceState:
@@ -220,6 +224,7 @@ class Service:
                 idempotency_key,
                 tuple(rejected),
                 latest_s=self._clock.now_s() + self._limits.clock_ahead_max_s,
+                received_s=self._started_s + self._clock.monotonic_s(),
             )
         )
 
@@ -292,11 +297,12 @@ class Service:
     def _recover(self, journal: Journal) -> None:
         self._journal = journal
         counts = journal.counts()
-        admission = Admission(self._horizon_s, self._forward_jump_max_s)
+        admission = Admission(self._horizon_s, len(self._sensors), self._forward_jump_max_s)
         if counts.admission:
             admission.restore(counts.admission)
         admission.arrivals = self._arrivals
         _warm_up(admission)
+        self._admission = admission
         self._accounting.resume(counts.accepted, counts.rejected)
         self._processor = Processor(
             journal=journal,
@@ -333,6 +339,22 @@ class Service:
         if self._journal is not None:
             self._journal.close()
 
+    def _clock_leads(self) -> dict[str, float]:
+        if self._admission is None:
+            return {}
+        return {
+            self._sensors.ids[sensor]: round(lead_s, 1)
+            for sensor, lead_s in self._admission.clock_leads().items()
+        }
+
+    def _clock_warnings(self) -> list[str]:
+        return [
+            f"{sensor_id}: its times are {abs(lead_s):g} s "
+            f"{'ahead of' if lead_s > 0.0 else 'behind'} the data time, and its measurements are "
+            "rejected; check its clock, or the delay of its data"
+            for sensor_id, lead_s in self._clock_leads().items()
+        ]
+
     def _counters(self) -> dict[str, Any]:
         writer, processor, accounting = self._writer, self._processor, self._accounting
         failure = self.failure
@@ -351,7 +373,7 @@ class Service:
             "intake_rows": self._intake.rows,
             "backlog_rows": self._backlog.rows,
             "arrivals": self._arrivals.records(),
-            "warnings": self._arrivals.warnings(),
+            "warnings": self._arrivals.warnings() + self._clock_warnings(),
             "engine": {} if processor is None else processor.counts,
             "unobservable_biases": [] if processor is None else processor.unobservable_biases,
             "skipped_entries": len(skipped),

@@ -20,6 +20,9 @@ from multiradar.runtime.stream.output_events import OutputEvents
 
 Counts = Callable[[], dict[str, Any]]
 
+#: Alarm of a sensor with a wrong clock.
+CLOCK_ALARM = "clock"
+
 
 class LiveView:
     """The read interface of the running service, for any thread.
@@ -51,6 +54,8 @@ class LiveView:
         #: Counters of the service, and of its interfaces by their name in the status.
         self.service_counts: Counts = dict
         self.edge_counts: dict[str, Counts] = {}
+        #: Sensors with a wrong clock, and by how much each is ahead, s.
+        self.clock_leads: Callable[[], dict[str, float]] = dict
 
     @property
     def page_rows_max(self) -> int:
@@ -108,10 +113,13 @@ class LiveView:
             `id`, `kind` (radar, position or bearing), site, standard deviations, `updates`,
             `last_update_s`, `age_s`, `health` (a row of `health.parquet`, for radars from the end
             of the first epoch on), `biases` (the latest row of `biases.parquet` of each parameter,
-            from the end of the first epoch on), `diagnoses`. Missing values are None.
+            from the end of the first epoch on), `clock_lead_s` (by how much a wrong clock is ahead
+            of the data time, s), `diagnoses`. Missing values are None.
         """
         records = self._known.sensor_records()
+        leads = self.clock_leads()
         for record in records:
+            record["clock_lead_s"] = leads.get(record["id"])
             record["diagnoses"] = self._diagnosis.of(record["id"])
         return records
 
@@ -126,9 +134,13 @@ class LiveView:
     def status(self) -> dict[str, Any]:
         """Return counts, sequences, data time, alarms, hash of the output and version."""
         ring = self._events.ring
+        known = self._known.counts()
+        alarms: dict[str, list[str]] = known["sensor_alarms"]
+        for sensor_id in self.clock_leads():
+            alarms[sensor_id] = [*alarms.get(sensor_id, []), CLOCK_ALARM]
         return {
             **self.service_counts(),
-            **self._known.counts(),
+            **known,
             "event_sequence": ring.head,
             "subscribers": ring.subscriber_count,
             "rejected_by_code": self._rejects.counts,

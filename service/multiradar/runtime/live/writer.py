@@ -121,7 +121,14 @@ class Writer:
         self._answer(admitted, sequences, again)
         self._backlog.put(
             [
-                Journalled(sequence, entry.kind, one.prepared.batch, entry.source, entry.rejects)
+                Journalled(
+                    sequence,
+                    entry.kind,
+                    one.prepared.batch,
+                    entry.source,
+                    entry.rejects,
+                    one.prepared.clock_s,
+                )
                 for sequence, one, entry in zip(sequences, admitted, entries, strict=True)
             ]
         )

@@ -269,7 +269,7 @@ class _Run:
         self._engine = engine
         horizon_s = job.settings.reorder_horizon_s
         self._arrivals = ArrivalBoard(job.sensors, horizon_s)
-        self._admission = Admission(horizon_s, arrivals=self._arrivals)
+        self._admission = Admission(horizon_s, len(job.sensors), arrivals=self._arrivals)
         self._digest = OutputDigest()
         self._tally = TrackTally()
         self._tracks = TableWriter(folder / TRACKS_FILE, TRACK_SCHEMA)
@@ -286,7 +286,7 @@ class _Run:
     def process(self, block: pl.DataFrame) -> Iterator[int]:
         with self._stages.measure(READING):
             measured, rejected = wire.measurement_batch(block.drop(INDEX_COLUMN), self._sensors)
-        clock_s = self._admission.data_clock_s
+        clock_s = np.empty(len(measured))
         codes = np.zeros(len(measured), np.int8)
         at = np.delete(block[INDEX_COLUMN].cast(pl.Int64).to_numpy(), rejected.index)
         outputs = []
@@ -295,11 +295,11 @@ class _Run:
             with self._stages.measure(TRACKING):
                 batch = measured.select(rows)
                 codes[rows] = self._admission.admit(batch)
+                clock_s[rows] = self._admission.clock_s
                 accepted = codes[rows] == ACCEPTED
                 self._origins.add(0, int(np.count_nonzero(accepted)), at[rows][accepted])
-                outputs.append(
-                    self._engine.push(batch if accepted.all() else batch.select(accepted))
-                )
+                kept = batch if accepted.all() else batch.select(accepted)
+                outputs.append(self._engine.push(kept, self._admission.released_to_s))
             yield min(rows.stop, len(block))
         self._result.read += len(block)
         self._result.accepted += int(np.count_nonzero(codes == ACCEPTED))

@@ -43,7 +43,7 @@ class _Piece(NamedTuple):
 class ReorderBuffer:
     """Buffers measurements until no earlier ones can arrive.
 
-    Rows before the latest time minus the horizon are released. The sequence of released rows is
+    Rows before the data clock minus the horizon are released. The sequence of released rows is
     sorted by time, then by content. It is a function of the set of rows, independent of batches and
     of disorder within the horizon.
 
@@ -77,13 +77,17 @@ class ReorderBuffer:
         self.waiting_from = 0
         self.dropped = NO_DUPLICATES
 
-    def push(self, batch: MeasurementBatch) -> MeasurementBatch | None:
+    def push(
+        self, batch: MeasurementBatch, clock_s: float | None = None
+    ) -> MeasurementBatch | None:
         """Add rows; return the released ones, in order, or None.
 
         Parameters
         ----------
         batch : MeasurementBatch
             Rows in the order of their arrival.
+        clock_s : float, optional
+            The data clock, s; by default the greatest time so far.
 
         Returns
         -------
@@ -103,7 +107,9 @@ class ReorderBuffer:
                 return None
         self._waiting.append(_Piece(batch, arrivals))
         self._latest_s = max(self._latest_s, float(batch.time_s.max()))
-        watermark = self._latest_s - self._horizon_s
+        watermark = (self._latest_s if clock_s is None else clock_s) - self._horizon_s
+        if watermark <= self._released_s:
+            return None
         watermark = math.floor(watermark / RELEASE_STEP_S) * RELEASE_STEP_S
         if watermark <= self._released_s:
             return None

@@ -38,7 +38,7 @@ def delayed(delay_s: np.ndarray[tuple[int], np.dtype[np.float64]]) -> Measuremen
 
 def counted(batch: MeasurementBatch, size: int = 10**6) -> ArrivalBoard:
     board = ArrivalBoard(TABLE, HORIZON_S)
-    admission = Admission(HORIZON_S, arrivals=board)
+    admission = Admission(HORIZON_S, len(TABLE), arrivals=board)
     for first in range(0, len(batch), size):
         admission.admit(batch.select(slice(first, first + size)))
     return board
@@ -77,12 +77,13 @@ def test_a_warning_is_issued_for_a_short_horizon(late: int, warned: bool) -> Non
 
 
 def test_endless_delays_and_wrong_clocks_are_counted_too() -> None:
-    batch = batch_of([1000.0, 1.0, 5000.0])
+    batch = batch_of([1000.0, 1000.0, 1.0, 5000.0])
+    batch = replace(batch, sensor=np.array([0, 1, 0, 0], np.int32))
     record = counted(batch).records()["41-10"]
     assert (record["received"], record["late"], record["future"]) == (3, 1, 1)
     assert record["delay_s_p99"] >= DELAY_MAX_S
     only_future = ArrivalBoard(TABLE, HORIZON_S)
-    only_future.count(batch_of([1.0]), np.array([2], np.int8), 0.0)
+    only_future.count(batch_of([1.0]), np.array([2], np.int8), np.zeros(1))
     assert only_future.records()["41-10"]["delay_s_median"] is None
     assert only_future.warnings() == []
 
@@ -99,4 +100,5 @@ def test_the_status_shows_the_delays_and_warns(start: Starter) -> None:
     assert isinstance(arrivals, dict)
     assert isinstance(warnings, list)
     assert arrivals["41-20"]["late"] == 100
-    assert [sentence[:5] for sentence in warnings] == ["41-20"]
+    assert [sentence[:5] for sentence in warnings] == ["41-20", "41-20"]
+    assert "its clock" in warnings[1]

@@ -35,7 +35,7 @@ def test_a_message_that_cannot_be_translated_fails_alone(
     monkeypatch.setattr(wire, "measurement_batch", failing)
     pieces = cut(recording(60).filter(pl.col("kind") == "radar")[:30], [10, 10])
     pieces[poisoned] = pieces[poisoned].with_columns(range_m=pl.lit(POISON_M))
-    found = prepare([message(piece) for piece in pieces], TABLE, Admission(10.0))
+    found = prepare([message(piece) for piece in pieces], TABLE, Admission(10.0, len(TABLE)))
     assert isinstance(found[poisoned], ZeroDivisionError)
     others = [one for place, one in enumerate(found) if place != poisoned]
     assert [len(one.batch) for one in others if isinstance(one, Prepared)] == [10, 10]

@@ -101,6 +101,7 @@ def test_the_data_time_zero_does_not_go_back(start: Starter) -> None:
     service, frame = start(), recording(2)
     for time_s in (0.0, -3.0):
         submit(service, frame[:1].with_columns(time_s=time_s))
+    service.flush(source="test").result(WAIT_TIMEOUT_S)
     assert settled(service)["data_time_s"] == 0.0
 
 

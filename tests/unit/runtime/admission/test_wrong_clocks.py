@@ -1,0 +1,128 @@
+"""A radar with a wrong clock costs the others no measurement, and is named."""
+
+import numpy as np
+import pytest
+
+from multiradar.runtime.admission.admission import ACCEPTED, FUTURE, Admission
+from support.inputs.timed_batches import timed_batch
+
+#: Right sensors, and one with a wrong clock.
+RIGHT, WRONG = (0, 1), 2
+NOW_S = 1_800_000_000.0
+
+
+def _stream(
+    offset_s: float, *, duration_s: float = 120.0, order: int = 0
+) -> list[tuple[float, float, int]]:
+    """Return reception, time and sensor of plots in the order of their reception."""
+    rows = []
+    for sensor, period_s in ((RIGHT[0], 0.31), (RIGHT[1], 0.43), (WRONG, 0.37)):
+        for at in np.arange(0.05 * ((sensor + order) % 3), duration_s, period_s).tolist():
+            time_s = at + (offset_s if sensor == WRONG else 0.0)
+            rows.append((at + 0.2, time_s, sensor))
+    return sorted(rows)
+
+
+def _lost(
+    admission: Admission, stream: list[tuple[float, float, int]], start_s: float, *, live: bool
+) -> dict[int, int]:
+    lost = {sensor: 0 for sensor in (*RIGHT, WRONG)}
+    for received_s, time_s, sensor in stream:
+        codes = admission.admit(
+            timed_batch([start_s + time_s], sensor), start_s + received_s if live else None
+        )
+        lost[sensor] += int(codes[0] != ACCEPTED)
+    return lost
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+@pytest.mark.parametrize("offset_s", [10.0, 60.0, 590.0, 1000.0, -10.0, -60.0, -590.0])
+@pytest.mark.parametrize("live", [True, False])
+def test_a_wrong_clock_costs_the_others_nothing_and_is_named(
+    offset_s: float, live: bool, order: int
+) -> None:
+    admission = Admission(6.0, 3)
+    lost = _lost(admission, _stream(offset_s, order=order), NOW_S, live=live)
+    assert [lost[sensor] for sensor in RIGHT] == [0, 0]
+    assert lost[WRONG] > 300
+    leads = admission.clock_leads()
+    assert list(leads) == [WRONG]
+    assert leads[WRONG] == pytest.approx(offset_s, abs=1.5)
+
+
+@pytest.mark.parametrize("live", [True, False])
+def test_it_is_named_within_two_scans(live: bool) -> None:
+    admission = Admission(6.0, 3)
+    _lost(admission, _stream(60.0, duration_s=8.0), NOW_S, live=live)
+    assert list(admission.clock_leads()) == [WRONG]
+
+
+def test_batches_of_whole_scans_do_not_move_the_clock_either() -> None:
+    admission = Admission(6.0, 3)
+    lost = 0
+    for scan in range(20):
+        for sensor in (WRONG, *RIGHT):
+            times = 4.0 * scan + np.linspace(0.0, 3.9, 30) + (10.0 if sensor == WRONG else 0.0)
+            codes = admission.admit(timed_batch(times.tolist(), sensor))
+            lost += int(np.count_nonzero(codes != ACCEPTED)) if sensor != WRONG else 0
+    assert lost == 0
+
+
+def test_a_forged_row_within_a_minute_is_rejected_at_once() -> None:
+    admission = Admission(6.0, 3)
+    _lost(admission, _stream(0.0, duration_s=20.0), NOW_S, live=True)
+    forged = timed_batch([NOW_S + 79.0], RIGHT[0])
+    assert admission.admit(forged, NOW_S + 20.2).tolist() == [FUTURE]
+    later = [(20.0 + at, 20.0 + time, s) for at, time, s in _stream(0.0, duration_s=20.0)]
+    assert set(_lost(admission, later, NOW_S, live=True).values()) == {0}
+
+
+def test_a_forged_row_of_the_only_radar_is_rejected() -> None:
+    admission = Admission(6.0, 1)
+    for at in range(20):
+        assert not admission.admit(timed_batch([NOW_S + at]), NOW_S + at + 0.5).any()
+    assert admission.admit(timed_batch([NOW_S + 79.0]), NOW_S + 20.0).tolist() == [FUTURE]
+    assert admission.admit(timed_batch([NOW_S + 20.0]), NOW_S + 20.5).tolist() == [ACCEPTED]
+
+
+@pytest.mark.parametrize("live", [True, False])
+def test_after_a_gap_no_row_is_lost(live: bool) -> None:
+    admission = Admission(6.0, 3)
+    stream = [row for row in _stream(0.0) if not 30.0 <= row[0] < 75.0]
+    assert set(_lost(admission, stream, NOW_S, live=live).values()) == {0}
+    assert admission.data_clock_s == pytest.approx(NOW_S + 120.0, abs=0.5)
+    assert not admission.clock_leads()
+
+
+def test_the_clock_of_the_machine_alone_rejects_nothing() -> None:
+    # It is 40 s slow; all sensors agree.
+    admission = Admission(6.0, 3)
+    stream = [(at - 40.0, time_s, sensor) for at, time_s, sensor in _stream(0.0)]
+    assert set(_lost(admission, stream, NOW_S, live=True).values()) == {0}
+    assert admission.data_clock_s == pytest.approx(NOW_S + 120.0, abs=0.5)
+
+
+def test_a_radar_that_is_left_alone_goes_on() -> None:
+    admission = Admission(6.0, 3)
+    _lost(admission, _stream(0.0, duration_s=20.0), NOW_S, live=False)
+    times = [NOW_S + 30.0 + 5.0 * at for at in range(10)]
+    assert not admission.admit(timed_batch(times, RIGHT[0])).any()
+    assert admission.data_clock_s == times[-1]
+
+
+def test_a_replay_faster_than_real_time_loses_nothing() -> None:
+    admission = Admission(6.0, 3)
+    stream = [(at / 20.0, time_s, sensor) for at, time_s, sensor in _stream(0.0, duration_s=600.0)]
+    stream = [row for row in stream if not 200.0 <= row[1] < 230.0]
+    assert set(_lost(admission, stream, NOW_S - 700.0, live=True).values()) == {0}
+    assert admission.data_clock_s == pytest.approx(NOW_S - 100.0, abs=0.5)
+    assert not admission.clock_leads()
+
+
+def test_a_radar_whose_clock_is_corrected_returns() -> None:
+    admission = Admission(6.0, 3)
+    _lost(admission, _stream(10.0, duration_s=30.0), NOW_S, live=False)
+    assert list(admission.clock_leads()) == [WRONG]
+    later = [(30.0 + at, 30.0 + time, s) for at, time, s in _stream(0.0, duration_s=30.0)]
+    assert set(_lost(admission, later, NOW_S, live=False).values()) == {0}
+    assert not admission.clock_leads()
