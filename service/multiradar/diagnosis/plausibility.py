@@ -24,6 +24,8 @@ FARTHEST_MIN, RANGE_END_M = 0.1, 600e3
 SPEED_USUAL_MPS = 200.0
 #: Time between the plots from which a speed is computed, s.
 _APART_MIN_S, _APART_MAX_S = 20.0, 60.0
+#: Aircraft that a median speed is computed of.
+_PATHS_MAX = 500
 #: Ranges that are all below this are not in metres.
 RANGES_SMALL_M = 2000.0
 #: Effective Earth radius for radio propagation: 4/3 of its radius (ITU-R P.834).
@@ -195,19 +197,32 @@ def _of_range(
 
 def median_speed(plots: Plots, range_m: Floats, site: Site, paths: Integers) -> float:
     """Return the median speed of aircraft, m/s; NaN where none is known."""
-    speeds = []
-    where = located(site, range_m, np.radians(plots.azimuth_deg), plots.heights())
-    for path in np.unique(paths[paths >= 0])[:500]:
-        rows = np.flatnonzero(paths == path)
-        after = np.searchsorted(plots.time_s[rows], plots.time_s[rows] + _APART_MIN_S)
-        inside = after < len(rows)
-        first, last = rows[inside], rows[after[inside]]
-        apart_s = plots.time_s[last] - plots.time_s[first]
-        near = apart_s <= _APART_MAX_S
-        if near.any():
-            paths_m = np.linalg.norm(where[last[near]] - where[first[near]], axis=1)
-            speeds.append(float(np.median(paths_m / apart_s[near])))
-    return float(np.median(speeds)) if speeds else np.nan
+    rows = np.flatnonzero(paths >= 0)
+    rows = rows[np.argsort(paths[rows], kind="stable")]
+    path = np.cumsum(np.diff(paths[rows], prepend=paths[rows][:1]) != 0)
+    rows, path = rows[path < _PATHS_MAX], path[path < _PATHS_MAX]
+    time_s = plots.time_s[rows]
+    # Complex numbers are ordered by their real part, the path, and then by time.
+    after = np.searchsorted(path + 1j * time_s, path + 1j * (time_s + _APART_MIN_S))
+    first = np.flatnonzero(after < len(rows))
+    last = after[first]
+    apart_s = time_s[last] - time_s[first]
+    near = (path[last] == path[first]) & (apart_s <= _APART_MAX_S)
+    first, last, apart_s = first[near], last[near], apart_s[near]
+    if len(first) == 0:
+        return np.nan
+    where = located(site, range_m, np.radians(plots.azimuth_deg), plots.heights())[rows]
+    speed = np.linalg.norm(where[last] - where[first], axis=1) / apart_s
+    return float(np.median(_medians(path[first], speed))) if np.isfinite(speed).all() else np.nan
+
+
+# The median value of each group, in the order of the groups.
+def _medians(group: Integers, values: Floats) -> Floats:
+    order = np.lexsort((values, group))
+    group, values = group[order], values[order]
+    first = np.flatnonzero(np.diff(group, prepend=group[0] - 1))
+    count = np.diff(first, append=len(group))
+    return np.asarray(0.5 * (values[first + (count - 1) // 2] + values[first + count // 2]))
 
 
 def check_height_unit(name: str, plots: Plots, site: Site) -> Diagnosis | None:

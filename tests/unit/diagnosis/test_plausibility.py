@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from multiradar.diagnosis.plausibility import check_nearer_than_height, check_range_unit
+from multiradar.diagnosis.plausibility import (
+    check_nearer_than_height,
+    check_range_unit,
+    median_speed,
+)
 from multiradar.diagnosis.plots import Plots
 
 SITE = (0.87, 0.26, 300.0)
@@ -71,3 +75,22 @@ def test_ranges_shorter_than_the_height_over_the_site_are_reported(
     if found is not None and above is not None:
         assert f"shorter than the height of the aircraft {above} its site" in found.sentence
         assert found.code == "height"
+
+
+# Plots of three aircraft in turn and of unknown ones; of one of them the plots are 3 s apart only.
+def test_the_median_speed_is_that_of_the_aircraft_in_the_middle() -> None:
+    speeds = {7: 100.0, 5: 180.0, 9: 250.0}
+    time_s = np.repeat(np.arange(0.0, 100.0, 4.0), 5)
+    paths = np.tile(np.array([5, -1, 7, 9, 2]), 25)
+    time_s[paths == 2] = np.arange(25) * 0.125
+    ranges = FARTHEST_M - np.array([speeds.get(one, 900.0) for one in paths.tolist()]) * time_s
+    order = np.argsort(time_s, kind="stable")
+    count, missing = len(time_s), np.full(len(time_s), np.nan)
+    found = Plots(
+        time_s[order], ranges[order], np.full(count, 30.0), missing, missing,
+        np.full(count, SITE[2]), np.full((count, 3), -1, np.int64),
+    )  # fmt: skip
+    # A slant range of 100 km to the height of the radar is shorter than the path by less than 1 %.
+    speed = median_speed(found, found.range_m, SITE, paths[order])
+    assert speed == pytest.approx(180.0, rel=0.01)
+    assert np.isnan(median_speed(found, found.range_m, SITE, np.full(count, -1)))

@@ -63,6 +63,7 @@ class Comparison:
         self._sensors = evidence.sensors
         self._tracked = evidence.tracked()
         self._plots: dict[int, Plots] = {}
+        self._paths_as_given: dict[tuple[int, int], Paths] = {}
         for name, source in evidence.sources.items():
             number = evidence.number(name)
             if number < 0 or self._sensors.moving[number]:
@@ -137,11 +138,8 @@ class Comparison:
         asked = {one: self._plots[one] for one in others if one != number and one in self._plots}
         key = common_key(plots, asked.values())
         if key is not None:
-            where = {
-                one: self._positions(one, reading, (sites or {}).get(one, self.site(one)))
-                for one in asked
-            }
-            found = named_pairs(plots, named_paths(asked, where, key), key, late_s)
+            paths = [self._named_paths(one, key, reading, sites or {}) for one in sorted(asked)]
+            found = named_pairs(plots, paths, key, late_s)
         else:
             found = candidate_pairs(plots, self._paths(asked, reading, sites or {}), late_s)
         if not self.is_radar(number):
@@ -158,6 +156,19 @@ class Comparison:
             measured = as_given(plots.range_m, plots.azimuth_deg)
             return polar_agreement(measured, self.site(number), pairs, compared=compared)
         return position_agreement(reported(plots), pairs, compared=compared)
+
+    # Those of a sensor as configured are compared with every other sensor.
+    def _named_paths(
+        self, number: int, key: int, reading: Reading, sites: Mapping[int, Site]
+    ) -> Paths:
+        as_configured = reading is as_given and number not in sites
+        if as_configured and (number, key) in self._paths_as_given:
+            return self._paths_as_given[number, key]
+        position_m = self._positions(number, reading, sites.get(number, self.site(number)))
+        paths = named_paths(number, self._plots[number], position_m, key)
+        if as_configured:
+            self._paths_as_given[number, key] = paths
+        return paths
 
     def _positions(self, number: int, reading: Reading, site: Site) -> Floats:
         plots = self._plots[number]

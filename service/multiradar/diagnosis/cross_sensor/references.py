@@ -4,11 +4,10 @@ Where plots identify their aircraft, plots of others with the same identity are 
 time of each plot; otherwise all tracks of others at that time are candidates.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from multiradar.diagnosis.plots import KEYS, Floats, Integers, Plots, Rows, reported
 
@@ -90,63 +89,55 @@ def common_key(plots: Plots, others: Iterable[Plots]) -> int | None:
     return None
 
 
-def named_paths(plots: Mapping[int, Plots], positions_m: Mapping[int, Floats], key: int) -> Paths:
-    """Return the paths of named aircraft.
+def named_paths(source: int, plots: Plots, position_m: Floats, key: int) -> Paths:
+    """Return the paths of the named aircraft of a source.
 
     Parameters
     ----------
-    plots, positions_m : mapping of int
-        Plots of each source, and their positions.
+    source : int
+        The source.
+    plots : Plots
+        Its plots.
+    position_m : (n, 3) float64
+        Their positions, ECEF, m.
     key : int
         Which of `KEYS` names them.
     """
-    return _paths([
-        (np.full(one.size, source), one.keys[:, key], one.time_s, positions_m[source])
-        for source, one in plots.items()
-    ])  # fmt: skip
+    return tracked_paths(np.full(plots.size, source), plots.keys[:, key], plots.time_s, position_m)
 
 
 def tracked_paths(source: Integers, track: Integers, time_s: Floats, position_m: Floats) -> Paths:
     """Return the paths of unnamed aircraft, by the tracks that the tracker made."""
-    return _paths([(source, track, time_s, position_m)])
+    rows = np.flatnonzero((track >= 0) & np.isfinite(position_m).all(axis=1))
+    rows = rows[np.lexsort((time_s[rows], track[rows], source[rows]))]
+    path = _runs(source[rows], track[rows])
+    return Paths(path, track[rows], source[rows], time_s[rows], position_m[rows])
 
 
-def _paths(parts: list[tuple[Integers, Integers, Floats, Floats]]) -> Paths:
-    if not parts:
-        nothing = np.empty(0, np.int64)
-        return Paths(nothing, nothing, nothing, np.empty(0), np.empty((0, 3)))
-    source, name, time_s, position = (
-        np.concatenate([part[column] for part in parts]) for column in range(4)
-    )
-    good = (name >= 0) & np.isfinite(position).all(axis=1)
-    source, name, time_s, position = source[good], name[good], time_s[good], position[good]
-    order = np.lexsort((time_s, name, source))
-    source, name, time_s, position = source[order], name[order], time_s[order], position[order]
-    new = np.ones(len(name), np.bool_)
-    new[1:] = (np.diff(source) != 0) | (np.diff(name) != 0)
-    return Paths(np.cumsum(new) - 1, name, source, time_s, position)
+# The number of the run of equal values that each row belongs to.
+def _runs(*columns: Integers) -> Integers:
+    new = np.zeros(len(columns[0]), np.bool_)
+    for one in columns:
+        new[1:] |= one[1:] != one[:-1]
+    return np.cumsum(new)
 
 
-def named_pairs(plots: Plots, paths: Paths, key: int, late_s: float) -> Pairs:
+def named_pairs(plots: Plots, others: Iterable[Paths], key: int, late_s: float) -> Pairs:
     """Return the positions by others of the aircraft of each plot.
 
     Parameters
     ----------
     plots : Plots
         Plots of one sensor.
-    paths : Paths
-        Of the others.
+    others : iterable of Paths
+        Of each other sensor.
     key : int
         Which of `KEYS` names aircraft.
     late_s : float
         Time offset of the sensor: claimed time minus true time, s.
     """
-    names = plots.keys[:, key]
-    parts = []
-    for source in np.unique(paths.source):
-        rows = np.flatnonzero(paths.source == source)
-        parts.append(_interpolated(names, plots.time_s - late_s, paths, rows))
-    return _joined(parts)
+    names, time_s = plots.keys[:, key], plots.time_s - late_s
+    return joined(*(_interpolated(names, time_s, one) for one in others))
 
 
 def candidate_pairs(plots: Plots, paths: Paths, late_s: float) -> Pairs:
@@ -156,11 +147,12 @@ def candidate_pairs(plots: Plots, paths: Paths, late_s: float) -> Pairs:
     lengths = np.bincount(paths.path)
     longest = np.argsort(-lengths, kind="stable")[:PATHS_MAX]
     longest = longest[lengths[longest] > 1]
-    rows = np.flatnonzero(np.isin(paths.path, longest))
     plot = np.repeat(np.arange(plots.size), len(longest))
-    named = replace(paths.select(rows), name=paths.path[rows])
+    chosen = paths.select(np.isin(paths.path, longest))
     wanted = np.tile(longest, plots.size)
-    return _interpolated(wanted, plots.time_s[plot] - late_s, named, np.arange(len(rows)), plot)
+    return _interpolated(
+        wanted, plots.time_s[plot] - late_s, replace(chosen, name=chosen.path), plot
+    )
 
 
 def recorded_pairs(plots: Plots) -> Pairs:
@@ -182,40 +174,32 @@ def are_named(pairs: Pairs) -> bool:
 
 def joined(*parts: Pairs) -> Pairs:
     """Return the pairs of all parts."""
-    return _joined(list(parts))
-
-
-def _joined(parts: list[Pairs]) -> Pairs:
     if not parts:
         return NO_PAIRS
     names = [one.name for one in fields(Pairs)]
     return Pairs(**{name: np.concatenate([getattr(one, name) for one in parts]) for name in names})
 
 
-# Rows of paths must be by name and time. Times and names together become one number to search.
+# Paths must be by name and time. Times and names together become one number to search.
 def _interpolated(
-    names: Integers,
-    time_s: Floats,
-    paths: Paths,
-    rows: NDArray[np.intp],
-    plot: Integers | None = None,
+    names: Integers, time_s: Floats, paths: Paths, plot: Integers | None = None
 ) -> Pairs:
-    known = paths.time_s[rows]
-    if len(rows) < 2:
+    known = paths.time_s
+    if len(known) < 2:
         return NO_PAIRS
     origin = float(known.min())
     span = float(known.max()) - origin + 4.0 * GAP_MAX_S
-    all_names, code = np.unique(paths.name[rows], return_inverse=True)
+    code = _runs(paths.name)
+    all_names = paths.name[np.flatnonzero(np.diff(code, prepend=-1))]
     index = np.minimum(np.searchsorted(all_names, names), len(all_names) - 1)
     inside = (time_s >= origin) & (time_s <= origin + span - 3.0 * GAP_MAX_S)
     found = (all_names[index] == names) & inside
     wanted = index * span + np.where(inside, time_s - origin, 0.0)
     after = np.searchsorted(code * span + (known - origin), wanted)
-    found &= (after > 0) & (after < len(rows))
-    after = np.clip(after, 1, len(rows) - 1)
-    before = after - 1
-    found &= (code[before] == index) & (code[after] == index)
-    first, last = rows[before], rows[after]
+    found &= (after > 0) & (after < len(known))
+    last = np.clip(after, 1, len(known) - 1)
+    first = last - 1
+    found &= (code[first] == index) & (code[last] == index)
     gap = paths.time_s[last] - paths.time_s[first]
     found &= (gap > 0.0) & (gap <= GAP_MAX_S)
     chosen = np.flatnonzero(found)

@@ -7,21 +7,22 @@ from the rest; the fitted factor of an actual error is 1.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from multiradar.diagnosis.cross_sensor.agreement import Agreement, seen_from
+from multiradar.diagnosis.cross_sensor.agreement import Agreement
 from multiradar.diagnosis.cross_sensor.comparison import Comparison
+from multiradar.diagnosis.cross_sensor.effects import HEIGHTS_ALIKE_M, effects_at
 from multiradar.diagnosis.cross_sensor.references import Pairs, are_named
+from multiradar.diagnosis.cross_sensor.trimmed_fit import Equations, TrimmedFit
 from multiradar.diagnosis.plausibility import FOOT_M
-from multiradar.diagnosis.plots import Floats, Site, ground_range, located
+from multiradar.diagnosis.plots import Floats, Rows, Site, ground_range, located
 from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation
 
 #: Prior sigmas of range m and azimuth rad of every sensor (`PRIOR_SIGMA_DEFAULT`).
 _PRIOR = (500.0, np.radians(0.5))
-#: Residuals beyond this multiple of their median are excluded; number of rounds.
-_TRIM, _ROUNDS = 4.0, 5
 #: Pairs that a fit needs.
 PAIRS_MIN = 60
 #: Minimum time offset, s: twice its prior sigma.
@@ -36,12 +37,6 @@ FACTOR_WITHIN = 0.2
 #: differ from metres by this, m.
 SMALLER_BY_HEIGHT = 0.9
 HEIGHT_MIN_M = 500.0
-#: Maximum difference of the heights used for a plot by the sensor and by others, m: the height of a
-#: plot without one is assumed.
-HEIGHTS_ALIKE_M = 300.0
-#: Pressure heights are off in proportion on a hot or a cold day (7 % at 20 K from the standard
-#: atmosphere), which resembles another site height; the step of the fit.
-HEIGHT_SCALE = 1.05
 #: Range of errors of a site height that are reported, m: pressure heights are off by less. Number
 #: of iterations, and the first step, m.
 HEIGHT_OFF_MIN_M, HEIGHT_OFF_MAX_M = 1000.0, 6000.0
@@ -105,11 +100,15 @@ def check_registration(
     pairs = pairs.select(chosen)
     if pairs.size < PAIRS_MIN:
         return nothing
-    residual, biases, shift, flight = _equations(comparison, number, pairs)
-    plain = _fit(residual, biases)
-    by_time = _fit(residual, np.concatenate([biases, flight], axis=2))
-    by_site = _fit(residual, np.concatenate([biases, shift], axis=2))
-    by_height = _of_heights(comparison, number, pairs, min(by_time.scale, by_site.scale))
+    rows = _rows(comparison, number, pairs)
+    shift = np.broadcast_to(-_SHIFT_M * np.eye(2), (pairs.size, 2, 2))
+    columns = np.concatenate([rows.biases, rows.flight, shift], axis=2)
+    equations, offsets = Equations(rows.apart_m, columns), range(rows.biases.shape[2])
+    plain = equations.fit(offsets)
+    by_time = equations.fit([*offsets, len(offsets)])
+    by_site = equations.fit([*offsets, len(offsets) + 1, len(offsets) + 2])
+    best_m = min(by_time.scale, by_site.scale)
+    by_height = _of_heights(comparison.site(number), rows, best_m)
     if by_height is not None:
         return by_height
     late_s = float(by_time.solution[-1])
@@ -124,38 +123,34 @@ def check_registration(
 
 
 # Errors whose effect depends on aircraft height; `best_m` is the residual under other errors.
-def _of_heights(
-    comparison: Comparison, number: int, pairs: Pairs, best_m: float
-) -> Registration | None:
-    site, plots = comparison.site(number), comparison.tested(number).select(pairs.plot)
-    _, _, seen_m = ecef_to_geodetic(pairs.position_m)
-    known = np.abs(plots.height_m - seen_m) <= HEIGHTS_ALIKE_M
-    pairs, plots = pairs.select(known), plots.select(known)
-    if pairs.size < PAIRS_MIN:
+def _of_heights(site: Site, rows: "_Rows", best_m: float) -> Registration | None:
+    rows = rows.select(np.abs(rows.height_m - rows.seen_m) <= HEIGHTS_ALIKE_M)
+    if rows.size < PAIRS_MIN:
         return None
-    residual, biases, _, _ = _equations(comparison, number, pairs)
-    along = _bias_columns(site, pairs)[:, :, :1]
-    ground_m, _ = ground_range(site[2], plots.range_m, plots.height_m)
-    plain = _fit(residual, biases)
-    effect = along * (ground_m - plots.range_m)[:, None, None]
-    ground = _fit(residual, np.concatenate([biases, effect], axis=2))
+    along = rows.biases[:, :, :1] / _PRIOR[0]
+    ground_m, _ = ground_range(site[2], rows.range_m, rows.height_m)
+    effect = along * (ground_m - rows.range_m)[:, None, None]
+    columns = np.concatenate([rows.biases, effect, rows.scaled], axis=2)
+    equations, offsets = Equations(rows.apart_m, columns), range(rows.biases.shape[2])
+    plain = equations.fit(offsets)
+    ground = equations.fit([*offsets, len(offsets)])
     if _is_confirmed(ground) and ground.scale <= min(SMALLER * plain.scale, best_m):
         return Registration(ground_ranges=True, before_m=plain.scale, after_m=ground.scale)
-    scaled = _height_scale_columns(comparison, number, pairs, plots.height_m)
-    others = np.concatenate([biases, scaled], axis=2)
+    others = [*offsets, len(offsets) + 1]
 
     # The fit for another site height.
-    def at_height(height_m: float) -> _Fit:
-        there_m, _ = ground_range(height_m, plots.range_m, plots.height_m)
+    def at_height(height_m: float) -> TrimmedFit:
+        there_m, _ = ground_range(height_m, rows.range_m, rows.height_m)
         raised = along * (ground_m - there_m)[:, None, None]
-        return _fit(residual, np.concatenate([others, raised], axis=2))
+        raised = np.concatenate([columns[:, :, others], raised], axis=2)
+        return Equations(rows.apart_m, raised).fit(range(raised.shape[2]))
 
-    return _of_site_height(site[2], _fit(residual, others), at_height, best_m)
+    return _of_site_height(site[2], equations.fit(others), at_height, best_m)
 
 
 # The site height, with all aircraft heights free to be off in proportion.
 def _of_site_height(
-    given_m: float, plain: "_Fit", at_height: Callable[[float], "_Fit"], best_m: float
+    given_m: float, plain: TrimmedFit, at_height: Callable[[float], TrimmedFit], best_m: float
 ) -> Registration | None:
     enough_m = min(SMALLER_BY_HEIGHT * plain.scale, best_m)
     if given_m * (1.0 - FOOT_M) >= HEIGHT_MIN_M:
@@ -175,82 +170,46 @@ def _of_site_height(
     return None
 
 
-def _is_confirmed(fit: "_Fit") -> bool:
+def _is_confirmed(fit: TrimmedFit) -> bool:
     factor, sigma = float(fit.solution[-1]), float(fit.sigma[-1])
     return abs(factor - 1.0) <= FACTOR_WITHIN and SIGMAS * sigma <= factor
 
 
-# Effect of proportionally greater heights on the positions by this radar and the others.
-def _height_scale_columns(
-    comparison: Comparison, number: int, pairs: Pairs, height_m: Floats
-) -> Floats:
-    found = _range_change_columns(comparison.site(number), pairs, height_m)
-    for source in np.unique(pairs.source):
-        if source >= 0 and comparison.is_radar(int(source)):
-            of_it = _range_change_columns(comparison.site(int(source)), pairs, height_m)
-            found = found - of_it * (pairs.source == source)[:, None, None]
-    return found
+@dataclass(frozen=True, slots=True)
+class _Rows(Rows):
+    """Pairs of a radar: differences east and north, and the columns that explain them.
+
+    `biases` are those of the radar and of each radar that it is compared with, `flight` is a late
+    clock, `scaled` are greater heights. Ranges and heights are those of the plots, `seen_m` are the
+    heights of the positions by others.
+    """
+
+    apart_m: Floats
+    biases: Floats
+    flight: Floats
+    scaled: Floats
+    range_m: Floats
+    height_m: Floats
+    seen_m: Floats
 
 
-def _range_change_columns(site: Site, pairs: Pairs, height_m: Floats) -> Floats:
-    range_m, _ = seen_from(site, pairs.position_m)
-    less_m = (
-        ground_range(site[2], range_m, height_m)[0]
-        - ground_range(site[2], range_m, HEIGHT_SCALE * height_m)[0]
-    )
-    return _bias_columns(site, pairs)[:, :, :1] * less_m[:, None, None]
-
-
-class _Fit(NamedTuple):
-    solution: Floats
-    sigma: Floats
-    scale: float
-
-
-# Residuals (k, 2) east and north, and their design matrices (k, 2, parameters).
-def _equations(
-    comparison: Comparison, number: int, pairs: Pairs
-) -> tuple[Floats, Floats, Floats, Floats]:
-    plots, site = comparison.tested(number), comparison.site(number)
-    latitude, longitude, _ = ecef_to_geodetic(pairs.position_m)
+def _rows(comparison: Comparison, number: int, pairs: Pairs) -> _Rows:
+    plots, site = comparison.tested(number).select(pairs.plot), comparison.site(number)
+    latitude, longitude, seen_m = ecef_to_geodetic(pairs.position_m)
     rotation = enu_rotation(latitude, longitude)
     where = located(site, plots.range_m, np.radians(plots.azimuth_deg), plots.heights())
-    apart = np.einsum("kij,kj->ki", rotation, where[pairs.plot] - pairs.position_m)[:, :2]
+    apart = np.einsum("kij,kj->ki", rotation, where - pairs.position_m)[:, :2]
     sources = [one for one in np.unique(pairs.source) if one >= 0 and comparison.is_radar(int(one))]
-    columns = [_bias_columns(site, pairs)]
-    for source in sources:
-        of_it = _bias_columns(comparison.site(int(source)), pairs)
-        columns.append(-of_it * (pairs.source == source)[:, None, None])
-    biases = np.concatenate(columns, axis=2)
-    scale = np.tile(_PRIOR, len(columns))
-    shift = np.broadcast_to(-_SHIFT_M * np.eye(2), (pairs.size, 2, 2))
+    biases = np.zeros((pairs.size, 2, 2 + 2 * len(sources)))
+    own = effects_at(site, pairs.position_m, plots.height_m)
+    biases[:, :, :2], scaled = own.offsets * _PRIOR, own.height_scale
+    for column, source in enumerate(sources, 1):
+        rows = np.flatnonzero(pairs.source == source)
+        other = effects_at(
+            comparison.site(int(source)), pairs.position_m[rows], plots.height_m[rows]
+        )
+        biases[rows, :, 2 * column : 2 * column + 2] = -other.offsets * _PRIOR
+        scaled[rows] -= other.height_scale
     # With a late clock the positions by others are interpolated to a later time.
     flight = -np.einsum("kij,kj->ki", rotation, pairs.velocity_mps)[:, :2, None]
-    return apart, biases * scale, shift, flight
-
-
-# Effect of 1 m of range and 1 rad of azimuth on the position by a radar, east and north.
-def _bias_columns(site: Site, pairs: Pairs) -> Floats:
-    range_m, azimuth = seen_from(site, pairs.position_m)
-    along = np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)
-    across = np.stack([np.cos(azimuth), -np.sin(azimuth)], axis=1) * range_m[:, None]
-    return np.stack([along, across], axis=2)
-
-
-def _fit(residual: Floats, design: Floats) -> _Fit:
-    count = design.shape[2]
-    kept = np.ones(len(residual), np.bool_)
-    solution, scale, normal = np.zeros(count), 1.0, np.eye(count)
-    for _ in range(_ROUNDS):
-        used = kept
-        a, b = design[used].reshape(-1, count), residual[used].reshape(-1)
-        normal = a.T @ a
-        normal = normal + 1e-6 * np.eye(count) * max(float(np.trace(normal)), 1.0) / count
-        solution = np.linalg.solve(normal, a.T @ b)
-        left = np.linalg.norm(residual - design @ solution, axis=1)
-        scale = max(float(np.median(left)), 1.0)
-        kept = left <= _TRIM * scale
-        if np.array_equal(kept, used):
-            break
-    sigma = scale * np.sqrt(np.diag(np.linalg.inv(normal)))
-    return _Fit(solution, sigma, scale)
+    return _Rows(apart, biases, flight, scaled, plots.range_m, plots.height_m, seen_m)

@@ -15,14 +15,16 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from multiradar.diagnosis.cross_sensor.agreement import Agreement, seen_from
+from multiradar.diagnosis.cross_sensor.agreement import Agreement
 from multiradar.diagnosis.cross_sensor.comparison import Comparison, configured_bias
+from multiradar.diagnosis.cross_sensor.effects import HEIGHTS_ALIKE_M, Effects, effects_at
 from multiradar.diagnosis.cross_sensor.references import Pairs, are_named, joined
-from multiradar.diagnosis.cross_sensor.registration import HEIGHT_SCALE, HEIGHTS_ALIKE_M
+from multiradar.diagnosis.cross_sensor.trimmed_fit import Equations, TrimmedFit
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.names import listed
-from multiradar.diagnosis.plots import Booleans, Floats, Integers, Site, ground_range, located
+from multiradar.diagnosis.plots import Floats, Integers, located
 from multiradar.estimation.measurement.sensors import PARAMETER_RANGE_GAIN, SensorTable
 from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation, geodetic_to_ecef
 
@@ -49,10 +51,6 @@ _REMEDIES = {
 # Sizes of the columns of a fit: range m, azimuth rad and time s of a radar; each kind of error.
 _OFFSETS = (500.0, float(np.radians(0.5)), 1.0)
 _STEPS = {SHIFT: 1000.0, GAIN: 0.01}
-# Residuals beyond this multiple of their median are excluded; number of rounds.
-_TRIM, _ROUNDS = 4.0, 6
-# The fit is determined but for a common rotation and shift; relative size of what decides then.
-_RIDGE = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,18 +87,6 @@ class _Rows(NamedTuple):
     pairs: Pairs
 
 
-class _Fit(NamedTuple):
-    solution: Floats
-    covariance: Floats
-    residual: Floats
-    used: Booleans
-    scale: float
-
-    def cost(self, scale: float) -> float:
-        """Return the sum of a robust loss of all residuals."""
-        return float(np.log1p((self.residual / scale) ** 2).sum())
-
-
 def find_site_errors(
     comparison: Comparison,
     compared: Mapping[int, tuple[Agreement, Pairs]],
@@ -129,30 +115,37 @@ def find_site_errors(
     candidates = [(SHIFT, one) for one in _sites(comparison, radars)]
     candidates += [(GAIN, (one,)) for one in radars if one not in with_gain]
     basis = _offset_columns(comparison, rows)
+    columns = [_error_columns(comparison, rows, *one) for one in candidates]
+    equations = Equations(rows.apart, np.concatenate([basis, *columns], axis=2))
+    ends = basis.shape[2] + np.cumsum([one.shape[2] for one in columns])
+    own = [list(range(end - one.shape[2], end)) for one, end in zip(columns, ends, strict=True)]
+    known = list(range(basis.shape[2]))
+    remaining = list(range(len(candidates)))
     found: list[tuple[SiteError, ...]] = []
     for _ in range(ERRORS_MAX):
-        plain = _fit(rows, basis)
-        tried = [
-            (candidate, columns, _fit(rows, np.concatenate([basis, columns], axis=2)))
-            for candidate in candidates
-            for columns in [_error_columns(comparison, rows, *candidate)]
-        ]
+        plain = equations.fit(known)
+        fits = {one: equations.fit([*known, *own[one]]) for one in remaining}
         errors = {
-            number: error
-            for number, (candidate, _, fit) in enumerate(tried)
-            if (error := _error(rows, candidate, plain, fit)) is not None
+            one: error
+            for one, fit in fits.items()
+            if (error := _error(rows, candidates[one], plain, fit, equations)) is not None
         }
         if not errors:
             break
-        scale = min(tried[number][2].scale for number in errors)
-        gains = {number: plain.cost(scale) - tried[number][2].cost(scale) for number in errors}
-        ranked = sorted(errors, key=lambda number: -gains[number])
+        scale = min(fits[one].scale for one in errors)
+        gains = {one: _cost(plain, scale) - _cost(fits[one], scale) for one in errors}
+        ranked = sorted(errors, key=lambda one: -gains[one])
         likely = [one for one in ranked if gains[one] >= (1.0 - ALIKE) * gains[ranked[0]]]
         found.append(tuple(errors[one] for one in likely))
-        basis = np.concatenate([basis, tried[ranked[0]][1]], axis=2)
-        known = errors[ranked[0]].radars
-        candidates = [one for one in candidates if not set(known) & set(one[1])]
+        known += own[ranked[0]]
+        wrong = set(errors[ranked[0]].radars)
+        remaining = [one for one in remaining if not wrong & set(candidates[one][1])]
     return found
+
+
+# The sum of a robust loss of all residuals.
+def _cost(fit: TrimmedFit, scale: float) -> float:
+    return float(np.log1p((fit.residual_m / scale) ** 2).sum())
 
 
 def check_site_errors(
@@ -217,7 +210,11 @@ def _description(sensors: SensorTable, error: SiteError) -> str:
 
 # The error of a fit, None where it is not significant or too small.
 def _error(
-    rows: _Rows, candidate: tuple[str, tuple[int, ...]], plain: _Fit, fit: _Fit
+    rows: _Rows,
+    candidate: tuple[str, tuple[int, ...]],
+    plain: TrimmedFit,
+    fit: TrimmedFit,
+    equations: Equations,
 ) -> SiteError | None:
     kind, radars = candidate
     about = np.isin(rows.own, radars) != np.isin(rows.pairs.source, radars)
@@ -225,12 +222,14 @@ def _error(
     if np.count_nonzero(used) < PAIRS_MIN or len(np.unique(rows.pairs.name[used])) < AIRCRAFT_MIN:
         return None
     count = 2 if kind == SHIFT else 1
-    solution, covariance = fit.solution[-count:], fit.covariance[-count:, -count:]
+    solution = fit.solution[-count:]
     value = solution * _STEPS[kind]
-    sigmas = float(np.sqrt(solution @ np.linalg.solve(covariance, solution)))
-    if float(np.linalg.norm(value)) < LEAST[kind] or sigmas < SIGMAS:
+    if float(np.linalg.norm(value)) < LEAST[kind]:
         return None
-    before, after = (float(np.median(one.residual[about])) for one in (plain, fit))
+    covariance = equations.clustered(fit, count, rows.pairs.name)
+    if float(np.sqrt(solution @ np.linalg.solve(covariance, solution))) < SIGMAS:
+        return None
+    before, after = (float(np.median(one.residual_m[about])) for one in (plain, fit))
     return SiteError(kind, radars, tuple(value.tolist()), before, after)
 
 
@@ -279,32 +278,30 @@ def _rows_of(comparison: Comparison, number: int, agreement: Agreement, pairs: P
 # Offsets of all radars, and the scale of heights: (k, 2, 3 radars + 1).
 def _offset_columns(comparison: Comparison, rows: _Rows) -> Floats:
     flown = -np.einsum("kij,kj->ki", rows.rotation, rows.pairs.velocity_mps)[:, :2, None]
-    heights = np.zeros((len(rows.own), 2, 1))
-    columns = []
-    for radar in np.unique(np.concatenate([rows.own, rows.pairs.source])).tolist():
-        if not comparison.is_radar(radar):
-            continue
-        site, sign = comparison.site(radar), _sign(rows, (radar,))
-        range_m, along, across = _seen(site, rows)
-        turned = across * (range_m * _OFFSETS[1])[:, None, None]
-        columns += [along * _OFFSETS[0] * sign, turned * sign, flown * _OFFSETS[2] * sign]
-        nearer_m = (
-            ground_range(site[2], range_m, rows.height_m)[0]
-            - ground_range(site[2], range_m, HEIGHT_SCALE * rows.height_m)[0]
-        )
-        heights += along * nearer_m[:, None, None] * sign
-    return np.concatenate([*columns, heights], axis=2)
+    radars = [
+        one
+        for one in np.unique(np.concatenate([rows.own, rows.pairs.source])).tolist()
+        if comparison.is_radar(one)
+    ]
+    found = np.zeros((len(rows.own), 2, 3 * len(radars) + 1))
+    for column, radar in enumerate(radars):
+        some, sign, seen = _seen(comparison, rows, radar)
+        of_it = np.concatenate([seen.offsets, flown[some]], axis=2) * _OFFSETS
+        found[some, :, 3 * column : 3 * column + 3] = of_it * sign
+        found[some, :, -1:] += seen.height_scale * sign
+    return found
 
 
 # A shift of the site, (k, 2, 2), or a gain of the ranges, (k, 2, 1).
 def _error_columns(
     comparison: Comparison, rows: _Rows, kind: str, radars: tuple[int, ...]
 ) -> Floats:
-    sign = _sign(rows, radars)
     if kind == SHIFT:
-        return np.eye(2) * _STEPS[kind] * sign
-    range_m, along, _ = _seen(comparison.site(radars[0]), rows)
-    return along * (range_m * _STEPS[kind])[:, None, None] * sign
+        return np.eye(2) * _STEPS[kind] * _sign(rows, radars)
+    found = np.zeros((len(rows.own), 2, 1))
+    some, sign, seen = _seen(comparison, rows, radars[0])
+    found[some] = (seen.along * (seen.range_m * _STEPS[kind])[:, None])[:, :, None] * sign
+    return found
 
 
 # 1 for pairs with a plot of one of these radars, -1 with a position by one, 0 with none or both.
@@ -313,37 +310,11 @@ def _sign(rows: _Rows, radars: tuple[int, ...]) -> Floats:
     return (own - other)[:, None, None]
 
 
-# Range, and the directions in which a position moves with range and with azimuth.
-def _seen(site: Site, rows: _Rows) -> tuple[Floats, Floats, Floats]:
-    range_m, azimuth = seen_from(site, rows.pairs.position_m)
-    along = np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)[:, :, None]
-    across = np.stack([np.cos(azimuth), -np.sin(azimuth)], axis=1)[:, :, None]
-    return range_m, along, across
-
-
-def _fit(rows: _Rows, design: Floats) -> _Fit:
-    count = design.shape[2]
-    kept = used = np.ones(len(rows.own), np.bool_)
-    normal: Floats = np.eye(count)
-    solution: Floats = np.zeros(count)
-    residual: Floats = np.zeros(len(rows.own))
-    left: Floats = rows.apart
-    scale = 1.0
-    for _ in range(_ROUNDS):
-        used = kept
-        a, b = design[used].reshape(-1, count), rows.apart[used].reshape(-1)
-        normal = a.T @ a
-        normal += _RIDGE * np.eye(count) * max(float(np.trace(normal)), 1.0) / count
-        solution = np.asarray(np.linalg.solve(normal, a.T @ b), np.float64)
-        left = rows.apart - design @ solution
-        residual = np.hypot(left[:, 0], left[:, 1])
-        scale = max(float(np.median(residual)), 1.0)
-        kept = residual <= _TRIM * scale
-        if np.array_equal(kept, used):
-            break
-    pulls = np.einsum("nki,nk->ni", design[used], left[used])
-    names, place = np.unique(rows.pairs.name[used], return_inverse=True)
-    sums = np.stack([np.bincount(place, one, len(names)) for one in pulls.T], axis=1)
-    inverse = np.linalg.inv(normal)
-    covariance = inverse @ (sums.T @ sums) @ inverse * len(names) / max(len(names) - count, 1)
-    return _Fit(solution, covariance, residual, used, scale)
+# Pairs of a radar, their sign, and the effects of its errors on them.
+def _seen(
+    comparison: Comparison, rows: _Rows, radar: int
+) -> tuple[NDArray[np.intp], Floats, Effects]:
+    sign = _sign(rows, (radar,))
+    some = np.flatnonzero(sign)
+    where = comparison.site(radar), rows.pairs.position_m[some], rows.height_m[some]
+    return some, sign[some], effects_at(*where)

@@ -138,9 +138,10 @@ def _solve(name: str, search: SiteSearch) -> SolvedSite | None:
     if key is None:
         # A radar without addresses shares codes with fewer aircraft.
         return None
-    places = {number: positions(one, _site_of(other, search)) for number, (other, one) in
-              enumerate(references.items())}  # fmt: skip
-    paths = named_paths(dict(enumerate(references.values())), places, key)
+    paths = [
+        named_paths(number, one, positions(one, _site_of(other, search)), key)
+        for number, (other, one) in enumerate(references.items())
+    ]
     thinned = plots.thinned(PLOTS_MAX)
     pairs = named_pairs(thinned, paths, key, 0.0)
     used = [list(references)[number] for number in np.unique(pairs.source).tolist()]
