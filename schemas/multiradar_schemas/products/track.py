@@ -8,7 +8,7 @@ from multiradar_schemas.base import Record, described
 from multiradar_schemas.columns import table_schema
 from multiradar_schemas.measurements.measurement import MODE_3A_PATTERN, SENSOR_ID_PATTERN
 
-TrackState = Literal["tentative", "confirmed", "coasting"]
+TrackState = Literal["tentative", "confirmed", "coasting", "stale"]
 
 
 class TrackUpdate(Record):
@@ -93,7 +93,8 @@ class TrackUpdate(Record):
     state: Annotated[
         TrackState,
         described(
-            "tentative (too few measurements yet), confirmed, coasting (no recent measurement)",
+            "tentative (too few measurements yet), confirmed, coasting (no recent measurement), "
+            "stale (live only: no sensor delivers measurements)",
             unit="name",
             source="tracker",
         ),
@@ -220,3 +221,13 @@ class Track(TrackUpdate):
         Field(ge=0.0),
         described("Current data time minus `time_s`", unit="s", source="service"),
     ]
+    reception_age_s: Annotated[
+        float | None,
+        Field(ge=0.0),
+        described(
+            "`age_s` and the time since the last measurement of any sensor",
+            unit="s",
+            source="service",
+            absent="data not in real time",
+        ),
+    ] = None

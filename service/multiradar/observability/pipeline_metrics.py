@@ -10,6 +10,8 @@ from prometheus_client.registry import Collector
 #: Gauges: name of the status field and help.
 _GAUGES = {
     "data_time_s": "Latest data time passed to the engine, s",
+    "data_delay_s": "Time of the machine less data time, of data in real time, s",
+    "silence_s": "Time since the last measurement of any sensor, of data in real time, s",
     "tracks": "Live tracks",
     "journal_sequence": "Last entry of the journal",
     "processed_sequence": "Last entry of the journal that the engine has processed",
@@ -54,6 +56,17 @@ class PipelineCollector(Collector):
         yield outcomes
         running = 1.0 if status.get("state") == "running" else 0.0
         yield GaugeMetricFamily("multiradar_running", "1 when measurements are accepted", running)
+        no_data = 1.0 if "no_data" in status.get("alarms", ()) else 0.0
+        yield GaugeMetricFamily(
+            "multiradar_no_data", "1 when data in real time have ceased", no_data
+        )
+        alarms = GaugeMetricFamily(
+            "multiradar_sensor_alarm", "1 for each alarm of a sensor", labels=["sensor", "alarm"]
+        )
+        for sensor, names in status.get("sensor_alarms", {}).items():
+            for alarm in names:
+                alarms.add_metric([sensor, alarm], 1.0)
+        yield alarms
         for name, meaning in _GAUGES.items():
             value = status.get(name)
             if value is not None:

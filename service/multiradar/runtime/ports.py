@@ -151,6 +151,11 @@ class ReadableService(Protocol):
         ...
 
     @property
+    def silence(self) -> str:
+        """Why the data are not current, in words; empty if they are."""
+        ...
+
+    @property
     def start_step(self) -> str:
         """The present step of the start; empty otherwise."""
         ...

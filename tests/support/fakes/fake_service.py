@@ -234,6 +234,7 @@ class FakeService:
     failure: Exception | None = None
     state: str = "running"
     start_step: str = ""
+    silence: str = ""
     quarantine: list[Quarantined] = field(default_factory=list)
     answer: Callable[[Submission, "Future[Receipt]"], None] | None = None
     _receipts: dict[str, Receipt] = field(default_factory=dict)

@@ -48,6 +48,16 @@ async def test_a_starting_service_reports_its_progress(
     assert detail == "the service is starting: compiling kernels, once: 14 of 31"
 
 
+async def test_a_service_without_data_is_not_ready_but_alive(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    service.silence = "no measurement of any sensor for 75 s"
+    answer = await client.get("/readyz")
+    assert (answer.status_code, answer.json()["code"]) == (503, "NO_DATA")
+    assert answer.json()["detail"] == service.silence
+    assert (await client.get("/healthz")).status_code == 200
+
+
 async def test_requests_are_counted_by_route_and_never_by_path(client: httpx.AsyncClient) -> None:
     await client.get("/v1/tracks/1")
     await client.get("/v1/tracks/424242")

@@ -28,13 +28,18 @@ async def health() -> Response:
 
 @router.get("/readyz", response_model=Readiness)
 async def readiness(access: Granted) -> Response:
-    """Readiness: 200 once the journal is recovered and writable, 503 otherwise."""
-    state, step = await access.workers.run(
-        lambda: (str(access.service.state), access.service.start_step)
+    """Readiness: 200 once the journal is recovered and writable, 503 otherwise.
+
+    Also 503 after measurements in real time have ceased, until they come again.
+    """
+    state, step, silence = await access.workers.run(
+        lambda: (str(access.service.state), access.service.start_step, access.service.silence)
     )
     if state != _READY_STATE:
         detail = f"the service is starting: {step}" if step else f"the service is {state}"
         raise RequestError(503, "NOT_READY", detail, {"retry-after": "1"})
+    if silence:
+        raise RequestError(503, "NO_DATA", silence, {"retry-after": "1"})
     return Response(b'{"ready": true}', media_type=encoding.JSON)
 
 

@@ -7,6 +7,7 @@ from multiradar.clock import Clock, SystemClock
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.live.live_diagnosis import LiveDiagnosis
 from multiradar.runtime.live.output_feed import OutputReader
+from multiradar.runtime.live.silence import Silence
 from multiradar.runtime.live.view import LiveView
 from multiradar.runtime.memory.knowledge import Knowledge, States
 from multiradar.runtime.memory.reject_board import RejectBoard
@@ -53,6 +54,10 @@ class Publication:
         To be called before the start: the members of the status do not change afterwards.
         """
         self.view.edge_counts[name] = counts
+
+    def watch_silence(self, silence: Silence) -> None:
+        """Age the tracks by reception, too. To be called before the start."""
+        self._known.silence = lambda: (silence.duration_s, silence.is_alarm)
 
     def keep(self, trajectories: TrajectoryFeed) -> None:
         """Reconstruct trajectory bundles from the output. To be called before the start."""

@@ -27,6 +27,7 @@ from multiradar.runtime.live.intake import Intake, Submission
 from multiradar.runtime.live.processor import Processor
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
+from multiradar.runtime.live.silence import Silence
 from multiradar.runtime.live.writer import Writer
 from multiradar.runtime.memory.history import TrackHistory
 from multiradar.settings.limits import RuntimeLimits
@@ -115,6 +116,8 @@ class Service:
         self.publication = Publication(sensors, tracking, self._limits, self._clock)
         self.view = self.publication.view
         self.view.clock_leads = self._clock_leads
+        self._silence = Silence(sensors, self._clock)
+        self.publication.watch_silence(self._silence)
 
     @property
     def state(self) -> ServiceState:
@@ -129,6 +132,11 @@ class Service:
         # The engine first: the writer stops when the engine has.
         failures = [part.failure for part in (self._processor, self._writer) if part is not None]
         return next((failure for failure in failures if failure is not None), None)
+
+    @property
+    def silence(self) -> str:
+        """Why the data are not current, in words; empty if they are."""
+        return self._silence.sentence()
 
     @property
     def start_step(self) -> str:
@@ -322,7 +330,7 @@ class Service:
             admission=admission,
             accounting=self._accounting,
             batches_max=self._limits.commit_batches_max,
-            on_journalled=self.publication.diagnosis.record,
+            on_journalled=self._note_journalled,
         )
         self.publication.diagnosis.start()
         self._writer.head = counts.entries
@@ -332,6 +340,12 @@ class Service:
         ]
         for thread in self._threads:
             thread.start()
+
+    def _note_journalled(self, frame: pl.DataFrame, rejects: Sequence[RejectedRow]) -> None:
+        clock_s = None if self._admission is None else self._admission.data_clock_s
+        if len(frame) > len(rejects) and clock_s is not None:
+            self._silence.hear(clock_s)
+        self.publication.diagnosis.record(frame, rejects)
 
     def _let_go(self) -> None:
         if self._processor is not None:
@@ -373,13 +387,24 @@ class Service:
             "intake_rows": self._intake.rows,
             "backlog_rows": self._backlog.rows,
             "arrivals": self._arrivals.records(),
-            "warnings": self._arrivals.warnings() + self._clock_warnings(),
+            "warnings": [
+                *filter(None, [self._silence.sentence()]),
+                *self._arrivals.warnings(),
+                *self._clock_warnings(),
+            ],
+            "alarms": ["no_data"] if self._silence.is_alarm else [],
+            "data_delay_s": _rounded(self._silence.delay_s),
+            "silence_s": _rounded(self._silence.duration_s),
             "engine": {} if processor is None else processor.counts,
             "unobservable_biases": [] if processor is None else processor.unobservable_biases,
             "skipped_entries": len(skipped),
             "skipped": sorted(skipped)[:_SKIPPED_SHOWN_MAX],
             "output_sha256": None if processor is None else processor.output_sha256,
         }
+
+
+def _rounded(value: float | None) -> float | None:
+    return None if value is None else round(value, 2)
 
 
 # The same receipt, once its entry is processed. It cannot be cancelled: the engine resolves it.

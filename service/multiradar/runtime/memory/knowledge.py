@@ -122,6 +122,8 @@ class Knowledge:
         self.limits = limits
         #: Trajectory sets of the live tracks; None where they are disabled.
         self.trajectories: TrajectoryFeed | None = None
+        #: Time since the last measurement of any sensor, s, or None, and whether data have ceased.
+        self.silence: Callable[[], tuple[float | None, bool]] = lambda: (None, False)
         self._lock = threading.Lock()
         self._states: Callable[[], States] | None = None
         self._data_time_s: float | None = None
@@ -138,17 +140,19 @@ class Knowledge:
         -------
         DataFrame
             Columns of `tracks.parquet`, one row for each track (its latest update), and `age_s`:
-            data time since that update. A track older than `coast_after_s` is coasting.
+            data time since that update. A track older than `coast_after_s` is coasting. With data
+            in real time `reception_age_s` is the age by reception, and once they have ceased all
+            tracks are stale.
         """
         with self._lock:
             version = self._version
             if self._frame_version == version:
-                return self._frame
+                return self._received(self._frame)
             rows, data_time_s = self._live.all(), self._data_time_s
         frame = self._aged(rows, data_time_s)
         with self._lock:
             self._frame, self._frame_version = frame, version
-        return frame
+        return self._received(frame)
 
     @property
     def data_time_s(self) -> float | None:
@@ -193,7 +197,9 @@ class Knowledge:
         """Return a live track as one row of `tracks`, or None."""
         with self._lock:
             row, data_time_s = self._live.get(track_id), self._data_time_s
-        return None if row is None else self._aged(row, data_time_s).row(0, named=True)
+        if row is None:
+            return None
+        return self._received(self._aged(row, data_time_s)).row(0, named=True)
 
     def live_rows(self) -> tuple[NDArray[np.void], float | None]:
         """Return the last updates of the live tracks, rows of `UPDATE_DTYPE`, and the data time."""
@@ -352,9 +358,21 @@ class Knowledge:
 
     # ---------------------------------------------------------------- inside
 
+    def _received(self, frame: pl.DataFrame) -> pl.DataFrame:
+        """Set the ages by reception, and mark the tracks as stale once data have ceased."""
+        silence_s, has_ceased = self.silence()
+        if silence_s is None:
+            return frame
+        added = [(pl.col("age_s") + silence_s).alias("reception_age_s")]
+        if has_ceased:
+            added.append(pl.lit("stale", frame.schema["state"]).alias("state"))
+        return frame.with_columns(added)
+
     def _aged(self, rows: NDArray[np.void], data_time_s: float | None) -> pl.DataFrame:
         age_s, rows["state"] = ages_and_states(
             rows, data_time_s or 0.0, self.tracking.coast_after_s
         )
         frame = wire.tracks_frame(table_of(TrackUpdates, rows), self.sensors)
-        return frame.with_columns(pl.Series("age_s", age_s, pl.Float64))
+        return frame.with_columns(
+            pl.Series("age_s", age_s, pl.Float64), reception_age_s=pl.lit(None, pl.Float64)
+        )

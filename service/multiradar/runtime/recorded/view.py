@@ -158,6 +158,11 @@ class RecordedService:
         return "running"
 
     @property
+    def silence(self) -> str:
+        """Nothing: a run is not expected to go on."""
+        return ""
+
+    @property
     def start_step(self) -> str:
         """Empty."""
         return ""

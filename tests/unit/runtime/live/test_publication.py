@@ -92,8 +92,12 @@ def test_a_live_track_is_its_latest_update_and_its_age() -> None:
     every = tracks_frame(output.updates, TABLE)
     expected = every.group_by("track_id", maintain_order=True).last().sort("track_id")
     tracks = published.view.tracks()
-    assert dict(tracks.schema) == {**TRACK_SCHEMA, "age_s": pl.Float64()}
-    assert tracks.drop("age_s").equals(expected.select(tracks.columns[:-1]))
+    assert dict(tracks.schema) == {
+        **TRACK_SCHEMA,
+        "age_s": pl.Float64(),
+        "reception_age_s": pl.Float64(),
+    }
+    assert tracks.drop("age_s", "reception_age_s").equals(expected.select(tracks.columns[:-2]))
     age_s = published.data_time_s - expected["time_s"]
     assert tracks["age_s"].to_list() == age_s.to_list()
     assert published.view.track(3) == tracks.filter(pl.col("track_id") == 3).row(0, named=True)
@@ -329,7 +333,11 @@ def test_nothing_is_known_before_the_first_measurement() -> None:
     publication = Publication(TABLE, TrackingSettings(), RuntimeLimits())
     view = publication.view
     assert view.tracks().is_empty()
-    assert dict(view.tracks().schema) == {**TRACK_SCHEMA, "age_s": pl.Float64()}
+    assert dict(view.tracks().schema) == {
+        **TRACK_SCHEMA,
+        "age_s": pl.Float64(),
+        "reception_age_s": pl.Float64(),
+    }
     assert view.track(1) is None
     assert view.rows(UPDATES, 1, None, 10).is_empty()
     assert forecast(view, 1, 10.0, 1.0) is None

@@ -1,0 +1,73 @@
+"""Total silence: no sensor delivers measurements any more.
+
+The data time stands still without measurements, so nothing that depends on it would show that they
+have ceased. This is the only part that compares data times with the clock of the machine, and no
+output of the engine depends on it. It applies to data in real time; a replay of older data ends
+without an alarm.
+"""
+
+import math
+
+import numpy as np
+
+from multiradar.clock import Clock
+from multiradar.estimation.measurement.sensors import SensorTable
+
+#: Data are in real time when their time is this near to the clock of the machine, s.
+REAL_TIME_WITHIN_S = 600.0
+#: The alarm is raised after so many scans of the fastest radar without any measurement.
+SCANS = 2.0
+#: Likewise without radars of known scan period, s.
+WITHOUT_SCANS_S = 10.0
+
+
+class Silence:
+    """Time since the last measurement of any sensor; any thread reads.
+
+    Parameters
+    ----------
+    sensors : SensorTable
+        The sensors.
+    clock : Clock
+        The clock of the machine.
+    """
+
+    def __init__(self, sensors: SensorTable, clock: Clock) -> None:
+        periods_s = sensors.rotation_period_s[np.isfinite(sensors.rotation_period_s)]
+        #: Silence from which the alarm is raised, s.
+        self.bound_s = SCANS * float(periods_s.min()) if len(periods_s) else WITHOUT_SCANS_S
+        self._clock = clock
+        self._heard_s = math.nan
+        self._behind_s = math.nan
+
+    def hear(self, data_clock_s: float) -> None:
+        """Note the reception of measurements, with the data clock after them, s."""
+        self._behind_s = self._clock.now_s() - data_clock_s
+        self._heard_s = self._clock.monotonic_s()
+
+    @property
+    def duration_s(self) -> float | None:
+        """Time since the last measurement, s; None without data in real time."""
+        if not abs(self._behind_s) <= REAL_TIME_WITHIN_S:
+            return None
+        return max(self._clock.monotonic_s() - self._heard_s, 0.0)
+
+    @property
+    def delay_s(self) -> float | None:
+        """Time of the machine less data time, s; None without data in real time."""
+        duration_s = self.duration_s
+        return None if duration_s is None else self._behind_s + duration_s
+
+    @property
+    def is_alarm(self) -> bool:
+        """Whether the data have ceased."""
+        return (self.duration_s or 0.0) > self.bound_s
+
+    def sentence(self) -> str:
+        """Return what is wrong, in words; empty without an alarm."""
+        if not self.is_alarm:
+            return ""
+        return (
+            f"no measurement of any sensor for {self.duration_s:.0f} s (limit "
+            f"{self.bound_s:g} s); all tracks are stale: check the network and the converters"
+        )

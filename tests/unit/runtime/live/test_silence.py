@@ -1,0 +1,79 @@
+"""Total silence is visible: stale tracks, an alarm, a growing delay, no readiness."""
+
+from collections.abc import Iterator
+
+import polars as pl
+import pytest
+from prometheus_client import CollectorRegistry, generate_latest
+
+from multiradar.clock import FixedClock
+from multiradar.observability.pipeline_metrics import watch_pipeline
+from multiradar.runtime.live.service import Service
+from multiradar.runtime.live.silence import WITHOUT_SCANS_S
+from multiradar.storage.memory_journal import MemoryJournal
+from multiradar.tracking.settings import TrackingSettings
+from support.fakes.fake_engine import FakeEngine
+from support.processes.live_services import TABLE, settled, submit
+from support.scenarios.live_scene import START_S, recording
+
+
+@pytest.fixture(params=[0.0, -1e6])
+def running(request: pytest.FixtureRequest) -> Iterator[tuple[Service, FixedClock, bool]]:
+    """A service that received 5 s of measurements, in real time or from a replay."""
+    clock = FixedClock(START_S + 5.2 - request.param)
+    journal = MemoryJournal()
+    service = Service(
+        open_journal=lambda: journal,
+        open_engine=FakeEngine,
+        sensors=TABLE,
+        tracking=TrackingSettings(),
+        clock=clock,
+    )
+    service.start()
+    submit(service, recording(100))
+    yield service, clock, request.param == 0.0
+    service.stop()
+
+
+def _metrics(service: Service) -> str:
+    registry = CollectorRegistry()
+    watch_pipeline(registry, service.view.status)
+    return generate_latest(registry).decode()
+
+
+def test_it_is_visible_and_ends(running: tuple[Service, FixedClock, bool]) -> None:
+    service, clock, live = running
+    status = settled(service)
+    assert (status["alarms"], service.silence) == ([], "")
+    assert "stale" not in service.view.tracks()["state"].to_list()
+    before = service.view.tracks()
+    clock.advance(WITHOUT_SCANS_S + 65.0)
+    status, tracks = settled(service), service.view.tracks()
+    assert tracks["age_s"].equals(before["age_s"])
+    if not live:
+        assert (status["alarms"], status["data_delay_s"], service.silence) == ([], None, "")
+        assert tracks["reception_age_s"].to_list() == [None] * len(tracks)
+        return
+    assert status["alarms"] == ["no_data"]
+    assert status["silence_s"] == 75.0
+    assert status["data_delay_s"] == pytest.approx(75.2, abs=0.2)
+    assert status["warnings"][0].startswith("no measurement of any sensor for 75 s (limit 10 s)")  # type: ignore[index]
+    assert set(tracks["state"]) == {"stale"}
+    assert (tracks["reception_age_s"] - tracks["age_s"]).to_list() == [75.0] * len(tracks)
+    track = service.view.track(int(tracks["track_id"][0]))
+    assert track is not None
+    assert track["state"] == "stale"
+    assert "multiradar_no_data 1.0" in _metrics(service)
+    later = recording(5).with_columns(pl.col("time_s") + 80.0)
+    submit(service, later)
+    status = settled(service)
+    assert (status["alarms"], service.silence) == ([], "")
+    assert "stale" not in service.view.tracks()["state"].to_list()
+    assert "multiradar_no_data 0.0" in _metrics(service)
+
+
+def test_rejected_measurements_do_not_end_it(running: tuple[Service, FixedClock, bool]) -> None:
+    service, clock, live = running
+    clock.advance(75.0)
+    submit(service, recording(5).with_columns(sensor_id=pl.lit("unlisted")))
+    assert settled(service)["alarms"] == (["no_data"] if live else [])
