@@ -1,4 +1,4 @@
-"""Makes the mistakes of mistakes_catalogue.py and usage_mistakes.py; prints the messages.
+"""Makes the mistakes of the catalogue, in columns and of usage; prints the messages.
 
 ::
 
@@ -24,9 +24,11 @@ from pathlib import Path
 
 import polars as pl
 
+from validation.mistakes.column_mistakes import COLUMN_MISTAKES
 from validation.mistakes.mistakes_catalogue import CATALOGUE, SENSORS, Mistake, Sample
 from validation.mistakes.usage_mistakes import USAGE_MISTAKES
 
+ALL = (*CATALOGUE, *COLUMN_MISTAKES, *USAGE_MISTAKES)
 ROOT = Path(__file__).parents[2]
 DUMP = ROOT / "examples" / "vid-sample"
 SENSORS_FILE = ROOT / "examples" / "sensors-vid-sample.toml"
@@ -119,7 +121,7 @@ def main() -> None:
     parser.add_argument("--before", type=Path, metavar="FILE", help="Results of another revision.")
     parser.add_argument("--page", type=Path, metavar="FILE", help="Put the table into this page.")
     given = parser.parse_args()
-    chosen = [mistake for mistake in (*CATALOGUE, *USAGE_MISTAKES) if given.only in mistake.name]
+    chosen = [mistake for mistake in ALL if given.only in mistake.name]
     rows = []
     with tempfile.TemporaryDirectory(prefix="multiradar-mistakes-") as name:
         sample = converted(Path(name))

@@ -331,7 +331,7 @@ class SensorsFile(Table):
         for one in self.sensor:
             names = one.all_names()
             for name in sorted(names & seen):
-                raise wrong(f"expected each id and each pair of numbers once, was twice {name}")
+                raise wrong(f"two sensors are named {name}: remove one, or give it another id")
             seen |= names
         return self
 

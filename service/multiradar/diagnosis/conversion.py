@@ -36,7 +36,7 @@ from multiradar.diagnosis.plausibility import (
     check_height_unit,
 )
 from multiradar.diagnosis.plots import Plots, Site, plots_of
-from multiradar.diagnosis.times import check_times
+from multiradar.diagnosis.times import check_gaps, check_times
 from multiradar.estimation.measurement.sensors import SensorTable
 
 _READINGS = (*RANGE_UNITS, *AZIMUTH_UNITS, EXCHANGED, MIRRORED)
@@ -88,6 +88,7 @@ def diagnose_conversion(
         evidence.sources = sources
         found += check_names(evidence)
     found += check_times(sources)
+    found += check_gaps(sources)
     read = sum(source.read for source in sources.values())
     azimuths_deg = _rejected_azimuths(measurements.parent / REJECTS_FILE)
     found += _signed(azimuths_deg)
@@ -146,8 +147,16 @@ def _sources(measurements: Path) -> dict[str, Source]:
         time_s = pl.col("time_s")
         ends = rows.select(time_s.min().alias("first"), time_s.max().alias("last"), pl.len())
         source.first_s, source.last_s, source.read = ends.collect().row(0)
+        source.gap_s, source.gap_from_s = _longest_gap(rows)
         found[str(name)] = source
     return found
+
+
+def _longest_gap(rows: pl.LazyFrame) -> tuple[float, float]:
+    times = rows.select(pl.col("time_s").unique().sort()).collect()["time_s"].to_numpy()
+    gaps = np.diff(times)
+    number = int(gaps.argmax()) if len(gaps) else 0
+    return (float(gaps[number]), float(times[number])) if len(gaps) else (0.0, np.nan)
 
 
 def _rejected_azimuths(file: Path) -> list[float]:

@@ -48,6 +48,10 @@ class Source:
         Rejected measurements by code.
     kept : list of DataFrame
         The first measurements.
+    gap_s, gap_from_s : float
+        Longest time between successive measurements, and when it starts, s.
+    reasons : dict
+        Sentence of the first rejected measurement by code.
     """
 
     read: int = 0
@@ -55,17 +59,30 @@ class Source:
     last_s: float = np.nan
     rejected: Counter[str] = field(default_factory=Counter)
     kept: list[pl.DataFrame] = field(default_factory=list)
+    gap_s: float = 0.0
+    gap_from_s: float = np.nan
+    reasons: dict[str, str] = field(default_factory=dict)
 
     def add(self, part: pl.DataFrame) -> None:
         """Add measurements; columns `COLUMNS`."""
         times = part.filter(pl.col("time_s").is_finite())["time_s"].to_numpy()
         self.read += len(part)
         if len(times):
+            self._add_gap(times)
             self.first_s = float(np.fmin(self.first_s, times.min()))
             self.last_s = float(np.fmax(self.last_s, times.max()))
         free = ROWS_MAX - sum(len(one) for one in self.kept)
         if free > 0:
             self.kept.append(part.head(free))
+
+    # Measurements out of order between two parts are no gap.
+    def _add_gap(self, times: NDArray[np.float64]) -> None:
+        ordered = np.sort(times)
+        if np.isfinite(self.last_s):
+            ordered = np.concatenate([[self.last_s], ordered[ordered > self.last_s]])
+        gaps = np.diff(ordered)
+        if len(gaps) and gaps.max() > self.gap_s:
+            self.gap_s, self.gap_from_s = float(gaps.max()), float(ordered[gaps.argmax()])
 
     def plots(self) -> pl.DataFrame:
         """Return the plots that are retained, by time; columns `COLUMNS`."""
@@ -124,10 +141,16 @@ class Evidence:
             `ADMISSION_CODES`.
         """
         self.record_rows(frame)
-        for name, code in zip(
-            frame["sensor_id"][rejected.index].to_list(), rejected.code, strict=True
+        for name, code, reason in zip(
+            frame["sensor_id"][rejected.index].to_list(),
+            rejected.code,
+            rejected.reason,
+            strict=True,
         ):
             self.reject(name or "", str(code), 1)
+            source = self._source(name or "")
+            if source is not None:
+                source.reasons.setdefault(str(code), reason)
         for number_of_code, text in enumerate(ADMISSION_CODES):
             if text:
                 at_it = measured.sensor[codes == number_of_code]

@@ -9,7 +9,13 @@ from collections.abc import Collection
 import numpy as np
 
 from multiradar.diagnosis import losses as loss_checks
+from multiradar.diagnosis.columns import (
+    check_constant,
+    check_time_resolution,
+    check_time_unit,
+)
 from multiradar.diagnosis.cross_sensor.agreement import Agreement
+from multiradar.diagnosis.cross_sensor.clocks import LATE_MIN_S, gps_time, late_positions
 from multiradar.diagnosis.cross_sensor.comparison import (
     AGREES_MIN,
     TESTED_MIN,
@@ -17,7 +23,7 @@ from multiradar.diagnosis.cross_sensor.comparison import (
     configured_bias,
 )
 from multiradar.diagnosis.cross_sensor.explanations import common_mistake, explain
-from multiradar.diagnosis.cross_sensor.heights import check_heights
+from multiradar.diagnosis.cross_sensor.heights import check_height_offset, check_heights
 from multiradar.diagnosis.cross_sensor.identities import check_identities
 from multiradar.diagnosis.cross_sensor.offsets import OFFSET_CODE, check_offsets
 from multiradar.diagnosis.cross_sensor.references import RECORDING, Pairs, are_named
@@ -36,8 +42,11 @@ from multiradar.diagnosis.plausibility import (
     check_scan_period,
 )
 from multiradar.diagnosis.plots import KEYS
-from multiradar.diagnosis.times import check_times, utc
+from multiradar.diagnosis.times import check_gaps, check_times, utc
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
+
+#: Fraction that agrees of a radar with a small error of site or range: less is another cause.
+SOME_AGREE_MIN = 0.1
 
 
 def diagnose(evidence: Evidence) -> list[Diagnosis]:
@@ -53,7 +62,7 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
     list of Diagnosis
         Empty when nothing is wrong; causes of names and times first.
     """
-    found = [*check_names(evidence), *check_times(evidence.sources)]
+    found = [*check_names(evidence), *check_times(evidence.sources), *check_gaps(evidence.sources)]
     named = {one.sensor_id for one in found}
     comparison = Comparison(evidence)
     known = [name for name in evidence.sensors.ids if name in evidence.sources]
@@ -83,8 +92,12 @@ def _check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[
     plots = comparison.plots(number)
     if not comparison.is_radar(number):
         return _first(check_identities(name, plots, None))
+    period_s = float(evidence.sensors.rotation_period_s[number])
     return _first(
+        check_constant(name, plots),
+        check_time_unit(name, plots, period_s),
         check_exchanged_columns(name, plots) or check_azimuth_unit(name, plots),
+        check_time_resolution(name, plots, period_s),
         check_height_unit(name, plots, comparison.site(number)),
         check_identities(name, plots, comparison.site(number)),
     )
@@ -116,7 +129,13 @@ def _check_against_others(
     # Ranges a little too long disagree, too, and no single reading of the values explains them.
     explained = {one.sensor_id for one in found}
     asked = [*trusted]
-    asked += [one for one in suspects if names[one] not in explained and are_named(seen[one][1])]
+    asked += [
+        one
+        for one in suspects
+        if names[one] not in explained
+        and seen[one][0].share >= SOME_AGREE_MIN
+        and are_named(seen[one][1])
+    ]
     misplaced, of_sites = check_site_errors(
         evidence.sensors,
         comparison,
@@ -174,12 +193,22 @@ def _explain_suspects(
     return found
 
 
+_MAY_BE_EITHER = (
+    "site",
+    "clock",
+    "azimuth_offset",
+    "site_height",
+    "ground_ranges",
+    "height_offset",
+)
+
+
 # With two sensors, an error of one equals the opposite error of the other.
 def _merge_contradiction(found: list[Diagnosis], compared: int) -> list[Diagnosis]:
     if compared != 2 or len(found) != 2 or found[0].code != found[1].code:
         return found
     first, second = found
-    if first.code not in ("site", "clock", "azimuth_offset", "site_height", "ground_ranges"):
+    if first.code not in _MAY_BE_EITHER:
         return found
     sentence = (
         f"{first.sensor_id} and {second.sensor_id} contradict each other, and there is no third "
@@ -195,7 +224,11 @@ def _check_agreeing(
     name = sensors.ids[number]
     agreement = comparison.agreement(number, pairs)
     found = _first(check_heights(comparison, number, name, agreement, pairs))
-    if found or not comparison.is_radar(number):
+    if not comparison.is_radar(number):
+        return found or _first(_late(comparison, number, name, pairs))
+    radars = [int(one) for one in np.unique(pairs.source) if one >= 0 and comparison.is_radar(one)]
+    found = found or _first(check_height_offset(comparison, name, number, pairs, radars))
+    if found:
         return found
     wrong = check_registration(comparison, number, agreement, pairs)
     others = [sensors.ids[one] for one in np.unique(pairs.source) if one != RECORDING]
@@ -204,6 +237,24 @@ def _check_agreeing(
         _of_heights(name, comparison.site(number)[2], wrong)
         or _of_registration(name, wrong, configured_s)
         or _first(check_offsets(sensors, number, wrong, others))
+    )
+
+
+# By the names of aircraft: with tracks the nearest one would hide a clock error.
+def _late(comparison: Comparison, number: int, name: str, pairs: Pairs) -> Diagnosis | None:
+    late_s = late_positions(comparison, number, pairs)
+    if not abs(late_s) >= LATE_MIN_S:
+        return None
+    return _of_clock(name, late_s, "give bias.time_offset_s in the sensors file")
+
+
+def _of_clock(name: str, late_s: float, setting: str) -> Diagnosis:
+    sense, where = ("ahead", "behind") if late_s > 0.0 else ("behind", "ahead of")
+    return Diagnosis(
+        name,
+        "clock",
+        f"{name}: its clock is probably {abs(late_s):.1f} s {sense}{gps_time(late_s)}: its plots "
+        f"lie {where} the positions by other sensors, along track; correct its times, or {setting}",
     )
 
 
@@ -254,15 +305,7 @@ def _of_registration(name: str, wrong: Registration, configured_s: float) -> lis
         setting = "give bias.time_offset_s in the sensors file"
         if configured_s:
             setting = f"bias.time_offset_s, {configured_s:g} s in the sensors file"
-        sense, where = ("ahead", "behind") if late_s > 0.0 else ("behind", "ahead of")
-        return [
-            Diagnosis(
-                name,
-                "clock",
-                f"{name}: its clock is probably {abs(late_s):.1f} s {sense}: its plots lie {where} "
-                f"the positions by other sensors, along track; correct its times, or {setting}",
-            )
-        ]
+        return [_of_clock(name, late_s, setting)]
     return []
 
 

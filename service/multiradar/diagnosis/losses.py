@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from multiradar.diagnosis.diagnosis import Diagnosis
-from multiradar.diagnosis.evidence import Evidence
+from multiradar.diagnosis.evidence import COLUMNS, Evidence
 from multiradar.diagnosis.names import counted
 from multiradar.diagnosis.times import utc
 from multiradar.estimation.filters.bank import Outcome
@@ -247,6 +247,11 @@ def check_unexplained_losses(evidence: Evidence, name: str, losses: Losses) -> D
         source = evidence.sources[name]
         when = f" (its times: {utc(source.first_s)} to {utc(source.last_s)})"
     check = _SETTINGS.get(most, "its measurements in rejects.ndjson")
+    reason = evidence.sources[name].reasons.get(most)
+    if reason is not None:
+        when += f" (the first {most}: {reason})"
+        column = reason.partition(":")[0]
+        check = f"the values and the unit of {column}" if column in COLUMNS else check
     return Diagnosis(
         name,
         "measurements_lost",

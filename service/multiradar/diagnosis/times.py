@@ -15,6 +15,10 @@ DATELESS_MAX_S = 10.0 * 86_400.0
 GAP_MIN_S = 600.0
 #: Offsets this close to whole hours are attributed to time zones, s.
 ZONE_WITHIN_S = 120.0
+#: Tolerance of a jump by whole days: time without measurements about it, s.
+DAY_S, JUMP_WITHIN_S = 86_400.0, 120.0
+#: Other gaps of a recording are reported from this on, s: some airports close for the night.
+GAP_MAX_S = 43_200.0
 
 
 def check_times(sources: Mapping[str, Source]) -> list[Diagnosis]:
@@ -28,6 +32,40 @@ def check_times(sources: Mapping[str, Source]) -> list[Diagnosis]:
         _times_differ(name, first_and_last(sources, [name]), rest)
         for name in sorted(one for names in groups if names is not most for one in names)
     ]
+
+
+def check_gaps(sources: Mapping[str, Source]) -> list[Diagnosis]:
+    """Return jumps of the times of a recording by whole days, and gaps of a day or more."""
+    jumped = {name: source for name, source in sources.items() if source.gap_s >= GAP_MAX_S}
+    if not jumped:
+        return []
+    of_all = len(jumped) == len(sources)
+    names = [""] if of_all else sorted(jumped)
+    return [_jump(name, jumped[name] if name else _longest(jumped)) for name in names]
+
+
+def _longest(sources: Mapping[str, Source]) -> Source:
+    return max(sources.values(), key=lambda one: one.gap_s)
+
+
+def _jump(name: str, source: Source) -> Diagnosis:
+    head = f"{name}: its" if name else "the"
+    spans = f"from {utc(source.gap_from_s)} to {utc(source.gap_from_s + source.gap_s)}"
+    days = round(source.gap_s / DAY_S)
+    if days and abs(source.gap_s - days * DAY_S) <= JUMP_WITHIN_S:
+        many = "a day" if days == 1 else f"{days} days"
+        return Diagnosis(
+            name,
+            "times_jump",
+            f"{head} times probably jump by {many}, {spans}: a wrong date, or a day counted twice; "
+            "correct the times after it",
+        )
+    return Diagnosis(
+        name,
+        "times_jump",
+        f"{head} measurements have a gap of {source.gap_s / 3600.0:.1f} h, {spans}: probably "
+        "recordings of different days, or wrong dates; convert and track each day alone",
+    )
 
 
 def utc(time_s: float) -> str:

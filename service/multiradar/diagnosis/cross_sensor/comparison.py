@@ -104,6 +104,10 @@ class Comparison:
         """Return the plots of a sensor that are compared."""
         return self._plots[number].thinned(TESTED_MAX)
 
+    def tested_positions(self, number: int) -> Floats:
+        """Return (n, 3) reported positions of `tested`, ECEF, m."""
+        return reported(self.tested(number))
+
     def overlaps(self, number: int, others: Collection[int], late_s: float) -> bool:
         """Return whether a sensor with a clock error has time in common with others."""
         time_s = self._plots[number].time_s - late_s

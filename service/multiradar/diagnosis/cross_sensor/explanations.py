@@ -13,6 +13,7 @@ from multiradar.diagnosis.cross_sensor.agreement import (
     position_agreement,
     seen_from,
 )
+from multiradar.diagnosis.cross_sensor.clocks import LATE_MIN_S, gps_time, late_positions
 from multiradar.diagnosis.cross_sensor.comparison import AGREES_MIN, TESTED_MIN, Comparison
 from multiradar.diagnosis.cross_sensor.hypotheses import (
     AZIMUTH_UNITS,
@@ -28,6 +29,9 @@ from multiradar.geodesy.wgs84 import geodetic_to_ecef
 
 #: An error explains a sensor when correcting it raises the fraction that agrees by this much.
 GAIN_MIN = 0.3
+#: Compared plots that suffice for another of the configured sites, or a change of its signs: one in
+#: some hundred fits by chance.
+FEW_MIN = 8
 #: An explanation with fewer free parameters is preferred unless another explains this much more.
 SIMPLER_SHARE = 0.1
 #: Offsets of azimuth up to this may be those of magnetic north, which differs by less from true
@@ -61,6 +65,8 @@ class Explanation:
         Parts of the sentence.
     share, before : float
         Fraction of the plots that agree with the error corrected, and as they are.
+    few : bool
+        Whether few plots suffice: the correction is one of few and has no free parameter.
     """
 
     code: str
@@ -69,6 +75,7 @@ class Explanation:
     remedy: str
     share: float
     before: float
+    few: bool = False
 
     def sentence(self, name: str, elsewhere: str) -> str:
         """Return the message for a sensor; `elsewhere` says where the plots lie then."""
@@ -95,10 +102,19 @@ def explain(
         Names of the sensors.
     """
     pairs = comparison.pairs(number, trusted)
-    before = comparison.agreement(number, pairs).share
+    before = _before(comparison, number, pairs)
     tried = _radar_hypotheses if comparison.is_radar(number) else _position_hypotheses
     found = _best(tried(comparison, number, pairs, names), before)
     return found or _best(_clocks(comparison, number, trusted), before)
+
+
+# Of few plots, too.
+def _before(comparison: Comparison, number: int, pairs: Pairs) -> float:
+    if not comparison.is_radar(number):
+        return comparison.agreement(number, pairs).share
+    plots, compared = comparison.tested(number), len(np.unique(pairs.plot))
+    measured = as_given(plots.range_m, plots.azimuth_deg)
+    return polar_agreement(measured, comparison.site(number), pairs, compared=compared).share
 
 
 def common_mistake(
@@ -151,11 +167,13 @@ _Hypotheses = Iterator[tuple[Callable[[Agreement, float], Explanation], Agreemen
 def _best(tried: _Hypotheses, before: float) -> Explanation | None:
     best: Explanation | None = None
     for make, agreement in tried:
-        enough = agreement.compared >= TESTED_MIN and agreement.share >= AGREES_MIN
-        if not enough or agreement.share < before + GAIN_MIN:
+        if agreement.share < max(AGREES_MIN, before + GAIN_MIN):
+            continue
+        found = make(agreement, before)
+        if agreement.compared < (FEW_MIN if found.few else TESTED_MIN):
             continue
         if best is None or agreement.share > best.share + SIMPLER_SHARE:
-            best = make(agreement, before)
+            best = found
     return best
 
 
@@ -181,7 +199,8 @@ def _radar_hypotheses(
     }
     for other in other_sites(site, sites):
         agreement = polar_agreement(measured, other.site, pairs, compared=compared)
-        yield _by_words("site", other.mistake, other.with_it, other.remedy), agreement
+        make = _by_words("site", other.mistake, other.with_it, other.remedy, few=True)
+        yield make, agreement
     if compared:
         found = best_site(plots, measured, site, pairs)
         agreement = polar_agreement(measured, found, pairs, compared=compared)
@@ -263,6 +282,11 @@ def _position_hypotheses(
 
 
 def _clocks(comparison: Comparison, number: int, trusted: Collection[int]) -> _Hypotheses:
+    if not comparison.is_radar(number):
+        late_s = late_positions(comparison, number, comparison.pairs(number, trusted))
+        if abs(late_s) >= LATE_MIN_S:
+            pairs = comparison.pairs(number, trusted, late_s=late_s)
+            yield _seconds(late_s), comparison.agreement(number, pairs)
     for step in range(1, ZONES + 1):
         for late_s in (step * ZONE_STEP_S, -step * ZONE_STEP_S):
             if not comparison.overlaps(number, trusted, late_s):
@@ -283,9 +307,19 @@ def _clock(late_s: float) -> Callable[[Agreement, float], Explanation]:
     )
 
 
+def _seconds(late_s: float) -> Callable[[Agreement, float], Explanation]:
+    sense = "ahead" if late_s > 0.0 else "behind"
+    return _by_words(
+        "clock",
+        f"its clock is probably {abs(late_s):.1f} s {sense}{gps_time(late_s)}",
+        f"{'later' if late_s < 0.0 else 'earlier'} times",
+        "correct its times, or give bias.time_offset_s in the sensors file",
+    )
+
+
 def _by_words(
-    code: str, mistake: str, with_it: str, remedy: str
+    code: str, mistake: str, with_it: str, remedy: str, *, few: bool = False
 ) -> Callable[[Agreement, float], Explanation]:
     return lambda agreement, before: Explanation(
-        code, mistake, with_it, remedy, agreement.share, before
+        code, mistake, with_it, remedy, agreement.share, before, few
     )

@@ -81,6 +81,8 @@ AZIMUTH_UNITS = (
     _azimuth_unit("milliradians", 1e-3),
     _azimuth_unit("gradians", np.pi / 200.0),
     _azimuth_unit("mils (6400 to a circle)", np.pi / 3200.0),
+    _azimuth_unit("tenths of a degree", np.pi / 1800.0),
+    _azimuth_unit("hundredths of a degree", np.pi / 18_000.0),
     _azimuth_unit("counts of 4096 to a circle", np.pi / 2048.0),
     _azimuth_unit("counts of 65 536 to a circle", np.pi / 32_768.0),
 )
@@ -107,7 +109,21 @@ ROTATED = Reading(
     "{hint}",
     any_rotation=True,
 )
-READINGS = (*RANGE_UNITS, *AZIMUTH_UNITS, EXCHANGED, MIRRORED, ROTATED)
+
+
+def _range_factor(word: str, other: str, factor: float) -> Reading:
+    return Reading(
+        "range_factor",
+        lambda ranges, azimuths: (ranges * factor, np.radians(azimuths)),
+        f"its ranges are probably {word} the distances",
+        f"{other} the ranges",
+        f"multiply them by {factor:g}",
+    )
+
+
+#: The way to the target and back was taken as that to the target, or the other way round.
+HALVED, DOUBLED = _range_factor("half", "twice", 2.0), _range_factor("twice", "half", 0.5)
+READINGS = (*RANGE_UNITS, HALVED, DOUBLED, *AZIMUTH_UNITS, EXCHANGED, MIRRORED, ROTATED)
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,8 +25,8 @@ from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation
 _PRIOR = (500.0, np.radians(0.5))
 #: Pairs that a fit needs.
 PAIRS_MIN = 60
-#: Minimum time offset, s: twice its prior sigma.
-TIME_MIN_S = 1.0
+#: Minimum time offset, s: a whole second is a mistake, half a second a bias (its prior sigma).
+TIME_MIN_S = 0.75
 #: An additional parameter must reduce the residuals by this factor, and be significant.
 SMALLER = 0.8
 SIGMAS = 8.0

@@ -25,8 +25,9 @@ _log = logging.getLogger(__name__)
 WINDOW_S = 60.0
 #: Interval between checks for the end of the window, s of the machine.
 PERIOD_S = 5.0
-#: Codes that need more than a window: a radar without aircraft in coverage sends nothing.
-_OF_LONGER_TIMES = ("no_measurements",)
+#: Codes that need more than a window: a radar without aircraft in coverage sends nothing,
+#: and an airport may close at night.
+_OF_LONGER_TIMES = ("no_measurements", "times_jump")
 
 
 class LiveDiagnosis:

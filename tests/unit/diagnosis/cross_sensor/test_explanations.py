@@ -20,10 +20,22 @@ def plots(azimuth: np.ndarray) -> Plots:
 @pytest.mark.parametrize(
     ("circle", "possible"),
     [
-        (2.0 * np.pi, {"radians", "milliradians", "gradians", "mils", "4096", "65 536"}),
-        (400.0, {"milliradians", "gradians", "mils", "4096", "65 536"}),
-        (2000.0 * np.pi, {"milliradians", "mils", "65 536"}),
-        (6400.0, {"mils", "65 536"}),
+        (
+            2.0 * np.pi,
+            {
+                "radians",
+                "milliradians",
+                "gradians",
+                "mils",
+                "0.1°",
+                "0.01°",
+                "4096",
+                "65 536",
+            },
+        ),
+        (400.0, {"milliradians", "gradians", "mils", "0.1°", "0.01°", "4096", "65 536"}),
+        (2000.0 * np.pi, {"milliradians", "mils", "0.01°", "65 536"}),
+        (6400.0, {"mils", "0.01°", "65 536"}),
         (65_536.0, {"65 536"}),
     ],
 )
@@ -32,7 +44,16 @@ def test_a_unit_in_which_azimuths_go_beyond_a_circle_is_not_tried(
 ) -> None:
     """Regression: mils (6400 to a circle) were mistaken for milliradians."""
     seen = plots(np.linspace(0.0, circle, 1000, endpoint=False))
-    units = ("radians", "milliradians", "gradians", "mils", "4096", "65 536")
+    units = (
+        "radians",
+        "milliradians",
+        "gradians",
+        "mils",
+        "0.1°",
+        "0.01°",
+        "4096",
+        "65 536",
+    )
     found = {
         unit
         for unit, reading in zip(units, AZIMUTH_UNITS, strict=True)

@@ -88,7 +88,7 @@ def test_a_sensor_without_id_is_named_by_its_numbers(numbers: str, name: str) ->
         (RADAR.replace('"radar"', '"sonar"'), "line 4: sensor a: kind: unknown name 'sonar'; kn"),
         (RADAR.replace('id = "a"', ""), "line 2: sensor[0].id: missing"),
         (RADAR.replace('"a"', '"a b"'), "line 3: sensor a b: id: expected text of the form"),
-        (RADAR + RADAR, "expected each id and each pair of numbers once, was twice a"),
+        (RADAR + RADAR, "two sensors are named a: remove one"),
         (
             RADAR + "range_sigma_m = 0",
             "range_sigma_m: expected a number from 0.1 to 10000 (m), was 0",

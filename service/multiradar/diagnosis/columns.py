@@ -1,0 +1,135 @@
+"""Columns that are not filled as measured: one value for all plots, or times in another unit."""
+
+import numpy as np
+
+from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
+from multiradar.diagnosis.diagnosis import Diagnosis
+from multiradar.diagnosis.losses import LOST_MAX
+from multiradar.diagnosis.plots import Floats, Plots
+
+#: A value that this fraction of the plots has was not measured.
+SAME_MIN = 1.0 - LOST_MAX
+#: Times in the unit, per second, and its name.
+_TIME_UNITS = {"milliseconds": 1e3, "minutes": 1.0 / 60.0, "hours": 1.0 / 3600.0,
+               "days": 1.0 / 86_400.0}  # fmt: skip
+#: Unix times in seconds stay below this for 3000 years.
+_UNIX_MAX_S = 1e11
+#: Tolerance of a ratio of scan periods: missed detections lengthen the median.
+_RATIO_WITHIN = 0.2
+#: Resolutions of times that are too coarse, s, and plots that show one.
+_RESOLUTIONS_S, _RESOLUTION_PLOTS = (60.0, 10.0, 1.0), 100
+#: Speed for the effect of a coarse time, m/s.
+_SPEED_MPS = 250.0
+
+
+def check_constant(name: str, plots: Plots) -> Diagnosis | None:
+    """Diagnose a column of a radar that has one value in most plots.
+
+    Parameters
+    ----------
+    name : str
+        The radar.
+    plots : Plots
+        Its plots.
+    """
+    measured = np.column_stack([plots.time_s, plots.range_m, plots.azimuth_deg])
+    if len(np.unique(measured, axis=0)) < TESTED_MIN:
+        # Copies are another mistake.
+        return None
+    columns = {"time_s": plots.time_s, "range_m": plots.range_m, "azimuth_deg": plots.azimuth_deg}
+    same = {column: _most(values) for column, values in columns.items()}
+    constant = [column for column, (share, _) in same.items() if share >= SAME_MIN]
+    # A transponder at a fixed place has one range and one azimuth.
+    if not constant or constant == ["range_m", "azimuth_deg"]:
+        return None
+    column = constant[0]
+    share, value = same[column]
+    return Diagnosis(
+        name,
+        "column_constant",
+        f"{name}: its {column} is probably not that of each plot: it is {value:.10g} in "
+        f"{share:.0%} of them; fill the column with the measured values",
+    )
+
+
+def check_time_unit(name: str, plots: Plots, period_s: float) -> Diagnosis | None:
+    """Diagnose times in another unit than seconds.
+
+    Parameters
+    ----------
+    name : str
+        The radar.
+    plots : Plots
+        Its plots.
+    period_s : float
+        The configured scan period, s; NaN where unknown.
+    """
+    if plots.size < TESTED_MIN:
+        return None
+    if np.median(np.abs(plots.time_s)) > _UNIX_MAX_S:
+        why = f"the first is {plots.time_s[0]:.0f}"
+        return _of_time_unit(name, "milliseconds or microseconds", why)
+    between_s = _between_plots(plots)
+    for unit, factor in _TIME_UNITS.items():
+        if abs(between_s / (period_s * factor) - 1.0) <= _RATIO_WITHIN:
+            why = (
+                f"the plots of one aircraft are {between_s:.3g} apart, and rotation_period_s is "
+                f"{period_s:g} in the sensors file"
+            )
+            return _of_time_unit(name, unit, why)
+    return None
+
+
+def check_time_resolution(name: str, plots: Plots, period_s: float) -> Diagnosis | None:
+    """Diagnose times of a rotating radar without the fractions of a second.
+
+    Parameters
+    ----------
+    name : str
+        The radar.
+    plots : Plots
+        Its plots.
+    period_s : float
+        The configured scan period, s; NaN where unknown.
+    """
+    if plots.size < _RESOLUTION_PLOTS or not np.isfinite(period_s):
+        return None
+    coarse = [one for one in _RESOLUTIONS_S if (np.mod(plots.time_s, one) == 0.0).all()]
+    if not coarse:
+        return None
+    resolution_s = coarse[0]
+    # One time for each scan is another convention, and positions are extrapolated to it.
+    between = np.diff(np.unique(plots.time_s))
+    if not len(between) or abs(float(np.median(between)) / period_s - 1.0) <= _RATIO_WITHIN:
+        return None
+    return Diagnosis(
+        name,
+        "time_resolution",
+        f"{name}: its times probably lack their fractions: all are multiples of {resolution_s:g} "
+        f"s, in which an aircraft flies {_SPEED_MPS * resolution_s:.0f} m; write them with at "
+        "least two decimals",
+    )
+
+
+def _most(values: Floats) -> tuple[float, float]:
+    known = values[np.isfinite(values)]
+    if len(known) < TESTED_MIN:
+        return 0.0, np.nan
+    found, counts = np.unique(known, return_counts=True)
+    return float(counts.max() / len(values)), float(found[counts.argmax()])
+
+
+# Median time between successive plots of an aircraft; NaN where aircraft are not identified.
+def _between_plots(plots: Plots) -> float:
+    names = plots.keys[:, :2].max(axis=1)
+    order = np.lexsort((plots.time_s, names))
+    same = (np.diff(names[order]) == 0) & (names[order][1:] >= 0)
+    gaps = np.diff(plots.time_s[order])[same]
+    return float(np.median(gaps)) if len(gaps) >= TESTED_MIN else np.nan
+
+
+def _of_time_unit(name: str, unit: str, why: str) -> Diagnosis:
+    return Diagnosis(
+        name, "time_unit",
+        f"{name}: its times are probably in {unit}: {why}; convert them to seconds",
+    )  # fmt: skip

@@ -1,0 +1,62 @@
+"""Rows of the table of mistakes: each ends with its status and names the cause."""
+
+import shutil
+from pathlib import Path
+
+import polars as pl
+import pytest
+
+from multiradar.cli.main import run
+from support.paths import SAMPLE
+from validation.mistakes.column_mistakes import COLUMN_MISTAKES
+from validation.mistakes.mistakes_catalogue import CATALOGUE, SENSORS, Mistake, Sample
+
+SENSORS_FILE = SAMPLE.parent / "sensors-vid-sample.toml"
+#: One of each kind of cause; check_mistakes.py makes all of them.
+CHOSEN = (
+    "none: the sample as it is",
+    "range 0 in all plots",
+    "half the ranges",
+    "heights with another pressure, 300 m off",
+    "Mode 3/A codes in decimal",
+    "ADS-B in GPS time (18 s ahead)",
+    "times in whole seconds",
+    "a date that falls back by a day",
+    "two sensors with one id",
+)
+
+
+@pytest.fixture(scope="module")
+def sample(tmp_path_factory: pytest.TempPathFactory) -> Sample:
+    """Return the sample recording, converted."""
+    out = tmp_path_factory.mktemp("sample") / "converted"
+    assert run(["convert", "vid", str(SAMPLE), str(out), "--date", "2018-08-01"]) == 0
+    frame = pl.read_parquet(out / "measurements.parquet")
+    return Sample(SAMPLE, frame, SENSORS_FILE.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize(
+    "mistake",
+    [one for one in (*CATALOGUE, *COLUMN_MISTAKES) if one.name in CHOSEN],
+    ids=lambda one: one.name,
+)
+def test_a_mistake_ends_as_the_table_says(
+    mistake: Mistake,
+    sample: Sample,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    mistake.prepare(sample, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    assert run(list(mistake.command)) == mistake.status
+    said = " ".join(capsys.readouterr().err.split())
+    assert [words for words in mistake.message if words not in said] == []
+    others = [name for name in SENSORS if name not in mistake.sensors]
+    assert [name for name in others if f"multiradar: {name}: " in said] == []
+    assert bool(said) == (mistake.status != 0)
+    shutil.rmtree(tmp_path / "out", ignore_errors=True)
+
+
+def test_every_chosen_row_exists() -> None:
+    assert set(CHOSEN) <= {one.name for one in (*CATALOGUE, *COLUMN_MISTAKES)}

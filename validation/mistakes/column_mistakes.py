@@ -1,0 +1,160 @@
+"""Mistakes in columns of measurements for check_mistakes.py: constant values, times, heights.
+
+The rows have the form of mistakes_catalogue.py; `COLUMN_MISTAKES` goes after its `CATALOGUE`.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import polars as pl
+
+from validation.mistakes.mistakes_catalogue import (
+    RADAR,
+    SECONDS_PER_DAY,
+    SENSORS,
+    TRACK,
+    Mistake,
+    Sample,
+    plots,
+    settings,
+    tables_of,
+    text_of,
+    write,
+)
+
+_TIME, _AZIMUTH = pl.col("time_s"), pl.col("azimuth_deg")
+#: The recording starts at 2018-08-01 08:00:00 UTC and has 30 minutes.
+_MIDDLE_S = 1_533_110_400.0 + 900.0
+
+
+def _days(*sensors: str, days: float) -> Callable[[Sample, Path], None]:
+    """Return a function that shifts the second part of plots by days."""
+    later = pl.when(_TIME > _MIDDLE_S).then(days * SECONDS_PER_DAY).otherwise(0.0)
+    return plots(*sensors, time_s=_TIME + later)
+
+
+def _sensor_twice(sample: Sample, folder: Path) -> None:
+    tables = tables_of(sample)
+    write(folder, sample.measurements, text_of([*tables, tables[0]]))
+
+
+def _degrees_minutes(one: dict[str, float], name: str) -> float:
+    """Return degrees and minutes of a coordinate as one number."""
+    degrees = int(one[name])
+    return round(degrees + 0.6 * (one[name] - degrees), 6)
+
+
+COLUMN_MISTAKES: tuple[Mistake, ...] = (
+    Mistake(
+        "azimuth 10° in all plots",
+        plots(RADAR, azimuth_deg=pl.lit(10.0)),
+        message=("26-10: its azimuth_deg is probably not that of each plot",),
+    ),
+    Mistake(
+        "range 0 in all plots",
+        plots(RADAR, range_m=pl.lit(0.0)),
+        message=("26-10: its range_m is probably not that of each plot",),
+    ),
+    Mistake(
+        "azimuths in tenths of a degree",
+        plots(RADAR, azimuth_deg=10.0 * _AZIMUTH),
+        message=("26-10: its azimuths are probably in tenths of a degree",),
+    ),
+    Mistake(
+        "ranges of the way there and back",
+        plots(RADAR, range_m=2.0 * pl.col("range_m")),
+        message=("26-10: its ranges are probably twice the distances",),
+    ),
+    Mistake(
+        "half the ranges",
+        plots(RADAR, range_m=0.5 * pl.col("range_m")),
+        message=("26-10: its ranges are probably half the distances",),
+    ),
+    Mistake(
+        "heights above the radar",
+        plots(RADAR, height_m=pl.col("height_m") - 1677.0),
+        message=("26-10: its heights are probably off", "heights above its site?"),
+    ),
+    Mistake(
+        "heights with another pressure, 300 m off",
+        plots(RADAR, height_m=pl.col("height_m") + 300.0),
+        message=("26-10: its heights are probably off", "(QNH)"),
+    ),
+    Mistake(
+        "unknown heights as -9999",
+        plots(RADAR, height_m=pl.lit(-9999.0)),
+        message=("26-10: 100% of its", "was -9999", "the unit of height_m"),
+    ),
+    Mistake(
+        "Mode 3/A codes in decimal",
+        plots(mode_3a=pl.col("mode_3a").str.to_integer(base=8, strict=False).cast(pl.String)),
+        message=("26-10: 56% of its", "mode_3a: expected", "the unit of mode_3a"),
+        sensors=SENSORS,
+    ),
+    Mistake(
+        "a clock off by 1 s",
+        plots(RADAR, time_s=_TIME + 1.0),
+        message=("26-10: its clock is probably 1.0 s ahead",),
+    ),
+    Mistake(
+        "ADS-B in GPS time (18 s ahead)",
+        plots("adsb", time_s=_TIME + 18.0),
+        TRACK,
+        message=("adsb: its clock is probably 17.", "(GPS time in place of UTC?)"),
+        sensors=("adsb",),
+    ),
+    Mistake(
+        "an ADS-B clock off by 5 s",
+        plots("adsb", time_s=_TIME + 5.0),
+        TRACK,
+        message=("adsb: its clock is probably 4.9 s ahead",),
+        sensors=("adsb",),
+    ),
+    Mistake(
+        "times in milliseconds",
+        plots(time_s=1e3 * _TIME),
+        message=("26-10: its times are probably in milliseconds",),
+        sensors=SENSORS,
+    ),
+    Mistake(
+        "times in minutes",
+        plots(time_s=_MIDDLE_S + (_TIME - _MIDDLE_S) / 60.0),
+        message=("26-10: its times are probably in minutes",),
+        sensors=SENSORS,
+    ),
+    Mistake(
+        "times in whole seconds",
+        plots(time_s=_TIME.floor()),
+        message=("26-10: its times probably lack their fractions", "multiples of 1 s"),
+        sensors=SENSORS,
+    ),
+    Mistake(
+        "a date that leaps by a day",
+        _days(days=1.0),
+        message=("the times probably jump by a day",),
+    ),
+    Mistake(
+        "a date that falls back by a day",
+        _days(days=-1.0),
+        message=("have a gap of 23.5 h", "wrong dates"),
+    ),
+    Mistake(
+        "two recordings of a radar, three days apart",
+        _days(RADAR, days=3.0),
+        message=("26-10: its times probably jump by 3 days",),
+    ),
+    Mistake(
+        "two sensors with one id",
+        _sensor_twice,
+        message=("two sensors are named 26-10",),
+    ),
+    Mistake(
+        "site in degrees and minutes (46.2548 for 46.4247)",
+        settings(
+            RADAR,
+            latitude_deg=lambda one: _degrees_minutes(one, "latitude_deg"),
+            longitude_deg=lambda one: _degrees_minutes(one, "longitude_deg"),
+        ),
+        message=("26-10: its site is probably 18.7 km north",),
+    ),
+)
