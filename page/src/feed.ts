@@ -3,7 +3,6 @@
 import { decode } from "./frame";
 import type { Store } from "./store";
 
-const TICK_MS = 500;
 const SLOW_TICK_MS = 4000;
 const TIMEOUT_MS = 10_000;
 /** Without an answer for this long the picture is out of date, ms. */
@@ -47,11 +46,12 @@ export class Feed {
 
   constructor(
     private readonly store: Store,
+    private readonly tickMs: number,
     private readonly changed: () => void,
   ) {}
 
   start(): void {
-    void this.loop(() => this.frame(), TICK_MS);
+    void this.loop(() => this.frame(), this.tickMs);
     void this.loop(() => this.documents(), SLOW_TICK_MS);
   }
 
@@ -75,7 +75,7 @@ export class Feed {
         this.problem = error instanceof Error ? error.message : String(error);
       }
       this.changed();
-      await new Promise((done) => setTimeout(done, Math.max(50, everyMs - (performance.now() - began))));
+      await new Promise((done) => setTimeout(done, Math.max(20, everyMs - (performance.now() - began))));
     }
   }
 

@@ -18,7 +18,7 @@ const store = new Store();
 const view = initialView(location.hash);
 let drawn = 0;
 let queued = false;
-const feed = new Feed(store, () => redraw());
+const feed = new Feed(store, view.tick, () => redraw());
 const selection = new Selection(() => store.dataTimeS);
 selection.follow(view.selected);
 feed.track = view.selected;

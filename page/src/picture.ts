@@ -41,12 +41,16 @@ export class Picture {
   private readonly element = document.createElement("div");
   private readonly contexts: Record<Plane, CanvasRenderingContext2D>;
   private readonly byPlane: Record<Plane, Drawn[]>;
-  private readonly pixels = new Pixels();
+  private readonly pixels: Record<Plane, Pixels> = { ground: new Pixels(), sweep: new Pixels(), moving: new Pixels() };
   private readonly land: VectorLayer;
   private centred: boolean;
   /** Drawings of the moving plane, and processor time of all drawings, ms: for measurements. */
   drawn = 0;
   drawnMs = 0;
+  /** When the first tracks were drawn, ms after the page was requested. */
+  firstMs = 0;
+  /** Draws each frame although nothing moved. */
+  forced = false;
   private stepMs = performance.now();
   /** State of the last drawings. */
   private ground = "";
@@ -224,30 +228,30 @@ export class Picture {
     const ground = `${store.frames} ${this.feed.revision} ${scene.selection.revision} ${this.touches} ${scene.corrected}`;
     const changed = all || ground !== this.ground;
     this.ground = ground;
-    if (changed) this.drawGround();
+    if (changed) this.drawPlane("ground");
     const moved = store.fastest * scene.a * Math.abs(scene.timeS - this.movingS);
-    if (changed || !(moved < STEP_PX)) {
+    if (changed || this.forced || !(moved < STEP_PX)) {
       this.movingS = scene.timeS;
       this.drawPlane("moving");
       this.drawn += 1;
+      if (this.firstMs === 0 && scene.seen.length > 0) this.firstMs = performance.now();
     }
     this.drawnMs += performance.now() - now;
   }
 
-  private drawGround(): void {
-    const { scene } = this;
-    const context = this.contexts.ground;
-    this.pixels.begin(context, scene.ratio);
-    for (const layer of this.layers.pixels) layer.paint(scene, this.pixels);
-    this.pixels.put(context);
-    this.drawPlane("ground", false);
-  }
-
-  private drawPlane(plane: Plane, clear = true): void {
+  private drawPlane(plane: Plane): void {
     const { scene } = this;
     const context = this.contexts[plane];
+    const pixels = this.pixels[plane];
+    const marks = this.layers.pixels.filter((one) => one.plane === plane);
+    if (marks.length > 0) {
+      pixels.begin(context, scene.ratio);
+      for (const layer of marks) layer.paint(scene, pixels);
+      pixels.put(context);
+    } else {
+      context.clearRect(0, 0, scene.width, scene.height);
+    }
     context.setTransform(scene.ratio, 0, 0, scene.ratio, 0, 0);
-    if (clear) context.clearRect(0, 0, scene.width, scene.height);
     scene.context = context;
     for (const layer of this.byPlane[plane]) layer.draw(scene);
   }

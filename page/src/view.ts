@@ -13,7 +13,13 @@ export interface ViewState {
   filter: string;
   centre: [number, number] | null;
   zoom: number | null;
+  /** Time between frames, ms. */
+  tick: number;
 }
+
+/** Time between frames, ms: normally, and at least. */
+const TICK_MS = 500;
+const TICK_MIN_MS = 100;
 
 /** Each switch: its key, its name and whether it is on at first. */
 export const SWITCHES: readonly [Switch, string, string, boolean][] = [
@@ -47,6 +53,7 @@ export function initialView(address: string): ViewState {
     filter: given.get("q") ?? "",
     centre: longitude !== null && latitude !== null ? [longitude, latitude] : null,
     zoom: number("zoom"),
+    tick: Math.max(TICK_MIN_MS, number("tick") ?? TICK_MS),
   };
 }
 
@@ -62,6 +69,7 @@ export function addressOf(view: ViewState): string {
     given.set("lon", view.centre[0].toFixed(4));
     given.set("lat", view.centre[1].toFixed(4));
   }
+  if (view.tick !== TICK_MS) given.set("tick", String(view.tick));
   if (view.zoom !== null) given.set("zoom", view.zoom.toFixed(2));
   return `#${given.toString().replaceAll("%2C", ",")}`;
 }

@@ -29,10 +29,17 @@ const RINGS = [30, 56] as const;
 const DIRECTIONS: readonly (readonly [number, number])[] = [
   [1, -1], [1, 1], [-1, -1], [-1, 1], [1, 0], [-1, 0], [0, -1], [0, 1],
 ];
+const EAST = DIRECTIONS.map(([east]) => east);
+const SOUTH = DIRECTIONS.map(([, south]) => south);
+/** Distance of each slot to the east or west and to the north or south; less on diagonals. */
+const FAR = [NEAR, ...RINGS].flatMap((far, ring) =>
+  DIRECTIONS.map(([east, south]) => (ring > 0 && east !== 0 && south !== 0 ? 0.75 * far : far)));
 export const SLOTS = DIRECTIONS.length * (1 + RINGS.length);
 /** Kept free around a label, so that labels do not touch until they are placed again, pixels. */
 export const MARGIN = 1.5;
 const SYMBOL = 5;
+/** After so many labels without a place the canvas is full. */
+const FAILED_MAX = 2000;
 
 /** Whether a label at a slot has a leader line. */
 export function hasLeader(slot: number): boolean {
@@ -54,11 +61,16 @@ export class LabelPlaces {
     }
     this.sort(wanted, count);
     let placed = 0;
+    let failed = 0;
     for (let at = 0; at < count; at++) {
       const one = wanted[this.order[at] ?? 0];
       if (one === undefined) continue;
-      if (placed < budget && this.find(one, width, height)) placed += 1;
-      else one.slot = -1;
+      if (placed < budget && (failed < FAILED_MAX || one.slot >= 0) && this.find(one, width, height)) {
+        placed += 1;
+      } else {
+        failed += 1;
+        one.slot = -1;
+      }
     }
   }
 
@@ -75,7 +87,8 @@ export class LabelPlaces {
   }
 
   private fits(one: Wanted, slot: number, width: number, height: number, overSymbols: boolean): boolean {
-    const [left, top] = [leftOf(one, slot), topOf(one, slot)];
+    const left = leftOf(one, slot);
+    const top = topOf(one, slot);
     if (left < 0 || top < 0 || left + one.width > width || top + one.height > height) return false;
     if (!this.labels.isFree(left - MARGIN, top - MARGIN, one.width + 2 * MARGIN, one.height + 2 * MARGIN)) return false;
     return overSymbols || this.symbols.isFree(left, top, one.width, one.height);
@@ -104,23 +117,19 @@ export class LabelPlaces {
 }
 
 export function leftOf(one: Wanted, slot: number): number {
-  const [east] = DIRECTIONS[slot % DIRECTIONS.length] ?? [1, -1];
-  const far = distance(slot, east, (DIRECTIONS[slot % DIRECTIONS.length] ?? [1, -1])[1]);
+  const east = EAST[slot % EAST.length] ?? 1;
+  const far = FAR[slot] ?? NEAR;
   if (east > 0) return one.x + far;
   return east < 0 ? one.x - far - one.width : one.x - one.width / 2;
 }
 
 export function topOf(one: Wanted, slot: number): number {
-  const [east, south] = DIRECTIONS[slot % DIRECTIONS.length] ?? [1, -1];
-  const far = distance(slot, east, south) * (hasLeader(slot) || east === 0 ? 1 : 0.4);
+  const south = SOUTH[slot % SOUTH.length] ?? -1;
+  // Beside the symbol the near slots are only a little higher or lower.
+  const near = slot < DIRECTIONS.length && EAST[slot] !== 0;
+  const far = near ? 0.4 * NEAR : (FAR[slot] ?? NEAR);
   if (south > 0) return one.y + far;
   return south < 0 ? one.y - far - one.height : one.y - one.height / 2;
-}
-
-function distance(slot: number, east: number, south: number): number {
-  const ring = Math.floor(slot / DIRECTIONS.length);
-  const far = ring === 0 ? NEAR : (RINGS[ring - 1] ?? NEAR);
-  return east !== 0 && south !== 0 && ring > 0 ? 0.75 * far : far;
 }
 
 /** Boxes in a grid of cells; arrays are used again. */
@@ -164,9 +173,12 @@ class Boxes {
 
   isFree(left: number, top: number, width: number, height: number): boolean {
     const { corners, heads, chain, box } = this;
-    const [right, bottom] = [left + width, top + height];
-    const [firstColumn, lastColumn] = [this.column(left), this.column(right)];
-    const [firstRow, lastRow] = [this.row(top), this.row(bottom)];
+    const right = left + width;
+    const bottom = top + height;
+    const firstColumn = this.column(left);
+    const lastColumn = this.column(right);
+    const firstRow = this.row(top);
+    const lastRow = this.row(bottom);
     for (let row = firstRow; row <= lastRow; row++) {
       for (let column = firstColumn; column <= lastColumn; column++) {
         let entry = heads[row * this.columns + column] ?? -1;

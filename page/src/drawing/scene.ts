@@ -18,8 +18,9 @@ export interface Layer {
   draw(scene: Scene): void;
 }
 
-/** A layer of many small marks, below all others. */
+/** A layer of many small marks, below all others of its plane. */
 export interface PixelLayer {
+  readonly plane: Plane;
   paint(scene: Scene, pixels: Pixels): void;
 }
 

@@ -5,13 +5,13 @@ import { LabelsLayer } from "./labels";
 import { PlotsLayer } from "./plots";
 import { ForecastLayer, PastLayer } from "./selected";
 import { Sites, SitesLayer } from "./sites";
-import { SeenLayer, SymbolsLayer, UncertaintyLayer, VectorsLayer } from "./tracks";
+import { SeenLayer, SelectedLayer, SymbolsLayer, UncertaintyLayer, VectorsLayer } from "./tracks";
 import { TrailsLayer } from "./trails";
 
 export interface Layers {
   sites: Sites;
   labels: LabelsLayer;
-  /** Written into the image under the ground plane. */
+  /** Written into the image under the other layers of their plane. */
   pixels: PixelLayer[];
   layers: Layer[];
 }
@@ -21,15 +21,14 @@ export function allLayers(): Layers {
   return {
     sites,
     labels,
-    pixels: [new TrailsLayer(), new PlotsLayer()],
+    pixels: [new TrailsLayer(), new PlotsLayer(), new SeenLayer(), new SymbolsLayer()],
     layers: [
       new SitesLayer(sites),
       new PastLayer(),
       new ForecastLayer(),
-      new SeenLayer(),
       new UncertaintyLayer(),
       new VectorsLayer(),
-      new SymbolsLayer(),
+      new SelectedLayer(),
       labels,
     ],
   };

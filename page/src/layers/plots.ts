@@ -9,6 +9,7 @@ import { PLOTS_KEPT_S } from "../plots";
 const STEPS = 4;
 
 export class PlotsLayer implements PixelLayer {
+  readonly plane = "ground";
   /** Word of the colour by sensor and step of age. */
   private words: number[][] = [];
 

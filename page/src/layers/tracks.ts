@@ -1,7 +1,8 @@
 /** Tracks: position uncertainty, speed vectors and symbols. */
 
 import type { Palette } from "../drawing/palette";
-import type { Layer, Scene } from "../drawing/scene";
+import { Form, word, type Pixels } from "../drawing/pixels";
+import type { Layer, PixelLayer, Scene } from "../drawing/scene";
 import { isShown } from "../shown";
 import type { Track } from "../store";
 import { ADSB, MLAT } from "../track";
@@ -13,13 +14,14 @@ const UNCERTAINTY_MIN_PX = 3;
 const MARGIN_PX = 50;
 const RADIUS_PX = 4;
 const GROUND_PX = 2.5;
+const SELECTED_PX = 11;
 const TURN = 2 * Math.PI;
 
 /** Finds the tracks on the canvas; the layers after it draw `scene.seen`. */
-export class SeenLayer implements Layer {
+export class SeenLayer implements PixelLayer {
   readonly plane = "moving";
 
-  draw(scene: Scene): void {
+  paint(scene: Scene): void {
     const { seen, store, view, timeS } = scene;
     seen.clear();
     for (const track of store.tracks) {
@@ -76,28 +78,67 @@ export class VectorsLayer implements Layer {
   }
 }
 
-export class SymbolsLayer implements Layer {
+/**
+ * The form says the source: circle for radars alone, diamond with ADS-B, square with multilateration;
+ * the filling the state: confirmed filled, tentative open, coasting crossed. On the ground it is small.
+ */
+export class SymbolsLayer implements PixelLayer {
+  readonly plane = "moving";
+  private readonly forms = new Map<number, Form>();
+  private readonly words = new Map<string, number>();
+  private ratio = 0;
+
+  paint(scene: Scene, pixels: Pixels): void {
+    const { palette, seen, view, ratio } = scene;
+    if (ratio !== this.ratio) this.forms.clear();
+    this.ratio = ratio;
+    for (let at = 0; at < seen.length; at++) {
+      const track = seen.tracks[at] as Track;
+      const colour = colourOf(track, track.id === view.selected, palette);
+      pixels.form(this.form(track), (seen.x[at] ?? 0) * ratio, (seen.y[at] ?? 0) * ratio, this.word(colour));
+    }
+  }
+
+  private form(track: Track): Form {
+    const state = track.state === "coasting" ? 2 : track.state === "confirmed" ? 1 : 0;
+    const source = (track.sources & ADSB) !== 0 ? 2 : (track.sources & MLAT) !== 0 ? 1 : 0;
+    const key = state + 3 * source + (track.onGround ? 9 : 0);
+    let form = this.forms.get(key);
+    if (form === undefined) {
+      const { ratio } = this;
+      form = new Form(Math.ceil(8 * ratio), (context) => {
+        context.scale(ratio, ratio);
+        context.lineWidth = 1.25;
+        symbol(context, state, source, track.onGround ? GROUND_PX : RADIUS_PX);
+      });
+      this.forms.set(key, form);
+    }
+    return form;
+  }
+
+  private word(colour: string): number {
+    let found = this.words.get(colour);
+    if (found === undefined) {
+      found = word(colour, 0);
+      this.words.set(colour, found);
+    }
+    return found;
+  }
+}
+
+/** A circle around the selected track. */
+export class SelectedLayer implements Layer {
   readonly plane = "moving";
 
   draw(scene: Scene): void {
     const { context, palette, seen, view } = scene;
-    context.lineWidth = 1.2;
-    let colour = "";
+    context.strokeStyle = palette.selected;
+    context.lineWidth = 1;
     for (let at = 0; at < seen.length; at++) {
-      const track = seen.tracks[at] as Track;
-      const [x, y] = [seen.x[at] ?? 0, seen.y[at] ?? 0];
-      const wanted = colourOf(track, track.id === view.selected, palette);
-      if (wanted !== colour) {
-        colour = wanted;
-        context.strokeStyle = colour;
-        context.fillStyle = colour;
-      }
-      symbol(context, track, x, y);
-      if (track.id === view.selected) {
-        context.beginPath();
-        context.arc(x, y, 11, 0, TURN);
-        context.stroke();
-      }
+      if (seen.tracks[at]?.id !== view.selected) continue;
+      context.beginPath();
+      context.arc(seen.x[at] ?? 0, seen.y[at] ?? 0, SELECTED_PX, 0, TURN);
+      context.stroke();
     }
   }
 }
@@ -107,32 +148,29 @@ function colourOf(track: Track, selected: boolean, palette: Palette): string {
   return track.state === "confirmed" ? palette.track : track.state === "coasting" ? palette.stale : palette.faint;
 }
 
-/**
- * The form says the source: circle for radars alone, diamond with ADS-B, square with multilateration;
- * the filling the state: confirmed filled, tentative open, coasting crossed. On the ground it is small.
- */
-function symbol(context: CanvasRenderingContext2D, track: Track, x: number, y: number): void {
+function symbol(context: CanvasRenderingContext2D, state: number, source: number, radius: number): void {
   context.beginPath();
-  if (track.state === "coasting") {
-    context.moveTo(x - RADIUS_PX, y - RADIUS_PX);
-    context.lineTo(x + RADIUS_PX, y + RADIUS_PX);
-    context.moveTo(x + RADIUS_PX, y - RADIUS_PX);
-    context.lineTo(x - RADIUS_PX, y + RADIUS_PX);
-    context.stroke();
+  if (source === 2) diamond(context, 1.35 * radius);
+  else if (source === 1) context.rect(-0.9 * radius, -0.9 * radius, 1.8 * radius, 1.8 * radius);
+  else context.arc(0, 0, radius, 0, TURN);
+  if (state === 1) {
+    context.fill();
     return;
   }
-  const radius = track.onGround ? GROUND_PX : RADIUS_PX;
-  if ((track.sources & ADSB) !== 0) diamond(context, x, y, 1.3 * radius);
-  else if ((track.sources & MLAT) !== 0) context.rect(x - 0.9 * radius, y - 0.9 * radius, 1.8 * radius, 1.8 * radius);
-  else context.arc(x, y, radius, 0, TURN);
-  if (track.state === "confirmed") context.fill();
-  else context.stroke();
+  context.stroke();
+  if (state === 0) return;
+  context.beginPath();
+  context.moveTo(-radius - 2, -radius - 2);
+  context.lineTo(radius + 2, radius + 2);
+  context.moveTo(radius + 2, -radius - 2);
+  context.lineTo(-radius - 2, radius + 2);
+  context.stroke();
 }
 
-function diamond(context: CanvasRenderingContext2D, x: number, y: number, radius: number): void {
-  context.moveTo(x, y - radius);
-  context.lineTo(x + radius, y);
-  context.lineTo(x, y + radius);
-  context.lineTo(x - radius, y);
+function diamond(context: CanvasRenderingContext2D, radius: number): void {
+  context.moveTo(0, -radius);
+  context.lineTo(radius, 0);
+  context.lineTo(0, radius);
+  context.lineTo(-radius, 0);
   context.closePath();
 }

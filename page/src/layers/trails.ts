@@ -8,6 +8,7 @@ const DOT_PX = 2;
 const OPACITY = 0.75;
 
 export class TrailsLayer implements PixelLayer {
+  readonly plane = "ground";
   paint(scene: Scene, pixels: Pixels): void {
     const { store, view, ratio } = scene;
     if (!view.shown.trails) return;

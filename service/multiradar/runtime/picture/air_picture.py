@@ -22,7 +22,9 @@ PLOTS_MAX = 8_192
 #: A page that has no plots yet gets those of the last seconds, s of data time.
 PLOTS_FIRST_S = 30.0
 #: Shortest time between two states of the picture, s: all pages read the same one.
-TICK_S = 0.2
+TICK_S = 0.1
+#: Fraction of the time that making states may take; with many tracks and plots they are rarer.
+SHARE_MAX = 0.05
 #: Encoded frames retained until the next tick.
 _FRAMES_MAX = 64
 
@@ -48,8 +50,8 @@ class Asked(NamedTuple):
 class AirPicture:
     """Frames for the page, for any thread.
 
-    The state is read at most every `TICK_S`, and each frame of a tick encoded once for all pages
-    that ask for the same.
+    The state is read at most every `TICK_S`, rarer where that takes more than `SHARE_MAX`, and each
+    frame of a tick encoded once for all pages that ask for the same.
 
     Parameters
     ----------
@@ -71,7 +73,7 @@ class AirPicture:
             else SystemPlane.for_sensors(latitude_rad, longitude_rad)
         )  # fmt: skip
         self._version = -1
-        self._made_s = -np.inf
+        self._due_s = -np.inf
         self._data_time_s: float | None = None
         self._tracks: Columns = {}
         self._frames: dict[Asked, bytes] = {}
@@ -131,14 +133,16 @@ class AirPicture:
         return oldest_s, max(oldest_s, data_time_s)
 
     def _tick(self) -> None:
-        now_s = self._clock.monotonic_s()
-        if now_s - self._made_s < TICK_S or self._version == self._known.version:
+        began_s = self._clock.monotonic_s()
+        if began_s < self._due_s or self._version == self._known.version:
             return
         air = self._known.air_tracks()
         self._plots.update()
-        self._version, self._made_s, self._data_time_s = air.version, now_s, air.data_time_s
+        self._version, self._data_time_s = air.version, air.data_time_s
         self._tracks = track_columns(air, self._plane)
         self._frames.clear()
+        took_s = self._clock.monotonic_s() - began_s
+        self._due_s = began_s + max(TICK_S, took_s / SHARE_MAX)
 
     def _encoded(self, asked: Asked) -> bytes:
         since_s = (self._data_time_s or 0.0) - PLOTS_FIRST_S

@@ -11,6 +11,8 @@ from multiradar.runtime.queries.track_windows import bias_estimates
 
 #: Plots that are retained, whatever the number of readers.
 PLOTS_KEPT = 32_768
+#: Plots placed at once: of more since the last call, the oldest are skipped.
+PLOTS_READ_MAX = 8_192
 _ROW = np.dtype(
     [
         ("time_s", np.float64), ("track_id", np.float64), ("latitude_deg", np.float64),
@@ -42,8 +44,8 @@ class RecentPlots:
         return self._end
 
     def update(self) -> None:
-        """Add the plots since the last call."""
-        rows, following, skipped = self._known.plots_after(self._read, PLOTS_KEPT)
+        """Add the plots since the last call, at most `PLOTS_READ_MAX`."""
+        rows, following, skipped = self._known.plots_after(self._read, PLOTS_READ_MAX)
         if self._read is None or following < self._read or skipped:
             self._begin = following - len(rows)
         self._read = self._end = following

@@ -1,0 +1,1 @@
+"""Numbers of the air picture: frames per second, memory, cost of its readers."""
