@@ -13,6 +13,8 @@ interface Header {
   skipped: number;
   /** Live tracks, of which the frame may have a part. */
   total: number;
+  /** Tracks that have a trajectory set; of live frames. */
+  bundles?: number[];
   sensors: string[];
   states: string[];
   tables: Record<string, Described>;

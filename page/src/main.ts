@@ -3,6 +3,7 @@
 import "ol/ol.css";
 import "./page.css";
 
+import { Encounters } from "./encounters";
 import { Feed } from "./feed";
 import { pressed } from "./keys";
 import { drawPanels } from "./panels/index";
@@ -19,9 +20,14 @@ const view = initialView(location.hash);
 let drawn = 0;
 let queued = false;
 const feed = new Feed(store, view.tick, () => redraw());
-const selection = new Selection(() => store.dataTimeS);
+const selection = new Selection(
+  () => store.dataTimeS,
+  (id) => view.shown.trajectories && store.bundles.includes(id),
+);
 selection.follow(view.selected);
 feed.track = view.selected;
+
+const encounters = new Encounters(() => view.shown.encounters && store.tracks.length > 1);
 
 const actions: Actions = {
   select(id) {
@@ -65,10 +71,10 @@ const actions: Actions = {
 };
 
 const picture = new Picture(
-  document.getElementById("map") as HTMLElement, store, feed, view, selection,
+  document.getElementById("map") as HTMLElement, store, feed, view, selection, encounters,
   (id) => actions.select(id), keep,
 );
-const app: App = { store, feed, view, selection, picture, actions };
+const app: App = { store, feed, view, selection, encounters, picture, actions };
 
 function keep(): void {
   history.replaceState(null, "", addressOf(view));
@@ -92,6 +98,7 @@ function redraw(now = false): void {
 document.addEventListener("keydown", (event) => pressed(event, app));
 
 feed.start();
+encounters.start();
 redraw(true);
 
 // What tests and measurements read.

@@ -19,6 +19,24 @@ export function scaleAt(latitudeDeg: number): number {
   return 1 / Math.cos(latitudeDeg * DEGREE);
 }
 
+export function latitudeOf(y: number): number {
+  return (2 * Math.atan(Math.exp(y / RADIUS_M)) - Math.PI / 2) / DEGREE;
+}
+
+export function longitudeOf(x: number): number {
+  return x / RADIUS_M / DEGREE;
+}
+
+/** The azimuth from a point to another on a sphere, rad, clockwise from north. */
+export function azimuthTo(latitudeDeg: number, longitudeDeg: number, toLatitudeDeg: number, toLongitudeDeg: number): number {
+  const [from, to] = [latitudeDeg * DEGREE, toLatitudeDeg * DEGREE];
+  const east = (toLongitudeDeg - longitudeDeg) * DEGREE;
+  return Math.atan2(
+    Math.sin(east) * Math.cos(to),
+    Math.cos(from) * Math.sin(to) - Math.sin(from) * Math.cos(to) * Math.cos(east),
+  );
+}
+
 /** A point at a distance and an azimuth from another, on a sphere: [longitude, latitude], degrees. */
 export function destination(
   latitudeDeg: number, longitudeDeg: number, azimuthDeg: number, metres: number,

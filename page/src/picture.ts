@@ -18,9 +18,11 @@ import type { Topology } from "topojson-specification";
 import { PALETTES } from "./drawing/palette";
 import { Pixels } from "./drawing/pixels";
 import { Scene, type Layer as Drawn, type Plane } from "./drawing/scene";
+import type { Encounters } from "./encounters";
 import type { Feed } from "./feed";
 import { allLayers } from "./layers/index";
 import { RADIUS_M } from "./mercator";
+import { Scans } from "./scans";
 import type { Selection } from "./selection";
 import type { Store, Track } from "./store";
 import type { ViewState } from "./view";
@@ -37,10 +39,11 @@ const PLANES: readonly Plane[] = ["ground", "sweep", "moving"];
 export class Picture {
   readonly map: OlMap;
   readonly scene: Scene;
-  readonly layers = allLayers();
+  readonly layers;
   private readonly element = document.createElement("div");
   private readonly contexts: Record<Plane, CanvasRenderingContext2D>;
   private readonly byPlane: Record<Plane, Drawn[]>;
+  readonly scans: Scans;
   private readonly pixels: Record<Plane, Pixels> = { ground: new Pixels(), sweep: new Pixels(), moving: new Pixels() };
   private readonly land: VectorLayer;
   private centred: boolean;
@@ -63,9 +66,12 @@ export class Picture {
     private readonly feed: Feed,
     private readonly view: ViewState,
     selection: Selection,
+    private readonly encounters: Encounters,
     select: (id: number | null) => void,
     moved: () => void,
   ) {
+    this.scans = new Scans(store);
+    this.layers = allLayers(encounters, this.scans);
     this.scene = new Scene(view, store, feed, selection);
     this.element.className = "picture";
     const made = PLANES.map((plane) => [plane, this.canvas(plane)] as const);
@@ -225,9 +231,11 @@ export class Picture {
     this.stepMs = now;
     if (scene.width === 0) return;
     scene.timeS = store.timeAt(now);
-    const ground = `${store.frames} ${this.feed.revision} ${scene.selection.revision} ${this.touches} ${scene.corrected}`;
+    const ground = `${store.frames} ${this.feed.revision} ${scene.selection.revision} ${this.touches} ${this.encounters.revision} ${scene.corrected}`;
     const changed = all || ground !== this.ground;
     this.ground = ground;
+    if (changed) this.scans.update(this.feed.sensors);
+    this.turn(changed);
     if (changed) this.drawPlane("ground");
     const moved = store.fastest * scene.a * Math.abs(scene.timeS - this.movingS);
     if (changed || this.forced || !(moved < STEP_PX)) {
@@ -237,6 +245,12 @@ export class Picture {
       if (this.firstMs === 0 && scene.seen.length > 0) this.firstMs = performance.now();
     }
     this.drawnMs += performance.now() - now;
+  }
+
+  /** Draw the beams while one turns, and once after the last stood still. */
+  private turn(changed: boolean): void {
+    const moves = this.layers.sweeps.moves(this.scene);
+    if (changed || moves || this.layers.sweeps.drawn.length > 0) this.drawPlane("sweep");
   }
 
   private drawPlane(plane: Plane): void {

@@ -1,7 +1,7 @@
 /** The plots of the last seconds, in arrays of fixed size: the oldest are overwritten. */
 
 import type { Table } from "./frame";
-import { mercatorX, mercatorY } from "./mercator";
+import { latitudeOf, longitudeOf, mercatorX, mercatorY } from "./mercator";
 
 /** Plots are shown this long, s of data time. */
 export const PLOTS_KEPT_S = 30;
@@ -45,6 +45,15 @@ export class Plots {
   /** The slot of a plot in the arrays. */
   slot(number: number): number {
     return number % PLOTS_MAX;
+  }
+
+  /** The measured position of a slot, degrees. */
+  latitude(slot: number): number {
+    return latitudeOf(this.y[slot] ?? NaN);
+  }
+
+  longitude(slot: number): number {
+    return longitudeOf(this.x[slot] ?? NaN);
   }
 
   clear(): void {

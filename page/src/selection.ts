@@ -7,6 +7,8 @@ const EVERY_MS = 3000;
 const PAST_S = 600;
 const HORIZON_S = 120;
 const STEP_S = 20;
+const BUNDLE_S = 60;
+const BUNDLE_STEP_S = 30;
 
 export interface PastPoint {
   timeS: number;
@@ -22,6 +24,30 @@ export interface ForecastPoint extends PastPoint {
   azimuthDeg: number;
 }
 
+/** The trajectory set: how the track may have flown, and where it may be. */
+export interface Bundle {
+  /** Weight of each hypothesis and its present motion, the heaviest first. */
+  hypotheses: { weight: number; kind: string; sinceS: number }[];
+  /** Path of the heaviest hypothesis over the last 90 s, and the weighted mean of all. */
+  best: PastPoint[];
+  weighted: PastPoint[];
+  /** Possible positions at the times of the forecast. */
+  members: (PastPoint & { weight: number })[];
+}
+
+interface Trajectories {
+  time_s: number;
+  trajectories: { weight: number; segments: { begin_s: number; end_s: number | null; kind: string }[] }[];
+  best: Update[];
+  weighted: Update[];
+}
+
+interface Member {
+  weight: number;
+  latitude_deg: number;
+  longitude_deg: number;
+}
+
 interface Update {
   time_s: number;
   latitude_deg: number;
@@ -34,19 +60,26 @@ interface Forecast {
     region_major_m: number;
     region_minor_m: number;
     region_azimuth_deg: number;
+    members?: Member[] | null;
   })[];
 }
 
 export class Selection {
   past: PastPoint[] = [];
   forecast: ForecastPoint[] = [];
+  /** The trajectory set, where there is one. */
+  bundle: Bundle | null = null;
   probability = 0;
   /** Counts the changes. */
   revision = 0;
   private id: number | null = null;
   private busy = false;
 
-  constructor(private readonly dataTimeS: () => number | null) {
+  constructor(
+    private readonly dataTimeS: () => number | null,
+    /** Whether the service makes trajectory sets, of which a track has one. */
+    private readonly hasBundle: (id: number) => boolean,
+  ) {
     setInterval(() => void this.refresh(), EVERY_MS);
   }
 
@@ -56,6 +89,7 @@ export class Selection {
     this.id = id;
     this.past = [];
     this.forecast = [];
+    this.bundle = null;
     this.revision += 1;
     void this.refresh();
   }
@@ -72,7 +106,9 @@ export class Selection {
       const forecast = await get(`v1/tracks/${id}/forecast?${asked}`)
         .then(async (answer) => (await answer.json()) as Forecast)
         .catch(() => ({ probability: 0, points: [] }) as Forecast);
+      const bundle = this.hasBundle(id) ? await bundleOf(id).catch(() => null) : null;
       if (id !== this.id) return;
+      this.bundle = bundle;
       this.past = past;
       this.probability = forecast.probability;
       this.forecast = forecast.points.map((point) => ({
@@ -90,6 +126,22 @@ export class Selection {
       this.busy = false;
     }
   }
+}
+
+async function bundleOf(id: number): Promise<Bundle> {
+  const made = (await (await get(`v1/tracks/${id}/trajectories`)).json()) as Trajectories;
+  const asked = `horizon_s=${BUNDLE_S}&step_s=${BUNDLE_STEP_S}&by=bundle`;
+  const forecast = (await (await get(`v1/tracks/${id}/forecast?${asked}`)).json()) as Forecast;
+  return {
+    hypotheses: made.trajectories.map(({ weight, segments }) => {
+      const now = segments.find((one) => one.end_s === null || one.end_s > made.time_s);
+      return { weight, kind: now?.kind ?? "straight", sinceS: now?.begin_s ?? made.time_s };
+    }),
+    best: made.best.map(placed),
+    weighted: made.weighted.map(placed),
+    members: forecast.points.slice(1).flatMap((point) =>
+      (point.members ?? []).map((one) => ({ ...placed({ ...one, time_s: point.time_s }), weight: one.weight }))),
+  };
 }
 
 function placed(update: Update): PastPoint {

@@ -16,6 +16,8 @@ export class Store {
   /** Live tracks of the service, of which `tracks` may be those of the area shown. */
   total = 0;
   sensors: string[] = [];
+  /** Tracks that have a trajectory set. */
+  bundles: number[] = [];
   dataTimeS: number | null = null;
   /** Frames received, plots that the service no longer had, and answers that were no frame. */
   frames = 0;
@@ -46,6 +48,7 @@ export class Store {
     this.skipped += frame.header.skipped;
     this.total = frame.header.total;
     this.sensors = frame.header.sensors;
+    this.bundles = frame.header.bundles ?? [];
     this.updateTracks(frame);
     this.plots.update(frame.plots, (time ?? 0) - PLOTS_KEPT_S);
   }

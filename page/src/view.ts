@@ -3,7 +3,7 @@
 import type { Units } from "./units";
 
 export type Switch =
-  | "labels" | "trails" | "vectors" | "uncertainty" | "plots" | "biases" | "sites" | "tentative" | "ground";
+  | "labels" | "trails" | "vectors" | "uncertainty" | "plots" | "biases" | "sites" | "tentative" | "ground" | "encounters" | "sweeps" | "trajectories";
 
 export interface ViewState {
   shown: Record<Switch, boolean>;
@@ -15,6 +15,8 @@ export interface ViewState {
   zoom: number | null;
   /** Time between frames, ms. */
   tick: number;
+  /** Sensors whose plots, rings and sweeps are not shown. */
+  hiddenSensors: Set<string>;
 }
 
 /** Time between frames, ms: normally, and at least. */
@@ -30,6 +32,9 @@ export const SWITCHES: readonly [Switch, string, string, boolean][] = [
   ["vectors", "v", "Speed vectors (60 s)", true],
   ["uncertainty", "u", "Position uncertainty (3 sigma)", true],
   ["sites", "r", "Sites and range rings", true],
+  ["sweeps", "w", "Sweeps of the radars", true],
+  ["encounters", "e", "Encounters (5 NM, 1000 ft, 2 min)", true],
+  ["trajectories", "y", "Trajectory set of the selected track", true],
   ["tentative", "t", "Tentative tracks", true],
   ["ground", "g", "Aircraft on the ground", true],
 ];
@@ -53,6 +58,7 @@ export function initialView(address: string): ViewState {
     filter: given.get("q") ?? "",
     centre: longitude !== null && latitude !== null ? [longitude, latitude] : null,
     zoom: number("zoom"),
+    hiddenSensors: new Set((given.get("hide") ?? "").split(",").filter((one) => one !== "")),
     tick: Math.max(TICK_MIN_MS, number("tick") ?? TICK_MS),
   };
 }
@@ -69,6 +75,7 @@ export function addressOf(view: ViewState): string {
     given.set("lon", view.centre[0].toFixed(4));
     given.set("lat", view.centre[1].toFixed(4));
   }
+  if (view.hiddenSensors.size > 0) given.set("hide", [...view.hiddenSensors].join(","));
   if (view.tick !== TICK_MS) given.set("tick", String(view.tick));
   if (view.zoom !== null) given.set("zoom", view.zoom.toFixed(2));
   return `#${given.toString().replaceAll("%2C", ",")}`;

@@ -6,7 +6,7 @@
 
 Readers ask as the page does, in a process of their own. Rounds alternate; each posts the same
 amount of measurements as fast as the service takes them. `processor of a second` is what readers
-cost while nothing is ingested but the traffic of real time; on a quiet machine it is the fraction
+cost while nothing is ingested but the traffic of real time; on an idle machine it is the fraction
 of the ingest rate that they take, as long as the service computes on one core.
 """
 

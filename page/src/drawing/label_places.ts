@@ -52,8 +52,14 @@ export class LabelPlaces {
   private order = new Int32Array(0);
 
   /** Place at most `budget` of the first `count` within a canvas; those without a place get slot -1. */
-  place(wanted: readonly Wanted[], count: number, budget: number, width: number, height: number): void {
+  place(
+    wanted: readonly Wanted[], count: number, budget: number, width: number, height: number,
+    reserved: readonly number[] = [],
+  ): void {
     this.labels.clear(width, height);
+    for (let at = 0; at + 3 < reserved.length; at += 4) {
+      this.labels.add(reserved[at] ?? 0, reserved[at + 1] ?? 0, reserved[at + 2] ?? 0, reserved[at + 3] ?? 0);
+    }
     this.symbols.clear(width, height);
     for (let at = 0; at < count; at++) {
       const one = wanted[at];

@@ -40,6 +40,8 @@ export class Scene {
   timeS = 0;
   /** 0: plots as measured, 1: without biases; between them while they move. */
   corrected = 1;
+  /** Boxes that labels leave free: left, top, width, height, … */
+  readonly reserved: number[] = [];
   /** Tracks on the canvas, filled by the layer of symbols, with their pixels. */
   readonly seen = new Seen();
 

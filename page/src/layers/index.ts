@@ -1,33 +1,51 @@
 /** The layers of the map, from below; a new one is a line here. */
 
 import type { Layer, PixelLayer } from "../drawing/scene";
+import type { Encounters } from "../encounters";
+import type { Scans } from "../scans";
+import { BundleLayer } from "./bundle";
+import { EncountersLayer } from "./encounters";
 import { LabelsLayer } from "./labels";
 import { PlotsLayer } from "./plots";
 import { ForecastLayer, PastLayer } from "./selected";
 import { Sites, SitesLayer } from "./sites";
+import { SweepsLayer } from "./sweeps";
 import { SeenLayer, SelectedLayer, SymbolsLayer, UncertaintyLayer, VectorsLayer } from "./tracks";
 import { TrailsLayer } from "./trails";
 
 export interface Layers {
   sites: Sites;
   labels: LabelsLayer;
+  encounters: EncountersLayer;
+  sweeps: SweepsLayer;
+  bundle: BundleLayer;
+  forecast: ForecastLayer;
   /** Written into the image under the other layers of their plane. */
   pixels: PixelLayer[];
   layers: Layer[];
 }
 
-export function allLayers(): Layers {
-  const [sites, labels] = [new Sites(), new LabelsLayer()];
+export function allLayers(pairs: Encounters, scans: Scans): Layers {
+  const [sites, labels] = [new Sites(), new LabelsLayer(pairs)];
+  const [encounters, sweeps] = [new EncountersLayer(pairs), new SweepsLayer(sites, scans)];
+  const [bundle, forecast] = [new BundleLayer(), new ForecastLayer()];
   return {
     sites,
     labels,
+    encounters,
+    sweeps,
+    bundle,
+    forecast,
     pixels: [new TrailsLayer(), new PlotsLayer(), new SeenLayer(), new SymbolsLayer()],
     layers: [
       new SitesLayer(sites),
       new PastLayer(),
-      new ForecastLayer(),
+      forecast,
+      bundle,
+      sweeps,
       new UncertaintyLayer(),
       new VectorsLayer(),
+      encounters,
       new SelectedLayer(),
       labels,
     ],

@@ -3,6 +3,7 @@
 import { FONT } from "../drawing/palette";
 import { hasLeader, LabelPlaces, leftOf, MARGIN, topOf, type Wanted } from "../drawing/label_places";
 import type { Layer, Scene } from "../drawing/scene";
+import type { Encounters } from "../encounters";
 import { nameOf, type Track } from "../store";
 import { level, speed, trend, type Units } from "../units";
 
@@ -32,8 +33,9 @@ class Label implements Wanted {
   /** Write the lines again if a value changed. */
   write(units: Units, letter: number): void {
     const { track } = this;
-    const height = track.onGround ? "GND" : level(track.heightM, units);
-    const second = `${height}${trend(track.climbMps)} ${speed(track.speedMps, units).replace(/ .*/, "")}`;
+    const height = track.onGround ? "GND" : level(track.heightM, units).replace(/ .*/, "");
+    const coasting = track.state === "coasting" ? ` ${Math.round(track.ageS)}s ago` : "";
+    const second = `${height}${trend(track.climbMps)} ${speed(track.speedMps, units).replace(/ .*/, "")}${coasting}`;
     const first = nameOf(track);
     const key = `${first} ${second}`;
     if (key === this.key) return;
@@ -50,10 +52,13 @@ export class LabelsLayer implements Layer {
   private readonly wanted: Label[] = [];
   private count = 0;
   private letter = LETTER * FONT_PX;
+  private scale = 0;
   /** When and where the labels were placed. */
   private placedS = -Infinity;
   private placedFrame = -1;
   private place = "";
+
+  constructor(private readonly encounters: Encounters) {}
 
   draw(scene: Scene): void {
     if (!scene.view.shown.labels) return;
@@ -93,6 +98,8 @@ export class LabelsLayer implements Layer {
   private arrange(scene: Scene): void {
     const { seen, view } = scene;
     this.count = seen.length;
+    const zoomed = scene.a !== this.scale;
+    this.scale = scene.a;
     for (let at = 0; at < seen.length; at++) {
       const track = seen.tracks[at] as Track;
       let label = this.labels.get(track.id);
@@ -101,12 +108,14 @@ export class LabelsLayer implements Layer {
         this.labels.set(track.id, label);
       }
       label.write(view.units, this.letter);
+      // With another scale there may be room beside the symbol.
+      if (zoomed && hasLeader(label.slot)) label.slot = -1;
       label.x = seen.x[at] ?? 0;
       label.y = seen.y[at] ?? 0;
-      label.rank = rankOf(track, track.id === view.selected);
+      label.rank = rankOf(track, track.id === view.selected, this.encounters.tracks.has(track.id));
       this.wanted[at] = label;
     }
-    this.places.place(this.wanted, this.count, LABELS_MAX, scene.width, scene.height);
+    this.places.place(this.wanted, this.count, LABELS_MAX, scene.width, scene.height, scene.reserved);
     if (this.labels.size > 2 * this.count + 100) this.forget(scene);
   }
 
@@ -169,7 +178,9 @@ export class LabelsLayer implements Layer {
   }
 }
 
-function rankOf(track: Track, selected: boolean): number {
+/** The selected track, those of encounters, then by state; on the ground last. */
+function rankOf(track: Track, selected: boolean, encounter: boolean): number {
   if (selected) return 0;
+  if (encounter) return 1;
   return track.onGround ? 5 : track.state === "confirmed" ? 2 : track.state === "coasting" ? 3 : 4;
 }

@@ -17,8 +17,10 @@ export class PlotsLayer implements PixelLayer {
     const { store, corrected, ratio, view, timeS } = scene;
     if (!view.shown.plots) return;
     const { plots } = store;
+    const hidden = store.sensors.map((id) => view.hiddenSensors.has(id));
     for (let number = plots.first; number < plots.last; number++) {
       const at = plots.slot(number);
+      if (hidden[plots.sensor[at] ?? 0] === true) continue;
       const measuredX = plots.x[at] ?? NaN;
       const measuredY = plots.y[at] ?? NaN;
       const x = scene.px(measuredX + corrected * ((plots.correctedX[at] ?? NaN) - measuredX));

@@ -36,6 +36,8 @@ export class PastLayer implements Layer {
 /** The predicted positions with their regions. */
 export class ForecastLayer implements Layer {
   readonly plane = "ground";
+  /** The sentence on the canvas, for tests. */
+  text = "";
 
   draw(scene: Scene): void {
     const { context, palette, selection } = scene;
@@ -52,5 +54,21 @@ export class ForecastLayer implements Layer {
       context.stroke();
     }
     context.globalAlpha = 1;
+    const last = selection.forecast[selection.forecast.length - 1];
+    this.text = last === undefined ? "" : heldText(scene.feed.status);
+    if (last === undefined) return;
+    context.font = `11px ${FONT}`;
+    context.fillStyle = palette.selected;
+    const beside = scaleAt(last.latitude) * scene.a * last.majorM;
+    context.fillText(this.text, Math.round(scene.px(last.x) + Math.min(beside, 80)) + 6, Math.round(scene.py(last.y)) + 4);
   }
+}
+
+/** What the regions promise and what they held, as the service counts it. */
+export function heldText(status: Record<string, unknown>): string {
+  const number = (name: string): number => Number(status[name] ?? 0);
+  const [counted, held] = [number("forecasts_counted"), number("forecasts_held")];
+  const promised = `${Math.round(100 * number("forecast_probability"))} %`;
+  if (counted === 0) return `${promised}, not calibrated yet`;
+  return `${promised} held ${((100 * held) / counted).toFixed(1)} % so far`;
 }

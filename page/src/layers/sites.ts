@@ -10,6 +10,8 @@ const RING_NM = 50;
 /** Range of a radar without a configured one, m. */
 export const RANGE_ASSUMED_M = 250_000;
 const STEP_DEG = 5;
+/** Width of a letter of a name. */
+const NAME_PX = 6.7;
 
 /** A radar on the map. */
 export interface Site {
@@ -41,10 +43,12 @@ export class SitesLayer implements Layer {
 
   draw(scene: Scene): void {
     const { context, palette, store, view } = scene;
+    scene.reserved.length = 0;
     if (!view.shown.sites) return;
     context.lineWidth = 1;
     context.font = `11px ${FONT}`;
     for (const site of this.sites.all(scene.feed.sensors)) {
+      if (view.hiddenSensors.has(site.sensor.id)) continue;
       const colour = sensorColour(store.sensors.indexOf(site.sensor.id));
       context.strokeStyle = colour;
       context.fillStyle = colour;
@@ -64,6 +68,7 @@ export class SitesLayer implements Layer {
       context.fill();
       context.fillStyle = palette.label;
       context.fillText(site.sensor.id, x + 9, y + 5);
+      scene.reserved.push(x - 7, y - 7, NAME_PX * site.sensor.id.length + 18, 15);
     }
   }
 }

@@ -2,6 +2,7 @@
 
 import type { TemplateResult } from "lit";
 
+import type { Encounters } from "../encounters";
 import type { Feed } from "../feed";
 import type { Picture } from "../picture";
 import type { Selection } from "../selection";
@@ -26,6 +27,7 @@ export interface App {
   feed: Feed;
   view: ViewState;
   selection: Selection;
+  encounters: Encounters;
   picture: Picture;
   actions: Actions;
 }

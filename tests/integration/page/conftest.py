@@ -52,6 +52,7 @@ class Air:
                 "http": {"acknowledge_deadline_s": WAIT_TIMEOUT_S},
                 "journal": {"path": folder / "journal.sqlite"},
                 "zenoh": {"enabled": False},
+                "trajectories": {"aircraft_max": 2},
             },
         )
         table = sensor_table(parse_sensors(sensors_text(scene)))

@@ -109,6 +109,11 @@ class Status(BaseModel):
     tracks_confirmed: int = Field(description="Tracks so far that were confirmed")
     tracks_confirmed_live: int = Field(description="Live tracks that were confirmed")
     tracks_ended: int = Field(description="Tracks so far that were dropped")
+    forecast_probability: float = Field(description="Probability of the counted forecast regions")
+    forecasts_counted: int = Field(
+        description="Calibrated regions so far whose time has come, and whose track was seen then"
+    )
+    forecasts_held: int = Field(description="Those that contained the track")
 
 
 class Readiness(BaseModel):

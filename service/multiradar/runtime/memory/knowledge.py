@@ -24,7 +24,7 @@ from multiradar.runtime.queries.track_windows import PLOT_DTYPE, POINTS_MAX, plo
 from multiradar.runtime.trajectories.feed import TrajectoryFeed, required_feed
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.tracking.columns import row_type, rows_of, table_of
-from multiradar.tracking.forecast.forecast_calibration import calibration_for
+from multiradar.tracking.forecast.forecast_calibration import COUNTED, calibration_for
 from multiradar.tracking.lifecycle.transitions import ENDED
 from multiradar.tracking.outputs import EngineOutput, TrackStates, TrackTransitions, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
@@ -287,8 +287,9 @@ class Knowledge:
         return records
 
     def counts(self) -> dict[str, Any]:
-        """Return data time, counts of tracks, last update, last epoch and alarms."""
+        """Return data time, counts of tracks, forecasts, last update, last epoch and alarms."""
         with self._lock:
+            held, counted = self.calibration.held
             return {
                 "data_time_s": self._data_time_s,
                 "tracks": len(self._live),
@@ -296,6 +297,9 @@ class Knowledge:
                 "output_sequence": self._updates,
                 "epoch": self._biases.epoch,
                 "sensor_alarms": self._board.alarms(),
+                "forecast_probability": COUNTED,
+                "forecasts_counted": counted,
+                "forecasts_held": held,
             }
 
     def trajectory_feed(self) -> TrajectoryFeed:

@@ -76,6 +76,7 @@ class AirPicture:
         self._due_s = -np.inf
         self._data_time_s: float | None = None
         self._tracks: Columns = {}
+        self._bundles: list[int] = []
         self._frames: dict[Asked, bytes] = {}
         #: Frames encoded, and those answered with one already encoded.
         self.encoded = 0
@@ -95,8 +96,9 @@ class AirPicture:
             A frame (see `frames`): tables `tracks` (see `track_columns`) and `plots` (see
             `RecentPlots.after`), and in the header `data_time_s`, `next`, `sensors` (identifiers,
             by their number in `plots`), `states` (names, by number in `tracks`), `skipped` (plots
-            that are no longer retained), `total` (live tracks, of which `tracks` may be a part) and
-            `span_s` (the first and last time of which `past` has the picture).
+            that are no longer retained), `total` (live tracks, of which `tracks` may be a part),
+            `bundles` (tracks with a trajectory set) and `span_s` (the first and last time of which
+            `past` has the picture).
         """
         with self._lock:
             self._tick()
@@ -140,6 +142,8 @@ class AirPicture:
         self._plots.update()
         self._version, self._data_time_s = air.version, air.data_time_s
         self._tracks = track_columns(air, self._plane)
+        feed = self._known.trajectories
+        self._bundles = [] if feed is None else feed.tracks()
         self._frames.clear()
         took_s = self._clock.monotonic_s() - began_s
         self._due_s = began_s + max(TICK_S, took_s / SHARE_MAX)
@@ -157,6 +161,7 @@ class AirPicture:
             "next": self._plots.next,
             "skipped": skipped,
             "total": total,
+            "bundles": self._bundles,
             "span_s": self._span_s(),
             "sensors": list(self._known.sensors.ids),
             "states": list(STATE_NAMES),

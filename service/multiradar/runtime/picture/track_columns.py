@@ -53,7 +53,7 @@ def track_columns(air: AirTracks, plane: SystemPlane | None) -> Columns:
         "time_s": rows["time_s"].astype(np.float64),
         "latitude_deg": np.degrees(rows["latitude_rad"]),
         "longitude_deg": np.degrees(rows["longitude_rad"]),
-        "heading_deg": np.degrees(rows["heading_rad"]).astype(np.float32),
+        "heading_deg": (np.degrees(rows["heading_rad"]) % 360.0).astype(np.float32),
         "age_s": air.age_s.astype(np.float32),
         "sigma_major_m": major_m.astype(np.float32),
         "sigma_minor_m": minor_m.astype(np.float32),

@@ -146,6 +146,11 @@ class TrajectoryFeed:
             raise TrajectoryError("TOO_FEW_PLOTS", f"no plot of track {track_id} was processed yet")
         return reading
 
+    def tracks(self) -> list[int]:
+        """Return the tracks that have trajectories."""
+        with self._using:
+            return self._pool.tracks
+
     def counts(self) -> dict[str, Any]:
         """Return the number of bundles, and plots by outcome."""
         with self._changed:

@@ -160,6 +160,11 @@ class BundlePool:
             _log.error("evaluation of forecasts of track %d failed", track_id, exc_info=error)
             self._scores.discard(track_id)
 
+    @property
+    def tracks(self) -> list[int]:
+        """The tracks that have trajectories."""
+        return [track for track, kept in self._kept.items() if len(kept.bundle)]
+
     def read(self, track_id: int) -> Reading | None:
         """Return a copy of the bundle of a track; None where there is none yet."""
         kept = self._kept.get(track_id)

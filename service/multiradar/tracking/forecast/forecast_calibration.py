@@ -26,6 +26,8 @@ GAP_MAX_S = 15.0
 #: Number of initial samples that are all used; then every `LATER_EVERY`-th is.
 EAGER_SAMPLES = 75
 LATER_EVERY = 2
+#: Probability of the regions that are counted.
+COUNTED = 0.95
 #: Maximum number of pending forecasts: those of all horizons.
 WAITING_MAX = int(
     SAMPLE_TRACKS_MAX * np.sum(np.ceil((HORIZONS_S + GAP_MAX_S) / SAMPLE_EVERY_S + 1.0))
@@ -77,6 +79,7 @@ class ForecastCalibration:
         self._pending = PendingForecasts.none(motions)
         self._seen: list[_Positions] = []
         self._samples = 0
+        self._held = self._counted = 0
 
     @property
     def waiting(self) -> int:
@@ -87,6 +90,14 @@ class ForecastCalibration:
     def scores(self) -> ForecastScores:
         """Errors of past forecasts."""
         return self._scores
+
+    @property
+    def held(self) -> tuple[int, int]:
+        """Calibrated regions of probability `COUNTED` that contained the later position, and all.
+
+        Each is that of the calibration before the error was known.
+        """
+        return self._held, self._counted
 
     def observe(self, output: EngineOutput) -> None:
         """Learn from an output of the engine, and make forecasts of its samples.
@@ -217,8 +228,15 @@ class ForecastCalibration:
         scores, sizes = standardised(truth[:, None] - made.mean, made.covariance, spread)
         for horizon in np.unique(made.horizon[near]).tolist():
             mine = near & (made.horizon == horizon)
+            self._count(horizon, scores[mine])
             self._scores.record(horizon, scores[mine], sizes[mine])
         self._scores.settle()
+
+    def _count(self, horizon: int, scores: Floats) -> None:
+        plan = self._scores.plan(HORIZONS_S[horizon : horizon + 1], COUNTED)
+        if plan.calibrated[0]:
+            self._held += int(np.count_nonzero(scores[:, plan.motion] <= plan.factor[0]))
+            self._counted += len(scores)
 
 
 def calibration_for(settings: TrackingSettings) -> ForecastCalibration:

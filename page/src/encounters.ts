@@ -1,0 +1,77 @@
+/** Pairs of tracks that are predicted to come into proximity. */
+
+import { get } from "./feed";
+
+const EVERY_MS = 4000;
+/** The next question waits so many times as long as the answer took. */
+const PATIENCE = 20;
+const HORIZON_S = 120;
+/** Within these the pair is an encounter: 5 NM and 1000 ft. */
+const DISTANCE_M = 9260;
+const HEIGHT_M = 305;
+const PROBABILITY_MIN = 0.01;
+const LIMIT = 30;
+
+/** An encounter as the service predicts it. */
+export interface Encounter {
+  first_track_id: number;
+  second_track_id: number;
+  closest_time_s: number;
+  time_to_closest_s: number;
+  distance_m: number;
+  distance_sigma_m: number;
+  vertical_separation_m: number | null;
+  /** Of coming within the distance, and within both thresholds. */
+  probability: number;
+  probability_both: number | null;
+  first_latitude_deg: number;
+  first_longitude_deg: number;
+  second_latitude_deg: number;
+  second_longitude_deg: number;
+}
+
+export class Encounters {
+  found: Encounter[] = [];
+  /** Counts the answers. */
+  revision = 0;
+  /** Tracks of the encounters. */
+  readonly tracks = new Set<number>();
+
+  constructor(private readonly wanted: () => boolean) {}
+
+  start(): void {
+    void this.loop();
+  }
+
+  private async loop(): Promise<void> {
+    const asked = `horizon_s=${HORIZON_S}&distance_m=${DISTANCE_M}&height_m=${HEIGHT_M}`
+      + `&probability_min=${PROBABILITY_MIN}&order=probability&limit=${LIMIT}`;
+    for (;;) {
+      const began = performance.now();
+      let found: Encounter[] = [];
+      if (this.wanted() && !document.hidden) {
+        try {
+          found = ((await (await get(`v1/encounters?${asked}`)).json()) as { encounters: Encounter[] }).encounters;
+        } catch {
+          // The feed announces a service that does not answer.
+        }
+      }
+      this.take(found);
+      const took = performance.now() - began;
+      await new Promise((done) => setTimeout(done, Math.max(EVERY_MS - took, PATIENCE * took)));
+    }
+  }
+
+  private take(found: Encounter[]): void {
+    if (found.length === 0 && this.found.length === 0) return;
+    this.found = found;
+    this.tracks.clear();
+    for (const one of found) this.tracks.add(one.first_track_id).add(one.second_track_id);
+    this.revision += 1;
+  }
+}
+
+/** The probability of coming within both thresholds, or within the distance where a height is unknown. */
+export function probabilityOf(one: Encounter): number {
+  return one.probability_both ?? one.probability;
+}

@@ -1,0 +1,81 @@
+/** Encounters: a line between both tracks, their positions of closest approach, and distance, time and probability. */
+
+import { FONT } from "../drawing/palette";
+import type { Layer, Scene } from "../drawing/scene";
+import { probabilityOf, type Encounters } from "../encounters";
+import { mercatorX, mercatorY } from "../mercator";
+import type { Track } from "../store";
+import { distance } from "../units";
+
+const DASH = [4, 3];
+const LETTER_PX = 6.7;
+
+export class EncountersLayer implements Layer {
+  readonly plane = "moving";
+  /** Encounters on the canvas, for tests. */
+  texts: string[] = [];
+
+  constructor(private readonly encounters: Encounters) {}
+
+  draw(scene: Scene): void {
+    const { context, palette, store, view, timeS } = scene;
+    this.texts.length = 0;
+    if (!view.shown.encounters) return;
+    context.strokeStyle = palette.warning;
+    context.font = `11px ${FONT}`;
+    context.lineWidth = 1;
+    for (const one of this.encounters.found) {
+      const [first, second] = [store.track(one.first_track_id), store.track(one.second_track_id)];
+      const left = one.closest_time_s - timeS;
+      if (first === undefined || second === undefined || left < 0) continue;
+      const [ax, ay] = here(scene, first);
+      const [bx, by] = here(scene, second);
+      if (!scene.isInside(ax, ay, 0) && !scene.isInside(bx, by, 0)) continue;
+      const cx = scene.px(mercatorX(one.first_longitude_deg));
+      const cy = scene.py(mercatorY(one.first_latitude_deg));
+      const dx = scene.px(mercatorX(one.second_longitude_deg));
+      const dy = scene.py(mercatorY(one.second_latitude_deg));
+      // To the positions of closest approach, and between them.
+      context.setLineDash(DASH);
+      context.globalAlpha = 0.75;
+      context.beginPath();
+      context.moveTo(ax, ay);
+      context.lineTo(cx, cy);
+      context.moveTo(bx, by);
+      context.lineTo(dx, dy);
+      context.stroke();
+      context.setLineDash([]);
+      context.globalAlpha = 1;
+      context.beginPath();
+      context.moveTo(cx, cy);
+      context.lineTo(dx, dy);
+      for (const [x, y] of [[cx, cy], [dx, dy]] as const) {
+        context.moveTo(x - 3, y - 3);
+        context.lineTo(x + 3, y + 3);
+        context.moveTo(x + 3, y - 3);
+        context.lineTo(x - 3, y + 3);
+      }
+      context.stroke();
+      const probability = probabilityOf(one);
+      const text = `${distance(one.distance_m, view.units)} in ${Math.round(left)} s, ${percent(probability)}`;
+      const [x, y] = [Math.round((cx + dx) / 2) + 8, Math.round((cy + dy) / 2) + 4];
+      context.fillStyle = palette.background;
+      context.globalAlpha = 0.8;
+      context.fillRect(x - 2, y - 10, LETTER_PX * text.length + 4, 13);
+      context.globalAlpha = 1;
+      context.fillStyle = palette.warning;
+      context.fillText(text, x, y);
+      this.texts.push(text);
+    }
+  }
+}
+
+function percent(probability: number): string {
+  if (probability < 0.01) return "< 1 %";
+  return probability > 0.99 ? "> 99 %" : `${Math.round(100 * probability)} %`;
+}
+
+function here(scene: Scene, track: Track): [number, number] {
+  const ahead = scene.store.ahead(track, scene.timeS);
+  return [scene.px(track.x + track.vx * ahead), scene.py(track.y + track.vy * ahead)];
+}

@@ -1,0 +1,220 @@
+"""What the map draws: symbols, labels, encounters, sweeps, forecasts, trajectory sets."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from integration.page.conftest import Air
+from integration.page.test_browser import PICTURE, STORE, Watch, opened, settled
+from support.processes import clients
+from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
+
+LAYERS = f"{PICTURE}.layers"
+BOXES = f"{LAYERS}.labels.boxes"
+
+
+class Shown:
+    """The page of this module: opened once, the same for all tests."""
+
+    def __init__(self, page: Page, watch: Watch) -> None:
+        self.page, self.watch = page, watch
+
+    def value(self, expression: str) -> Any:
+        return self.page.evaluate(expression)
+
+    def until(self, condition: str) -> None:
+        settled(self.page, condition)
+
+
+@pytest.fixture(scope="module")
+def shown(browser: Browser, air: Air) -> Iterator[Shown]:
+    context = browser.new_context(viewport={"width": 1280, "height": 720})
+    context.set_default_timeout(WAIT_TIMEOUT_S * 1000.0)
+    expect.set_options(timeout=WAIT_TIMEOUT_S * 1000.0)
+    page = context.new_page()
+    yield Shown(page, opened(page, air))
+    context.close()
+
+
+def test_uncertainty_has_the_axes_of_the_covariance(shown: Shown) -> None:
+    tracks = shown.value(
+        f"{STORE}.tracks.map((one) => [one.majorM, one.minorM, one.axisDeg, one.sigmaM])"
+    )
+    assert len(tracks) >= 30
+    for major_m, minor_m, axis_deg, sigma_m in tracks:
+        assert 0.0 < minor_m <= major_m
+        assert 0.0 <= axis_deg <= 180.0
+        assert (major_m**2 + minor_m**2) ** 0.5 == pytest.approx(sigma_m, rel=0.02)
+    # Not circles: a radar measures ranges better than azimuths.
+    assert max(major_m / minor_m for major_m, minor_m, _, _ in tracks) > 1.2
+
+
+def test_identities_are_written_as_the_service_writes_them(shown: Shown, air: Air) -> None:
+    with clients.client(air.url) as client:
+        tracks = client.get("/v1/tracks").json()["tracks"]
+    expected = {
+        one["track_id"]: [one["callsign"], one["mode_3a"], one["mode_s_address"]] for one in tracks
+    }
+    found = shown.value(
+        f"{STORE}.tracks.map((one) => [one.id, [one.callsign, one.code, one.address]])"
+    )
+    assert dict(found) == expected
+
+
+def overlaps(boxes: list[dict[str, float]]) -> int:
+    """Return the number of pairs of labels that cover each other."""
+    return sum(
+        one["left"] < two["right"] and two["left"] < one["right"]
+        and one["top"] < two["bottom"] and two["top"] < one["bottom"]
+        for at, one in enumerate(boxes) for two in boxes[:at]
+    )  # fmt: skip
+
+
+def test_labels_do_not_cover_each_other_and_keep_their_slots(shown: Shown) -> None:
+    shown.until(f"{BOXES}.length > 10")
+    # So far out that the aircraft crowd.
+    shown.value(f"{PICTURE}.map.getView().setZoom({PICTURE}.map.getView().getZoom() - 1.5)")
+    zoom = shown.value(f"{PICTURE}.drawn")
+    shown.until(f"{PICTURE}.drawn > {zoom} && !{PICTURE}.map.getView().getAnimating()")
+    boxes = shown.value(BOXES)
+    assert len(boxes) > 5
+    assert overlaps(boxes) == 0
+    assert any(one["slot"] >= 8 for one in boxes)
+    # Moved a little, no label has to jump; the selected track always has one.
+    shown.value(f"{PICTURE}.map.getView().adjustCenter([500, 500])")
+    drawn = shown.value(f"{PICTURE}.drawn")
+    shown.until(f"{PICTURE}.drawn > {drawn}")
+    moved = {one["id"]: one["slot"] for one in shown.value(BOXES)}
+    kept = [moved.get(one["id"]) == one["slot"] for one in boxes]
+    assert sum(kept) >= 0.9 * len(kept)
+    last = shown.value(
+        f"{PICTURE}.seenOnCanvas.find((one) => !{BOXES}.some((box) => box.id === one.id))?.id"
+        f" ?? {PICTURE}.seenOnCanvas[0].id"
+    )
+    shown.value(f"window.multiradar.actions.select({last})")
+    shown.until(f"{BOXES}.some((box) => box.id === {last})")
+    shown.value("window.multiradar.actions.select(null)")
+    shown.value(f"{PICTURE}.fit()")
+
+
+def test_encounters_are_those_of_the_service_and_have_a_switch(shown: Shown, air: Air) -> None:
+    shown.until("window.multiradar.encounters.revision > 0")
+    with clients.client(air.url) as client:
+        asked: dict[str, str | int | float] = {
+            "horizon_s": 120, "distance_m": 9260, "height_m": 305, "order": "probability",
+            "probability_min": 0.01, "limit": 30,
+        }  # fmt: skip
+        expected = client.get("/v1/encounters", params=asked).json()["encounters"]
+    found = shown.value("window.multiradar.encounters.found")
+    assert [one["probability"] for one in found] == [one["probability"] for one in expected]
+    assert len(expected) > 0
+    shown.until(f"{LAYERS}.encounters.texts.length > 0")
+    text = shown.value(f"{LAYERS}.encounters.texts[0]")
+    assert " in " in text
+    assert text.endswith("%")
+    shown.page.keyboard.press("e")
+    shown.until(f"{LAYERS}.encounters.texts.length === 0")
+    assert "off=encounters" in shown.page.url
+    shown.page.keyboard.press("e")
+    shown.until(f"{LAYERS}.encounters.texts.length > 0")
+
+
+def test_a_sweep_turns_while_its_radar_sends_and_stands_without_data(shown: Shown) -> None:
+    beams = shown.value(
+        f"""() => {{
+          const {{ feed }} = window.multiradar;
+          const {{ scans }} = {PICTURE};
+          const at = {STORE}.dataTimeS;
+          return feed.sensors.filter((one) => one.rotation_period_s).map((one) =>
+            [one.rotation_period_s, scans.azimuth(one, at), scans.azimuth(one, at + 1),
+             scans.azimuth(one, at + 60)]);
+        }}"""
+    )
+    turning = [beam for beam in beams if beam[1] is not None]
+    assert turning
+    for period_s, now, later, silent in turning:
+        assert later - now == pytest.approx(2.0 * 3.141592653589793 / period_s)
+        assert silent is None
+
+
+def test_plots_of_a_sensor_are_switched_off(shown: Shown) -> None:
+    painted = """() => {
+      const canvas = document.querySelector(".picture canvas.ground");
+      const copy = document.createElement("canvas");
+      [copy.width, copy.height] = [canvas.width, canvas.height];
+      const context = copy.getContext("2d", { willReadFrequently: true });
+      context.drawImage(canvas, 0, 0);
+      const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
+      let count = 0;
+      for (let at = 3; at < data.length; at += 4) if (data[at] > 0) count += 1;
+      return count;
+    }"""
+    before = shown.value(painted)
+    box = shown.page.get_by_label("Plots of sensors").get_by_role("checkbox").first
+    box.uncheck()
+    wait_until(lambda: shown.value(painted) < before, "fewer pixels")
+    assert "hide=" in shown.page.url
+    box.check()
+    wait_until(lambda: shown.value(painted) == before, "the same pixels")
+
+
+def test_plots_slide_between_both_positions(shown: Shown) -> None:
+    steps = shown.value(
+        """async () => {
+          const { picture, actions } = window.multiradar;
+          const found = new Set();
+          actions.toggle("biases");
+          while (picture.corrected > 0) {
+            found.add(picture.corrected);
+            await new Promise((done) => requestAnimationFrame(done));
+          }
+          actions.toggle("biases");
+          while (picture.corrected < 1) await new Promise((done) => requestAnimationFrame(done));
+          return [...found];
+        }"""
+    )
+    assert any(0.0 < one < 1.0 for one in steps)
+    assert steps == sorted(steps, reverse=True)
+
+
+def test_the_forecast_says_what_its_regions_held(shown: Shown, air: Air) -> None:
+    with clients.client(air.url) as client:
+        status = client.get("/v1/status").json()
+    assert status["forecast_probability"] == 0.95
+    assert 0 <= status["forecasts_held"] <= status["forecasts_counted"]
+    shown.value(f"window.multiradar.actions.select({STORE}.tracks[0].id)")
+    shown.until(f"{LAYERS}.forecast.text.startsWith('95 %')")
+    text = shown.value(f"{LAYERS}.forecast.text")
+    if status["forecasts_counted"]:
+        part = 100.0 * status["forecasts_held"] / status["forecasts_counted"]
+        assert text == f"95 % held {part:.1f} % so far"
+    else:
+        assert text == "95 %, not calibrated yet"
+    shown.value("window.multiradar.actions.select(null)")
+
+
+def test_the_trajectory_set_of_the_selected_track_has_weights(shown: Shown, air: Air) -> None:
+    tracks = shown.value(f"{STORE}.tracks.map((one) => one.id)")
+    with clients.client(air.url) as client:
+        made = next(
+            (track, answer.json())
+            for track in tracks
+            if (answer := client.get(f"/v1/tracks/{track}/trajectories")).status_code == 200
+        )
+    shown.value(f"window.multiradar.actions.show({made[0]})")
+    shown.until(f"{LAYERS}.bundle.lines.length > 0")
+    first = made[1]["trajectories"][0]
+    line = shown.value(f"{LAYERS}.bundle.lines[0]")
+    assert line.startswith(f"{round(100.0 * first['weight'])} % {first['segments'][-1]['kind']}")
+    assert shown.value("window.multiradar.selection.bundle.members.length") > 0
+    shown.page.keyboard.press("y")
+    shown.until(f"{LAYERS}.bundle.lines.length === 0")
+    shown.page.keyboard.press("y")
+    shown.value("window.multiradar.actions.select(null)")
+
+
+def test_the_map_wrote_nothing_to_the_console(shown: Shown, air: Air) -> None:
+    assert shown.watch.messages == []
+    assert all(one.startswith((air.url, "data:")) for one in shown.watch.addresses)
