@@ -111,6 +111,7 @@ _TRACKING_BOUNDS: dict[str, tuple[float, float]] = {
     "imm_speeding_density": (1e-9, 1e6),
     "imm_straight_s": (0.1, 1e6),
     "imm_manoeuvre_s": (0.1, 1e6),
+    "imm_speeding_share": (0.001, 0.999),
     "imm_surprise_floor": (0.1, 1000.0),
     "imm_surprise_density": (0.0, 1e6),
     "range_resolution_m": (0.0, 10_000.0),

@@ -7,6 +7,7 @@ from multiradar.errors import ConfigurationError
 from multiradar.estimation.filters.imm._mode_scratch_kernels import (
     ACROSS,
     ALONG,
+    ENTERING,
     LATERAL,
     LEAVING,
     MODE_COUNT,
@@ -55,9 +56,12 @@ def mode_table(settings: TrackingSettings) -> NDArray[np.float64]:
     table[turns, LATERAL] = (steepest * parts[:, None] * np.array([1.0, -1.0])).ravel()
     table[turns, ACROSS] = settings.imm_turn_density * GENTLER_NOISE
     table[2 * banks - 1 : 1 + 2 * banks, ACROSS] = settings.imm_turn_density
+    table[turns, ENTERING] = 1.0 / (2 * banks)
     speeding = count % 2 == 0
     if speeding:
         table[-1, ALONG] = settings.imm_speeding_density
+        table[turns, ENTERING] *= 1.0 - settings.imm_speeding_share
+        table[-1, ENTERING] = settings.imm_speeding_share
     # Where a mode with wide noise covers unmodelled motion, the other modes stay narrow.
     table[-1 if speeding else slice(None), UNMODELLED] = 1.0
     return table

@@ -80,6 +80,9 @@ class TrackingSettings:
         in the speed change mode.
     imm_straight_s, imm_manoeuvre_s : float
         Mean duration of straight flight and of a manoeuvre.
+    imm_speeding_share : float
+        Fraction of the manoeuvres that are changes of speed, in models that have the mode; turns
+        share the others equally.
     imm_surprise_floor, imm_surprise_density : float
         As `surprise_floor` and `acceleration_density`, where no mode explains the measurements: the
         density, m²/s³, whose multiple is added. It is added to the speed change mode, or to all
@@ -137,8 +140,9 @@ class TrackingSettings:
     imm_straight_density: float = 0.003
     imm_turn_density: float = 8.0
     imm_speeding_density: float = 120.0
-    imm_straight_s: float = 45.0
+    imm_straight_s: float = 60.0
     imm_manoeuvre_s: float = 3000.0
+    imm_speeding_share: float = 0.2
     imm_surprise_floor: float = 3.0
     imm_surprise_density: float = 256.0
     association: str = BY_NEAREST

@@ -72,7 +72,7 @@ def switching(table: Floats, interval: float) -> Floats:
     """Probabilities (i, j) of being in j after the interval when in i: exp of the rates."""
     count = len(table)
     rates = np.zeros((count, count))
-    rates[0, 1:] = table[0, 3] / (count - 1)
+    rates[0, 1:] = table[0, 3] * table[1:, 5]
     rates[1:, 0] = table[1:, 3]
     return np.asarray(expm(interval * (rates - np.diag(rates.sum(axis=1)))))
 

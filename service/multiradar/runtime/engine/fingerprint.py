@@ -12,7 +12,7 @@ from multiradar_compiled.kernels import compilation_target
 
 #: Version of the processing rules; incremented whenever a change of the program changes the output
 #: of a journal's replay.
-OUTPUT_RULES = 10
+OUTPUT_RULES = 11
 
 
 def configuration_fingerprint(

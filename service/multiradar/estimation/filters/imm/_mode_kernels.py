@@ -1,7 +1,7 @@
 """Compiled modes of motion: transition, mixing and prediction.
 
 Mode 0 is the hub: straight flight. The others, the arms, are manoeuvres. An aircraft leaves the hub
-at the rate λ₀, for each arm with equal probability, and an arm at the rate λ₁, for the hub.
+at the rate λ₀, for arm i with the probability s_i, and any arm at the rate λ₁, for the hub.
 
 All modes of an aircraft are processed at once, one per lane: see `_mode_scratch_kernels`.
 
@@ -27,6 +27,7 @@ from multiradar.estimation.filters.imm._mode_scratch_kernels import (
     ALONG,
     ARMS,
     COURSE,
+    ENTERING,
     HUB,
     LATERAL,
     LEAVING,
@@ -87,21 +88,23 @@ def transition_modes(
 ) -> tuple[Lanes, Lanes]:
     """Return μ and c, and store the mixing weights; transitions are the exponential of the rates.
 
-    All arms contribute alike to any other mode. The weights of a mode are therefore three: of the
-    hub, of the sum over all arms weighted by μ, and of the mode itself.
+    As all arms have one rate λ₁, hub and arms together are a process of two states. An aircraft in
+    an arm it was not in before has passed through the hub, so it is in arm i with the share s_i.
+    All arms therefore contribute alike to any other mode, and the weights of a mode are three: of
+    the hub, of the sum over all arms weighted by μ, and of the mode itself.
     """
-    arms = count - 1
     hub = modes[1, LEAVING] / (modes[0, LEAVING] + modes[1, LEAVING])
     stays = math.exp(-modes[1, LEAVING] * dt)
     decay = math.exp(-modes[0, LEAVING] * dt) * stays
     to_hub = hub * (1.0 - decay)
-    to_arm = (1.0 - hub) * (1.0 - decay) / arms
-    other = max(0.0, 1.0 - to_hub - stays) / arms
+    leaves = (1.0 - hub) * (1.0 - decay)
+    other = max(0.0, 1.0 - to_hub - stays)
     before = load_row(probabilities, k, 0, count)
     is_hub, is_arm = get_row(scratch, HUB), get_row(scratch, ARMS)
+    entered = get_row(scratch, TABLE + ENTERING)
     own = stays * (is_arm * before)
-    of_hub = ((1.0 - arms * to_arm) * is_hub + to_arm * is_arm) * lane_of(before, 0)
-    of_arms = to_hub * is_hub + other * is_arm
+    of_hub = ((1.0 - leaves) * is_hub + leaves * entered) * lane_of(before, 0)
+    of_arms = to_hub * is_hub + other * entered
     predicted = of_hub + of_arms * sum_of(is_arm * before) + own
     scale = 1.0 / predicted
     set_row(scratch, SHARES, of_hub * scale)

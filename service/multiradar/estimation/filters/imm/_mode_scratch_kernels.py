@@ -40,28 +40,30 @@ CourseOf = tuple[Numbers, Numbers, Numbers, Numbers]
 
 # Columns of `Model.modes`: acceleration across the velocity, m/s², right positive; densities of
 # white acceleration along the velocity and across it, m²/s³; rate of leaving the mode, 1/s; whether
-# it gets the additional noise of unmodelled manoeuvres, 1 or 0.
+# it gets the additional noise of unmodelled manoeuvres, 1 or 0; share of the aircraft leaving the
+# hub that enter the mode, 0 for the hub.
 LATERAL = 0
 ALONG = 1
 ACROSS = 2
 LEAVING = 3
 UNMODELLED = 4
-MODE_COUNT = 5
+ENTERING = 5
+MODE_COUNT = 6
 
 # Rows of the scratch array: columns of `Model.modes`; flags (1) of the lanes of the hub (with those
 # beyond the last mode), of the arms, of all modes; mixing weights of `transition_modes`; turn of
 # each mode; H; K; c; μ; then scratch of `evaluate_modes`.
 TABLE = 0
-HUB = 5
-ARMS = 6
-MODES = 7
-SHARES = 8
-COURSE = 11
-SLOPE = 15
-GAIN = 19
-PREDICTED = 27
-POSTERIOR = 28
-SUMS = 29
+HUB = 6
+ARMS = 7
+MODES = 8
+SHARES = 9
+COURSE = 12
+SLOPE = 16
+GAIN = 20
+PREDICTED = 28
+POSTERIOR = 29
+SUMS = 30
 SCRATCH_ROWS = SUMS + 4 * LANES
 
 

@@ -178,7 +178,7 @@ def test_a_coordinated_turn_is_an_exact_circle(form: str, bank_deg: float, inter
     speed, course = 180.0, 0.7
     lateral = GRAVITY_MPS2 * np.tan(np.radians(bank_deg))
     start = np.array([1e4, 2e4, speed * np.sin(course), speed * np.cos(course)])
-    table = np.array([[lateral, 0.0, 0.0, 1.0, 1.0]])
+    table = np.array([[lateral, 0.0, 0.0, 1.0, 1.0, 0.0]])
     room = Room([Mode(start, 1e-12 * np.eye(4), np.zeros((4, COLUMNS)))], table)
     room.move(form, interval, np.zeros(COLUMNS))
     radius, later = speed**2 / lateral, course + lateral / speed * interval
@@ -220,6 +220,15 @@ def test_transitions_over_a_gap_equal_those_over_its_parts() -> None:
     np.testing.assert_allclose(turns[::2], -turns[1::2])
     assert np.degrees(np.arctan(turns.max() / GRAVITY_MPS2)) == pytest.approx(25.0)
     assert (np.diff(turns[::2]) > 0.0).all()
+
+
+@pytest.mark.parametrize(("count", "turns"), [(3, 2), (5, 4), (6, 4), (8, 6)])
+def test_changes_of_speed_are_their_share_of_the_manoeuvres(count: int, turns: int) -> None:
+    settings = TrackingSettings(imm_modes=count, imm_straight_s=50.0, imm_speeding_share=0.3)
+    entered = switching(mode_table(settings), 1e-6)[0, 1:] / 1e-6
+    speeding = 0.3 if count % 2 == 0 else 0.0
+    np.testing.assert_allclose(entered[:turns], (1.0 - speeding) / turns / 50.0, rtol=1e-4)
+    np.testing.assert_allclose(entered[turns:], speeding / 50.0, rtol=1e-4)
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -280,7 +289,8 @@ def test_identical_modes_equal_the_two_stage_filter(
     monkeypatch: pytest.MonkeyPatch, by_epochs: bool
 ) -> None:
     density = 0.7
-    alike = np.tile([0.0, density, density, 0.01, 1.0], (5, 1))
+    alike = np.tile([0.0, density, density, 0.01, 1.0, 0.25], (5, 1))
+    alike[0, 5] = 0.0
     monkeypatch.setattr(model_module, "mode_table", lambda _settings: alike)
     scene = busy_scene(6, drift=1.0)
     one = CompiledFilter(scene, plain_settings("imm", density), by_epochs=by_epochs)

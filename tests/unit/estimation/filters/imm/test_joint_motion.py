@@ -16,6 +16,13 @@ from multiradar.estimation.filters.arrays import (
 from multiradar.estimation.filters.imm import _reported_motion_kernels as motion_kernels
 from multiradar.estimation.filters.imm import _slow_state_kernels as slow_kernels
 from multiradar.estimation.filters.imm._imm_step_kernels import imm_step
+from multiradar.estimation.filters.imm._mode_scratch_kernels import (
+    ACROSS,
+    ALONG,
+    ENTERING,
+    LEAVING,
+    MODE_COUNT,
+)
 from multiradar.estimation.measurement import reported_motion as reported
 from multiradar.estimation.measurement.kinds import KIND_POSITION
 from multiradar.estimation.measurement.reported_motion import AIRSPEED_SIGMA_MPS
@@ -129,9 +136,9 @@ def run(model: Model, aircraft: Aircraft, time_s: float, z: Floats, report: Floa
 
 # Straight flight in three equal modes, and known biases: one Kalman filter. Registers alternate.
 def test_state_and_slow_states_are_those_of_one_joint_kalman_filter() -> None:
-    equal = np.zeros((3, 5))
-    equal[:, 1] = equal[:, 2] = DENSITY
-    equal[:, 3] = 1.0 / 50.0
+    equal = np.zeros((3, MODE_COUNT))
+    equal[:, ALONG] = equal[:, ACROSS] = DENSITY
+    equal[:, LEAVING], equal[1:, ENTERING] = 1.0 / 50.0, 0.5
     noises = np.array([[1.0, 1.0, SIGMA_M**2, 0.0]])
     engine = Engine(table(known=True), TrackingSettings(filter_name="imm"))
     model = engine._model._replace(modes=equal, noises=noises)
