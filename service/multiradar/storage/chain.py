@@ -2,11 +2,14 @@
 
 import hashlib
 import json
+import zlib
 from collections.abc import Sequence
 from typing import NamedTuple, Self
 
 from multiradar.storage.entries import Entry, EntryKind, RejectedRow
 
+#: Rejected rows of more characters are compressed: many lines have one reason.
+_COMPRESSED_FROM = 1024
 #: Start of the chain, hashed with the fingerprint of the configuration.
 _ORIGIN = b"multiradar journal"
 
@@ -19,7 +22,7 @@ class Columns(NamedTuple):
     idempotency_key: str | None
     payload: bytes
     accepted: int
-    rejects: str
+    rejects: str | bytes
     admission: str
 
     @classmethod
@@ -32,13 +35,13 @@ class Columns(NamedTuple):
             entry.idempotency_key,
             entry.payload,
             entry.accepted,
-            json.dumps(rows) if rows else "[]",
+            _packed(json.dumps(rows)) if rows else "[]",
             entry.admission,
         )
 
     def entry(self) -> Entry:
         """Return the entry of these columns."""
-        rows = [] if self.rejects == "[]" else json.loads(self.rejects)
+        rows = [] if self.rejects == "[]" else json.loads(_unpacked(self.rejects))
         return Entry(
             EntryKind(self.kind),
             self.source,
@@ -77,7 +80,10 @@ def entry_digest(previous: bytes, sequence: int, columns: Columns) -> bytes:
             b"-" if key is None else b"+" + key.encode(),
             columns.payload,
             str(columns.accepted).encode(),
-            columns.rejects.encode(),
+            # Marked, so that no flipped bit makes compressed text of plain one.
+            b"+" + columns.rejects
+            if isinstance(columns.rejects, bytes)
+            else columns.rejects.encode(),
             columns.admission.encode(),
         ],
     )
@@ -86,6 +92,18 @@ def entry_digest(previous: bytes, sequence: int, columns: Columns) -> bytes:
 def mark_digest(sequence: int, reason: str) -> bytes:
     """Return the SHA-256 of a mark on an entry."""
     return _digest(_ORIGIN, [str(sequence).encode(), reason.encode()])
+
+
+def _packed(text: str) -> str | bytes:
+    if len(text) < _COMPRESSED_FROM:
+        return text
+    return zlib.compress(text.encode())
+
+
+def _unpacked(rejects: str | bytes) -> str:
+    if isinstance(rejects, str):
+        return rejects
+    return zlib.decompress(rejects).decode()
 
 
 def _digest(previous: bytes, parts: Sequence[bytes]) -> bytes:

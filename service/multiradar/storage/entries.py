@@ -1,7 +1,17 @@
 """Entries of the journal: one for each batch or mark, with its rejected rows."""
 
-from dataclasses import dataclass
+import hashlib
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from enum import StrEnum
+
+#: Octets of the content of a rejected row, and characters of its reason, that are kept.
+RAW_BYTES_MAX = 4096
+REASON_CHARACTERS_MAX = 1000
+#: Octets of the contents of all rejected rows of a message that are kept.
+RAWS_BYTES_MAX = 1 << 20
+#: The note that replaces the rest of a content is shorter than this.
+_NOTE_BYTES_MAX = 128
 
 
 class EntryKind(StrEnum):
@@ -27,13 +37,20 @@ class RejectedRow:
     reason : str
         Reason in words.
     raw : str
-        Content as JSON or as the received text; empty when it was not retained.
+        Content as JSON or as the received text; empty when it was not retained. Of a longer one
+        the first `RAW_BYTES_MAX` octets, with the length and the SHA-256 of the whole.
     """
 
     index: int
     code: str
     reason: str
     raw: str = ""
+
+    def __post_init__(self) -> None:
+        # One line of a hostile sender must cost no more than others, at each restart.
+        object.__setattr__(self, "raw", _shortened(self.raw))
+        if len(self.reason) > REASON_CHARACTERS_MAX:
+            object.__setattr__(self, "reason", self.reason[: REASON_CHARACTERS_MAX - 1] + "…")
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,3 +143,27 @@ class JournalCounts:
     accepted: int
     rejected: int
     admission: str
+
+
+def bounded(rows: Iterable[RejectedRow]) -> tuple[RejectedRow, ...]:
+    """Return the rejected rows of a message, with at most `RAWS_BYTES_MAX` octets of content.
+
+    Of the rows beyond it the length and the SHA-256 are kept.
+    """
+    left = RAWS_BYTES_MAX
+    found = []
+    for row in rows:
+        # No character has more than four octets.
+        left -= 4 * len(row.raw)
+        found.append(row if left >= 0 else replace(row, raw=_shortened(row.raw, 0)))
+    return tuple(found)
+
+
+def _shortened(raw: str, bytes_max: int = RAW_BYTES_MAX) -> str:
+    if 4 * len(raw) <= bytes_max + _NOTE_BYTES_MAX:
+        return raw
+    octets = raw.encode("utf-8", "surrogatepass")
+    if len(octets) <= bytes_max + _NOTE_BYTES_MAX:
+        return raw
+    kept = octets[:bytes_max].decode("utf-8", "ignore")
+    return f"{kept}… [{len(octets)} octets, sha256 {hashlib.sha256(octets).hexdigest()}]"

@@ -22,7 +22,7 @@ from multiradar.runtime.admission.reject_file import TimeRejects
 from multiradar.runtime.live.backlog import Journalled
 from multiradar.runtime.live.intake import Submission
 from multiradar.runtime.live.payload import complete, decode_rows, encode_rows
-from multiradar.storage.entries import Entry, EntryKind, RejectedRow, StoredEntry
+from multiradar.storage.entries import Entry, EntryKind, RejectedRow, StoredEntry, bounded
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.directions import (
@@ -254,7 +254,7 @@ def _entry(
         idempotency_key=submission.idempotency_key,
         payload=encode_rows(kept),
         accepted=len(kept),
-        rejects=tuple(every),
+        rejects=bounded(every),
         admission=admission.state(),
     )
 

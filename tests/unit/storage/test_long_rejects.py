@@ -1,0 +1,87 @@
+"""Rejected rows cost little, whatever a sender sends, and are read back as they were."""
+
+import hashlib
+import json
+import sqlite3
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from multiradar.errors import JournalError
+from multiradar.storage.entries import (
+    RAW_BYTES_MAX,
+    RAWS_BYTES_MAX,
+    REASON_CHARACTERS_MAX,
+    RejectedRow,
+    bounded,
+)  # fmt: skip
+from multiradar.storage.sqlite_journal import SqliteJournal
+from support.inputs.journal_entries import entry as journal_entry
+
+
+@pytest.mark.parametrize("letter", ["x", "é", "\N{AIRPLANE}", "\x01", "\ud800"])
+def test_of_a_long_content_the_beginning_and_the_hash_are_kept(letter: str) -> None:
+    raw = letter * 1_000_000
+    row = RejectedRow(0, "MALFORMED_JSON", "why" * 1000, raw)
+    octets = raw.encode("utf-8", "surrogatepass")
+    note = f"… [{len(octets)} octets, sha256 {hashlib.sha256(octets).hexdigest()}]"
+    assert row.raw.endswith(note)
+    kept = row.raw.removesuffix(note)
+    assert raw.startswith(kept)
+    assert len(kept.encode()) <= RAW_BYTES_MAX
+    assert len(row.reason) == REASON_CHARACTERS_MAX
+    assert RejectedRow(0, row.code, row.reason, row.raw) == row
+
+
+@pytest.mark.parametrize("length", [0, 1, RAW_BYTES_MAX])
+def test_a_content_of_the_limit_is_kept_whole(length: int) -> None:
+    assert RejectedRow(0, "MALFORMED_JSON", "", "x" * length).raw == "x" * length
+
+
+def test_of_many_contents_the_first_are_kept() -> None:
+    rows = [RejectedRow(index, "MALFORMED_JSON", "", f"{index:04}" * 500) for index in range(2000)]
+    kept = bounded(rows)
+    assert [row.index for row in kept] == list(range(2000))
+    whole = [row for row, before in zip(kept, rows, strict=True) if row == before]
+    assert whole == rows[: RAWS_BYTES_MAX // 8000]
+    assert kept[-1].raw.startswith("… [2000 octets, sha256 ")
+    assert len("".join(row.raw for row in kept)) < 2 * RAWS_BYTES_MAX
+
+
+def test_many_rejects_of_one_reason_are_small_on_disk_and_read_back(tmp_path: Path) -> None:
+    rows = tuple(
+        RejectedRow(index, "MALFORMED_JSON", "expected a JSON object in each line", "x")
+        for index in range(50_000)
+    )
+    entry = replace(journal_entry(1), rejects=rows)
+    path = tmp_path / "journal.sqlite"
+    journal = SqliteJournal(path, "f")
+    journal.append([entry])
+    # The message had 100 000 octets.
+    assert path.stat().st_size + Path(f"{path}-wal").stat().st_size < 400_000
+    assert [stored.entry for stored in journal.read(0)] == [entry]
+    assert [one.row for one in journal.quarantined(40_000, 3)] == list(rows[40_000:40_003])
+    journal.close()
+
+
+def test_a_changed_type_of_the_column_is_damage(tmp_path: Path) -> None:
+    rows = tuple(RejectedRow(index, "MALFORMED_JSON", "why", "x") for index in range(1000))
+    path = tmp_path / "journal.sqlite"
+    journal = SqliteJournal(path, "f")
+    journal.append([replace(journal_entry(1), rejects=rows[:1])])
+    journal.append([replace(journal_entry(2), rejects=rows)])
+    journal.close()
+    short = json.dumps([[row.index, row.code, row.reason, row.raw] for row in rows[:1]])
+    for sequence, value in ((1, short.encode()), (2, "text")):
+        with sqlite3.connect(path) as changed:
+            (kept,) = changed.execute(
+                "SELECT rejects FROM entry WHERE sequence = ?", (sequence,)
+            ).fetchone()
+            changed.execute("UPDATE entry SET rejects = ? WHERE sequence = ?", (value, sequence))
+        damaged = SqliteJournal(path, "f")
+        with pytest.raises(JournalError, match=f"entry {sequence} of the journal is damaged"):
+            list(damaged.read(0))
+        damaged.close()
+        with sqlite3.connect(path) as changed:
+            changed.execute("UPDATE entry SET rejects = ? WHERE sequence = ?", (kept, sequence))
