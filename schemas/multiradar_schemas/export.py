@@ -19,6 +19,7 @@ from multiradar_schemas.inspection import Inspection
 from multiradar_schemas.measurements.columns import MEASUREMENT_REQUIRED, MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.measurement import MEASUREMENT, MEASUREMENTS
 from multiradar_schemas.measurements.reject import Reject
+from multiradar_schemas.products.aircraft_delay import AIRCRAFT_DELAY_SCHEMA, AircraftDelay
 from multiradar_schemas.products.bias import BIAS_SCHEMA, BiasEstimate
 from multiradar_schemas.products.encounter import ENCOUNTER_SCHEMA, Encounter, Encounters
 from multiradar_schemas.products.forecast import FORECAST_SCHEMA, Forecast, ForecastRow
@@ -69,6 +70,7 @@ _TABLES: dict[str, tuple[pl.Schema, tuple[str, ...]]] = {
             ("encounters", ENCOUNTER_SCHEMA, Encounter),
             ("forecasts", FORECAST_SCHEMA, ForecastRow),
             ("biases", BIAS_SCHEMA, BiasEstimate),
+            ("aircraft_delays", AIRCRAFT_DELAY_SCHEMA, AircraftDelay),
             ("health", HEALTH_SCHEMA, RadarHealth),
         )
     },

@@ -34,6 +34,7 @@ from multiradar_schemas.inspection import (
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.measurement import KIND_NEEDS, RadarMeasurement
 from multiradar_schemas.measurements.reject import CODE_MEANINGS, Reject
+from multiradar_schemas.products.aircraft_delay import AIRCRAFT_DELAY_SCHEMA, AircraftDelay
 from multiradar_schemas.products.bias import BIAS_SCHEMA, BiasEstimate
 from multiradar_schemas.products.encounter import ENCOUNTER_SCHEMA, Encounter, Encounters
 from multiradar_schemas.products.forecast import (
@@ -153,8 +154,7 @@ def _lines() -> Iterator[str]:
     yield "Each table holds:\n"
     yield from _table(RangeOffset)
     yield from _track_lines()
-    yield "\n## Biases: `biases.parquet`, a row for each sensor, parameter and epoch\n"
-    yield from _table(BiasEstimate, tuple(BIAS_SCHEMA), dict(BIAS_SCHEMA))
+    yield from _bias_lines()
     yield _HEALTH
     yield from _table(RadarHealth, tuple(HEALTH_SCHEMA), dict(HEALTH_SCHEMA))
     yield from _forecast_lines()
@@ -174,6 +174,14 @@ def _lines() -> Iterator[str]:
         yield from _table(model)
     yield from _inspection_lines()
     yield from _alignment_lines()
+
+
+def _bias_lines() -> Iterator[str]:
+    yield "\n## Biases: `biases.parquet`, a row for each sensor, parameter and epoch\n"
+    yield from _table(BiasEstimate, tuple(BIAS_SCHEMA), dict(BIAS_SCHEMA))
+    yield "\n## Delays of transponders: `aircraft_delays.parquet`\n"
+    yield "A row for each confirmed track, where a radar has `transponder_delay_sigma_m`.\n"
+    yield from _table(AircraftDelay, tuple(AIRCRAFT_DELAY_SCHEMA), dict(AIRCRAFT_DELAY_SCHEMA))
 
 
 def _alignment_lines() -> Iterator[str]:

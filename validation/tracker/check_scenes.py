@@ -69,7 +69,7 @@ def main() -> None:
                 print(f"| {' | '.join(row(name, filter_name, density, found))} |", flush=True)
             for filter_name in options.filters:
                 if filter_name not in able:
-                    print(f"{name}: {filter_name} estimates no time offset", file=sys.stderr)
+                    print(f"{name}: {filter_name} does not estimate its biases", file=sys.stderr)
 
 
 def arguments() -> argparse.Namespace:
@@ -110,7 +110,13 @@ def filters_for(folder: Path, names: list[str]) -> list[str]:
     timed = any(
         one.get("bias", {}).get("time_offset_s", {}).get("estimate", False) for one in sensors
     )
-    return [name for name in names if not timed or FILTERS[name].estimates_time_offsets]
+    delayed = any("transponder_delay_sigma_m" in one for one in sensors)
+    return [
+        name
+        for name in names
+        if (not timed or FILTERS[name].estimates_time_offsets)
+        and (not delayed or FILTERS[name].estimates_delays)
+    ]
 
 
 def tracked(folder: Path, filter_name: str, density: float | None) -> Figures:

@@ -149,6 +149,16 @@ class Sensor(Table):
             "ranges are straight",
         ),
     ] = None
+    transponder_delay_sigma_m: Annotated[
+        float | None,
+        within(bounds.TRANSPONDER_DELAY_SIGMA_M),
+        of_file(
+            "Ranges include the delay of each aircraft's transponder, which is estimated: its "
+            "prior sigma as a range, one way, the same for all such radars",
+            "m",
+            "not estimated, or a primary radar",
+        ),
+    ] = None
     also: Annotated[
         tuple[Annotated[str, StringConstraints(pattern=SENSOR_ID_PATTERN)], ...],
         BeforeValidator(lambda names: tuple(names) if isinstance(names, list) else names),
@@ -236,6 +246,14 @@ class Sensor(Table):
     def _refraction_fits_the_kind(self) -> Self:
         if self.earth_radius_factor is not None and self.kind != "radar":
             raise wrong(f"expected no earth_radius_factor for the {self.kind} {self.id}, has one")
+        return self
+
+    @model_validator(mode="after")
+    def _delay_fits_the_kind(self) -> Self:
+        if self.transponder_delay_sigma_m is not None and self.kind != "radar":
+            raise wrong(
+                f"expected no transponder_delay_sigma_m for the {self.kind} {self.id}, has one"
+            )
         return self
 
     @model_validator(mode="after")
@@ -333,6 +351,21 @@ class SensorsFile(Table):
             for name in sorted(names & seen):
                 raise wrong(f"two sensors are named {name}: remove one, or give it another id")
             seen |= names
+        return self
+
+    @model_validator(mode="after")
+    def _delays_agree(self) -> Self:
+        given = {
+            one.transponder_delay_sigma_m: one.id
+            for one in self.sensor
+            if one.transponder_delay_sigma_m is not None
+        }
+        if len(given) > 1:
+            named = ", ".join(f"{sigma:g} for {name}" for sigma, name in given.items())
+            raise wrong(
+                "expected one transponder_delay_sigma_m for all radars that have it, as the delay "
+                f"is that of the aircraft, was {named}"
+            )
         return self
 
 

@@ -24,6 +24,7 @@ _DURATION_MIN_S, _DURATION_MAX_S = 0.1, 604_800.0
 _MEASUREMENTS_FILE = "measurements.parquet"
 _TRUTH_FILE = "truth.parquet"
 _TRUE_BIASES_FILE = "truth_biases.parquet"
+_TRUE_DELAYS_FILE = "truth_delays.parquet"
 _SENSORS_FILE = "sensors.toml"
 _SCENE_FILE = "scene.toml"
 
@@ -139,7 +140,12 @@ def _table(named: str) -> "ScenarioTable":
 def _write(
     folder: Path, named: str, table: "ScenarioTable", scene: "Scenario", seen: "Observation"
 ) -> "Report":
-    from multiradar.simulation.output import measurements_frame, true_biases_frame, truth_frame
+    from multiradar.simulation.output import (
+        measurements_frame,
+        true_biases_frame,
+        true_delays_frame,
+        truth_frame,
+    )
     from multiradar.simulation.scenario.file import table_text
     from multiradar.simulation.scenario.sensors_text import sensors_text
 
@@ -148,6 +154,9 @@ def _write(
         _TRUTH_FILE: truth_frame(scene, seen),
         _TRUE_BIASES_FILE: true_biases_frame(scene, seen),
     }
+    delays = true_delays_frame(seen)
+    if len(delays):
+        frames[_TRUE_DELAYS_FILE] = delays
     for name, frame in frames.items():
         frame.write_parquet(folder / name, compression="zstd")
     (folder / _SENSORS_FILE).write_text(sensors_text(scene), encoding="utf-8")

@@ -45,6 +45,15 @@ TRUE_BIAS_SCHEMA = pl.Schema(
     }
 )
 
+#: `truth_delays.parquet`: one row for each aircraft.
+TRUE_DELAY_SCHEMA = pl.Schema(
+    {
+        "track_number": pl.Int64(),
+        "mode_s_address": pl.String(),
+        "delay_m": pl.Float64(),
+    }
+)
+
 _TURN_DEG = 360.0
 
 
@@ -138,6 +147,22 @@ def truth_frame(scenario: Scenario, observation: Observation) -> pl.DataFrame:
         }
     )
     return _without_nan(frame, TRUTH_SCHEMA)
+
+
+def true_delays_frame(observation: Observation) -> pl.DataFrame:
+    """Return `truth_delays.parquet`: `TRUE_DELAY_SCHEMA`, without rows if all delays are 0."""
+    real = [one for one in observation.aircraft if one.exists and one.transponder]
+    if all(one.transponder_delay_m == 0.0 for one in real):
+        real = []
+    addresses = [one.mode_s_address for one in real]
+    return pl.DataFrame(
+        {
+            "track_number": [one.track_number for one in real],
+            "mode_s_address": [None if one is None else f"{one:06x}" for one in addresses],
+            "delay_m": [one.transponder_delay_m for one in real],
+        },
+        schema=TRUE_DELAY_SCHEMA,
+    )
 
 
 def true_biases_frame(scenario: Scenario, observation: Observation) -> pl.DataFrame:

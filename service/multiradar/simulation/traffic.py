@@ -54,7 +54,7 @@ def _draw(traffic: Traffic, number: int, duration_s: float, rng: np.random.Gener
     heading, start = _within(traffic.heading_rad, rng), _within(traffic.start_s, rng)
     life = _within(traffic.life_s, rng)
     received, equipped = rng.uniform(size=2)
-    own = rng.spawn(1)[0]
+    own, delay_rng = rng.spawn(2)
     end = min(start + life, duration_s)
     return Aircraft(
         track_number=number,
@@ -73,6 +73,7 @@ def _draw(traffic: Traffic, number: int, duration_s: float, rng: np.random.Gener
         height_step_m=traffic.height_step_m,
         reports_height=bool(received < traffic.heard_height_share),
         reports_position=bool(equipped < traffic.equipped_share),
+        transponder_delay_m=traffic.transponder_delay_sigma_m * float(delay_rng.normal()),
     )
 
 

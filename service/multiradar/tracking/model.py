@@ -4,15 +4,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.bias.estimator import column_starts
-from multiradar.estimation.bias.store import BiasState
+from multiradar.estimation.bias.store import BiasState, widened
 from multiradar.estimation.filters import _kernels as kernels
-from multiradar.estimation.filters.arrays import Model
+from multiradar.estimation.filters.arrays import NO_DELAYS, Model
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.estimation.measurement.sites import numbers_of_sites
 from multiradar.geodesy._kernels import site_parameters
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.tracking.modes import mode_table
 from multiradar.tracking.settings import NOMINAL_INTERVAL_S, VELOCITY_FRAME, TrackingSettings
+
+# Kind of the column of the delay, among those of the bias parameters.
+NO_PARAMETER = -1
 
 
 def filter_model(
@@ -54,20 +57,40 @@ def filter_model(
             np.nan_to_num(sensors.height_m),
         ]
     )
+    # The column of the delay of each aircraft is no parameter of a sensor.
+    own = np.full(int(sensors.delayed.any()), NO_PARAMETER)
     fixed = Model(
         plane=parameters,
         sites=np.array(sites),
         noises=np.ascontiguousarray(noises),
         site_numbers=numbers_of_sites(sensors),
         starts=column_starts(sensors),
-        parameters=sensors.parameter_kind.astype(np.int64),
+        parameters=np.append(sensors.parameter_kind.astype(np.int64), own),
         bias=np.empty(0),
         bias_covariance=np.empty((0, 0)),
         factor=np.empty((0, 0)),
         options=_options(settings),
         modes=mode_table(settings),
+        delayed=sensors.delayed.astype(np.int64) if sensors.delayed.any() else NO_DELAYS,
     )
+    fixed.options[kernels.DELAY_VARIANCE] = sensors.delay_sigma_m**2
     return with_biases(fixed, biases)
+
+
+def bias_columns(sensors: SensorTable) -> int:
+    """Return the number of columns of the biases in a model.
+
+    Parameters
+    ----------
+    sensors : SensorTable
+        The sensors.
+
+    Returns
+    -------
+    int
+        That of the bias parameters, and one for the delay of each aircraft where it is estimated.
+    """
+    return len(sensors.parameter_kind) + int(sensors.delayed.any())
 
 
 def with_biases(model: Model, biases: BiasState) -> Model:
@@ -86,10 +109,12 @@ def with_biases(model: Model, biases: BiasState) -> Model:
         The model of the next epoch.
     """
     scaled = biases.covariance / np.outer(biases.scale, biases.scale)
+    factor = np.ascontiguousarray((np.linalg.cholesky(scaled) * biases.scale[:, None]).T)
+    columns = len(biases.estimate) + int(len(model.delayed) > 0)
     return model._replace(
-        bias=biases.estimate.copy(),
-        bias_covariance=biases.covariance.copy(),
-        factor=np.ascontiguousarray((np.linalg.cholesky(scaled) * biases.scale[:, None]).T),
+        bias=np.append(biases.estimate, np.zeros(columns - len(biases.estimate))),
+        bias_covariance=widened(biases.covariance, columns, 1.0),
+        factor=widened(factor, columns, 1.0),
     )
 
 

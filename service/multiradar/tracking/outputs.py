@@ -182,6 +182,42 @@ class BiasRecords:
 
 
 @dataclass(frozen=True, slots=True)
+class DelayRecords:
+    """One row for each confirmed track, with the delay of its transponder.
+
+    It is written when the track is terminated, and at the end of a stream.
+
+    Attributes
+    ----------
+    time_s : (n,) float64
+        Data time of the last update.
+    track_id : (n,) int64
+        The track.
+    track_number, mode_s_address : (n,) int64
+        Identity, −1 when unknown.
+    delay_m, sigma_m : (n,) float64
+        Range error by the delay, one way, at the published biases, and its standard deviation.
+    """
+
+    time_s: NDArray[np.float64]
+    track_id: NDArray[np.int64]
+    track_number: NDArray[np.int64]
+    mode_s_address: NDArray[np.int64]
+    delay_m: NDArray[np.float64]
+    sigma_m: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.track_id)
+
+    @classmethod
+    def concatenate(cls, parts: "Sequence[DelayRecords]") -> "DelayRecords":
+        """Return the rows of all parts, one after the other."""
+        if len(parts) == 1:
+            return parts[0]
+        return cls(**joined_columns(cls, parts))
+
+
+@dataclass(frozen=True, slots=True)
 class EndedTracks:
     """One row for each terminated track, with the data time of its termination.
 
@@ -371,6 +407,8 @@ class EngineOutput:
     outcomes : (sensors, outcomes) int64
         Disposition of measurements in the filter, by sensor and `filters.bank.Outcome`; empty
         without any.
+    delays : DelayRecords
+        Delays of transponders of terminated tracks, where they are estimated.
     """
 
     updates: TrackUpdates
@@ -387,3 +425,4 @@ class EngineOutput:
     pictures: tuple[Picture, ...] = ()
     samples: tuple[StateSample, ...] = ()
     outcomes: NDArray[np.int64] = field(default_factory=lambda: np.empty((0, 0), np.int64))
+    delays: DelayRecords = field(default_factory=lambda: DelayRecords.concatenate([]))

@@ -66,23 +66,25 @@ class AircraftPool:
     definition : FilterDefinition
         Defines the state arrays and the maximum number of aircraft.
     bias_columns : int
-        Number of bias parameters.
+        Number of bias parameters, with that of the delay.
     sensors : int
         Number of sensors.
     modes : int
         Number of motion modes.
     compared : int
         Number of sensors compared with ADS-B reports, 0 for none.
+    delays : bool
+        Whether delays of transponders are estimated.
     """
 
     def __init__(
         self, definition: FilterDefinition, bias_columns: int, sensors: int, modes: int = 1,
-        compared: int = 0,
+        compared: int = 0, *, delays: bool = False,
     ) -> None:  # fmt: skip
-        self._definition, self._sizes = definition, (bias_columns, sensors, modes)
+        self._definition, self._sizes = definition, (bias_columns, sensors, modes, delays)
         self._capacity_max = definition.aircraft_max or CAPACITY_MAX
         self.roster = Roster.empty(CAPACITY_FIRST)
-        self.aircraft = definition.aircraft(CAPACITY_FIRST, bias_columns, sensors, modes)
+        self.aircraft = definition.aircraft(CAPACITY_FIRST, *self._sizes)
         self.life = Lifecycle.empty(CAPACITY_FIRST, sensors)
         self._compared = compared
         self.integrity = ReportIntegrity.empty(CAPACITY_FIRST, compared)
@@ -126,7 +128,10 @@ class AircraftPool:
         aircraft = self.aircraft
         aircraft.mean[slot] = start.mean
         aircraft.covariance[slot] = start.covariance[np.triu_indices(4)]
-        aircraft.sensitivity[slot] = start.sensitivity
+        aircraft.sensitivity[slot] = 0.0
+        aircraft.sensitivity[slot, :, : start.sensitivity.shape[1]] = start.sensitivity
+        # It has its prior again.
+        aircraft.delay[slot] = 0.0
         aircraft.time[slot] = start.time_s
         aircraft.fading_nis[slot] = 1.0
         aircraft.measured_from[slot] = start.measured_from

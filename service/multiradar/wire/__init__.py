@@ -5,6 +5,7 @@ from multiradar.wire.sensors import sensor_table
 from multiradar.wire.tables import (
     alarm_names,
     biases_frame,
+    delays_frame,
     health_frame,
     tracks_frame,
     transitions_frame,
@@ -14,6 +15,7 @@ __all__ = [
     "Rejected",
     "alarm_names",
     "biases_frame",
+    "delays_frame",
     "health_frame",
     "measurement_batch",
     "measurement_rows",

@@ -71,6 +71,7 @@ def sensor_table(sensors: SensorsFile) -> SensorTable:
         moving=np.array([one.moving for one in ordered], np.bool_),
         elevation_sigma_rad=np.radians(_numbers([one.elevation_sigma_deg for one in ordered])),
         earth_radius_factor=_numbers([one.earth_radius_factor for one in ordered]),
+        transponder_delay_sigma_m=_numbers([one.transponder_delay_sigma_m for one in ordered]),
     )
 
 

@@ -12,12 +12,14 @@ from multiradar.tracking.lifecycle.transitions import REASON_NAMES, TRANSITION_N
 from multiradar.tracking.outputs import (
     STATE_NAMES,
     BiasRecords,
+    DelayRecords,
     TrackTransitions,
     TrackUpdates,
 )
 from multiradar.wire.identity_texts import addresses, codes, present
 from multiradar.wire.sensors import parameter_unit
 from multiradar_schemas.measurements.callsigns import callsign_texts
+from multiradar_schemas.products.aircraft_delay import AIRCRAFT_DELAY_SCHEMA
 from multiradar_schemas.products.bias import BIAS_SCHEMA
 from multiradar_schemas.products.health import HEALTH_SCHEMA
 from multiradar_schemas.products.track import TRACK_SCHEMA
@@ -107,6 +109,30 @@ def biases_frame(records: BiasRecords, table: SensorTable) -> pl.DataFrame:
         estimate=records.estimate / unit,
         sigma=records.sigma / unit,
         prior_ratio=records.sigma / _prior_sigma(table)[records.sensor, records.parameter],
+    )
+
+
+def delays_frame(records: DelayRecords, table: SensorTable) -> pl.DataFrame:
+    """Translate delays of transponders to rows of `aircraft_delays.parquet`.
+
+    Parameters
+    ----------
+    records : DelayRecords
+        The delays.
+    table : SensorTable
+        The sensors.
+
+    Returns
+    -------
+    DataFrame
+        `AIRCRAFT_DELAY_SCHEMA`; missing values are null.
+    """
+    return _frame(
+        AIRCRAFT_DELAY_SCHEMA,
+        records,
+        track_number=present(records.track_number),
+        mode_s_address=addresses(records.mode_s_address),
+        prior_ratio=records.sigma_m / table.delay_sigma_m,
     )
 
 

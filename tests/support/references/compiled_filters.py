@@ -18,7 +18,8 @@ from multiradar.estimation.measurement.kinds import (
     KIND_RADAR,
 )
 from multiradar.estimation.measurement.linearised import cartesian_plot
-from multiradar.tracking.model import filter_model
+from multiradar.tracking.delays import delays
+from multiradar.tracking.model import bias_columns, filter_model
 from multiradar.tracking.settings import TrackingSettings
 from support.references.reference_filters import Observation
 from support.scenarios.scenes import Scene, flat_sites
@@ -68,16 +69,17 @@ class CompiledFilter:
         self._definition = find_filter(settings.filter_name)
         self._by_epochs = by_epochs
         self._book = BiasEstimator(scene.sensors, self._definition)
-        columns = len(scene.sensors.parameter_kind)
+        columns, delayed = bias_columns(scene.sensors), bool(scene.sensors.delayed.any())
         self._information, self._vector = np.zeros((1, columns, columns)), np.zeros((1, columns))
         self._load()
         modes = len(self._model.modes)
-        self.arrays = self._definition.aircraft(slots, columns, len(scene.sensors), modes)
+        self.arrays = self._definition.aircraft(slots, columns, len(scene.sensors), modes, delayed)
 
     def start(self, aircraft: int, time_s: float, mean: Floats, covariance: Floats) -> None:
         self.arrays.mean[aircraft] = mean
         self.arrays.covariance[aircraft] = covariance[UPPER]
         self.arrays.sensitivity[aircraft] = 0.0
+        self.arrays.delay[aircraft] = 0.0
         self.arrays.time[aircraft] = time_s
         self.arrays.mode_probability[aircraft] = np.nan
         # A prior from elsewhere: every plot may speak about the biases.
@@ -135,10 +137,15 @@ class CompiledFilter:
         mean = self.arrays.mean[aircraft].copy()
         if self._definition.keeps_sensitivity:
             sensitivity = self.arrays.sensitivity[aircraft]
-            mean += sensitivity @ self._book.state.estimate
+            mean += sensitivity @ self._model.bias
             root = sensitivity @ self._model.factor.T
             covariance = covariance + root @ root.T
         return mean, covariance
+
+    def delay(self, aircraft: int) -> tuple[float, float]:
+        """Delay of the transponder, and its variance."""
+        found, sigma = delays(self.arrays.delay[[aircraft]], self._model)
+        return float(found[0]), float(sigma[0]) ** 2
 
     def biases(self) -> tuple[Floats, Floats]:
         return self._book.state.estimate, self._book.state.covariance

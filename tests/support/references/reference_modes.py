@@ -154,8 +154,12 @@ class Imm:
         one.parts = [
             corrected(*parts) for parts in zip(one.parts, seen, news, slopes, spreads, strict=True)
         ]
-        one.whole = mixture(one.parts, one.probabilities, bias)
         self._learn(slope, chances @ np.array(news), spread)
+        one.whole = mixture(one.parts, one.probabilities, self._joined_at(bias))
+
+    # The biases at which the modes are joined: those of before.
+    def _joined_at(self, before: Floats) -> Floats:
+        return before
 
     def walk(self, duration_s: float) -> None:
         drift = np.diag(self._prior.drift**2 * duration_s)

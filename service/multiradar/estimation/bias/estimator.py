@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.bias._kernels import fold_biases
-from multiradar.estimation.bias.store import BiasState, add_information, drift, prior
+from multiradar.estimation.bias.store import BiasState, add_information, drift, prior, widened
 from multiradar.estimation.filters.arrays import Aircraft
 from multiradar.estimation.filters.bank import FilterDefinition
 from multiradar.estimation.filters.two_stage._two_stage_kernels import apply_bias_drift
@@ -80,10 +80,14 @@ class BiasEstimator:
         if self._definition.folds_log:
             self._fold()
             return
-        total = np.zeros(information.shape[1:])
-        total_vector = np.zeros(vector.shape[1:])
-        # One after the other: the sum must not depend on a library's order of summation.
-        for part, part_vector in zip(information, vector, strict=True):
+        count = len(self.state.estimate)
+        total = np.zeros((count, count))
+        total_vector = np.zeros(count)
+        # One after the other: the sum must not depend on a library's order of summation. The column
+        # of the delays of transponders has no information.
+        for part, part_vector in zip(
+            information[:, :count, :count], vector[:, :count], strict=True
+        ):
             total += part
             total_vector += part_vector
         total = np.triu(total) + np.triu(total, 1).T
@@ -166,7 +170,11 @@ class BiasEstimator:
             started = np.flatnonzero(~np.isnan(aircraft.time))
             complement = self.state.estimate - gain @ self.state.estimate
             spread = gain @ np.diag(rates**2 * duration_s)
-            apply_bias_drift(started, aircraft, complement, gain, spread)
+            columns = aircraft.sensitivity.shape[2]
+            apply_bias_drift(
+                started, aircraft, np.append(complement, np.zeros(columns - len(complement))),
+                widened(gain, columns, 1.0), widened(spread, columns, 0.0),
+            )  # fmt: skip
 
     def _fold(self) -> None:
         if not self._log:

@@ -138,6 +138,30 @@ def drift(state: BiasState, rates: Floats, duration_s: float) -> tuple[BiasState
     return replace(state, covariance=walked), gain
 
 
+def widened(matrix: Floats, columns: int, diagonal: float) -> Floats:
+    """Return a copy of a square matrix with further rows and columns.
+
+    Parameters
+    ----------
+    matrix : (c, c) float64
+        The matrix.
+    columns : int
+        How many columns the result has, c or more.
+    diagonal : float
+        Diagonal of the further rows, which are 0 elsewhere.
+
+    Returns
+    -------
+    (columns, columns) float64
+        The copy.
+    """
+    count = len(matrix)
+    wide = np.zeros((columns, columns))
+    wide[:count, :count] = matrix
+    wide[range(count, columns), range(count, columns)] = diagonal
+    return wide
+
+
 def symmetric_inverse(matrix: Floats) -> Floats:
     """Return the inverse of a symmetric positive definite matrix, exactly symmetric.
 

@@ -86,7 +86,9 @@ MODES_NIS_FLOOR = 15
 MODES_NIS_DENSITY = 16
 # Whether heights are exact: each is used unfiltered until the next one.
 EXACT_HEIGHTS = 17
-OPTION_COUNT = 18
+# Prior variance of the delay of a transponder, m².
+DELAY_VARIANCE = 18
+OPTION_COUNT = 19
 
 # 75th percentile of NIS (two degrees of freedom).
 EXPECTED_NIS = 2.77

@@ -9,6 +9,7 @@ measurement.
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._delay_kernels import initialise_with_delay, prepare_delay
 from multiradar.estimation.filters._ground_kernels import (
     ground_density,
     height_of_row,
@@ -168,6 +169,8 @@ def process_rows(
             if outcome == REJECTED:
                 outcomes[row] = outcome
                 continue
+            if aircraft.delay.shape[1] > 0:
+                z0 -= prepare_delay(k, kind, q, outcome, model, aircraft.delay)
             reported, received, dt = rows.ground[row], rows.height[row], time - times[k]
             grounded = settle_ground(
                 reported, received, noises[s, 3], outcome, k, on_ground, means, covariances,
@@ -192,6 +195,8 @@ def process_rows(
                     record_start(k, site_numbers[s], fading_nis, updates, measured_from, velocities)
                     clear_plots(recents, k)
                     initialise_height_sensitivity(check, kind, z0, k, q, noises, H, vertical)
+                    if aircraft.delay.shape[1] > 0:
+                        initialise_with_delay(k, kind, q, H, model, aircraft)
                 else:
                     outcome = started
             elif outcome == UPDATED:

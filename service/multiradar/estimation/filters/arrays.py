@@ -39,8 +39,15 @@ SLOW_COUNT = 7
 REPORTED_COUNT = 11
 
 
+# Columns of `Aircraft.delay`: see `_delay_kernels`.
+DELAY_MEAN = 0
+DELAY_SIGMA = 1
+DELAY_BIASES = 2
+
 #: Of rows without reports.
 NO_MOTION = np.empty((0, MOTION_COUNT))
+#: Of sensors without delays of transponders.
+NO_DELAYS = np.empty(0, np.int64)
 
 
 class Rows(NamedTuple):
@@ -108,6 +115,10 @@ class Model(NamedTuple):
     modes : (j, MODE_COUNT) float64
         Motion models of the filter of interacting modes: columns as in `_mode_scratch_kernels`. One
         row at least.
+    delayed : (m,) int64
+        Whether the ranges of each sensor include the delay of the transponder, 1 or 0; empty where
+        no delay is estimated. With delays the last column of the biases is that of the delay of
+        each aircraft, with estimate 0 and variance 1: see `_delay_kernels`.
     """
 
     plane: Floats
@@ -121,6 +132,7 @@ class Model(NamedTuple):
     factor: Floats
     options: Floats
     modes: Floats
+    delayed: Integers = NO_DELAYS
 
 
 class Aircraft(NamedTuple):
@@ -184,6 +196,10 @@ class Aircraft(NamedTuple):
         Derivative of `mode_mean` by the slow states.
     reported : (s, REPORTED_COUNT) float64
         The last report, and its bookkeeping.
+    delay : (s, DELAY_BIASES + c) float64
+        Delay of the transponder, m: its estimate at bias zero, its standard deviation given the
+        biases (0 before the first measurement), and its sensitivity to them; see `_delay_kernels`.
+        Without columns where no delay is estimated.
     """
 
     mean: Floats
@@ -209,6 +225,7 @@ class Aircraft(NamedTuple):
     slow_covariance: Floats
     slow_sensitivity: Floats
     reported: Floats
+    delay: Floats
 
 
 class Sight(NamedTuple):
@@ -355,6 +372,7 @@ def aircraft_arrays(
     joint_columns: int | None = None,
     recent_sensors: int = 0,
     modes: int = 0,
+    delays: bool = False,
 ) -> Aircraft:
     """Return arrays for aircraft, none of them initiated.
 
@@ -370,6 +388,8 @@ def aircraft_arrays(
         Number of sensors whose latest plot of each aircraft is stored.
     modes : int
         Number of modes of motion, 0 for filters without.
+    delays : bool
+        Whether delays of transponders are estimated.
 
     Returns
     -------
@@ -404,6 +424,7 @@ def aircraft_arrays(
         slow_covariance=line_aligned((slots, slow, slow)),
         slow_sensitivity=line_aligned((slots * modes, 4, slow)),
         reported=line_aligned((slots, REPORTED_COUNT if modes else 0), np.nan),
+        delay=line_aligned((slots, DELAY_BIASES + bias_columns if delays else 0)),
     )
 
 

@@ -68,6 +68,8 @@ class FilterDefinition:
         Whether aircraft store their plots until the end of the epoch (Blom's macro-filter).
     estimates_time_offsets : bool
         Whether a time offset may be among the bias parameters (see `_time_offset_kernels`).
+    estimates_delays : bool
+        Whether each aircraft may have a delay of its transponder (see `_delay_kernels`).
     keeps_modes : bool
         Whether each aircraft is in one of several modes of motion (IMM).
     accepts_bearings : bool
@@ -91,12 +93,15 @@ class FilterDefinition:
     corrects_biases: bool = False
     stacks_plots: bool = False
     estimates_time_offsets: bool = False
+    estimates_delays: bool = False
     keeps_modes: bool = False
     accepts_bearings: bool = False
     bounds_bias_errors: bool = True
     aircraft_max: int | None = None
 
-    def aircraft(self, slots: int, columns: int, sensors: int, modes: int) -> Aircraft:
+    def aircraft(
+        self, slots: int, columns: int, sensors: int, modes: int, delays: bool = False
+    ) -> Aircraft:
         """Return arrays for aircraft, with the columns that this filter uses.
 
         Parameters
@@ -104,11 +109,13 @@ class FilterDefinition:
         slots : int
             Maximum number of aircraft.
         columns : int
-            Number of bias parameters.
+            Number of bias parameters, with that of the delay.
         sensors : int
             Number of sensors.
         modes : int
             Number of modes of motion.
+        delays : bool
+            Whether delays of transponders are estimated.
 
         Returns
         -------
@@ -127,6 +134,7 @@ class FilterDefinition:
             joint_columns=columns if self.corrects_biases else None,
             recent_sensors=sensors if self.stacks_plots else 0,
             modes=modes if self.keeps_modes else 0,
+            delays=delays,
         )
 
     def step(
@@ -210,6 +218,7 @@ FILTERS = {
             TWO_STAGE,
             keeps_sensitivity=True,
             estimates_time_offsets=True,
+            estimates_delays=True,
             accepts_bearings=True,
         ),
         FilterDefinition(
@@ -217,6 +226,7 @@ FILTERS = {
             IMM,
             keeps_sensitivity=True,
             estimates_time_offsets=True,
+            estimates_delays=True,
             keeps_modes=True,
             accepts_bearings=True,
         ),
@@ -228,7 +238,9 @@ FILTERS = {
 }
 
 
-def find_filter_for(name: str, parameter_kinds: NDArray[np.integer[Any]]) -> FilterDefinition:
+def find_filter_for(
+    name: str, parameter_kinds: NDArray[np.integer[Any]], *, delays: bool = False
+) -> FilterDefinition:
     """Return a filter by name if it can estimate these bias parameters.
 
     Parameters
@@ -237,6 +249,8 @@ def find_filter_for(name: str, parameter_kinds: NDArray[np.integer[Any]]) -> Fil
         Name of the filter.
     parameter_kinds : (c,) ndarray of int
         Kinds of the bias parameters, as in `SensorTable.parameter_kind`.
+    delays : bool
+        Whether delays of transponders are to be estimated.
 
     Returns
     -------
@@ -249,9 +263,15 @@ def find_filter_for(name: str, parameter_kinds: NDArray[np.integer[Any]]) -> Fil
         If there is no filter of that name.
     ConfigurationError
         If a time offset is to be estimated by a filter that relinearises it at every plot. It would
-        become certain of a common delay of all radars, which is unobservable.
+        become certain of a common delay of all radars, which is unobservable. If delays of
+        transponders are to be estimated by a filter without the sensitivity that they need.
     """
     definition = find_filter(name)
+    if delays and not definition.estimates_delays:
+        able = " or ".join(one.name for one in FILTERS.values() if one.estimates_delays)
+        raise ConfigurationError(
+            f"filter: expected {able} where a transponder_delay_sigma_m is given, was {name}"
+        )
     timed = bool(np.any(parameter_kinds == PARAMETER_TIME_OFFSET))
     if timed and not definition.estimates_time_offsets:
         able = ", ".join(one.name for one in FILTERS.values() if one.estimates_time_offsets)

@@ -65,8 +65,10 @@ _RADIAN_DEG = float(np.degrees(1.0))
 _ROUNDING = 1e-9
 
 
-#: Columns added later, with defaults: not moving, no elevations, no refraction.
-LATER_FIELDS = ("moving", "elevation_sigma_rad", "earth_radius_factor")
+#: Columns added later, with defaults: not moving, no elevations, no refraction, no delays.
+LATER_FIELDS = (
+    "moving", "elevation_sigma_rad", "earth_radius_factor", "transponder_delay_sigma_m",
+)  # fmt: skip
 
 
 def _no_known_bias() -> NDArray[np.float64]:
@@ -124,6 +126,9 @@ class SensorTable:
     earth_radius_factor : (m,) float64
         Factor of the effective radius of the Earth for refraction of ranges, which are corrected
         before they are used (`multiradar.geodesy.refraction`); NaN for none, the default.
+    transponder_delay_sigma_m : (m,) float64
+        Standard deviation of the delays of transponders (range, one way) where ranges include them
+        and they are estimated, the same for all such sensors; NaN for none, the default.
 
     Raises
     ------
@@ -165,6 +170,18 @@ class SensorTable:
     moving: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, np.bool_))
     elevation_sigma_rad: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     earth_radius_factor: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    transponder_delay_sigma_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def delayed(self) -> NDArray[np.bool_]:
+        """Whether the ranges of each sensor include delays that are estimated, (m,) bool."""
+        return ~np.isnan(self.transponder_delay_sigma_m)
+
+    @property
+    def delay_sigma_m(self) -> float:
+        """Standard deviation of the delays of transponders, m; 0 where none is estimated."""
+        given = self.transponder_delay_sigma_m[self.delayed]
+        return float(given[0]) if len(given) else 0.0
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -178,6 +195,7 @@ class SensorTable:
             "moving": np.zeros(count, np.bool_),
             "elevation_sigma_rad": np.full(count, np.nan),
             "earth_radius_factor": np.full(count, np.nan),
+            "transponder_delay_sigma_m": np.full(count, np.nan),
         }
         for name, value in defaults.items():
             if not len(getattr(self, name)):
@@ -212,7 +230,7 @@ def _require_shapes(table: SensorTable) -> None:
     for name in (
         "kinds", "latitude_rad", "longitude_rad", "height_m", "range_sigma_m", "azimuth_sigma_rad",
         "position_sigma_m", "range_max_m", "rotation_period_s", "self_reported",
-        "moving", "elevation_sigma_rad", "earth_radius_factor",
+        "moving", "elevation_sigma_rad", "earth_radius_factor", "transponder_delay_sigma_m",
     ):  # fmt: skip
         _require_shape(name, getattr(table, name), (count,))
     _require_shape("known_bias", table.known_bias, (count, len(PARAMETER_NAMES)))
@@ -255,6 +273,7 @@ def _require_usable(table: SensorTable, row: int) -> None:
     if not np.isnan(table.earth_radius_factor[row]):
         what = f"earth_radius_factor of sensor {sensor}"
         _require_within(what, table.earth_radius_factor[row], bounds.EARTH_RADIUS_FACTOR)
+    _require_delay(table, row)
     if not np.isnan(table.rotation_period_s[row]):
         what = f"rotation_period_s of sensor {sensor}"
         _require_within(what, table.rotation_period_s[row], bounds.ROTATION_PERIOD_S)
@@ -287,6 +306,24 @@ def _require_direction(table: SensorTable, row: int) -> None:
     what = f"elevation_sigma_rad of sensor {sensor}"
     within = _radians(bounds.AZIMUTH_SIGMA_DEG)
     _require_within(what, table.elevation_sigma_rad[row], within, PriorError)
+
+
+def _require_delay(table: SensorTable, row: int) -> None:
+    sensor, sigma = table.ids[row], table.transponder_delay_sigma_m[row]
+    if np.isnan(sigma):
+        return
+    if table.kinds[row] != _RADAR:
+        raise ConfigurationError(
+            f"sensor {sensor}: transponder_delay_sigma_m is not supported for "
+            f"{_WORDS[int(table.kinds[row])]}"
+        )
+    what = f"transponder_delay_sigma_m of sensor {sensor}"
+    _require_within(what, sigma, bounds.TRANSPONDER_DELAY_SIGMA_M, PriorError)
+    if sigma != table.delay_sigma_m:
+        raise PriorError(
+            f"{what}: expected {table.delay_sigma_m:g}, as of the other radars (the delay is that "
+            f"of the aircraft), was {sigma:g}"
+        )
 
 
 def _require_site(table: SensorTable, row: int) -> None:

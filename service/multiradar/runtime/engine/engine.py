@@ -36,6 +36,7 @@ from multiradar.tracking.association.association import WINDOW_S, Association, W
 from multiradar.tracking.association.shared_plots import RowSelection, shared_plots
 from multiradar.tracking.bearings.bearing_starts import BearingStarts
 from multiradar.tracking.bearings.sources import Sources, find_sources
+from multiradar.tracking.delays import DelayLog
 from multiradar.tracking.forecast.state_samples import Sampling, is_due
 from multiradar.tracking.health.health_records import HealthRecords
 from multiradar.tracking.health.sensor_health import SensorHealth
@@ -47,8 +48,10 @@ from multiradar.tracking.lifecycle.lifecycle import BY_IDENTITY
 from multiradar.tracking.lifecycle.lifecycle import CONFIRMED as STAGE_CONFIRMED
 from multiradar.tracking.lifecycle.transition_log import TransitionLog, Updated
 from multiradar.tracking.lifecycle.transitions import SILENT, UNCONFIRMED, TerminatedTracks
+from multiradar.tracking.model import bias_columns
 from multiradar.tracking.outputs import (
     BiasRecords,
+    DelayRecords,
     EndedTracks,
     EngineOutput,
     Picture,
@@ -104,17 +107,19 @@ class Engine:
         _require_clocks_within(sensors, settings.reorder_horizon_s)
         self._settings, self._sensors = settings, sensors
         self._sources: Sources | None = None
-        self._filter = find_filter_for(settings.filter_name, sensors.parameter_kind)
+        delays = bool(sensors.delayed.any())
+        self._filter = find_filter_for(settings.filter_name, sensors.parameter_kind, delays=delays)
         self._plane = _plane_for(sensors)
         self._order = ReorderBuffer(settings.reorder_horizon_s)
         self._near = NearDuplicates(sensors, settings.hidden_fields)
         self._biases = SharedBiases(sensors, settings, self._filter, self._plane)
         self._plausibility = Plausibility(sensors)
-        sizes = len(sensors.parameter_kind), len(sensors), len(self._biases.model.modes)
+        sizes = bias_columns(sensors), len(sensors), len(self._biases.model.modes)
         compared = len(sensors) if self._plausibility.active else 0
-        self._pool = AircraftPool(self._filter, *sizes, compared=compared)
+        self._pool = AircraftPool(self._filter, *sizes, compared=compared, delays=delays)
+        self._delays = DelayLog()
         self._association = Association(sensors, settings)
-        self._shared = shared_plots(settings, self._filter, sizes)
+        self._shared = shared_plots(settings, self._filter, sizes, delays=delays)
         self._bearing_starts = BearingStarts(
             sensors, settings, active=self._filter.accepts_bearings
         )
@@ -187,8 +192,11 @@ class Engine:
         released = self._order.flush()
         output = _EMPTY if released is None else self._process(released)
         biases, health, samples = self._close_epoch()
+        live = self._pool.used()
+        self._record_delays(live, self._pool.roster.track_id[live])
         return replace(
             output,
+            delays=DelayRecords.concatenate([output.delays, self._delays.pop()]),
             biases=BiasRecords.concatenate([output.biases, biases]),
             health=HealthRecords.concatenate([output.health, health]),
             pictures=output.pictures + self._pop_pictures(),
@@ -258,6 +266,7 @@ class Engine:
             pictures=self._pop_pictures(),
             samples=tuple(sample for one in closed for sample in one.samples),
             outcomes=outcomes,
+            delays=self._delays.pop(),
         )
 
     def _process_step(self, run: Run, first: int, last: int) -> list[EndedTracks]:
@@ -419,11 +428,18 @@ class Engine:
     def _terminate(self, row: int, time_s: float, ends: TerminatedTracks) -> EndedTracks:
         """Record tracks terminated before a row."""
         self._transitions.terminate(row, time_s, ends)
+        self._record_delays(ends.slot, ends.track_id)
         return EndedTracks(
             track_id=ends.track_id,
             time_s=np.full(len(ends.track_id), time_s),
             reason=ends.reason.astype(np.int8),
             into_track_id=ends.into,
+        )
+
+    def _record_delays(self, slots: NDArray[np.int64], track_id: NDArray[np.int64]) -> None:
+        kept = self._confirmed(slots)
+        self._delays.add(
+            slots[kept], track_id[kept], self._pool.aircraft, self._pool.roster, self._biases.model
         )
 
 

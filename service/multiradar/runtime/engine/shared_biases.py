@@ -15,7 +15,7 @@ from multiradar.estimation.filters.arrays import RECENT_TIME, Model, Result, Row
 from multiradar.estimation.filters.bank import FilterDefinition
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.tracking.model import filter_model, with_biases
+from multiradar.tracking.model import bias_columns, filter_model, with_biases
 from multiradar.tracking.outputs import BiasRecords
 from multiradar.tracking.pool import PARTITIONS, AircraftPool
 from multiradar.tracking.settings import TrackingSettings
@@ -58,7 +58,7 @@ class SharedBiases:
     ) -> None:
         self._sensors, self._filter = sensors, definition
         self._estimator = BiasEstimator(sensors, definition)
-        columns = len(sensors.parameter_kind)
+        columns = bias_columns(sensors)
         self.information = np.zeros((PARTITIONS, columns, columns))
         self.vector = np.zeros((PARTITIONS, columns))
         self.model: Model = filter_model(sensors, settings, plane, self._estimator.state)

@@ -39,13 +39,15 @@ def track_states(
     covariance[:, upper[0], upper[1]] = aircraft.covariance[slots]
     covariance[:, upper[1], upper[0]] = aircraft.covariance[slots]
     mean = aircraft.mean[slots]
-    estimate, factor = biases.state.estimate, biases.model.factor
+    estimate, factor = biases.model.bias, biases.model.factor
     root = None
     if used.keeps_sensitivity:
         sensitivity = aircraft.sensitivity[slots]
         mean += sensitivity @ estimate
         root = sensitivity @ factor.T
         covariance += root @ root.transpose(0, 2, 1)
+        # The delay of its transponder is an error of each track alone.
+        root = root[:, :, : len(biases.state.estimate)]
     covariance += spread_of_heights(aircraft, slots)
     return TrackStates(
         track_id=pool.roster.track_id[slots],

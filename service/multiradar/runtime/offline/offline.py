@@ -30,6 +30,7 @@ from multiradar.runtime.admission.reject_file import RejectFile, TimeRejects
 from multiradar.runtime.engine.digest import OutputDigest
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.memory.track_tally import TrackTally
+from multiradar.runtime.offline.delay_table import DelayTable
 from multiradar.runtime.offline.encounter_table import EncounterTable
 from multiradar.runtime.offline.forecast_table import ForecastTable
 from multiradar.runtime.offline.stage_times import READING, TRACKING, WRITING, StageTimes
@@ -52,6 +53,7 @@ from multiradar.tracking.outputs import (
     TrackUpdates,
 )
 from multiradar.tracking.settings import TrackingSettings
+from multiradar_schemas.products.aircraft_delay import AIRCRAFT_DELAY_SCHEMA
 from multiradar_schemas.products.bias import BIAS_SCHEMA
 from multiradar_schemas.products.encounter import ENCOUNTER_SCHEMA
 from multiradar_schemas.products.forecast import FORECAST_SCHEMA
@@ -70,6 +72,7 @@ HEALTH_FILE = "health.parquet"
 PLANES_FILE = "manoeuvre_planes.parquet"
 OBSERVABILITY_FILE = "observability.parquet"
 ENCOUNTERS_FILE = "encounters.parquet"
+DELAYS_FILE = "aircraft_delays.parquet"
 TRAJECTORIES_FILE = "trajectories.parquet"
 FORECASTS_FILE = "forecasts.parquet"
 BUNDLE_FORECASTS_FILE = "bundle_forecasts.parquet"
@@ -161,6 +164,8 @@ class OfflineResult:
         Findings about sensors, their settings or the recording.
     reference : dict
         Updates of a bias reference by use; empty without one.
+    delays : dict
+        Tracks with a delay of their transponder, and its scatter; empty where none is estimated.
     """
 
     read: int = 0
@@ -187,6 +192,7 @@ class OfflineResult:
     trajectories: dict[str, Any] = field(default_factory=dict)
     asterix: dict[str, int] = field(default_factory=dict)
     reference: dict[str, JsonValue] = field(default_factory=dict)
+    delays: dict[str, Any] = field(default_factory=dict)
     diagnoses: list[Diagnosis] = field(default_factory=list)
 
     @property
@@ -325,6 +331,8 @@ class _Run:
                 writer.finish()
             if isinstance(table, TrajectoryTable):
                 self._result.trajectories = table.counts()
+            if isinstance(table, DelayTable):
+                self._result.delays = table.figures()
             if isinstance(table, EncounterTable):
                 self._result.warnings += table.warnings()
         self.close()
@@ -440,6 +448,11 @@ def _tables(
         for file, window_s, analyse, schema in kinds
         if window_s is not None
     }
+    if job.sensors.delayed.any():
+        tables[DELAYS_FILE] = (
+            DelayTable(job.sensors),
+            TableWriter(folder / DELAYS_FILE, AIRCRAFT_DELAY_SCHEMA),
+        )
     if job.encounters is not None:
         tables[ENCOUNTERS_FILE] = (
             EncounterTable(job.encounters, plane, job.settings),

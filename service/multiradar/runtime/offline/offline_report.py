@@ -93,6 +93,7 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
                 _unobservable_figures(one, job.sensors) for one in result.unobservable_biases
             ],
             **({"trajectories": {**result.trajectories}} if result.trajectories else {}),
+            **({"aircraft_delays": {**result.delays}} if result.delays else {}),
             **({"reference": {**result.reference}} if result.reference else {}),
             **({"asterix_records": {**result.asterix}} if result.asterix else {}),
         },

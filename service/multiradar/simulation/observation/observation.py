@@ -190,6 +190,8 @@ class _Sky:
         plots, opportunities = make_plots(
             sensor, times, line_of_sight, partial(self.biases.at, number), rng
         )
+        if sensor.kind == "radar" and sensor.secondary and aircraft.transponder:
+            plots = replace(plots, range_m=plots.range_m + aircraft.transponder_delay_m)
         height = received_heights(sensor, aircraft, path.height(plots.true_s), rng)
         garble = _garble(sensor, len(plots.time_s), rng)
         return _row(

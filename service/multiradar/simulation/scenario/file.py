@@ -223,6 +223,7 @@ def _aircraft(tables: Sequence[AircraftTable], plane: SystemPlane) -> tuple[Airc
                 report_errors=tuple(_report_error(one) for one in table.report_error),
                 exists=table.exists,
                 transponder=table.transponder,
+                transponder_delay_m=table.transponder_delay_m,
             )
         )  # fmt: skip
     return tuple(found)
@@ -262,6 +263,7 @@ def _traffic(table: TrafficTable) -> Traffic:
         height_step_m=table.height_step_m,
         heard_height_share=table.heard_height_share,
         equipped_share=table.equipped_share,
+        transponder_delay_sigma_m=table.transponder_delay_sigma_m,
     )
 
 
@@ -308,6 +310,8 @@ def _sensor(table: SensorTable, on_earth: bool, plane: SystemPlane) -> Sensor:
         heading_rad=_rad(table.heading_deg),
         legs=_legs(table.leg),
         aircraft_data=None if table.aircraft_data is None else table.aircraft_data.reports(),
+        secondary=table.secondary,
+        transponder_delay_sigma_m=table.transponder_delay_sigma_m,
     )
 
 

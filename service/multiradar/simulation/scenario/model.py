@@ -130,6 +130,8 @@ class Aircraft:
         False for a ghost: only ADS-B reports it.
     transponder : bool
         Without it radars measure its position only, and ADS-B nothing.
+    transponder_delay_m : float
+        Range error of secondary radars by the turn-around time of its transponder, one way.
     """
 
     track_number: int
@@ -154,6 +156,7 @@ class Aircraft:
     report_errors: tuple[ReportError, ...] = ()
     exists: bool = True
     transponder: bool = True
+    transponder_delay_m: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,6 +179,8 @@ class Traffic:
         See `Aircraft`.
     heard_height_share, equipped_share : float
         Fraction of the aircraft with received heights, and with received ADS-B positions.
+    transponder_delay_sigma_m : float
+        Standard deviation of the delays of their transponders, each aircraft with its own.
     """
 
     count: int
@@ -195,6 +200,7 @@ class Traffic:
     height_step_m: float = 0.0
     heard_height_share: float = 1.0
     equipped_share: float = 1.0
+    transponder_delay_sigma_m: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -319,6 +325,10 @@ class Sensor:
         Its legs, like those of aircraft.
     aircraft_data : RegisterReports, optional
         Registers that it receives.
+    secondary : bool
+        Whether the ranges of a radar include the delays of transponders.
+    transponder_delay_sigma_m : float, optional
+        Prior standard deviation with which the tracker estimates these delays; None if it does not.
     """
 
     identifier: str
@@ -356,6 +366,8 @@ class Sensor:
     heading_rad: float = 0.0
     legs: tuple[Leg, ...] = ()
     aircraft_data: RegisterReports | None = None
+    secondary: bool = True
+    transponder_delay_sigma_m: float | None = None
 
     def __post_init__(self) -> None:
         absent = (Bias(),) * (PARAMETERS - len(self.biases))

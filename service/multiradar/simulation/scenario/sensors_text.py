@@ -59,6 +59,8 @@ def _sensor(sensor: Sensor, plane: SystemPlane) -> dict[str, Any]:
         table["moving"] = True
     if sensor.earth_radius_factor is not None:
         table["earth_radius_factor"] = sensor.earth_radius_factor
+    if sensor.transponder_delay_sigma_m is not None:
+        table["transponder_delay_sigma_m"] = sensor.transponder_delay_sigma_m
     if np.isfinite(sensor.range_max_m):
         table["range_max_m"] = sensor.range_max_m
     return table | _biases(sensor)

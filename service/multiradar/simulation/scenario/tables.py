@@ -66,6 +66,7 @@ _TurnRate = Annotated[float, Field(ge=-30.0, le=30.0)]
 _Acceleration = Annotated[float, Field(ge=-50.0, le=50.0)]
 _Drift = Annotated[float, Field(ge=-1000.0, le=1000.0)]
 _Density = Annotated[float, Field(ge=0.0, le=1e4)]
+_Delay = Annotated[float, Field(ge=-2000.0, le=2000.0)]
 _Share = Annotated[float, Field(ge=0.0, le=1.0)]
 _Coordinates = Annotated[tuple[_Coordinate, _Coordinate], _PAIRED, _ASCENDING]
 _Heights = Annotated[tuple[_Height, _Height], _PAIRED, _ASCENDING]
@@ -165,6 +166,7 @@ class AircraftTable(_Positioned):
     report_error: Annotated[tuple[ReportErrorTable, ...], _LISTED] = ()
     exists: bool = True
     transponder: bool = True
+    transponder_delay_m: _Delay = 0.0
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
@@ -205,6 +207,7 @@ class TrafficTable(Table):
     height_step_m: _HeightStep = 0.0
     heard_height_share: _Share = 1.0
     equipped_share: _Share = 1.0
+    transponder_delay_sigma_m: Annotated[float, Field(ge=0.0, le=500.0)] = 0.0
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
@@ -243,11 +246,13 @@ _OF_RADARS = (
     "azimuth_sigma_deg", "rotation_period_s", "range_min_m", "range_max_m", "elevation_max_deg",
     "horizon", "garbled_probability", "clutter_per_turn", "storm", "second_feed",
     "range_resolution_m", "azimuth_resolution_deg", "jammed_s", "earth_radius_factor",
+    "secondary", "transponder_delay_sigma_m",
 )  # fmt: skip
 # Keys that a direction finder, which measures no range, does not have.
 _OF_RANGES = (
     "range_sigma_m", "position_sigma_m", "clutter_per_turn", "storm", "second_feed",
     "range_resolution_m", "azimuth_resolution_deg", "jammed_s", "earth_radius_factor",
+    "secondary", "transponder_delay_sigma_m",
     "aircraft_data",
 )  # fmt: skip
 # Keys of the reference point of a local frame.
@@ -291,6 +296,10 @@ class SensorTable(_Positioned):
     leg: Annotated[tuple[LegTable, ...], _LISTED] = ()
     bias: BiasesTable = BiasesTable()
     aircraft_data: RegistersTable | None = None
+    secondary: bool = True
+    transponder_delay_sigma_m: Annotated[float, within(bounds.TRANSPONDER_DELAY_SIGMA_M)] | None = (
+        None
+    )
 
     @model_validator(mode="after")
     def _fits_its_kind(self) -> Self:
@@ -326,6 +335,8 @@ class SensorTable(_Positioned):
             raise wrong("expected range_resolution_m or second_feed, was both")
         if self.rotation_period_s is not None and self.interval_s is not None:
             raise wrong("expected rotation_period_s or interval_s, was both")
+        if self.transponder_delay_sigma_m is not None and not self.secondary:
+            raise wrong("expected no transponder_delay_sigma_m of a primary radar, was given")
         return self
 
     @model_validator(mode="after")

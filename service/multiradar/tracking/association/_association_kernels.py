@@ -9,14 +9,15 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._delay_kernels import add_delay_columns, measures_delay
 from multiradar.estimation.filters._kernels import (
     ACCELERATION_DENSITY,
     UPDATED,
     manoeuvre_factor,
 )
-from multiradar.estimation.filters.arrays import Aircraft, Model, Rows
+from multiradar.estimation.filters.arrays import DELAY_MEAN, Aircraft, Model, Rows
 from multiradar.estimation.filters.height._height_kernels import check_height
-from multiradar.estimation.filters.two_stage._two_stage_kernels import spread_of_biases
+from multiradar.estimation.filters.two_stage._information_kernels import spread_of_biases
 from multiradar.estimation.measurement._kernels import (
     Slope,
     bias_column,
@@ -179,6 +180,8 @@ def pair_score(
         U[1, c] += j1
         e0 -= j0 * bias[c]
         e1 -= j1 * bias[c]
+    if aircraft.delay.shape[1] > 0 and measures_delay(kind, s, model):
+        e0 -= aircraft.delay[k, DELAY_MEAN] + add_delay_columns(k, aircraft.delay, bias, U)
     most0 = 0.0
     most1 = 0.0
     for c in range(bias.shape[0]):

@@ -219,8 +219,9 @@ class SharedPlots:
 
 
 def shared_plots(
-    settings: TrackingSettings, definition: FilterDefinition, sizes: tuple[int, int, int]
-) -> SharedPlots | None:
+    settings: TrackingSettings, definition: FilterDefinition, sizes: tuple[int, int, int],
+    *, delays: bool = False,
+) -> SharedPlots | None:  # fmt: skip
     """Return the updater for shared plots, if the association is probabilistic.
 
     Parameters
@@ -231,6 +232,8 @@ def shared_plots(
         The filter.
     sizes : (columns, sensors, modes)
         Numbers of bias parameters, sensors and modes.
+    delays : bool
+        Whether delays of transponders are estimated.
 
     Returns
     -------
@@ -240,9 +243,15 @@ def shared_plots(
     Raises
     ------
     ConfigurationError
-        If the filter does not support shared plots.
+        If the filter does not support shared plots, or with delays, which hypotheses of different
+        plots would not share.
     """
     shares = settings.association == BY_PROBABILITY
+    if shares and delays:
+        raise ConfigurationError(
+            "association: expected nearest or identity where a transponder_delay_sigma_m is "
+            "given, was probabilistic"
+        )
     return SharedPlots(definition, sizes, settings) if shares else None
 
 

@@ -39,6 +39,10 @@ from multiradar.estimation.filters._kernels import (
 )
 from multiradar.estimation.filters.arrays import Aircraft, BiasSums, Model, Sight
 from multiradar.estimation.filters.imm._mode_column_kernels import correct_columns, predict_columns
+from multiradar.estimation.filters.imm._mode_delay_kernels import (
+    add_delay_to_modes,
+    inform_of_modes,
+)
 from multiradar.estimation.filters.imm._mode_kernels import PROBABILITY_MIN
 from multiradar.estimation.filters.imm._mode_scratch_kernels import (
     GAIN,
@@ -57,8 +61,8 @@ from multiradar.estimation.filters.imm._slow_state_kernels import (
     slow_spread,
     with_shift,
 )
+from multiradar.estimation.filters.two_stage._information_kernels import inform, spread_of_biases
 from multiradar.estimation.filters.two_stage._time_offset_kernels import offset_velocity
-from multiradar.estimation.filters.two_stage._two_stage_kernels import inform, spread_of_biases
 from multiradar.estimation.measurement._kernels import (
     NoiseOf,
     SlopeOf,
@@ -104,7 +108,8 @@ def correct_modes(
     """Update the modes of aircraft k, predicted to the time of a measurement by sensor s.
 
     Returns the outcome, and μ, a, x and P afterwards. ``predicted`` is c. With ``informs`` the
-    measurement contributes to the biases.
+    measurement contributes to the biases. A range is without the delay of the transponder at the
+    published biases.
     """
     kind, z0, z1, height = sight.kind, sight.z0, sight.z1, sight.height
     sites, noises, starts = model.sites, model.noises, model.starts
@@ -114,6 +119,7 @@ def correct_modes(
     fading_nis = aircraft.fading_nis
     Y, y, U, R = sums
     mode_U, scratch, has_slow = mine.by_mode, mine.rows, not np.isnan(aircraft.slow[k, 0])
+    delayed = aircraft.delay.shape[1] > 0
     v0, v1 = offset_velocity(aircraft.velocity, k)
     at = (x[0], x[1])
     for again in (True, False):
@@ -139,6 +145,9 @@ def correct_modes(
             kind, parameters[c], sites[s], seen[0], seen[1], seen[2], rate0, rate1
         )
         add_column(c, count, predicted, j0, j1, mode_U, U)
+    if delayed:
+        # Innovations at bias zero become right by `correct_modes_with_delay`.
+        add_delay_to_modes(k, count, kind, s, model, aircraft.delay, U, mine)
     b = spread_of_biases(U, bias_covariance, R)
     r0, r1, s00, s01, s11 = mixture_moments(predicted, e, N, W, 1.0)
     o = (0.0, 0.0, 0.0)
@@ -172,7 +181,11 @@ def correct_modes(
                 s00, s01, s11 = s00 + o[0], s01 + o[1], s11 + o[2]
         if informs:
             i00, i01, i11 = inverse(s00, s01, s11)
-            inform(i00, i01, i11, sum_of(predicted * nu[0]), sum_of(predicted * nu[1]), U, R, Y, y)
+            nu0, nu1 = sum_of(predicted * nu[0]), sum_of(predicted * nu[1])
+            if delayed:
+                inform_of_modes(k, i00, i01, i11, nu0, nu1, aircraft.delay, sums, mine.delay)
+            else:
+                inform(i00, i01, i11, nu0, nu1, U, R, Y, y)
         posterior = updated_probabilities(predicted, e, S, b, get_row(scratch, MODES))
         store_row(probabilities, k, 0, count, posterior)
         a, x, P = corrected(a, x, P, h, S, e, nu, scratch)

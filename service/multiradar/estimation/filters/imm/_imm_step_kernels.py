@@ -10,6 +10,7 @@ the two-stage form of each mode, and the loop itself, are the project's own.
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._delay_kernels import initialise_with_delay, prepare_delay
 from multiradar.estimation.filters._ground_kernels import (
     ground_density,
     height_of_row,
@@ -69,6 +70,10 @@ from multiradar.estimation.filters.height._unknown_height_kernels import (
 )
 from multiradar.estimation.filters.imm._imm_kernels import correct_modes
 from multiradar.estimation.filters.imm._mode_column_kernels import combine_columns
+from multiradar.estimation.filters.imm._mode_delay_kernels import (
+    DELAY_SCRATCH,
+    correct_modes_with_delay,
+)
 from multiradar.estimation.filters.imm._mode_kernels import (
     combine_modes,
     initialise_modes,
@@ -129,7 +134,8 @@ def imm_step(
     process_rows(
         work, rows, model, aircraft, result, want_readout, model.factor.T.copy(),
         model.bias.reshape(1, n), np.empty((2, 2)), np.empty(3), sums,
-        np.empty(HEIGHT_ESTIMATE_COUNT), ModeScratch(np.empty((count, 2, n)), scratch, slow),
+        np.empty(HEIGHT_ESTIMATE_COUNT),
+        ModeScratch(np.empty((count, 2, n)), scratch, slow, np.empty(DELAY_SCRATCH)),
     )  # fmt: skip
 
 
@@ -193,6 +199,8 @@ def process_rows(
             if outcome == REJECTED:
                 outcomes[row] = outcome
                 continue
+            if aircraft.delay.shape[1] > 0:
+                z0 -= prepare_delay(k, kind, q, outcome, model, aircraft.delay)
             reported, received, dt = rows.ground[row], rows.height[row], time - times[k]
             grounded = settle_ground(
                 reported, received, noises[s, 3], outcome, k, on_ground, means, covariances,
@@ -215,6 +223,8 @@ def process_rows(
                     record_start(k, site_numbers[s], fading_nis, updates, measured_from, velocities)
                     probabilities[k, 0] = np.nan
                     initialise_height_sensitivity(check, kind, z0, k, q, noises, H, vertical)
+                    if aircraft.delay.shape[1] > 0:
+                        initialise_with_delay(k, kind, q, H, model, aircraft)
                 else:
                     outcome = started
             elif outcome == UPDATED:
@@ -292,6 +302,11 @@ def process_rows(
                         combine_columns(k, count, scratch, mode_V, sensitivities)
                         if not np.isnan(slow[k, 0]):
                             add_slow_spread(k, count, scratch, aircraft)
+                    if aircraft.delay.shape[1] > 0:
+                        correct_modes_with_delay(
+                            k, count, outcome == UPDATED, aircraft, bias_row, sums, mine,
+                            innovations[row],
+                        )  # fmt: skip
                     if outcome == UPDATED and reporting and has_motion(rows.motion, row):
                         use_motion(k, row, time, rows.motion, model, aircraft, bias_row, sums, mine)
                 if timed and outcome == UPDATED and not is_bearing(kind):

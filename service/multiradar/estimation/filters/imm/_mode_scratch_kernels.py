@@ -100,11 +100,14 @@ class ModeScratch(NamedTuple):
         Rows named above.
     slow : SlowScratch
         That of the slow states.
+    delay : (4,) float64
+        Of the delay of the transponder: see `_mode_delay_kernels`.
     """
 
     by_mode: Floats
     rows: Floats
     slow: SlowScratch
+    delay: Floats
 
 
 @in_loop

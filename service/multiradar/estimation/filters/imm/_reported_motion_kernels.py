@@ -72,7 +72,7 @@ from multiradar.estimation.filters.imm._slow_state_kernels import (
     initialise_slow_states,
     with_shift,
 )
-from multiradar.estimation.filters.two_stage._two_stage_kernels import spread_of_biases
+from multiradar.estimation.filters.two_stage._information_kernels import spread_of_biases
 from multiradar.estimation.measurement.reported_motion import (
     AIRSPEED,
     AIRSPEED_SIGMA_MPS,

@@ -39,10 +39,8 @@ from multiradar.estimation.filters.imm._mode_scratch_kernels import (
     SlowScratch,
     State,
 )
-from multiradar.estimation.filters.two_stage._two_stage_kernels import (
-    apply_bias_drift_to_state,
-    spread_of_biases,
-)
+from multiradar.estimation.filters.two_stage._information_kernels import spread_of_biases
+from multiradar.estimation.filters.two_stage._two_stage_kernels import apply_bias_drift_to_state
 from multiradar_compiled.kernels import in_both, loop
 from multiradar_compiled.lane_kernels import LANES, load_row
 

@@ -29,6 +29,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._delay_kernels import initialise_with_delay
 from multiradar.estimation.filters._kernels import BIASES_KEPT, STARTED
 from multiradar.estimation.filters._start_kernels import start_aircraft
 from multiradar.estimation.filters.arrays import Aircraft, Model, Sight
@@ -94,6 +95,8 @@ def update_offset_velocity(
                 means, covariances, V, velocities, k, starts[s], starts[s + 1], parameters, v0,
                 v1, spread,
             )  # fmt: skip
+            if aircraft.delay.shape[1] > 0:
+                initialise_with_delay(k, sight.kind, s, H, model, aircraft)
 
 
 @in_loop

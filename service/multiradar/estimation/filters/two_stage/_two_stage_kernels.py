@@ -15,6 +15,17 @@ common to many aircraft, and the adjustment after their drift, are the project's
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._delay_kernels import (
+    add_delay_columns,
+    apply_drift_to_delay,
+    correct_delay,
+    drift_of_delay,
+    drift_with_delay,
+    inform_with_delay,
+    measures_delay,
+    shift_with_delay,
+    spread_of_delay,
+)
 from multiradar.estimation.filters._kernels import (
     CONE,
     CONE_RATIO,
@@ -33,7 +44,8 @@ from multiradar.estimation.filters._kernels import (
     squared_norm,
     updated_fading_nis,
 )
-from multiradar.estimation.filters.arrays import Aircraft, BiasSums, Model, Sight
+from multiradar.estimation.filters.arrays import DELAY_SIGMA, Aircraft, BiasSums, Model, Sight
+from multiradar.estimation.filters.two_stage._information_kernels import inform, spread_of_biases
 from multiradar.estimation.measurement._kernels import (
     PARAMETER_TIME_OFFSET,
     bias_column,
@@ -45,8 +57,6 @@ from multiradar.geodesy._kernels import wrap_angle
 from multiradar_compiled.kernels import fused, in_loop, kernel
 from multiradar_compiled.lane_kernels import (
     LANES,
-    every_lane,
-    fused_lanes,
     load_lanes,
     load_row,
     store_lanes,
@@ -64,7 +74,8 @@ def correct_two_stage(
 ) -> int:  # fmt: skip
     """Update aircraft k, predicted to the time of a measurement by sensor s; return the outcome.
 
-    With ``informs`` the measurement contributes to the biases.
+    With ``informs`` the measurement contributes to the biases. A range is without the delay of the
+    transponder at the published biases.
     """
     kind, z0, z1, height, height_variance = sight
     plane, sites, noises, starts = model.plane, model.sites, model.noises, model.starts
@@ -74,6 +85,7 @@ def correct_two_stage(
     velocities, fading_nis = aircraft.velocity, aircraft.fading_nis
     Y, y, U, R = sums
     n = bias.shape[0]
+    delayed = aircraft.delay.shape[1] > 0
     first, last = starts[s], starts[s + 1]
     site, noise = sites[s], noises[s]
     x0 = component(means, V, bias, k, 0)
@@ -106,6 +118,11 @@ def correct_two_stage(
         U[1, c] += j1
         e0 -= j0 * bias[c]
         e1 -= j1 * bias[c]
+    o = (0.0, 0.0, 0.0)
+    if delayed:
+        if measures_delay(kind, s, model):
+            nu0 += add_delay_columns(k, aircraft.delay, bias, U)
+        o = spread_of_delay(U)
     P = load_covariance(covariances, k)
     G = covariance_times_transposed(P, h)
     n00, n01, n11 = position_part(h, G)
@@ -120,8 +137,10 @@ def correct_two_stage(
         nis = squared_norm(n00 + w[0] + b00, n01 + w[1] + b01, n11 + w[2] + b11, e0, e1)
         if nis < np.inf:
             weight = max(1.0, nis / options[DOWNWEIGHT_NIS])
+    # The delay is an error of the aircraft, not of a sensor.
     record_innovation(
-        row, e0, e1, n00 + w[0], n01 + w[1], n11 + w[2], b00, b01, b11, innovations
+        row, e0, e1, n00 + w[0] + o[0], n01 + w[1] + o[1], n11 + w[2] + o[2], b00 - o[0],
+        b01 - o[1], b11 - o[2], innovations,
     )  # fmt: skip
     outcome = gated(nis, options[REJECT_NIS])
     if ground < options[CONE_RATIO] * (height - noise[3]):
@@ -141,7 +160,13 @@ def correct_two_stage(
             for r in range(4):
                 v = load_lanes(V, k, r, c, lanes)
                 store_lanes(V, k, r, c, lanes, v - (K[2 * r] * u0 + K[2 * r + 1] * u1))
-        if informs:
+        if informs and delayed:
+            gain = inform_with_delay(i00, i01, i11, nu0, nu1, sums)
+            for r in range(4):
+                means[k, r] += V[k, r, n - 1] * (gain[0] * nu0 + gain[1] * nu1)
+            shift_with_delay(V[k], gain, U)
+            correct_delay(k, gain, nu0, nu1, U, aircraft.delay)
+        elif informs:
             inform(i00, i01, i11, nu0, nu1, U, R, Y, y)
     return outcome
 
@@ -160,51 +185,6 @@ def component(means: Floats, V: Floats, bias: Floats, k: int, i: int) -> float:
     return even + odd
 
 
-@in_loop
-def inform(
-    i00: float, i01: float, i11: float, nu0: float, nu1: float, U: Floats, R: Floats, Y: Floats,
-    y: Floats,
-) -> None:  # fmt: skip
-    """Add the information of a measurement about the biases: y += Uᵀ S⁻¹ ν, Y += Uᵀ S⁻¹ U."""
-    n = y.shape[0]
-    for c in range(n):
-        R[0, c] = i00 * U[0, c] + i01 * U[1, c]
-    for c in range(n):
-        R[1, c] = i01 * U[0, c] + i11 * U[1, c]
-    for c in range(n):
-        y[c] = fused(R[0, c], nu0, fused(R[1, c], nu1, y[c]))
-    for d in range(0, n, LANES):
-        lanes = min(LANES, n - d)
-        u0, u1 = load_row(U, 0, d, lanes), load_row(U, 1, d, lanes)
-        for c in range(n):
-            more = fused_lanes(R[1, c], u1, load_row(Y, c, d, lanes))
-            store_row(Y, c, d, lanes, fused_lanes(R[0, c], u0, more))
-
-
-@in_loop
-def spread_of_biases(U: Floats, bias_covariance: Floats, R: Floats) -> tuple[float, float, float]:
-    """Return U P_ς Uᵀ: 00, 01, 11; R is overwritten."""
-    n = U.shape[1]
-    for d in range(0, n, LANES):
-        lanes = min(LANES, n - d)
-        r0 = every_lane(0.0)
-        r1 = r0
-        for c in range(n):
-            p = load_row(bias_covariance, c, d, lanes)
-            r0 = r0 + U[0, c] * p
-            r1 = r1 + U[1, c] * p
-        store_row(R, 0, d, lanes, r0)
-        store_row(R, 1, d, lanes, r1)
-    b00 = 0.0
-    b01 = 0.0
-    b11 = 0.0
-    for c in range(n):
-        b00 += R[0, c] * U[0, c]
-        b01 += R[0, c] * U[1, c]
-        b11 += R[1, c] * U[1, c]
-    return b00, b01, b11
-
-
 @kernel
 def apply_bias_drift(
     used: Integers, aircraft: Aircraft, complement: Floats, G: Floats, spread: Floats
@@ -216,6 +196,8 @@ def apply_bias_drift(
     R = np.empty((4, complement.shape[0]))
     modes = aircraft.mode_probability.shape[1]
     for k in used:
+        if aircraft.delay.shape[1] > 0 and aircraft.delay[k, DELAY_SIGMA] > 0.0:
+            drift_delay(k, aircraft, complement, G, spread, R)
         apply_bias_drift_to_state(
             aircraft.mean[k], aircraft.covariance[k], aircraft.sensitivity[k], complement, G,
             spread, R,
@@ -225,6 +207,21 @@ def apply_bias_drift(
                 aircraft.mode_mean[row], aircraft.mode_covariance[row],
                 aircraft.mode_sensitivity[row], complement, G, spread, R,
             )  # fmt: skip
+
+
+@kernel
+def drift_delay(
+    k: int, aircraft: Aircraft, complement: Floats, G: Floats, spread: Floats, R: Floats
+) -> None:
+    """Adjust the delay of aircraft k, and how its states depend on it, before the states."""
+    delay, modes = aircraft.delay, aircraft.mode_probability.shape[1]
+    sigma = drift_of_delay(k, delay, spread)
+    drift_with_delay(k, sigma, delay, spread, aircraft.covariance[k], aircraft.sensitivity[k])
+    for row in range(k * modes, (k + 1) * modes):
+        drift_with_delay(
+            k, sigma, delay, spread, aircraft.mode_covariance[row], aircraft.mode_sensitivity[row]
+        )
+    apply_drift_to_delay(k, sigma, complement, G, delay, R)
 
 
 @kernel
