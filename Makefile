@@ -1,8 +1,12 @@
 # Requires Python >= 3.11, make and git. Each target creates the environment it uses.
 PYTHON ?= python3
 VENV := .venv
+SOURCES := service:converters:schemas:compiled
 FUZZ_SECONDS ?= 120
 BIN := $(VENV)/bin
+# Modules are compiled when first imported: half of them never are.
+PIP = $(BIN)/pip install --quiet --disable-pip-version-check --no-compile
+RUNNABLE := $(VENV)/.runnable
 READY := $(VENV)/.ready
 
 .PHONY: help install test unit fuzz lint types contracts kernels check docs-check demo page bench kernel-list lock clean
@@ -13,10 +17,15 @@ help: ## Show the targets
 install: $(READY) ## Create .venv with the pinned versions, and compile the kernels
 	$(BIN)/multiradar warm-up
 
-$(READY): constraints.txt pyproject.toml
+# What commands need comes first: with it kernels compile while the rest is installed.
+$(RUNNABLE): constraints-run.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes --requirement constraints.txt
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	$(PIP) --require-hashes --requirement constraints-run.txt
+	@touch $@
+
+$(READY): $(RUNNABLE) constraints.txt pyproject.toml
+	$(PIP) --require-hashes --requirement constraints.txt
+	$(PIP) --no-deps --no-build-isolation --editable .
 	@touch $@
 
 lint: $(READY) ## Check style
@@ -31,11 +40,11 @@ contracts: $(READY) ## Check the import contracts
 
 check: lint types contracts ## Run all checks except the tests
 
-kernels: $(READY) ## Compile the kernels of all commands and studies
-	$(BIN)/multiradar warm-up --all
+kernels: $(RUNNABLE) ## Compile the kernels of all commands and studies
+	PYTHONPATH=$(SOURCES) $(BIN)/python -m multiradar warm-up --all
 
 # Most checks use one core; the other compiles meanwhile.
-test: $(READY) ## Lint, types, import contracts and all tests
+test: ## Lint, types, import contracts and all tests
 	$(MAKE) --jobs lint types contracts kernels
 	$(BIN)/pytest -n 3
 
@@ -55,7 +64,7 @@ page: ## Build the page of the air picture (needs Node.js 20); the result is com
 	cd page && npm ci --no-audit --no-fund && npm run types && npm run build
 
 $(VENV)/.bench: $(READY) constraints-bench.txt
-	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes --no-build-isolation --requirement constraints-bench.txt
+	$(PIP) --require-hashes --no-build-isolation --requirement constraints-bench.txt
 	@touch $@
 
 bench: $(VENV)/.bench ## Benchmark against other packages; prints ratios and writes benchmark.json
