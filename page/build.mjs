@@ -21,7 +21,7 @@ await copyFile("node_modules/world-atlas/countries-50m.json", `${out}land.json`)
 
 // Licences of what is bundled.
 const bundled = ["ol", "rbush", "quickselect", "lit", "lit-html", "lit-element", "@lit/reactive-element",
-  "topojson-client", "world-atlas"];
+  "topojson-client", "uplot", "world-atlas"];
 const notices = [];
 for (const name of bundled) {
   const folder = `node_modules/${name}/`;

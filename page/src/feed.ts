@@ -8,12 +8,6 @@ const TIMEOUT_MS = 10_000;
 /** Without an answer for this long the picture is out of date, ms. */
 const LOST_MS = 5000;
 
-export interface Bias {
-  parameter: string;
-  estimate: number;
-  sigma: number;
-}
-
 export interface Sensor {
   id: string;
   kind: string;
@@ -21,6 +15,10 @@ export interface Sensor {
   longitude_deg: number | null;
   range_max_m: number | null;
   rotation_period_s: number | null;
+  /** By how much a wrong clock is ahead of the data time. */
+  clock_lead_s?: number | null;
+  range_sigma_m: number | null;
+  azimuth_sigma_deg: number | null;
   updates: number;
   age_s: number | null;
   health: Record<string, unknown> | null;
@@ -60,9 +58,9 @@ export class Feed {
     return nowMs - this.answeredMs > LOST_MS;
   }
 
-  /** Seconds since the last answer. */
-  silentS(nowMs: number): number {
-    return (nowMs - this.answeredMs) / 1000;
+  /** When the service answered last, as `performance.now`. */
+  get lastAnswerMs(): number {
+    return this.answeredMs;
   }
 
   private async loop(step: () => Promise<void>, everyMs: number): Promise<void> {

@@ -1,7 +1,8 @@
 /** The keys of the page, each declared once; the help sheet lists them. A new key is a line in `KEYS`. */
 
 import type { App } from "./panels/panel";
-import { SWITCHES } from "./view";
+import { nextRow } from "./panels/table";
+import { SWITCHES, TABS } from "./view";
 
 export interface Key {
   /** As in `KeyboardEvent.key`. */
@@ -16,13 +17,27 @@ export interface Key {
 export const KEYS: readonly Key[] = [
   ...SWITCHES.map(([name, key, text]): Key => ({ key, text, run: (app) => app.actions.toggle(name) })),
   { key: "f", text: "Show everything", run: (app) => app.picture.fit() },
-  { key: "/", text: "Filter the tracks", run: () => document.getElementById("filter")?.focus() },
+  ...TABS.map(([tab, key, title]): Key => ({ key, text: `Panel: ${title}`, run: (app) => app.actions.tab(tab) })),
+  { key: "/", text: "Search the tracks", run: search },
+  { key: "j", text: "Next track of the table", run: (app) => step(app, 1) },
+  { key: "k", text: "Previous track", run: (app) => step(app, -1) },
+  { key: "Enter", text: "Open the sheet of the selected track (in the table)" },
   { key: "m", text: "FL, kt, NM or SI units", run: (app) => app.actions.units() },
   { key: "d", text: "Dark or light", run: (app) => app.actions.theme() },
   { key: "?", text: "This sheet", run: (app) => app.actions.help() },
   { key: "Escape", shown: "Esc", text: "Deselect, close", run: (app) => app.actions.select(null) },
   { key: "ArrowUp", shown: "arrows, + and −", text: "Move and zoom the map (with the map focused)" },
 ];
+
+function search(app: App): void {
+  if (app.view.tab !== "tracks" || !app.view.open) app.actions.tab("tracks");
+  document.getElementById("filter")?.focus();
+}
+
+function step(app: App, by: number): void {
+  if (app.view.tab !== "tracks") app.actions.tab("tracks");
+  nextRow(app, by);
+}
 
 /** Handle a key that was pressed outside dialogs. */
 export function pressed(event: KeyboardEvent, app: App): void {
@@ -33,6 +48,8 @@ export function pressed(event: KeyboardEvent, app: App): void {
     if (event.key === "Escape") target.blur();
     return;
   }
+  // An open sheet has keys of its own, and is closed by the browser.
+  if (document.querySelector("dialog[open]") !== null && event.key !== "?") return;
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   const found = KEYS.find((one) => one.key === event.key && one.run !== undefined);
   if (found === undefined) return;

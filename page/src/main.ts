@@ -2,6 +2,8 @@
 
 import "ol/ol.css";
 import "./page.css";
+import "./panels/panels.css";
+import "./panels/screens.css";
 
 import { Encounters } from "./encounters";
 import { Feed } from "./feed";
@@ -19,6 +21,9 @@ const store = new Store();
 const view = initialView(location.hash);
 let drawn = 0;
 let queued = false;
+/** Screens on which the panels lie over the map. */
+const narrow = matchMedia("(max-width: 1000px)");
+view.open = !narrow.matches;
 const feed = new Feed(store, view.tick, () => redraw());
 const selection = new Selection(
   () => store.dataTimeS,
@@ -30,10 +35,11 @@ feed.track = view.selected;
 const encounters = new Encounters(() => view.shown.encounters && store.tracks.length > 1);
 
 const actions: Actions = {
-  select(id) {
+  select(id, opens = true) {
     view.selected = id;
     feed.track = id;
     selection.follow(id);
+    if (id !== null && opens) [view.tab, view.open] = ["track", true];
     actions.changed();
   },
   show(id) {
@@ -45,8 +51,18 @@ const actions: Actions = {
     view.shown[name] = !view.shown[name];
     actions.changed();
   },
-  filter(text) {
-    view.filter = text;
+  filter(changes) {
+    Object.assign(view.filters, changes);
+    actions.changed();
+  },
+  tab(name) {
+    view.open = !narrow.matches || view.tab !== name || !view.open;
+    view.tab = name;
+    actions.changed();
+  },
+  sensor(id) {
+    view.sensor = id;
+    if (id !== null) [view.tab, view.open] = ["sensors", true];
     actions.changed();
   },
   units() {
@@ -62,6 +78,9 @@ const actions: Actions = {
     const dialog = document.getElementById("help") as HTMLDialogElement;
     if (dialog.open) dialog.close();
     else dialog.showModal();
+  },
+  redraw() {
+    requestAnimationFrame(() => drawPanels(app));
   },
   changed() {
     picture.touch();
@@ -96,6 +115,17 @@ function redraw(now = false): void {
 }
 
 document.addEventListener("keydown", (event) => pressed(event, app));
+
+// Paper is white: the map is drawn again in light colours.
+let printed = view.theme;
+window.addEventListener("beforeprint", () => {
+  printed = view.theme;
+  if (view.theme === "dark") actions.theme();
+  picture.map.renderSync();
+});
+window.addEventListener("afterprint", () => {
+  if (view.theme !== printed) actions.theme();
+});
 
 feed.start();
 encounters.start();

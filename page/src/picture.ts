@@ -149,6 +149,12 @@ export class Picture {
     this.map.getView().animate({ center: [track.x, track.y], duration: 250 });
   }
 
+  /** Whether a track lies in the part of the world that the map shows. */
+  contains(track: Track): boolean {
+    const [west = -Infinity, south = -Infinity, east = Infinity, north = Infinity] = this.map.getView().calculateExtent(this.map.getSize());
+    return track.x >= west && track.x <= east && track.y >= south && track.y <= north;
+  }
+
   /** Show all sensors and tracks. */
   fit(): void {
     const points = [

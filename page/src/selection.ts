@@ -38,8 +38,8 @@ export interface Bundle {
 interface Trajectories {
   time_s: number;
   trajectories: { weight: number; segments: { begin_s: number; end_s: number | null; kind: string }[] }[];
-  best: Update[];
-  weighted: Update[];
+  best: Place[];
+  weighted: Place[];
 }
 
 interface Member {
@@ -48,15 +48,31 @@ interface Member {
   longitude_deg: number;
 }
 
-interface Update {
+interface Place {
   time_s: number;
   latitude_deg: number;
   longitude_deg: number;
 }
 
+/** An update of a track, as the service describes it. */
+export interface Update extends Place {
+  sensor_id: string;
+  height_m: number | null;
+  height_sigma_m: number | null;
+  speed_mps: number;
+  velocity_sigma_mps: number;
+  vertical_rate_mps: number | null;
+  turn_right_probability: number | null;
+  turn_left_probability: number | null;
+  speed_change_probability: number | null;
+  mode_s_address: string | null;
+  measured_mode_s_address: string | null;
+  adsb_implausible: boolean;
+}
+
 interface Forecast {
   probability: number;
-  points: (Update & {
+  points: (Place & {
     region_major_m: number;
     region_minor_m: number;
     region_azimuth_deg: number;
@@ -66,6 +82,8 @@ interface Forecast {
 
 export class Selection {
   past: PastPoint[] = [];
+  /** The updates of the past, oldest first. */
+  updates: Update[] = [];
   forecast: ForecastPoint[] = [];
   /** The trajectory set, where there is one. */
   bundle: Bundle | null = null;
@@ -88,6 +106,7 @@ export class Selection {
     if (id === this.id) return;
     this.id = id;
     this.past = [];
+    this.updates = [];
     this.forecast = [];
     this.bundle = null;
     this.revision += 1;
@@ -101,7 +120,6 @@ export class Selection {
     try {
       const since = `since=${time - PAST_S}&limit=5000`;
       const history = (await (await get(`v1/tracks/${id}/history?${since}`)).json()) as { updates: Update[] };
-      const past = history.updates.map(placed);
       const asked = `horizon_s=${HORIZON_S}&step_s=${STEP_S}`;
       const forecast = await get(`v1/tracks/${id}/forecast?${asked}`)
         .then(async (answer) => (await answer.json()) as Forecast)
@@ -109,7 +127,8 @@ export class Selection {
       const bundle = this.hasBundle(id) ? await bundleOf(id).catch(() => null) : null;
       if (id !== this.id) return;
       this.bundle = bundle;
-      this.past = past;
+      this.updates = history.updates;
+      this.past = history.updates.map(placed);
       this.probability = forecast.probability;
       this.forecast = forecast.points.map((point) => ({
         ...placed(point),
@@ -124,6 +143,8 @@ export class Selection {
     } finally {
       this.revision += 1;
       this.busy = false;
+      // Another track was selected meanwhile.
+      if (id !== this.id) void this.refresh();
     }
   }
 }
@@ -144,6 +165,6 @@ async function bundleOf(id: number): Promise<Bundle> {
   };
 }
 
-function placed(update: Update): PastPoint {
+function placed(update: Place): PastPoint {
   return { timeS: update.time_s, x: mercatorX(update.longitude_deg), y: mercatorY(update.latitude_deg) };
 }

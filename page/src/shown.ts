@@ -1,20 +1,42 @@
-/** Which tracks the switches and the filter show. */
+/** Which tracks the switches and the filters show: on the map and in the table alike. */
 
+import { PLOTS_KEPT_S } from "./plots";
 import type { Track } from "./store";
-import type { ViewState } from "./view";
+import type { Filters, ViewState } from "./view";
 
-/** Whether the switches and the filter show a track. */
+/** Whether the switches and the filters show a track. */
 export function isShown(track: Track, view: ViewState): boolean {
   if (track.state === "tentative" && !view.shown.tentative) return false;
   if (track.onGround && !view.shown.ground) return false;
-  return matches(track, view.filter);
+  return matches(track, view.filters);
 }
 
-export function matches(track: Track, filter: string): boolean {
-  if (filter === "") return true;
-  const wanted = filter.trim().toUpperCase();
+export function matches(track: Track, filters: Filters): boolean {
+  const { fromM, toM, sensor, state } = filters;
+  if (state !== "" && track.state !== state) return false;
+  // A track of unknown level is in no band.
+  if (fromM !== null && !(track.heightM >= fromM)) return false;
+  if (toM !== null && !(track.heightM <= toM)) return false;
+  if (sensor !== "" && !((track.heardS.get(sensor) ?? -Infinity) >= track.timeS - PLOTS_KEPT_S)) return false;
+  return hasText(track, filters.text);
+}
+
+function hasText(track: Track, text: string): boolean {
+  if (text === "") return true;
+  const wanted = text.trim().toUpperCase();
   if (wanted === "") return true;
   return [track.callsign, track.code, track.address, String(track.id)].some(
-    (text) => text !== null && text.toUpperCase().includes(wanted),
+    (one) => one !== null && one.toUpperCase().includes(wanted),
   );
+}
+
+/** Whether any filter is set. */
+export function isFiltered({ text, fromM, toM, sensor, state, area }: Filters): boolean {
+  return text !== "" || fromM !== null || toM !== null || sensor !== "" || state !== "" || area;
+}
+
+/** A text that changes when other tracks may be shown. */
+export function shownKey({ filters, shown }: ViewState): string {
+  const { text, fromM, toM, sensor, state } = filters;
+  return `${text} ${fromM} ${toM} ${sensor} ${state} ${shown.tentative} ${shown.ground}`;
 }

@@ -50,7 +50,9 @@ export class Store {
     this.sensors = frame.header.sensors;
     this.bundles = frame.header.bundles ?? [];
     this.updateTracks(frame);
+    const before = this.plots.last;
     this.plots.update(frame.plots, (time ?? 0) - PLOTS_KEPT_S);
+    this.noteSensors(before);
   }
 
   /** Discard everything: the service restarted. */
@@ -71,6 +73,16 @@ export class Store {
   /** Seconds for which a track is extrapolated at a data time. */
   ahead(track: Track, timeS: number): number {
     return Math.max(0, Math.min(timeS - track.timeS, AHEAD_MAX_S));
+  }
+
+  /** Note in the tracks which sensors saw them, from the plots since a number. */
+  private noteSensors(since: number): void {
+    const { plots } = this;
+    for (let number = Math.max(since, plots.first); number < plots.last; number++) {
+      const at = plots.slot(number);
+      const sensor = this.sensors[plots.sensor[at] ?? -1];
+      if (sensor !== undefined) this.track(plots.track[at] ?? null)?.heardS.set(sensor, plots.timeS[at] ?? NaN);
+    }
   }
 
   private updateTracks(frame: Frame): void {

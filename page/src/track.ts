@@ -39,6 +39,8 @@ export class Track {
   callsign: string | null = null;
   code: string | null = null;
   address: string | null = null;
+  /** Time of the last plot by each sensor. */
+  readonly heardS = new Map<string, number>();
   readonly trail = new Trail();
   /** Callsign, code and address as in the frame. */
   private readonly numbers = [-1, -1, -1];

@@ -2,8 +2,8 @@
 
 export type Units = "aero" | "si";
 
-const FOOT_M = 0.3048;
-const KNOT_MPS = 0.514444;
+export const FOOT_M = 0.3048;
+export const KNOT_MPS = 0.514444;
 export const NAUTICAL_MILE_M = 1852;
 
 const known = (value: number): boolean => Number.isFinite(value);

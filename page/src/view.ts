@@ -5,12 +5,35 @@ import type { Units } from "./units";
 export type Switch =
   | "labels" | "trails" | "vectors" | "uncertainty" | "plots" | "biases" | "sites" | "tentative" | "ground" | "encounters" | "sweeps" | "trajectories";
 
+/** Parts of the panels, of which one is open. */
+export type Tab = "tracks" | "track" | "sensors" | "system" | "map";
+
+/** Which tracks are shown, beyond the switches. */
+export interface Filters {
+  /** In callsign, code, address or number. */
+  text: string;
+  /** Level band, metres; null: open. */
+  fromM: number | null;
+  toM: number | null;
+  /** With a plot of this sensor in the last seconds; "": any. */
+  sensor: string;
+  /** "": any. */
+  state: string;
+  /** In the table, only what the map shows. */
+  area: boolean;
+}
+
 export interface ViewState {
   shown: Record<Switch, boolean>;
   units: Units;
   theme: "dark" | "light";
   selected: number | null;
-  filter: string;
+  filters: Filters;
+  tab: Tab;
+  /** The radar whose sheet is open. */
+  sensor: string | null;
+  /** On a narrow screen: whether the panels are open. */
+  open: boolean;
   centre: [number, number] | null;
   zoom: number | null;
   /** Time between frames, ms. */
@@ -39,11 +62,21 @@ export const SWITCHES: readonly [Switch, string, string, boolean][] = [
   ["ground", "g", "Aircraft on the ground", true],
 ];
 
+/** The tabs: name, key, title. */
+export const TABS: readonly [Tab, string, string][] = [
+  ["tracks", "1", "Tracks"],
+  ["track", "2", "Track"],
+  ["sensors", "3", "Radars"],
+  ["system", "4", "System"],
+  ["map", "5", "Map"],
+];
+
 export function initialView(address: string): ViewState {
   const given = new URLSearchParams(address.replace(/^#/, ""));
   const off = new Set((given.get("off") ?? "").split(","));
   const number = (name: string): number | null => {
-    const value = Number(given.get(name) ?? NaN);
+    const text = given.get(name);
+    const value = text === null || text.trim() === "" ? NaN : Number(text);
     return Number.isFinite(value) ? value : null;
   };
   const [longitude, latitude] = [number("lon"), number("lat")];
@@ -55,7 +88,17 @@ export function initialView(address: string): ViewState {
     units: given.get("units") === "si" ? "si" : "aero",
     theme: given.get("theme") === "light" ? "light" : "dark",
     selected: number("track"),
-    filter: given.get("q") ?? "",
+    filters: {
+      text: given.get("q") ?? "",
+      fromM: number("from"),
+      toM: number("to"),
+      sensor: given.get("by") ?? "",
+      state: given.get("state") ?? "",
+      area: given.get("area") === "map",
+    },
+    tab: TABS.find(([name]) => name === given.get("tab"))?.[0] ?? "tracks",
+    sensor: given.get("sensor"),
+    open: true,
     centre: longitude !== null && latitude !== null ? [longitude, latitude] : null,
     zoom: number("zoom"),
     hiddenSensors: new Set((given.get("hide") ?? "").split(",").filter((one) => one !== "")),
@@ -70,7 +113,10 @@ export function addressOf(view: ViewState): string {
   if (view.units !== "aero") given.set("units", view.units);
   if (view.theme !== "dark") given.set("theme", view.theme);
   if (view.selected !== null) given.set("track", String(view.selected));
-  if (view.filter !== "") given.set("q", view.filter);
+  const { text, fromM, toM, sensor, state, area } = view.filters;
+  const chosen = { q: text, from: fromM, to: toM, by: sensor, state, area: area ? "map" : "", sensor: view.sensor };
+  for (const [name, value] of Object.entries(chosen)) if (value !== null && value !== "") given.set(name, String(value));
+  if (view.tab !== "tracks") given.set("tab", view.tab);
   if (view.centre !== null) {
     given.set("lon", view.centre[0].toFixed(4));
     given.set("lat", view.centre[1].toFixed(4));

@@ -1,5 +1,6 @@
 /** Labels of the tracks: callsign or code, level with trend, speed. */
 
+import { shownKey } from "../shown";
 import { FONT } from "../drawing/palette";
 import { hasLeader, LabelPlaces, leftOf, MARGIN, topOf, type Wanted } from "../drawing/label_places";
 import type { Layer, Scene } from "../drawing/scene";
@@ -88,7 +89,7 @@ export class LabelsLayer implements Layer {
   /** Placed again with new data, another view, or when two labels could touch. */
   private isDue(scene: Scene): boolean {
     const { view } = scene;
-    const place = `${scene.a} ${scene.e} ${scene.f} ${scene.width} ${scene.height} ${view.units} ${view.selected} ${view.filter} ${view.shown.tentative} ${view.shown.ground}`;
+    const place = `${scene.a} ${scene.e} ${scene.f} ${scene.width} ${scene.height} ${view.units} ${view.selected} ${shownKey(view)}`;
     const moved = scene.store.fastest * scene.a * (scene.timeS - this.placedS);
     const due = place !== this.place || scene.store.frames !== this.placedFrame || !(moved < MARGIN);
     if (due) [this.place, this.placedFrame, this.placedS] = [place, scene.store.frames, scene.timeS];

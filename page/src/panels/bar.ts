@@ -2,14 +2,14 @@
 
 import { html, nothing, type TemplateResult } from "lit";
 
+import { isFiltered, isShown } from "../shown";
 import { date, utc } from "../units";
 import type { App } from "./panel";
 
 export function banner({ feed }: App): TemplateResult | typeof nothing {
-  const now = performance.now();
-  if (feed.isLost(now)) {
-    return html`<p role="alert">No answer from the service for ${Math.round(feed.silentS(now))} s.
-      The picture is out of date. ${feed.problem}</p>`;
+  if (feed.isLost(performance.now())) {
+    const since = (performance.timeOrigin + feed.lastAnswerMs) / 1000;
+    return html`<p role="alert">No answer from the service since ${utc(since)} UTC. The picture is out of date. ${feed.problem}</p>`;
   }
   if (feed.problem !== "") return html`<p role="alert">${feed.problem}</p>`;
   return nothing;
@@ -18,13 +18,19 @@ export function banner({ feed }: App): TemplateResult | typeof nothing {
 export function bar({ store, view, actions }: App): TemplateResult {
   const { tracks, dataTimeS: time } = store;
   const confirmed = tracks.filter((one) => one.state === "confirmed").length;
+  const { biases } = view.shown;
   return html`
-    <strong>multiradar</strong>
-    <time title="Data time, UTC ${date(time)}">${utc(time)}${time === null ? "" : " UTC"}</time>
+    <h1>multiradar</h1>
+    <time title="Data time, UTC ${date(time)}">${utc(time)}${time === null ? "" : html` <small>UTC</small>`}</time>
     <span>${tracks.length === 0 ? "no tracks" : `${confirmed} confirmed, ${tracks.length - confirmed} other tracks`}</span>
-    <span>${store.plots.length} plots in 30 s</span>
-    <button type="button" @click=${() => actions.units()}>${view.units === "aero" ? "FL, kt, NM" : "m, m/s, km"}</button>
-    <button type="button" @click=${() => actions.theme()}>${view.theme === "dark" ? "Light" : "Dark"}</button>
-    <button type="button" @click=${() => actions.help()}>Keys (?)</button>
-    <a href="docs">API</a>`;
+    <span class="minor">${store.plots.length} plots in 30 s</span>
+    ${isFiltered(view.filters) ? html`<span class="badge check">filtered: ${tracks.filter((one) => isShown(one, view)).length} shown</span>` : nothing}
+    <span class="buttons">
+      <button type="button" class="biases" aria-pressed=${biases} title="Plots with or without the estimated biases (b)"
+        @click=${() => actions.toggle("biases")}>${biases ? "Biases removed" : "As measured"}</button>
+      <button type="button" title="Units (m)" @click=${() => actions.units()}>${view.units === "aero" ? "FL, kt, NM" : "m, m/s, km"}</button>
+      <button type="button" title="Dark or light (d)" @click=${() => actions.theme()}>${view.theme === "dark" ? "Light" : "Dark"}</button>
+      <button type="button" @click=${() => window.print()}>Print</button>
+      <button type="button" @click=${() => actions.help()}>Keys <kbd>?</kbd></button>
+      <a href="docs">API</a></span>`;
 }

@@ -7,16 +7,23 @@ import type { Feed } from "../feed";
 import type { Picture } from "../picture";
 import type { Selection } from "../selection";
 import type { Store } from "../store";
-import type { Switch, ViewState } from "../view";
+import type { Filters, Switch, Tab, ViewState } from "../view";
 
 export interface Actions {
-  select(id: number | null): void;
+  /** Select a track, or none; its sheet opens unless told otherwise. */
+  select(id: number | null, opens?: boolean): void;
   show(id: number): void;
   toggle(name: Switch): void;
-  filter(text: string): void;
+  filter(changes: Partial<Filters>): void;
+  /** Open a tab; on a narrow screen the open one closes. */
+  tab(name: Tab): void;
+  /** Open the sheet of a sensor, or close it. */
+  sensor(id: string | null): void;
   units(): void;
   theme(): void;
   help(): void;
+  /** Draw the panels soon, with the next frame of the screen. */
+  redraw(): void;
   /** Draw the panels now, and keep the view in the address. */
   changed(): void;
 }
@@ -36,5 +43,10 @@ export interface Panel {
   /** The id of its element. */
   id: string;
   title: string;
+  tab: Tab;
+  /** Drawn even when another tab is open. */
+  always?: boolean;
+  /** A short text beside the title of the tab, or "". */
+  badge?(app: App): string;
   draw(app: App): TemplateResult;
 }

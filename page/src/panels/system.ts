@@ -1,21 +1,137 @@
-/** The service: its state, counts and version. */
+/** The service: rates, lags, rejects by reason with examples, journal, and who is connected. */
 
-import { html, type TemplateResult } from "lit";
+import { html, nothing, type TemplateResult } from "lit";
 
+import { utc } from "../units";
 import type { App, Panel } from "./panel";
+import { Source } from "./source";
 
-export const systemPanel: Panel = { id: "system", title: "System", draw };
+const EXAMPLES = 3;
+const EXAMPLES_MS = 10_000;
+/** Rates are those of this time, ms. */
+const RATE_MS = 20_000;
 
-function draw({ store, feed }: App): TemplateResult {
+interface Reject {
+  number: number;
+  source: string;
+  reason: string;
+  raw: string;
+}
+
+interface Sample {
+  atMs: number;
+  read: number;
+  updates: number;
+  dataS: number;
+}
+
+const examples = new Map<string, Source<{ rejects: Reject[] }>>();
+const opened = new Set<string>();
+const samples: Sample[] = [];
+let sampled = -1;
+
+export const systemPanel: Panel = {
+  id: "system",
+  title: "System",
+  tab: "system",
+  badge: ({ feed }) => {
+    const { state, warnings } = feed.status as { state?: string; warnings?: unknown[] };
+    if (state !== undefined && state !== "running") return state;
+    return Array.isArray(warnings) && warnings.length > 0 ? `${warnings.length} warnings` : "";
+  },
+  draw,
+};
+
+function draw(app: App): TemplateResult {
+  const { feed, store } = app;
   const { status } = feed;
-  const rejected = Object.entries((status["rejected_by_code"] ?? {}) as Record<string, number>);
-  const rows: [string, string][] = [
-    ["State", String(status["state"] ?? "–")],
-    ["Accepted", String(status["accepted"] ?? "–")],
-    ["Rejected", rejected.length === 0 ? "none" : rejected.map(([code, count]) => `${code} ${count}`).join(", ")],
-    ["Connected readers", String(status["subscribers"] ?? "–")],
-    ["Version", String(status["version"] ?? "–")],
-    ["Frames", `${store.frames} received, ${store.malformed} malformed, ${store.skipped} plots missed`],
+  sample(app);
+  const count = (name: string): number => (typeof status[name] === "number" ? status[name] : NaN);
+  const text = (name: string): string => String(status[name] ?? "–");
+  const warnings = Array.isArray(status["warnings"]) ? status["warnings"].map(String) : [];
+  const unobservable = Array.isArray(status["unobservable_biases"]) ? (status["unobservable_biases"] as { what: string; reason: string }[]) : [];
+  return html`${status["failure"] == null ? nothing : html`<p class="alarm"><strong>${String(status["failure"])}</strong></p>`}
+    ${warnings.map((one) => html`<p class="alarm">${one}</p>`)}
+    ${group("Service", [
+      ["State", text("state")], ["Version", text("version")], ["Filter", text("filter")],
+      ["Data time", store.dataTimeS === null ? "no data" : `${utc(store.dataTimeS)} UTC`],
+    ])}
+    ${group("Rates", rates())}
+    ${group("Lags", [
+      ["Waiting for the journal", `${text("intake_rows")} rows`], ["Waiting for the engine", `${text("backlog_rows")} rows`],
+      ["Journal entries processed", `${text("processed_sequence")} of ${text("journal_sequence")}`],
+      ["Entries skipped", text("skipped_entries")],
+    ])}
+    ${group("Measurements", [
+      ["Read", text("read")], ["Accepted", text("accepted")], ["Rejected", text("rejected")], ["Duplicates", text("duplicate")],
+    ])}
+    ${count("read") === count("accepted") + count("rejected") + count("duplicate") || Number.isNaN(count("read"))
+      ? nothing : html`<p class="hint">Some are still being counted.</p>`}
+    ${rejects(app)}
+    ${outcomes(status)}
+    ${unobservable.length === 0 ? nothing : html`<h3>Biases that are not observable</h3>${unobservable.map((one) => html`<p class="hint">${one.what}: ${one.reason}</p>`)}`}
+    ${group("Tracks", [
+      ["Live", text("tracks")], ["Confirmed", text("tracks_confirmed_live")],
+      ["Initiated so far", text("tracks_initiated")], ["Ended so far", text("tracks_ended")],
+    ])}
+    ${group("Connections", [
+      ["Streams of events", `${text("subscribers")} readers`], ["Zenoh", status["zenoh"] == null ? "off" : "on"],
+      ["ASTERIX in, out", `${status["asterix"] == null ? "off" : "on"}, ${status["asterix_output"] == null ? "off" : "on"}`],
+      ["Feeds of receivers", status["feeds"] == null ? "off" : "on"],
+      ["This page", `${store.frames} frames, ${store.malformed} malformed, ${store.skipped} plots missed`],
+    ])}`;
+}
+
+function group(title: string, rows: [string, string][]): TemplateResult {
+  return html`<section aria-label=${title}><h3>${title}</h3><dl class="facts">${rows.map(([name, value]) => html`<dt>${name}</dt><dd>${value}</dd>`)}</dl></section>`;
+}
+
+/** Keep the counts of each status, for rates. */
+function sample({ feed, store }: App): void {
+  if (feed.revision === sampled || typeof feed.status["read"] !== "number") return;
+  sampled = feed.revision;
+  const now = performance.now();
+  samples.push({ atMs: now, read: feed.status["read"], updates: Number(feed.status["output_sequence"] ?? 0), dataS: store.dataTimeS ?? NaN });
+  while (samples.length > 2 && (samples[0]?.atMs ?? now) < now - RATE_MS) samples.shift();
+}
+
+function rates(): [string, string][] {
+  const [first, last] = [samples[0], samples[samples.length - 1]];
+  if (first === undefined || last === undefined || last.atMs - first.atMs < 1000) return [["Measurements", "not known yet"]];
+  const seconds = (last.atMs - first.atMs) / 1000;
+  const speed = (last.dataS - first.dataS) / seconds;
+  return [
+    ["Measurements", `${Math.max(0, (last.read - first.read) / seconds).toFixed(1)} per s`],
+    ["Track updates", `${Math.max(0, (last.updates - first.updates) / seconds).toFixed(1)} per s`],
+    ["Data time", Number.isFinite(speed) ? `${speed.toFixed(1)} s per s` : "no data"],
   ];
-  return html`<dl>${rows.map(([name, value]) => html`<dt>${name}</dt><dd>${value}</dd>`)}</dl>`;
+}
+
+function rejects(app: App): TemplateResult {
+  const counts = Object.entries((app.feed.status["rejected_by_code"] ?? {}) as Record<string, number>);
+  if (counts.length === 0) return html`<section aria-label="Rejects"><h3>Rejects by reason</h3><p class="hint">None.</p></section>`;
+  counts.sort((a, b) => b[1] - a[1]);
+  return html`<section aria-label="Rejects"><h3>Rejects by reason</h3>${counts.map(([code, count]) => html`<details
+    @toggle=${(event: Event) => {
+      if ((event.target as HTMLDetailsElement).open) opened.add(code);
+      else opened.delete(code);
+      app.actions.redraw();
+    }}><summary>${code} <span class="count">${count}</span></summary>${opened.has(code) ? shown(code, app) : nothing}</details>`)}</section>`;
+}
+
+/** The last rejected rows of a reason. */
+function shown(code: string, app: App): TemplateResult {
+  let source = examples.get(code);
+  if (source === undefined) examples.set(code, (source = new Source(EXAMPLES_MS)));
+  const found = source.read(app, code, `v1/rejects?code=${encodeURIComponent(code)}&limit=1000`);
+  if (found === null) return html`<p class="hint">${source.problem || "Reading…"}</p>`;
+  return html`${found.rejects.slice(-EXAMPLES).reverse().map((one) => html`<p>${one.reason}<br><code>${one.raw}</code></p>`)}
+    <p class="hint"><a href="v1/rejects?code=${encodeURIComponent(code)}">All that are retained</a></p>`;
+}
+
+function outcomes(status: Record<string, unknown>): TemplateResult | typeof nothing {
+  const counts = Object.entries((status["engine"] ?? {}) as Record<string, number>).filter(([, count]) => count > 0);
+  if (counts.length === 0) return nothing;
+  return html`<details><summary>Disposition in the filter</summary><dl class="facts">${counts.map(([code, count]) => html`<dt>${
+    code.toLowerCase().replaceAll("_", " ")}</dt><dd>${count}</dd>`)}</dl></details>`;
 }

@@ -1,49 +1,138 @@
-/** The table of tracks: the map as text. */
+/** The table of tracks: the map as text, with the same filters and the same selection. */
 
-import { html, type TemplateResult } from "lit";
+import { html, nothing, type TemplateResult } from "lit";
 
-import { isShown, matches } from "../shown";
+import { isFiltered, isShown } from "../shown";
 import { nameOf, type Track } from "../store";
-import { distance, level, speed } from "../units";
+import { distance, level, speed, trend } from "../units";
+import { filterForm } from "./filters";
 import type { App, Panel } from "./panel";
 
-const ROWS_MAX = 200;
+/** Height of a row, pixels, as in the style sheet. */
+const ROW_PX = 26;
+const TOUCH_ROW_PX = 44;
+/** Rows drawn beyond both ends of the visible part. */
+const MARGIN_ROWS = 8;
+const PAGE_ROWS = 10;
 
 type Key = "name" | "level" | "speed" | "sigma" | "age";
 
-const COLUMNS: [Key, string][] = [
-  ["name", "Track"], ["level", "Level"], ["speed", "Speed"], ["sigma", "Sigma"], ["age", "Age"],
+const COLUMNS: readonly [Key, string, string][] = [
+  ["name", "Track", "Callsign, else Mode 3/A code, address or number"],
+  ["level", "Level", "Height"],
+  ["speed", "Speed", "Ground speed"],
+  ["sigma", "Sigma", "Position uncertainty: one standard deviation"],
+  ["age", "Age", "Time since the last plot"],
 ];
+const SYMBOLS: Record<string, string> = { confirmed: "●", tentative: "○", coasting: "✕", unknown: "?" };
 
 const sorting: { key: Key; descending: boolean } = { key: "name", descending: false };
+let rows: Track[] = [];
 
-export const tablePanel: Panel = { id: "tracks", title: "Tracks", draw };
+export const tablePanel: Panel = {
+  id: "tracks",
+  title: "Tracks",
+  tab: "tracks",
+  badge: ({ store, view }) => (isFiltered(view.filters) ? "filtered" : String(store.tracks.length || "")),
+  draw,
+};
 
 function draw(app: App): TemplateResult {
-  const { store, view, actions } = app;
+  const { store, view, picture, actions } = app;
   const shown = store.tracks.filter((one) => isShown(one, view));
-  const sorted = [...shown].sort((a, b) => order(a, b) * (sorting.descending ? -1 : 1));
-  const hidden = store.tracks.filter((one) => !matches(one, view.filter)).length;
-  return html`
-    <input type="search" id="filter" placeholder="Callsign, code, address or number (/)" aria-label="Filter tracks"
-      .value=${view.filter} @input=${(event: Event) => actions.filter((event.target as HTMLInputElement).value)}>
-    <table>
-      <thead><tr>${COLUMNS.map(([key, text]) => html`<th scope="col" aria-sort=${sortOf(key)}>
+  rows = view.filters.area ? shown.filter((one) => picture.contains(one)) : shown;
+  rows.sort(order);
+  const worst = rows.reduce<Track | null>((most, one) => (one.sigmaM > (most?.sigmaM ?? -1) ? one : most), null);
+  const hidden = store.tracks.length - rows.length;
+  return html`${filterForm(app)}
+    <p class="summary"><span>${rows.length} shown${hidden > 0 ? `, ${hidden} hidden by filters and switches` : ""}</span>
+      ${worst === null ? nothing : html`<button type="button" class="link" @click=${() => actions.show(worst.id)}
+        >Least certain: ${nameOf(worst)}, ${distance(worst.sigmaM, view.units)}</button>`}</p>
+    <div class="rows" @scroll=${() => actions.redraw()} @keydown=${(event: KeyboardEvent) => moved(event, app)}>
+    <table role="grid" aria-label="Tracks" aria-rowcount=${rows.length + 1}>
+      <thead><tr>${COLUMNS.map(([key, text, title]) => html`<th scope="col" aria-sort=${sortOf(key)} title=${title}>
         <button type="button" @click=${() => sort(key, app)}>${text}</button></th>`)}</tr></thead>
-      <tbody>${sorted.slice(0, ROWS_MAX).map((track) => row(track, app))}</tbody>
-    </table>
-    <p class="hint">${shown.length} shown${hidden > 0 ? `, ${hidden} hidden by the filter` : ""}${
-      shown.length > ROWS_MAX ? `; the table has the first ${ROWS_MAX}` : ""}</p>`;
+      <tbody>${body(app)}</tbody>
+    </table></div>
+    ${rows.length > 0 ? nothing : html`<p class="hint">${store.tracks.length === 0
+      ? "No tracks: the sky is empty, or no measurements have arrived." : "No track matches the filters."}</p>`}`;
 }
 
-function row(track: Track, { view, actions }: App): TemplateResult {
+/** The rows in sight, between spaces as high as those that are not. */
+function body(app: App): TemplateResult {
+  const place = scroller();
+  const height = rowHeight();
+  const first = Math.max(0, Math.floor((place?.scrollTop ?? 0) / height) - MARGIN_ROWS);
+  const count = Math.ceil((place?.clientHeight || 600) / height) + 2 * MARGIN_ROWS;
+  const last = Math.min(rows.length, first + count);
+  const focused = rows.some((one) => one.id === app.view.selected) ? app.view.selected : rows[0]?.id;
+  return html`${space(first * height)}${rows.slice(first, last).map((track, at) => row(track, first + at, focused, app))}${
+    space((rows.length - last) * height)}`;
+}
+
+function space(height: number): TemplateResult | typeof nothing {
+  return height > 0 ? html`<tr aria-hidden="true"><td colspan=${COLUMNS.length} class="space" height=${height}></td></tr>` : nothing;
+}
+
+function row(track: Track, place: number, focused: number | null | undefined, { view, actions }: App): TemplateResult {
   const { units } = view;
-  return html`<tr aria-selected=${track.id === view.selected} class=${track.state}>
-    <td><button type="button" @click=${() => actions.show(track.id)}>${nameOf(track)}</button></td>
-    <td>${track.onGround ? "GND" : level(track.heightM, units)}</td>
+  const state = track.onGround ? "on the ground" : track.state;
+  return html`<tr data-id=${track.id} aria-rowindex=${place + 2} aria-selected=${track.id === view.selected}
+    tabindex=${track.id === focused ? 0 : -1} class=${track.state} @click=${() => actions.show(track.id)}>
+    <td><span class="state" title=${state} aria-hidden="true">${track.onGround ? "■" : SYMBOLS[track.state]}</span>${nameOf(track)}
+      <span class="unseen">${state}</span></td>
+    <td><span class="trend">${track.onGround ? "" : trend(track.climbMps)}</span>${track.onGround ? "GND" : level(track.heightM, units)}</td>
     <td>${speed(track.speedMps, units)}</td>
     <td>${distance(track.sigmaM, units)}</td>
     <td>${track.ageS.toFixed(0)} s</td></tr>`;
+}
+
+function scroller(): HTMLElement | null {
+  return document.querySelector("#tracks .rows");
+}
+
+function rowHeight(): number {
+  return matchMedia("(pointer: coarse), (max-width: 1000px)").matches ? TOUCH_ROW_PX : ROW_PX;
+}
+
+/** Arrows, Home, End and the page keys select; Enter opens the sheet. */
+function moved(event: KeyboardEvent, app: App): void {
+  const { view, actions } = app;
+  const place = rows.findIndex((one) => one.id === view.selected);
+  const steps: Record<string, number> = {
+    ArrowDown: place + 1, ArrowUp: place < 0 ? 0 : place - 1, Home: 0, End: rows.length - 1,
+    PageDown: place + PAGE_ROWS, PageUp: place - PAGE_ROWS,
+  };
+  if (event.target instanceof HTMLButtonElement) return;
+  if (event.key === "Enter" && view.selected !== null) {
+    event.preventDefault();
+    actions.show(view.selected);
+    document.getElementById("panel-track")?.focus();
+    return;
+  }
+  const step = steps[event.key];
+  if (step === undefined) return;
+  event.preventDefault();
+  focusRow(Math.max(0, Math.min(rows.length - 1, step)), app);
+}
+
+/** Select the row so many after the selected one. */
+export function nextRow(app: App, by: number): void {
+  const place = rows.findIndex((one) => one.id === app.view.selected);
+  focusRow(Math.max(0, Math.min(rows.length - 1, place + by)), app);
+}
+
+/** Select a row, and bring it into sight. */
+function focusRow(place: number, { actions }: App): void {
+  const track = rows[place];
+  const box = scroller();
+  if (track === undefined || box === null) return;
+  const height = rowHeight();
+  const [top, bottom] = [place * height, (place + 2) * height];
+  if (top < box.scrollTop) box.scrollTop = top;
+  else if (bottom > box.scrollTop + box.clientHeight) box.scrollTop = bottom - box.clientHeight;
+  actions.select(track.id, false);
+  box.querySelector<HTMLElement>(`tr[data-id="${track.id}"]`)?.focus({ preventScroll: true });
 }
 
 function sortOf(key: Key): "none" | "ascending" | "descending" {
@@ -54,14 +143,28 @@ function sortOf(key: Key): "none" | "ascending" | "descending" {
 function sort(key: Key, { actions }: App): void {
   sorting.descending = key === sorting.key ? !sorting.descending : key !== "name";
   sorting.key = key;
-  actions.changed();
+  const box = scroller();
+  if (box !== null) box.scrollTop = 0;
+  actions.redraw();
 }
 
+/** Unknown values come last in either direction; equal ones stay by number. */
 function order(a: Track, b: Track): number {
-  if (sorting.key === "name") return nameOf(a).localeCompare(nameOf(b));
-  const value = (track: Track): number =>
-    ({ level: track.heightM, speed: track.speedMps, sigma: track.sigmaM, age: track.ageS })[sorting.key as Exclude<Key, "name">];
-  // Unknown values come last in descending order.
-  const known = (one: number): number => (Number.isFinite(one) ? one : -Infinity);
-  return known(value(a)) - known(value(b));
+  const sign = sorting.descending ? -1 : 1;
+  if (sorting.key === "name") {
+    const [first, second] = [nameOf(a), nameOf(b)];
+    return sign * (first < second ? -1 : first > second ? 1 : a.id - b.id);
+  }
+  const [first, second] = [valueOf(a), valueOf(b)];
+  if (Number.isNaN(first) || Number.isNaN(second)) return Number(Number.isNaN(first)) - Number(Number.isNaN(second)) || a.id - b.id;
+  return sign * (first - second) || a.id - b.id;
+}
+
+function valueOf(track: Track): number {
+  switch (sorting.key) {
+    case "level": return track.heightM;
+    case "speed": return track.speedMps;
+    case "sigma": return track.sigmaM;
+    default: return track.ageS;
+  }
 }

@@ -152,6 +152,7 @@ def test_plots_of_a_sensor_are_switched_off(shown: Shown) -> None:
       return count;
     }"""
     before = shown.value(painted)
+    shown.page.keyboard.press("5")
     box = shown.page.get_by_label("Plots of sensors").get_by_role("checkbox").first
     box.uncheck()
     wait_until(lambda: shown.value(painted) < before, "fewer pixels")

@@ -141,6 +141,7 @@ class LiveView:
         return {
             **self.service_counts(),
             **known,
+            "filter": self._known.tracking.filter_name,
             "event_sequence": ring.head,
             "subscribers": ring.subscriber_count,
             "rejected_by_code": self._rejects.counts,

@@ -1,0 +1,22 @@
+/** What a screen reader is told: lost and restored connections, and new alarms. */
+
+import { alarmsOf } from "./sensors/severity";
+import type { App } from "./panel";
+
+let lost = false;
+let alarms = new Set<string>();
+
+/** Announce what changed since the last call. */
+export function announce({ feed }: App): void {
+  const said: string[] = [];
+  const isLost = feed.isLost(performance.now());
+  if (lost && !isLost) said.push("The service answers again.");
+  lost = isLost;
+  const active = new Set(feed.sensors.flatMap((one) => alarmsOf(one).map((alarm) => `${one.id}: ${alarm}`)));
+  for (const one of active) if (!alarms.has(one)) said.push(`Alarm of radar ${one}.`);
+  for (const one of alarms) if (!active.has(one)) said.push(`Alarm of radar ${one} has ended.`);
+  alarms = active;
+  if (said.length === 0) return;
+  const live = document.getElementById("announcer");
+  if (live !== null) live.textContent = said.join(" ");
+}

@@ -1,0 +1,73 @@
+/** The sensors by severity: the wrong one is on top; below them the sheet of one. */
+
+import { html, nothing, type TemplateResult } from "lit";
+
+import type { Sensor } from "../../feed";
+import { signed } from "../track/contributions";
+import type { App, Panel } from "../panel";
+import { swatch } from "../swatch";
+import { bySeverity, numberOf, type Severity } from "./severity";
+import { sensorSheet } from "./sheet";
+
+export const sensorPanel: Panel = {
+  id: "sensors",
+  title: "Radars",
+  tab: "sensors",
+  badge: ({ feed }) => {
+    const wrong = bySeverity(feed.sensors).filter(({ severity }) => severity.rank > 0);
+    const [first] = wrong;
+    return first === undefined ? "" : `${wrong.length} ${first.severity.level}`;
+  },
+  draw,
+};
+
+function draw(app: App): TemplateResult {
+  const { feed, view } = app;
+  const sorted = bySeverity(feed.sensors);
+  if (sorted.length === 0) return html`<p class="hint">The service has no sensors, or has not answered yet.</p>`;
+  const [first] = sorted;
+  const open = sorted.find(({ sensor }) => sensor.id === view.sensor) ?? first;
+  return html`${first !== undefined ? verdict(sorted) : nothing}
+    <table class="sensors"><thead><tr><th scope="col">Sensor</th><th scope="col">State</th>
+      <th scope="col" title="Probability of detection">Pd</th>
+      <th scope="col" title="Measured noise over the configured one: range, azimuth">Noise</th>
+      <th scope="col" title="Estimated bias of the range">Range bias</th>
+      <th scope="col" title="Estimated bias of the azimuth">Azimuth bias</th></tr></thead>
+    <tbody>${sorted.map(({ sensor, severity }) => row(sensor, severity, sensor === open?.sensor, app))}</tbody></table>
+    ${open === undefined ? nothing : sensorSheet(open.sensor, open.severity, app)}`;
+}
+
+/** One sentence: which sensor to look at first. */
+function verdict(sorted: { sensor: Sensor; severity: Severity }[]): TemplateResult {
+  const [worst] = sorted;
+  const wrong = sorted.filter(({ severity }) => severity.rank > 0).length;
+  if (worst === undefined || wrong === 0) return html`<p class="summary">No sensor has an alarm.</p>`;
+  return html`<p class="summary"><strong>${worst.sensor.id}: ${worst.severity.reasons[0] ?? worst.severity.level}</strong>${
+    wrong > 1 ? ` ${wrong - 1} more to look at.` : ""}</p>`;
+}
+
+function row(sensor: Sensor, severity: Severity, open: boolean, app: App): TemplateResult {
+  const ratio = (name: string): string => format(numberOf(sensor.health?.[name]), 1);
+  const detection = numberOf(sensor.health?.["detection_probability"]);
+  const bias = (name: string, digits: number, unit: string): string => {
+    const found = sensor.biases.find((one) => one["parameter"] === name);
+    return found === undefined ? "–" : `${signed(numberOf(found["estimate"]), digits)}${unit}`;
+  };
+  return html`<tr aria-current=${open} @click=${() => app.actions.sensor(sensor.id)}>
+    <th scope="row"><button type="button" class="link" aria-expanded=${open} @click=${(event: Event) => {
+      event.stopPropagation();
+      app.actions.sensor(sensor.id);
+    }}>${swatch(sensor.id, app)}${sensor.id}</button></th>
+    <td>${severityBadge(severity)}</td>
+    <td>${Number.isFinite(detection) ? `${(100 * detection).toFixed(0)} %` : "–"}</td>
+    <td>${sensor.health === null ? "–" : `${ratio("range_sigma_ratio")}, ${ratio("azimuth_sigma_ratio")}`}</td>
+    <td>${bias("range_offset_m", 0, " m")}</td><td>${bias("azimuth_offset_deg", 3, "°")}</td></tr>`;
+}
+
+export function severityBadge({ level }: Severity): TemplateResult {
+  return html`<span class="badge level-${level.replace(" ", "-").toLowerCase()}">${level}</span>`;
+}
+
+function format(value: number, digits: number): string {
+  return Number.isFinite(value) ? value.toFixed(digits) : "–";
+}

@@ -1,0 +1,74 @@
+/** How badly a sensor does, and why: what its list is sorted by. */
+
+import type { Sensor } from "../../feed";
+
+/** Noise over the configured one, and detection, that an operator should look at. */
+const NOISE_RATIO_MAX = 1.5;
+const DETECTION_MIN = 0.7;
+/** Scans without a plot after which a sensor counts as silent; seconds without a scan period. */
+const SCANS_MAX = 5;
+const SILENCE_MAX_S = 60;
+
+export type Level = "FAULT" | "ALARM" | "CHECK" | "NO DATA" | "OK";
+
+export interface Severity {
+  level: Level;
+  rank: number;
+  /** Sentences, the most important first. */
+  reasons: string[];
+}
+
+const RANKS: Record<Level, number> = { FAULT: 4, ALARM: 3, CHECK: 2, "NO DATA": 1, OK: 0 };
+
+const ALARMS: Record<string, string> = {
+  silent: "No plot for five scans of tracks that other radars still detect.",
+  bias_jump: "A bias jumped within the last eight scans.",
+  noise: "The noise is more than twice the configured one.",
+  site: "The configured site position is wrong.",
+  address: "A plot updated a track with another Mode S address: a bug of multiradar.",
+};
+
+export function alarmsOf(sensor: Sensor): string[] {
+  const alarms = sensor.health?.["alarms"];
+  const named = typeof alarms === "string" && alarms !== "" ? alarms.split(",") : [];
+  return sensor.clock_lead_s == null ? named : [...named, "clock"];
+}
+
+export function severityOf(sensor: Sensor): Severity {
+  const alarms = alarmsOf(sensor);
+  const causes = sensor.diagnoses.map((one) => one.sentence);
+  const meaning = (alarm: string): string => alarm === "clock"
+    ? `Its clock is ${(sensor.clock_lead_s ?? 0).toFixed(0)} s ahead of the data time.` : ALARMS[alarm] ?? `Alarm ${alarm}.`;
+  const reasons = [...causes, ...alarms.map(meaning), ...doubts(sensor)];
+  const level: Level = causes.length > 0 ? "FAULT" : alarms.length > 0 ? "ALARM"
+    : sensor.updates === 0 ? "NO DATA" : reasons.length > 0 ? "CHECK" : "OK";
+  if (level === "NO DATA") reasons.unshift("No plot has updated a track yet.");
+  return { level, rank: RANKS[level], reasons };
+}
+
+/** Sensors by severity, the worst first; then by name. */
+export function bySeverity(sensors: readonly Sensor[]): { sensor: Sensor; severity: Severity }[] {
+  return sensors
+    .map((sensor) => ({ sensor, severity: severityOf(sensor) }))
+    .sort((a, b) => b.severity.rank - a.severity.rank || b.severity.reasons.length - a.severity.reasons.length
+      || (a.sensor.id < b.sensor.id ? -1 : 1));
+}
+
+function doubts({ health, age_s: age, rotation_period_s: period }: Sensor): string[] {
+  const found: string[] = [];
+  const value = (name: string): number => numberOf(health?.[name]);
+  for (const [name, what] of [["range_sigma_ratio", "range"], ["azimuth_sigma_ratio", "azimuth"]] as const) {
+    const ratio = value(name);
+    if (ratio > NOISE_RATIO_MAX) found.push(`The noise of the ${what} is ${ratio.toFixed(1)} times the configured one.`);
+  }
+  const detection = value("detection_probability");
+  if (detection < DETECTION_MIN) found.push(`It detects only ${(100 * detection).toFixed(0)} % of the scans.`);
+  const limit = period === null ? SILENCE_MAX_S : SCANS_MAX * period;
+  if (age !== null && age > limit) found.push(`No plot for ${age.toFixed(0)} s.`);
+  return found;
+}
+
+/** A number of a document, NaN if it has none. */
+export function numberOf(value: unknown): number {
+  return typeof value === "number" ? value : NaN;
+}

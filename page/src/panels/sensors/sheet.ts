@@ -1,0 +1,174 @@
+/** The sheet of a sensor: biases over time, innovations by range and azimuth, detection, noise, clock. */
+
+import { html, nothing, type TemplateResult } from "lit";
+
+import type { Sensor } from "../../feed";
+import { bars, type Bar } from "../charts/bars";
+import type { ChartData } from "../charts/chart";
+import type { App } from "../panel";
+import { Source } from "../source";
+import { signed } from "../track/contributions";
+import { figure } from "../track/curves";
+import { utc } from "../../units";
+import { numberOf, type Severity } from "./severity";
+
+const EVERY_MS = 5000;
+const PAST_S = 3600;
+const ROWS_MAX = 5000;
+/** Means of fewer plots are not shown. */
+const PLOTS_MIN = 5;
+
+interface Estimate {
+  time_s: number;
+  parameter: string;
+  estimate: number;
+  sigma: number;
+}
+
+interface Bin {
+  begin: number;
+  end: number;
+  plots: number;
+  range_mean_m: number;
+  range_rms_m: number;
+  azimuth_mean_deg: number;
+  azimuth_rms_deg: number;
+}
+
+interface Residuals {
+  sensors: { sensor_id: string; plots: number; by_range: Bin[]; by_azimuth: Bin[] }[];
+}
+
+const history = new Source<{ biases: Estimate[] }>(EVERY_MS);
+const residuals = new Source<Residuals>(EVERY_MS);
+
+export function sensorSheet(sensor: Sensor, severity: Severity, app: App): TemplateResult {
+  return html`<section class="sheet" aria-label="Sensor ${sensor.id}"><h3>${sensor.id}</h3>
+    ${severity.reasons.map((one) => html`<p class="alarm">${one}</p>`)}
+    ${sensor.biases.length === 0 ? html`<p class="hint">No bias is estimated${sensor.updates === 0 ? " yet" : ""}.</p>` : biases(sensor)}
+    ${curves(sensor, app)}
+    ${sensor.kind === "radar" ? byPlace(sensor, app) : nothing}
+    ${facts(sensor, app)}</section>`;
+}
+
+function biases({ biases: found }: Sensor): TemplateResult {
+  return html`<table><thead><tr><th scope="col">Bias</th><th scope="col">Estimate</th><th scope="col">± 2 sigma</th>
+    <th scope="col" title="Sigma over that of the prior: 100 %: not observable">Of prior</th></tr></thead>
+    <tbody>${found.map((bias) => {
+      const [estimate, sigma, ratio] = [numberOf(bias["estimate"]), numberOf(bias["sigma"]), numberOf(bias["prior_ratio"])];
+      const [name, unit] = named(String(bias["parameter"] ?? ""));
+      const digits = digitsOf(sigma);
+      return html`<tr><th scope="row">${name}</th><td>${signed(estimate, digits)}${unit}</td><td>${(2 * sigma).toFixed(digits)}${unit}</td>
+        <td>${Number.isFinite(ratio) ? `${(100 * ratio).toPrecision(2)} %` : "–"}</td></tr>`;
+    })}</tbody></table>`;
+}
+
+/** Each bias over the last hour, with a band of two sigmas. */
+function curves(sensor: Sensor, app: App): TemplateResult | typeof nothing {
+  const { dataTimeS } = app.store;
+  if (dataTimeS === null || sensor.biases.length === 0) return nothing;
+  const address = `v1/sensors/${encodeURIComponent(sensor.id)}/bias?history=true&since=${Math.max(0, dataTimeS - PAST_S)}&limit=${ROWS_MAX}`;
+  const found = history.read(app, sensor.id, address);
+  if (found === null) return html`<p class="hint">${history.problem || "Reading the biases…"}</p>`;
+  const names = [...new Set(found.biases.map((one) => one.parameter))];
+  return html`${names.map((parameter) => {
+    const rows = settled(found.biases.filter((one) => one.parameter === parameter));
+    const [name, unit] = named(parameter);
+    const data: ChartData = {
+      label: `${name}, ± 2 sigma`, unit: unit.trim(), times: rows.map((one) => one.time_s), digits: digitsOf(rows[rows.length - 1]?.sigma ?? NaN),
+      curves: [
+        { label: "+2 sigma", colour: "--accent", values: rows.map((one) => one.estimate + 2 * one.sigma), band: true },
+        { label: "−2 sigma", colour: "--accent", values: rows.map((one) => one.estimate - 2 * one.sigma), band: true },
+        { label: name, colour: "--accent", values: rows.map((one) => one.estimate) },
+      ],
+    };
+    return rows.length < 2 ? nothing : figure(data);
+  })}`;
+}
+
+/** Without the first estimates: their sigma is that of the prior, and would hide everything else. */
+function settled(rows: Estimate[]): Estimate[] {
+  const least = Math.min(...rows.map((one) => one.sigma));
+  const begin = rows.findIndex((one) => one.sigma <= 20 * least);
+  return rows.slice(Math.max(begin, 0));
+}
+
+function byPlace(sensor: Sensor, app: App): TemplateResult {
+  const answer = residuals.read(app, "all", "v1/residuals");
+  const found = answer?.sensors.find((one) => one.sensor_id === sensor.id);
+  if (found === undefined) return html`<p class="hint">${answer === null ? residuals.problem || "Reading the innovations…" : "No plots in the last ten minutes."}</p>`;
+  const km = (begin: number): string => `${begin / 1000} km`;
+  const degrees = (begin: number): string => `${begin}°`;
+  const range = (one: Bin): [number, number] => [one.range_mean_m, one.range_rms_m];
+  const azimuth = (one: Bin): [number, number] => [one.azimuth_mean_deg, one.azimuth_rms_deg];
+  return html`<h4>Mean innovation of the last ten minutes <small>${found.plots} plots</small></h4>
+    <p class="hint">A pattern here is an error that the biases do not describe: a wrong site, a tilted or eccentric azimuth.</p>
+    <div class="grid">
+    ${bars("Range by azimuth", "m", barsOf(found.by_azimuth, 360, degrees, range), 0)}
+    ${bars("Azimuth by azimuth", "°", barsOf(found.by_azimuth, 360, degrees, azimuth), 3)}
+    ${bars("Range by range", "m", barsOf(found.by_range, 0, km, range), 0)}
+    ${bars("Azimuth by range", "°", barsOf(found.by_range, 0, km, azimuth), 3)}</div>`;
+}
+
+/** A bar for each interval from zero to an end, or to the last one with plots. */
+function barsOf(bins: readonly Bin[], end: number, name: (begin: number) => string, value: (one: Bin) => [number, number]): Bar[] {
+  const last = bins[bins.length - 1];
+  if (last === undefined) return [];
+  const step = last.end - last.begin;
+  const byBegin = new Map(bins.map((one) => [one.begin, one]));
+  return Array.from({ length: Math.round(Math.max(end, last.end) / step) }, (_, number) => {
+    const begin = number * step;
+    const one = byBegin.get(begin);
+    if (one === undefined || one.plots < PLOTS_MIN) return { name: name(begin), mean: 0, error: 0, count: 0 };
+    const [mean, rms] = value(one);
+    return { name: name(begin), mean, error: Math.sqrt(Math.max(0, rms * rms - mean * mean) / one.plots), count: one.plots };
+  });
+}
+
+function facts(sensor: Sensor, { feed }: App): TemplateResult {
+  const { health } = sensor;
+  const value = (name: string): number => numberOf(health?.[name]);
+  const arrivals = ((feed.status["arrivals"] ?? {}) as Record<string, Record<string, unknown>>)[sensor.id];
+  const delay = [numberOf(arrivals?.["delay_s_median"]), numberOf(arrivals?.["delay_s_p99"])] as const;
+  const noise = (ratio: number, configured: number | null, unit: string): string =>
+    Number.isFinite(ratio) && configured !== null ? `${ratio.toFixed(2)} × ${configured}${unit}` : "not estimated yet";
+  const clock = sensor.biases.find((one) => one["parameter"] === "time_offset_s");
+  const rows: [string, string][] = [
+    ["Kind", sensor.kind],
+    ["Updates", `${sensor.updates}${sensor.age_s === null ? "" : `, the last ${sensor.age_s.toFixed(1)} s ago`}`],
+    ["Scan period", sensor.rotation_period_s === null ? "not configured" : `${sensor.rotation_period_s} s`],
+    ["Latency behind data time", Number.isFinite(delay[0]) ? `${delay[0].toFixed(2)} s, 99 %: ${delay[1].toFixed(2)} s` : "no data"],
+    ["Received too late", arrivals === undefined ? "no data" : String(numberOf(arrivals["late"]))],
+    ["Clock offset", clock === undefined ? "not estimated" : `${signed(numberOf(clock["estimate"]), 3)} ± ${(2 * numberOf(clock["sigma"])).toFixed(3)} s`],
+  ];
+  if (sensor.kind === "radar") {
+    rows.push(
+      ["Detection probability", Number.isFinite(value("detection_probability"))
+        ? `${(100 * value("detection_probability")).toFixed(1)} % of ${value("looks").toFixed(0)} scans` : "not estimated yet"],
+      ["Noise of range", noise(value("range_sigma_ratio"), sensor.range_sigma_m, " m")],
+      ["Noise of azimuth", noise(value("azimuth_sigma_ratio"), sensor.azimuth_sigma_deg, "°")],
+      ["Tracks in coverage", Number.isFinite(value("tracks_in_cover")) ? `${value("tracks_heard")} detected of ${value("tracks_in_cover")}` : "–"],
+      ["Site error", Number.isFinite(value("site_sigma_m"))
+        ? `${signed(value("site_east_m"), 0)} m east, ${signed(value("site_north_m"), 0)} m north (± ${(2 * value("site_sigma_m")).toFixed(0)} m)` : "not estimated yet"],
+      ["Bias jumps", `${Number.isFinite(value("bias_jumps")) ? value("bias_jumps") : 0}${
+        Number.isFinite(value("last_jump_s")) ? `, the last at ${utc(value("last_jump_s"))}` : ""}`],
+    );
+  }
+  return html`<h4>Operation</h4><dl class="facts">${rows.map(([name, text]) => html`<dt>${name}</dt><dd>${text}</dd>`)}</dl>`;
+}
+
+const NAMES: Record<string, [string, string]> = {
+  range_offset_m: ["Range offset", " m"], azimuth_offset_deg: ["Azimuth offset", "°"], range_gain: ["Range gain", ""],
+  time_offset_s: ["Time offset", " s"], azimuth_sine_deg: ["Azimuth eccentricity, sine", "°"],
+  azimuth_cosine_deg: ["Azimuth eccentricity, cosine", "°"], frame_east_m: ["Frame shift east", " m"],
+  frame_north_m: ["Frame shift north", " m"], frame_rotation_deg: ["Frame rotation", "°"],
+};
+
+function named(parameter: string): [string, string] {
+  return NAMES[parameter] ?? [parameter, ""];
+}
+
+/** As many digits as two significant ones of a sigma need. */
+function digitsOf(sigma: number): number {
+  return sigma > 0 ? Math.max(0, Math.min(6, 1 - Math.floor(Math.log10(sigma)))) : 2;
+}

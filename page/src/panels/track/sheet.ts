@@ -1,0 +1,129 @@
+/** The sheet of the selected track. */
+
+import { html, nothing, type TemplateResult } from "lit";
+
+import type { Update } from "../../selection";
+import { nameOf, type Track } from "../../store";
+import { climb, distance, heading, level, speed, utc } from "../../units";
+import type { App, Panel } from "../panel";
+import { Source } from "../source";
+import { profile, residuals } from "./curves";
+import type { TrackPlots, Transition } from "./documents";
+import { contributions } from "./contributions";
+
+const EVERY_MS = 3000;
+/** Longer than the curves: also what the identity is taken from. */
+const WINDOW_S = 600;
+/** Addresses heard in this time are shown, s. */
+const HEARD_S = 60;
+const TRANSITIONS_MAX = 6;
+
+const plots = new Source<TrackPlots>(EVERY_MS);
+const transitions = new Source<{ transitions: Transition[] }>(EVERY_MS);
+
+export const trackPanel: Panel = {
+  id: "sheet",
+  title: "Track",
+  tab: "track",
+  draw,
+};
+
+function draw(app: App): TemplateResult {
+  const { store, view } = app;
+  const { selected } = view;
+  if (selected === null) return html`<p class="hint">Select a track on the map or in the table.</p>`;
+  const track = store.track(selected);
+  const past = transitions.read(app, String(selected), `v1/tracks/${selected}/transitions?limit=100`);
+  if (track === undefined) return ended(selected, past?.transitions ?? []);
+  const used = plots.read(app, String(selected), `v1/tracks/${selected}/plots?window_s=${WINDOW_S}`);
+  const { updates } = app.selection;
+  return html`${head(track, app)}
+    ${facts(track, updates[updates.length - 1], app)}
+    ${motion(updates[updates.length - 1])}
+    ${identity(track, updates)}
+    <section aria-label="Why is it here?"><h3>Why is it here?</h3>${
+      used === null ? html`<p class="hint">${plots.problem || "Reading the plots…"}</p>` : contributions(used, app)}</section>
+    <section aria-label="Level and speed"><h3>Level and speed, last ten minutes</h3>${profile(updates, view.units)}</section>
+    <section aria-label="Innovations by sensor"><h3>Innovations by sensor</h3>${used === null ? nothing : residuals(used.plots, app)}</section>
+    ${life(past?.transitions ?? [])}`;
+}
+
+function head(track: Track, { actions }: App): TemplateResult {
+  const state = track.onGround ? `${track.state}, on the ground` : track.state;
+  return html`<div class="head"><div><strong class="name">${nameOf(track)}</strong>
+      <span class="badge ${track.state}">${state}</span></div>
+    <div class="actions"><button type="button" @click=${() => actions.show(track.id)}>Centre</button>
+      <button type="button" @click=${() => actions.select(null)}>Deselect <kbd>Esc</kbd></button></div></div>`;
+}
+
+function facts(track: Track, last: Update | undefined, { view }: App): TemplateResult {
+  const { units } = view;
+  const sigma = last?.height_sigma_m ?? NaN;
+  const rows: [string, string, string][] = [
+    ["Level", track.onGround ? "on the ground" : Number.isFinite(track.heightM) ? level(track.heightM, units) : "not received",
+      Number.isFinite(sigma) ? `± ${(2 * sigma).toFixed(0)} m` : ""],
+    ["Vertical rate", climb(track.climbMps, units), ""],
+    ["Speed", speed(track.speedMps, units), last === undefined ? "" : `± ${speed(2 * last.velocity_sigma_mps, units)}`],
+    ["Heading", heading(track.headingDeg), ""],
+    ["Position", `${track.latitude.toFixed(4)}, ${track.longitude.toFixed(4)}`, ""],
+    ["Position sigma", distance(track.sigmaM, units), "1 sigma"],
+    ["Last plot", `${track.ageS.toFixed(1)} s ago`, last === undefined ? "" : `by ${last.sensor_id}`],
+    ["Track number", String(track.id), ""],
+  ];
+  return html`<dl class="facts">${rows.map(([name, value, more]) => html`<dt>${name}</dt><dd>${value}${
+    more === "" ? nothing : html` <small title=${more.startsWith("±") ? "two standard deviations" : ""}>${more}</small>`}</dd>`)}</dl>`;
+}
+
+/** Probabilities of the modes; filters without modes have none. */
+function motion(last: Update | undefined): TemplateResult | typeof nothing {
+  if (last === undefined || last.turn_left_probability === null) return nothing;
+  const [left, right, change] = [last.turn_left_probability, last.turn_right_probability ?? 0, last.speed_change_probability ?? 0];
+  const modes: [string, number][] = [
+    ["Straight", Math.max(0, 1 - left - right - change)], ["Left turn", left], ["Right turn", right], ["Speed change", change],
+  ];
+  return html`<section aria-label="Motion"><h3>Motion</h3><table class="modes"><tbody>${modes.map(([name, value]) => html`<tr>
+    <th scope="row">${name}</th><td><progress max="1" .value=${value} aria-label=${name}></progress></td>
+    <td>${(100 * value).toFixed(0)} %</td></tr>`)}</tbody></table></section>`;
+}
+
+/** The identity of the track, and what its sensors heard. */
+function identity(track: Track, updates: readonly Update[]): TemplateResult {
+  const heard = new Map<string, { address: string; timeS: number }>();
+  for (const update of updates) {
+    if (update.measured_mode_s_address === null || update.time_s < track.timeS - HEARD_S) continue;
+    heard.set(update.sensor_id, { address: update.measured_mode_s_address, timeS: update.time_s });
+  }
+  const others = [...heard].filter(([, one]) => one.address !== track.address);
+  const sources = [...heard.keys()].join(", ");
+  return html`<section aria-label="Identity"><h3>Identity</h3><dl class="facts">
+    <dt>Callsign</dt><dd>${track.callsign ?? "not received"}</dd>
+    <dt>Mode 3/A</dt><dd>${track.code ?? "not received"}</dd>
+    <dt>Mode S address</dt><dd>${track.address ?? "not received"}</dd>
+    <dt>Address as heard</dt><dd>${heard.size === 0 ? `in no plot of ${HEARD_S} s` : others.length === 0
+      ? html`the same <small>by ${sources}</small>`
+      : others.map(([sensor, one]) => html`<strong class="alarm">${one.address} by ${sensor}, ${utc(one.timeS)}</strong> `)}</dd>
+    ${updates[updates.length - 1]?.adsb_implausible === true
+      ? html`<dt>ADS-B</dt><dd class="alarm">implausible: other sensors contradict it</dd>` : nothing}</dl></section>`;
+}
+
+function life(found: readonly Transition[]): TemplateResult | typeof nothing {
+  if (found.length === 0) return nothing;
+  return html`<section aria-label="Life of the track"><h3>Life of the track</h3><table><tbody>${found.slice(-TRANSITIONS_MAX).map((one) => html`<tr>
+    <th scope="row">${utc(one.time_s)}</th><td>${one.transition}</td><td>${said(one)}</td></tr>`)}</tbody></table></section>`;
+}
+
+function ended(id: number, found: readonly Transition[]): TemplateResult {
+  const last = found[found.length - 1];
+  const how = last?.transition === "ended" ? ` at ${utc(last.time_s)}: ${said(last)}` : "";
+  return html`<p class="hint">Track ${id} has ended${how}.</p>${life(found)}`;
+}
+
+const REASONS: Record<string, string> = {
+  "new-identity": "new identity", "new-place": "new position", updates: "enough plots", likelihood: "likely an aircraft",
+  silent: "no plots", heard: "plot again", refused: "plots outside the gate", unconfirmed: "not confirmed in time",
+  unlikely: "likely clutter", merged: "duplicate",
+};
+
+function said({ reason, into_track_id: into }: Transition): string {
+  return `${REASONS[reason] ?? reason}${into === null ? "" : ` of track ${into}`}`;
+}
