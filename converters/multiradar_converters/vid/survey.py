@@ -51,6 +51,12 @@ def survey(dump: Path, options: Options) -> list[DumpFile]:
             if options.allow_missing and table is not PLOTS:
                 continue
             hint = "" if table is PLOTS else "; --allow-missing does without it"
+            packed = path.with_name(f"{path.name}.gz")
+            inside = [one.parent for one in sorted(dump.glob(f"*/{path.name}"))[:1]]
+            if packed.exists():
+                hint = f"; {packed.name} is there: unpack it"
+            elif inside:
+                hint = f"; give the folder {inside[0]}"
             msg = f"{dump}: expected a file {path.name}, found none{hint}"
             raise LayoutError(msg)
         if not path.is_file():

@@ -57,9 +57,14 @@ def read_toml(path: FilePath) -> Document:
     except FileNotFoundError as error:
         raise DocumentError(str(path), "no such file") from error
     except OSError as error:
-        raise DocumentError(str(path), f"cannot be read: {error.strerror}") from error
+        reason = f"cannot be read: {error.strerror}"
+        if path.is_dir():
+            reason = "expected a file, was a folder"
+        raise DocumentError(str(path), reason) from error
     except UnicodeDecodeError as error:
-        reason = f"expected UTF-8 text, was another encoding at byte {error.start}"
+        reason = (
+            f"expected UTF-8 text, was another encoding at byte {error.start}; save it as UTF-8"
+        )
         raise DocumentError(str(path), reason) from error
     return parse_toml(text, source=str(path))
 

@@ -24,6 +24,7 @@ from multiradar.diagnosis.cross_sensor.hypotheses import (
     Polar,
     as_given,
 )
+from multiradar.diagnosis.cross_sensor.identities import check_identities
 from multiradar.diagnosis.cross_sensor.references import recorded_pairs
 from multiradar.diagnosis.cut_dumps import check_truncation
 from multiradar.diagnosis.diagnosis import Diagnosis
@@ -36,6 +37,7 @@ from multiradar.diagnosis.plausibility import (
     check_height_unit,
 )
 from multiradar.diagnosis.plots import Plots, Site, plots_of
+from multiradar.diagnosis.reports import check_reports
 from multiradar.diagnosis.times import check_gaps, check_times
 from multiradar.estimation.measurement.sensors import SensorTable
 
@@ -99,6 +101,9 @@ def diagnose_conversion(
             # A text dump; a recording of two networks has copies of its own.
             found += _copies(name, rows)
         found += _of_units(name, plots_of(rows), largest_deg)
+        reports = plots_of(source.plots().filter(pl.col("kind").is_in(["adsb", "mlat"])))
+        of_reports = check_identities(name, reports, None) or check_reports(name, reports)
+        found += [] if of_reports is None else [of_reports]
     return found
 
 

@@ -205,7 +205,10 @@ def _convertible(found: pl.DataType, wanted: pl.DataType) -> bool:
 
 
 def _unreadable(path: Path, error: Exception) -> InputError:
-    return InputError(f"{path}: expected a Parquet file ({_first_line(error)})")
+    hint = ""
+    if path.suffix.lower() != ".parquet":
+        hint = "; `multiradar convert` makes one of a recording"
+    return InputError(f"{path}: expected a Parquet file ({_first_line(error)}){hint}")
 
 
 def _first_line(error: Exception) -> str:

@@ -93,6 +93,9 @@ class SqliteJournal:
         self._broken: JournalError | None = None
         self._closed = False
         try:
+            if path.parent.exists() and not path.parent.is_dir():
+                msg = f"{path.parent}: expected a folder for the journal, was a file"
+                raise JournalError(msg)
             path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise JournalError(f"{path.parent}: {error.strerror}") from error

@@ -484,7 +484,7 @@ def test_a_pipe_is_rejected_instead_of_waited_for(
     out, pipe = tmp_path / "out", tmp_path / "pipe"
     os.mkfifo(pipe)
     assert run(["convert", "asterix", str(pipe), "--out", str(out)]) == EXIT_FAILED
-    assert "expected a file, was something else" in capsys.readouterr().err
+    assert "expected a file, was a special file" in capsys.readouterr().err
     assert not out.exists()
 
 

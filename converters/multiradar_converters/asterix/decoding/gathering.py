@@ -18,6 +18,7 @@ from multiradar_converters.asterix.decoding.sensor_status import read_status
 from multiradar_converters.asterix.decoding.services import Services, read_services
 from multiradar_converters.asterix.decoding.system_tracks import read_system_tracks
 from multiradar_converters.asterix.decoding.targets import Targets, read_targets
+from multiradar_converters.asterix.framing.capture import CUT_PACKET
 from multiradar_converters.asterix.framing.containers import FINAL_FORMAT, SKIPPED, Blocks
 from multiradar_converters.asterix.layout import _kernels
 from multiradar_converters.asterix.layout.columns import Columns, Flags, Integers, Numbers
@@ -150,6 +151,25 @@ def gather(
     return decode_blocks(blocks, sources, editions, at_once, watch)
 
 
+# The last gap of a file that ends too early; those of a capture are in no order.
+def _mark_truncated(gathered: Gathered) -> None:
+    blocks = gathered.blocks
+    for number, (_, octets, reason) in enumerate(blocks.gaps):
+        if reason == CUT_PACKET:
+            _truncate(gathered, number, f"the file ends inside a packet, after {octets} octets")
+            return
+    if blocks.cut:
+        number = len(gathered.broken) - 1
+        what = "an envelope" if blocks.form == FINAL_FORMAT else "a block"
+        of_all = f"{gathered.broken[number].octets} of its {blocks.cut} octets"
+        _truncate(gathered, number, f"the file ends inside {what}: {of_all}")
+
+
+def _truncate(gathered: Gathered, number: int, reason: str) -> None:
+    broken = gathered.broken[number]
+    gathered.broken[number] = replace(broken, code=RejectCode.TRUNCATED, reason=reason)
+
+
 def decode_blocks(
     blocks: Blocks,
     sources: Integers,
@@ -189,11 +209,7 @@ def decode_blocks(
     gathered.octets["framing"] = blocks.framing
     for offset, octets, reason in blocks.gaps:
         gathered.broken.append(Broken(offset, octets, RejectCode.MALFORMED_BLOCK, reason, offset))
-    if blocks.cut:
-        last = gathered.broken[-1]
-        what = "an envelope" if blocks.form == FINAL_FORMAT else "a block"
-        reason = f"the file ends inside {what}: {last.octets} of its {blocks.cut} octets"
-        gathered.broken[-1] = replace(last, code=RejectCode.TRUNCATED, reason=reason)
+    _mark_truncated(gathered)
     named = sources if named is None else named
     known, numbers = editions.layouts(blocks, named)
     _skip(gathered, np.flatnonzero(numbers == UNKNOWN))

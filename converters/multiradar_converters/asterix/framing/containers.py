@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar_converters.asterix.framing import capture
+from multiradar_converters.asterix.framing.damage import damage_of
 from multiradar_converters.asterix.framing.datagram_framing import LearntFraming
 from multiradar_converters.asterix.framing.datagrams import (
     NO_BLOCK,
@@ -211,7 +212,7 @@ def _without_datagrams(path: Path, data: NDArray[np.uint8], form: str) -> Blocks
         trailers = ends[:, None] + np.arange(GPS_TRAILER)[_RECEPTION]
         received = data[trailers].astype(np.int64) @ np.array([1 << 16, 1 << 8, 1]) / _TICKS_PER_S
         framing = GPS_HEADER + GPS_TRAILER * len(begins)
-        cut = _cut(data, begins, gaps)
+        cut = _cut(data, begins, gaps, GPS_TRAILER)
         return Blocks(
             path.name, len(data), form, data, begins, ends, begins, received, gaps, framing, cut
         )
@@ -222,9 +223,12 @@ def _without_datagrams(path: Path, data: NDArray[np.uint8], form: str) -> Blocks
 
 
 def _cut(
-    data: NDArray[np.uint8], begins: NDArray[np.int64], gaps: list[tuple[int, int, str]]
+    data: NDArray[np.uint8],
+    begins: NDArray[np.int64],
+    gaps: list[tuple[int, int, str]],
+    trailer: int = 0,
 ) -> int:
-    """Return the length of the truncated block at the end of a file, 0 for none."""
+    """Return the length of the truncated block and trailer at the end of a file, 0 for none."""
     if not gaps or gaps[-1][0] + gaps[-1][1] < len(data):
         return 0
     at, there, _ = gaps[-1]
@@ -232,7 +236,8 @@ def _cut(
     if there < _BLOCK_HEAD or data[at] not in data[begins]:
         return 0
     length = int(data[at + 1]) << 8 | int(data[at + 2])
-    return length if length > there else 0
+    whole = length if length > there else length + trailer
+    return whole if whole > there else 0
 
 
 def read_octets(path: Path, offset: int = 0, count: int = -1) -> NDArray[np.uint8]:
@@ -258,7 +263,8 @@ def read_octets(path: Path, offset: int = 0, count: int = -1) -> NDArray[np.uint
         The file cannot be read or is compressed.
     """
     if path.exists() and not path.is_file():
-        msg = f"{path}: expected a file, was something else"
+        what = "a folder; give the files in it" if path.is_dir() else "a special file"
+        msg = f"{path}: expected a file, was {what}"
         raise LayoutError(msg)
     try:
         data = np.fromfile(path, dtype=np.uint8, offset=offset, count=count)
@@ -267,6 +273,10 @@ def read_octets(path: Path, offset: int = 0, count: int = -1) -> NDArray[np.uint
         raise LayoutError(msg) from error
     if not offset and data[:3].tobytes() == _GZIP:
         msg = f"{path}: expected a recording, was compressed by gzip; decompress it first"
+        raise LayoutError(msg)
+    damage = "" if offset else damage_of(data)
+    if damage:
+        msg = f"{path}: expected a recording in binary, {damage}"
         raise LayoutError(msg)
     return data
 

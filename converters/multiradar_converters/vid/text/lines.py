@@ -188,9 +188,9 @@ def _number(text: bytes, role: int, layout: FileLayout) -> float:
         )
     low, high = layout.low[role], layout.high[role]
     if not low <= value <= high:
-        reason = (
-            f"{name}: expected {low:.9g} to {high:.9g} {fields.UNITS[role]}, was {_shown(text)}"
-        )
+        # The smallest positive number is the limit of "above 0".
+        lowest = f"{low:.9g} to" if low <= 0.0 or low > 1e-300 else "above 0, at most"
+        reason = f"{name}: expected {lowest} {high:.9g} {fields.UNITS[role]}, was {_shown(text)}"
         raise RejectedError(RejectCode.OUT_OF_RANGE, reason)
     return value
 

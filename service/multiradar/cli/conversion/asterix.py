@@ -105,6 +105,7 @@ def convert_asterix(
     _print_alarms(report)
     _fail_when_truncated(report, out)
     _fail_without_reference_point(report, out)
+    _fail_with_unused_options(report, out)
     fail_when_badly_converted(report, out, options.sensors)
 
 
@@ -127,6 +128,33 @@ def _fail_without_reference_point(report: dict[str, Any], out: Path) -> None:
             f"of the sensor in --sensors; {out} has the other reports"
         )
         raise InputError(msg)
+
+
+# An option for a source that is not in the recording is a misspelt one.
+def _fail_with_unused_options(report: dict[str, Any], out: Path) -> None:
+    records: dict[str, dict[str, int]] = report["figures"]["records_by_sensor"]
+    sources = {name for of_category in records.values() for name in of_category}
+    unused = [
+        f"--edition {name}={edition}"
+        for name, edition in report["settings"]["editions"].items()
+        if not _is_recorded(name, records)
+    ]
+    unused += [
+        f"--reference {name}" for name in report["settings"]["references"] if name not in sources
+    ]
+    if unused:
+        recorded = "; ".join(f"{one} of {', '.join(of)}" for one, of in records.items())
+        msg = (
+            f"{', '.join(unused)}: not in the recording, which has "
+            f"{recorded}; correct "
+            f"the option, or omit it; {out} was written without it"
+        )
+        raise InputError(msg)
+
+
+def _is_recorded(name: str, records: dict[str, dict[str, int]]) -> bool:
+    source, _, category = name.rpartition("/")
+    return category in records and (not source or source in records[category])
 
 
 def _summary(report: dict[str, Any], out: Path) -> str:

@@ -5,6 +5,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import typer
+
 from multiradar.cli.terminal.progress import progress_bar
 from multiradar.errors import InputError, OutputExistsError
 
@@ -80,6 +82,11 @@ def convert_files(
     InputError
         A file cannot be read; no output folder was created.
     """
+    given: set[Path] = set()
+    for path in files:
+        if path.resolve() in given:
+            raise typer.BadParameter(f"{path}: given twice")
+        given.add(path.resolve())
     total = sum(path.stat().st_size for path in files if path.is_file())
     with conversion_errors(), bytes_bar(total) as advance:
         return convert(advance)

@@ -113,7 +113,7 @@ def _play(
     from multiradar.storage.recording import MEASUREMENTS_FILE, Recording
 
     truth = read_truth(dump)
-    sensors = _sensors_file(truth, sensors, folder)
+    sensors = _sensors_file(truth, sensors, folder, dump)
     # Compiled here, where progress can be shown; the service uses the cache.
     table = load_sensor_table(sensors)
     wanted = serve_purposes(TRACKING_DEFAULTS, table, trajectories=False, asterix=False)
@@ -135,11 +135,13 @@ def _play(
         service.stop()
 
 
-def _sensors_file(truth: Truth, given: Path | None, folder: Path) -> Path:
+def _sensors_file(truth: Truth, given: Path | None, folder: Path, dump: Path) -> Path:
     if given is not None:
         return given
     if truth.sensors_toml is None:
-        msg = "no truth.json in the dump; give a sensors file with --sensors"
+        msg = f"no truth.json in {dump}; give a sensors file with --sensors"
+        if not dump.is_dir():
+            msg = f"{dump}: expected a folder with the text files of a dump, found none"
         raise InputError(msg)
     path = folder / "sensors.toml"
     path.write_text(truth.sensors_toml, encoding="utf-8")

@@ -14,6 +14,7 @@ import typer
 from multiradar.cli.evaluation.document import flag_of, print_scorecard, scorecard_document
 from multiradar.cli.options import JsonOption
 from multiradar.cli.terminal.view_hint import view_hint
+from multiradar.errors import InputError
 
 if TYPE_CHECKING:
     from multiradar.cli.evaluation.inputs import Known
@@ -242,6 +243,10 @@ def evaluate(
         if html is not None:
             print(f"report written to {html}")
         print(view_hint(tracks, chosen.plots()))
+    if not figures["compared"]["updates_compared"]:
+        when = f" after the first {settling:g} s of each track (--settling)" if settling else ""
+        msg = f"no update was compared with the reference{when}; compare the times of both"
+        raise InputError(msg)
     if strict and any(one.outcome != "pass" for one in card.preset_results):
         raise typer.Exit(_FAILED)
 

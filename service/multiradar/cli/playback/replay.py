@@ -199,8 +199,17 @@ def _checked_run_name(name: str | None) -> str | None:
 
 def _destination(to: str, encoding: EncodingChoice) -> "Destination":
     if to.startswith(("http://", "https://")):
+        from urllib.parse import urlsplit
+
         from multiradar.ingest.replay_http import Encoding, HttpDestination
 
+        try:
+            named = bool(urlsplit(to).hostname) and urlsplit(to).port != 0
+        except ValueError:
+            named = False
+        if not named:
+            msg = f"--to: expected an address such as http://127.0.0.1:8321, was {to!r}"
+            raise typer.BadParameter(msg)
         return HttpDestination(to, Encoding(encoding.value))
     if to.startswith("zenoh:"):
         from multiradar.ingest.replay_http import Encoding

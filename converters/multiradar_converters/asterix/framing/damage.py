@@ -1,0 +1,56 @@
+"""Binary files that were written or transferred as text.
+
+A block starts with a category and the two octets of its length, the first of which is mostly zero:
+no recording consists of printable characters only.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Octets at the start that are examined as text, and as UTF-8.
+_HEAD = 4096
+#: A text has at least so many octets.
+_TEXT_MIN = 64
+#: So many line feeds that all follow a carriage return are no accident (1 of 256 would), and so
+#: many characters of two octets.
+_LINES_MIN, _CHARACTERS_MIN = 16, 32
+_LINE_FEED, _RETURN = 10, 13
+_HEX = b"0123456789abcdefABCDEF \t\r\n,;:x"
+
+
+def damage_of(data: NDArray[np.uint8]) -> str:
+    """Return how a recording was damaged, as it follows a comma; empty if it was not.
+
+    Parameters
+    ----------
+    data : uint8[b]
+        Octets from the start of a file.
+    """
+    head = data[:_HEAD].tobytes()
+    if len(head) >= _TEXT_MIN and all(32 <= one < 127 or one in b"\t\r\n" for one in head):
+        if all(one in _HEX for one in head):
+            return "was hexadecimal text; convert it to binary (`xxd -r -p`)"
+        return "was text"
+    if head[:4] == b"PAR1":
+        return "was a Parquet table, already converted"
+    feeds = np.flatnonzero(data == _LINE_FEED)
+    if len(feeds) >= _LINES_MIN and feeds[0] > 0 and (data[feeds - 1] == _RETURN).all():
+        return (
+            "was changed by a transfer as text (each line feed follows a carriage return); "
+            "transfer it again in binary mode"
+        )
+    if _is_utf_8(head):
+        return (
+            "was changed by a program that took it for text (it is valid UTF-8); copy the original"
+        )
+    return ""
+
+
+def _is_utf_8(head: bytes) -> bool:
+    for end in range(len(head), max(len(head) - 4, 0), -1):
+        try:
+            text = head[:end].decode("utf-8")
+        except UnicodeDecodeError:
+            continue
+        return sum(ord(one) > 127 for one in text) >= _CHARACTERS_MIN
+    return False

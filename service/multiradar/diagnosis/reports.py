@@ -1,0 +1,154 @@
+"""Checks of reported positions without any other sensor: units, missing values, times."""
+
+import numpy as np
+
+from multiradar.diagnosis.columns import SAME_MIN
+from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
+from multiradar.diagnosis.diagnosis import Diagnosis
+from multiradar.diagnosis.losses import LOST_MAX
+from multiradar.diagnosis.plausibility import SPEED_MAX_MPS, SPEED_MIN_MPS
+from multiradar.diagnosis.plots import Booleans, Floats, Integers, Plots, reported
+
+#: Time between two reports of an aircraft from which a speed is computed, s; times often have a
+#: resolution of 1 s.
+_APART_MAX_S, _STEP_S = 60.0, 1.0
+#: Speed above which a step is a jump, m/s (Mach 2).
+_JUMP_MPS = 600.0
+#: Aircraft above this fly faster than `SPEED_MIN_MPS`, m. All of them at a median speed above the
+#: second, m/s, are not all below the third, m.
+_HIGH_M, _FAST_MPS, _LOW_M = 3000.0, 130.0, 610.0
+#: Minutes as a fraction of a degree end here; steps over a whole degree that show it.
+_MINUTES_END, _MINUTES_STEPS = 0.6, 3
+_TIME_UNITS = {"minutes": 60.0, "hours": 3600.0, "days": 86_400.0}
+
+
+def check_reports(name: str, plots: Plots) -> Diagnosis | None:
+    """Diagnose positions, heights or times of reports in another unit, and missing positions.
+
+    Parameters
+    ----------
+    name : str
+        The sensor.
+    plots : Plots
+        Its reports.
+    """
+    if plots.size < TESTED_MIN:
+        return None
+    nowhere = (plots.latitude_deg == 0.0) & (plots.longitude_deg == 0.0)
+    if np.mean(nowhere) > LOST_MAX:
+        return Diagnosis(
+            name,
+            "position_missing",
+            f"{name}: {np.mean(nowhere):.0%} of its positions are 0°, 0°, which probably stands "
+            "for an unknown position; remove these rows",
+        )
+    if np.ptp(plots.time_s) == 0.0 and len(np.unique(plots.latitude_deg)) >= TESTED_MIN:
+        return Diagnosis(
+            name,
+            "column_constant",
+            f"{name}: all its times are {plots.time_s[0]:.10g} s, which are probably not those of "
+            "the reports; give the time of each",
+        )
+    first, last = _steps(plots)
+    if len(first) < TESTED_MIN:
+        return None
+    where = reported(plots)
+    flown_m = np.linalg.norm(where[last] - where[first], axis=1)
+    apart_s = plots.time_s[last] - plots.time_s[first]
+    return (
+        _of_minutes(name, plots, first, last, flown_m / np.maximum(apart_s, _STEP_S) > _JUMP_MPS)
+        or _of_times(name, flown_m, apart_s)
+        or _of_radians(name, plots.height_m[first], flown_m / apart_s)
+        or _of_flight_levels(name, plots.height_m, flown_m / apart_s)
+    )
+
+
+# Successive reports of one aircraft.
+def _steps(plots: Plots) -> tuple[Integers, Integers]:
+    names = plots.keys[:, :2].max(axis=1)
+    order = np.lexsort((plots.time_s, names))
+    first, last = order[:-1], order[1:]
+    apart_s = plots.time_s[last] - plots.time_s[first]
+    good = (names[first] == names[last]) & (names[first] >= 0)
+    good &= (apart_s > 0.0) & (apart_s <= _APART_MAX_S)
+    good &= np.isfinite(plots.latitude_deg[first]) & np.isfinite(plots.latitude_deg[last])
+    return first[good], last[good]
+
+
+def _of_minutes(
+    name: str, plots: Plots, first: Integers, last: Integers, jumps: Booleans
+) -> Diagnosis | None:
+    steps, largest = 0, 0.0
+    for degrees in (plots.latitude_deg, plots.longitude_deg):
+        minutes = np.abs(degrees) % 1.0
+        low = np.minimum(minutes[first], minutes[last])
+        high = np.maximum(minutes[first], minutes[last])
+        over = jumps & (low < 0.1) & (high > _MINUTES_END - 0.1)
+        steps += int(np.count_nonzero(over))
+        largest = max(largest, float(np.nanmax(minutes, initial=0.0)))
+    # Rounding may give 0.6.
+    if steps < _MINUTES_STEPS or 2 * steps < np.count_nonzero(jumps) or largest > _MINUTES_END:
+        return None
+    return Diagnosis(
+        name,
+        "position_minutes",
+        f"{name}: its positions are probably in degrees and minutes (46.30 for 46° 30'): none is "
+        f"between {_MINUTES_END:g} of a degree and the next whole one, where {steps} steps jump; "
+        "convert them to decimal degrees",
+    )
+
+
+def _of_times(name: str, flown_m: Floats, apart_s: Floats) -> Diagnosis | None:
+    jumping = float(np.mean(flown_m / np.maximum(apart_s, _STEP_S) > _JUMP_MPS))
+    speed = float(np.median(flown_m / apart_s))
+    if speed <= SPEED_MAX_MPS:
+        return None
+    for unit, seconds in _TIME_UNITS.items():
+        if SPEED_MIN_MPS <= speed / seconds <= SPEED_MAX_MPS:
+            return Diagnosis(
+                name,
+                "time_unit",
+                f"{name}: its times are probably in {unit}: the median speed of aircraft is "
+                f"{speed:.3g} m/s, and {speed / seconds:.0f} m/s with that; convert them to "
+                "seconds",
+            )
+    if jumping < SAME_MIN:
+        return None
+    return Diagnosis(
+        name,
+        "speeds_impossible",
+        f"{name}: {jumping:.0%} of its positions are farther from the one before of the same "
+        "address than any aircraft flies: its times or addresses are probably wrong; check that "
+        "each address is of one aircraft, and the unit of the times",
+    )
+
+
+def _of_radians(name: str, height_m: Floats, speed_mps: Floats) -> Diagnosis | None:
+    high = height_m > _HIGH_M
+    if np.count_nonzero(high) < TESTED_MIN:
+        return None
+    speed = float(np.median(speed_mps[high]))
+    with_it = float(np.degrees(speed))
+    if not (speed < SPEED_MIN_MPS / 2.0 and SPEED_MIN_MPS <= with_it <= SPEED_MAX_MPS):
+        return None
+    return Diagnosis(
+        name,
+        "position_unit",
+        f"{name}: its positions are probably in radians: the median speed of aircraft above "
+        f"{_HIGH_M:.0f} m is {speed:.1f} m/s, and {with_it:.0f} m/s with that; convert them to "
+        "degrees",
+    )
+
+
+def _of_flight_levels(name: str, height_m: Floats, speed_mps: Floats) -> Diagnosis | None:
+    known = height_m[np.isfinite(height_m)]
+    speed = float(np.median(speed_mps))
+    if len(known) < TESTED_MIN or known.max() > _LOW_M or not _FAST_MPS < speed <= SPEED_MAX_MPS:
+        return None
+    return Diagnosis(
+        name,
+        "height_unit",
+        f"{name}: its heights are probably in hundreds of feet or metres: none is above "
+        f"{known.max():.0f} m, at a median speed of {speed:.0f} m/s; check the unit of the "
+        "altitude column, which is feet",
+    )

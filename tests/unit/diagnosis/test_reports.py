@@ -1,0 +1,79 @@
+"""Reported positions in another unit, without positions, or with wrong times."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from multiradar.diagnosis.plots import Floats, Plots
+from multiradar.diagnosis.reports import check_reports
+
+AIRCRAFT, REPORTS, PERIOD_S = 5, 120, 10.0
+
+
+def reports(**changed: Callable[[Floats], Floats]) -> Plots:
+    """Return reports of aircraft at 200 m/s and 9 km, with changed columns."""
+    number = np.repeat(np.arange(AIRCRAFT), REPORTS)
+    flown_s = np.tile(PERIOD_S * np.arange(REPORTS), AIRCRAFT)
+    columns = {
+        "time_s": 1_533_110_400.0 + flown_s + number,
+        "latitude_deg": 46.05 + 0.2 * number + flown_s * 150.0 / 111_195.0,
+        "longitude_deg": 7.05 + 0.3 * number + flown_s * 130.0 / 77_000.0,
+        "height_m": np.full(len(number), 9000.0) + 100.0 * number,
+    }
+    columns |= {name: change(columns[name]) for name, change in changed.items()}
+    order = np.argsort(columns["time_s"], kind="stable")
+    nothing = np.full(len(number), np.nan)
+    keys = np.column_stack([np.full(len(number), -1), number + 0x4B1800, np.full(len(number), -1)])
+    return Plots(range_m=nothing, azimuth_deg=nothing, keys=keys, **columns).select(order)
+
+
+def _minutes(degrees: Floats) -> Floats:
+    return np.floor(degrees) + 0.6 * (degrees % 1.0)
+
+
+def test_reports_without_a_mistake_have_no_diagnosis() -> None:
+    assert check_reports("adsb", reports()) is None
+
+
+@pytest.mark.parametrize(
+    ("changed", "code", "words"),
+    [
+        ({"latitude_deg": _minutes, "longitude_deg": _minutes}, "position_minutes",
+         "in degrees and minutes"),
+        ({"latitude_deg": np.radians, "longitude_deg": np.radians}, "position_unit", "in radians"),
+        ({"latitude_deg": np.zeros_like, "longitude_deg": np.zeros_like}, "position_missing",
+         "100% of its positions are 0°, 0°"),
+        ({"height_m": lambda one: one / 30.48}, "height_unit", "in hundreds of feet or metres"),
+        ({"time_s": lambda one: one / 86_400.0}, "time_unit", "in days"),
+        ({"time_s": lambda one: one / 60.0}, "time_unit", "in minutes"),
+        ({"time_s": lambda one: np.full_like(one, 7.0)}, "column_constant", "all its times are 7"),
+    ],
+)  # fmt: skip
+def test_a_mistake_in_reports_is_named(
+    changed: dict[str, Callable[[Floats], Floats]], code: str, words: str
+) -> None:
+    found = check_reports("adsb", reports(**changed))
+    assert found is not None
+    assert found.code == code
+    assert words in found.sentence
+
+
+def test_one_address_for_all_aircraft_is_named() -> None:
+    one = reports()
+    found = check_reports("adsb", Plots(**{
+        **{name: getattr(one, name) for name in ("time_s", "range_m", "azimuth_deg",
+           "latitude_deg", "longitude_deg", "height_m")},
+        "keys": np.tile([-1, 0x4B1800, -1], (one.size, 1)),
+    }))  # fmt: skip
+    assert found is not None
+    assert found.code == "speeds_impossible"
+
+
+def test_a_slow_helicopter_below_3000_m_is_not_in_radians() -> None:
+    slow = reports(
+        latitude_deg=lambda one: 46.0 + (one - 46.0) / 100.0,
+        longitude_deg=lambda one: 7.0 + (one - 7.0) / 100.0,
+        height_m=lambda one: one / 20.0,
+    )
+    assert check_reports("adsb", slow) is None
