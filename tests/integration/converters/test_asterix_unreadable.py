@@ -101,7 +101,7 @@ def test_a_missing_file_is_reported_and_leaves_nothing(
             gzip.compress(block(48, plot_048(1.0)), mtime=0),
             "was compressed by gzip; decompress it first",
         ),
-        (b"These are no blocks. " * 99, "expected ASTERIX blocks, found none that can be decoded"),
+        (b"These are no blocks. " * 99, "expected ASTERIX blocks, was text"),
         (b"", "expected ASTERIX blocks, found none"),
         (b"\xcd" * 2200, "expected ASTERIX blocks, found none"),
     ],

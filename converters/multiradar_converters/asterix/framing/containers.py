@@ -276,7 +276,7 @@ def read_octets(path: Path, offset: int = 0, count: int = -1) -> NDArray[np.uint
         raise LayoutError(msg)
     damage = "" if offset else damage_of(data)
     if damage:
-        msg = f"{path}: expected a recording in binary, {damage}"
+        msg = f"{path}: expected ASTERIX blocks, {damage}"
         raise LayoutError(msg)
     return data
 
