@@ -67,6 +67,28 @@ def test_bundle_forecasts_are_evaluated_too(
     assert samples["bundle"] == pytest.approx(samples["filter"] / 3, rel=0.05)
 
 
+def test_a_report_named_as_a_radar_of_the_tracks_is_another_sensor(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Regression: ADS-B converted alone has the name SAC-SIC of a radar with the same codes."""
+    radar = pl.read_parquet(scene / "tracks" / "tracks.parquet")["sensor_id"].unique().to_list()[0]
+    reports = pl.read_parquet(scene / "made" / "measurements.parquet").filter(kind="adsb")
+    path = tmp_path / "measurements.parquet"
+    reports.with_columns(pl.lit(radar).alias("sensor_id")).write_parquet(path)
+    evaluated(capsys, scene / "tracks", "--adsb", path)
+    assert run(["evaluate", str(scene / "tracks"), "--adsb", str(path)]) == 0
+    assert "the reference itself" not in capsys.readouterr().err
+
+
+def test_an_evaluation_without_a_compared_update_is_reported(
+    scene: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    line = ["evaluate", str(scene / "tracks"), "--adsb", str(scene / "made")]
+    line += ["--settling", "100000"]
+    assert run(line) == 1
+    assert "no update was compared with the reference after the first" in capsys.readouterr().err
+
+
 def test_the_names_of_presets_are_those_of_the_catalogue() -> None:
     assert [choice.value for choice in PresetChoice] == list(PRESETS)
 

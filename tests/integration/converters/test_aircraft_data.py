@@ -64,6 +64,32 @@ def test_registers_of_plots_are_columns(tmp_path: Path) -> None:
     assert data["values"]["magnetic_heading_deg"] == {"reports": 2, "sigma": None}
 
 
+@pytest.mark.parametrize("category", [10, 20])
+def test_registers_of_multilateration_are_columns(category: int, tmp_path: Path) -> None:
+    """Registers of category 010 were not read."""
+    registers = item_250(bds50=write("5,0", **MOTION), bds60=write("6,0", **AIR))
+    place = "{:08x}{:08x}".format(*(round(one * 2**31 / 180) for one in (41.3, 2.1)))
+    if category == 10:
+        head = [(1, "00 6b"), (2, "01"), (3, "20"), (4, time_of_day(1.0)), (5, place)]
+        reports = [
+            record(*head, (13, "3c660c"), (15, registers)),
+            # A primary report beside it, and one without registers.
+            record((1, "00 07"), (2, "01"), (3, "60"), (4, time_of_day(1.5)), (6, "0400 2000")),
+            record(*head[:3], (4, time_of_day(2.0)), (5, place), (13, "3c660d")),
+        ]
+    else:
+        place = "{:08x}{:08x}".format(*(round(one * 2**25 / 180) for one in (41.3, 2.1)))
+        head = [(1, "00 6b"), (2, "41 10"), (3, time_of_day(1.0)), (4, place)]
+        reports = [record(*head, (12, "3c660c"), (21, registers))]
+    table, _ = converted(tmp_path, block(category, *reports))
+    first = table.filter(pl.col("mode_s_address") == "3c660c").row(0, named=True)
+    assert first["kind"] == "mlat"
+    assert first["roll_deg"] == pytest.approx(-20.0, abs=0.2)
+    assert first["magnetic_heading_deg"] == pytest.approx(84.0, abs=0.2)
+    assert first["ground_speed_m_s"] == pytest.approx(470 * KNOT, abs=0.6)
+    assert table.filter(pl.col("roll_deg").is_not_null()).height == 1
+
+
 def test_a_recording_without_such_data_has_no_such_columns(tmp_path: Path) -> None:
     table, figures = converted(tmp_path, block(48, plot_048(1.0), plot_048(2.0, registers="00")))
     assert not set(MEASUREMENT_AIRCRAFT) & set(table.columns)

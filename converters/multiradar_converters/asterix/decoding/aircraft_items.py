@@ -1,7 +1,7 @@
 """Aircraft-derived data in items of target reports and system tracks.
 
 ==================  ==============  ============================  ==========================
-quantity            001, 020, 048   021                           062/380
+quantity            010, 020, 048   021                           062/380
 ==================  ==============  ============================  ==========================
 registers           250             250                           BDSDATA
 magnetic heading    6,0             152                           MHG

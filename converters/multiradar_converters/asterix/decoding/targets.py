@@ -26,7 +26,6 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from multiradar_converters.aircraft_data.quantities import without
 from multiradar_converters.asterix.decoding.aircraft_items import aircraft_data
 from multiradar_converters.asterix.decoding.bounds import LATITUDE_MAX_DEG
 from multiradar_converters.asterix.decoding.position_quality import (
@@ -307,6 +306,7 @@ def _category_010(columns: Columns) -> list[tuple[Flags, Targets]]:
         ("on_ground", on_ground == 1),
         ("other_technology", ~np.isin(technology, _KNOWN_010)),
     )
+    data, dropped = aircraft_data(10, columns, height)
     whole = Targets(
         kind="",
         time_s=columns.numbers("140"),
@@ -330,8 +330,8 @@ def _category_010(columns: Columns) -> list[tuple[Flags, Targets]]:
         on_ground=on_ground,
         detection=np.where(primary, _PSR, -1),
         flags=flags | code_flags | height_flags | geometric,
-        aircraft_data=without(len(columns)),
-        dropped=np.zeros(len(columns), dtype=np.int64),
+        aircraft_data=data,
+        dropped=dropped,
     )
     kinds = {"radar": primary, "adsb": technology == _ADSB_010}
     kinds["mlat"] = ~kinds["radar"] & ~kinds["adsb"]

@@ -243,7 +243,8 @@ def evaluate(
         if html is not None:
             print(f"report written to {html}")
         print(view_hint(tracks, chosen.plots()))
-    if not figures["compared"]["updates_compared"]:
+    compared: Any = figures["compared"]
+    if not compared["updates_compared"]:
         when = f" after the first {settling:g} s of each track (--settling)" if settling else ""
         msg = f"no update was compared with the reference{when}; compare the times of both"
         raise InputError(msg)
@@ -379,6 +380,7 @@ def _evaluated(
     for sentence in rejected_rows(counts) + mostly_uncovered(counts):
         print(f"multiradar: {sentence}", file=sys.stderr)
     evaluated = read_tracks(tracks, known, settings)
+    listed = () if sensors is None else read_sensors(sensors).sensor
     card = evaluate_tracks(
         evaluated,
         known.reference,
@@ -386,7 +388,7 @@ def _evaluated(
         presets,
         plots=known.plots,
         biases=read_biases(tracks, known),
-        sensors=[] if sensors is None else read_sensors(sensors).sensor,
+        sensors=listed,
         radar_plots=radar_plots(chosen.plots()),
         forecasts=read_forecasts(tracks),
     )
@@ -395,7 +397,9 @@ def _evaluated(
         card.instants.track_of, settings.gate_m
     )
     sentences += clock_offset(evaluated, card.errors) + height_unit(evaluated, card.errors)
-    sentences += shared_sensors(evaluated, known.reporters)
+    # ADS-B converted alone may have the name of a radar or multilateration of the tracks.
+    named_alike = {one.id for one in listed if one.kind != "adsb"}
+    sentences += shared_sensors(evaluated, sorted({*known.reporters} - named_alike))
     for sentence in sentences:
         print(f"multiradar: {sentence}", file=sys.stderr)
     what: Figures = {"kind": known.kind, "path": str(known.path), **known.claimed}

@@ -60,7 +60,8 @@ def _summary(found: Inspection) -> str:
     counts = found.counts
     text = (
         f"read {counts.read:,} records: accepted {counts.accepted:,}, rejected "
-        f"{counts.rejected:,}, duplicate {counts.duplicate:,}; {len(found.sensors)} sensors"
+        f"{counts.rejected:,}, duplicate {counts.duplicate:,}; {len(found.sensors)} "
+        f"sensor{'' if len(found.sensors) == 1 else 's'}"
     )
     if found.first_s is None or found.last_s is None:
         return f"{text}; times: none"
