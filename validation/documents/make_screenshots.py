@@ -103,7 +103,7 @@ def _make(url: str, browser: str) -> None:
 def _settle(page: Page) -> None:
     ready = "window.multiradar?.picture.seenOnCanvas.length > 3"
     land = "window.multiradar?.picture.land.getSource().getFeatures().length > 0"
-    sensors = "document.querySelectorAll('#sensors details').length > 3"
+    sensors = "window.multiradar?.feed.sensors.length > 3"
     for _ in range(round(1000.0 * _TIMEOUT_S / _POLL_MS)):
         if page.evaluate(f"Boolean({ready} && {land} && {sensors})"):
             break
