@@ -4,7 +4,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from multiradar.errors import (
     ConfigurationError,
@@ -185,6 +185,24 @@ class SensorTable:
 
     def __len__(self) -> int:
         return len(self.ids)
+
+    def position_sigmas(self, sensor: ArrayLike, reported_m: ArrayLike) -> NDArray[np.float64]:
+        """Return the accuracies of reported positions, 1 sigma on each axis, m.
+
+        Parameters
+        ----------
+        sensor : (n,) integers
+            By which sensor they were measured.
+        reported_m : (n,) array_like
+            Their own accuracies, m; NaN where a report has none.
+
+        Returns
+        -------
+        (n,) float64
+            The reported accuracy, else that of the sensor.
+        """
+        own = np.asarray(reported_m, np.float64)
+        return np.where(np.isnan(own), self.position_sigma_m[np.asarray(sensor)], own)
 
     def __post_init__(self) -> None:
         count = len(self)

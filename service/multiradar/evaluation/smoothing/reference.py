@@ -33,6 +33,7 @@ from multiradar.evaluation.trajectories import (
 )
 from multiradar.geodesy.refraction import straight_range
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar_schemas.measurements.columns import POSITION_SIGMA
 from multiradar_schemas.sensors.sensor import Sensor
 
 #: Minimum number of positions of a trajectory.
@@ -72,6 +73,7 @@ class _Positions:
     longitude_rad: Floats
     height_m: Floats
     range_m: Floats
+    sigma_m: Floats
     usable: Flags
 
 
@@ -156,7 +158,7 @@ def smoothed_reference(
     latitude, longitude = positions.latitude_rad[kept], positions.longitude_rad[kept]
     plane = SystemPlane.for_sensors(latitude, longitude)
     position = np.stack(plane.to_plane(latitude, longitude), axis=-1)
-    noise = _noise(plane, position, positions.range_m[kept], positions.sensor[kept], sensors)
+    noise = _noise(plane, position, positions, kept, sensors)
     aircraft_index, when = positions.aircraft[kept], positions.time_s[kept]
     measured = PositionMeasurements(aircraft_index, when, position, noise)
     if smoother == INTERACTING_MODES:
@@ -219,6 +221,9 @@ def _located(
         )
     }  # fmt: skip
     time_s, range_m = column["time_s"], column["range_m"]
+    sigma_m = np.full(len(rows), np.nan)
+    if POSITION_SIGMA in rows.columns:
+        sigma_m = rows[POSITION_SIGMA].cast(pl.Float64).fill_null(np.nan).to_numpy()
     latitude, longitude = np.radians(column["latitude_deg"]), np.radians(column["longitude_deg"])
     height = _filled(aircraft, time_s, column["height_m"])
     usable = np.isfinite(latitude) & np.isfinite(longitude)
@@ -244,7 +249,9 @@ def _located(
         located = locate_plots(_radar(one).site, range_m[own], np.radians(azimuth_deg), height[own])
         latitude[own], longitude[own] = located.latitude_rad, located.longitude_rad
         usable[own] = located.usable
-    return _Positions(aircraft, sensor, time_s, latitude, longitude, height, range_m, usable)
+    return _Positions(
+        aircraft, sensor, time_s, latitude, longitude, height, range_m, sigma_m, usable
+    )
 
 
 def _reference_point(one: Sensor) -> tuple[float, float] | None:
@@ -300,17 +307,22 @@ def biases_at(sensor: Sensor, time_s: Floats, biases: Sequence[BiasHistory]) -> 
 def _noise(
     plane: SystemPlane,
     position_m: Floats,
-    range_m: Floats,
-    sensor: Indices,
+    positions: _Positions,
+    kept: Indices,
     sensors: Sequence[Sensor],
 ) -> Floats:
+    sensor, range_m, sigma_m = (
+        positions.sensor[kept], positions.range_m[kept], positions.sigma_m[kept]
+    )  # fmt: skip
     noise = np.zeros((len(position_m), 2, 2))
     for number, one in enumerate(sensors):
         own = sensor == number
         if one.kind == "radar":
             noise[own] = noise_on_plane(plane, _radar(one), position_m[own], range_m[own])
         else:
-            noise[own] = one.position_sigma_m**2 * np.eye(2)
+            # A report may have an accuracy of its own.
+            own_m = np.where(sigma_m[own] > 0.0, sigma_m[own], one.position_sigma_m)
+            noise[own] = own_m[:, None, None] ** 2 * np.eye(2)
     return noise
 
 

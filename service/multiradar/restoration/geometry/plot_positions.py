@@ -48,6 +48,8 @@ class Plots(NamedTuple):
         By which sensor, and of which kind.
     range_m, azimuth_rad, latitude_rad, longitude_rad, height_m : (n,) float64
         As measured.
+    position_sigma_m : (n,) float64
+        Accuracy of a reported position, 1 sigma on each axis; NaN where that of its sensor applies.
     """
 
     time_s: Floats
@@ -58,6 +60,7 @@ class Plots(NamedTuple):
     latitude_rad: Floats
     longitude_rad: Floats
     height_m: Floats
+    position_sigma_m: Floats
 
     def select(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> "Plots":
         """Return selected plots.
@@ -173,7 +176,7 @@ def _reported(plots: Plots, sensors: SensorTable, biases: Floats, variance: floa
     frame = SystemPlane(float(latitude[-1]), float(longitude[-1]))
     east, north = frame.to_plane(latitude, longitude)
     covariances = np.zeros((len(east), 3, 3))
-    covariances[:, 0, 0] = sensors.position_sigma_m[plots.sensor] ** 2
+    covariances[:, 0, 0] = sensors.position_sigmas(plots.sensor, plots.position_sigma_m) ** 2
     covariances[:, 1, 1] = covariances[:, 0, 0]
     covariances[:, 2, 2] = variance
     positions = np.column_stack([east, north, plots.height_m])

@@ -37,6 +37,8 @@ _MEASURED = (
 # Estimated position after the measurement: columns of the update.
 _OF_TRACK = "track_"
 _TRACK = ("latitude_rad", "longitude_rad", "height_m")
+# NaN where that of the sensor applies.
+_ACCURACY = "position_sigma_m"
 # Elevations and positions of moving sensors, side by side; NaN where not reported.
 _DIRECTIONS = "directions"
 # What the filter made of it, as in `EngineOutput.innovations`; NaN where it is not recorded.
@@ -48,6 +50,7 @@ VARIANCES = slice(INNOVATION_COUNT, INNOVATIONS_COUNT)
 PLOT_DTYPE = np.dtype(
     [("track_id", np.int64)]
     + row_type(MeasurementBatch, _MEASURED).descr
+    + [(_ACCURACY, np.float64)]
     + [(_OF_TRACK + name, np.float64) for name in _TRACK]
     + [(_DIRECTIONS, np.float64, (len(Directions._fields),))]
     + [(_INNOVATION, np.float32, (INNOVATIONS_COUNT,))]
@@ -81,6 +84,8 @@ def plot_rows(output: EngineOutput, row_type: np.dtype[np.void] = PLOT_DTYPE) ->
             rows[name] = plots.track_id
         elif name.startswith(_OF_TRACK):
             rows[name] = getattr(updates, name.removeprefix(_OF_TRACK))
+        elif name == _ACCURACY:
+            rows[name] = plots.measured.accuracies()
         elif name == _DIRECTIONS:
             directions = plots.measured.directions
             rows[name] = np.nan if directions is None else np.column_stack(directions)

@@ -134,4 +134,5 @@ def _rows(batch: MeasurementBatch) -> NDArray[np.void]:
                 "longitude_rad", "height_m")  # fmt: skip
     for name in measured:
         rows[name] = getattr(batch, name)
+    rows["position_sigma_m"] = batch.accuracies()
     return rows

@@ -47,7 +47,8 @@ PLOT_DTYPE = np.dtype(
         (name, np.float64)
         for name in (
             "time_s", "range_m", "azimuth_rad", "latitude_rad", "longitude_rad", "height_m",
-            "track_height_m", "track_height_sigma_m", "track_speed_mps", "track_heading_rad",
+            "position_sigma_m", "track_height_m", "track_height_sigma_m", "track_speed_mps",
+            "track_heading_rad",
         )
     ]
 )  # fmt: skip
@@ -212,7 +213,7 @@ class PlotLocator:
         )
         (east,), (north,) = self.plane.to_plane(latitude, longitude)
         across = np.linalg.inv(self.plane.local_matrix(east, north))
-        variance = self._sensors.position_sigma_m[own] ** 2
+        variance = float(self._sensors.position_sigmas(own, plot["position_sigma_m"])) ** 2
         shared = self._frame_covariance(own, np.array([east, north]), published.sigma[own])
         covariance = variance * across @ across.T + shared
         return LocatedPlot(np.array([east, north], np.float64), covariance, shared)

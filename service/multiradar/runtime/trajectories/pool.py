@@ -201,7 +201,7 @@ def warm_up(locator: PlotLocator, settings: BundleSettings, sensors: SensorTable
     plots["latitude_rad"], plots["longitude_rad"] = locator.plane.to_geodetic(
         0.0 * flown_m, flown_m
     )
-    plots["height_m"] = 9000.0
+    plots["height_m"], plots["position_sigma_m"] = 9000.0, np.nan
     pool, published = BundlePool(locator, settings), prior_biases(sensors)
     for plot in plots:
         pool.push(1, plot, published)

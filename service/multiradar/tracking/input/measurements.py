@@ -144,6 +144,10 @@ class MeasurementBatch:
         """Return how each row was detected, −1 where unknown, (n,)."""
         return self._whole("detection").astype(np.int64)
 
+    def accuracies(self) -> NDArray[np.float64]:
+        """Return the accuracies of reports, m, NaN where that of the sensor applies, (n,)."""
+        return self._whole("position_sigma_m").astype(np.float64)
+
     def _whole(self, name: str) -> NDArray[Any]:
         kind, missing = SINGLE[name]
         column = getattr(self, name)

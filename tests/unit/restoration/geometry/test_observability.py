@@ -32,7 +32,7 @@ def bearings(*names: str, kind: int = 2, offset_rad: float = 0.0) -> Plots:
     nothing = np.full(len(sensor), np.nan)
     return Plots(
         np.arange(len(sensor), dtype=np.float64), sensor, np.full(len(sensor), kind, np.int8),
-        nothing, np.array(azimuth) + offset_rad, nothing, nothing, nothing,
+        nothing, np.array(azimuth) + offset_rad, nothing, nothing, nothing, nothing,
     )  # fmt: skip
 
 
@@ -143,7 +143,7 @@ def evaluated(
     measured = batch.directions
     plots = Plots(
         batch.time_s, batch.sensor, batch.kind, batch.range_m, batch.azimuth_rad,
-        batch.latitude_rad, batch.longitude_rad, batch.height_m,
+        batch.latitude_rad, batch.longitude_rad, batch.height_m, batch.accuracies(),
     )  # fmt: skip
     positions = np.column_stack(target.geodetic(time_s))
     last = positions[-1].tolist()

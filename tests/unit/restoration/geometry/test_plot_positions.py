@@ -39,7 +39,7 @@ def seen(sensor: int, east_m: Floats, north_m: Floats, height_m: Floats) -> Plot
     return Plots(
         np.arange(count, dtype=np.float64), np.full(count, sensor), np.zeros(count, np.int8),
         np.asarray(slant), np.asarray(azimuth), np.full(count, np.nan), np.full(count, np.nan),
-        height_m,
+        height_m, np.full(count, np.nan),
     )  # fmt: skip
 
 
@@ -48,7 +48,7 @@ def reported(height_m: Floats) -> Plots:
     nothing = np.full(count, np.nan)
     return Plots(
         np.arange(count, dtype=np.float64), np.full(count, REPORTED), np.ones(count, np.int8),
-        nothing, nothing, np.full(count, FOOT[0]), np.full(count, FOOT[1]), height_m,
+        nothing, nothing, np.full(count, FOOT[0]), np.full(count, FOOT[1]), height_m, nothing,
     )  # fmt: skip
 
 
@@ -114,6 +114,14 @@ def test_heights_on_steps_of_100_feet_have_the_error_of_the_step() -> None:
     assert fine.covariances_m2[0, 2, 2] == pytest.approx(4.0 + 7.62**2 / 12.0)
     sigma = SENSORS.position_sigma_m[REPORTED]
     assert coarse.covariances_m2[0, 0, 0] == pytest.approx(sigma**2)
+
+
+def test_a_report_has_its_own_accuracy_or_that_of_its_sensor() -> None:
+    plots = reported(np.full(3, 9000.0))._replace(position_sigma_m=np.array([4.0, np.nan, 250.0]))
+    placed = plot_positions(plots, SENSORS, NONE)
+    expected = np.array([4.0, SENSORS.position_sigma_m[REPORTED], 250.0]) ** 2
+    np.testing.assert_allclose(placed.covariances_m2[:, 0, 0], expected)
+    np.testing.assert_allclose(placed.covariances_m2[:, 1, 1], expected)
 
 
 def test_heights_of_one_kind_are_used_and_plots_without_height_are_not() -> None:

@@ -4,7 +4,10 @@ import numpy as np
 import polars as pl
 import pytest
 
+from multiradar.evaluation.smoothing.reference import smoothed_reference
 from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.queries.track_windows import plot_rows
+from multiradar.runtime.trajectories.plots import PLOT_DTYPE
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch, sensor_table
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
@@ -75,3 +78,30 @@ def test_accurate_reports_weigh_more(name: str) -> None:
     weighed, ratio = errors(name, accuracies=True)
     assert weighed < 0.5 * plain
     assert 0.3 < ratio < 1.6
+
+
+@pytest.mark.parametrize("accuracies", [True, False])
+def test_rows_of_trajectories_and_windows_keep_accuracies(*, accuracies: bool) -> None:
+    frame, _ = flight(accuracies=accuracies)
+    table = sensor_table(parse_sensors(SENSORS))
+    engine = Engine(table, TrackingSettings())
+    output = engine.push(measurement_batch(frame, table)[0])
+    engine.close()
+    known = dict(frame.select("time_s", "position_sigma_m").iter_rows())
+    for rows in (plot_rows(output), plot_rows(output, PLOT_DTYPE)):
+        assert len(rows) > SETTLED
+        expected = [known[time_s] if accuracies else np.nan for time_s in rows["time_s"]]
+        np.testing.assert_array_equal(rows["position_sigma_m"], expected)
+
+
+def test_a_smoothed_reference_weighs_accurate_reports_more() -> None:
+    off_m = {}
+    for accuracies in (True, False):
+        frame, truth = flight(accuracies=accuracies)
+        sensors = parse_sensors(SENSORS).sensor
+        found = smoothed_reference(frame, sensors, (), source="reports", density=0.1, gap_s=60.0)
+        reference = found.reference
+        latitude, _ = reference.plane.to_geodetic(*reference.position_m.T)
+        error_m = (np.degrees(latitude) - truth[reference.time_s.astype(int)]) * NORTH_M
+        off_m[accuracies] = float(np.sqrt(np.mean(error_m**2)))
+    assert off_m[True] < 0.5 * off_m[False]

@@ -40,6 +40,7 @@ def plot(**values: Any) -> np.void:
     known = {
         "sensor": RADAR, "kind": KIND_RADAR, "height_m": HEIGHT_M, "track_height_m": np.nan,
         "track_height_sigma_m": np.nan, "latitude_rad": np.nan, "longitude_rad": np.nan,
+        "position_sigma_m": np.nan,
     }  # fmt: skip
     for name, value in (known | values).items():
         row[name] = value
@@ -149,6 +150,9 @@ def test_a_reported_position_is_located_in_true_metres() -> None:
     true = PLACES.plane.local_matrix(*truth())
     variance = float(TABLE.position_sigma_m[ADSB] ** 2)
     assert true @ found.covariance_m2 @ true.T == pytest.approx(variance * np.eye(2), abs=1e-6)
+    row["position_sigma_m"] = 7.0
+    of_its_own = true @ placed(row).covariance_m2 @ true.T
+    assert of_its_own == pytest.approx(49.0 * np.eye(2), abs=1e-6)
 
 
 @pytest.mark.parametrize(
