@@ -62,7 +62,8 @@ export class Encounters {
     }
   }
 
-  private take(found: Encounter[]): void {
+  /** Take an answer; of another time there are none. */
+  take(found: Encounter[]): void {
     if (found.length === 0 && this.found.length === 0) return;
     this.found = found;
     this.tracks.clear();

@@ -1,9 +1,12 @@
 /** Reads the service: frames each second, sensors and status less often; announces interruptions. */
 
-import { decode } from "./frame";
-import type { Store } from "./store";
+import { decode, type Frame } from "./frame";
+import { Store } from "./store";
+import type { Clock } from "./time/clock";
 
 const SLOW_TICK_MS = 4000;
+/** A history that stands still is read so often, ms: to know that the service answers. */
+const STANDING_MS = 2000;
 const TIMEOUT_MS = 10_000;
 /** Without an answer for this long the picture is out of date, ms. */
 const LOST_MS = 5000;
@@ -39,18 +42,33 @@ export class Feed {
   /** Area shown and selected track: what frames have of more tracks than a page can show. */
   area = "";
   track: number | null = null;
+  /** The tracks of the second of two runs. */
+  readonly second = new Store();
   private after: number | null = null;
+  /** Of the last past picture: its time, when it was read, and the jumps of the clock before. */
+  private pastS: number | null = null;
+  private pastMs = 0;
+  private jumps = 0;
+  private wake: () => void = () => undefined;
   private answeredMs = performance.now();
 
   constructor(
     private readonly store: Store,
+    private readonly clock: Clock,
     private readonly tickMs: number,
     private readonly changed: () => void,
   ) {}
 
   start(): void {
-    void this.loop(() => this.frame(), this.tickMs);
+    void this.loop(() => this.frame(), this.tickMs, (wake) => {
+      this.wake = wake;
+    });
     void this.loop(() => this.documents(), SLOW_TICK_MS);
+  }
+
+  /** Read the next frame at once: the clock was moved. */
+  hurry(): void {
+    this.wake();
   }
 
   /** Whether the service has been silent for too long. */
@@ -63,7 +81,9 @@ export class Feed {
     return this.answeredMs;
   }
 
-  private async loop(step: () => Promise<void>, everyMs: number): Promise<void> {
+  private async loop(
+    step: () => Promise<void>, everyMs: number, waiting: (wake: () => void) => void = () => undefined,
+  ): Promise<void> {
     for (;;) {
       const began = performance.now();
       try {
@@ -73,28 +93,81 @@ export class Feed {
         this.problem = error instanceof Error ? error.message : String(error);
       }
       this.changed();
-      await new Promise((done) => setTimeout(done, Math.max(20, everyMs - (performance.now() - began))));
+      await new Promise<void>((done) => {
+        setTimeout(done, Math.max(20, everyMs - (performance.now() - began)));
+        waiting(done);
+      });
     }
   }
 
   private async frame(): Promise<void> {
+    const { clock } = this;
+    // The clock may be moved while an answer comes.
+    do await this.step(); while (clock.jumps !== this.jumps);
+  }
+
+  private async step(): Promise<void> {
+    const { clock, store } = this;
+    if (clock.jumps !== this.jumps) {
+      this.jumps = clock.jumps;
+      for (const one of [store, this.second]) one.clear();
+      [this.after, this.pastS] = [null, null];
+    }
+    const at = clock.at(performance.now());
+    [store.pace, this.second.pace] = [clock.pace, clock.pace];
+    if (at === null) await this.present();
+    else if (at !== this.pastS || performance.now() - this.pastMs > STANDING_MS) await this.past(at);
+  }
+
+  /** Read the picture of a past time, of each run. */
+  private async past(at: number): Promise<void> {
+    const { clock, jumps } = this;
+    const asked = new URLSearchParams({ at: at.toFixed(3) });
+    if (this.pastS !== null) asked.set("since", this.pastS.toFixed(3));
+    if (this.area !== "") asked.set("bbox", this.area);
+    if (this.track !== null) asked.set("track", String(this.track));
+    const frames = await Promise.all([this.store, this.second].slice(0, clock.runs.length > 1 ? 2 : 1)
+      .map(async (_, layer) => {
+        asked.set("layer", String(layer));
+        return (await get(`v1/picture?${asked.toString()}`)).arrayBuffer();
+      }));
+    this.answeredMs = performance.now();
+    // The clock was moved meanwhile.
+    if (clock.jumps !== jumps) return;
+    frames.forEach((buffer, layer) => {
+      const frame = this.decoded(buffer);
+      clock.learn(frame.header.span_s, frame.header.recorded === true, frame.header.layers ?? []);
+      (layer === 0 ? this.store : this.second).update(frame, performance.now());
+    });
+    [this.pastS, this.pastMs] = [at, performance.now()];
+  }
+
+  private decoded(buffer: ArrayBuffer): Frame {
+    try {
+      return decode(buffer);
+    } catch (error) {
+      this.store.malformed += 1;
+      throw error;
+    }
+  }
+
+  private async present(): Promise<void> {
     const asked = new URLSearchParams();
     if (this.after !== null) asked.set("after", String(this.after));
     if (this.area !== "") asked.set("bbox", this.area);
     if (this.track !== null) asked.set("track", String(this.track));
     const answer = await get(`v1/picture?${asked.toString()}`);
     const buffer = await answer.arrayBuffer();
-    try {
-      const frame = decode(buffer);
-      // A service that restarted without its journal numbers from zero.
-      if (this.after !== null && frame.header.next < this.after) this.store.clear();
-      this.after = frame.header.next;
-      this.store.update(frame, performance.now());
-    } catch (error) {
-      this.store.malformed += 1;
-      throw error;
-    }
+    const frame = this.decoded(buffer);
     this.answeredMs = performance.now();
+    const { clock, jumps } = this;
+    clock.learn(frame.header.span_s, frame.header.recorded === true, frame.header.layers ?? []);
+    // The clock was moved meanwhile; a run has no present.
+    if (clock.jumps !== jumps || clock.recorded) return;
+    // A service that restarted without its journal numbers from zero.
+    if (this.after !== null && frame.header.next < this.after) this.store.clear();
+    this.after = frame.header.next;
+    this.store.update(frame, performance.now());
   }
 
   private async documents(): Promise<void> {

@@ -17,6 +17,13 @@ interface Header {
   bundles?: number[];
   sensors: string[];
   states: string[];
+  /** First and last time of which there are pictures; null before there are any. */
+  span_s: [number, number] | null;
+  /** The time of a past picture. */
+  at_s?: number;
+  /** Whether it is of a recorded run, and the names of all. */
+  recorded?: boolean;
+  layers?: string[];
   tables: Record<string, Described>;
 }
 
@@ -36,6 +43,8 @@ export interface Frame {
   header: Header;
   tracks: Table;
   plots: Table;
+  /** Of past pictures: earlier positions of the tracks. */
+  path: Table;
 }
 
 const MAGIC = 0x3150524d;
@@ -54,6 +63,7 @@ export function decode(buffer: ArrayBuffer): Frame {
     header,
     tracks: table(buffer, begin, header.tables["tracks"]),
     plots: table(buffer, begin, header.tables["plots"]),
+    path: table(buffer, begin, header.tables["path"]),
   };
 }
 

@@ -10,12 +10,25 @@ export interface Key {
   /** In the help sheet, if it is not the key. */
   shown?: string;
   text: string;
+  /** Not in the help sheet: it is described with another. */
+  hidden?: boolean;
+  /** The map has its own use of it while it is focused. */
+  mapped?: boolean;
   /** Absent: the browser or the map does it. */
   run?: (app: App) => void;
 }
 
 export const KEYS: readonly Key[] = [
   ...SWITCHES.map(([name, key, text]): Key => ({ key, text, run: (app) => app.actions.toggle(name) })),
+  { key: " ", shown: "Space", text: "Pause, or play on", run: (app) => app.clock.toggle() },
+  { key: "ArrowLeft", shown: "← →", text: "10 s back or forward (in the map: move it)", mapped: true, run: (app) => app.clock.step(-10) },
+  { key: "ArrowRight", hidden: true, text: "", mapped: true, run: (app) => app.clock.step(10) },
+  { key: "+", shown: "+ −", text: "Play faster or slower (in the map: zoom)", mapped: true, run: (app) => app.clock.faster(1) },
+  { key: "-", hidden: true, text: "", mapped: true, run: (app) => app.clock.faster(-1) },
+  { key: "n", text: "Back to the present", run: (app) => app.clock.live() },
+  { key: "a", text: "Where was the selected aircraft 5 minutes ago?", run: (app) => app.ago.show(app, 300) },
+  { key: "x", text: "Measure; Enter sets the end in the middle of the map", run: (app) => app.measure.toggle(app) },
+  { key: "Enter", hidden: true, text: "", run: (app) => app.measure.enter(app) },
   { key: "f", text: "Show everything", run: (app) => app.picture.fit() },
   ...TABS.map(([tab, key, title]): Key => ({ key, text: `Panel: ${title}`, run: (app) => app.actions.tab(tab) })),
   { key: "/", text: "Search the tracks", run: search },
@@ -25,7 +38,10 @@ export const KEYS: readonly Key[] = [
   { key: "m", text: "FL, kt, NM or SI units", run: (app) => app.actions.units() },
   { key: "d", text: "Dark or light", run: (app) => app.actions.theme() },
   { key: "?", text: "This sheet", run: (app) => app.actions.help() },
-  { key: "Escape", shown: "Esc", text: "Deselect, close", run: (app) => app.actions.select(null) },
+  {
+    key: "Escape", shown: "Esc", text: "End measuring, deselect, close",
+    run: (app) => (app.measure.active ? app.measure.stop(app) : app.actions.select(null)),
+  },
   { key: "ArrowUp", shown: "arrows, + and −", text: "Move and zoom the map (with the map focused)" },
 ];
 
@@ -52,7 +68,10 @@ export function pressed(event: KeyboardEvent, app: App): void {
   if (document.querySelector("dialog[open]") !== null && event.key !== "?") return;
   if (event.ctrlKey || event.metaKey || event.altKey) return;
   const found = KEYS.find((one) => one.key === event.key && one.run !== undefined);
-  if (found === undefined) return;
+  if (found === undefined || !(target instanceof Element)) return;
+  if (event.key === "Enter" && !app.measure.active) return;
+  if (found.mapped === true && target.closest("#map") !== null) return;
+  if ((event.key === " " || event.key === "Enter") && target.closest("button, summary, a, input") !== null) return;
   event.preventDefault();
   found.run?.(app);
 }

@@ -4,6 +4,7 @@ import "ol/ol.css";
 import "./page.css";
 import "./panels/panels.css";
 import "./panels/screens.css";
+import "./time/time.css";
 
 import { Encounters } from "./encounters";
 import { Feed } from "./feed";
@@ -12,10 +13,16 @@ import { drawPanels } from "./panels/index";
 import type { Actions, App } from "./panels/panel";
 import { Picture } from "./picture";
 import { Selection } from "./selection";
+import { Overlays } from "./overlays/overlays";
+import { attach } from "./measure/measure";
 import { Store } from "./store";
+import { Ago } from "./time/ago";
+import { Clock } from "./time/clock";
 import { addressOf, initialView } from "./view";
 
 const PANEL_MS = 500;
+/** The address follows the time shown so much later, ms: browsers limit how often it changes. */
+const KEEP_MS = 400;
 
 const store = new Store();
 const view = initialView(location.hash);
@@ -24,15 +31,18 @@ let queued = false;
 /** Screens on which the panels lie over the map. */
 const narrow = matchMedia("(max-width: 1000px)");
 view.open = !narrow.matches;
-const feed = new Feed(store, view.tick, () => redraw());
+let keeping = 0;
+const clock = new Clock(() => clockChanged());
+const feed = new Feed(store, clock, view.tick, () => read());
 const selection = new Selection(
   () => store.dataTimeS,
+  () => clock.isLive,
   (id) => view.shown.trajectories && store.bundles.includes(id),
 );
 selection.follow(view.selected);
 feed.track = view.selected;
 
-const encounters = new Encounters(() => view.shown.encounters && store.tracks.length > 1);
+const encounters = new Encounters(() => view.shown.encounters && clock.isLive && store.tracks.length > 1);
 
 const actions: Actions = {
   select(id, opens = true) {
@@ -72,6 +82,7 @@ const actions: Actions = {
   theme() {
     view.theme = view.theme === "dark" ? "light" : "dark";
     picture.theme();
+    overlays.apply();
     actions.changed();
   },
   help() {
@@ -93,10 +104,49 @@ const picture = new Picture(
   document.getElementById("map") as HTMLElement, store, feed, view, selection, encounters,
   (id) => actions.select(id), keep,
 );
-const app: App = { store, feed, view, selection, encounters, picture, actions };
+const overlays = new Overlays(picture.map, view, () => actions.changed());
+const { measure } = picture.layers;
+const app: App = {
+  store, feed, view, selection, encounters, picture, actions, clock, ago: new Ago(), measure, overlays,
+};
+attach(measure, app);
+let jumps = 0;
 
 function keep(): void {
   history.replaceState(null, "", addressOf(view));
+}
+
+/** Keep the view in the address, although the slider moves. */
+function keepSoon(): void {
+  if (keeping !== 0) return;
+  keeping = window.setTimeout(() => {
+    keeping = 0;
+    keep();
+  }, KEEP_MS);
+}
+
+/** A frame or a document was read, or could not be. */
+function read(): void {
+  app.ago.arrived(app);
+  // The first tracks are shown at once.
+  redraw(store.frames === 1);
+}
+
+/** The time shown was chosen. */
+function clockChanged(): void {
+  const time = clock.at(performance.now());
+  view.at = clock.playing ? null : time;
+  store.pace = clock.pace;
+  feed.second.pace = clock.pace;
+  if (clock.jumps !== jumps) {
+    jumps = clock.jumps;
+    feed.hurry();
+    encounters.take([]);
+    void selection.refresh();
+  }
+  picture.touch();
+  redraw(true);
+  keepSoon();
 }
 
 /** Draw the panels: at once for the user, else at most twice a second. */
@@ -127,6 +177,8 @@ window.addEventListener("afterprint", () => {
   if (view.theme !== printed) actions.theme();
 });
 
+if (view.at !== null) clock.seek(view.at);
+void overlays.load();
 feed.start();
 encounters.start();
 redraw(true);

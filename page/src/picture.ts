@@ -54,6 +54,8 @@ export class Picture {
   firstMs = 0;
   /** Draws each frame although nothing moved. */
   forced = false;
+  /** What a click on the map does before it selects; true: nothing else. */
+  clicked: ((coordinate: number[]) => boolean) | null = null;
   private stepMs = performance.now();
   /** State of the last drawings. */
   private ground = "";
@@ -94,7 +96,9 @@ export class Picture {
         maxZoom: 18,
       }),
     });
-    this.map.on("click", (event) => select(this.pick(event.pixel[0] ?? 0, event.pixel[1] ?? 0)));
+    this.map.on("click", (event) => {
+      if (this.clicked?.(event.coordinate) !== true) select(this.pick(event.pixel[0] ?? 0, event.pixel[1] ?? 0));
+    });
     this.map.on("moveend", () => {
       const { center, zoom } = { center: this.map.getView().getCenter(), zoom: this.map.getView().getZoom() };
       if (center !== undefined) feed.area = areaOf(this.map.getView().calculateExtent());
@@ -237,7 +241,7 @@ export class Picture {
     this.stepMs = now;
     if (scene.width === 0) return;
     scene.timeS = store.timeAt(now);
-    const ground = `${store.frames} ${this.feed.revision} ${scene.selection.revision} ${this.touches} ${this.encounters.revision} ${scene.corrected}`;
+    const ground = `${store.frames} ${this.feed.second.frames} ${this.feed.revision} ${scene.selection.revision} ${this.touches} ${this.encounters.revision} ${scene.corrected}`;
     const changed = all || ground !== this.ground;
     this.ground = ground;
     if (changed) this.scans.update(this.feed.sensors);

@@ -12,6 +12,8 @@ const AGREEMENT_MIN = 0.9;
 const SILENT_TURNS = 1.5;
 /** Weight of the plots of one revolution ago. */
 const FADING = 0.5;
+/** Plots that are older by more are of an earlier time: the user went back, s. */
+const BACK_S = 60;
 
 /** The phase of one antenna: a vector that turns with it, the mean of those of its plots. */
 interface Phase {
@@ -57,7 +59,7 @@ export class Scans {
 
   private add(id: string, timeS: number, azimuth: number, periodS: number): void {
     let phase = this.phases.get(id);
-    if (phase === undefined) {
+    if (phase === undefined || timeS < phase.timeS - BACK_S) {
       phase = { timeS, x: 0, y: 0, weight: 0 };
       this.phases.set(id, phase);
     }

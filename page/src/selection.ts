@@ -95,6 +95,8 @@ export class Selection {
 
   constructor(
     private readonly dataTimeS: () => number | null,
+    /** Whether the present is shown: forecasts are of the present. */
+    private readonly isLive: () => boolean,
     /** Whether the service makes trajectory sets, of which a track has one. */
     private readonly hasBundle: (id: number) => boolean,
   ) {
@@ -113,7 +115,8 @@ export class Selection {
     void this.refresh();
   }
 
-  private async refresh(): Promise<void> {
+  /** Read the past and the forecast again. */
+  async refresh(): Promise<void> {
     const [id, time] = [this.id, this.dataTimeS()];
     if (id === null || time === null || this.busy) return;
     this.busy = true;
@@ -121,14 +124,14 @@ export class Selection {
       const since = `since=${time - PAST_S}&limit=5000`;
       const history = (await (await get(`v1/tracks/${id}/history?${since}`)).json()) as { updates: Update[] };
       const asked = `horizon_s=${HORIZON_S}&step_s=${STEP_S}`;
-      const forecast = await get(`v1/tracks/${id}/forecast?${asked}`)
+      const forecast = !this.isLive() ? { probability: 0, points: [] } : await get(`v1/tracks/${id}/forecast?${asked}`)
         .then(async (answer) => (await answer.json()) as Forecast)
         .catch(() => ({ probability: 0, points: [] }) as Forecast);
       const bundle = this.hasBundle(id) ? await bundleOf(id).catch(() => null) : null;
       if (id !== this.id) return;
       this.bundle = bundle;
-      this.updates = history.updates;
-      this.past = history.updates.map(placed);
+      this.updates = history.updates.filter((one) => this.isLive() || one.time_s <= time);
+      this.past = this.updates.map(placed);
       this.probability = forecast.probability;
       this.forecast = forecast.points.map((point) => ({
         ...placed(point),

@@ -6,6 +6,7 @@ import type { Filters, ViewState } from "./view";
 
 /** Whether the switches and the filters show a track. */
 export function isShown(track: Track, view: ViewState): boolean {
+  if (view.hidden.has("r0")) return false;
   if (track.state === "tentative" && !view.shown.tentative) return false;
   if (track.onGround && !view.shown.ground) return false;
   return matches(track, view.filters);

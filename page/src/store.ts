@@ -1,6 +1,7 @@
 /** What the page knows: the tracks of the last frame, trails and plots, with the clock of the data. */
 
 import type { Frame } from "./frame";
+import { mercatorX, mercatorY } from "./mercator";
 import { PLOTS_KEPT_S, Plots } from "./plots";
 import { nameOf, Track, trackColumns } from "./track";
 
@@ -25,6 +26,8 @@ export class Store {
   malformed = 0;
   /** Speed of the fastest track on the map, units/s. */
   fastest = 0;
+  /** Data seconds per second of a history; null: as the data come. */
+  pace: number | null = null;
   private receivedMs = 0;
   /** Data seconds per second: 1 live, more in a fast replay. */
   private rate = 1;
@@ -49,6 +52,7 @@ export class Store {
     this.total = frame.header.total;
     this.sensors = frame.header.sensors;
     this.bundles = frame.header.bundles ?? [];
+    this.extendTrails(frame);
     this.updateTracks(frame);
     const before = this.plots.last;
     this.plots.update(frame.plots, (time ?? 0) - PLOTS_KEPT_S);
@@ -66,7 +70,7 @@ export class Store {
   /** Data time at a moment, extrapolated by at most some seconds. */
   timeAt(nowMs: number): number {
     if (this.dataTimeS === null) return 0;
-    const ahead = Math.min((nowMs - this.receivedMs) / 1000, 2) * this.rate;
+    const ahead = Math.min((nowMs - this.receivedMs) / 1000, 2) * (this.pace ?? this.rate);
     return this.dataTimeS + Math.min(ahead, AHEAD_MAX_S);
   }
 
@@ -85,6 +89,25 @@ export class Store {
     }
   }
 
+  /** Earlier positions come with past pictures. */
+  private extendTrails(frame: Frame): void {
+    const [ids, times] = [frame.path.column("track_id"), frame.path.column("time_s")];
+    const [latitudes, longitudes] = [frame.path.column("latitude_deg"), frame.path.column("longitude_deg")];
+    for (let row = 0; row < frame.path.rows; row++) {
+      const track = this.made(ids[row] ?? NaN);
+      track.trail.extend(times[row] ?? NaN, mercatorX(longitudes[row] ?? NaN), mercatorY(latitudes[row] ?? NaN));
+    }
+  }
+
+  private made(id: number): Track {
+    let track = this.byId.get(id);
+    if (track === undefined) {
+      track = new Track(id);
+      this.byId.set(id, track);
+    }
+    return track;
+  }
+
   private updateTracks(frame: Frame): void {
     const columns = trackColumns(frame.tracks);
     const { states } = frame.header;
@@ -93,11 +116,7 @@ export class Store {
     this.fastest = 0;
     for (let row = 0; row < frame.tracks.rows; row++) {
       const id = columns.track_id[row] ?? NaN;
-      let track = this.byId.get(id);
-      if (track === undefined) {
-        track = new Track(id);
-        this.byId.set(id, track);
-      }
+      const track = this.made(id);
       track.update(columns, states, row);
       track.seenIn = this.frames;
       this.fastest = Math.max(this.fastest, Math.abs(track.vx), Math.abs(track.vy));

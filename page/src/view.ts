@@ -40,6 +40,10 @@ export interface ViewState {
   tick: number;
   /** Sensors whose plots, rings and sweeps are not shown. */
   hiddenSensors: Set<string>;
+  /** The time shown, s; null: the present, or that of a run that plays. */
+  at: number | null;
+  /** Runs and overlays that are switched off. */
+  hidden: Set<string>;
 }
 
 /** Time between frames, ms: normally, and at least. */
@@ -103,6 +107,8 @@ export function initialView(address: string): ViewState {
     zoom: number("zoom"),
     hiddenSensors: new Set((given.get("hide") ?? "").split(",").filter((one) => one !== "")),
     tick: Math.max(TICK_MIN_MS, number("tick") ?? TICK_MS),
+    at: number("at"),
+    hidden: new Set((given.get("without") ?? "").split(",").filter((one) => /^[or][0-9]{1,2}$/.test(one))),
   };
 }
 
@@ -124,5 +130,7 @@ export function addressOf(view: ViewState): string {
   if (view.hiddenSensors.size > 0) given.set("hide", [...view.hiddenSensors].join(","));
   if (view.tick !== TICK_MS) given.set("tick", String(view.tick));
   if (view.zoom !== null) given.set("zoom", view.zoom.toFixed(2));
+  if (view.at !== null) given.set("at", view.at.toFixed(1));
+  if (view.hidden.size > 0) given.set("without", [...view.hidden].sort().join(","));
   return `#${given.toString().replaceAll("%2C", ",")}`;
 }

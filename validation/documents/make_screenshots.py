@@ -1,4 +1,4 @@
-"""Makes the pictures of the page: the sample recording with and without biases.
+"""Makes the pictures of the page: the sample recording with and without biases, and its past.
 
 ::
 
@@ -25,7 +25,10 @@ IMAGES = ROOT / "docs" / "images"
 #: The moment of the pictures: ten minutes after the start of the recording.
 AFTER_S = 600.0
 #: The pictures by their file, with what is switched off.
-PICTURES = {"page.png": "", "page-biases.png": "off=biases"}
+PICTURES = {"page.png": "", "page-biases.png": "off=biases", "page-history.png": ""}
+#: The picture of five minutes before.
+_HISTORY = "page-history.png"
+_BACK = "document.querySelector('#time button.ago').click()"
 #: Shows the earliest track that three sensors see, about 20 km across.
 _CLOSE = """() => {
   const { store, picture, actions } = window.multiradar;
@@ -95,6 +98,9 @@ def _make(url: str, browser: str) -> None:
             page = chromium.new_page(viewport={"width": 1280, "height": 720})
             page.goto(f"{url}/#{given}")
             _settle(page)
+            if name == _HISTORY:
+                page.evaluate(_BACK)
+                page.wait_for_timeout(4000)
             page.screenshot(path=IMAGES / name)
             print(f"wrote {IMAGES / name}")
         chromium.close()

@@ -3,6 +3,8 @@
 import type { Layer, PixelLayer } from "../drawing/scene";
 import type { Encounters } from "../encounters";
 import type { Scans } from "../scans";
+import { SecondRun } from "../time/second";
+import { Measure } from "../measure/measure";
 import { BundleLayer } from "./bundle";
 import { EncountersLayer } from "./encounters";
 import { LabelsLayer } from "./labels";
@@ -14,6 +16,7 @@ import { SeenLayer, SelectedLayer, SymbolsLayer, UncertaintyLayer, VectorsLayer 
 import { TrailsLayer } from "./trails";
 
 export interface Layers {
+  measure: Measure;
   sites: Sites;
   labels: LabelsLayer;
   encounters: EncountersLayer;
@@ -29,7 +32,9 @@ export function allLayers(pairs: Encounters, scans: Scans): Layers {
   const [sites, labels] = [new Sites(), new LabelsLayer(pairs)];
   const [encounters, sweeps] = [new EncountersLayer(pairs), new SweepsLayer(sites, scans)];
   const [bundle, forecast] = [new BundleLayer(), new ForecastLayer()];
+  const measure = new Measure();
   return {
+    measure,
     sites,
     labels,
     encounters,
@@ -43,11 +48,13 @@ export function allLayers(pairs: Encounters, scans: Scans): Layers {
       forecast,
       bundle,
       sweeps,
+      new SecondRun(),
       new UncertaintyLayer(),
       new VectorsLayer(),
       encounters,
       new SelectedLayer(),
       labels,
+      measure,
     ],
   };
 }

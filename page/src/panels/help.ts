@@ -5,5 +5,5 @@ import { html, type TemplateResult } from "lit";
 import { KEYS } from "../keys";
 
 export function keyList(): TemplateResult {
-  return html`<dl>${KEYS.map((one) => html`<dt><kbd>${one.shown ?? one.key}</kbd></dt><dd>${one.text}</dd>`)}</dl>`;
+  return html`<dl>${KEYS.filter((one) => one.hidden !== true).map((one) => html`<dt><kbd>${one.shown ?? one.key}</kbd></dt><dd>${one.text}</dd>`)}</dl>`;
 }

@@ -10,6 +10,8 @@ import type { App, Panel } from "./panel";
 import { sensorPanel } from "./sensors/list";
 import { switchPanel } from "./switches";
 import { systemPanel } from "./system";
+import { layersPanel } from "../overlays/panel";
+import { timeBar } from "../time/bar";
 import { tablePanel } from "./table";
 import { trackPanel } from "./track/sheet";
 
@@ -20,6 +22,7 @@ export const PANELS: readonly Panel[] = [
   sensorPanel,
   systemPanel,
   switchPanel,
+  layersPanel,
 ];
 
 const at = (id: string): HTMLElement => document.getElementById(id) ?? document.body;
@@ -29,6 +32,7 @@ export function drawPanels(app: App): void {
   document.body.classList.toggle("closed", !app.view.open);
   render(banner(app), at("banner"));
   render(bar(app), at("bar"));
+  render(timeBar(app), at("time"));
   render(tabs(app), at("tabs"));
   render(html`${TABS.map(([tab, , title]) => tabPanel(tab, title, app))}`, at("panels"));
   render(keyList(), at("keys"));

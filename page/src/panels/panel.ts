@@ -4,9 +4,13 @@ import type { TemplateResult } from "lit";
 
 import type { Encounters } from "../encounters";
 import type { Feed } from "../feed";
+import type { Measure } from "../measure/measure";
+import type { Overlays } from "../overlays/overlays";
 import type { Picture } from "../picture";
 import type { Selection } from "../selection";
 import type { Store } from "../store";
+import type { Ago } from "../time/ago";
+import type { Clock } from "../time/clock";
 import type { Filters, Switch, Tab, ViewState } from "../view";
 
 export interface Actions {
@@ -37,6 +41,10 @@ export interface App {
   encounters: Encounters;
   picture: Picture;
   actions: Actions;
+  clock: Clock;
+  ago: Ago;
+  measure: Measure;
+  overlays: Overlays;
 }
 
 export interface Panel {

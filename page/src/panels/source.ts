@@ -3,6 +3,9 @@
 import { get } from "../feed";
 import type { App } from "./panel";
 
+/** What needs the state of the service: neither a run nor a past time has it. */
+const PRESENT = /^v1\/(tracks\/[0-9]+\/plots|residuals|rejects)/;
+
 export class Source<T> {
   private key = "";
   private value: T | null = null;
@@ -20,6 +23,10 @@ export class Source<T> {
   read(app: App, key: string, address: string): T | null {
     if (key !== this.key) {
       [this.key, this.value, this.problem, this.readMs] = [key, null, "", -Infinity];
+    }
+    if (!app.clock.isLive && PRESENT.test(address)) {
+      this.problem = "Known of the present only.";
+      return null;
     }
     if (!this.busy && performance.now() - this.readMs >= this.everyMs) void this.refresh(app, key, address);
     return this.value;

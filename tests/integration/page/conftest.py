@@ -39,26 +39,35 @@ class Air:
     ----------
     folder : Path
         For the journal.
+    duration_s : float
+        Length of the scenario, s.
     """
 
-    def __init__(self, folder: Path) -> None:
-        scene = scenario_of(changed(builtin_table("crossing"), seed=None, duration_s=180.0))
+    def __init__(self, folder: Path, duration_s: float = 180.0) -> None:
+        scene = scenario_of(changed(builtin_table("crossing"), seed=None, duration_s=duration_s))
         seen = observe(scene, run_generator(scene.seed))
         self.measurements = measurements_frame(scene, seen)
+        self.sensors = sensors_text(scene)
+        self._folder, self._port = folder, 0
+        self.start()
+
+    def start(self) -> None:
+        """Start the service, again at its address and with its journal."""
         settings = load_settings(
             None,
             {
-                "server": {"port": 0},
+                "server": {"port": self._port},
                 "http": {"acknowledge_deadline_s": WAIT_TIMEOUT_S},
-                "journal": {"path": folder / "journal.sqlite"},
+                "journal": {"path": self._folder / "journal.sqlite"},
                 "zenoh": {"enabled": False},
                 "trajectories": {"aircraft_max": 2},
             },
         )
-        table = sensor_table(parse_sensors(sensors_text(scene)))
+        table = sensor_table(parse_sensors(self.sensors))
         self.application = Application(settings, table, lambda: None)
         self.application.start()
         self.url = self.application.http_url
+        self._port = int(self.url.rpartition(":")[2])
 
     def send(self, frame: pl.DataFrame) -> None:
         """Send measurements, and wait until they are processed."""

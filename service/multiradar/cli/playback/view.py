@@ -61,7 +61,7 @@ def view(
     from multiradar_converters.leftovers import temporary_folder
 
     # Before anything slow: an error of an argument is an error at once.
-    files = [_files(path, measurements, tracks) for path in tracks]
+    files = [run_files(path, measurements, tracks) for path in tracks]
     shapes = _overlays(overlays)
     with temporary_folder("multiradar-view-") as folder:
         runs = [RecordedRun(one, _subfolder(folder, number)) for number, one in enumerate(files)]
@@ -87,7 +87,25 @@ def view(
         raise PipelineError(msg)
 
 
-def _files(given: Path, measurements: Path | None, all_given: Sequence[Path]) -> "RunFiles":
+def run_files(given: Path, measurements: Path | None, all_given: Sequence[Path]) -> "RunFiles":
+    """Return where a run is.
+
+    Parameters
+    ----------
+    given : Path
+        Output directory of `track`, or its tracks.parquet.
+    measurements : Path or None
+        Its measurements; those beside the tracks, if there are any, when absent.
+    all_given : sequence of Path
+        All runs, for names that differ.
+
+    Raises
+    ------
+    InputError
+        There is no such run, or there are no such measurements.
+    ConfigurationError
+        Its sensors cannot be read.
+    """
     from multiradar.runtime.offline.offline import TRACKS_FILE
     from multiradar.runtime.recorded.run import RunFiles
     from multiradar.storage.recording import MEASUREMENTS_FILE, measurements_path

@@ -1,0 +1,96 @@
+/** Tracks as text of other programs: CSV (RFC 4180), GeoJSON (RFC 7946), KML 2.2. */
+
+import { nameOf, type Track } from "../store";
+
+/** Times below are times of the day without a date, s. */
+const DATED_FROM_S = 366 * 86_400;
+
+/** Each column with its unit in the name, as in `tracks.parquet`. */
+const COLUMNS: readonly [string, (track: Track) => string | number | boolean | null][] = [
+  ["time_s", (one) => one.timeS],
+  ["time_utc", (one) => isoTime(one.timeS)],
+  ["track_id", (one) => one.id],
+  ["callsign", (one) => one.callsign],
+  ["mode_3a", (one) => one.code],
+  ["mode_s_address", (one) => one.address],
+  ["latitude_deg", (one) => rounded(one.latitude, 7)],
+  ["longitude_deg", (one) => rounded(one.longitude, 7)],
+  ["height_m", (one) => rounded(one.heightM, 1)],
+  ["speed_mps", (one) => rounded(one.speedMps, 2)],
+  ["heading_deg", (one) => rounded(one.headingDeg, 2)],
+  ["vertical_rate_mps", (one) => rounded(one.climbMps, 2)],
+  ["position_sigma_m", (one) => rounded(one.sigmaM, 1)],
+  ["age_s", (one) => rounded(one.ageS, 2)],
+  ["state", (one) => one.state],
+  ["on_ground", (one) => one.onGround],
+];
+
+export interface Past {
+  /** The track whose path it is. */
+  id: number;
+  /** Longitude, latitude, degrees, and time, s. */
+  points: [number, number, number][];
+}
+
+export function csv(tracks: readonly Track[]): string {
+  const rows = [COLUMNS.map(([name]) => name), ...tracks.map((one) => COLUMNS.map(([, value]) => value(one)))];
+  return rows.map((row) => row.map(field).join(",")).join("\r\n") + "\r\n";
+}
+
+export function geojson(tracks: readonly Track[], past: Past | null): string {
+  const features = tracks.map((one): object => ({
+    type: "Feature",
+    id: one.id,
+    geometry: { type: "Point", coordinates: place(one) },
+    properties: Object.fromEntries(COLUMNS.map(([name, value]) => [name, value(one)])),
+  }));
+  if (past !== null && past.points.length > 1) {
+    features.push({
+      type: "Feature",
+      geometry: { type: "LineString", coordinates: past.points.map(([x, y]) => [rounded(x, 7), rounded(y, 7)]) },
+      properties: { track_id: past.id, what: "path", times_s: past.points.map(([, , time]) => time) },
+    });
+  }
+  return JSON.stringify({ type: "FeatureCollection", features });
+}
+
+export function kml(tracks: readonly Track[], past: Past | null, title: string): string {
+  const marks = tracks.map((one) => `<Placemark><name>${escaped(nameOf(one))}</name>
+<ExtendedData>${COLUMNS.map(([name, value]) => `<Data name="${name}"><value>${escaped(String(value(one) ?? ""))}</value></Data>`).join("")}</ExtendedData>
+${isoTime(one.timeS) === null ? "" : `<TimeStamp><when>${isoTime(one.timeS)}</when></TimeStamp>\n`}<Point><altitudeMode>absolute</altitudeMode><coordinates>${place(one).join(",")}</coordinates></Point></Placemark>`);
+  if (past !== null && past.points.length > 1) {
+    const line = past.points.map(([x, y]) => `${rounded(x, 7)},${rounded(y, 7)}`).join(" ");
+    marks.push(`<Placemark><name>path of track ${past.id}</name><LineString><coordinates>${line}</coordinates></LineString></Placemark>`);
+  }
+  return `<?xml version="1.0" encoding="UTF-8"?>
+<kml xmlns="http://www.opengis.net/kml/2.2"><Document><name>${escaped(title)}</name>
+${marks.join("\n")}
+</Document></kml>
+`;
+}
+
+/** A time in ISO 8601; null where the date is not known. */
+export function isoTime(timeS: number): string | null {
+  return Math.abs(timeS) >= DATED_FROM_S ? new Date(Math.round(timeS * 1000)).toISOString() : null;
+}
+
+function place(track: Track): number[] {
+  const flat = [rounded(track.longitude, 7) ?? 0, rounded(track.latitude, 7) ?? 0];
+  const height = rounded(track.heightM, 1);
+  return height === null ? flat : [...flat, height];
+}
+
+function rounded(value: number, digits: number): number | null {
+  return Number.isFinite(value) ? Number(value.toFixed(digits)) : null;
+}
+
+function field(value: string | number | boolean | null): string {
+  const text = value === null ? "" : String(value);
+  return /[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+}
+
+/** Text within XML; characters that XML 1.0 cannot have are left out. */
+function escaped(text: string): string {
+  const names: Record<string, string> = { "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "'": "&apos;" };
+  return text.replace(/[\u0000-\u0008\u000b\u000c\u000e-\u001f\ufffe\uffff]/g, "").replace(/[&<>"']/g, (one) => names[one] ?? one);
+}

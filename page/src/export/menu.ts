@@ -1,0 +1,93 @@
+/** Exports of the selected track, or of all that are shown, as files that the browser makes. */
+
+import { toLonLat } from "ol/proj";
+import { html, type TemplateResult } from "lit";
+
+import { PALETTES } from "../drawing/palette";
+import type { App } from "../panels/panel";
+import { isShown } from "../shown";
+import type { Track } from "../store";
+import { date, utc } from "../units";
+import { csv, geojson, isoTime, kml, type Past } from "./formats";
+
+const CAPTION_PX = 24;
+
+export function exportMenu(app: App): TemplateResult {
+  const { view, store } = app;
+  const what = store.track(view.selected) === undefined ? "all shown" : "selected";
+  const one = (name: string, run: () => void): TemplateResult =>
+    html`<button type="button" @click=${(event: Event) => {
+      run();
+      (event.target as HTMLElement).closest("details")?.removeAttribute("open");
+    }}>${name}</button>`;
+  return html`<details class="menu"><summary>Export (${what})</summary><span>
+    ${one("CSV", () => save(app, "csv", "text/csv", csv(chosen(app))))}
+    ${one("GeoJSON", () => save(app, "geojson", "application/geo+json", geojson(chosen(app), pastOf(app))))}
+    ${one("KML", () => save(app, "kml", "application/vnd.google-earth.kml+xml", kml(chosen(app), pastOf(app), titleOf(app))))}
+    ${one("PNG of the map", () => void png(app))}</span></details>`;
+}
+
+function chosen({ store, view }: App): Track[] {
+  const selected = store.track(view.selected);
+  return selected === undefined ? store.tracks.filter((one) => isShown(one, view)) : [selected];
+}
+
+function pastOf({ store, view, selection }: App): Past | null {
+  const track = store.track(view.selected);
+  if (track === undefined) return null;
+  return { id: track.id, points: selection.past.map((one) => {
+    const [longitude, latitude] = toLonLat([one.x, one.y]);
+    return [longitude ?? 0, latitude ?? 0, one.timeS];
+  }) };
+}
+
+function titleOf({ store }: App): string {
+  const time = store.dataTimeS;
+  return time === null ? "multiradar" : `multiradar, ${date(time)} ${utc(time)} UTC`;
+}
+
+/** A name of letters, digits and dashes. */
+function fileName({ store }: App, ending: string): string {
+  const time = store.dataTimeS ?? 0;
+  const text = (isoTime(time) ?? utc(time)).slice(0, 19).replaceAll(/[^0-9T]/g, "");
+  return `multiradar-${text}.${ending}`;
+}
+
+function save(app: App, ending: string, type: string, content: string): void {
+  download(fileName(app, ending), new Blob([content], { type: `${type};charset=utf-8` }));
+}
+
+function download(name: string, blob: Blob): void {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}
+
+/** The map as it is seen, with the time below it. */
+async function png(app: App): Promise<void> {
+  const target = document.getElementById("map") as HTMLElement;
+  const box = target.getBoundingClientRect();
+  const ratio = window.devicePixelRatio;
+  const image = document.createElement("canvas");
+  image.width = Math.round(box.width * ratio);
+  image.height = Math.round((box.height + CAPTION_PX) * ratio);
+  const context = image.getContext("2d");
+  if (context === null) return;
+  const palette = PALETTES[app.view.theme];
+  context.scale(ratio, ratio);
+  context.fillStyle = palette.background;
+  context.fillRect(0, 0, box.width, box.height + CAPTION_PX);
+  for (const canvas of target.querySelectorAll("canvas")) {
+    const own = canvas.getBoundingClientRect();
+    if (canvas.width > 0 && own.width > 0) {
+      context.drawImage(canvas, own.left - box.left, own.top - box.top, own.width, own.height);
+    }
+  }
+  context.fillStyle = palette.label;
+  context.font = "13px sans-serif";
+  context.fillText(`${titleOf(app)}. Coast lines: Natural Earth`, 8, box.height + 16);
+  const blob = await new Promise<Blob | null>((done) => image.toBlob(done, "image/png"));
+  if (blob !== null) download(fileName(app, "png"), blob);
+}

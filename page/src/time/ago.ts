@@ -1,0 +1,45 @@
+/** Answers where the selected aircraft was some minutes ago. */
+
+import type { App } from "../panels/panel";
+import { utc } from "../units";
+
+/** Times are asked for in milliseconds. */
+const ROUNDED_S = 0.01;
+
+export class Ago {
+  /** What there is to say; empty: nothing. */
+  message = "";
+  private wanted: { id: number; name: string; atS: number; jumps: number } | null = null;
+
+  show(app: App, seconds: number): void {
+    const { clock, store, view } = app;
+    const track = store.track(view.selected);
+    const now = clock.at(performance.now()) ?? store.dataTimeS;
+    if (track === undefined || now === null) return;
+    const atS = now - seconds;
+    const first = clock.span?.[0] ?? atS;
+    const name = track.callsign ?? track.code ?? track.address ?? `#${track.id}`;
+    if (atS < first) {
+      this.message = `${utc(atS)} is before the first time that is retained, ${utc(first)}.`;
+      app.actions.changed();
+      return;
+    }
+    clock.pause();
+    clock.seek(atS);
+    this.wanted = { id: track.id, name, atS, jumps: clock.jumps };
+  }
+
+  /** A frame has come: show the place. */
+  arrived(app: App): void {
+    const { wanted } = this;
+    if (wanted !== null && wanted.jumps !== app.clock.jumps) this.wanted = null;
+    else if (wanted !== null && Math.abs((app.store.dataTimeS ?? 0) - wanted.atS) < ROUNDED_S) {
+      this.wanted = null;
+      const track = app.store.track(wanted.id);
+      this.message = track === undefined
+        ? `${wanted.name} was not tracked at ${utc(wanted.atS)}.`
+        : `${wanted.name} at ${utc(wanted.atS)}: ${track.latitude.toFixed(4)}, ${track.longitude.toFixed(4)}`;
+      if (track !== undefined) app.picture.show(track);
+    } else if (wanted === null && app.clock.isLive) this.message = "";
+  }
+}

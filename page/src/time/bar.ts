@@ -1,0 +1,54 @@
+/** The line below the map: which time is shown, and how it runs. */
+
+import { html, nothing, type TemplateResult } from "lit";
+
+import { exportMenu } from "../export/menu";
+import type { App } from "../panels/panel";
+import { date, utc } from "../units";
+
+const AGO_S = 300;
+
+export function timeBar(app: App): TemplateResult {
+  const { clock, store, view, measure } = app;
+  const { span } = clock;
+  const time = clock.at(performance.now()) ?? store.dataTimeS;
+  const mode = clock.recorded ? "Recorded" : clock.isLive ? "Live" : "History";
+  document.body.dataset["time"] = mode.toLowerCase();
+  const moves: [number, string][] = [[-60, "−1 min"], [-10, "−10 s"], [10, "+10 s"], [60, "+1 min"]];
+  const selected = view.selected === null ? undefined : store.track(view.selected);
+  return html`
+    <p class="clock" @keydown=${(event: KeyboardEvent) => keys(event, app)}>
+      <strong class="mode" role="status">${mode}${clock.isLive ? nothing : clock.playing ? html` ▶ ×${clock.speed}` : " paused"}</strong>
+      <time title="${date(time)} UTC">${time === null ? "–" : utc(time)}</time>
+      <button type="button" @click=${() => clock.toggle()} title="Space">${clock.isLive || clock.playing ? "Pause" : "Play"}</button>
+      ${clock.recorded ? nothing : html`<button type="button" ?disabled=${clock.isLive} @click=${() => clock.live()}>Go live</button>`}
+      <span class="together" role="group" aria-label="Move in time">${moves.map(([seconds, text]) =>
+        html`<button type="button" ?disabled=${span === null} @click=${() => clock.step(seconds)}>${text}</button>`)}</span>
+      <span class="together" role="group" aria-label="Speed">
+        <button type="button" aria-label="Slower" title="-" ?disabled=${clock.isLive} @click=${() => clock.faster(-1)}>−</button>
+        <span class="speed">×${clock.speed}</span>
+        <button type="button" aria-label="Faster" title="+" ?disabled=${clock.isLive} @click=${() => clock.faster(1)}>+</button></span>
+      <button type="button" class="ago" ?disabled=${selected === undefined}
+        title="Shows where the selected aircraft was five minutes before the time shown"
+        @click=${() => app.ago.show(app, AGO_S)}>Where 5 min ago?</button>
+      <button type="button" aria-pressed=${measure.active} title="x" @click=${() => measure.toggle(app)}>Measure</button>
+      ${exportMenu(app)}
+    </p>
+    ${span === null ? nothing : html`<p class="span" @keydown=${(event: KeyboardEvent) => keys(event, app)}>
+      <span title="Earliest time ${clock.recorded ? "of the run" : "that the service retains"}">${utc(span[0])}</span>
+      <input type="range" aria-label="Time" min=${span[0]} max=${span[1]} step="1" .value=${String(time ?? span[1])}
+        aria-valuetext="${utc(time)} UTC" @input=${(event: Event) => clock.seek(Number((event.target as HTMLInputElement).value))}>
+      <span>${utc(span[1])}</span></p>`}
+    ${app.ago.message === "" ? nothing : html`<p class="hint" role="status">${app.ago.message}</p>`}`;
+}
+
+/** Keys that the slider or a button would keep for itself. */
+function keys(event: KeyboardEvent, { clock }: App): void {
+  const slider = event.target instanceof HTMLInputElement;
+  if (event.key === " " && slider) clock.toggle();
+  else if (event.key === "+") clock.faster(1);
+  else if (event.key === "-") clock.faster(-1);
+  else return;
+  event.preventDefault();
+  event.stopPropagation();
+}

@@ -1,0 +1,286 @@
+"""The page of `multiradar view`: two runs, exports, the user's GeoJSON, the measuring line."""
+
+import csv
+import io
+import json
+import struct
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+from pyproj import Geod
+
+from integration.page.conftest import Air
+from integration.page.test_browser import STORE, Watch, settled
+from multiradar.app import view_server
+from multiradar.cli.main import EXIT_DONE, run
+from multiradar.cli.playback.view import run_files
+from multiradar.runtime.recorded.run import RecordedRun
+from multiradar.storage.overlays import read_overlays
+
+KML = "{http://www.opengis.net/kml/2.2}"
+WGS84 = Geod(ellps="WGS84")
+SECTOR = {
+    "type": "Feature",
+    "properties": {"name": "<b>N1</b>"},
+    "geometry": {"type": "Polygon", "coordinates": [[[60, 56], [62, 56], [62, 57], [60, 56]]]},
+}
+MEASURE = "window.multiradar.measure"
+
+
+@pytest.fixture(scope="module")
+def shown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    folder = tmp_path_factory.mktemp("runs")
+    air = Air(folder)
+    air.application.stop()
+    air.measurements.write_parquet(folder / "measurements.parquet")
+    (folder / "sensors.toml").write_text(air.sensors)
+    (folder / "shapes").mkdir()
+    (folder / "shapes" / "sectors.geojson").write_text(json.dumps(SECTOR))
+    (folder / "shapes" / "broken.geojson").write_text('{"type": "Feature"')
+    given = [str(folder / "measurements.parquet"), "--sensors", str(folder / "sensors.toml")]
+    for name in ("imm", "two-stage"):
+        assert run(["track", *given, "--out", str(folder / name), "--filter", name]) == EXIT_DONE
+    both = [folder / "imm", folder / "two-stage"]
+    runs = [
+        RecordedRun(run_files(one, folder / "measurements.parquet", both), folder) for one in both
+    ]
+    server = view_server(runs, read_overlays(folder / "shapes"), 0, lambda: None)
+    server.start()
+    yield server.url
+    server.stop()
+
+
+def opened(page: Page, url: str, address: str = "") -> Watch:
+    """Open the page 150 s after the first update, and wait for its picture."""
+    watch = Watch(page)
+    page.goto(f"{url}/#{address}")
+    settled(page, "window.multiradar.clock.span !== null")
+    page.evaluate(
+        "(() => { const { clock } = window.multiradar;"
+        " clock.pause(); clock.seek(clock.span[0] + 150); })()"
+    )
+    settled(page, f"{STORE}.tracks.length >= 20 && window.multiradar.feed.second.tracks.length > 5")
+    return watch
+
+
+def geodesic(start: Sequence[float], end: Sequence[float]) -> tuple[float, float]:
+    """Return azimuth, degrees, and distance, m, between two places [longitude, latitude]."""
+    azimuth, _, metres = WGS84.inv(start[0], start[1], end[0], end[1])
+    return float(azimuth), float(metres)
+
+
+def coloured(page: Page, colour: str) -> int:
+    """Return how many pixels of the moving plane have a colour, nearly."""
+    count: int = page.evaluate(
+        """(colour) => {
+          const canvas = document.querySelector(".picture canvas.moving");
+          const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+          const wanted = [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16));
+          let found = 0;
+          for (let at = 0; at < data.length; at += 4) {
+            const near = wanted.every((one, k) => Math.abs(data[at + k] - one) < 12);
+            if (data[at + 3] > 200 && near) found += 1;
+          }
+          return found;
+        }""",
+        colour,
+    )
+    return count
+
+
+def test_a_run_plays_from_its_start_without_a_service(page: Page, shown: str) -> None:
+    watch = Watch(page)
+    page.goto(shown)
+    expect(page.locator("#time .mode")).to_have_text("Recorded ▶ ×10")
+    settled(page, f"{STORE}.tracks.length >= 20")
+    page.keyboard.press(" ")
+    expect(page.locator("#time .mode")).to_have_text("Recorded paused")
+    page.get_by_role("button", name="+10 s").click()
+    expect(page.get_by_role("button", name="Go live")).to_have_count(0)
+    assert watch.messages == []
+    assert all(address.startswith((shown, "data:")) for address in watch.addresses)
+
+
+def test_the_bias_switch_works_offline(page: Page, shown: str) -> None:
+    opened(page, shown)
+    moved = page.evaluate(
+        f"[...{STORE}.plots].map((one) =>"
+        " Math.hypot(one.correctedX - one.x, one.correctedY - one.y))"
+    )
+    assert len(moved) > 100
+    assert sorted(moved)[len(moved) // 2] > 50.0
+    assert page.evaluate(f"[...{STORE}.plots].filter((one) => one.track > 0).length") > 100
+
+
+def test_two_runs_are_two_layers_with_symbols_of_their_own(page: Page, shown: str) -> None:
+    opened(page, shown, "tab=map")
+    settled(page, "window.multiradar.picture.drawn > 2")
+    second, legend = "#ff9bd2", page.locator("#layers")
+    assert coloured(page, second) > 100
+    expect(legend.get_by_label("▽ two-stage")).to_be_checked()
+    legend.get_by_label("▽ two-stage").click()
+    settled(page, "location.hash.includes('without=r1')")
+    assert page.evaluate("window.multiradar.picture.drawn") > 2
+    drawn = page.evaluate("window.multiradar.picture.drawn")
+    page.evaluate("window.multiradar.picture.touch()")
+    settled(page, f"window.multiradar.picture.drawn > {drawn}")
+    assert coloured(page, second) == 0
+    # The first run goes as well, and both come back.
+    legend.get_by_label("● imm").click()
+    settled(page, "window.multiradar.picture.seenOnCanvas.length === 0")
+    legend.get_by_label("● imm").click()
+    settled(page, "window.multiradar.picture.seenOnCanvas.length > 5")
+
+
+def test_own_geojson_is_shown_and_a_broken_file_is_named(page: Page, shown: str) -> None:
+    watch = opened(page, shown, "tab=map")
+    legend = page.locator("#layers")
+    expect(legend).to_contain_text("broken is not shown: not valid JSON")
+    expect(legend.get_by_label("sectors")).to_be_checked()
+    layer = "window.multiradar.picture.map.getLayers().item(1)"
+    assert page.evaluate(f"{layer}.getSource().getFeatures()[0].get('name')") == "<b>N1</b>"
+    assert page.evaluate(f"{layer}.getVisible()")
+    legend.get_by_label("sectors").click()
+    settled(page, f"!{layer}.getVisible() && location.hash.includes('without=o1')")
+    assert watch.messages == []
+
+
+def exported(page: Page, name: str) -> tuple[str, bytes]:
+    page.get_by_text("Export (").click()
+    with page.expect_download() as download:
+        page.get_by_role("button", name=name).click()
+    return download.value.suggested_filename, Path(download.value.path()).read_bytes()
+
+
+def test_exports_are_of_what_is_shown(page: Page, shown: str) -> None:
+    watch = opened(page, shown)
+    page.evaluate(f"""{STORE}.tracks[0].callsign = '<a href="x">&]]>,"q"'""")
+    tracks: list[Any] = page.evaluate(
+        f"{STORE}.tracks.map((one) => [one.id, one.latitude, one.longitude, one.speedMps])"
+    )
+    name, content = exported(page, "CSV")
+    assert name.startswith("multiradar-")
+    assert name.endswith(".csv")
+    rows = list(csv.DictReader(io.StringIO(content.decode(), newline="")))
+    assert {"latitude_deg", "height_m", "speed_mps", "time_utc"} <= set(rows[0])
+    assert [int(row["track_id"]) for row in rows] == [one[0] for one in tracks]
+    assert rows[0]["callsign"] == '<a href="x">&]]>,"q"'
+    for row, track in zip(rows, tracks, strict=True):
+        assert abs(float(row["latitude_deg"]) - track[1]) < 1e-6
+        assert abs(float(row["speed_mps"]) - track[3]) < 0.01
+    _, content = exported(page, "GeoJSON")
+    found = json.loads(content)
+    assert found["type"] == "FeatureCollection"
+    for feature, track in zip(found["features"], tracks, strict=True):
+        assert feature["geometry"]["type"] == "Point"
+        assert abs(feature["geometry"]["coordinates"][0] - track[2]) < 1e-6
+    _, content = exported(page, "KML")
+    marks = ET.fromstring(content).iter(f"{KML}Placemark")
+    names = [mark.findtext(f"{KML}name") for mark in marks]
+    assert len(names) == len(tracks)
+    assert names[0] == '<a href="x">&]]>,"q"'
+    _, content = exported(page, "PNG of the map")
+    assert content[:8] == b"\x89PNG\r\n\x1a\n"
+    box = page.locator("#map").bounding_box()
+    assert box is not None
+    assert struct.unpack(">II", content[16:24]) == (round(box["width"]), round(box["height"] + 24))
+    assert watch.messages == []
+
+
+def test_the_selection_is_exported_with_its_path(page: Page, shown: str) -> None:
+    opened(page, shown)
+    chosen = page.evaluate(f"{STORE}.tracks[3].id")
+    page.evaluate(f"window.multiradar.actions.select({chosen})")
+    settled(page, "window.multiradar.selection.past.length > 20")
+    _, content = exported(page, "GeoJSON")
+    point, line = json.loads(content)["features"]
+    assert point["id"] == chosen
+    assert line["geometry"]["type"] == "LineString"
+    ends = line["geometry"]["coordinates"][-1], point["geometry"]["coordinates"][:2]
+    assert geodesic(*ends)[1] < 1000.0
+    times = line["properties"]["times_s"]
+    assert times == sorted(times)
+    # The path ends at the time that is shown.
+    assert times[-1] <= page.evaluate(f"{STORE}.dataTimeS")
+
+
+@pytest.mark.parametrize(
+    ("start", "end"),
+    [
+        ((6.0, 46.0), (7.5, 47.25)), ((60.5, 56.0), (60.5, 55.0)), ((10.0, 0.0), (11.0, 0.0)),
+        ((179.5, 60.0), (-179.0, 61.0)), ((0.0, 89.0), (120.0, 88.0)),
+        ((5.0, -30.0), (100.0, 70.0)),
+    ],
+)  # fmt: skip
+def test_bearing_and_distance_are_those_of_the_ellipsoid(
+    measuring: Page, start: tuple[float, float], end: tuple[float, float]
+) -> None:
+    for place in (start, end):
+        measuring.evaluate(f"{MEASURE}.click({list(place)}, window.multiradar)")
+    line = measuring.evaluate(f"{MEASURE}.line")
+    azimuth, metres = geodesic(start, end)
+    assert abs(line["metres"] - metres) < 0.001
+    assert abs((line["bearingDeg"] - azimuth + 180.0) % 360.0 - 180.0) < 1e-6
+
+
+@pytest.fixture(scope="module")
+def measuring(browser: Browser, shown: str) -> Iterator[Page]:
+    context = browser.new_context(viewport={"width": 1280, "height": 720}, has_touch=True)
+    page = context.new_page()
+    opened(page, shown)
+    page.evaluate(f"{MEASURE}.toggle(window.multiradar)")
+    yield page
+    context.close()
+
+
+def lonlat(page: Page, x: float, y: float) -> list[float]:
+    """Return the place of a pixel of the map."""
+    found: list[float] = page.evaluate(
+        f"""(() => {{
+          const [x, y] = window.multiradar.picture.map.getCoordinateFromPixel([{x}, {y}]);
+          const radius = 6378137, degree = 180 / Math.PI;
+          const latitude = 2 * Math.atan(Math.exp(y / radius)) - Math.PI / 2;
+          return [x / radius * degree, latitude * degree];
+        }})()"""
+    )
+    return found
+
+
+def test_the_line_is_drawn_by_mouse_touch_and_keys(measuring: Page) -> None:
+    page = measuring
+    page.evaluate(f"{MEASURE}.stop(window.multiradar)")
+    box = page.locator("#map").bounding_box()
+    assert box is not None
+    start, end = (200.0, 150.0), (520.0, 330.0)
+    azimuth, metres = geodesic(lonlat(page, *start), lonlat(page, *end))
+    for press in (page.mouse.click, page.touchscreen.tap):
+        page.get_by_role("button", name="Measure").click()
+        for x, y in (start, end):
+            press(box["x"] + x, box["y"] + y)
+        settled(page, f"{MEASURE}.line !== null && !{MEASURE}.following")
+        line = page.evaluate(f"{MEASURE}.line")
+        assert abs(line["metres"] / metres - 1.0) < 0.001
+        assert abs(line["bearingDeg"] - azimuth % 360.0) < 0.1
+        assert f"{round(azimuth % 360.0):03d}° true" in page.evaluate(f"{MEASURE}.text")
+        # A click of the measuring selects nothing.
+        assert page.evaluate("window.multiradar.view.selected") is None
+        page.keyboard.press("Escape")
+        assert page.evaluate(f"{MEASURE}.active") is False
+    chosen = page.evaluate(f"{STORE}.tracks[0].id")
+    page.evaluate(f"window.multiradar.actions.select({chosen})")
+    page.locator("#map").focus()
+    page.keyboard.press("x")
+    before = page.evaluate(f"{MEASURE}.end")
+    page.keyboard.press("ArrowRight")
+    settled(page, f"{MEASURE}.end[0] > {before[0]} + 0.01")
+    page.keyboard.press("Enter")
+    settled(page, f"!{MEASURE}.following")
+    # With the time at the speed of the selected track.
+    assert " min " in page.evaluate(f"{MEASURE}.text")
+    assert coloured(page, "#ffd24a") > 100
+    page.keyboard.press("Escape")
+    page.keyboard.press("Escape")

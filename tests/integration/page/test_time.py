@@ -1,0 +1,153 @@
+"""Time on the page: back through the history of a service, and a service that restarts."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from integration.page.conftest import Air
+from integration.page.test_browser import STORE, opened, settled
+from multiradar.report.times import clock_text
+
+CLOCK = "window.multiradar.clock"
+#: Longer than the five minutes of the question below.
+DURATION_S = 400.0
+
+
+@pytest.fixture(scope="module")
+def long(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Air]:
+    air = Air(tmp_path_factory.mktemp("long"), DURATION_S)
+    air.send(air.measurements)
+    yield air
+    air.application.stop()
+
+
+def time_of(page: Page) -> float:
+    found: float = page.evaluate(f"{STORE}.dataTimeS")
+    return found
+
+
+def places(page: Page) -> dict[str, list[float]]:
+    """Return the places of the tracks by number."""
+    found: dict[str, list[float]] = page.evaluate(
+        f"Object.fromEntries({STORE}.tracks.map((one) => [one.id, [one.timeS, one.longitude]]))"
+    )
+    return found
+
+
+def test_the_history_has_the_picture_of_then_and_goes_back_to_the_present(
+    page: Page, long: Air
+) -> None:
+    watch = opened(page, long)
+    mode = page.locator("#time .mode")
+    expect(mode).to_have_text("Live")
+    present, before = time_of(page), places(page)
+    page.get_by_role("button", name="Pause").click()
+    expect(mode).to_have_text("History paused")
+    assert page.evaluate("document.body.dataset.time") == "history"
+    page.get_by_role("button", name="−1 min").click()
+    settled(page, f"Math.abs({STORE}.dataTimeS - {present - 60.0}) < 0.1")
+    then = places(page)
+    assert all(one[0] <= present - 60.0 + 0.01 for one in then.values())
+    # The same picture: earlier positions and plots of the last half minute.
+    settled(page, f"{STORE}.tracks.some((one) => one.trail.length > 10)")
+    ages = page.evaluate(f"[...{STORE}.plots].map((one) => {STORE}.dataTimeS - one.timeS)")
+    assert len(ages) > 100
+    assert 0.0 <= min(ages) < max(ages) <= 30.0
+    for clock in (page.locator("#time time"), page.locator("#bar time")):
+        expect(clock).to_contain_text(clock_text(present - 60.0))
+    settled(page, f"location.hash.includes('at={present - 60.0:.1f}')")
+    page.get_by_role("button", name="Go live").click()
+    settled(page, f"{STORE}.dataTimeS === {present}")
+    assert places(page) == before
+    expect(mode).to_have_text("Live")
+    settled(page, "!/[#&]at=/.test(location.hash)")
+    assert watch.messages == []
+    assert all(address.startswith((long.url, "data:")) for address in watch.addresses)
+
+
+def test_a_copied_address_shows_the_same_time(page: Page, long: Air) -> None:
+    at_s = long.measurements["time_s"].min() + 100.5  # type: ignore[operator]  # a number
+    opened(page, long, f"/#at={at_s}")
+    assert abs(time_of(page) - at_s) < 0.1
+    expect(page.locator("#time .mode")).to_have_text("History paused")
+    assert page.evaluate(f"{CLOCK}.playing") is False
+
+
+def test_it_plays_at_any_speed_from_the_keyboard_until_it_is_live(page: Page, long: Air) -> None:
+    first_s = long.measurements["time_s"].min()
+    assert isinstance(first_s, float)
+    opened(page, long, f"/#at={first_s + 100.0}")
+    page.keyboard.press("ArrowLeft")
+    settled(page, f"Math.abs({STORE}.dataTimeS - {first_s + 90.0}) < 0.1")
+    slider = page.get_by_label("Time", exact=True).and_(page.locator("input"))
+    slider.focus()
+    page.keyboard.press("ArrowRight")
+    settled(page, f"{STORE}.dataTimeS > {first_s + 90.1}")
+    page.keyboard.press("+")
+    assert page.evaluate(f"{CLOCK}.speed") == 2
+    page.keyboard.press(" ")
+    expect(page.locator("#time .mode")).to_have_text("History ▶ ×2")
+    # The picture runs on between the frames, at the speed of the clock.
+    assert page.evaluate(f"{STORE}.pace") == 2
+    settled(page, f"{STORE}.dataTimeS > {first_s + 92.0}")
+    for _ in range(7):
+        page.keyboard.press("+")
+    assert page.evaluate(f"{CLOCK}.speed") == 300
+    # It catches up with the present.
+    expect(page.locator("#time .mode")).to_have_text("Live")
+
+
+def test_one_click_shows_where_the_aircraft_was_five_minutes_ago(page: Page, long: Air) -> None:
+    opened(page, long)
+    present = time_of(page)
+    button = page.get_by_role("button", name="Where 5 min ago?")
+    expect(button).to_be_disabled()
+    # One that was there already then.
+    old = page.evaluate(f"Math.min(...{STORE}.tracks.map((one) => one.id))")
+    page.evaluate(f"window.multiradar.actions.select({old})")
+    button.click()
+    settled(page, f"Math.abs({STORE}.dataTimeS - {present - 300.0}) < 0.1")
+    track: dict[str, Any] = page.evaluate(
+        f"(() => {{ const one = {STORE}.track({old});"
+        " return { latitude: one.latitude, longitude: one.longitude, x: one.x, y: one.y }; })()"
+    )
+    said = f"{track['latitude']:.4f}, {track['longitude']:.4f}"
+    expect(page.locator("#time p[role=status]")).to_contain_text(said)
+    centre = "window.multiradar.picture.map.getView().getCenter()"
+    settled(page, f"Math.hypot({centre}[0] - {track['x']}, {centre}[1] - {track['y']}) < 500")
+    # Five minutes before that nothing is retained.
+    button.click()
+    expect(page.locator("#time p[role=status]")).to_contain_text("before the first time")
+    assert abs(time_of(page) - (present - 300.0)) < 0.1
+
+
+def test_a_service_that_restarts_is_announced_and_the_picture_goes_on_without_doubles(
+    page: Page, tmp_path: Any
+) -> None:
+    air = Air(tmp_path, 60.0)
+    try:
+        half_s = float(air.measurements["time_s"].median())  # type: ignore[arg-type]  # a number
+        air.send(air.measurements.filter(air.measurements["time_s"] <= half_s))
+        page.goto(air.url)
+        settled(page, f"{STORE}.tracks.length > 10 && {STORE}.plots.length > 50")
+        air.application.stop()
+        alert = page.get_by_role("alert")
+        expect(alert).to_contain_text("The picture is out of date")
+        air.start()
+        time_s = air.measurements["time_s"]
+        air.send(air.measurements.filter((time_s > half_s) & (time_s < half_s + 12.0)))
+        expect(alert).to_have_count(0)
+        settled(page, f"{STORE}.dataTimeS > {half_s + 8.0}")
+        plots = page.evaluate(
+            f"[...{STORE}.plots].map((one) =>"
+            " `${one.timeS} ${one.sensor} ${one.track} ${one.x}`)"
+        )
+        assert len(plots) > 100
+        assert len(set(plots)) == len(plots)
+        # Those of before the restart are still there.
+        assert min(float(one.split()[0]) for one in plots) < half_s
+        assert page.evaluate(f"{STORE}.malformed") == 0
+    finally:
+        air.application.stop()
