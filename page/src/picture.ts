@@ -112,6 +112,7 @@ export class Picture {
     void this.loadLand();
     const draw = () => {
       this.centre();
+      this.element.classList.toggle("lost", feed.isLost(performance.now()));
       this.draw(false);
       requestAnimationFrame(draw);
     };

@@ -8,8 +8,12 @@ const TURN = 2 * Math.PI;
 /** Plots after which an antenna may turn on the map, and how well they agree at least, 0 to 1. */
 const PLOTS_MIN = 5;
 const AGREEMENT_MIN = 0.9;
-/** A radar without plots for so many revolutions stands still: nothing moves without data. */
+/**
+ * A radar without plots for so many revolutions while others send, or all without plots for so long, s of data time, stand
+ * still: nothing moves without data. Plots come with a delay, since the service brings them into order.
+ */
 const SILENT_TURNS = 1.5;
+const SILENT_S = 20;
 /** Weight of the plots of one revolution ago. */
 const FADING = 0.5;
 /** Plots that are older by more are of an earlier time: the user went back, s. */
@@ -27,12 +31,17 @@ interface Phase {
 export class Scans {
   private readonly phases = new Map<string, Phase>();
   private read = 0;
+  /** Data time of the newest plot of all. */
+  private newestS = -Infinity;
 
   constructor(private readonly store: Store) {}
 
   /** Take the plots since the last call. */
   update(sensors: readonly Sensor[]): void {
-    const { plots } = this.store;
+    const { plots, dataTimeS } = this.store;
+    if (sensors.length === 0) return;
+    // Another time is shown, or the service started again.
+    if (dataTimeS === null || this.newestS > dataTimeS + SILENT_S) this.clear();
     const known = this.store.sensors.map((id) => sensors.find((one) => one.id === id));
     const first = Math.max(this.read > plots.last ? 0 : this.read, plots.first);
     this.read = plots.last;
@@ -51,13 +60,21 @@ export class Scans {
   azimuth(sensor: Sensor, timeS: number): number | null {
     const phase = this.phases.get(sensor.id);
     if (phase === undefined || !turns(sensor)) return null;
-    const silent = (timeS - phase.timeS) / sensor.rotation_period_s;
+    const ahead = (timeS - phase.timeS) / sensor.rotation_period_s;
+    const silent = (this.newestS - phase.timeS) / sensor.rotation_period_s;
     const length = Math.hypot(phase.x, phase.y);
-    if (phase.weight < PLOTS_MIN || length < AGREEMENT_MIN * phase.weight || !(Math.abs(silent) < SILENT_TURNS)) return null;
-    return Math.atan2(phase.y, phase.x) + TURN * silent;
+    if (phase.weight < PLOTS_MIN || length < AGREEMENT_MIN * phase.weight || !(silent < SILENT_TURNS)) return null;
+    if (!(timeS - this.newestS < SILENT_S)) return null;
+    return Math.atan2(phase.y, phase.x) + TURN * ahead;
+  }
+
+  private clear(): void {
+    this.phases.clear();
+    this.newestS = -Infinity;
   }
 
   private add(id: string, timeS: number, azimuth: number, periodS: number): void {
+    this.newestS = Math.max(this.newestS, timeS);
     let phase = this.phases.get(id);
     if (phase === undefined || timeS < phase.timeS - BACK_S) {
       phase = { timeS, x: 0, y: 0, weight: 0 };

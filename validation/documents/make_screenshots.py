@@ -25,10 +25,17 @@ IMAGES = ROOT / "docs" / "images"
 #: The moment of the pictures: ten minutes after the start of the recording.
 AFTER_S = 600.0
 #: The pictures by their file, with what is switched off.
-PICTURES = {"page.png": "", "page-biases.png": "off=biases", "page-history.png": ""}
+PICTURES = {
+    "page.png": "",
+    "page-biases.png": "off=biases",
+    "page-history.png": "",
+    "page-area.png": "",
+}
 #: The picture of five minutes before.
 _HISTORY = "page-history.png"
 _BACK = "document.querySelector('#time button.ago').click()"
+#: The picture of the whole area; the others show one track.
+_AREA = "page-area.png"
 #: Shows the earliest track that three sensors see, about 20 km across.
 _CLOSE = """() => {
   const { store, picture, actions } = window.multiradar;
@@ -97,7 +104,7 @@ def _make(url: str, browser: str) -> None:
         for name, given in PICTURES.items():
             page = chromium.new_page(viewport={"width": 1280, "height": 720})
             page.goto(f"{url}/#{given}")
-            _settle(page)
+            _settle(page, close=name != _AREA)
             if name == _HISTORY:
                 page.evaluate(_BACK)
                 page.wait_for_timeout(4000)
@@ -106,7 +113,7 @@ def _make(url: str, browser: str) -> None:
         chromium.close()
 
 
-def _settle(page: Page) -> None:
+def _settle(page: Page, *, close: bool) -> None:
     ready = "window.multiradar?.picture.seenOnCanvas.length > 3"
     land = "window.multiradar?.picture.land.getSource().getFeatures().length > 0"
     sensors = "window.multiradar?.feed.sensors.length > 3"
@@ -116,7 +123,8 @@ def _settle(page: Page) -> None:
         page.wait_for_timeout(_POLL_MS)
     else:
         raise SystemExit("the page did not show the picture")
-    page.evaluate(_CLOSE)
+    if close:
+        page.evaluate(_CLOSE)
     # The map moves, and the past of the track is read.
     page.wait_for_timeout(4000)
 

@@ -17,6 +17,8 @@ export interface Wanted {
   /** Upper left corner. */
   left: number;
   top: number;
+  /** Whether it leaves a slot with a leader line for one beside the symbol: the user moved the map. */
+  home: boolean;
   /** Whether a symbol lies under it. */
   covers: boolean;
 }
@@ -54,11 +56,13 @@ export class LabelPlaces {
   /** Place at most `budget` of the first `count` within a canvas; those without a place get slot -1. */
   place(
     wanted: readonly Wanted[], count: number, budget: number, width: number, height: number,
-    reserved: readonly number[] = [],
+    reserved: readonly (readonly number[])[] = [],
   ): void {
     this.labels.clear(width, height);
-    for (let at = 0; at + 3 < reserved.length; at += 4) {
-      this.labels.add(reserved[at] ?? 0, reserved[at + 1] ?? 0, reserved[at + 2] ?? 0, reserved[at + 3] ?? 0);
+    for (const boxes of reserved) {
+      for (let at = 0; at + 3 < boxes.length; at += 4) {
+        this.labels.add(boxes[at] ?? 0, boxes[at + 1] ?? 0, boxes[at + 2] ?? 0, boxes[at + 3] ?? 0);
+      }
     }
     this.symbols.clear(width, height);
     for (let at = 0; at < count; at++) {
@@ -82,6 +86,11 @@ export class LabelPlaces {
 
   private find(one: Wanted, width: number, height: number): boolean {
     const kept = one.slot;
+    if (one.home && hasLeader(kept)) {
+      for (let slot = 0; slot < DIRECTIONS.length; slot++) {
+        if (this.fits(one, slot, width, height, false)) return this.take(one, slot);
+      }
+    }
     // A slot that is kept may cover symbols: labels do not jump when aircraft pass under them.
     if (kept >= 0 && this.fits(one, kept, width, height, true)) return this.take(one, kept);
     for (const overSymbols of [false, true]) {

@@ -55,10 +55,10 @@ export class Pixels {
   }
 
   /** The mark of a sensor at a place in device pixels. */
-  mark(sensor: number, x: number, y: number, colour: number): void {
+  mark(sensor: number, x: number, y: number, colour: number, size = 1): void {
     const offsets = MARKS[sensor % MARKS.length];
     if (offsets === undefined) return;
-    const scale = this.scale;
+    const scale = size * this.scale;
     const column = Math.round(x);
     const row = Math.round(y);
     for (let at = 0; at < offsets.length; at += 2) {

@@ -42,6 +42,8 @@ export class Scene {
   corrected = 1;
   /** Boxes that labels leave free: left, top, width, height, … */
   readonly reserved: number[] = [];
+  /** The same of texts that move. */
+  readonly reservedMoving: number[] = [];
   /** Tracks on the canvas, filled by the layer of symbols, with their pixels. */
   readonly seen = new Seen();
 

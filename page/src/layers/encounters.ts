@@ -20,6 +20,7 @@ export class EncountersLayer implements Layer {
   draw(scene: Scene): void {
     const { context, palette, store, view, timeS } = scene;
     this.texts.length = 0;
+    scene.reservedMoving.length = 0;
     if (!view.shown.encounters) return;
     context.strokeStyle = palette.warning;
     context.font = `11px ${FONT}`;
@@ -65,6 +66,7 @@ export class EncountersLayer implements Layer {
       context.globalAlpha = 1;
       context.fillStyle = palette.warning;
       context.fillText(text, x, y);
+      scene.reservedMoving.push(x - 2, y - 10, LETTER_PX * text.length + 4, 13);
       this.texts.push(text);
     }
   }

@@ -26,6 +26,7 @@ class Label implements Wanted {
   left = 0;
   top = 0;
   covers = false;
+  home = false;
   lines: [string, string] = ["", ""];
   private key = "";
 
@@ -53,10 +54,12 @@ export class LabelsLayer implements Layer {
   private readonly wanted: Label[] = [];
   private count = 0;
   private letter = LETTER * FONT_PX;
-  private scale = 0;
+  /** Whether the map moved since labels could go back to their symbols, and with this drawing. */
+  private moved = false;
+  private moving = false;
   /** When and where the labels were placed. */
   private placedS = -Infinity;
-  private placedFrame = -1;
+  private placedState = "";
   private place = "";
 
   constructor(private readonly encounters: Encounters) {}
@@ -90,17 +93,21 @@ export class LabelsLayer implements Layer {
   private isDue(scene: Scene): boolean {
     const { view } = scene;
     const place = `${scene.a} ${scene.e} ${scene.f} ${scene.width} ${scene.height} ${view.units} ${view.selected} ${shownKey(view)}`;
+    const state = `${scene.store.frames} ${this.encounters.revision} ${view.shown.encounters}`;
     const moved = scene.store.fastest * scene.a * (scene.timeS - this.placedS);
-    const due = place !== this.place || scene.store.frames !== this.placedFrame || !(moved < MARGIN);
-    if (due) [this.place, this.placedFrame, this.placedS] = [place, scene.store.frames, scene.timeS];
+    const due = place !== this.place || state !== this.placedState || !(moved < MARGIN);
+    this.moving = place !== this.place;
+    this.moved ||= this.moving;
+    if (due) [this.place, this.placedState, this.placedS] = [place, state, scene.timeS];
     return due;
   }
 
   private arrange(scene: Scene): void {
     const { seen, view } = scene;
     this.count = seen.length;
-    const zoomed = scene.a !== this.scale;
-    this.scale = scene.a;
+    // After the map moved there may be room beside the symbol.
+    const home = this.moved && !this.moving;
+    if (home) this.moved = false;
     for (let at = 0; at < seen.length; at++) {
       const track = seen.tracks[at] as Track;
       let label = this.labels.get(track.id);
@@ -109,14 +116,13 @@ export class LabelsLayer implements Layer {
         this.labels.set(track.id, label);
       }
       label.write(view.units, this.letter);
-      // With another scale there may be room beside the symbol.
-      if (zoomed && hasLeader(label.slot)) label.slot = -1;
+      label.home = home;
       label.x = seen.x[at] ?? 0;
       label.y = seen.y[at] ?? 0;
       label.rank = rankOf(track, track.id === view.selected, this.encounters.tracks.has(track.id));
       this.wanted[at] = label;
     }
-    this.places.place(this.wanted, this.count, LABELS_MAX, scene.width, scene.height, scene.reserved);
+    this.places.place(this.wanted, this.count, LABELS_MAX, scene.width, scene.height, [scene.reserved, scene.reservedMoving]);
     if (this.labels.size > 2 * this.count + 100) this.forget(scene);
   }
 

@@ -7,6 +7,8 @@ import { PLOTS_KEPT_S } from "../plots";
 
 /** Opacity falls with age in so many steps. */
 const STEPS = 4;
+/** Plots of the selected track are larger. */
+const SELECTED_SIZE = 2;
 
 export class PlotsLayer implements PixelLayer {
   readonly plane = "ground";
@@ -29,7 +31,8 @@ export class PlotsLayer implements PixelLayer {
       const age = (timeS - (plots.timeS[at] ?? 0)) / PLOTS_KEPT_S;
       const step = Math.max(0, Math.min(STEPS - 1, Math.floor(STEPS * age)));
       const sensor = plots.sensor[at] ?? 0;
-      pixels.mark(sensor, x * ratio, y * ratio, this.colour(sensor, step));
+      const size = plots.track[at] === view.selected ? SELECTED_SIZE : 1;
+      pixels.mark(sensor, x * ratio, y * ratio, this.colour(sensor, step), size);
     }
   }
 

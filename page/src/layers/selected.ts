@@ -4,6 +4,9 @@ import { FONT } from "../drawing/palette";
 import type { Layer, Scene } from "../drawing/scene";
 import { scaleAt } from "../mercator";
 
+/** Distance of the sentence from the lower left corner. */
+const CORNER_PX = 14;
+
 /** The path, with a mark and its age at each minute. */
 export class PastLayer implements Layer {
   readonly plane = "ground";
@@ -54,13 +57,11 @@ export class ForecastLayer implements Layer {
       context.stroke();
     }
     context.globalAlpha = 1;
-    const last = selection.forecast[selection.forecast.length - 1];
-    this.text = last === undefined ? "" : heldText(scene.feed.status);
-    if (last === undefined) return;
+    this.text = selection.forecast.length === 0 ? "" : heldText(scene.feed.status);
+    if (this.text === "") return;
     context.font = `11px ${FONT}`;
     context.fillStyle = palette.selected;
-    const beside = scaleAt(last.latitude) * scene.a * last.majorM;
-    context.fillText(this.text, Math.round(scene.px(last.x) + Math.min(beside, 80)) + 6, Math.round(scene.py(last.y)) + 4);
+    context.fillText(`Forecast regions: ${this.text}`, CORNER_PX, scene.height - CORNER_PX);
   }
 }
 

@@ -165,8 +165,10 @@ def test_an_answer_that_is_no_frame_and_a_silent_service_are_announced(
     page.unroute("**/v1/picture*")
     page.route("**/v1/**", lambda route: route.abort())
     expect(alert).to_contain_text("The picture is out of date")
+    expect(page.locator(".picture.lost")).to_have_count(1)
     page.unroute("**/v1/**")
     expect(alert).to_have_count(0)
+    expect(page.locator(".picture.lost")).to_have_count(0)
 
 
 def test_an_empty_sky_is_shown_as_one(page: Page, tmp_path: Any) -> None:

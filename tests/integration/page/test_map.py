@@ -114,6 +114,14 @@ def test_encounters_are_those_of_the_service_and_have_a_switch(shown: Shown, air
     text = shown.value(f"{LAYERS}.encounters.texts[0]")
     assert " in " in text
     assert text.endswith("%")
+    # The texts of encounters and the names of radars are not covered either.
+    texts, labels = shown.value(
+        f"[[...{PICTURE}.scene.reserved, ...{PICTURE}.scene.reservedMoving], {BOXES}]"
+    )
+    assert len(texts) % 4 == 0
+    for left, top, width, height in zip(*[iter(texts)] * 4, strict=True):
+        box = {"left": left, "top": top, "right": left + width, "bottom": top + height}
+        assert all(overlaps([box, label]) == 0 for label in labels)
     shown.page.keyboard.press("e")
     shown.until(f"{LAYERS}.encounters.texts.length === 0")
     assert "off=encounters" in shown.page.url
@@ -151,6 +159,10 @@ def test_plots_of_a_sensor_are_switched_off(shown: Shown) -> None:
       for (let at = 3; at < data.length; at += 4) if (data[at] > 0) count += 1;
       return count;
     }"""
+    # Without rings, which are switched off with the sensor, too.
+    whole = shown.value(painted)
+    shown.page.keyboard.press("r")
+    wait_until(lambda: shown.value(painted) < whole, "no rings")
     before = shown.value(painted)
     shown.page.keyboard.press("5")
     box = shown.page.get_by_label("Plots of sensors").get_by_role("checkbox").first
@@ -159,6 +171,7 @@ def test_plots_of_a_sensor_are_switched_off(shown: Shown) -> None:
     assert "hide=" in shown.page.url
     box.check()
     wait_until(lambda: shown.value(painted) == before, "the same pixels")
+    shown.page.keyboard.press("r")
 
 
 def test_plots_slide_between_both_positions(shown: Shown) -> None:

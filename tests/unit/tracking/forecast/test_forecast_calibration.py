@@ -69,9 +69,12 @@ def _taught(outputs: tuple[EngineOutput, ...], name: str) -> ForecastCalibration
 
 @pytest.mark.parametrize("name", ["two-stage", "imm"])
 def test_the_calibration_is_independent_of_batches_and_of_the_sampling(name: str) -> None:
-    whole = _taught(_outputs(name, 10**6, Sampling.ALL), name).scores
+    all_at_once = _taught(_outputs(name, 10**6, Sampling.ALL), name)
+    whole = all_at_once.scores
     for rows, sampling in ((37, Sampling.DRAWN), (500, Sampling.ALL)):
-        found = _taught(_outputs(name, rows, sampling), name).scores
+        divided = _taught(_outputs(name, rows, sampling), name)
+        found = divided.scores
+        assert divided.held == all_at_once.held
         assert found.motion == whole.motion
         np.testing.assert_array_equal(found.heard, whole.heard)
         plans = [one.plan(HORIZONS_S, 0.9) for one in (found, whole)]
@@ -124,6 +127,10 @@ def test_regions_contain_aircraft_with_their_probability(name: str, turning: boo
     # 1400 forecasts; those of one turn are correlated, and 100 turns determine 95 % to 3 %.
     assert (share > 0.90).all()
     assert (share < 0.995).all()
+    # What the service reports of them, by later estimates instead of the truth.
+    held, counted = calibration.held
+    assert counted > 500
+    assert 0.90 < held / counted < 0.99
 
 
 def test_turning_and_straight_traffic_select_their_motion_models() -> None:
