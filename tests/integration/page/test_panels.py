@@ -28,7 +28,10 @@ def shared(browser: Browser, air: Air) -> Iterator[tuple[Page, Watch]]:
     context.set_default_timeout(WAIT_TIMEOUT_S * 1000.0)
     expect.set_options(timeout=WAIT_TIMEOUT_S * 1000.0)
     page = context.new_page()
-    yield page, opened(page, air)
+    watch = opened(page, air)
+    # The panels are drawn at most twice a second: not yet with the first frame.
+    expect(rows(page)).to_have_count(30)
+    yield page, watch
     context.close()
 
 
