@@ -17,7 +17,6 @@ from multiradar_schemas.measurements.aircraft_data import (
     TRACK_ANGLE_RATE_MAX_DEG_PER_S,
     TURN_DEG,
     VERTICAL_RATE_MAX_M_S,
-    AircraftData,
 )
 from multiradar_schemas.measurements.measurement import (
     AZIMUTH_END_DEG,
@@ -67,6 +66,10 @@ class Gate:
     shows: str | None = None
 
 
+# Codes of gates that may reject a row without a value in their column.
+_OF_ABSENCE = (RejectCode.MISSING_FIELD, RejectCode.UNKNOWN_SENSOR, RejectCode.UNKNOWN_KIND)
+
+
 def rejections(
     frame: pl.DataFrame, gates: Sequence[Gate]
 ) -> tuple[NDArray[np.int64], tuple[RejectCode, ...], tuple[str, ...]]:
@@ -88,9 +91,9 @@ def rejections(
     tuple of str
         The message of each.
     """
-    # Few recordings have aircraft-derived data, and its gates are as many as all others.
-    empty = {name for name in AircraftData.model_fields if frame[name].null_count() == len(frame)}
-    gates = [gate for gate in gates if gate.field not in empty]
+    # Most recordings leave most columns empty. Only an absent value is a reason to reject there.
+    empty = {name for name in frame.columns if frame[name].null_count() == len(frame)}
+    gates = [gate for gate in gates if gate.field not in empty or gate.code in _OF_ABSENCE]
     cascade = [pl.when(gate.rejects).then(pl.lit(n, pl.Int16)) for n, gate in enumerate(gates)]
     gate_number = frame.select(pl.coalesce(cascade).alias("gate")).to_series()
     if gate_number.null_count() == len(gate_number):

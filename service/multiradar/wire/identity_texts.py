@@ -20,11 +20,19 @@ _HEXADECIMAL = pl.Series([f"{number:03x}" for number in range(0x1000)])
 
 def codes(numbers: NDArray[np.integer]) -> pl.Series:
     """Write Mode 3/A codes as four octal digits."""
+    if not (numbers != MISSING).any():
+        return _absent(len(numbers))
     return _OCTAL.gather(present(numbers) % len(_OCTAL))
 
 
 def addresses(numbers: NDArray[np.integer]) -> pl.Series:
     """Write Mode S addresses as six hexadecimal digits."""
+    if not (numbers != MISSING).any():
+        return _absent(len(numbers))
     known, size = present(numbers), len(_HEXADECIMAL)
     first, last = _HEXADECIMAL.gather(known // size % size), _HEXADECIMAL.gather(known % size)
     return first + last
+
+
+def _absent(count: int) -> pl.Series:
+    return pl.repeat(None, count, dtype=pl.String, eager=True)

@@ -28,6 +28,11 @@ class SiteUse:
         self._used = np.zeros(len(sensors), np.bool_)
         self._shared = np.zeros(len(sensors), np.bool_)
 
+    @property
+    def is_settled(self) -> bool:
+        """Whether further measurements change nothing: all sensors share aircraft."""
+        return bool(self._shared.all())
+
     def record(self, sensor: NDArray[np.integer], measured_from: NDArray[np.int64]) -> None:
         """Record accepted measurements.
 

@@ -28,10 +28,10 @@ class OutputDigest:
     def add(self, output: EngineOutput) -> None:
         """Add the rows of one call of the engine."""
         self._updates.update(_row_bytes(output.updates, _UPDATE_TYPE))
-        known = rows_of(output.updates, _STATUS_TYPE)
-        known = known[known[_STATUS] >= 0]
-        self._statuses.update(known.tobytes())
-        self._has_statuses |= len(known) > 0
+        if (output.updates.on_ground >= 0).any():
+            known = rows_of(output.updates, _STATUS_TYPE)
+            self._statuses.update(known[known[_STATUS] >= 0].tobytes())
+            self._has_statuses = True
         self._biases.update(_row_bytes(output.biases))
         self._ended.update(_row_bytes(output.ended))
         self._transitions.update(_row_bytes(output.transitions))

@@ -82,6 +82,8 @@ class SharedBiases:
         self, rows: Rows, result: Result, pool: AircraftPool, *, first: int, last: int
     ) -> None:
         """Record from which sites the aircraft of the rows first…last were measured."""
+        if self._site_use.is_settled:
+            return
         accepted = first + np.flatnonzero(result.outcome[first:last] <= RESTARTED)
         self._site_use.record(
             rows.sensor[accepted], pool.aircraft.measured_from[rows.slot[accepted]]

@@ -121,11 +121,15 @@ def drop_second_azimuths(
     """Drop candidates that another plot of the same revolution and window has by its identity."""
     n = candidates.number.shape[0]
     previous = np.full(n, MISSING, np.int64)
+    named = False
     for i in range(n):
         k = identities.slot[first + i]
         if k >= 0:
             previous[i] = grid.owner[k]
             grid.owner[k] = first + i
+            named = True
+    if not named:
+        return
     for i in range(n):
         row, kept = first + i, 0
         for c in range(max(candidates.number[i], 0)):

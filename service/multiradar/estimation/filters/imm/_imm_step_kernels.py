@@ -184,6 +184,7 @@ def process_rows(
                 if ahead >= 0:
                     fetch_modes(ahead, count, mode_means, mode_covariances, mode_V, probabilities)
                     fetch_whole(ahead, means, covariances, sensitivities, times, heights, vertical)
+                    fetch_ahead(slow, ahead, 0)
             row = work.order[i]
             k = rows.slot[row]
             kind = rows.kind[row]
