@@ -12,7 +12,7 @@ from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.runtime.queries.encounters import TrackSnapshot, encounters
 from multiradar.tracking.forecast.forecast_calibration import ForecastCalibration, calibration_for
 from multiradar.tracking.forecast.forecast_family import STRAIGHT
-from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
+from multiradar.tracking.forecast.region_sizes import HORIZONS_S
 from multiradar.tracking.mode_states import ModeStates
 from multiradar.tracking.outputs import STATE_CONFIRMED, TrackStates
 from multiradar.tracking.settings import TrackingSettings

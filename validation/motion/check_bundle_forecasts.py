@@ -34,8 +34,8 @@ from multiradar.runtime.trajectories.ensemble_scores import EnsembleScores
 from multiradar.runtime.trajectories.pool import Reading
 from multiradar.simulation.paths import fly
 from multiradar.tracking.forecast.forecast import forecast_modes_of, forecast_of_modes
-from multiradar.tracking.forecast.forecast_scores import Learnt
 from multiradar.tracking.forecast.polynomial_forecast import polynomial_forecast
+from multiradar.tracking.forecast.region_sizes import RegionSizes
 from multiradar.tracking.forecast.regions import gaussian_factor
 from multiradar.tracking.settings import TrackingSettings
 from validation.motion.check_manoeuvres import CLASSES, Flown, doing_at, flights
@@ -147,7 +147,7 @@ def compare(flown: Flown, run_s: float, *, alone: bool) -> Found:
 
 def bundles_of(
     flown: Flown, wanted: Forecasts, run_s: float
-) -> Iterator[tuple[tuple[int, float], Bundle, Learnt]]:
+) -> Iterator[tuple[tuple[int, float], Bundle, RegionSizes]]:
     """Process all aircraft; yield bundle and calibration at each requested plot."""
     sightings = in_place(flown).sightings
     bundles = {one: Bundle(BundleSettings()) for one in np.unique(sightings.aircraft).tolist()}
@@ -164,7 +164,7 @@ def bundles_of(
         fresh.append(aircraft)
         key = aircraft, time_s
         if key in wanted and len(bundle):
-            yield key, bundle, scores.learnt
+            yield key, bundle, scores.sizes
 
 
 def sample(

@@ -32,7 +32,7 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
-from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
+from multiradar.tracking.forecast.region_sizes import HORIZONS_S
 from multiradar.tracking.forecast.regions import gaussian_factor
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.outputs import StateSample

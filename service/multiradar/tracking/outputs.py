@@ -10,6 +10,7 @@ from multiradar.tracking.columns import joined_columns
 from multiradar.tracking.health.health_records import HealthRecords
 from multiradar.tracking.input.duplicates import NO_DUPLICATES, Duplicates
 from multiradar.tracking.input.measurements import MeasurementBatch
+from multiradar.tracking.lifecycle.transitions import TrackTransitions
 from multiradar.tracking.mode_states import ModeStates
 
 STATE_TENTATIVE = 0
@@ -243,43 +244,6 @@ class EndedTracks:
 
     @classmethod
     def concatenate(cls, parts: "Sequence[EndedTracks]") -> "EndedTracks":
-        """Return the rows of all parts, one after the other."""
-        if len(parts) == 1:
-            return parts[0]
-        return cls(**joined_columns(cls, parts))
-
-
-@dataclass(frozen=True, slots=True)
-class TrackTransitions:
-    """One row for each lifecycle transition of a track, in the order of the measurements.
-
-    Attributes
-    ----------
-    time_s : (n,) float64
-        Data time at which it was detected: of a measurement, or of the start of an epoch or window;
-        never decreasing.
-    track_id : (n,) int64
-        The track.
-    transition, reason : (n,) int8
-        Transition and reason, indices into `transitions.TRANSITION_NAMES` and `REASON_NAMES`.
-    into_track_id : (n,) int64
-        Track into which it was merged, −1 for none.
-    last_update_s : (n,) float64
-        Data time of the previous update of the track, NaN for none.
-    """
-
-    time_s: NDArray[np.float64]
-    track_id: NDArray[np.int64]
-    transition: NDArray[np.int8]
-    reason: NDArray[np.int8]
-    into_track_id: NDArray[np.int64]
-    last_update_s: NDArray[np.float64]
-
-    def __len__(self) -> int:
-        return len(self.track_id)
-
-    @classmethod
-    def concatenate(cls, parts: "Sequence[TrackTransitions]") -> "TrackTransitions":
         """Return the rows of all parts, one after the other."""
         if len(parts) == 1:
             return parts[0]

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from multiradar.estimation.filters.arrays import Work, partition_of
 from multiradar.estimation.filters.bank import FilterDefinition
 from multiradar.estimation.filters.height._height_kernels import GUESS, GUESS_VARIANCE
-from multiradar.tracking._kernels import assign, rebuild
+from multiradar.tracking._identity_kernels import assign, rebuild
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.lifecycle.lifecycle import Lifecycle
+from multiradar.tracking.lifecycle.report_integrity import ReportIntegrity
 from multiradar.tracking.lifecycle.transitions import NO_TRACK, TerminatedTracks
-from multiradar.tracking.plausibility.report_integrity import ReportIntegrity
 from multiradar.tracking.roster import MISSING, Roster, RowIdentities
 
 #: Number of partitions. The output depends on it, so it is no setting.

@@ -21,6 +21,8 @@ ALL_EVENTS = "all"
 NOMINAL_INTERVAL_S = 1.0
 #: Bounds of `TrackingSettings.imm_modes`.
 IMM_MODES_MIN, IMM_MODES_MAX = 3, 8
+#: Scan period of sensors without a configured one, s.
+DEFAULT_PERIOD_S = 5.0
 
 
 @dataclass(frozen=True, slots=True)

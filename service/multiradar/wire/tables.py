@@ -8,12 +8,15 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
 from multiradar.tracking.health.health_records import ALARM_NAMES, HealthRecords
-from multiradar.tracking.lifecycle.transitions import REASON_NAMES, TRANSITION_NAMES
+from multiradar.tracking.lifecycle.transitions import (
+    REASON_NAMES,
+    TRANSITION_NAMES,
+    TrackTransitions,
+)
 from multiradar.tracking.outputs import (
     STATE_NAMES,
     BiasRecords,
     DelayRecords,
-    TrackTransitions,
     TrackUpdates,
 )
 from multiradar.wire.identity_texts import addresses, codes, present

@@ -11,8 +11,8 @@ import zenoh
 
 from multiradar.app import Application
 from multiradar.runtime.offline.offline import TRAJECTORIES_FILE, OfflineJob, track_recording
+from multiradar.runtime.offline.trajectory_table import STEP_S, table_row
 from multiradar.runtime.trajectories.options import trajectory_options
-from multiradar.runtime.trajectories.table import STEP_S, table_row
 from multiradar.settings.service import TrajectorySettings, load_settings
 from multiradar.storage.recording import Recording
 from multiradar.tracking.settings import TrackingSettings

@@ -31,7 +31,7 @@ from multiradar.runtime.engine.run_updates import Described, Run, track_updates,
 from multiradar.runtime.engine.shared_biases import SharedBiases
 from multiradar.runtime.engine.stepper import WORKERS_MAX, Stepper
 from multiradar.runtime.engine.track_states import sampled, track_states
-from multiradar.tracking._kernels import describe, observe
+from multiradar.tracking._identity_kernels import describe, observe
 from multiradar.tracking.association.association import WINDOW_S, Association, Window
 from multiradar.tracking.association.shared_plots import RowSelection, shared_plots
 from multiradar.tracking.bearings.bearing_starts import BearingStarts
@@ -47,7 +47,12 @@ from multiradar.tracking.input.order import ReorderBuffer
 from multiradar.tracking.lifecycle.lifecycle import BY_IDENTITY
 from multiradar.tracking.lifecycle.lifecycle import CONFIRMED as STAGE_CONFIRMED
 from multiradar.tracking.lifecycle.transition_log import TransitionLog, Updated
-from multiradar.tracking.lifecycle.transitions import SILENT, UNCONFIRMED, TerminatedTracks
+from multiradar.tracking.lifecycle.transitions import (
+    SILENT,
+    UNCONFIRMED,
+    TerminatedTracks,
+    TrackTransitions,
+)
 from multiradar.tracking.model import bias_columns
 from multiradar.tracking.outputs import (
     BiasRecords,
@@ -58,7 +63,6 @@ from multiradar.tracking.outputs import (
     StateSample,
     TrackPlots,
     TrackStates,
-    TrackTransitions,
     TrackUpdates,
 )
 from multiradar.tracking.plausibility.plausibility import Plausibility, PlausibilityWindow

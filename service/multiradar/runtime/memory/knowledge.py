@@ -15,18 +15,18 @@ from numpy.typing import NDArray
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.runtime.engine.plot_rows import PLOT_DTYPE, POINTS_MAX, plot_rows
 from multiradar.runtime.memory.bias_board import BiasBoard, bias_rows_frame
 from multiradar.runtime.memory.history import TrackHistory
 from multiradar.runtime.memory.live_tracks import LiveTracks, ages_and_states, sources_of
 from multiradar.runtime.memory.sensor_board import SensorBoard
 from multiradar.runtime.memory.track_tally import TrackTally
-from multiradar.runtime.queries.track_windows import PLOT_DTYPE, POINTS_MAX, plot_rows
 from multiradar.runtime.trajectories.feed import TrajectoryFeed, required_feed
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.tracking.columns import row_type, rows_of, table_of
 from multiradar.tracking.forecast.forecast_calibration import COUNTED, calibration_for
-from multiradar.tracking.lifecycle.transitions import ENDED
-from multiradar.tracking.outputs import EngineOutput, TrackStates, TrackTransitions, TrackUpdates
+from multiradar.tracking.lifecycle.transitions import ENDED, TrackTransitions
+from multiradar.tracking.outputs import EngineOutput, TrackStates, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 
 States = tuple[TrackStates, SystemPlane]

@@ -19,7 +19,7 @@ from multiradar.runtime.queries.forecasts import forecast_points
 from multiradar.runtime.queries.parameters import FILTER, PROBABILITY_DEFAULT
 from multiradar.tracking.columns import rows_of, table_of
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
-from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
+from multiradar.tracking.forecast.region_sizes import HORIZONS_S
 from multiradar.tracking.outputs import EngineOutput, StateSample, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.products.forecast import FORECAST_SCHEMA

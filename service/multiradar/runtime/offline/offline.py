@@ -30,26 +30,26 @@ from multiradar.runtime.admission.reject_file import RejectFile, TimeRejects
 from multiradar.runtime.engine.digest import OutputDigest
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.memory.track_tally import TrackTally
+from multiradar.runtime.offline.bundle_forecast_table import BundleForecasts, BundleForecastTable
 from multiradar.runtime.offline.delay_table import DelayTable
 from multiradar.runtime.offline.encounter_table import EncounterTable
 from multiradar.runtime.offline.forecast_table import ForecastTable
 from multiradar.runtime.offline.stage_times import READING, TRACKING, WRITING, StageTimes
+from multiradar.runtime.offline.trajectory_table import TrajectoryTable
 from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.runtime.queries.manoeuvre_planes import plane_of_track
 from multiradar.runtime.queries.observabilities import observability_of_track
 from multiradar.runtime.queries.track_windows import WindowAnalysis, WindowTable
-from multiradar.runtime.trajectories.forecast_rows import BundleForecasts, BundleForecastTable
 from multiradar.runtime.trajectories.options import TrajectoryOptions
-from multiradar.runtime.trajectories.table import TrajectoryTable
 from multiradar.storage.recording import INDEX_COLUMN, Recording
 from multiradar.storage.table_writer import TableWriter
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.health.health_records import HealthRecords
 from multiradar.tracking.input.duplicates import Duplicates
+from multiradar.tracking.lifecycle.transitions import TrackTransitions
 from multiradar.tracking.outputs import (
     BiasRecords,
     EngineOutput,
-    TrackTransitions,
     TrackUpdates,
 )
 from multiradar.tracking.settings import TrackingSettings

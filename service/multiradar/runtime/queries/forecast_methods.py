@@ -13,7 +13,7 @@ from multiradar.runtime.queries.polynomial_forecasts import LastPlots
 from multiradar.runtime.trajectories.ensemble_paths import EnsemblePath, ensemble_path
 from multiradar.runtime.trajectories.pool import Reading
 from multiradar.tracking.forecast.forecast_calibration import ForecastCalibration
-from multiradar.tracking.forecast.forecast_scores import Plan
+from multiradar.tracking.forecast.region_sizes import Plan
 from multiradar.tracking.forecast.regions import gaussian_factor
 from multiradar.tracking.outputs import TrackStates
 

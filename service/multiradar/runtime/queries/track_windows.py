@@ -12,88 +12,21 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar.errors import PlaneError
-from multiradar.estimation.filters._kernels import INNOVATION_COUNT
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_NAMES,
     SensorTable,
 )
 from multiradar.restoration.geometry.plot_positions import Plots
+from multiradar.runtime.engine.plot_rows import PLOT_DTYPE, POINTS_MAX, plot_rows
 from multiradar.runtime.memory.bias_board import BiasBoard
 from multiradar.runtime.memory.history import TrackHistory
 from multiradar.settings.limits import RuntimeLimits
-from multiradar.tracking.columns import row_type
-from multiradar.tracking.input.measurements import Directions, MeasurementBatch
-from multiradar.tracking.outputs import INNOVATIONS_COUNT, EngineOutput
-
-#: Maximum measurements of a window; the last ones are used.
-POINTS_MAX = 1000
-
-# Identity is not kept.
-_MEASURED = (
-    "time_s", "sensor", "kind", "range_m", "azimuth_rad", "latitude_rad", "longitude_rad",
-    "height_m",
-)  # fmt: skip
-# Estimated position after the measurement: columns of the update.
-_OF_TRACK = "track_"
-_TRACK = ("latitude_rad", "longitude_rad", "height_m")
-# NaN where that of the sensor applies.
-_ACCURACY = "position_sigma_m"
-# Elevations and positions of moving sensors, side by side; NaN where not reported.
-_DIRECTIONS = "directions"
-# What the filter made of it, as in `EngineOutput.innovations`; NaN where it is not recorded.
-_INNOVATION = "innovation"
-#: Columns of the variances of the noise in the innovation.
-VARIANCES = slice(INNOVATION_COUNT, INNOVATIONS_COUNT)
-#: The measurement of an update; field names are those of `MeasurementBatch`, and of the update with
-#: the prefix `track_`.
-PLOT_DTYPE = np.dtype(
-    [("track_id", np.int64)]
-    + row_type(MeasurementBatch, _MEASURED).descr
-    + [(_ACCURACY, np.float64)]
-    + [(_OF_TRACK + name, np.float64) for name in _TRACK]
-    + [(_DIRECTIONS, np.float64, (len(Directions._fields),))]
-    + [(_INNOVATION, np.float32, (INNOVATIONS_COUNT,))]
-)
+from multiradar.tracking.outputs import EngineOutput
 
 #: Evaluates a window: measurements as `PLOT_DTYPE`, its length in s, biases as `BIAS_DTYPE`,
 #: sensors. Raises PlaneError if there is no answer.
 WindowAnalysis = Callable[[NDArray[np.void], float, NDArray[np.void], SensorTable], dict[str, Any]]
-
-
-def plot_rows(output: EngineOutput, row_type: np.dtype[np.void] = PLOT_DTYPE) -> NDArray[np.void]:
-    """Return the measurements of the updates of an output as rows.
-
-    Parameters
-    ----------
-    output : EngineOutput
-        Output of the engine.
-    row_type : dtype
-        `track_id`, columns of `MeasurementBatch`, and columns of `TrackUpdates` with the prefix
-        `track_`.
-
-    Returns
-    -------
-    (n,) ndarray of the type of the rows
-        In the order of the updates.
-    """
-    plots, updates = output.plots, output.updates
-    rows = np.empty(len(plots), row_type)
-    for name in row_type.names or ():
-        if name == "track_id":
-            rows[name] = plots.track_id
-        elif name.startswith(_OF_TRACK):
-            rows[name] = getattr(updates, name.removeprefix(_OF_TRACK))
-        elif name == _ACCURACY:
-            rows[name] = plots.measured.accuracies()
-        elif name == _DIRECTIONS:
-            directions = plots.measured.directions
-            rows[name] = np.nan if directions is None else np.column_stack(directions)
-        elif name == _INNOVATION:
-            rows[name] = output.innovations if len(output.innovations) else np.nan
-        else:
-            rows[name] = getattr(plots.measured, name)
-    return rows
 
 
 def window_plots(rows: NDArray[np.void], window_s: float) -> Plots:

@@ -10,9 +10,10 @@ from multiradar.estimation.measurement.kinds import KIND_POSITION, KIND_RADAR
 from multiradar.estimation.measurement.known_biases import polar_without_biases
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.runtime.engine.plot_rows import VARIANCES
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.queries.plot_coordinates import plot_coordinates
-from multiradar.runtime.queries.track_windows import VARIANCES, bias_estimates
+from multiradar.runtime.queries.track_windows import bias_estimates
 
 #: Plots of all sensors that are read for the innovations of radars.
 RESIDUALS_MAX = 50_000

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
+from multiradar.runtime.engine.plot_rows import PLOT_DTYPE
 from multiradar.runtime.picture.plot_columns import plot_columns
-from multiradar.runtime.queries.track_windows import PLOT_DTYPE
 from multiradar.storage.time_table import TimeTable
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from multiradar.errors import InputError
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
+from multiradar.runtime.engine.plot_rows import PLOT_DTYPE
 from multiradar.runtime.offline.offline import (
     BIASES_FILE,
     HEALTH_FILE,
@@ -18,7 +19,6 @@ from multiradar.runtime.offline.offline import (
 )
 from multiradar.runtime.offline.offline_report import REPORT_FILE
 from multiradar.runtime.picture.past import Positions, last_of_each
-from multiradar.runtime.queries.track_windows import PLOT_DTYPE
 from multiradar.runtime.recorded.plots import RecordedPlots
 from multiradar.runtime.recorded.update_rows import sensor_numbers, update_rows
 from multiradar.storage.time_table import TimeTable

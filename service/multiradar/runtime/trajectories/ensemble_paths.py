@@ -18,7 +18,7 @@ from multiradar.restoration.forecast.settings import AHEAD_MAX_S
 from multiradar.runtime.trajectories.document import require_tracks
 from multiradar.runtime.trajectories.ensemble_scores import SETTINGS
 from multiradar.runtime.trajectories.pool import Reading
-from multiradar.tracking.forecast.forecast_scores import Plan
+from multiradar.tracking.forecast.region_sizes import Plan
 from multiradar.tracking.forecast.regions import region_factors
 
 Floats = NDArray[np.float64]
@@ -90,7 +90,7 @@ def ensemble_path(reading: Reading, time_s: Floats, probability: float) -> Ensem
         raise ForecastError("horizon_s", reason)
     ensemble = forecast(ends, ahead_s, SETTINGS, bundle.manoeuvre_history)
     covariances = ensemble.spread()[:, :2, :2]
-    plan = reading.learnt.plan(ahead_s, probability)
+    plan = reading.sizes.plan(ahead_s, probability)
     factors = _factors(plan, ensemble, ends.shared_m2, probability)
     return EnsemblePath(
         ensemble.mean()[:, :2],

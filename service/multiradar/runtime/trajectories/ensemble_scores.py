@@ -16,13 +16,13 @@ from multiradar.restoration.bundle.bundle import Bundle
 from multiradar.restoration.forecast.forecast import forecast
 from multiradar.restoration.forecast.settings import ForecastSettings
 from multiradar.tracking.forecast.forecast_calibration import GAP_MAX_S
-from multiradar.tracking.forecast.forecast_scores import (
+from multiradar.tracking.forecast.pending import PendingForecasts
+from multiradar.tracking.forecast.region_sizes import (
     HORIZONS_S,
     ForecastScores,
-    Learnt,
+    RegionSizes,
     standardised,
 )
-from multiradar.tracking.forecast.pending import PendingForecasts
 from multiradar.tracking.forecast.state_samples import SAMPLE_TRACKS_MAX, drawn
 
 Floats = NDArray[np.float64]
@@ -42,7 +42,7 @@ WAITING_MAX = 2000
 #: Probability of the regions from which the scale of covariances is taken.
 PROBABILITY = 0.95
 #: Calibration before any forecast is evaluated.
-NOTHING_LEARNT = ForecastScores(1, 0).learnt
+UNCALIBRATED = ForecastScores(1, 0).sizes
 
 
 class _Evaluated(NamedTuple):
@@ -66,9 +66,9 @@ class EnsembleScores:
         self._excess = np.ones(len(HORIZONS_S))
 
     @property
-    def learnt(self) -> Learnt:
+    def sizes(self) -> RegionSizes:
         """The calibration up to the last sample."""
-        return self._scores.learnt
+        return self._scores.sizes
 
     @property
     def heard(self) -> Floats:

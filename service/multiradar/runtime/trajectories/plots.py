@@ -40,7 +40,7 @@ from multiradar.tracking.settings import TrackingSettings
 
 Floats = NDArray[np.float64]
 
-#: A plot with the state of its track after it, filled by `track_windows.plot_rows`.
+#: A plot with the state of its track after it, filled by `engine.plot_rows.plot_rows`.
 PLOT_DTYPE = np.dtype(
     [("track_id", np.int64), ("sensor", np.int32), ("kind", np.int8)]
     + [

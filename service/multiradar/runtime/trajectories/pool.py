@@ -13,7 +13,7 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.restoration.bundle.bundle import Bundle
 from multiradar.restoration.control_tracks._scratch import scratch
 from multiradar.restoration.control_tracks.settings import BundleSettings
-from multiradar.runtime.trajectories.ensemble_scores import NOTHING_LEARNT, EnsembleScores
+from multiradar.runtime.trajectories.ensemble_scores import UNCALIBRATED, EnsembleScores
 from multiradar.runtime.trajectories.plots import (
     PLOT_DTYPE,
     NotLocated,
@@ -22,7 +22,7 @@ from multiradar.runtime.trajectories.plots import (
     prior_biases,
 )
 from multiradar.runtime.trajectories.roster import Sampled
-from multiradar.tracking.forecast.forecast_scores import Learnt
+from multiradar.tracking.forecast.region_sizes import RegionSizes
 
 _log = logging.getLogger(__name__)
 
@@ -51,14 +51,14 @@ class Reading(NamedTuple):
         Number of plots accepted.
     height_m : float
         Height of the track at the last of them, m; NaN if unknown.
-    learnt : Learnt
+    sizes : RegionSizes
         Calibration of ensemble forecasts at that time.
     """
 
     bundle: Bundle
     plots: int
     height_m: float
-    learnt: Learnt = NOTHING_LEARNT
+    sizes: RegionSizes = UNCALIBRATED
 
 
 @dataclass(slots=True)
@@ -170,7 +170,7 @@ class BundlePool:
         kept = self._kept.get(track_id)
         if kept is None:
             return None
-        return Reading(kept.bundle.copy(), kept.plots, kept.height_m, self._scores.learnt)
+        return Reading(kept.bundle.copy(), kept.plots, kept.height_m, self._scores.sizes)
 
     def _push_plot(self, kept: _Kept, plot: np.void, published: Published) -> str:
         placed = self._locator.locate(plot, published)

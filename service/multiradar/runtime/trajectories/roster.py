@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.queries.track_windows import plot_rows
+from multiradar.runtime.engine.plot_rows import plot_rows
 from multiradar.runtime.trajectories.plots import (
     PLOT_DTYPE,
     Published,

@@ -28,7 +28,7 @@ from multiradar.estimation.measurement._kernels import (
 from multiradar.geodesy._kernels import (
     wrap_angle,
 )
-from multiradar.tracking._kernels import differ
+from multiradar.tracking._identity_kernels import differ
 from multiradar.tracking.association._clutter_kernels import log_density_of_clutter
 from multiradar.tracking.association._grid_kernels import (
     CELL_M,
@@ -38,13 +38,13 @@ from multiradar.tracking.association._grid_kernels import (
     locate_plot,
     velocity_error,
 )
-from multiradar.tracking.association._ground_pair_kernels import (
+from multiradar.tracking.association._pair_term_kernels import (
     height_apart,
     height_to_locate,
     log_of_status,
+    log_scan_phase,
     paired_height,
 )
-from multiradar.tracking.association._scan_phase_kernels import log_scan_phase
 from multiradar.tracking.association._young_kernels import (
     is_young,
     log_of_speed,

@@ -24,7 +24,7 @@ from multiradar.estimation.measurement._kernels import (
 from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.geodesy._kernels import C_NORTH, EE, EN, M_EE, M_NN, NE, NN, PE, PN, UE, UN
 from multiradar.geodesy._kernels import HEIGHT as SITE_HEIGHT
-from multiradar.tracking.association._ground_pair_kernels import height_to_locate
+from multiradar.tracking.association._pair_term_kernels import height_to_locate
 from multiradar.tracking.association.track_grid import SPEED_MAX, VELOCITY_ERROR, TrackGrid
 from multiradar.tracking.lifecycle.lifecycle import TENTATIVE, USUAL_SPEED, YOUNG_HITS, Lifecycle
 from multiradar.tracking.roster import MISSING, Roster, RowIdentities

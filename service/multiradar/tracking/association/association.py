@@ -17,10 +17,18 @@ from numpy.typing import NDArray
 from multiradar.estimation.filters.arrays import Model, Result, Rows
 from multiradar.estimation.measurement.kinds import KIND_BEARING
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.tracking._kernels import identify
+from multiradar.tracking._identity_kernels import identify
 from multiradar.tracking.association import track_grid
 from multiradar.tracking.association._association_kernels import find_candidates
+from multiradar.tracking.association._bearing_kernels import assign_bearings
 from multiradar.tracking.association._grid_kernels import fill_grid, release_distant
+from multiradar.tracking.association._initiation_kernels import assign_or_initiate
+from multiradar.tracking.association._lifecycle_kernels import (
+    SHADOW_HITS,
+    find_dropped,
+    update_lifecycles,
+)
+from multiradar.tracking.association._merging_kernels import find_merges
 from multiradar.tracking.association._revolution_kernels import (
     drop_second_azimuths,
     reject_second_azimuths,
@@ -29,30 +37,21 @@ from multiradar.tracking.association._sharing_kernels import SHARE_COLUMNS, shar
 from multiradar.tracking.association.clutter import ClutterMap
 from multiradar.tracking.association.shared_plots import Shares, sharing_rules
 from multiradar.tracking.association.track_grid import Candidates, Gating, RowScores, TrackGrid
-from multiradar.tracking.bearings._bearing_kernels import assign_bearings
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.input.order import RELEASE_STEP_S
-from multiradar.tracking.lifecycle._lifecycle_kernels import (
-    SHADOW_HITS,
-    choose_tracks,
-    find_dropped,
-    update_lifecycles,
-)
-from multiradar.tracking.lifecycle._merging_kernels import find_merges
 from multiradar.tracking.lifecycle.transitions import MERGED, TerminatedTracks
 from multiradar.tracking.pool import AircraftPool
 from multiradar.tracking.roster import ReportedIdentities, RowIdentities
 from multiradar.tracking.settings import (
     BY_IDENTITY,
     BY_PROBABILITY,
+    DEFAULT_PERIOD_S,
     TrackingSettings,
 )
 
 #: Length of a window, s: a power of two, so that its bounds are exact; short beside a scan. The
 #: reorder buffer releases rows in steps of it, so that every window is complete.
 WINDOW_S = RELEASE_STEP_S
-#: Scan period of sensors without a configured one, s.
-DEFAULT_PERIOD_S = 5.0
 #: Data time between two searches for duplicate tracks, s.
 MERGE_STEP_S = 2.0
 #: Additional tests before merging for tracks that were two aircraft, with probabilistic
@@ -262,7 +261,7 @@ class Association:
         )  # fmt: skip
         if unknown < n:
             drop_second_azimuths(first, rows, self._apart, grid, identities, candidates)
-        choose_tracks(
+        assign_or_initiate(
             first, last, self._sensors, reported, rows, self._clutter.log_densities,
             self._speed_variance, pool.aircraft, pool.life, candidates, grid, identities,
             self._scores,

@@ -20,9 +20,9 @@ from multiradar.estimation.filters.arrays import Model
 from multiradar.estimation.filters.bearings_only import DISTANCE_SHARE_MAX
 from multiradar.estimation.measurement.kinds import KIND_BEARING, KIND_RADAR
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.tracking._kernels import identify
+from multiradar.tracking._identity_kernels import identify
 from multiradar.tracking.association.association import Window
-from multiradar.tracking.bearings.bearing_fits import Bounds, locate
+from multiradar.tracking.bearings.bearing_positions import Bounds, locate
 from multiradar.tracking.bearings.waiting_bearings import WaitingBearing, bearing_of_row
 from multiradar.tracking.pool import AircraftPool, Start
 from multiradar.tracking.roster import Roster, RowIdentities

@@ -23,8 +23,8 @@ from multiradar.tracking.encounters._relative_kernels import RARE_SHARE
 from multiradar.tracking.encounters.pairs import velocity_spreads_of
 from multiradar.tracking.encounters.scale_mixture import MEDIAN, UPPER, mixture_scales
 from multiradar.tracking.forecast.forecast_calibration import ForecastCalibration
-from multiradar.tracking.forecast.forecast_scores import HORIZONS_S, ForecastScores
 from multiradar.tracking.forecast.persistent_walk import propagated_covariance
+from multiradar.tracking.forecast.region_sizes import HORIZONS_S, ForecastScores
 from multiradar.tracking.outputs import TrackStates
 
 Floats = NDArray[np.float64]
@@ -79,7 +79,7 @@ def calibrated_paths(
     motion, sizes = _sizes(calibration.scores, at_s)
     means, covariances = calibration.family.paths(motion, states, at_s)
     if sizes is None:
-        covariances = calibration.family.careful_covariances(means[..., :2], states, at_s)
+        covariances = calibration.family.worst_case_covariances(means[..., :2], states, at_s)
     shared = np.zeros((len(states), 4, 4))
     if states.shared is not None:
         shared = states.shared @ states.shared.swapaxes(-1, -2)

@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters.bank import find_filter
 from multiradar.tracking.forecast.forecast_family import ForecastFamily
-from multiradar.tracking.forecast.forecast_scores import (
+from multiradar.tracking.forecast.pending import PendingForecasts
+from multiradar.tracking.forecast.region_sizes import (
     HORIZONS_S,
     ForecastScores,
     Plan,
     standardised,
 )
-from multiradar.tracking.forecast.pending import PendingForecasts
 from multiradar.tracking.forecast.state_samples import SAMPLE_EVERY_S, SAMPLE_TRACKS_MAX, drawn
 from multiradar.tracking.outputs import EngineOutput, StateSample, TrackStates
 from multiradar.tracking.settings import TrackingSettings
@@ -209,7 +209,7 @@ class ForecastCalibration:
         """
         one = states.at(np.array([index]))
         means, covariances = self.family.forecast(plan.motion, one, ahead_s)
-        careful = self.family.careful_covariances(means, one, ahead_s)
+        careful = self.family.worst_case_covariances(means, one, ahead_s)
         known = plan.calibrated[:, None, None]
         covariance = np.where(known, covariances[0], careful[0])
         # The region is not smaller than that of the current position: later updates do not show

@@ -93,7 +93,7 @@ class ForecastFamily:
         rates = np.broadcast_to(fading[..., None] * states.mean[:, None, 2:], means.shape)
         return np.concatenate([means, rates], axis=-1), covariances
 
-    def careful_covariances(self, means: Floats, states: TrackStates, ahead_s: Floats) -> Floats:
+    def worst_case_covariances(self, means: Floats, states: TrackStates, ahead_s: Floats) -> Floats:
         """Return covariances for aircraft that may turn all the time.
 
         Parameters

@@ -20,7 +20,6 @@ from multiradar.estimation.measurement.sensors import (
     SensorTable,
 )
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.tracking.association.association import DEFAULT_PERIOD_S
 from multiradar.tracking.health._health_kernels import count_coverage, gather
 from multiradar.tracking.health.bias_trends import BiasTrends
 from multiradar.tracking.health.health_records import (
@@ -36,7 +35,7 @@ from multiradar.tracking.health.health_tests import noise_ratio, scale_after, sh
 from multiradar.tracking.health.jump_tests import JumpTests
 from multiradar.tracking.pool import AircraftPool
 from multiradar.tracking.roster import RowIdentities
-from multiradar.tracking.settings import TrackingSettings
+from multiradar.tracking.settings import DEFAULT_PERIOD_S, TrackingSettings
 
 Floats = NDArray[np.float64]
 

@@ -13,8 +13,11 @@ from multiradar.tracking.lifecycle._transition_kernels import (
     TransitionRows,
     find_transitions,
 )
-from multiradar.tracking.lifecycle.transitions import NO_TRACK, TerminatedTracks
-from multiradar.tracking.outputs import TrackTransitions
+from multiradar.tracking.lifecycle.transitions import (
+    NO_TRACK,
+    TerminatedTracks,
+    TrackTransitions,
+)
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]

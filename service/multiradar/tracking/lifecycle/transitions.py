@@ -3,10 +3,14 @@
 Compiled functions use the codes; the names are used on the wire.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
+
+from multiradar.tracking.columns import joined_columns
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -89,3 +93,40 @@ class TerminatedTracks(NamedTuple):
             reason=np.concatenate([self.reason, others.reason])[order],
             into=np.concatenate([self.into, others.into])[order],
         )
+
+
+@dataclass(frozen=True, slots=True)
+class TrackTransitions:
+    """One row for each lifecycle transition of a track, in the order of the measurements.
+
+    Attributes
+    ----------
+    time_s : (n,) float64
+        Data time at which it was detected: of a measurement, or of the start of an epoch or window;
+        never decreasing.
+    track_id : (n,) int64
+        The track.
+    transition, reason : (n,) int8
+        Transition and reason, indices into `TRANSITION_NAMES` and `REASON_NAMES`.
+    into_track_id : (n,) int64
+        Track into which it was merged, −1 for none.
+    last_update_s : (n,) float64
+        Data time of the previous update of the track, NaN for none.
+    """
+
+    time_s: NDArray[np.float64]
+    track_id: NDArray[np.int64]
+    transition: NDArray[np.int8]
+    reason: NDArray[np.int8]
+    into_track_id: NDArray[np.int64]
+    last_update_s: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.track_id)
+
+    @classmethod
+    def concatenate(cls, parts: "Sequence[TrackTransitions]") -> "TrackTransitions":
+        """Return the rows of all parts, one after the other."""
+        if len(parts) == 1:
+            return parts[0]
+        return cls(**joined_columns(cls, parts))

@@ -31,7 +31,7 @@ from multiradar.estimation.measurement._kernels import (
 )
 from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.geodesy._kernels import wrap_angle
-from multiradar.tracking.plausibility.report_integrity import (
+from multiradar.tracking.lifecycle.report_integrity import (
     EAST,
     EAST_RATE,
     EVIDENCE_E,

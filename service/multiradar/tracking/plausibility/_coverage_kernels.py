@@ -14,7 +14,7 @@ from multiradar.estimation.filters._kernels import HEIGHT_MAX
 from multiradar.estimation.filters.arrays import Model
 from multiradar.estimation.measurement._kernels import expected_measurement
 from multiradar.estimation.measurement.kinds import KIND_RADAR
-from multiradar.tracking.plausibility.report_integrity import SECTORS, ReportIntegrity, Watch
+from multiradar.tracking.lifecycle.report_integrity import SECTORS, ReportIntegrity, Watch
 from multiradar_compiled.kernels import in_loop
 
 Floats = NDArray[np.float64]

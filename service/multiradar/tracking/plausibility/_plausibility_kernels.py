@@ -14,15 +14,9 @@ from multiradar.estimation.filters._kernels import HEIGHT_MAX, IMPLAUSIBLE_SLOT,
 from multiradar.estimation.filters.arrays import Model, Rows
 from multiradar.estimation.measurement._kernels import is_bearing
 from multiradar.estimation.measurement.kinds import KIND_RADAR
-from multiradar.tracking._kernels import look_up
+from multiradar.tracking._identity_kernels import look_up
 from multiradar.tracking.lifecycle.lifecycle import Lifecycle
-from multiradar.tracking.plausibility._comparison_kernels import common_offset, compare_all, vote
-from multiradar.tracking.plausibility._coverage_kernels import (
-    is_ghost,
-    sector_of,
-    sine_of_elevation,
-)
-from multiradar.tracking.plausibility.report_integrity import (
+from multiradar.tracking.lifecycle.report_integrity import (
     EAST,
     EAST_RATE,
     GHOST,
@@ -39,6 +33,12 @@ from multiradar.tracking.plausibility.report_integrity import (
     WAITING_MAX,
     ReportIntegrity,
     Watch,
+)
+from multiradar.tracking.plausibility._comparison_kernels import common_offset, compare_all, vote
+from multiradar.tracking.plausibility._coverage_kernels import (
+    is_ghost,
+    sector_of,
+    sine_of_elevation,
 )
 from multiradar.tracking.roster import NEW_TRACK, Roster, RowIdentities
 from multiradar_compiled.kernels import in_loop, loop

@@ -15,15 +15,14 @@ from numpy.typing import NDArray
 from multiradar.estimation.bias.store import BiasState
 from multiradar.estimation.filters.arrays import Aircraft, Model, Rows
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.tracking.lifecycle.report_integrity import IMPLAUSIBLE, PLAUSIBLE, SECTORS, Watch
 from multiradar.tracking.plausibility._plausibility_kernels import check_rows, reassign_reports
-from multiradar.tracking.plausibility.report_integrity import IMPLAUSIBLE, PLAUSIBLE, SECTORS, Watch
 from multiradar.tracking.pool import AircraftPool
 from multiradar.tracking.roster import RowIdentities
+from multiradar.tracking.settings import DEFAULT_PERIOD_S
 
 Integers = NDArray[np.int64]
 
-#: Scan period of sensors without a configured one, s.
-DEFAULT_PERIOD_S = 5.0
 #: Time, s, over which an undetected offset is assumed to have changed the velocity.
 CREEP_S = 20.0
 

@@ -15,7 +15,7 @@ from multiradar.estimation.measurement.sensors import (
 from multiradar.runtime.engine import shared_biases
 from multiradar.runtime.engine.digest import OutputDigest
 from multiradar.runtime.engine.engine import Engine
-from multiradar.tracking._kernels import describe
+from multiradar.tracking._identity_kernels import describe
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import BiasRecords, EngineOutput, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings

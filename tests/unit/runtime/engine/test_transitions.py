@@ -8,8 +8,12 @@ import pytest
 from multiradar.runtime.engine.digest import OutputDigest
 from multiradar.runtime.engine.engine import Engine
 from multiradar.tracking.input.measurements import MeasurementBatch
-from multiradar.tracking.lifecycle.transitions import REASON_NAMES, TRANSITION_NAMES
-from multiradar.tracking.outputs import EndedTracks, TrackTransitions
+from multiradar.tracking.lifecycle.transitions import (
+    REASON_NAMES,
+    TRANSITION_NAMES,
+    TrackTransitions,
+)
+from multiradar.tracking.outputs import EndedTracks
 from multiradar.tracking.settings import TrackingSettings
 from support.scenarios.scenes import Flight, Scene, make_scene, random_flights, three_radars
 

@@ -9,8 +9,14 @@ import pytest
 from multiradar import wire
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.memory.track_tally import TrackTally
-from multiradar.tracking.lifecycle.transitions import CONFIRMED, ENDED, NO_TRACK, STARTED
-from multiradar.tracking.outputs import EngineOutput, TrackTransitions, TrackUpdates
+from multiradar.tracking.lifecycle.transitions import (
+    CONFIRMED,
+    ENDED,
+    NO_TRACK,
+    STARTED,
+    TrackTransitions,
+)
+from multiradar.tracking.outputs import EngineOutput, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from support.fakes.engine_outputs import End, Update, output_of
 from support.scenarios.live_scene import recording, sensors

@@ -11,7 +11,7 @@ from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.offline.forecast_table import ForecastTable
 from multiradar.settings.limits import RuntimeLimits
-from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
+from multiradar.tracking.forecast.region_sizes import HORIZONS_S
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.products.forecast import FORECAST_SCHEMA, ForecastRow

@@ -16,10 +16,7 @@ from multiradar.runtime.memory.bias_board import BIAS_DTYPE
 from multiradar.runtime.queries.manoeuvre_planes import plane_of_track
 from multiradar.runtime.queries.parameters import WINDOW_DEFAULT_S
 from multiradar.runtime.queries.registry import MANOEUVRE_PLANE
-from multiradar.runtime.queries.track_windows import (
-    WindowTable,
-    azimuth_bias_sigmas,
-)
+from multiradar.runtime.queries.track_windows import WindowTable, azimuth_bias_sigmas
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch

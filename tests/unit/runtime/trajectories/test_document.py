@@ -6,11 +6,11 @@ import pytest
 from multiradar.errors import TrajectoryError
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.restoration.bundle.bundle import Bundle
+from multiradar.runtime.offline.trajectory_table import table_row
 from multiradar.runtime.queries.parameters import PATH_POINTS
 from multiradar.runtime.trajectories.document import trajectories_of
 from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.runtime.trajectories.pool import Reading
-from multiradar.runtime.trajectories.table import table_row
 from multiradar_schemas.products.trajectories import TRAJECTORY_SCHEMA, Trajectories
 from support.scenarios.flown import S_SHAPE, flight, plots_of
 

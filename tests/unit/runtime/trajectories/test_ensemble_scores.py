@@ -14,7 +14,7 @@ from multiradar.runtime.trajectories.ensemble_scores import (
     PLOTS_EACH,
     EnsembleScores,
 )
-from multiradar.tracking.forecast.forecast_scores import CALIBRATED, HORIZONS_S
+from multiradar.tracking.forecast.region_sizes import CALIBRATED, HORIZONS_S
 from multiradar.tracking.forecast.regions import gaussian_factor
 from multiradar.tracking.forecast.state_samples import SAMPLE_TRACKS_MAX
 
@@ -56,7 +56,7 @@ def taught() -> EnsembleScores:
 
 
 def test_regions_shrink_without_manoeuvres(taught: EnsembleScores) -> None:
-    plan = taught.learnt.plan(HORIZONS_S, 0.95)
+    plan = taught.sizes.plan(HORIZONS_S, 0.95)
     assert plan.calibrated.tolist() == [True, True, True, True, False]
     assert (plan.factor[1:3] < 0.2 * gaussian_factor(0.95)).all()
     assert taught.heard[0] > CALIBRATED
@@ -66,7 +66,7 @@ def test_regions_shrink_without_manoeuvres(taught: EnsembleScores) -> None:
 def test_calibrated_regions_have_their_nominal_containment(taught: EnsembleScores) -> None:
     """The truth is known here; what teaches is the bundle's own word."""
     inside = []
-    plan = taught.learnt.plan(HORIZONS_S, 0.95)
+    plan = taught.sizes.plan(HORIZONS_S, 0.95)
     for number in range(100, 140):
         bundle = flown(100.0 + number % 7, number)
         ensemble = forecast(
@@ -166,5 +166,5 @@ def test_the_order_of_the_tracks_leaves_no_trace() -> None:
                 plot(bundle, number, time_s, random[number])
             scores.evaluate(number, bundle, 180.0)
         scores.settle()
-        learnt.append(scores.learnt.shares)
+        learnt.append(scores.sizes.shares)
     np.testing.assert_array_equal(learnt[0], learnt[1])

@@ -5,9 +5,9 @@ import pytest
 
 from multiradar.estimation.filters.arrays import Aircraft, Rows
 from multiradar.estimation.filters.bank import FILTERS
-from multiradar.tracking._kernels import assign
+from multiradar.tracking._identity_kernels import assign
 from multiradar.tracking.association._grid_kernels import COARSE_SIGMAS, NEAR_COLUMN
-from multiradar.tracking.association._scan_phase_kernels import LOG_OFF_PHASE, log_scan_phase
+from multiradar.tracking.association._pair_term_kernels import LOG_OFF_PHASE, log_scan_phase
 from multiradar.tracking.association._young_kernels import (
     LOG_FAST_MIN,
     LOG_REINITIALISED,

@@ -10,7 +10,7 @@ from multiradar.tracking.encounters._relative_kernels import RARE, USUAL
 from multiradar.tracking.encounters.calibrated_paths import CalibratedPaths, calibrated_paths
 from multiradar.tracking.forecast.forecast_calibration import ForecastCalibration, calibration_for
 from multiradar.tracking.forecast.forecast_family import STRAIGHT
-from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
+from multiradar.tracking.forecast.region_sizes import HORIZONS_S
 from multiradar.tracking.outputs import TrackStates
 from multiradar.tracking.settings import TrackingSettings
 from support.scenarios.encounter_paths import covariance
@@ -70,7 +70,7 @@ def test_without_calibration_any_aircraft_may_turn_all_the_time() -> None:
     calibration, states = calibration_for(SETTINGS), _states()
     paths = calibrated_paths(calibration, states, np.zeros(2), TIMES_S)
     means, _ = calibration.family.forecast(calibration.family.first, states, TIMES_S)
-    careful = calibration.family.careful_covariances(means, states, TIMES_S)
+    careful = calibration.family.worst_case_covariances(means, states, TIMES_S)
     np.testing.assert_allclose(paths.means[..., :2], means)
     for column in (USUAL, RARE):
         np.testing.assert_allclose(

@@ -15,7 +15,7 @@ from multiradar.tracking.forecast.forecast_calibration import (
     ForecastCalibration,
     calibration_for,
 )
-from multiradar.tracking.forecast.forecast_scores import HORIZONS_S, MEMORY
+from multiradar.tracking.forecast.region_sizes import HORIZONS_S, MEMORY
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.outputs import EngineOutput, StateSample
 from multiradar.tracking.settings import TrackingSettings

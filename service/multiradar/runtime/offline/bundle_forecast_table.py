@@ -6,12 +6,12 @@ import numpy as np
 import polars as pl
 
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.runtime.offline.trajectory_table import TrajectoryTable
 from multiradar.runtime.queries.forecast_methods import bundle_path
 from multiradar.runtime.queries.forecasts import forecast_points
 from multiradar.runtime.queries.parameters import PROBABILITY_DEFAULT
 from multiradar.runtime.trajectories.pool import Reading
-from multiradar.runtime.trajectories.table import TrajectoryTable
-from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
+from multiradar.tracking.forecast.region_sizes import HORIZONS_S
 from multiradar.tracking.outputs import EngineOutput
 from multiradar_schemas.products.forecast import FORECAST_SCHEMA
 

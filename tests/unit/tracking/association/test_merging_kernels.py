@@ -12,8 +12,8 @@ from multiradar.runtime.engine.shared_biases import SharedBiases
 from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.association._grid_kernels import fill_grid
+from multiradar.tracking.association._merging_kernels import MEETINGS_NEEDED, find_merges
 from multiradar.tracking.association.track_grid import RULE_COUNT, TrackGrid
-from multiradar.tracking.lifecycle._merging_kernels import MEETINGS_NEEDED, find_merges
 from multiradar.tracking.lifecycle.lifecycle import CONFIRMED, TENTATIVE
 from multiradar.tracking.pool import AircraftPool
 from multiradar.tracking.settings import TrackingSettings

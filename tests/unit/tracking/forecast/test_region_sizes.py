@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from multiradar.tracking.forecast.forecast_scores import (
+from multiradar.tracking.forecast.region_sizes import (
     CALIBRATED,
     HORIZONS_S,
     MEMORY,

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters.arrays import Aircraft, Model
-from multiradar.tracking._kernels import differ
+from multiradar.tracking._identity_kernels import differ
 from multiradar.tracking.association._grid_kernels import CELL_M, bucket_of
 from multiradar.tracking.association.track_grid import TrackGrid
 from multiradar.tracking.lifecycle.lifecycle import BY_IDENTITY, CONFIRMED, TENTATIVE, Lifecycle

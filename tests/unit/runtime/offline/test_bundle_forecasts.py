@@ -9,15 +9,15 @@ import pytest
 from multiradar.errors import ForecastError, TrajectoryError
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.live.publication import Publication
+from multiradar.runtime.offline.bundle_forecast_table import BundleForecasts, BundleForecastTable
+from multiradar.runtime.offline.trajectory_table import TrajectoryTable
 from multiradar.runtime.queries.parameters import BUNDLE, FILTER
 from multiradar.runtime.trajectories import ensemble_scores
 from multiradar.runtime.trajectories.feed import TrajectoryFeed
-from multiradar.runtime.trajectories.forecast_rows import BundleForecasts, BundleForecastTable
 from multiradar.runtime.trajectories.options import TrajectoryOptions
-from multiradar.runtime.trajectories.table import TrajectoryTable
 from multiradar.settings.limits import RuntimeLimits
-from multiradar.tracking.forecast import forecast_scores
-from multiradar.tracking.forecast.forecast_scores import HORIZONS_S
+from multiradar.tracking.forecast import region_sizes
+from multiradar.tracking.forecast.region_sizes import HORIZONS_S
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
@@ -188,7 +188,7 @@ def learning() -> Iterator[Scene]:
     """A scenario long enough, with forecasts frequent enough, for a calibration."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ensemble_scores, "PLOTS_EACH", 4.0)
-        patch.setattr(forecast_scores, "CALIBRATED", 20.0)
+        patch.setattr(region_sizes, "CALIBRATED", 20.0)
         found = Scene(LONG_S, Sampling.DRAWN)
         found.publish(START_S + LONG_S)
         yield found
@@ -222,7 +222,7 @@ def test_the_calibration_does_not_depend_on_the_batches_of_output(
 ) -> None:
     """One of the aircraft is seen every twelve seconds: its last plot is of an earlier epoch."""
     monkeypatch.setattr(ensemble_scores, "PLOTS_EACH", 2.0)
-    monkeypatch.setattr(forecast_scores, "CALIBRATED", 10.0)
+    monkeypatch.setattr(region_sizes, "CALIBRATED", 10.0)
     often = (pl.col("track_number") != MUTE) | (pl.col("time_s") % 12.0 < 4.0)
     rows = recording(200.0).filter(often)
     tables = []
@@ -253,9 +253,9 @@ def test_a_track_that_ends_while_plots_wait_teaches_as_much_as_one_that_ends_lat
         if patient:
             feed.start()
         assert feed.settle(WAIT_TIMEOUT_S)
-        found.append(feed.read(REPORTING).learnt)
+        found.append(feed.read(REPORTING).sizes)
         feed.stop()
     np.testing.assert_array_equal(found[0].shares, found[1].shares)
     assert found[0].calibrated_to_s == found[1].calibrated_to_s >= 10.0
-    before = learning.feed.read(REPORTING).learnt
+    before = learning.feed.read(REPORTING).sizes
     assert not np.array_equal(before.shares, found[0].shares)

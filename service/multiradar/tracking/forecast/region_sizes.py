@@ -61,7 +61,7 @@ class Plan(NamedTuple):
     single: float
 
 
-class Learnt(NamedTuple):
+class RegionSizes(NamedTuple):
     """Calibration at some time; immutable.
 
     Attributes
@@ -83,11 +83,11 @@ class Learnt(NamedTuple):
         one = gaussian_factor(probability)
         single = np.log(one)
         chosen = self.motion if motion is None else motion
-        learnt = np.log(_quantiles(self.shares[chosen], probability))
+        factors = np.log(_quantiles(self.shares[chosen], probability))
         ahead = np.asarray(ahead_s, np.float64)
         # Logarithms of factors are interpolated linearly over the logarithm of time.
         knots = np.log1p(np.r_[0.0, HORIZONS_S] / HORIZONS_S[0])
-        factor = np.interp(np.log1p(ahead / HORIZONS_S[0]), knots, np.r_[single, learnt])
+        factor = np.interp(np.log1p(ahead / HORIZONS_S[0]), knots, np.r_[single, factors])
         calibrated = ahead <= self.calibrated_to_s
         return Plan(chosen, calibrated, np.exp(np.where(calibrated, factor, single)), one)
 
@@ -124,7 +124,7 @@ class ForecastScores:
         return self._settled.motion
 
     @property
-    def learnt(self) -> Learnt:
+    def sizes(self) -> RegionSizes:
         """The present calibration."""
         return self._settled
 
@@ -189,7 +189,7 @@ class ForecastScores:
             scale = _quantiles(shares[:, counted], probability) / gaussian_factor(probability)
             cost += np.log(scale).sum(axis=1) / len(COMPARED)
         enough = int(np.cumprod(self._heard > CALIBRATED).sum())
-        self._settled = Learnt(
+        self._settled = RegionSizes(
             shares,
             int(np.argmin(cost)) if counted[0] else self._first_motion,
             # The longest calibrated horizon is taken to hold beyond it.

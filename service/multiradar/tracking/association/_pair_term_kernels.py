@@ -1,7 +1,13 @@
-"""Compiled parts of the association that depend on the ground status of plots and tracks.
+"""Compiled terms of the score of a plot and a track: ground status, and rotation of the antenna.
 
 Symbols as in `multiradar.tracking.association._association_kernels`.
+
+References
+----------
+The project's own: a rotating antenna detects an aircraft once per scan.
 """
+
+import math
 
 import numpy as np
 
@@ -21,6 +27,11 @@ from multiradar_compiled.kernels import in_loop
 STATUS_DIFFERENT = -4.0
 # Difference of a pressure altitude and the height of the surface, m, by pressure.
 PRESSURE_OFF_M = 400.0
+# A plot with a larger deviation from a whole number of scans is unlikely to be of the aircraft.
+PHASE_OFF = 0.2
+# After more scans the phase is not known well enough.
+PHASE_SCANS_MAX = 3.5
+LOG_OFF_PHASE = -4.0
 
 
 @in_loop
@@ -60,3 +71,17 @@ def log_of_status(reported: int, status: int) -> float:
     """Return the score of the statuses of a plot and a track."""
     contradict = reported != UNKNOWN and status != UNKNOWN and reported != status
     return STATUS_DIFFERENT if contradict else 0.0
+
+
+@in_loop
+def log_scan_phase(since: float, period: float) -> float:
+    """Return the score of the time since the last plot of a track by the same sensor.
+
+    ``period`` is 0 where the scan period is unknown.
+    """
+    score = 0.0
+    if since < PHASE_SCANS_MAX * period:
+        scans = since / period
+        if abs(scans - math.floor(scans + 0.5)) > PHASE_OFF:
+            score = LOG_OFF_PHASE
+    return score
