@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from multiradar.clock import SystemClock
+from support.asterix.octets import datagram, pcap
 from support.asterix.scene import datagrams
 from support.inputs.dumps import pairs, part_of_sample, write_dump
 from support.paths import ROOT
@@ -91,7 +92,8 @@ def runs() -> Iterator[Run]:
     """Yield all runs, each after what it builds on."""
     yield Run("convert vid", "", lambda _, out: ["convert", "vid", str(SAMPLE), str(out)])
     yield Run("convert vid", "", lambda i, out: ["convert", "vid", str(i / "pairs"), str(out)])
-    yield Run("convert asterix", "", convert("asterix", "plots.ast"))
+    for file in ("plots.ast", "plots.pcap"):
+        yield Run("convert asterix", "", convert("asterix", file))
     for file in ("list.json", "columns.csv"):
         yield Run("convert adsb", "", convert("adsb", file))
     for name in FILTERS:
@@ -147,8 +149,9 @@ def make_inputs(folder: Path) -> None:
     command("simulate", "bearings-only", "--out", str(folder / "bearings"))
     write_dump(folder / "pairs", part_of_sample(500), pairs())
     (folder / "probabilistic.toml").write_text('[tracking]\nassociation = "probabilistic"\n')
-    octets = b"".join(one for _, one in datagrams(30_000.0, 20))
-    (folder / "plots.ast").write_bytes(octets)
+    sent = list(datagrams(30_000.0, 20))
+    (folder / "plots.ast").write_bytes(b"".join(one for _, one in sent))
+    (folder / "plots.pcap").write_bytes(pcap((time_s, datagram(one)) for time_s, one in sent))
     reports = [
         {"timestamp": 1e9 + i, "icao24": "4b1234", "latitude": 47.0 + 0.001 * i, "longitude": 8.0,
          "altitude": 30_000.0}
