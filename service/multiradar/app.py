@@ -28,10 +28,10 @@ from multiradar.ingest.feeds.configured import asterix_stream, configured_feeds
 from multiradar.ingest.http import IntakeBounds, measurement_routes
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.options import ZenohOptions
-from multiradar.observability.asterix_metrics import watch_asterix
-from multiradar.observability.feed_metrics import watch_feeds
-from multiradar.observability.metrics import REGISTRY
-from multiradar.observability.pipeline_metrics import watch_pipeline
+from multiradar.observability.asterix_metrics import AsterixCollector
+from multiradar.observability.feed_metrics import FeedCollector
+from multiradar.observability.metrics import REGISTRY, watch
+from multiradar.observability.pipeline_metrics import PipelineCollector
 from multiradar.runtime.asterix.channel import Channel
 from multiradar.runtime.asterix.options import channel_options
 from multiradar.runtime.engine.engine import Engine
@@ -149,11 +149,11 @@ class Application:
         _log.info("started", http=self.http_url)
 
     def _watch(self) -> None:
-        unwatch = [watch_pipeline(REGISTRY, self.service.view.status)]
+        unwatch = [watch(REGISTRY, PipelineCollector(self.service.view.status))]
         if self._asterix is not None:
-            unwatch.append(watch_asterix(REGISTRY, self._asterix.counts.document))
+            unwatch.append(watch(REGISTRY, AsterixCollector(self._asterix.counts.document)))
         if self._feeds is not None:
-            unwatch.append(watch_feeds(REGISTRY, self._feeds.counts.document))
+            unwatch.append(watch(REGISTRY, FeedCollector(self._feeds.counts.document)))
         self._unwatch = lambda: [end() for end in unwatch]
 
     # In parallel processes, before this process would compile the same kernels one by one.

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from prometheus_client import CollectorRegistry
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
 
@@ -104,25 +103,3 @@ def _clock_metrics(clocks: dict[str, dict[str, Any]]) -> Iterator[Metric]:
         for alarm in TIME_ALARMS:
             alarms.add_metric([sensor, alarm], one["alarm"] == alarm)
     yield alarms
-
-
-def watch_asterix(
-    registry: CollectorRegistry, counts: Callable[[], dict[str, Any]]
-) -> Callable[[], None]:
-    """Register the metrics of listeners; return the function that unregisters them.
-
-    Parameters
-    ----------
-    registry : CollectorRegistry
-        The registry.
-    counts : callable
-        Returns the document of `AsterixCounts`.
-
-    Returns
-    -------
-    callable
-        Unregisters the metrics.
-    """
-    collector = AsterixCollector(counts)
-    registry.register(collector)
-    return lambda: registry.unregister(collector)

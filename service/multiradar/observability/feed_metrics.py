@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from prometheus_client import CollectorRegistry
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
 
@@ -90,25 +89,3 @@ def _clock_metrics(feeds: dict[str, dict[str, Any]]) -> Iterator[Metric]:
                 if one[figure] is not None:
                     family.add_metric([feed, sensor], one[figure])
         yield family
-
-
-def watch_feeds(
-    registry: CollectorRegistry, counts: Callable[[], dict[str, Any]]
-) -> Callable[[], None]:
-    """Register the metrics of feeds; return the function that unregisters them.
-
-    Parameters
-    ----------
-    registry : CollectorRegistry
-        The registry.
-    counts : callable
-        Returns the document of `FeedCounts`.
-
-    Returns
-    -------
-    callable
-        Unregisters the metrics.
-    """
-    collector = FeedCollector(counts)
-    registry.register(collector)
-    return lambda: registry.unregister(collector)

@@ -4,6 +4,8 @@ Labels have few values: routes by template, codes from the documented lists. The
 path, an identity or other data chosen by a client.
 """
 
+from collections.abc import Callable
+
 from prometheus_client import (
     CollectorRegistry,
     Counter,
@@ -12,6 +14,7 @@ from prometheus_client import (
     ProcessCollector,
     generate_latest,
 )
+from prometheus_client.registry import Collector
 
 REGISTRY = CollectorRegistry()
 ProcessCollector(registry=REGISTRY)
@@ -62,6 +65,12 @@ STREAM_GAPS = Counter(
     ["transport"],
     registry=REGISTRY,
 )
+
+
+def watch(registry: CollectorRegistry, collector: Collector) -> Callable[[], None]:
+    """Register a collector; return the function that unregisters it."""
+    registry.register(collector)
+    return lambda: registry.unregister(collector)
 
 
 def exposition() -> bytes:

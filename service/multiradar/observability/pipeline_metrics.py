@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from prometheus_client import CollectorRegistry
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
 
@@ -71,25 +70,3 @@ class PipelineCollector(Collector):
             value = status.get(name)
             if value is not None:
                 yield GaugeMetricFamily(f"multiradar_{name}", meaning, float(value))
-
-
-def watch_pipeline(
-    registry: CollectorRegistry, status: Callable[[], dict[str, Any]]
-) -> Callable[[], None]:
-    """Register the metrics of a pipeline; return the function that unregisters them.
-
-    Parameters
-    ----------
-    registry : CollectorRegistry
-        The registry.
-    status : callable
-        Returns the status of the service.
-
-    Returns
-    -------
-    callable
-        Unregisters the metrics.
-    """
-    collector = PipelineCollector(status)
-    registry.register(collector)
-    return lambda: registry.unregister(collector)

@@ -4,7 +4,8 @@ from typing import Any
 
 from prometheus_client import CollectorRegistry, generate_latest
 
-from multiradar.observability.pipeline_metrics import watch_pipeline
+from multiradar.observability.metrics import watch
+from multiradar.observability.pipeline_metrics import PipelineCollector
 
 
 def test_the_metrics_follow_the_status_until_they_are_unregistered() -> None:
@@ -18,7 +19,7 @@ def test_the_metrics_follow_the_status_until_they_are_unregistered() -> None:
         "journal_sequence": 3,
     }
     registry = CollectorRegistry()
-    unwatch = watch_pipeline(registry, lambda: status)
+    unwatch = watch(registry, PipelineCollector(lambda: status))
     text = generate_latest(registry).decode()
     assert 'multiradar_measurements_total{result="accepted"} 5.0' in text
     assert 'multiradar_outcomes_total{outcome="updated"} 4.0' in text

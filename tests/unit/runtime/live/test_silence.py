@@ -7,7 +7,8 @@ import pytest
 from prometheus_client import CollectorRegistry, generate_latest
 
 from multiradar.clock import FixedClock
-from multiradar.observability.pipeline_metrics import watch_pipeline
+from multiradar.observability.metrics import watch
+from multiradar.observability.pipeline_metrics import PipelineCollector
 from multiradar.runtime.live.service import Service
 from multiradar.runtime.live.silence import WITHOUT_SCANS_S
 from multiradar.storage.memory_journal import MemoryJournal
@@ -37,7 +38,7 @@ def running(request: pytest.FixtureRequest) -> Iterator[tuple[Service, FixedCloc
 
 def _metrics(service: Service) -> str:
     registry = CollectorRegistry()
-    watch_pipeline(registry, service.view.status)
+    watch(registry, PipelineCollector(service.view.status))
     return generate_latest(registry).decode()
 
 
