@@ -65,7 +65,7 @@ class Described(NamedTuple):
         Row numbers.
     described : (m, 6) float64
         Latitude, longitude, speed, heading, sigma of position and of velocity from
-        `tracking._kernels.describe`.
+        `tracking._identity_kernels.describe`.
     confirmed : (m,) bool
         Whether the track is confirmed.
     first : int
