@@ -6,7 +6,7 @@ import pytest
 
 from multiradar.evaluation.smoothing.reference import smoothed_reference
 from multiradar.runtime.engine.engine import Engine
-from multiradar.runtime.queries.track_windows import plot_rows
+from multiradar.runtime.engine.plot_rows import plot_rows
 from multiradar.runtime.trajectories.plots import PLOT_DTYPE
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch, sensor_table
