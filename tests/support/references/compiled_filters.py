@@ -19,7 +19,7 @@ from multiradar.estimation.measurement.kinds import (
 )
 from multiradar.estimation.measurement.linearised import cartesian_plot
 from multiradar.tracking.delays import delays
-from multiradar.tracking.model import bias_columns, filter_model
+from multiradar.tracking.model import bias_columns, filter_model, with_biases
 from multiradar.tracking.settings import TrackingSettings
 from support.references.reference_filters import Observation
 from support.scenarios.scenes import Scene, flat_sites
@@ -65,13 +65,15 @@ class CompiledFilter:
     ) -> None:
         self._form = form
         self._sites = flat_sites(scene.plane, scene.sensors)
-        self._sensors, self._plane, self._settings = scene.sensors, scene.plane, settings
+        self._sensors = scene.sensors
         self._definition = find_filter(settings.filter_name)
         self._by_epochs = by_epochs
         self._book = BiasEstimator(scene.sensors, self._definition)
         columns, delayed = bias_columns(scene.sensors), bool(scene.sensors.delayed.any())
         self._information, self._vector = np.zeros((1, columns, columns)), np.zeros((1, columns))
-        self._load()
+        self._model = filter_model(scene.sensors, settings, scene.plane, self._book.state)
+        if form != "ellipsoid":
+            self._model.sites[:, :2] = self._sites
         modes = len(self._model.modes)
         self.arrays = self._definition.aircraft(slots, columns, len(scene.sensors), modes, delayed)
 
@@ -163,6 +165,4 @@ class CompiledFilter:
         return cartesian_plot(self._sites[observation.radar], *observation.value)
 
     def _load(self) -> None:
-        self._model = filter_model(self._sensors, self._settings, self._plane, self._book.state)
-        if self._form != "ellipsoid":
-            self._model.sites[:, :2] = self._sites
+        self._model = with_biases(self._model, self._book.state)
