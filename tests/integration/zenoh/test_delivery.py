@@ -6,9 +6,15 @@ import threading
 
 import pytest
 
-from support.processes.waiting import join, pause, wait_until
+from multiradar.ingest.zenoh import joining
+from support.processes.waiting import WAIT_TIMEOUT_S, join, pause, wait_until
 from support.processes.zenoh_subscriber import SubscriberProcess
 from support.scenarios.zenoh_scene import StreamingView, connections, gateway
+
+_PATIENT = {
+    "QUERY_GAP_S": 2.0, "QUERY_GAP_MAX_S": 5.0, "WAIT_MAX_S": WAIT_TIMEOUT_S,
+    "ALLOWANCE_MAX_S": WAIT_TIMEOUT_S,
+}  # fmt: skip
 
 
 def complete(result: dict[str, int], expect: int) -> bool:
@@ -35,7 +41,12 @@ def test_a_subscriber_that_joins_when_all_is_over_gets_every_update() -> None:
 
 
 @pytest.mark.parametrize("detect", [True, False])
-def test_a_subscriber_that_joins_while_updates_flow_gets_every_update(detect: bool) -> None:
+def test_a_subscriber_that_joins_while_updates_flow_gets_every_update(
+    monkeypatch: pytest.MonkeyPatch, detect: bool
+) -> None:
+    # The service waits for a time, not for a subscriber; beside other work these take long.
+    for name, limit_s in _PATIENT.items():
+        monkeypatch.setattr(joining, name, limit_s)
     view = StreamingView()
     before, count = 15_000, 35_000
     with gateway(view) as running:
