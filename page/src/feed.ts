@@ -76,6 +76,13 @@ export class Feed {
     return nowMs - this.answeredMs > LOST_MS;
   }
 
+  /** Since how long no sensor has delivered, s; null while data come, and for a replay. */
+  get silenceS(): number | null {
+    const { alarms, silence_s: silence } = this.status;
+    const ceased = Array.isArray(alarms) && alarms.includes("no_data");
+    return ceased && typeof silence === "number" ? silence : null;
+  }
+
   /** When the service answered last, as `performance.now`. */
   get lastAnswerMs(): number {
     return this.answeredMs;

@@ -112,7 +112,7 @@ export class Picture {
     void this.loadLand();
     const draw = () => {
       this.centre();
-      this.element.classList.toggle("lost", feed.isLost(performance.now()));
+      this.element.classList.toggle("lost", feed.isLost(performance.now()) || feed.silenceS !== null);
       this.draw(false);
       requestAnimationFrame(draw);
     };

@@ -11,6 +11,10 @@ export function banner({ feed }: App): TemplateResult | typeof nothing {
     const since = (performance.timeOrigin + feed.lastAnswerMs) / 1000;
     return html`<p role="alert">No answer from the service since ${utc(since)} UTC. The picture is out of date. ${feed.problem}</p>`;
   }
+  const silence = feed.silenceS;
+  if (silence !== null) {
+    return html`<p role="alert">No measurement of any sensor for ${silence.toFixed(0)} s: all tracks are stale.</p>`;
+  }
   if (feed.problem !== "") return html`<p role="alert">${feed.problem}</p>`;
   return nothing;
 }

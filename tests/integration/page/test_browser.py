@@ -3,7 +3,7 @@
 from typing import Any
 
 import polars as pl
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 from integration.page.conftest import Air
 from support.processes.waiting import wait_until
@@ -186,3 +186,19 @@ def test_an_empty_sky_is_shown_as_one(page: Page, tmp_path: Any) -> None:
         settled(page, f"{STORE}.tracks.length > 10")
     finally:
         empty.application.stop()
+
+
+def test_total_silence_is_said_and_seen(page: Page, air: Air) -> None:
+    silent = {"alarms": ["no_data"], "silence_s": 75.4}
+
+    def without_data(route: Route) -> None:
+        route.fulfill(json={**route.fetch().json(), **silent})
+
+    page.route("**/v1/status", without_data)
+    opened(page, air)
+    alert = page.get_by_role("alert")
+    expect(alert).to_have_text("No measurement of any sensor for 75 s: all tracks are stale.")
+    expect(page.locator(".picture.lost")).to_have_count(1)
+    silent["alarms"] = []
+    expect(alert).to_have_count(0)
+    expect(page.locator(".picture.lost")).to_have_count(0)
