@@ -238,7 +238,7 @@ height_m = 500.0
     assert batch.sensor.tolist() == [0, 0]
     assert rejected.index.tolist() == [2]
     other = text.replace("41-10", "45-10").replace("source = 41", "source = 45")
-    with pytest.raises(SchemaError, match="once, was twice 43-10"):
+    with pytest.raises(SchemaError, match="two sensors are named 43-10"):
         parse_sensors(text + other)
 
 
