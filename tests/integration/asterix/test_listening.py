@@ -139,7 +139,8 @@ def test_a_hostile_datagram_is_quarantined_and_the_next_one_is_read(
     assert heard["octets_quarantined"] == len(content)
     (reject,) = clients.get(f"{application.http_url}/v1/rejects").json()["rejects"]
     assert reject["reason"].startswith("one, datagram 1, octet 0: ")
-    assert content.startswith(bytes.fromhex(reject["raw"]))
+    # Of long ones the beginning is kept.
+    assert content.startswith(bytes.fromhex(reject["raw"].partition("…")[0]))
 
 
 def test_an_unavailable_address_is_reported(serving: Callable[..., Application]) -> None:

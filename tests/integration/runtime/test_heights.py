@@ -133,9 +133,10 @@ def test_two_radars_estimate_the_height_of_an_aircraft_without_mode_c(
     assert found.place_rms_m < 90.0
 
 
-# The modes of imm follow the error of the assumed height, too: its tail is longer.
+# The modes of imm follow the error of the assumed height, too: its tail is longer, and with rarer
+# turns the longer (0.7 % of the positions before, 1.8 % since).
 @pytest.mark.parametrize(
-    ("name", "nees", "beyond"), [("two-stage", 1.0, 0.002), ("imm", 1.1, 0.01)]
+    ("name", "nees", "beyond"), [("two-stage", 1.0, 0.002), ("imm", 1.1, 0.02)]
 )
 def test_the_height_is_unobservable_from_one_radar(
     tmp_path: Path, name: str, nees: float, beyond: float
