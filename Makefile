@@ -4,8 +4,7 @@ VENV := .venv
 SOURCES := service:converters:schemas:compiled
 FUZZ_SECONDS ?= 120
 BIN := $(VENV)/bin
-# Modules are compiled when first imported: half of them never are.
-PIP = $(BIN)/pip install --quiet --disable-pip-version-check --no-compile
+PIP = $(BIN)/pip install --quiet --disable-pip-version-check
 RUNNABLE := $(VENV)/.runnable
 READY := $(VENV)/.ready
 
@@ -24,7 +23,9 @@ $(RUNNABLE): constraints-run.txt
 	@touch $@
 
 $(READY): $(RUNNABLE) constraints.txt pyproject.toml
-	$(PIP) --require-hashes --requirement constraints.txt
+	# Tools compile their modules when they import them. Commands start slowly without it where
+	# Python may not write bytecode.
+	$(PIP) --no-compile --require-hashes --requirement constraints.txt
 	$(PIP) --no-deps --no-build-isolation --editable .
 	@touch $@
 

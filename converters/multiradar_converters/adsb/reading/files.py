@@ -48,6 +48,10 @@ COLUMNS_BYTES_MAX = 1 << 26
 #: Number of first records from which the layout is detected.
 _SAMPLES = 200
 _COLUMNS = re.compile(rb'\s*\{\s*"(?:[^"\\]|\\.)*"\s*:\s*\{')
+#: A list of records as the first member of an object, as interfaces of web services give it.
+_WRAPPED = re.compile(rb'\s*\{\s*"(?:[^"\\]|\\.)*"\s*:\s*\[\s*\{')
+#: Forms that other members of an object may follow.
+_WITHIN_OBJECTS = ("trace", "wrapped list")
 _SEPARATORS = (b",", b";", b"\t")
 
 
@@ -124,10 +128,7 @@ def open_source(path: Path, progress: Callable[[int], None], utc_offset_s: float
         return _feed(form, file, unpacked, itertools.chain([head], blocks), utc_offset_s)
     if first != b"{":
         return _csv(file, unpacked, head, blocks)
-    if _COLUMNS.match(head):
-        return _of_columns(file, unpacked, head, blocks)
-    elements = Elements(_before(unpacked, head))
-    return _json("lines", file, unpacked, elements, itertools.chain([head], blocks))
+    return _objects(file, unpacked, head, blocks)
 
 
 def _whole_line(head: bytes, blocks: Iterator[bytes]) -> bytes:
@@ -145,10 +146,21 @@ def _before(unpacked: Unpacked, head: bytes) -> int:
     return unpacked.text_bytes - len(head)
 
 
-def _list(file: str, unpacked: Unpacked, head: bytes, blocks: Iterator[bytes]) -> Source:
+def _list(
+    file: str, unpacked: Unpacked, head: bytes, blocks: Iterator[bytes], form: str = "list"
+) -> Source:
     begin = head.index(b"[") + 1
     elements = Elements(_before(unpacked, head) + begin)
-    return _json("list", file, unpacked, elements, itertools.chain([head[begin:]], blocks))
+    return _json(form, file, unpacked, elements, itertools.chain([head[begin:]], blocks))
+
+
+def _objects(file: str, unpacked: Unpacked, head: bytes, blocks: Iterator[bytes]) -> Source:
+    if _WRAPPED.match(head):
+        return _list(file, unpacked, head, blocks, "wrapped list")
+    if _COLUMNS.match(head):
+        return _of_columns(file, unpacked, head, blocks)
+    elements = Elements(_before(unpacked, head))
+    return _json("lines", file, unpacked, elements, itertools.chain([head], blocks))
 
 
 def _json(
@@ -186,7 +198,7 @@ def _element_pieces(
         fault = Fault(unpacked.text_bytes, b"", RejectCode.TRUNCATED, why)
     if fault is not None:
         yield _fault_piece(fault)
-    if elements.rest and form != "trace":
+    if elements.rest and form not in _WITHIN_OBJECTS:
         reason = "expected nothing after the list"
         yield _fault_piece(
             Fault(elements.rest_place, elements.rest, RejectCode.MALFORMED_JSON, reason)
