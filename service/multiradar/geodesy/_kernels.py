@@ -27,6 +27,7 @@ from multiradar.geodesy.wgs84 import (
     curvatures,
     enu_rotation,
     geodetic_to_ecef,
+    rotated,
 )
 from multiradar_compiled.kernels import in_both, in_loop, kernel
 from multiradar_compiled.lane_kernels import Numbers, chosen, root
@@ -77,8 +78,9 @@ def site_parameters(
     rotation = enu_rotation(centre_latitude, plane[LON])
     centre = geodetic_to_ecef(centre_latitude, plane[LON], 0.0)
     result = np.empty(15)
-    result[PE : PU + 1] = rotation @ (geodetic_to_ecef(latitude, longitude, height) - centre)
-    result[EE : UU + 1] = (enu_rotation(latitude, longitude) @ rotation.T).ravel()
+    line = geodetic_to_ecef(latitude, longitude, height) - centre
+    result[PE : PU + 1] = rotated(rotation, line)
+    result[EE : UU + 1] = rotated(rotation, enu_rotation(latitude, longitude)).ravel()
     result[HEIGHT] = height
     result[C_NORTH], result[C_EAST] = curvatures(latitude)
     return result

@@ -8,6 +8,7 @@ from multiradar.geodesy.wgs84 import (
     ecef_to_geodetic,
     enu_rotation,
     geodetic_to_ecef,
+    rotated,
 )
 
 # The error falls to a hundredth with each step, from some tens of metres.
@@ -45,7 +46,7 @@ def slant_range_azimuth(
     """
     rotation = enu_rotation(site[0], site[1])
     line = geodetic_to_ecef(latitude_rad, longitude_rad, height_m) - geodetic_to_ecef(*site)
-    east, north, up = np.moveaxis(line @ rotation.T, -1, 0)
+    east, north, up = np.moveaxis(rotated(rotation, line), -1, 0)
     ground = np.hypot(east, north)
     azimuth = np.mod(np.arctan2(east, north), 2.0 * np.pi)
     # np.mod of a tiny negative number rounds to 2π itself.
@@ -90,7 +91,7 @@ def polar_to_geodetic(
             cosine = np.sqrt(np.maximum(1.0 - sine**2, 0.0))
             line = np.stack([cosine * np.sin(azimuth), cosine * np.cos(azimuth), sine], axis=-1)
             latitude, longitude, found = ecef_to_geodetic(
-                origin + (range_m[..., None] * line) @ rotation
+                origin + rotated(rotation.T, range_m[..., None] * line)
             )
             sine = np.clip(sine + (height - found) / range_m, -1.0, 1.0)
     return latitude, longitude

@@ -19,7 +19,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from multiradar.errors import ConfigurationError, OutsidePlaneError
 from multiradar.geodesy import _kernels as kernels
-from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation, geodetic_to_ecef
+from multiradar.geodesy.wgs84 import (
+    ecef_to_geodetic,
+    enu_rotation,
+    geodetic_to_ecef,
+    rotated,
+)
 
 #: Largest angle between the verticals at the centre and at a foot, degrees.
 ANGLE_MAX_DEG = 60.0
@@ -130,7 +135,7 @@ class SystemPlane:
         self._require_inside(cosine, latitude, longitude, "position (rad)")
         rotation = enu_rotation(self.latitude_rad, self.longitude_rad)
         centre = geodetic_to_ecef(self.latitude_rad, self.longitude_rad, 0.0)
-        foot = (geodetic_to_ecef(latitude, longitude, 0.0) - centre) @ rotation.T
+        foot = rotated(rotation, geodetic_to_ecef(latitude, longitude, 0.0) - centre)
         return foot[..., 0], foot[..., 1]
 
     def to_geodetic(
@@ -159,7 +164,7 @@ class SystemPlane:
         centre = geodetic_to_ecef(self.latitude_rad, self.longitude_rad, 0.0)
         rotation = enu_rotation(self.latitude_rad, self.longitude_rad)
         latitude, longitude, _ = ecef_to_geodetic(
-            centre + np.stack([east, north, up], axis=-1) @ rotation
+            centre + rotated(rotation.T, np.stack([east, north, up], axis=-1))
         )
         return latitude, longitude
 
@@ -203,8 +208,9 @@ class SystemPlane:
         )
         latitude, longitude = self.to_geodetic(east, north)
         rotation = enu_rotation(self.latitude_rad, self.longitude_rad)
-        level = enu_rotation(latitude, longitude)[..., :2, :] @ rotation.T
-        return np.asarray(level @ np.stack([by_east, by_north], axis=-1))
+        level = enu_rotation(latitude, longitude)[..., :2, :]
+        slopes = [rotated(level, rotated(rotation.T, slope)) for slope in (by_east, by_north)]
+        return np.stack(slopes, axis=-1)
 
     def ground_velocity(
         self,
@@ -282,7 +288,7 @@ class SystemPlane:
     # Cosine of the angle between the verticals of positions and that of the centre.
     def _cosine(self, latitude_rad: ArrayLike, longitude_rad: ArrayLike) -> NDArray[np.float64]:
         upright = enu_rotation(self.latitude_rad, self.longitude_rad)[2]
-        return np.asarray(enu_rotation(latitude_rad, longitude_rad)[..., 2, :] @ upright)
+        return rotated(upright[None], enu_rotation(latitude_rad, longitude_rad)[..., 2, :])[..., 0]
 
     # Broadcast coordinates and half the gradient of the quadric at the foot, (..., 3).
     def _gradient(

@@ -125,6 +125,26 @@ def enu_rotation(latitude_rad: ArrayLike, longitude_rad: ArrayLike) -> NDArray[n
     return np.stack([east, north, up], axis=-2)
 
 
+def rotated(rotation: NDArray[np.float64], vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return vectors in other axes.
+
+    Parameters
+    ----------
+    rotation : (..., k, 3) float64
+        Rows are unit vectors.
+    vectors : (..., 3) float64
+        Broadcast with it.
+
+    Returns
+    -------
+    (..., k) float64
+        The components along the rows. The sums have one order on every processor, other than
+        those of a matrix product, which determines the last bits of all output.
+    """
+    turned: NDArray[np.float64] = np.einsum("...ij,...j->...i", rotation, vectors)
+    return turned
+
+
 def curvatures(latitude_rad: float) -> tuple[float, float]:
     """Return the curvatures of the ellipsoid along the meridian and across it.
 

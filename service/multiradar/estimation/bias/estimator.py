@@ -4,7 +4,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.bias._kernels import fold_biases
-from multiradar.estimation.bias.store import BiasState, add_information, drift, prior, widened
+from multiradar.estimation.bias.store import (
+    BiasState,
+    add_information,
+    drift,
+    multiplied,
+    prior,
+    widened,
+)
 from multiradar.estimation.filters.arrays import Aircraft
 from multiradar.estimation.filters.bank import FilterDefinition
 from multiradar.estimation.filters.two_stage._two_stage_kernels import apply_bias_drift
@@ -168,8 +175,8 @@ class BiasEstimator:
         self.state, gain = drift(self.state, rates, duration_s)
         if self._definition.keeps_sensitivity:
             started = np.flatnonzero(~np.isnan(aircraft.time))
-            complement = self.state.estimate - gain @ self.state.estimate
-            spread = gain @ np.diag(rates**2 * duration_s)
+            complement = self.state.estimate - multiplied(gain, self.state.estimate)
+            spread = gain * (rates**2 * duration_s)
             columns = aircraft.sensitivity.shape[2]
             apply_bias_drift(
                 started, aircraft, np.append(complement, np.zeros(columns - len(complement))),

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.bias._matrix_kernels import inverse_by_root, multiply, triangular_root
 from multiradar.estimation.measurement.sensors import SensorTable
 
 Floats = NDArray[np.float64]
@@ -98,7 +99,8 @@ def add_information(state: BiasState, information: Floats, vector: Floats) -> Bi
     old = symmetric_inverse(state.covariance / scale)
     new = old + information * scale
     covariance = symmetric_inverse(new)
-    shift = covariance @ ((vector - information @ state.estimate) * state.scale)
+    news = vector - multiplied(information, state.estimate)
+    shift = multiplied(covariance, news * state.scale)
     return replace(
         state,
         estimate=state.estimate + shift * state.scale,
@@ -133,7 +135,7 @@ def drift(state: BiasState, rates: Floats, duration_s: float) -> tuple[BiasState
     """
     scale = np.outer(state.scale, state.scale)
     walked = state.covariance + np.diag(rates**2 * duration_s)
-    gain = (state.covariance / scale) @ symmetric_inverse(walked / scale)
+    gain = multiply(state.covariance / scale, symmetric_inverse(walked / scale))
     gain *= state.scale[:, None] / state.scale[None, :]
     return replace(state, covariance=walked), gain
 
@@ -185,6 +187,51 @@ def symmetric_inverse(matrix: Floats) -> Floats:
     N. J. Higham, "Accuracy and Stability of Numerical Algorithms", 2nd edition, SIAM 2002, chapters
     10 and 14: the inverse from the Cholesky factor.
     """
-    root = np.linalg.cholesky(matrix)
-    half = np.linalg.solve(root, np.eye(len(matrix)))
-    return half.T @ half
+    return inverse_by_root(symmetric_root(matrix))
+
+
+def symmetric_root(matrix: Floats) -> Floats:
+    """Return the upper triangular U with UᵀU = matrix, the transposed Cholesky factor.
+
+    Parameters
+    ----------
+    matrix : (c, c) float64
+        The matrix.
+
+    Returns
+    -------
+    (c, c) float64
+        U, with a positive diagonal.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        If the matrix is not positive definite.
+
+    References
+    ----------
+    N. J. Higham, "Accuracy and Stability of Numerical Algorithms", 2nd edition, SIAM 2002, chapter
+    10: the Cholesky factorisation.
+    """
+    root = triangular_root(np.ascontiguousarray(matrix))
+    if root.size and np.isnan(root[-1, -1]):
+        raise np.linalg.LinAlgError("the matrix is not positive definite")
+    return root
+
+
+def multiplied(matrix: Floats, vector: Floats) -> Floats:
+    """Return the product of a matrix and a vector; the sums have one order on every processor.
+
+    Parameters
+    ----------
+    matrix : (n, m) float64
+        The matrix.
+    vector : (m,) float64
+        The vector.
+
+    Returns
+    -------
+    (n,) float64
+        Their product.
+    """
+    return multiply(np.ascontiguousarray(matrix), np.ascontiguousarray(vector)[:, None])[:, 0]

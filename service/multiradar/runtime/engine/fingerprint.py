@@ -8,11 +8,11 @@ import numpy as np
 from multiradar.estimation.measurement.sensors import LATER_FIELDS, SensorTable
 from multiradar.runtime.admission.admission import FORWARD_JUMP_MAX_S
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_compiled.kernels import compilation_target
+from multiradar_compiled.arithmetic_kernels import arithmetic
 
 #: Version of the processing rules; incremented whenever a change of the program changes the output
 #: of a journal's replay.
-OUTPUT_RULES = 11
+OUTPUT_RULES = 12
 
 
 def configuration_fingerprint(
@@ -20,11 +20,11 @@ def configuration_fingerprint(
     tracking: TrackingSettings,
     forward_jump_max_s: float = FORWARD_JUMP_MAX_S,
 ) -> str:
-    """Return the SHA-256 of sensors, settings, rules and the processor.
+    """Return the SHA-256 of sensors, settings, rules and elementary functions.
 
     A journal started with one configuration cannot continue with another: its replay would not
-    reproduce the tracks published before. This includes the kind of processor, on which the last
-    bits depend (`multiradar_compiled.kernels.compilation_target`).
+    reproduce the tracks published before. This includes how sines are rounded
+    (`multiradar_compiled.arithmetic_kernels`).
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def configuration_fingerprint(
     str
         64 hexadecimal digits.
     """
-    whole = hashlib.sha256(f"rules={OUTPUT_RULES};target={compilation_target()};".encode())
+    whole = hashlib.sha256(f"rules={OUTPUT_RULES};arithmetic={arithmetic()};".encode())
     for name, value in sorted(asdict(tracking).items()):
         whole.update(f"{name}={value!r};".encode())
     whole.update(f"forward_jump_max_s={forward_jump_max_s!r};".encode())

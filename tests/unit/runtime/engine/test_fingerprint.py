@@ -2,13 +2,15 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET
 from multiradar.runtime.engine import fingerprint
 from multiradar.runtime.engine.fingerprint import configuration_fingerprint
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_compiled.kernels import compilation_target
+from multiradar_compiled.arithmetic_kernels import arithmetic
 from support.scenarios.live_scene import sensors
 
 SETTINGS = TrackingSettings()
@@ -41,13 +43,23 @@ def test_the_rules_change_it(monkeypatch: pytest.MonkeyPatch) -> None:
     assert configuration_fingerprint(sensors(), SETTINGS) != before
 
 
-def test_a_processor_with_fused_multiply_add_changes_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_other_elementary_functions_change_it(monkeypatch: pytest.MonkeyPatch) -> None:
     before = configuration_fingerprint(sensors(), SETTINGS)
-    monkeypatch.setattr(fingerprint, "compilation_target", lambda: "another")
+    monkeypatch.setattr(fingerprint, "arithmetic", lambda: "another")
     assert configuration_fingerprint(sensors(), SETTINGS) != before
 
 
-def test_the_target_names_machine_processor_and_what_it_can_do() -> None:
-    machine, processor, *_ = compilation_target().split(" ")
-    assert machine.count("-") >= 2
-    assert processor
+def test_functions_rounded_in_another_way_have_another_digest(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    before = arithmetic()
+    monkeypatch.setattr("multiradar_compiled.arithmetic_kernels._OF_ONE", (_with_one_bit_more,))
+    digests = {before, arithmetic.__wrapped__()}
+    monkeypatch.setattr("multiradar_compiled.arithmetic_kernels._OF_ONE", (np.sin,))
+    assert len(digests | {arithmetic.__wrapped__()}) == 3
+
+
+def _with_one_bit_more(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    sines = np.sin(values)
+    sines[1234] = np.nextafter(sines[1234], 2.0)
+    return sines
