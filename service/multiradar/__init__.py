@@ -1,1 +1,75 @@
-"""ATC multiradar processing: aircraft tracks and radar biases estimated jointly."""
+"""ATC multiradar processing: aircraft tracks and radar biases estimated jointly.
+
+Five lines track a recording and draw the biases of its radars::
+
+    import multiradar as mr
+
+    recording = mr.convert("examples/vid-sample", date="2018-08-01")
+    run = mr.track(recording.folder, "examples/sensors-vid-sample.toml", kinds=["radar"])
+    print(run.biases)
+    run.plot().savefig("run.png")
+
+docs/guide/python.md introduces all names. Each is imported when it is first used.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from multiradar.research.sequential.filter import SequentialFilter
+    from multiradar.restoration.bundle.bundle import Bundle
+    from multiradar.toolbox import adapters
+    from multiradar.toolbox.conversion import convert
+    from multiradar.toolbox.custom_filters import register_filter
+    from multiradar.toolbox.evaluation.evaluate import evaluate
+    from multiradar.toolbox.inputs import read_sensors as load_sensors
+    from multiradar.toolbox.run import Run
+    from multiradar.toolbox.simulation import simulate
+    from multiradar.toolbox.studies import study
+    from multiradar.toolbox.tracker import Tracker
+    from multiradar.toolbox.tracking import track
+
+__all__ = [
+    "Bundle",
+    "Run",
+    "SequentialFilter",
+    "Tracker",
+    "adapters",
+    "convert",
+    "evaluate",
+    "load_sensors",
+    "register_filter",
+    "simulate",
+    "study",
+    "track",
+]
+
+_PLACES = {
+    "Bundle": ("restoration.bundle.bundle", "Bundle"),
+    "Run": ("toolbox.run", "Run"),
+    "SequentialFilter": ("research.sequential.filter", "SequentialFilter"),
+    "Tracker": ("toolbox.tracker", "Tracker"),
+    "adapters": ("toolbox.adapters", None),
+    "convert": ("toolbox.conversion", "convert"),
+    "evaluate": ("toolbox.evaluation.evaluate", "evaluate"),
+    "load_sensors": ("toolbox.inputs", "read_sensors"),
+    "register_filter": ("toolbox.custom_filters", "register_filter"),
+    "simulate": ("toolbox.simulation", "simulate"),
+    "study": ("toolbox.studies", "study"),
+    "track": ("toolbox.tracking", "track"),
+}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _PLACES:
+        msg = f"module {__name__!r} has no attribute {name!r}"
+        raise AttributeError(msg)
+    module, member = _PLACES[name]
+    found = import_module(f"{__name__}.{module}")
+    value = found if member is None else getattr(found, member)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -2,6 +2,7 @@
 
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 from typing import Annotated, Any
 
@@ -14,6 +15,7 @@ from multiradar.cli.conversion.convert import convert_app
 from multiradar.cli.demonstration.demo import demo
 from multiradar.cli.evaluation.evaluate import evaluate
 from multiradar.cli.inspection.inspect import INSPECT_HELP, inspect
+from multiradar.cli.key import key
 from multiradar.cli.outputs.export import EXPORT_HELP, export
 from multiradar.cli.playback.replay import replay
 from multiradar.cli.playback.view import VIEW_HELP, view
@@ -24,7 +26,14 @@ from multiradar.cli.terminal.stopping import EXIT_INTERRUPTED, end_on_signals, l
 from multiradar.cli.terminal.usage import check_arguments, usage_sentence
 from multiradar.cli.track import track
 from multiradar.cli.warm_up import warm_up
-from multiradar.errors import ConfigurationError, MultiradarError, UnknownFilterError
+from multiradar.errors import (
+    ArgumentError,
+    ConfigurationError,
+    DataWarning,
+    FindingsError,
+    MultiradarError,
+    UnknownFilterError,
+)
 from multiradar.research.studies.catalogue import STUDIES
 from multiradar_schemas.documents.names import unknown
 
@@ -58,6 +67,7 @@ app.command(name="replay")(replay)
 app.command(name="demo")(demo)
 app.command(name="simulate")(simulate)
 app.command(name="evaluate")(evaluate)
+app.command(name="key")(key)
 app.command(name="warm-up")(warm_up)
 app.command(name="study", help=study_help(STUDIES))(study_command(STUDIES))
 
@@ -87,16 +97,23 @@ def run(arguments: Sequence[str], commands: typer.Typer = app) -> int:
         0 done, 1 data error, 2 usage error, 130 stopped by Ctrl-C.
     """
     root = typer.main.get_command(commands)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", DataWarning)
+        warnings.showwarning = _show_warning  # type: ignore[assignment]  # more is not used
+        return _run(arguments, root)
+
+
+def _run(arguments: Sequence[str], root: Any) -> int:
     try:
         return _invoke(arguments, root)
     except BrokenPipeError:
         return _leave_broken_pipe()
     except (KeyboardInterrupt, typer.Abort):
         return EXIT_INTERRUPTED
-    except (typer.TyperException, UnknownFilterError) as error:
+    except (typer.TyperException, UnknownFilterError, ArgumentError) as error:
         return _print_error(_usage(error, arguments, root), EXIT_USAGE)
     except (MultiradarError, OSError) as error:
-        return _print_error(_describe(error), EXIT_FAILED, getattr(error, "mistakes", ()))
+        return _fail(error)
     except Exception as error:
         if os.environ.get(TRACEBACK_VARIABLE) == "1":
             raise
@@ -116,7 +133,23 @@ def _invoke(arguments: Sequence[str], root: Any) -> int:
 def _usage(error: Exception, arguments: Sequence[str], root: Any) -> str:
     if isinstance(error, UnknownFilterError):
         return unknown("filter", error.name, error.known)
+    if isinstance(error, ArgumentError):
+        return error.sentence_of(lambda name: f"--{name.replace('_', '-')}")
     return usage_sentence(error, arguments, root)
+
+
+def _fail(error: Exception) -> int:
+    for sentence in error.findings if isinstance(error, FindingsError) else [_describe(error)]:
+        _print_error(sentence, EXIT_FAILED, getattr(error, "mistakes", ()))
+    return EXIT_FAILED
+
+
+def _show_warning(
+    message: Warning | str, category: type[Warning], filename: str, lineno: int, *_more: Any
+) -> None:
+    text = warnings.formatwarning(message, category, filename, lineno)
+    own = issubclass(category, DataWarning)
+    print(f"multiradar: {message}" if own else text, file=sys.stderr)
 
 
 def _print_error(sentence: str, status: int, mistakes: Sequence[str] = ()) -> int:

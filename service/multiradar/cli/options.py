@@ -14,6 +14,7 @@ from multiradar.runtime.queries.parameters import (
     ENCOUNTER_HORIZON,
     WINDOW,
 )
+from multiradar.toolbox.settings import TRAJECTORY_AIRCRAFT_DEFAULT
 from multiradar.tracking.settings import HIDEABLE, TrackingSettings
 from multiradar_schemas.documents.names import unknown
 
@@ -140,7 +141,7 @@ ProfileOption = Annotated[
         "--profile",
         metavar="FILE.toml",
         help="Layout of a dump: names of files and columns, units, separator, time format.",
-        show_default="the layout of docs/converter.md",
+        show_default="the layout of docs/howto/converter.md",
     ),
 ]
 AllowMissingOption = Annotated[
@@ -214,8 +215,6 @@ TrajectoriesOption = Annotated[
         "epoch. Costs 2.5 ms CPU per plot.",
     ),
 ]
-#: Default maximum number of tracks with trajectories: 0.2 MB each.
-TRAJECTORY_AIRCRAFT_DEFAULT = 1000
 TrajectoryAircraftOption = Annotated[
     int | None,
     typer.Option(

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from multiradar.cli.inputs import load_sensor_table
 from multiradar.cli.options import ConfigOption, FilterOption, OverlaysOption
 from multiradar.cli.terminal.stop_signals import stop_on_signals
 from multiradar.errors import PipelineError
+from multiradar.toolbox.inputs import load_sensor_table
 
 if TYPE_CHECKING:
     from multiradar.app import Application
@@ -91,6 +91,14 @@ def serve(
         ),
     ] = None,
     overlays: OverlaysOption = None,
+    insecure: Annotated[
+        bool,
+        typer.Option(
+            "--insecure",
+            help="Listen beyond loopback without credentials: every host of the network may do "
+            "everything.",
+        ),
+    ] = False,
     config: ConfigOption = None,
     log_level: Annotated[
         LogLevel | None, typer.Option(help="Minimum log level.", show_default="info")
@@ -118,6 +126,7 @@ def serve(
             ("trajectories", "aircraft_max"): trajectory_aircraft_max,
             ("tracking", "filter_name"): None if filter_name is None else filter_name.value,
             ("page", "overlays"): overlays,
+            ("access", "insecure"): insecure or None,
             ("log", "level"): None if log_level is None else log_level.value,
             ("log", "form"): None if log_form is None else log_form.value,
         }
@@ -167,8 +176,8 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
             stop.started()
             application.stop()
     if failed.is_set():
-        msg = "the HTTP server stopped unexpectedly; see the log"
-        raise PipelineError(msg)
+        failure = application.service.failure or "the HTTP server stopped unexpectedly; see the log"
+        raise PipelineError(f"{failure}; start the service again, acknowledged data are on disk")
 
 
 def _print_addresses(application: "Application", json_wanted: bool) -> None:

@@ -4,15 +4,12 @@ import json
 import math
 import sys
 from collections.abc import Callable, Mapping
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from multiradar.cli.compiling import compile_kernels
 from multiradar.cli.options import JsonOption
-from multiradar.cli.terminal.progress import counting_bar
 from multiradar.research.studies.catalogue import FLAGS, StudyEntry
 from multiradar_schemas.documents.names import unknown
 
@@ -143,25 +140,13 @@ def _run(
     json_wanted: bool,
 ) -> None:
     from multiradar.research.studies.result import StudyOptions
-    from multiradar.storage.output_file import free_name, new_file
-    from multiradar_compiled.kernel_list import kernels_by_purpose
+    from multiradar.storage.output_file import free_name
+    from multiradar.toolbox.studies import run_study
 
-    purpose = f"study {entry.name}"
-    if purpose in kernels_by_purpose():
-        compile_kernels([purpose])
-    options = entry.complete(StudyOptions(seed=seed, **chosen))  # type: ignore[arg-type]
     if out is None and not json_wanted:
         out = free_name(Path(f"{entry.name}.html"))
-    with ExitStack() as held:
-        # The file is opened before the run: a wrong name must not cost minutes of computation.
-        partial = None if out is None else held.enter_context(new_file(out))
-        with counting_bar(entry.name) as progress:
-            result = entry.run(options, progress)
-        if partial is not None:
-            from multiradar.report.page import report_page
-            from multiradar.research.studies.document import document_of
-
-            partial.write_text(report_page(document_of(result)), encoding="utf-8")
+    options = StudyOptions(seed=seed, **chosen)  # type: ignore[arg-type]
+    result = run_study(entry, options, out)
     if json_wanted:
         from multiradar_schemas.rounding import rounded_members
 

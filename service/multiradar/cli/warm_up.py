@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from multiradar.cli.compiling import compile_kernels
+from multiradar.toolbox.compiling import compile_kernels
 
 #: Filters and studies that are rarely run.
 _RARE = ("study ", "joint", " blom", " ci")

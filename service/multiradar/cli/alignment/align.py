@@ -11,14 +11,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from multiradar.cli.compiling import compile_kernels
-from multiradar.cli.inputs import DumpChoice, check_found, load_sensor_table, read_sensors
 from multiradar.cli.options import DateOption, JsonOption, KindsOption, SensorsOption, chosen_kinds
-from multiradar.cli.terminal.progress import progress_bar
+from multiradar.errors import FindingsError
+from multiradar.toolbox.compiling import compile_kernels
+from multiradar.toolbox.diagnoses import findings_of
+from multiradar.toolbox.inputs import DumpChoice, check_found, load_sensor_table, read_sensors
+from multiradar.toolbox.progress import progress_bar
 
 if TYPE_CHECKING:
-    from multiradar.cli.alignment.registration import Registration
     from multiradar.report.content import Document
+    from multiradar.toolbox.alignment.registration import Registration
     from multiradar_schemas.alignment import Alignment
 
 _WIDTH = 160
@@ -65,11 +67,11 @@ def align(
     as_json: JsonOption = False,
 ) -> None:
     """Register radars."""
-    from multiradar.cli.alignment.document import alignment_of
-    from multiradar.cli.alignment.recordings import open_recordings
-    from multiradar.cli.alignment.registration import register
     from multiradar.runtime.kernel_purposes import track_purposes
     from multiradar.storage.output_file import new_file
+    from multiradar.toolbox.alignment.document import alignment_of
+    from multiradar.toolbox.alignment.recordings import open_recordings
+    from multiradar.toolbox.alignment.registration import register
     from multiradar.tracking.settings import TrackingSettings
 
     settings = TrackingSettings()
@@ -96,7 +98,7 @@ def align(
                 workers=min(os.cpu_count() or 1, _WORKERS_MAX),
                 on_progress=on_progress,
             )
-        check_found(found.tracked.read, kinds, recordings[0])
+        check_found(found.tracked.read, chosen_kinds(kinds), recordings[0])
         span_s = recording.span_s(chosen_kinds(kinds))
         figures = alignment_of(found, opened.inputs, span_s, listed, command)
         if priors is not None:
@@ -108,11 +110,11 @@ def align(
     else:
         _print(figures, command)
         print(f"on a map: {_track_command(recordings, sensors)}, then multiradar view TRACKS")
-    wrong = [*opened.diagnoses, *(one.sentence for one in found.tracked.diagnoses)]
-    for sentence in dict.fromkeys([*figures.warnings, *wrong]):
+    for sentence in dict.fromkeys(figures.warnings):
         print(f"multiradar: {sentence}", file=sys.stderr)
-    if wrong:
-        raise typer.Exit(1)
+    diagnoses = dict.fromkeys([*opened.diagnoses, *found.tracked.diagnoses])
+    if findings := findings_of(diagnoses):
+        raise FindingsError(findings, figures)
 
 
 def _track_command(recordings: Sequence[Path], sensors: Path) -> str:
@@ -123,9 +125,9 @@ def _track_command(recordings: Sequence[Path], sensors: Path) -> str:
 
 
 def _page(found: "Registration", figures: "Alignment", command: str) -> str:
-    from multiradar.cli.alignment.plots import alignment_plots
-    from multiradar.cli.alignment.tables import alignment_document
     from multiradar.report.page import report_page
+    from multiradar.toolbox.alignment.plots import alignment_plots
+    from multiradar.toolbox.alignment.tables import alignment_document
 
     return report_page(alignment_document(figures, command, alignment_plots(found)))
 
@@ -140,8 +142,8 @@ def _print_json(figures: "Alignment") -> None:
 def _print(figures: "Alignment", command: str) -> None:
     from rich.console import Console
 
-    from multiradar.cli.alignment.tables import alignment_document
     from multiradar.cli.terminal.report_tables import print_document
+    from multiradar.toolbox.alignment.tables import alignment_document
 
     # Tables are not cut where they are read by a program.
     width = None if sys.stdout.isatty() else _WIDTH

@@ -1,17 +1,12 @@
 """`multiradar convert adsb`: measurements from recorded ADS-B trajectories."""
 
-import datetime as dt
-import json
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from multiradar.cli.compiling import compile_kernels
-from multiradar.cli.conversion.outcome import convert_files, records_line, times_line
+from multiradar.cli.conversion.outcome import print_conversion, records_line, times_line
 from multiradar.cli.options import JsonOption, parse_date
-from multiradar.cli.terminal.diagnoses import fail_when_badly_converted
-from multiradar.errors import InputError
 
 #: Text of `--help`.
 ADSB_HELP = (
@@ -57,29 +52,13 @@ def convert_adsb(
     as_json: JsonOption = False,
 ) -> None:
     """Convert ADS-B trajectories."""
-    from multiradar_converters.adsb.conversion import convert
-    from multiradar_converters.adsb.options import Options
+    from multiradar.toolbox.conversion import convert
 
-    options = Options(
-        date=None if date is None else dt.date.fromisoformat(date), utc_offset_h=utc_offset
+    print_conversion(
+        lambda: convert(files, out=out, format="adsb", date=date, utc_offset=utc_offset),
+        _summary,
+        as_json=as_json,
     )
-    compile_kernels(["convert adsb"])
-    report = convert_files(files, lambda advance: convert(files, out, options, advance))
-    print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
-    _fail_when_truncated(report, out)
-    fail_when_badly_converted(report, out)
-
-
-def _fail_when_truncated(report: dict[str, Any], out: Path) -> None:
-    # The amount of missing data is unknown; what was read is kept.
-    cut = [
-        name
-        for name, account in report["figures"]["files"].items()
-        if "TRUNCATED" in account["rejected_by_code"]
-    ]
-    if cut:
-        msg = f"{', '.join(cut)}: truncated; what was read is in {out}"
-        raise InputError(msg)
 
 
 def _summary(report: dict[str, Any], out: Path) -> str:

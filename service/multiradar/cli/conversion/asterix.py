@@ -1,19 +1,12 @@
 """`multiradar convert asterix`: measurements from ASTERIX recordings."""
 
-import datetime as dt
-import json
-import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from multiradar.cli.compiling import compile_kernels
-from multiradar.cli.conversion.outcome import convert_files, records_line, times_line
-from multiradar.cli.inputs import read_sensors
-from multiradar.cli.options import JsonOption, ReferenceOption, parse_date, read_references
-from multiradar.cli.terminal.diagnoses import fail_when_badly_converted
-from multiradar.errors import InputError
+from multiradar.cli.conversion.outcome import print_conversion, records_line, times_line
+from multiradar.cli.options import JsonOption, ReferenceOption, parse_date
 
 #: Text of `--help`.
 ASTERIX_HELP = (
@@ -82,79 +75,23 @@ def convert_asterix(
     as_json: JsonOption = False,
 ) -> None:
     """Convert ASTERIX recordings."""
-    from multiradar_converters.asterix.conversion import convert
-    from multiradar_converters.asterix.decoding.editions import parse_editions
-    from multiradar_converters.asterix.options import Options
-    from multiradar_converters.errors import ProfileError
+    from multiradar.toolbox.conversion import convert
 
-    try:
-        editions = parse_editions(edition or [])
-    except ProfileError as error:
-        raise typer.BadParameter(str(error), param_hint="--edition") from error
-    options = Options(
-        sensors=None if sensors is None else read_sensors(sensors),
-        date=None if date is None else dt.date.fromisoformat(date),
-        editions=editions,
-        all_targets=all_targets,
-        records=records,
-        references=read_references(reference),
+    print_conversion(
+        lambda: convert(
+            files,
+            out=out,
+            format="asterix",
+            sensors=sensors,
+            date=date,
+            edition=edition or (),
+            reference=reference or (),
+            all_targets=all_targets,
+            records=records,
+        ),
+        _summary,
+        as_json=as_json,
     )
-    compile_kernels(["convert asterix"])
-    report = convert_files(files, lambda advance: convert(files, out, options, advance))
-    print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
-    _print_alarms(report)
-    _fail_when_truncated(report, out)
-    _fail_without_reference_point(report, out)
-    _fail_with_unused_options(report, out)
-    fail_when_badly_converted(report, out, options.sensors)
-
-
-def _fail_when_truncated(report: dict[str, Any], out: Path) -> None:
-    # The amount of missing data is unknown; what was read is kept.
-    cut = [f"{file}: {reason}" for file, reason in report["figures"]["cut_short"].items()]
-    if cut:
-        msg = f"{'; '.join(cut)}; probably cut while copying, what was read is in {out}"
-        raise InputError(msg)
-
-
-def _fail_without_reference_point(report: dict[str, Any], out: Path) -> None:
-    missing: dict[str, int] = report["figures"]["unreferenced"]
-    if missing:
-        counts = ", ".join(f"{count:,} reports of {name}" for name, count in missing.items())
-        first = next(iter(missing))
-        msg = (
-            f"{counts} have local coordinates only, and their reference point is not known; give "
-            f"it by --reference {first}=LATITUDE,LONGITUDE, or as latitude_deg and longitude_deg "
-            f"of the sensor in --sensors; {out} has the other reports"
-        )
-        raise InputError(msg)
-
-
-# An option for a source that is not in the recording is a misspelt one.
-def _fail_with_unused_options(report: dict[str, Any], out: Path) -> None:
-    records: dict[str, dict[str, int]] = report["figures"]["records_by_sensor"]
-    sources = {name for of_category in records.values() for name in of_category}
-    unused = [
-        f"--edition {name}={edition}"
-        for name, edition in report["settings"]["editions"].items()
-        if not _is_recorded(name, records)
-    ]
-    unused += [
-        f"--reference {name}" for name in report["settings"]["references"] if name not in sources
-    ]
-    if unused:
-        recorded = "; ".join(f"{one} of {', '.join(of)}" for one, of in records.items())
-        msg = (
-            f"{', '.join(unused)}: not in the recording, which has "
-            f"{recorded}; correct "
-            f"the option, or omit it; {out} was written without it"
-        )
-        raise InputError(msg)
-
-
-def _is_recorded(name: str, records: dict[str, dict[str, int]]) -> bool:
-    source, _, category = name.rpartition("/")
-    return category in records and (not source or source in records[category])
 
 
 def _summary(report: dict[str, Any], out: Path) -> str:
@@ -214,9 +151,3 @@ def _clock_lines(figures: dict[str, Any]) -> list[str]:
 def _span(values: list[float], sign: str = "") -> str:
     first, last = f"{min(values):{sign}.2f}", f"{max(values):{sign}.2f}"
     return f"{first} s" if first == last else f"{first} to {last} s"
-
-
-def _print_alarms(report: dict[str, Any]) -> None:
-    # A warning: the conversion itself is complete, whichever clock is wrong.
-    for alarm in report["figures"]["sensor_alarms"]:
-        print(f"multiradar: {alarm['sensor_id']}: {alarm['reason']}", file=sys.stderr)

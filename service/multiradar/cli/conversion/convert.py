@@ -1,28 +1,16 @@
 """`multiradar convert`: measurements and track files from recordings in other formats."""
 
-import ctypes
-import datetime as dt
-import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
-from multiradar.cli.compiling import compile_kernels
-from multiradar.cli.conversion.outcome import bytes_bar, conversion_errors, times_line
-from multiradar.cli.options import JsonOption
-from multiradar.cli.terminal.diagnoses import fail_when_badly_converted
-from multiradar.errors import ConfigurationError
+from multiradar.cli.conversion.outcome import print_conversion, times_line
+from multiradar.cli.options import JsonOption, parse_date
 from multiradar_schemas.documents.names import unknown
-
-if TYPE_CHECKING:
-    from multiradar_converters.vid.options import Options
 
 #: As `multiradar_converters.vid.options.TRACK_KINDS`, not imported here: help must be fast.
 TRACK_KIND_CHOICES = ("ads", "multiradar", "monoradar", "plots")
-
-#: Number of the parameter in glibc's malloc.h.
-_M_ARENA_MAX = -8
 
 _VID_HELP = (
     "Convert the text dump of a VID recording.\n\n"
@@ -54,16 +42,6 @@ def parse_track_kinds(text: str) -> str:
         if kind.strip() not in TRACK_KIND_CHOICES:
             raise typer.BadParameter(unknown("kind", kind.strip(), TRACK_KIND_CHOICES))
     return text
-
-
-def parse_date(text: str) -> str:
-    """Check a date."""
-    try:
-        day = dt.datetime.strptime(text, "%Y-%m-%d").replace(tzinfo=dt.UTC)
-    except ValueError as error:
-        msg = f"expected a date such as 2018-08-01, was {text!r}"
-        raise typer.BadParameter(msg) from error
-    return day.date().isoformat()
 
 
 @convert_app.command(name="vid", help=_VID_HELP)
@@ -138,7 +116,7 @@ def convert_vid(
         typer.Option(
             metavar="FILE.toml",
             help="Layout of the dump: names of files and columns, units, separator, time format.",
-            show_default="the layout of docs/converter.md",
+            show_default="the layout of docs/howto/converter.md",
         ),
     ] = None,
     allow_missing: Annotated[
@@ -148,69 +126,25 @@ def convert_vid(
     as_json: JsonOption = False,
 ) -> None:
     """Convert the text dump of a VID recording."""
-    from multiradar_converters.errors import ProfileError
-    from multiradar_converters.vid.options import Options
-    from multiradar_converters.vid.profile import load_profile
+    from multiradar.toolbox.conversion import convert
 
-    try:
-        options = Options(
+    print_conversion(
+        lambda: convert(
+            dump,
+            out=out,
+            format="vid",
             aircraft_max=aircraft_max,
             ads_measurements_min=ads_measurements_min,
             sensor_only=sensor_only,
             track_measurements_min=track_measurements_min,
-            kinds=tuple(kind.strip() for kind in kinds.split(",")),
-            date=None if date is None else dt.date.fromisoformat(date),
-            profile=load_profile(profile),
+            kinds=[kind.strip() for kind in kinds.split(",")],
+            date=date,
+            profile=profile,
             allow_missing=allow_missing,
-        )
-    except ProfileError as error:
-        raise ConfigurationError(str(error), error.source, error.reasons) from error
-    report = convert_with_bar(dump, out, options)
-    print(json.dumps(report, indent=1, ensure_ascii=False) if as_json else _summary(report, out))
-    fail_when_badly_converted(report, out)
-
-
-def convert_with_bar(dump: Path, out: Path, options: "Options") -> dict[str, Any]:
-    """Convert a dump, with a progress bar on a terminal.
-
-    Parameters
-    ----------
-    dump, out : Path
-        Folder of the dump, and the folder to make.
-    options : Options
-        The user's choices.
-
-    Returns
-    -------
-    dict
-        Contents of `report.json`.
-
-    Raises
-    ------
-    OutputExistsError
-        `out` exists; nothing was touched.
-    InputError
-        The dump cannot be read; `out` does not exist.
-    """
-    _share_heap()
-    compile_kernels(["convert vid"])
-    from multiradar_converters.vid.conversion import PASSES, convert
-    from multiradar_converters.vid.survey import dump_bytes
-
-    with conversion_errors(), bytes_bar(PASSES * dump_bytes(dump, options)) as advance:
-        return convert(dump, out, options, advance)
-
-
-def _share_heap() -> None:
-    """Let all threads of this process allocate from one heap, where the C library is glibc.
-
-    With a heap per thread a conversion holds 130 MiB of unused memory.
-    """
-    try:
-        ctypes.CDLL(None).mallopt(_M_ARENA_MAX, 1)
-    except (AttributeError, OSError, TypeError):
-        # Another C library without this parameter.
-        return
+        ),
+        _summary,
+        as_json=as_json,
+    )
 
 
 def _summary(report: dict[str, Any], out: Path) -> str:

@@ -1,95 +1,34 @@
-"""Progress, errors and summaries common to all conversions."""
+"""Summaries common to all conversions."""
 
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+import json
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import typer
+from multiradar.cli.terminal.findings import with_findings
 
-from multiradar.cli.terminal.progress import progress_bar
-from multiradar.errors import InputError, OutputExistsError
-
-
-@contextmanager
-def conversion_errors() -> Iterator[None]:
-    """Raise errors of a conversion as errors of a command.
-
-    Raises
-    ------
-    OutputExistsError
-        The output folder exists; nothing was touched.
-    InputError
-        The input cannot be read; no output folder was created.
-    """
-    # Imported here: help must be fast.
-    from multiradar_converters.errors import ConversionError, OutputFolderExistsError
-
-    try:
-        yield
-    except OutputFolderExistsError as error:
-        raise OutputExistsError(str(error)) from error
-    except ConversionError as error:
-        raise InputError(str(error)) from error
+if TYPE_CHECKING:
+    from multiradar.toolbox.conversion import Conversion
 
 
-@contextmanager
-def bytes_bar(total: int) -> Iterator[Callable[[int], None]]:
-    """Show the progress of a conversion.
-
-    Parameters
-    ----------
-    total : int
-        Bytes in all.
-
-    Yields
-    ------
-    callable
-        To be called with the number of bytes read since the last call.
-    """
-    with progress_bar("converting", total) as show:
-        done = 0
-
-        def advance(read: int) -> None:
-            nonlocal done
-            done += read
-            show(done)
-
-        yield advance
-
-
-def convert_files(
-    files: Iterable[Path], convert: Callable[[Callable[[int], None]], dict[str, object]]
-) -> dict[str, Any]:
-    """Convert files, with a progress bar on a terminal.
-
-    Parameters
-    ----------
-    files : iterable of Path
-        What is converted.
-    convert : callable
-        Converts; its argument is to be called with the bytes read since the last call.
-
-    Returns
-    -------
-    dict
-        Contents of `report.json`.
+def print_conversion(
+    convert: "Callable[[], Conversion]",
+    summary: Callable[[dict[str, Any], Path], str],
+    *,
+    as_json: bool,
+) -> None:
+    """Convert and print the report or a summary of it.
 
     Raises
     ------
-    OutputExistsError
-        The output folder exists; nothing was touched.
-    InputError
-        A file cannot be read; no output folder was created.
+    FindingsError
+        The recording is truncated or at fault; what was read is on standard output.
     """
-    given: set[Path] = set()
-    for path in files:
-        if path.resolve() in given:
-            raise typer.BadParameter(f"{path}: given twice")
-        given.add(path.resolve())
-    total = sum(path.stat().st_size for path in files if path.is_file())
-    with conversion_errors(), bytes_bar(total) as advance:
-        return convert(advance)
+    done, findings = with_findings(convert)
+    text = json.dumps(done.report, indent=1, ensure_ascii=False) if as_json else ""
+    print(text or summary(done.report, done.folder))
+    if findings is not None:
+        raise findings
 
 
 def times_line(first_s: float | None, last_s: float | None) -> str:

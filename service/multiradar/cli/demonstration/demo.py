@@ -11,9 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from multiradar.cli.compiling import compile_kernels
 from multiradar.cli.demonstration.service import ServiceProcess, start_service
-from multiradar.cli.demonstration.truth import Truth, read_truth, sample_folder
 from multiradar.cli.demonstration.view import (
     BiasLine,
     View,
@@ -22,11 +20,13 @@ from multiradar.cli.demonstration.view import (
     plain_head,
     plain_line,
 )
-from multiradar.cli.inputs import DumpChoice, load_sensor_table
 from multiradar.cli.options import TRACKING_DEFAULTS, AllowMissingOption, ProfileOption
 from multiradar.cli.playback.replay import parse_speed
 from multiradar.clock import SystemClock
 from multiradar.errors import InputError, MultiradarError
+from multiradar.toolbox.compiling import compile_kernels
+from multiradar.toolbox.evaluation.dump_truth import Truth, read_truth, sample_folder
+from multiradar.toolbox.inputs import DumpChoice, load_sensor_table
 
 if TYPE_CHECKING:
     import httpx
@@ -149,9 +149,9 @@ def _sensors_file(truth: Truth, given: Path | None, folder: Path, dump: Path) ->
 
 
 def _convert(console: "Console", dump: Path, out: Path, choice: DumpChoice) -> Path:
-    from multiradar.cli.conversion.convert import convert_with_bar
+    from multiradar.toolbox.conversion import convert_dump
 
-    report = convert_with_bar(dump, out, choice.options())
+    report = convert_dump(dump, out, choice.options())
     counts = report["counts"]
     console.print(
         f"[bold]1[/] converted {dump.name}: {counts['read']:,} lines read = "
@@ -278,7 +278,7 @@ class _Show:
         self._poll()
 
     def _summary(self, elapsed_s: float) -> None:
-        from multiradar.cli.demonstration.accuracy import position_accuracy
+        from multiradar.toolbox.evaluation.accuracy import position_accuracy
 
         status, view, console = self._get("/v1/status"), self._view, self._console
         for line in view.lines:

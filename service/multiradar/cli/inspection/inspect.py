@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from multiradar.cli.compiling import compile_kernels
-from multiradar.cli.conversion.outcome import bytes_bar, conversion_errors
 from multiradar.cli.options import JsonOption, ReferenceOption, read_references
 from multiradar.errors import InputError
+from multiradar.toolbox.compiling import compile_kernels
+from multiradar.toolbox.conversion import bytes_bar, conversion_errors
 
 if TYPE_CHECKING:
     from multiradar_converters.inspection.survey import Survey

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from multiradar.cli.inspection.sites import plots_of_reports
-from multiradar.cli.outputs.maps import MapPlane, map_plot, site_rings
 from multiradar.diagnosis.plots import Floats, Integers, located, reported
 from multiradar.report.content import Plot, Series
 from multiradar.report.times import axis_label, is_dated
+from multiradar.toolbox.pages.maps import MapPlane, map_plot, site_rings
 from multiradar_converters.inspection.document import sensor_ids
 from multiradar_converters.inspection.reports import Reports
 from multiradar_converters.inspection.survey import Survey

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from multiradar.cli.options import parse_date
-from multiradar.cli.terminal.folders import no_such
 from multiradar.errors import InputError, MissingColumnError
+from multiradar.toolbox.folders import no_such
 
 if TYPE_CHECKING:
     import polars as pl

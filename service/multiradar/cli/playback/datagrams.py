@@ -11,8 +11,8 @@ from pathlib import Path
 
 import typer
 
-from multiradar.cli.terminal.progress import progress_bar
 from multiradar.errors import InputError, PeerError
+from multiradar.toolbox.progress import progress_bar
 
 _PREFIX = "udp:"
 #: Maximum number of categories in a recording; random data parsed as blocks have far more.

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from multiradar.cli.inputs import DumpChoice, check_found, counts_by_code, open_measurements
 from multiradar.cli.options import (
     TRACKING_DEFAULTS,
     AllowMissingOption,
@@ -20,8 +19,9 @@ from multiradar.cli.options import (
     chosen_kinds,
 )
 from multiradar.cli.playback.datagrams import Times, is_udp, replay_datagrams
-from multiradar.cli.terminal.progress import progress_bar
 from multiradar.errors import InputError
+from multiradar.toolbox.inputs import DumpChoice, check_found, counts_by_code, open_measurements
+from multiradar.toolbox.progress import progress_bar
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -163,7 +163,7 @@ def replay(
             configured = destination.configured() if counts.unknown_sensors else ()
         finally:
             destination.close()
-    check_found(counts.read, kinds, measurements)
+    check_found(counts.read, chosen_kinds(kinds), measurements)
     _print_counts(counts, json_wanted)
     if counts.unknown_sensors:
         raise InputError(_unknown_sensors(counts.unknown_sensors, configured))

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from multiradar.cli.inputs import SENSORS_FILE, load_sensor_table
 from multiradar.cli.options import OverlaysOption
-from multiradar.cli.terminal.folders import no_such
 from multiradar.cli.terminal.stop_signals import stop_on_signals
 from multiradar.errors import InputError, PipelineError
+from multiradar.toolbox.folders import no_such
+from multiradar.toolbox.inputs import SENSORS_FILE, load_sensor_table
 
 if TYPE_CHECKING:
     from multiradar.estimation.measurement.sensors import SensorTable

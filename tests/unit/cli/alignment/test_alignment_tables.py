@@ -1,7 +1,7 @@
 """Tables and sensors file of a registration."""
 
-from multiradar.cli.alignment.sensors_file import aligned_sensors
-from multiradar.cli.alignment.tables import alignment_document
+from multiradar.toolbox.alignment.sensors_file import aligned_sensors
+from multiradar.toolbox.alignment.tables import alignment_document
 from multiradar_schemas.alignment import (
     AlignedBias,
     AlignedDistances,

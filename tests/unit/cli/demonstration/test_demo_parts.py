@@ -11,8 +11,6 @@ import polars as pl
 import pytest
 
 from multiradar.cli.demonstration import service as demo_service
-from multiradar.cli.demonstration.accuracy import position_accuracy
-from multiradar.cli.demonstration.truth import read_truth, sample_folder
 from multiradar.cli.demonstration.view import (
     BiasLine,
     View,
@@ -22,6 +20,8 @@ from multiradar.cli.demonstration.view import (
     trend,
 )
 from multiradar.errors import InputError
+from multiradar.toolbox.evaluation.accuracy import position_accuracy
+from multiradar.toolbox.evaluation.dump_truth import read_truth, sample_folder
 from multiradar_schemas.sensors.sensor import parse_sensors
 
 

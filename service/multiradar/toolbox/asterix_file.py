@@ -1,6 +1,6 @@
 """System tracks of a recording in a file of ASTERIX, as `multiradar track --asterix` writes it."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -42,11 +42,3 @@ def new_recorder(
             yield recorder
         finally:
             recorder.close()
-
-
-def print_asterix(records: Mapping[str, int], path: Path | None) -> None:
-    """Print the number of records written by category; nothing without a file."""
-    if path is None:
-        return
-    counts = ", ".join(f"{count} {name}" for name, count in sorted(records.items()))
-    print(f"ASTERIX records: {counts}; written to {path}")

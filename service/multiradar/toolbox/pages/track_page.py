@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from multiradar.cli.outputs.maps import MapPlane, broken_lines, map_plot, site_rings
-from multiradar.cli.outputs.parameters import parameter_words
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.wgs84 import geodetic_to_ecef
 from multiradar.report.cells import estimate_texts
 from multiradar.report.content import Document, Plot, Series, Table, Value
 from multiradar.report.page import report_page
 from multiradar.report.times import axis_label, time_text
+from multiradar.toolbox.pages.maps import MapPlane, broken_lines, map_plot, site_rings
+from multiradar.toolbox.pages.parameters import parameter_words
 from multiradar_schemas.report import Report
 
 #: Positions on the map, over all tracks.
@@ -55,7 +55,7 @@ class TrackRun:
 def track_page(run: TrackRun) -> str:
     """Return the report of a run as one HTML page."""
     tracks = pl.read_parquet(run.folder / "tracks.parquet")
-    confirmed = tracks.filter((pl.col("state") != _TENTATIVE).any().over("track_id"))
+    confirmed = confirmed_tracks(tracks)
     counts, figures = run.report.counts, _figures(run)
     alarms = len(figures["sensor_alarms"])
     document = Document(
@@ -72,6 +72,11 @@ def track_page(run: TrackRun) -> str:
         notes=_notes(run),
     )
     return report_page(document)
+
+
+def confirmed_tracks(tracks: pl.DataFrame) -> pl.DataFrame:
+    """Return the updates of tracks that were confirmed."""
+    return tracks.filter((pl.col("state") != _TENTATIVE).any().over("track_id"))
 
 
 def _figures(run: TrackRun) -> dict[str, Any]:
@@ -216,12 +221,26 @@ def _notes(run: TrackRun) -> list[str]:
 def _plots(run: TrackRun, confirmed: pl.DataFrame) -> Iterator[Plot]:
     if not confirmed.height:
         return
-    yield _map(run, confirmed)
+    yield tracks_map(run.sensors, confirmed)
     yield _live(confirmed)
     yield from _histories(run)
 
 
-def _map(run: TrackRun, confirmed: pl.DataFrame) -> Plot:
+def tracks_map(table: SensorTable, confirmed: pl.DataFrame) -> Plot:
+    """Return a map of tracks and the sites of sensors.
+
+    Parameters
+    ----------
+    table : SensorTable
+        The sensors.
+    confirmed : DataFrame
+        Updates of confirmed tracks.
+
+    Returns
+    -------
+    Plot
+        On a plane through their middle.
+    """
     every = -(-confirmed.height // _POSITIONS_MAX)
     # The last position of a track stays on the map.
     thinned = confirmed.sort("track_id", "sequence").filter(
@@ -237,7 +256,6 @@ def _map(run: TrackRun, confirmed: pl.DataFrame) -> Plot:
     local = plane.kilometres(positions)
     starts = np.flatnonzero(np.diff(thinned["track_id"].to_numpy(), prepend=-1))
     x, y = broken_lines(np.split(local, starts[1:]))
-    table = run.sensors
     sites = {
         name: (float(table.latitude_rad[row]), float(table.longitude_rad[row]), 0.0)
         for row, name in enumerate(table.ids)

@@ -11,7 +11,8 @@ from multiradar.diagnosis.alignment.cross_validation import CrossValidation, cro
 from multiradar.diagnosis.alignment.fit import Alignment, Problem, fit
 from multiradar.diagnosis.alignment.tracked_plots import PlotCollector
 from multiradar.diagnosis.alignment.trends import Trend, trend
-from multiradar.errors import InputError
+from multiradar.errors import DataWarning, InputError
+from multiradar.toolbox.warning import warn
 from multiradar_converters.leftovers import temporary_folder
 
 if TYPE_CHECKING:
@@ -95,9 +96,11 @@ def register(
         tracks.mkdir()
         tracked = track_recording(job, tracks, on_progress, collector.add)
     if not len(collector):
+        _warn_of(tracked)
         raise InputError(_without_tracks(tracked))
     problem = Problem.of_plots(collector.plots(settings.acceleration_density), sensors)
     if not problem.pairs.size:
+        _warn_of(tracked)
         msg = (
             "no aircraft has plots of two sensors within 2 s: expected a recording of several "
             "radars, or of a radar with ADS-B or multilateration, that see the same aircraft; "
@@ -114,6 +117,11 @@ def register(
         validation=cross_validate(problem, whole, folds),
         trend=trend(problem, whole),
     )
+
+
+def _warn_of(tracked: "OfflineResult") -> None:
+    for one in tracked.diagnoses:
+        warn(one.sentence, DataWarning)
 
 
 def _without_tracks(tracked: "OfflineResult") -> str:

@@ -5,17 +5,17 @@ from typing import TYPE_CHECKING
 
 import polars as pl
 
-from multiradar.cli.inputs import SENSORS_FILE, read_sensors
-from multiradar.cli.terminal.folders import no_such
 from multiradar.errors import InputError, MissingColumnError, OutsidePlaneError
 from multiradar.evaluation.measures.bias_errors import BiasHistory, bias_histories
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.tables import TRACK_COLUMNS, tracks_of
+from multiradar.toolbox.folders import no_such
+from multiradar.toolbox.inputs import SENSORS_FILE, read_sensors
 
 if TYPE_CHECKING:
-    from multiradar.cli.evaluation.inputs import Known
     from multiradar.evaluation.coverage import CoveredRegion
     from multiradar.evaluation.trajectories import Tracks
+    from multiradar.toolbox.evaluation.inputs import Known
 
 TRACKS_FILE = "tracks.parquet"
 BIASES_FILE = "biases.parquet"

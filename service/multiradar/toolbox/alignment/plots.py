@@ -5,9 +5,6 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.cli.alignment.registration import Registration
-from multiradar.cli.outputs.maps import MapPlane, broken_lines, map_plot, site_rings
-from multiradar.cli.outputs.parameters import parameter_words
 from multiradar.diagnosis.alignment.cross_validation import SideResiduals, side_of
 from multiradar.diagnosis.alignment.pairs import Side
 from multiradar.diagnosis.plots import Floats, Site
@@ -16,6 +13,9 @@ from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, PARAMETER
 from multiradar.geodesy.wgs84 import enu_rotation, geodetic_to_ecef
 from multiradar.report.content import Plot, Series
 from multiradar.report.times import axis_label
+from multiradar.toolbox.alignment.registration import Registration
+from multiradar.toolbox.pages.maps import MapPlane, broken_lines, map_plot, site_rings
+from multiradar.toolbox.pages.parameters import parameter_words
 
 _KILOMETRE_M = 1000.0
 #: Keys of colours: all plots have the same for before and after.

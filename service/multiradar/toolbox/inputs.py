@@ -1,17 +1,16 @@
 """Inputs of commands: sensors, and measurements in any supported form."""
 
 import datetime as dt
-import sys
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import typer
-
-from multiradar.cli.terminal.folders import no_such
-from multiradar.errors import ConfigurationError, InputError
+from multiradar.errors import ArgumentError, ConfigurationError, DataWarning, InputError
+from multiradar.toolbox.folders import no_such
+from multiradar.toolbox.output import PathLike
+from multiradar.toolbox.warning import warn
 from multiradar_converters.leftovers import temporary_folder
 
 if TYPE_CHECKING:
@@ -43,17 +42,19 @@ class DumpChoice:
     profile: Path | None = None
     allow_missing: bool = False
 
-    def check_unused(self, given: Path) -> None:
+    def check_unused(self, given: object) -> None:
         """Reject options for a dump where the input is none: they would have no effect."""
         options = {
-            "--date": self.date is not None,
-            "--profile": self.profile is not None,
-            "--allow-missing": self.allow_missing,
+            "date": self.date is not None,
+            "profile": self.profile is not None,
+            "allow_missing": self.allow_missing,
         }
         for option, wanted in options.items():
             if wanted:
-                msg = f"{option} applies to a dump directory only; {given} is already converted"
-                raise typer.BadParameter(msg)
+                raise ArgumentError(
+                    f"`{option}` applies to a dump directory only; {given} is already converted",
+                    option,
+                )
 
     def options(self, **more: Any) -> "Options":
         """Return the options of the converter.
@@ -71,11 +72,28 @@ class DumpChoice:
             profile = load_profile(self.profile)
         except ProfileError as error:
             raise ConfigurationError(str(error), error.source, error.reasons) from error
-        day = None if self.date is None else dt.date.fromisoformat(self.date)
+        day = parse_day(self.date)
         return Options(date=day, profile=profile, allow_missing=self.allow_missing, **more)
 
 
-def load_sensor_table(path: Path, sensors: "SensorsFile | None" = None) -> "SensorTable":
+def parse_day(text: str | None) -> dt.date | None:
+    """Return a date such as 2018-08-01; None without a text.
+
+    Raises
+    ------
+    ArgumentError
+        It is no date.
+    """
+    try:
+        return None if text is None else dt.date.fromisoformat(text)
+    except (TypeError, ValueError) as error:
+        msg = f"`date`: expected a date such as 2018-08-01, was {text!r}"
+        raise ArgumentError(msg, "date") from error
+
+
+def load_sensor_table(
+    path: Path, sensors: "SensorsFile | None" = None, name: str | None = None
+) -> "SensorTable":
     """Return the sensors of a `sensors.toml`.
 
     Parameters
@@ -84,6 +102,8 @@ def load_sensor_table(path: Path, sensors: "SensorsFile | None" = None) -> "Sens
         The file.
     sensors : SensorsFile, optional
         Its content, where that was changed.
+    name : str, optional
+        Its name in errors; the path by default.
 
     Raises
     ------
@@ -96,24 +116,80 @@ def load_sensor_table(path: Path, sensors: "SensorsFile | None" = None) -> "Sens
     table = wire.sensor_table(sensors or read_sensors(path))
     wrong = check_sites(table)
     if wrong is not None:
-        msg = f"{path}: {wrong}"
+        msg = f"{name or path}: {wrong}"
         raise ConfigurationError(msg)
     return table
 
 
-def read_sensors(path: Path) -> "SensorsFile":
-    """Return the contents of a `sensors.toml`; see `load_sensor_table`."""
+def read_sensors(path: PathLike) -> "SensorsFile":
+    """Return the contents of a `sensors.toml`.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    SensorsFile
+        `.sensor`: the sensors, in the order of the file, with units as in docs/reference/fields.md.
+
+    Raises
+    ------
+    ConfigurationError
+        The file cannot be read or contains impossible values; each mistake with its line.
+    """
     from multiradar_schemas.errors import DocumentError
     from multiradar_schemas.sensors.sensor import load_sensors
 
     try:
-        return load_sensors(path)
+        return load_sensors(Path(path))
     except DocumentError as error:
         raise ConfigurationError(str(error), error.source, error.reasons) from error
 
 
 @contextmanager
-def open_measurements(given: Path, dump: DumpChoice, horizon_s: float) -> Iterator["Recording"]:
+def as_sensors_file(given: object) -> Iterator[tuple[Path, str]]:
+    """Provide sensors as a file, and their name in errors.
+
+    Parameters
+    ----------
+    given : str, Path or SensorsFile
+        A `sensors.toml`, or its contents.
+
+    Yields
+    ------
+    Path, str
+        The file, removed afterwards where it was made here.
+
+    Raises
+    ------
+    ArgumentError
+        It is neither.
+    """
+    from multiradar.simulation.scenario.toml_text import toml_text
+    from multiradar_schemas.sensors.sensor import SensorsFile
+
+    if isinstance(given, str | Path):
+        yield Path(given), str(given)
+        return
+    if not isinstance(given, SensorsFile):
+        msg = (
+            "`sensors`: expected the path of a sensors.toml, or what load_sensors returns, was "
+            f"{type(given).__name__}"
+        )
+        raise ArgumentError(msg, "sensors")
+    with temporary_folder("multiradar-sensors-") as folder:
+        path = folder / SENSORS_FILE
+        tables = [one.model_dump(mode="json", exclude_unset=True) for one in given.sensor]
+        path.write_text(toml_text({"sensor": tables}), encoding="utf-8")
+        yield path, "sensors"
+
+
+@contextmanager
+def open_measurements(
+    given: Path, dump: DumpChoice, horizon_s: float, name: str | None = None
+) -> Iterator["Recording"]:
     """Open measurements: a Parquet file, a converted folder, or a dump, converted on the fly.
 
     Parameters
@@ -124,6 +200,8 @@ def open_measurements(given: Path, dump: DumpChoice, horizon_s: float) -> Iterat
         Options for a dump.
     horizon_s : float
         Rows out of order by more than this, s, are sorted by time first.
+    name : str, optional
+        Its name in errors; the path by default.
 
     Yields
     ------
@@ -138,49 +216,50 @@ def open_measurements(given: Path, dump: DumpChoice, horizon_s: float) -> Iterat
     from multiradar.storage.recording import MEASUREMENTS_FILE, Recording, measurements_path
 
     if not given.is_dir() or (given / MEASUREMENTS_FILE).exists():
-        dump.check_unused(given)
-        with _in_order(Recording(measurements_path(given)), given, horizon_s) as recording:
-            yield recording
+        dump.check_unused(name or given)
+        recording = Recording(measurements_path(given), name)
+        with _in_order(recording, name or str(given), horizon_s) as ordered:
+            yield ordered
         return
     options = dump.options(kinds=())
     plots = options.profile.files.plots
     if not (given / plots).exists():
         raise InputError(no_such(given, f"a folder with {MEASUREMENTS_FILE}, or a dump"))
     with temporary_folder("multiradar-dump-") as temporary:
-        from multiradar.cli.conversion.convert import convert_with_bar
+        from multiradar.toolbox.conversion import convert_dump
 
         converted = temporary / "converted"
         # Only the table is needed: no files by aircraft.
-        convert_with_bar(given, converted, options)
+        convert_dump(given, converted, options)
         measured = Recording(converted / MEASUREMENTS_FILE)
-        with _in_order(measured, given, horizon_s) as recording:
-            yield recording
+        with _in_order(measured, str(given), horizon_s) as ordered:
+            yield ordered
 
 
 @contextmanager
-def _in_order(recording: "Recording", given: Path, horizon_s: float) -> Iterator["Recording"]:
+def _in_order(recording: "Recording", name: str, horizon_s: float) -> Iterator["Recording"]:
     from multiradar.storage.time_order import disorder_s, in_time_order
 
     if recording.rows == 0:
-        msg = f"{given}: no measurements"
+        msg = f"{name}: no measurements"
         raise InputError(msg)
     disordered_s = disorder_s(recording)
     if disordered_s <= horizon_s:
         yield recording
         return
-    print(
-        f"multiradar: {given}: rows are up to {round(disordered_s, 1):.10g} s out of order; "
-        "sorted by time first",
-        file=sys.stderr,
+    warn(
+        f"{name}: rows are up to {round(disordered_s, 1):.10g} s out of order; sorted by time "
+        "first",
+        DataWarning,
     )
     with temporary_folder("multiradar-sort-") as temporary:
         yield in_time_order(recording, temporary)
 
 
-def check_found(found: int, kinds: str | None, given: Path) -> None:
+def check_found(found: int, kinds: Collection[str] | None, name: object) -> None:
     """Raise `InputError` when there is no measurement of the kinds chosen."""
     if found == 0:
-        msg = f"{given}: no measurements of the kinds {kinds}"
+        msg = f"{name}: no measurements of the kinds {','.join(sorted(kinds or ()))}"
         raise InputError(msg)
 
 

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import polars as pl
 
-from multiradar.cli.demonstration.truth import TRUTH_FILE, Truth, read_truth_file
-from multiradar.cli.inputs import DumpChoice, open_measurements
 from multiradar.errors import InputError
 from multiradar.evaluation.measures.bias_errors import TRUE_BIAS_COLUMNS
 from multiradar.evaluation.reference_rows import FILE_COLUMN, LINE_COLUMN
 from multiradar.evaluation.trajectories import NUMBER_MAX
 from multiradar.report.times import is_dated
+from multiradar.toolbox.evaluation.dump_truth import TRUTH_FILE, Truth, read_truth_file
+from multiradar.toolbox.inputs import DumpChoice, open_measurements
 
 REPORT_FILE = "report.json"
 _NEW4 = "_mr.new4"

@@ -2,7 +2,6 @@
 
 import dataclasses
 import re
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,8 +13,6 @@ if TYPE_CHECKING:
 _WORST = 8
 #: Part of the names of settings that options omit.
 _UNIT = re.compile(r"(_max)?_(m|s)$")
-#: Width of the tables where standard output is no terminal.
-_WIDTH_UNKNOWN = 160
 _REFERENCES = {
     "truth": "the truth of a simulation",
     "recorded": "the ADS-B reports of the dump",
@@ -90,13 +87,3 @@ def _command(tracks: Path, figures: Any) -> str:
 def flag_of(name: str) -> str:
     """Return the option of a setting."""
     return f"--{_UNIT.sub('', name).replace('_', '-')}"
-
-
-def print_scorecard(document: "Document") -> None:
-    """Print a scorecard in the terminal."""
-    from rich.console import Console
-
-    from multiradar.cli.terminal.report_tables import print_document
-
-    width = None if sys.stdout.isatty() else _WIDTH_UNKNOWN
-    print_document(document, Console(highlight=False, markup=False, width=width))

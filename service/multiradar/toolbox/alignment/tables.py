@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping, Sequence
 
-from multiradar.cli.outputs.parameters import parameter_words
 from multiradar.report.cells import estimate_texts
 from multiradar.report.content import Document, Plot, Table, Value
 from multiradar.report.times import time_text
+from multiradar.toolbox.pages.parameters import parameter_words
 from multiradar_schemas.alignment import (
     AlignedBias,
     AlignedDistances,

@@ -6,8 +6,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from multiradar.cli.terminal.folders import no_such
 from multiradar.errors import ConfigurationError, InputError
+from multiradar.toolbox.folders import no_such
 from multiradar_converters.leftovers import temporary_folder
 
 if TYPE_CHECKING:
@@ -250,11 +250,11 @@ def _updates(given: Path, processor: str | None) -> "pl.DataFrame":
     """Return measured updates of confirmed tracks, with `flight` and identities."""
     import polars as pl
 
-    from multiradar.cli.evaluation.inputs import NOT_SEEN
-    from multiradar.cli.evaluation.recorded import dump_tracks, has_dump_tracks
-    from multiradar.cli.evaluation.tracked import read_table
     from multiradar.errors import MissingColumnError
     from multiradar.evaluation.system_tracks import named_by_flight, of_one_processor
+    from multiradar.toolbox.evaluation.inputs import NOT_SEEN
+    from multiradar.toolbox.evaluation.recorded import dump_tracks, has_dump_tracks
+    from multiradar.toolbox.evaluation.tracked import read_table
 
     path = given
     if given.is_dir():

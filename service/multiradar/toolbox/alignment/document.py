@@ -5,8 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.cli.alignment.registration import Registration
-from multiradar.cli.alignment.sensors_file import aligned_sensors
 from multiradar.diagnosis.alignment.cross_validation import (
     AIRCRAFT_MIN,
     distances,
@@ -23,6 +21,8 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_UNITS,
     SensorTable,
 )
+from multiradar.toolbox.alignment.registration import Registration
+from multiradar.toolbox.alignment.sensors_file import aligned_sensors
 from multiradar_schemas.alignment import (
     AlignedBias,
     AlignedDistances,

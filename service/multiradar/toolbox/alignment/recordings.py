@@ -6,13 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from multiradar.cli.inputs import DumpChoice, open_measurements
 from multiradar.errors import InputError
+from multiradar.toolbox.inputs import DumpChoice, open_measurements
 from multiradar_converters.leftovers import temporary_folder
 from multiradar_schemas.alignment import AlignedInput
 from multiradar_schemas.report import Counts
 
 if TYPE_CHECKING:
+    from multiradar.diagnosis.diagnosis import Diagnosis
     from multiradar.storage.recording import Recording
     from multiradar_schemas.sensors.sensor import SensorsFile
 
@@ -29,13 +30,13 @@ class OpenedRecordings:
         In order of time.
     inputs : list of AlignedInput
         The recordings.
-    diagnoses : list of str
+    diagnoses : list of Diagnosis
         What is wrong with a conversion or the sensors file.
     """
 
     recording: "Recording"
     inputs: list[AlignedInput]
-    diagnoses: list[str]
+    diagnoses: "list[Diagnosis]"
 
 
 @contextmanager
@@ -74,7 +75,7 @@ def open_recordings(
         return
     tables: list[Path] = []
     inputs: list[AlignedInput] = []
-    diagnoses: list[str] = []
+    diagnoses: list[Diagnosis] = []
     with ExitStack() as held, temporary_folder("multiradar-align-") as temporary:
         for kind in ("asterix", "adsb"):
             files = [path for path, one in kinds.items() if one == kind]
@@ -99,46 +100,38 @@ def open_recordings(
 
 def _kind(path: Path) -> str:
     from multiradar.storage.recording import MEASUREMENTS_FILE
-    from multiradar_converters.errors import ConversionError
-    from multiradar_converters.inspection.recordings import recording_kind
+    from multiradar.toolbox.conversion import detected
 
     if path.suffix == ".parquet" or (path / MEASUREMENTS_FILE).exists():
         return "converted"
-    if not path.exists():
-        msg = f"{path}: no such file"
-        raise InputError(msg)
-    try:
-        return recording_kind(path)
-    except ConversionError as error:
-        raise InputError(str(error)) from error
+    kind = detected(path)
+    return "dump" if kind == "vid" else kind
 
 
 def _convert(
     kind: str, files: list[Path], out: Path, sensors: "SensorsFile", dump: DumpChoice
 ) -> dict[str, Any]:
-    from multiradar.cli.compiling import compile_kernels
-    from multiradar.cli.conversion.outcome import convert_files
+    from multiradar.toolbox.conversion import convert_files
     from multiradar_converters.adsb.conversion import convert as convert_adsb
     from multiradar_converters.adsb.options import Options as AdsbOptions
     from multiradar_converters.asterix.conversion import convert as convert_asterix
     from multiradar_converters.asterix.options import Options as AsterixOptions
 
-    compile_kernels([f"convert {kind}"])
     date = dump.options().date
     if kind == "adsb":
         adsb = AdsbOptions(date=date)
-        return convert_files(files, lambda advance: convert_adsb(files, out, adsb, advance))
+        return convert_files(kind, files, lambda advance: convert_adsb(files, out, adsb, advance))
     asterix = AsterixOptions(sensors=sensors, date=date)
-    return convert_files(files, lambda advance: convert_asterix(files, out, asterix, advance))
+    return convert_files(kind, files, lambda advance: convert_asterix(files, out, asterix, advance))
 
 
-def _diagnosed(report: dict[str, Any], out: Path, sensors: "SensorsFile") -> list[str]:
+def _diagnosed(report: dict[str, Any], out: Path, sensors: "SensorsFile") -> "list[Diagnosis]":
     from multiradar import wire
     from multiradar.diagnosis.conversion import diagnose_conversion
     from multiradar.storage.recording import MEASUREMENTS_FILE
 
     table = wire.sensor_table(sensors)
-    return [one.sentence for one in diagnose_conversion(out / MEASUREMENTS_FILE, report, table)]
+    return diagnose_conversion(out / MEASUREMENTS_FILE, report, table)
 
 
 def _documented(files: list[Path], report: dict[str, Any]) -> AlignedInput:

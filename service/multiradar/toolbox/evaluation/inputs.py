@@ -1,7 +1,6 @@
 """Inputs of an evaluation: tracks, biases, reference and plots."""
 
 import dataclasses
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,17 +8,7 @@ from typing import TYPE_CHECKING
 
 import polars as pl
 
-from multiradar.cli.evaluation.recorded import (
-    dump_tracks,
-    has_dump_tracks,
-    recorded_truth,
-    reports_of_dump,
-    true_biases,
-)
-from multiradar.cli.evaluation.tracked import bias_tables, named_by_tracks, read_table
-from multiradar.cli.inputs import read_sensors
-from multiradar.cli.terminal.folders import no_such
-from multiradar.errors import InputError, MissingColumnError
+from multiradar.errors import DataWarning, InputError, MissingColumnError
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.system_tracks import named_by_flight, of_one_processor
 from multiradar.evaluation.tables import (
@@ -28,6 +17,17 @@ from multiradar.evaluation.tables import (
     reference_of_truth,
     with_rows,
 )
+from multiradar.toolbox.evaluation.recorded import (
+    dump_tracks,
+    has_dump_tracks,
+    recorded_truth,
+    reports_of_dump,
+    true_biases,
+)
+from multiradar.toolbox.evaluation.tracked import bias_tables, named_by_tracks, read_table
+from multiradar.toolbox.folders import no_such
+from multiradar.toolbox.inputs import read_sensors
+from multiradar.toolbox.warning import warn
 
 if TYPE_CHECKING:
     from multiradar.evaluation.coverage import CoveredRegion
@@ -350,9 +350,7 @@ def _warn_of_unknown(frame: pl.DataFrame, known: list[set[str]], sensors: Path) 
     lost = [f"{name} ({count} measurements)" for name, count in found if name not in names]
     if lost:
         verb = "is" if len(lost) == 1 else "are"
-        print(
-            f"multiradar: {', '.join(lost)} {verb} not in {sensors} and not used", file=sys.stderr
-        )
+        warn(f"{', '.join(lost)} {verb} not in {sensors} and not used", DataWarning)
 
 
 def _measurements(given: Path) -> tuple[pl.DataFrame, str]:

@@ -1,0 +1,1 @@
+"""What the Python API and the commands do alike: convert, track, evaluate, simulate, study."""

@@ -1,0 +1,1 @@
+"""Tracks, references and scorecards: what `evaluate` compares."""

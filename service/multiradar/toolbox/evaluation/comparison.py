@@ -1,0 +1,209 @@
+"""Tracks compared with a reference."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from multiradar.errors import ArgumentError, DataWarning
+from multiradar.toolbox.warning import warn
+from multiradar_schemas.documents.names import unknown
+
+if TYPE_CHECKING:
+    from multiradar.evaluation.card.figures import Figures
+    from multiradar.evaluation.coverage import CoveredRegion
+    from multiradar.evaluation.scorecard import Scorecard
+    from multiradar.evaluation.settings import EvaluationSettings
+    from multiradar.toolbox.evaluation.inputs import Known
+
+#: Motion models of a smoothed reference; the first is the default.
+SMOOTHERS = ("constant-velocity", "imm")
+
+
+@dataclass(frozen=True, slots=True)
+class References:
+    """What tracks are compared with, as files; see `evaluate`."""
+
+    truth: Path | None
+    adsb: Path | None
+    smoothed: Path | None
+    system_tracks: Path | None
+    processor: str | None
+    sensors: Path | None
+    measurements: Path | None
+    smoother: str | None
+
+    def check(self) -> None:
+        """Check that there is one reference, and nothing that it does not use.
+
+        Raises
+        ------
+        ArgumentError
+            There are none or several.
+        """
+        options = {
+            "truth": self.truth,
+            "adsb": self.adsb,
+            "smoothed": self.smoothed,
+            "system_tracks": self.system_tracks,
+        }
+        given = [name for name, one in options.items() if one is not None]
+        others = [name for name in given if name != "truth"]
+        # The truth of a dump may accompany another reference.
+        if len(given) != 1 and not (len(others) == 1 and self._recorded()):
+            if given:
+                named = " and ".join(f"`{name}`" for name in given)
+                raise ArgumentError(f"expected one reference, was {named}", *given)
+            known = ", ".join(f"`{name}`" for name in options)
+            raise ArgumentError(f"missing reference: one of {known}", *options)
+        if self.smoothed is None and self.smoother is not None:
+            raise ArgumentError("`smoother` is for `smoothed` only", "smoother", "smoothed")
+        if self.smoother is not None and self.smoother not in SMOOTHERS:
+            msg = f"`smoother`: {unknown('smoother', self.smoother, SMOOTHERS)}"
+            raise ArgumentError(msg, "smoother")
+        if self.system_tracks is None and self.processor is not None:
+            msg = "`processor` is for `system_tracks` only"
+            raise ArgumentError(msg, "processor", "system_tracks")
+
+    def _recorded(self) -> bool:
+        from multiradar.toolbox.evaluation.recorded import is_recorded_truth
+
+        return is_recorded_truth(self.truth)
+
+    def read(self, tracks: Path, sensors: Path | None, settings: "EvaluationSettings") -> "Known":
+        """Read the reference of tracks.
+
+        Raises
+        ------
+        InputError
+            It is missing or cannot be used.
+        """
+        from multiradar.toolbox.evaluation.inputs import read_recorded, read_truth
+        from multiradar.toolbox.evaluation.tracked import read_regions
+
+        regions = read_regions(tracks, None if settings.whole_reference else sensors)
+        if self.truth is None:
+            return self._read(tracks, sensors, settings, regions)
+        if not self._recorded():
+            return read_truth(self.truth, settings, regions)
+        alone = self.adsb is self.smoothed is self.system_tracks is None
+        known = None if alone else self._read(tracks, sensors, settings, regions)
+        return read_recorded(self.truth, known, settings, regions)
+
+    def _read(
+        self,
+        tracks: Path,
+        sensors: Path | None,
+        settings: "EvaluationSettings",
+        regions: "Sequence[CoveredRegion]",
+    ) -> "Known":
+        from multiradar.toolbox.evaluation.inputs import (
+            read_reports,
+            read_smoothed,
+            read_system_tracks,
+        )
+
+        if self.adsb is not None:
+            return read_reports(self.adsb, settings, regions)
+        if self.system_tracks is not None:
+            return read_system_tracks(self.system_tracks, settings, regions, self.processor)
+        assert self.smoothed is not None
+        if sensors is None:
+            msg = (
+                f"missing `sensors`, which `smoothed` needs ({tracks} has no sensors.toml beside "
+                "its tracks)"
+            )
+            raise ArgumentError(msg, "sensors", "smoothed")
+        smoother = self.smoother or SMOOTHERS[0]
+        return read_smoothed(self.smoothed, sensors, tracks, settings, smoother, regions=regions)
+
+    def plots(self) -> Path | None:
+        """Return the measurements of the tracks: those given, or those of the reference."""
+        from multiradar.storage.recording import measurements_path
+
+        if self.measurements is not None:
+            return self.measurements
+        candidates = (self.adsb, self.smoothed, self.truth, self.system_tracks)
+        folders = [one for one in candidates if one is not None and one.suffix != ".json"]
+        known = [one for one in folders if one.is_dir() or one in {self.adsb, self.smoothed}]
+        return next((one for one in known if measurements_path(one).is_file()), None)
+
+
+def compared(
+    tracks: Path,
+    chosen: References,
+    settings: "EvaluationSettings",
+    presets: Sequence[str],
+) -> "tuple[Scorecard, Figures]":
+    """Compare tracks with a reference.
+
+    Parameters
+    ----------
+    tracks : Path
+        The folder that `track` made, or its `tracks.parquet`.
+    chosen : References
+        The reference.
+    settings : EvaluationSettings
+        How they are compared.
+    presets : sequence of str
+        Requirements to evaluate.
+
+    Returns
+    -------
+    Scorecard, dict
+        All measures, and the figures.
+    """
+    from multiradar.evaluation.card.figures import figures_of, row_figures
+    from multiradar.evaluation.overlap import check_matched, outside, rarely_matched
+    from multiradar.evaluation.reference_checks import (
+        clock_offset,
+        height_unit,
+        mostly_uncovered,
+        rejected_rows,
+        shared_sensors,
+    )
+    from multiradar.evaluation.scorecard import evaluate as evaluate_tracks
+    from multiradar.toolbox.evaluation.inputs import radar_plots
+    from multiradar.toolbox.evaluation.tracked import (
+        read_biases,
+        read_forecasts,
+        read_tracks,
+        sensors_file,
+    )
+    from multiradar.toolbox.inputs import read_sensors
+
+    sensors = sensors_file(tracks, chosen.sensors)
+    known = chosen.read(tracks, sensors, settings)
+    counts = known.reference.counts
+    for sentence in rejected_rows(counts) + mostly_uncovered(counts):
+        warn(sentence, DataWarning)
+    evaluated = read_tracks(tracks, known, settings)
+    listed = () if sensors is None else read_sensors(sensors).sensor
+    card = evaluate_tracks(
+        evaluated,
+        known.reference,
+        settings,
+        presets,
+        plots=known.plots,
+        biases=read_biases(tracks, known),
+        sensors=listed,
+        radar_plots=radar_plots(chosen.plots()),
+        forecasts=read_forecasts(tracks),
+    )
+    check_matched(evaluated, known.reference, card.instants.track_of, settings.gate_m)
+    sentences = outside(evaluated, known.reference, settings.gate_m) or rarely_matched(
+        card.instants.track_of, settings.gate_m
+    )
+    sentences += clock_offset(evaluated, card.errors) + height_unit(evaluated, card.errors)
+    # ADS-B converted alone may have the name of a radar or multilateration of the tracks.
+    named_alike = {one.id for one in listed if one.kind != "adsb"}
+    sentences += shared_sensors(evaluated, sorted({*known.reporters} - named_alike))
+    for sentence in sentences:
+        warn(sentence, DataWarning)
+    what: Figures = {"kind": known.kind, "path": str(known.path), **known.claimed}
+    what |= row_figures(counts)
+    if chosen.sensors is not None:
+        what["sensors"] = str(chosen.sensors)
+    if chosen.measurements is not None:
+        what["measurements"] = str(chosen.measurements)
+    return card, {"reference": what, **figures_of(card)}

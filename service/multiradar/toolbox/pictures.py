@@ -1,0 +1,117 @@
+"""Plots of reports as one figure of matplotlib, for scripts and notebooks."""
+
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+from multiradar.errors import ArgumentError
+from multiradar.report.colours import ALL, FAINT, GRID, Colour, assign_colours
+from multiradar.report.content import Plot
+from multiradar.report.drawing import draw_plot, finish_axes, plain_state
+from multiradar_schemas.documents.names import unknown
+
+#: Inches of one plot.
+_WIDTH, _HEIGHT = 6.4, 3.6
+_MAP_HEIGHT = 6.4
+
+
+def picture(plots: Sequence[Plot], names: Sequence[str] = ()) -> Figure:
+    """Draw plots as one figure, maps first, two in a row, each with title and legend.
+
+    Parameters
+    ----------
+    plots : sequence of Plot
+        All plots.
+    names : sequence of str
+        Names of those to draw; all by default.
+
+    Returns
+    -------
+    Figure
+        Independent of pyplot.
+
+    Raises
+    ------
+    ArgumentError
+        There is no plot of a name, or none at all.
+    """
+    by_name = {plot.name: plot for plot in plots}
+    for name in names:
+        if name not in by_name:
+            raise ArgumentError(unknown("plot", name, by_name))
+    chosen = [by_name[name] for name in names] or list(plots)
+    if not chosen:
+        raise ArgumentError("nothing to draw: there are no confirmed tracks")
+    if "IPython" in sys.modules:
+        # Notebooks show figures when pyplot was imported.
+        import matplotlib.pyplot  # noqa: F401
+    maps = [plot for plot in chosen if plot.equal_axes]
+    others = [plot for plot in chosen if not plot.equal_axes]
+    columns = min(max(len(maps), len(others)), 2)
+    rows = [
+        some[start : start + columns]
+        for some in (maps, others)
+        for start in range(0, len(some), columns)
+    ]
+    heights = [_MAP_HEIGHT if any(one.equal_axes for one in row) else _HEIGHT for row in rows]
+    colours = {key: _light(colour) for key, colour in assign_colours(plots).items()}
+    with plain_state():
+        figure = Figure(figsize=(_WIDTH * columns, sum(heights)), layout="constrained")
+        grid = figure.add_gridspec(len(rows), columns, height_ratios=heights)
+        for at, row in enumerate(rows):
+            for column, plot in enumerate(row):
+                # A plot alone in its row has all of it.
+                cells = slice(None) if len(row) == 1 else column
+                _draw(figure.add_subplot(grid[at, cells]), plot, colours)
+        for artist in figure.findobj():
+            _recolour(artist)
+    return figure
+
+
+def _light(colour: Colour) -> Colour:
+    return replace(colour, mark=colour.light)
+
+
+def _draw(axes: Axes, plot: Plot, colours: Mapping[str, Colour]) -> None:
+    draw_plot(axes, plot, colours, _WIDTH)
+    finish_axes(axes, plot)
+    # Ticks are made when the figure is drawn.
+    axes.tick_params(which="both", colors=FAINT.light)
+    axes.grid(color=GRID.light)
+    axes.set_title(plot.title, loc="left")
+    axes.set_ylabel(plot.y_label)
+    handles, labels = axes.get_legend_handles_labels()
+    unique = {label: handle for handle, label in zip(handles, labels, strict=True)}
+    if unique:
+        axes.legend(list(unique.values()), list(unique), frameon=False, fontsize="small")
+
+
+_SHOWN = {one.mark: one.light for one in ALL}
+
+
+def _recolour(artist: Artist) -> None:
+    """Replace placeholders of `multiradar.report.colours` by the colours on white."""
+    for part in ("color", "facecolor", "edgecolor", "markerfacecolor", "markeredgecolor"):
+        get, put = getattr(artist, f"get_{part}", None), getattr(artist, f"set_{part}", None)
+        if get is None or put is None:
+            continue
+        found = _hex(get())
+        if found in _SHOWN:
+            put(_SHOWN[found])
+
+
+def _hex(colour: Any) -> str | None:
+    """Return a colour, or the first of several, as a hexadecimal text; None without one."""
+    if isinstance(colour, str):
+        return colour
+    found = np.asarray(colour)
+    if found.dtype.kind != "f" or not found.size:
+        return None
+    return to_hex(tuple(found if found.ndim == 1 else found[0]))

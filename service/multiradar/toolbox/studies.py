@@ -1,0 +1,124 @@
+"""Studies: the tables and figures of the source papers."""
+
+from collections.abc import Iterable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from multiradar.errors import ArgumentError
+from multiradar.research.studies.catalogue import STUDIES, StudyEntry
+from multiradar.toolbox.compiling import compile_kernels
+from multiradar.toolbox.output import PathLike
+from multiradar.toolbox.progress import counting_bar
+from multiradar_schemas.documents.names import unknown
+
+if TYPE_CHECKING:
+    from multiradar.research.studies.result import StudyOptions, StudyResult
+
+
+def study(
+    name: str,
+    *,
+    runs: int | None = None,
+    seed: int = 1,
+    filters: Iterable[str] | None = None,
+    duration_s: float | None = None,
+    out: PathLike | None = None,
+) -> "StudyResult":
+    """Reproduce the tables and figures of a source paper.
+
+    Parameters
+    ----------
+    name : str
+        A study, as ``multiradar study --help`` lists them.
+    runs : int, optional
+        Number of Monte Carlo runs; by default that of the study.
+    seed : int
+        Random seed; the same seed gives the same results.
+    filters : iterable of str, optional
+        Filters to compare; by default all of the study.
+    duration_s : float, optional
+        Duration of its scenario, s; by default that of the study.
+    out : path, optional
+        Also write an HTML report.
+
+    Returns
+    -------
+    StudyResult
+        `.rows` for programs, `.tables`, `.plots` and `.notes` for readers.
+
+    Raises
+    ------
+    ArgumentError
+        There is no such study, or it does not support an argument.
+    UnknownFilterError
+        It does not compare a filter.
+    ConfigurationError
+        The duration is out of its bounds.
+    OutputExistsError
+        `out` exists.
+
+    Notes
+    -----
+    docs/validation/studies.md names the paper and the figures of each.
+    """
+    from multiradar.research.studies.result import StudyOptions
+
+    if name not in STUDIES:
+        raise ArgumentError(unknown("study", name, STUDIES))
+    entry = STUDIES[name]
+    chosen = None if filters is None else tuple(dict.fromkeys(filters))
+    given = {"runs": runs, "filters": chosen, "duration_s": duration_s}
+    for argument, value in given.items():
+        if value is not None and argument not in entry.supported_options:
+            raise ArgumentError(f"`{argument}`: {name} does not support it", argument)
+    if seed < 0 or (runs is not None and runs < 1):
+        raise ArgumentError("`runs` and `seed`: expected at least 1 and 0", "runs", "seed")
+    options = StudyOptions(runs, seed, chosen, duration_s)
+    return run_study(entry, options, None if out is None else Path(out))
+
+
+def run_study(entry: StudyEntry, options: "StudyOptions", out: Path | None) -> "StudyResult":
+    """Run a study, with a progress bar on a terminal, and write its report.
+
+    Parameters
+    ----------
+    entry : StudyEntry
+        The study.
+    options : StudyOptions
+        Its options.
+    out : Path, optional
+        Report to write.
+
+    Returns
+    -------
+    StudyResult
+        The result.
+
+    Raises
+    ------
+    UnknownFilterError
+        A filter that the study does not compare.
+    ConfigurationError
+        A duration outside the bounds of the study.
+    OutputExistsError
+        `out` exists.
+    """
+    from multiradar.storage.output_file import new_file
+    from multiradar_compiled.kernel_list import kernels_by_purpose
+
+    purpose = f"study {entry.name}"
+    if purpose in kernels_by_purpose():
+        compile_kernels([purpose])
+    completed = entry.complete(options)
+    with ExitStack() as held:
+        # The file is opened before the run: a wrong name must not cost minutes of computation.
+        partial = None if out is None else held.enter_context(new_file(out))
+        with counting_bar(entry.name) as progress:
+            result = entry.run(completed, progress)
+        if partial is not None:
+            from multiradar.report.page import report_page
+            from multiradar.research.studies.document import document_of
+
+            partial.write_text(report_page(document_of(result)), encoding="utf-8")
+    return result

@@ -1,0 +1,163 @@
+"""Bad input gets from Python the sentence of the command, as an exception with its data."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+import pytest
+
+import multiradar as mr
+from multiradar.cli.main import EXIT_FAILED, EXIT_USAGE, run
+from multiradar.errors import (
+    ArgumentError,
+    ConfigurationError,
+    DataWarning,
+    FindingsError,
+    InputError,
+    MissingColumnError,
+    OutputExistsError,
+    UnknownFilterError,
+)
+
+
+def _table(made: Path) -> pl.DataFrame:
+    return pl.read_parquet(made / "scene" / "measurements.parquet")
+
+
+def _sensors(made: Path) -> Path:
+    return made / "scene" / "sensors.toml"
+
+
+def test_a_table_without_a_column_says_which_and_which_is_nearest(made: Path) -> None:
+    frame = _table(made).rename({"azimuth_deg": "azimut_deg"})
+    with pytest.raises(MissingColumnError) as caught:
+        mr.track(frame, _sensors(made))
+    assert caught.value.missing == ("azimuth_deg",)
+    text = "measurements: missing column azimuth_deg (rename azimut_deg to azimuth_deg?); found: "
+    assert str(caught.value).startswith(text)
+    with mr.Tracker(_sensors(made)) as tracker:
+        with pytest.raises(MissingColumnError) as pushed:
+            tracker.push(frame)
+        assert tracker.counts["read"] == 0
+    assert str(pushed.value) == str(caught.value)
+
+
+def test_a_column_of_another_type_is_named(made: Path) -> None:
+    frame = _table(made).with_columns(range_m=pl.lit("far"))
+    expected = "measurements: expected Float64 in the column range_m, found String"
+    with pytest.raises(InputError, match=expected):
+        mr.track(frame, _sensors(made))
+
+
+def test_an_empty_table_is_an_error(made: Path) -> None:
+    with pytest.raises(InputError, match=r"^measurements: no measurements$"):
+        mr.track(_table(made)[:0], _sensors(made))
+
+
+@pytest.mark.parametrize(
+    ("options", "kind", "sentence"),
+    [
+        ({"kinds": ["radr"]}, ArgumentError, "`kinds`: unknown kind 'radr' (did you mean 'radar'"),
+        ({"hide": ["mode3a"]}, ArgumentError, "`hide`: unknown field 'mode3a'"),
+        ({"filter": "im"}, UnknownFilterError, "unknown filter 'im'; known: two-stage, imm"),
+        ({"epoch_s": -1.0}, ArgumentError, "`epoch_s`: expected"),
+        ({"encounter_distance_m": 9.0}, ArgumentError, "`encounter_distance_m` requires `enc"),
+        ({"encounters": 1e9}, ArgumentError, "`encounters`: expected 1 to 600, was 1000000000.0"),
+        ({"processor": "1-2"}, ArgumentError, "`processor` requires `reference`"),
+        ({"date": "1 May"}, ArgumentError, "`date`: expected a date such as 2018-08-01"),
+        ({"date": "2018-08-01"}, ArgumentError, "`date` applies to a dump directory only"),
+        ({"config": "none.toml"}, ConfigurationError, "none.toml: no such file"),
+        ({"epochs": 3}, ArgumentError, "unknown argument `epochs`; known: date"),
+    ],
+)
+def test_an_argument_that_cannot_be_used_is_named(
+    made: Path, options: dict[str, Any], kind: type[Exception], sentence: str
+) -> None:
+    with pytest.raises(kind) as caught:
+        mr.track(made / "scene", _sensors(made), **options)
+    assert str(caught.value).startswith(sentence)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "call"),
+    [
+        (
+            ["track", "SCENE", "--sensors", "SENSORS", "--out", "OUT", "--processor", "1-2"],
+            lambda made, out: mr.track(made / "scene", _sensors(made), out=out, processor="1-2"),
+        ),
+        (
+            ["track", "none", "--sensors", "SENSORS", "--out", "OUT"],
+            lambda made, out: mr.track("none", _sensors(made), out=out),
+        ),
+        (
+            ["track", "SCENE", "--sensors", "none.toml", "--out", "OUT"],
+            lambda made, out: mr.track(made / "scene", "none.toml", out=out),
+        ),
+        (
+            ["track", "SCENE", "--sensors", "SENSORS", "--out", "SCENE"],
+            lambda made, _out: mr.track(made / "scene", _sensors(made), out=made / "scene"),
+        ),
+        (["evaluate", "TRACKS"], lambda made, _out: mr.evaluate(made / "tracks")),
+        (
+            ["evaluate", "TRACKS", "--truth", "SCENE", "--adsb", "SCENE"],
+            lambda made, _out: mr.evaluate(
+                made / "tracks", truth=made / "scene", adsb=made / "scene"
+            ),
+        ),
+        (
+            ["evaluate", "SCENE", "--truth", "SCENE"],
+            lambda made, _out: mr.evaluate(made / "scene", truth=made / "scene"),
+        ),
+        (
+            ["simulate", "crosing", "--out", "OUT"],
+            lambda _made, out: mr.simulate("crosing", out=out),
+        ),
+        (["convert", "adsb", "none", "--out", "OUT"],
+         lambda _made, out: mr.convert("none", out=out, format="adsb")),
+    ],
+)  # fmt: skip
+def test_the_sentence_is_that_of_the_command(
+    made: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    arguments: list[str],
+    call: Callable[[Path, Path], object],
+) -> None:
+    out = tmp_path / "out"
+    paths = {"SCENE": made / "scene", "TRACKS": made / "tracks", "SENSORS": _sensors(made),
+             "OUT": out}  # fmt: skip
+    status = run([str(paths.get(argument, argument)) for argument in arguments])
+    # Lines about kernels may precede it.
+    shown = capsys.readouterr().err.splitlines()[-1].removeprefix("multiradar: ")
+    with pytest.raises((InputError, ConfigurationError, OutputExistsError)) as caught:
+        call(made, out)
+    error, called, expected = caught.value, str(caught.value), EXIT_FAILED
+    if isinstance(error, ArgumentError):
+        called, expected = error.sentence_of(lambda n: f"--{n.replace('_', '-')}"), EXIT_USAGE
+    assert status == expected
+    assert shown == called
+    assert not out.exists()
+
+
+def test_a_registered_name_must_be_its_own() -> None:
+    with pytest.raises(ArgumentError, match="expected one of its own, was 'imm'"):
+        mr.register_filter("imm", object)  # type: ignore[arg-type]
+    with pytest.raises(UnknownFilterError, match="im"):
+        mr.register_filter("mine", object, host="im")  # type: ignore[arg-type]
+
+
+def test_a_run_with_findings_is_kept_with_them(made: Path) -> None:
+    frame = _table(made).with_columns(sensor_id=pl.lit("x"))
+    with pytest.raises(FindingsError, match=r"none of .* measurements accepted") as caught:
+        mr.track(frame, _sensors(made))
+    done = caught.value.output
+    assert isinstance(done, mr.Run)
+    assert done.report["counts"]["accepted"] == 0
+
+
+def test_rows_out_of_order_are_sorted_with_a_warning(made: Path, tracked: mr.Run) -> None:
+    with pytest.warns(DataWarning, match="measurements: rows are up to .* out of order") as found:
+        done = mr.track(_table(made).reverse(), _sensors(made))
+    assert [one.filename for one in found] == [__file__]
+    assert done.report["counts"]["read"] == tracked.report["counts"]["read"]

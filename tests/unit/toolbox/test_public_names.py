@@ -1,0 +1,40 @@
+"""The public names, and what it costs to import them."""
+
+import sys
+
+import pytest
+
+import multiradar as mr
+from support.processes.waiting import run_to_end
+
+NAMES = [
+    "Bundle", "Run", "SequentialFilter", "Tracker", "adapters", "convert", "evaluate",
+    "load_sensors", "register_filter", "simulate", "study", "track",
+]  # fmt: skip
+
+
+def test_the_public_names_are_these_and_documented() -> None:
+    assert mr.__all__ == NAMES
+    for name in NAMES:
+        assert getattr(mr, name).__doc__, name
+        assert name in dir(mr)
+
+
+def test_another_name_is_an_error() -> None:
+    with pytest.raises(AttributeError, match="no attribute 'trak'"):
+        mr.trak  # noqa: B018
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "import multiradar",
+        "import sys; from multiradar.cli.main import run; run(['--version'])",
+        "import sys; from multiradar.cli.main import run; run(['track', '--help'])",
+    ],
+)
+def test_what_is_heavy_is_imported_when_it_is_used(code: str) -> None:
+    heavy = "numba", "polars", "matplotlib", "scipy", "zenoh"
+    check = f"{code}\nimport sys\nprint('heavy:', sorted(set(sys.modules) & {set(heavy)}))"
+    done = run_to_end([sys.executable, "-c", check])
+    assert done.stdout.splitlines()[-1] == "heavy: []", done.stdout + done.stderr
