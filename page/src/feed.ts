@@ -1,5 +1,6 @@
 /** Reads the service: frames each second, sensors and status less often; announces interruptions. */
 
+import { request } from "./access";
 import { decode, type Frame } from "./frame";
 import { Store } from "./store";
 import type { Clock } from "./time/clock";
@@ -20,6 +21,8 @@ export interface Sensor {
   rotation_period_s: number | null;
   /** By how much a wrong clock is ahead of the data time. */
   clock_lead_s?: number | null;
+  /** More measurements than it can deliver, in words. */
+  storm?: string | null;
   range_sigma_m: number | null;
   azimuth_sigma_deg: number | null;
   updates: number;
@@ -186,7 +189,7 @@ export class Feed {
 
 /** Get a document of the service. @throws Error with what the service says. */
 export async function get(address: string): Promise<Response> {
-  const answer = await fetch(address, { signal: AbortSignal.timeout(TIMEOUT_MS), cache: "no-store" });
+  const answer = await request(address, { signal: AbortSignal.timeout(TIMEOUT_MS), cache: "no-store" });
   if (!answer.ok) {
     const problem = (await answer.json().catch(() => ({}))) as { detail?: string };
     throw new Error(problem.detail ?? `the service answered ${answer.status}`);

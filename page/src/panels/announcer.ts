@@ -1,4 +1,4 @@
-/** What a screen reader is told: lost and restored connections, and new alarms. */
+/** Announcements for screen readers: lost and restored connections, and new alarms. */
 
 import { alarmsOf } from "./sensors/severity";
 import type { App } from "./panel";

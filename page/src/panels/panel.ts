@@ -14,7 +14,7 @@ import type { Clock } from "../time/clock";
 import type { Filters, Switch, Tab, ViewState } from "../view";
 
 export interface Actions {
-  /** Select a track, or none; its sheet opens unless told otherwise. */
+  /** Select a track, or none; its sheet opens unless `opens` is false. */
   select(id: number | null, opens?: boolean): void;
   show(id: number): void;
   toggle(name: Switch): void;

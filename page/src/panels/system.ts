@@ -2,6 +2,7 @@
 
 import { html, nothing, type TemplateResult } from "lit";
 
+import { follow } from "../access";
 import { utc } from "../units";
 import type { App, Panel } from "./panel";
 import { Source } from "./source";
@@ -126,7 +127,7 @@ function shown(code: string, app: App): TemplateResult {
   const found = source.read(app, code, `v1/rejects?code=${encodeURIComponent(code)}&limit=1000`);
   if (found === null) return html`<p class="hint">${source.problem || "Reading…"}</p>`;
   return html`${found.rejects.slice(-EXAMPLES).reverse().map((one) => html`<p>${one.reason}<br><code>${one.raw}</code></p>`)}
-    <p class="hint"><a href="v1/rejects?code=${encodeURIComponent(code)}">All that are retained</a></p>`;
+    <p class="hint"><a href="v1/rejects?code=${encodeURIComponent(code)}" @click=${follow}>All that are retained</a></p>`;
 }
 
 function outcomes(status: Record<string, unknown>): TemplateResult | typeof nothing {

@@ -6,6 +6,7 @@ from typing import Annotated
 from fastapi import Depends
 from starlette.requests import HTTPConnection
 
+from multiradar.access.authentication import Authentication
 from multiradar.api.batches import StreamHub
 from multiradar.api.workers import Workers
 from multiradar.runtime.ports import ReadableService, View
@@ -20,6 +21,7 @@ class Access:
     workers: Workers
     hub: StreamHub
     limits: HttpLimits
+    authentication: Authentication
 
     @property
     def view(self) -> View:

@@ -124,7 +124,8 @@ class AsterixGateway:
                 continue
             number += 1
             size = len(octets)
-            if self._queue.put(Received(listener, number, self._clock.now_s(), octets)):
+            received = Received(listener, number, self._clock.now_s(), octets, source.sender)
+            if self._queue.put(received):
                 self.counts.add(listener, datagrams=1, octets=size)
             else:
                 self.counts.add(

@@ -18,16 +18,21 @@ class Received(NamedTuple):
         Unix time of its reception, s.
     octets : bytes
         Its content.
+    sender : str
+        Address from which it came; empty where a listener has only one.
     """
 
     listener: int
     number: int
     received_s: float
     octets: bytes
+    sender: str = ""
 
 
 class DatagramQueue:
     """Queue of datagrams, bounded by number and octets; datagrams that do not fit are dropped.
+
+    One address holds at most half of it, so that its flood leaves room for the others.
 
     Parameters
     ----------
@@ -40,6 +45,8 @@ class DatagramQueue:
         self._octets_max = octets_max
         self._waiting: deque[Received] = deque()
         self._octets = 0
+        # Datagrams and octets by sender.
+        self._held: dict[str, tuple[int, int]] = {}
         self._lock = threading.Lock()
 
     def __len__(self) -> int:
@@ -56,6 +63,12 @@ class DatagramQueue:
         with self._lock:
             if len(self._waiting) >= self._datagrams_max or self._octets + size > self._octets_max:
                 return False
+            count, held = self._held.get(received.sender, (0, 0))
+            if received.sender and (
+                2 * count >= self._datagrams_max or 2 * (held + size) > self._octets_max
+            ):
+                return False
+            self._held[received.sender] = count + 1, held + size
             self._waiting.append(received)
             self._octets += size
             return True
@@ -66,4 +79,8 @@ class DatagramQueue:
             count = min(datagrams_max, len(self._waiting))
             popped = [self._waiting.popleft() for _ in range(count)]
             self._octets -= sum(len(one.octets) for one in popped)
+            for one in popped:
+                waiting, held = self._held.pop(one.sender)
+                if waiting > 1:
+                    self._held[one.sender] = waiting - 1, held - len(one.octets)
             return popped

@@ -4,9 +4,11 @@ import socket
 import struct
 import threading
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from ipaddress import IPv4Address, IPv4Network
 from typing import Protocol
 
+from multiradar.access.security_log import RepeatedEvents
 from multiradar.errors import ConfigurationError
 from multiradar.ingest.udp import is_group
 
@@ -38,6 +40,11 @@ class DatagramSource(Protocol):
         """State of a connection and its last error; empty for a port."""
         ...
 
+    @property
+    def sender(self) -> str:
+        """Address from which the last datagram came; empty where there is only one."""
+        ...
+
     def receive(self) -> bytes | None:
         """Wait a moment for the next datagram; None if there was none. Raise OSError on a fault."""
         ...
@@ -60,6 +67,10 @@ class UdpSource:
         Address of the interface on which a group is joined.
     buffer_octets : int
         Requested receive buffer; the system may give less.
+    senders : sequence of str
+        Addresses or networks whose datagrams are received; empty for all.
+    events : RepeatedEvents, optional
+        Logs datagrams of others.
 
     Raises
     ------
@@ -67,9 +78,21 @@ class UdpSource:
         If the port cannot be opened.
     """
 
-    def __init__(self, address: str, port: int, interface: str, buffer_octets: int) -> None:
+    def __init__(
+        self,
+        address: str,
+        port: int,
+        interface: str,
+        buffer_octets: int,
+        *,
+        senders: Sequence[str] = (),
+        events: RepeatedEvents | None = None,
+    ) -> None:
         self.lost = 0
-        self.status: Mapping[str, object] = {}
+        self.sender = ""
+        self._senders = tuple(IPv4Network(one) for one in senders)
+        self._events = events
+        self._not_allowed = 0
         self._buffer = bytearray(DATAGRAM_OCTETS_MAX)
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
@@ -81,10 +104,15 @@ class UdpSource:
         host, port = self._socket.getsockname()
         self.endpoint = f"udp/{host}:{port}"
 
+    @property
+    def status(self) -> Mapping[str, object]:
+        """Datagrams of senders that are not allowed, where some are listed."""
+        return {"datagrams_not_allowed": self._not_allowed} if self._senders else {}
+
     def receive(self) -> bytes | None:
-        """Wait a moment for the next datagram."""
+        """Wait a moment for the next datagram of an allowed sender."""
         try:
-            octets, ancillary, _flags, _sender = self._socket.recvmsg_into(
+            octets, ancillary, _flags, sender = self._socket.recvmsg_into(
                 [self._buffer], _ANCILLARY
             )
         except TimeoutError:
@@ -92,6 +120,12 @@ class UdpSource:
         for level, kind, value in ancillary:
             if level == socket.SOL_SOCKET and kind == _DROPS and len(value) >= 4:
                 (self.lost,) = struct.unpack("=I", value[:4])
+        self.sender = sender[0]
+        if self._senders and not any(IPv4Address(self.sender) in one for one in self._senders):
+            self._not_allowed += 1
+            if self._events is not None:
+                self._events.warn("datagram_not_allowed", self.sender, listener=self.endpoint)
+            return None
         return bytes(memoryview(self._buffer)[:octets])
 
     def close(self) -> None:
@@ -128,6 +162,7 @@ class MemorySource:
 
     def __init__(self, endpoint: str = "memory") -> None:
         self.endpoint = endpoint
+        self.sender = ""
         self.lost = 0
         self.status: Mapping[str, object] = {}
         self.closed = False

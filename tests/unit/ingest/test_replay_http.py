@@ -9,7 +9,7 @@ import pytest
 
 from multiradar.errors import ConfigurationError, PeerError, UnavailableError
 from multiradar.ingest.replay import Answer
-from multiradar.ingest.replay_http import Encoding, HttpDestination, encode
+from multiradar.ingest.replay_http import KEY_VARIABLE, Encoding, HttpDestination, encode
 from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
 
 
@@ -167,3 +167,22 @@ def test_rows_of_unknown_sensors_and_the_sensors_of_the_service_are_read() -> No
     sensors = {"count": 2, "sensors": [{"id": "26-10"}, {"id": "35-10"}]}
     assert _service(httpx.Response(200, json=sensors)).configured() == ("26-10", "35-10")
     assert _service(httpx.Response(404, json={})).configured() == ()
+
+
+@pytest.mark.parametrize(("key", "sent"), [("mr_1", "Bearer mr_1"), ("", None), (None, None)])
+def test_the_key_of_the_environment_is_sent(
+    monkeypatch: pytest.MonkeyPatch, key: str | None, sent: str | None
+) -> None:
+    monkeypatch.delenv(KEY_VARIABLE, raising=False)
+    if key is not None:
+        monkeypatch.setenv(KEY_VARIABLE, key)
+    received: list[str | None] = []
+
+    def answer(request: httpx.Request) -> httpx.Response:
+        received.append(request.headers.get("authorization"))
+        return httpx.Response(200, json={})
+
+    destination = HttpDestination("http://127.0.0.1:1", Encoding.JSON, httpx.MockTransport(answer))
+    destination.flush("end")
+    destination.close()
+    assert received == [sent]

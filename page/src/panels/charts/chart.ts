@@ -8,7 +8,7 @@ export interface Curve {
   /** Name of a custom property of the page, or a colour. */
   colour: string;
   values: ArrayLike<number | null>;
-  /** Marks without a line; its form tells curves apart without their colours. */
+  /** Marks without a line; its form distinguishes the curves, not only the colour. */
   mark?: number;
   dash?: number[];
   /** An end of a filled band: the upper one, and the lower one as the next curve. */

@@ -31,13 +31,16 @@ const ALARMS: Record<string, string> = {
 export function alarmsOf(sensor: Sensor): string[] {
   const alarms = sensor.health?.["alarms"];
   const named = typeof alarms === "string" && alarms !== "" ? alarms.split(",") : [];
-  return sensor.clock_lead_s == null ? named : [...named, "clock"];
+  if (sensor.clock_lead_s != null) named.push("clock");
+  if (sensor.storm) named.push("storm");
+  return named;
 }
 
 export function severityOf(sensor: Sensor): Severity {
   const alarms = alarmsOf(sensor);
   const causes = sensor.diagnoses.map((one) => one.sentence);
-  const meaning = (alarm: string): string => alarm === "clock"
+  const meaning = (alarm: string): string => alarm === "storm"
+    ? `More measurements than it can deliver: ${sensor.storm}.` : alarm === "clock"
     ? `Its clock is ${(sensor.clock_lead_s ?? 0).toFixed(0)} s ahead of the data time.` : ALARMS[alarm] ?? `Alarm ${alarm}.`;
   const reasons = [...causes, ...alarms.map(meaning), ...doubts(sensor)];
   const level: Level = causes.length > 0 ? "FAULT" : alarms.length > 0 ? "ALARM"

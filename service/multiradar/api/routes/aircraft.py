@@ -6,11 +6,12 @@ Clients add a number to the query against caches, so parameters are not checked.
 from fastapi import APIRouter
 from starlette.responses import Response
 
+from multiradar.access.requirement import DISPLAY
 from multiradar.api.access import Granted
 from multiradar.api.answers import encoding
 from multiradar.api.answers.aircraft import AircraftJson, ReceiverJson
 
-router = APIRouter(prefix="/data", tags=["tar1090"])
+router = APIRouter(prefix="/data", tags=["tar1090"], dependencies=[DISPLAY])
 
 # They change every second; a proxy must ask each time.
 _HEADERS = {"cache-control": "no-cache"}

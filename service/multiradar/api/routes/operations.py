@@ -5,46 +5,50 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Query
 from starlette.responses import Response
 
+from multiradar.access.requirement import DISPLAY, PUBLIC
 from multiradar.api.access import Granted
 from multiradar.api.answers import encoding
 from multiradar.api.answers.documents import Health, Readiness, RejectPage, Status
 from multiradar.api.answers.tables import json_response
-from multiradar.api.query import Integer, Limit, strict_query
+from multiradar.api.query import INTEGER_MOST, AsInteger, Limit, strict_query
 from multiradar.errors import RequestError
 from multiradar.observability.metrics import EXPOSITION_MEDIA_TYPE, exposition
 from multiradar_schemas.measurements.reject import RejectCode
 
-# The state in which the service accepts measurements.
-_READY_STATE = "running"
-
 router = APIRouter(tags=["operations"], dependencies=[Depends(strict_query)])
 
 
-@router.get("/healthz", response_model=Health)
-async def health() -> Response:
-    """Liveness: answers as long as the process runs."""
+@router.get("/healthz", response_model=Health, dependencies=[PUBLIC])
+async def health(access: Granted) -> Response:
+    """Liveness: 200 unless only a restart can help, which a supervisor should then do."""
+    stalled = access.service.stalled
+    if stalled:
+        raise RequestError(503, "STALLED", stalled)
     return Response(b'{"status": "alive"}', media_type=encoding.JSON)
 
 
-@router.get("/readyz", response_model=Readiness)
+@router.get("/readyz", response_model=Readiness, dependencies=[PUBLIC])
 async def readiness(access: Granted) -> Response:
-    """Readiness: 200 once the journal is recovered and writable, 503 otherwise.
+    """Readiness: 503 with the `reasons` if the service does not do what it is for.
 
-    Also 503 after measurements in real time have ceased, until they come again.
+    It is starting or has failed, its disk is full, it is too far behind, rejects all measurements,
+    gets none any more, or has lost its Zenoh router. `code` is that of the first reason.
     """
-    state, step, silence = await access.workers.run(
-        lambda: (str(access.service.state), access.service.start_step, access.service.silence)
-    )
-    if state != _READY_STATE:
-        detail = f"the service is starting: {step}" if step else f"the service is {state}"
-        raise RequestError(503, "NOT_READY", detail, {"retry-after": "1"})
-    if silence:
-        raise RequestError(503, "NO_DATA", silence, {"retry-after": "1"})
+    reasons = await access.workers.run(access.service.unready)
+    if reasons:
+        raise RequestError(
+            503,
+            reasons[0].code,
+            "; ".join(reason.text for reason in reasons),
+            {"retry-after": "1"},
+            members={"reasons": [{"code": one.code, "reason": one.text} for one in reasons]},
+        )
     return Response(b'{"ready": true}', media_type=encoding.JSON)
 
 
 @router.get(
     "/metrics",
+    dependencies=[DISPLAY],
     response_class=Response,
     responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}},
 )
@@ -54,18 +58,20 @@ async def metrics(access: Granted) -> Response:
     return Response(text, headers={"content-type": EXPOSITION_MEDIA_TYPE})
 
 
-@router.get("/v1/status", response_model=Status)
+@router.get("/v1/status", response_model=Status, dependencies=[DISPLAY])
 async def status(access: Granted) -> Response:
     """Return counts, sequence numbers, data time, output digest and version."""
     value = await access.workers.run(access.view.status)
     return json_response(value)
 
 
-@router.get("/v1/rejects", response_model=RejectPage)
+@router.get("/v1/rejects", response_model=RejectPage, dependencies=[DISPLAY])
 async def list_rejects(
     access: Granted,
     after: Annotated[
-        Integer, Query(ge=0, description="`next_after` of the previous page", examples=[0])
+        int,
+        Query(ge=0, le=INTEGER_MOST, description="`next_after` of the previous page", examples=[0]),
+        AsInteger,
     ] = 0,
     limit: Limit = 1000,
     code: Annotated[

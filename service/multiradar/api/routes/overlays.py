@@ -6,10 +6,11 @@ from fastapi import APIRouter, Depends, Path
 from pydantic import BaseModel, Field
 from starlette.responses import Response
 
+from multiradar.access.requirement import DISPLAY
 from multiradar.api.answers.documents import NOT_FOUND
 from multiradar.api.answers.encoding import GEOJSON
 from multiradar.api.answers.tables import json_response
-from multiradar.api.query import Integer, strict_query
+from multiradar.api.query import AsInteger, strict_query
 from multiradar.errors import RequestError
 from multiradar.storage.overlays import FILES_MAX, Overlays
 
@@ -39,7 +40,7 @@ def overlay_routes(overlays: Overlays) -> APIRouter:
         The overlays; they are named by number only, so that no request names a file.
     """
     router = APIRouter(
-        prefix="/v1/overlays", tags=["picture"], dependencies=[Depends(strict_query)]
+        prefix="/v1/overlays", tags=["picture"], dependencies=[DISPLAY, Depends(strict_query)]
     )
     listed = [
         {"number": number, "name": one.name, "features": one.features, "problem": one.problem}
@@ -57,7 +58,7 @@ def overlay_routes(overlays: Overlays) -> APIRouter:
         responses={200: {"content": {GEOJSON: {"schema": {"type": "object"}}}}, **NOT_FOUND},
     )
     async def get_overlay(
-        number: Annotated[Integer, Path(ge=0, lt=FILES_MAX, description="Its number")],
+        number: Annotated[int, Path(ge=0, lt=FILES_MAX, description="Its number"), AsInteger],
     ) -> Response:
         """Return one overlay as a FeatureCollection (RFC 7946)."""
         if number >= len(overlays) or overlays[number].problem:

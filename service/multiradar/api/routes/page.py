@@ -8,13 +8,14 @@ from importlib.resources import files
 from typing import Annotated, NamedTuple
 
 from fastapi import APIRouter, Depends, Query, Request
-from pydantic import BeforeValidator
 from starlette.responses import Response
 
+from multiradar.access.requirement import DISPLAY, PUBLIC
 from multiradar.api.access import Access, Granted
+from multiradar.api.answers.documents import NOT_FOUND
 from multiradar.api.problems import parameter_error
-from multiradar.api.query import At, Integer, data_time, strict_query
-from multiradar.api.selection import bounding_box
+from multiradar.api.query import INTEGER_MOST, AsInteger, AsTime, At, strict_query, time_query
+from multiradar.api.selection import BOX_FORM, bounding_box
 from multiradar.errors import RequestError
 from multiradar.runtime.picture.air_picture import Asked
 from multiradar.runtime.picture.past import PastAsked
@@ -40,8 +41,9 @@ _HEADERS = {
     "cache-control": "no-cache",
 }
 
-page_router = APIRouter(include_in_schema=False)
-router = APIRouter(prefix="/v1", tags=["picture"], dependencies=[Depends(strict_query)])
+# The files are those of the project; who may read the data is asked for a key.
+page_router = APIRouter(include_in_schema=False, dependencies=[PUBLIC])
+router = APIRouter(prefix="/v1", tags=["picture"], dependencies=[DISPLAY, Depends(strict_query)])
 
 
 class _File(NamedTuple):
@@ -80,33 +82,47 @@ def _answer(request: Request, name: str) -> Response:
 @router.get(
     "/picture",
     response_class=Response,
-    responses={200: {"content": {FRAME: {"schema": {"type": "string", "format": "binary"}}}}},
+    responses={
+        200: {"content": {FRAME: {"schema": {"type": "string", "format": "binary"}}}},
+        **NOT_FOUND,
+    },
 )
 async def picture(
     access: Granted,
     *,
     after: Annotated[
-        Integer | None,
-        Query(ge=0, description="`next` of the last frame: only plots since then", examples=[0]),
+        int | None,
+        Query(
+            ge=0,
+            le=INTEGER_MOST,
+            description="`next` of the last frame: only plots since then",
+            examples=[0],
+        ),
+        AsInteger,
     ] = None,
     bbox: Annotated[
         str | None,
         Query(
             description="Area shown, min_lon,min_lat,max_lon,max_lat in degrees; it selects where "
-            f"there are more than {WHOLE_MAX} tracks"
+            f"there are more than {WHOLE_MAX} tracks",
+            json_schema_extra=BOX_FORM,
         ),
     ] = None,
     track: Annotated[
-        Integer | None, Query(ge=1, description="A track that the frame has in any case")
+        int | None,
+        Query(ge=1, le=INTEGER_MOST, description="A track that the frame has in any case"),
+        AsInteger,
     ] = None,
     at: At = None,
     since: Annotated[
         float | None,
-        BeforeValidator(data_time),
-        Query(description="With `at`: earlier positions and plots only since this data time"),
+        time_query("With `at`: earlier positions and plots only since this data time"),
+        AsTime,
     ] = None,
     layer: Annotated[
-        Integer, Query(ge=0, le=LAYERS_MAX, description="With `at`: number of the recorded run")
+        int,
+        Query(ge=0, le=LAYERS_MAX, description="With `at`: number of the recorded run"),
+        AsInteger,
     ] = 0,
 ) -> Response:
     """Return the air picture: tracks, and plots with and without biases, in binary columns.

@@ -9,16 +9,17 @@ from fastapi import APIRouter, Depends
 from fastapi import Query as QueryInformation
 from starlette.responses import Response
 
+from multiradar.access.requirement import DISPLAY
 from multiradar.api.access import Access, Granted
 from multiradar.api.answers.documents import NOT_FOUND
 from multiradar.api.answers.tables import json_response
 from multiradar.api.problems import parameter_error
-from multiradar.api.query import Integer, Number, TrackId, strict_query
+from multiradar.api.query import AsInteger, AsNumber, TrackId, strict_query
 from multiradar.errors import ForecastError, RequestError
 from multiradar.runtime.queries.parameters import Parameter
 from multiradar.runtime.queries.registry import NO_ANSWER, QUERIES, Query
 
-router = APIRouter(prefix="/v1", tags=["tracks"], dependencies=[Depends(strict_query)])
+router = APIRouter(prefix="/v1", tags=["tracks"], dependencies=[DISPLAY, Depends(strict_query)])
 
 
 def track_not_found(track_id: int) -> RequestError:
@@ -36,10 +37,9 @@ def _annotation(parameter: Parameter) -> Any:
         info["gt"] = parameter.above
     else:
         info["ge"] = parameter.least
-    kind: Any = Integer if parameter.kind is int else Number
-    if parameter.default is None:
-        kind = kind | None
-    return Annotated[kind, QueryInformation(**info)]
+    kind: Any = parameter.kind if parameter.default is not None else parameter.kind | None
+    reader = AsInteger if parameter.kind is int else AsNumber
+    return Annotated[kind, QueryInformation(**info), reader]
 
 
 def _arguments(query: Query) -> Iterator[inspect.Parameter]:

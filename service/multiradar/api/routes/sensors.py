@@ -6,25 +6,28 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Depends, Query
 from starlette.responses import Response
 
+from multiradar.access.requirement import DISPLAY
 from multiradar.api.access import Access, Granted
 from multiradar.api.answers import encoding
 from multiradar.api.answers.documents import NOT_FOUND, BiasAnswer, SensorList, SensorState
 from multiradar.api.answers.paging import HISTORY_ROWS_MAX, page_by_time
 from multiradar.api.answers.tables import json_response
 from multiradar.api.problems import parameter_error
-from multiradar.api.query import Cursor, Integer, SensorId, Since, strict_query
+from multiradar.api.query import AsInteger, SensorId, Since, TimeCursor, strict_query
 from multiradar.errors import RequestError
 from multiradar.runtime.ports import View
 from multiradar.runtime.queries.registry import BIASES
 
-router = APIRouter(prefix="/v1/sensors", tags=["sensors"], dependencies=[Depends(strict_query)])
+router = APIRouter(
+    prefix="/v1/sensors", tags=["sensors"], dependencies=[DISPLAY, Depends(strict_query)]
+)
 
 History = Annotated[
     Literal["true", "false"],
     Query(description="`true`: the estimates of every epoch, oldest first"),
 ]
 HistoryLimit = Annotated[
-    Integer, Query(ge=1, le=HISTORY_ROWS_MAX, description="Maximum rows of a history")
+    int, Query(ge=1, le=HISTORY_ROWS_MAX, description="Maximum rows of a history"), AsInteger
 ]
 
 
@@ -49,7 +52,7 @@ async def get_bias(
     history: History = "false",
     since: Since = None,
     limit: HistoryLimit = 1000,
-    cursor: Cursor = None,
+    cursor: TimeCursor = None,
 ) -> Response:
     """Return the bias estimates of a sensor, each with its standard deviation."""
     if history == "true":

@@ -12,10 +12,12 @@ from starlette.responses import Response
 from starlette.types import Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from multiradar.access.clients import Caller
+from multiradar.access.requirement import DISPLAY
 from multiradar.api.access import Access, Granted
 from multiradar.api.batches import KINDS, Batch
 from multiradar.api.problems import parameter_error
-from multiradar.api.query import Integer, integer, strict_query
+from multiradar.api.query import INTEGER_MOST, AsInteger, integer, list_form, strict_query
 from multiradar.errors import RequestError
 from multiradar.observability.metrics import HTTP_CONNECTIONS_DROPPED, HTTP_REJECTIONS
 from multiradar.runtime.ports import StreamEvent
@@ -34,22 +36,24 @@ _RETRY_MS = 2000
 _RETRY_SPREAD_MS = 2000
 
 
-router = APIRouter(prefix="/v1", tags=["streams"])
+router = APIRouter(prefix="/v1", tags=["streams"], dependencies=[DISPLAY])
 
 After = Annotated[
-    Integer | None,
+    int | None,
     Query(
         ge=0,
+        le=INTEGER_MOST,
         description="Sequence number of the last event received; 0: start with the oldest event "
         "retained; absent: with the next one. The header `Last-Event-ID` overrides it",
         examples=[0],
     ),
+    AsInteger,
 ]
 Kinds = Annotated[
     str | None,
     Query(
-        max_length=100,
         description="Kinds of events, separated by commas: track, bias, ended, status",
+        json_schema_extra=list_form(KINDS),
         examples=["track,bias"],
     ),
 ]
@@ -69,7 +73,7 @@ async def server_sent_events(
     last_event_id = request.headers.get("last-event-id")
     if last_event_id is not None:
         after = _sequence(last_event_id, "Last-Event-ID")
-    return _EventStream(access, after, chosen)
+    return _EventStream(access, request.state.caller, after, chosen)
 
 
 @router.websocket("/stream")
@@ -134,6 +138,9 @@ async def _send_batches(
     batches = access.hub.batches("websocket", after, kinds, message)
     async with contextlib.aclosing(batches):
         async for batch in batches:
+            if not access.authentication.is_current(socket.state.caller):
+                await socket.close(CLOSE_POLICY, "the credentials have expired or were revoked")
+                return
             text = batch.text.decode() if batch.text else _heartbeat(batch)
             try:
                 async with asyncio.timeout(access.limits.send_deadline_s):
@@ -192,11 +199,14 @@ def _sequence(text: str, name: str) -> int:
 class _EventStream(Response):
     # A response that sends batches until the client disconnects or stops reading.
 
-    def __init__(self, access: Access, after: int | None, kinds: frozenset[str]) -> None:
+    def __init__(
+        self, access: Access, caller: Caller, after: int | None, kinds: frozenset[str]
+    ) -> None:
         super().__init__(media_type=_EVENT_STREAM)
         del self.headers["content-length"]
         self.headers["x-accel-buffering"] = "no"
         self._access = access
+        self._caller = caller
         self._after = after
         self._kinds = kinds
 
@@ -214,6 +224,8 @@ class _EventStream(Response):
         batches = self._access.hub.batches("sse", self._after, self._kinds, event_lines)
         async with contextlib.aclosing(batches):
             async for batch in batches:
+                if not self._access.authentication.is_current(self._caller):
+                    return
                 # A separate `id` line advances the resume position without an event.
                 text = batch.text or b": heartbeat\nid: %d\n\n" % batch.last
                 try:

@@ -7,6 +7,7 @@ import polars as pl
 from fastapi import APIRouter, Depends, Query, Request
 from starlette.responses import Response
 
+from multiradar.access.requirement import DISPLAY
 from multiradar.api.access import Granted
 from multiradar.api.answers.documents import (
     NOT_FOUND,
@@ -28,14 +29,33 @@ from multiradar.api.answers.tables import (
     json_response,
     table_response,
 )
-from multiradar.api.query import Cursor, Integer, Limit, Since, TrackId, strict_query
+from multiradar.api.query import (
+    AsInteger,
+    Limit,
+    Since,
+    TimeCursor,
+    TrackCursor,
+    TrackId,
+    list_form,
+    strict_query,
+)
 from multiradar.api.routes.queries import track_not_found
-from multiradar.api.selection import bounding_box, columns, identity, inside
+from multiradar.api.selection import (
+    BOX_FORM,
+    IDENTITY_FORM,
+    TRACK_COLUMNS,
+    bounding_box,
+    columns,
+    identity,
+    inside,
+)
 from multiradar.runtime.ports import View
 from multiradar.runtime.queries.registry import TRANSITIONS, UPDATES, History
 from multiradar_schemas.products.track import Track
 
-router = APIRouter(prefix="/v1/tracks", tags=["tracks"], dependencies=[Depends(strict_query)])
+router = APIRouter(
+    prefix="/v1/tracks", tags=["tracks"], dependencies=[DISPLAY, Depends(strict_query)]
+)
 
 BoundingBoxText = Annotated[
     str | None,
@@ -44,6 +64,7 @@ BoundingBoxText = Annotated[
         description="Bounding box in degrees, `min_lon,min_lat,max_lon,max_lat`; it crosses the "
         "antimeridian where min_lon > max_lon",
         examples=["36.5,54.9,38.9,56.4"],
+        json_schema_extra=BOX_FORM,
     ),
 ]
 IdentityText = Annotated[
@@ -51,6 +72,7 @@ IdentityText = Annotated[
     Query(
         alias="identity",
         max_length=40,
+        json_schema_extra=IDENTITY_FORM,
         description="Mode S address, Mode 3/A code or track number; the prefixes `mode_s:`, "
         "`mode_3a:`, `number:` and `callsign:` search only that field",
         examples=["4840d6", "7000", "number:12"],
@@ -59,13 +81,13 @@ IdentityText = Annotated[
 FieldsText = Annotated[
     str | None,
     Query(
-        max_length=500,
+        json_schema_extra=list_form(TRACK_COLUMNS),
         description="Fields to return, separated by commas; `track_id` is always included",
         examples=["track_id,latitude_deg,longitude_deg"],
     ),
 ]
 HistoryLimit = Annotated[
-    Integer, Query(ge=1, le=HISTORY_ROWS_MAX, description="Maximum rows per page")
+    int, Query(ge=1, le=HISTORY_ROWS_MAX, description="Maximum rows per page"), AsInteger
 ]
 
 
@@ -79,7 +101,7 @@ async def list_tracks(
     identity_: IdentityText = None,
     fields: FieldsText = None,
     limit: Limit = 1000,
-    cursor: Cursor = None,
+    cursor: TrackCursor = None,
     format_: TrackFormat = None,
 ) -> Response:
     """List the live tracks by ascending number, page by page."""
@@ -117,7 +139,7 @@ async def get_history(
     *,
     since: Since = None,
     limit: HistoryLimit = 1000,
-    cursor: Cursor = None,
+    cursor: TimeCursor = None,
     format_: TableFormat = None,
 ) -> Response:
     """Return the retained updates of a track, oldest first, also after the track was dropped."""
@@ -135,7 +157,7 @@ async def get_transitions(
     *,
     since: Since = None,
     limit: HistoryLimit = 1000,
-    cursor: Cursor = None,
+    cursor: TimeCursor = None,
     format_: TableFormat = None,
 ) -> Response:
     """Return the state transitions of a track with their reasons, also after it was dropped."""

@@ -2,22 +2,23 @@
 
 import json
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Protocol
+from typing import Any, Protocol
 
 from multiradar.clock import Clock, SystemClock
 from multiradar.ingest.zenoh.bus import BusCounts, Inlet, Outlet
 from multiradar.ingest.zenoh.catch_up import CatchUp
 from multiradar.ingest.zenoh.counts import ZenohCounts
 from multiradar.ingest.zenoh.joining import JoinGate
-from multiradar.ingest.zenoh.keys import MEASUREMENTS, STATUS, TRACK_CACHES
+from multiradar.ingest.zenoh.keys import FLUSH, MEASUREMENTS, STATUS, TRACK_CACHES
 from multiradar.ingest.zenoh.measurements import MeasurementInlet
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.payload import PayloadBounds
 from multiradar.ingest.zenoh.publisher import Publisher
 from multiradar.ingest.zenoh.queries import Answers
 from multiradar.ingest.zenoh.session import ZenohBus
+from multiradar.runtime.live.readiness import ZENOH_LOST, Reason
 from multiradar.runtime.ports import MeasurementSink, View
 
 #: Threads that send answers; a querier that does not read occupies one for some seconds.
@@ -43,6 +44,16 @@ class Bus(Inlet, Outlet, Protocol):
     counts: BusCounts
     instance: str
     endpoints: tuple[str, ...]
+
+    @property
+    def links(self) -> int:
+        """Number of links to other sessions."""
+        ...
+
+    @property
+    def unreachable(self) -> Sequence[str]:
+        """Configured endpoints without a link."""
+        ...
 
     def announce(self) -> None:
         """Announce this instance to others."""
@@ -123,7 +134,14 @@ class ZenohGateway:
         bus.answer(TRACK_CACHES, self._gate.on_query)
         bus.watch(self._gate.on_arrival)
         bounds = PayloadBounds(options.message_bytes_max, options.message_rows_max)
-        inlet = MeasurementInlet(self._service, self.counts, bounds, self._later)
+        inlet = MeasurementInlet(
+            self._service,
+            self.counts,
+            bounds,
+            self._later,
+            named=options.access.has_credentials,
+        )
+        bus.answer(FLUSH, inlet.on_flush)
         bus.answer(f"{MEASUREMENTS}/*", inlet.on_query)
         bus.subscribe(f"{MEASUREMENTS}/*", inlet.on_sample)
         self._publisher.start()
@@ -146,6 +164,27 @@ class ZenohGateway:
         if self._bus is not None:
             self._bus.close()
             self._bus = None
+
+    def document(self) -> dict[str, Any]:
+        """Return the counters, the last alarms and the state of the session."""
+        bus, publisher = self._bus, self._publisher
+        return {
+            **self.counts.document(),
+            "joins_waited_for": self._gate.waits,
+            "instance": None if bus is None else bus.instance,
+            "links": 0 if bus is None else bus.links,
+            "unreachable": [] if bus is None else list(bus.unreachable),
+            "publish_lag_s": 0.0 if publisher is None else round(publisher.lag_s, 2),
+            "handler_errors": 0 if bus is None else bus.counts.handler_errors,
+            "last_error": "" if bus is None else bus.counts.last_error,
+        }
+
+    def lost(self) -> Reason | None:
+        """Return why clients behind a router are not reached; None if they are."""
+        unreachable = () if self._bus is None else self._bus.unreachable
+        if not unreachable:
+            return None
+        return Reason(ZENOH_LOST, f"no Zenoh link to {', '.join(unreachable)}: it is retried")
 
     # ---------------------------------------------------------------- inside
 
@@ -176,15 +215,7 @@ class ZenohGateway:
         answering.submit(guarded)
 
     def _status(self) -> bytes:
-        document = self._service.view.status()
-        bus = self._bus
-        document["zenoh"] = {
-            **self.counts.document(),
-            "joins_waited_for": self._gate.waits,
-            "instance": None if bus is None else bus.instance,
-            "handler_errors": 0 if bus is None else bus.counts.handler_errors,
-            "last_error": "" if bus is None else bus.counts.last_error,
-        }
+        document = self._service.view.status() | {"zenoh": self.document()}
         return json.dumps(document, default=str).encode()
 
     def _publish_status(self) -> None:

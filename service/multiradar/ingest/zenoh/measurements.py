@@ -9,6 +9,7 @@ import json
 from collections.abc import Callable
 from concurrent.futures import Future
 
+from multiradar.access.security_log import SECURITY_LOG
 from multiradar.errors import (
     IdempotencyConflictError,
     InputError,
@@ -22,12 +23,13 @@ from multiradar.errors import (
 from multiradar.ingest.bodies import Decoded
 from multiradar.ingest.zenoh.bus import Message, Request, wrong_parameters
 from multiradar.ingest.zenoh.counts import ZenohCounts
-from multiradar.ingest.zenoh.keys import MEASUREMENTS
+from multiradar.ingest.zenoh.keys import FLUSH, MEASUREMENTS, last_part
 from multiradar.ingest.zenoh.payload import PayloadBounds, read_payload
 from multiradar.runtime.live.receipt import (
     IDEMPOTENCY_KEY_FORM,
     Receipt,
     is_idempotency_key,
+    key_of_sender,
     receipt_document,
 )
 from multiradar.runtime.ports import MeasurementSink
@@ -60,6 +62,9 @@ class MeasurementInlet:
     later : callable
         Runs a function in another thread. The answers of queries are sent there, so that a querier
         that does not read cannot block the journal.
+    named : bool
+        Whether clients have names: an end of a stream then has a key of its own, and idempotency
+        keys are those of the feeds of a sensor.
     """
 
     def __init__(
@@ -68,8 +73,11 @@ class MeasurementInlet:
         counts: ZenohCounts,
         bounds: PayloadBounds,
         later: Callable[[Callable[[], None]], None],
+        *,
+        named: bool = False,
     ) -> None:
         self._intake = intake
+        self._named = named
         self._counts = counts
         self._bounds = bounds
         self._later = later
@@ -79,7 +87,7 @@ class MeasurementInlet:
         self._counts.add(messages_read=1)
         try:
             decoded = read_payload(message.key, message.media_type, message.payload, self._bounds)
-            future = self._submit(decoded, _idempotency_key(message.attachment))
+            future = self._submit(decoded, self._idempotency_key(message))
         except PayloadError as error:
             self._malformed(error, message.key)
         except QueueFullError as error:
@@ -92,9 +100,22 @@ class MeasurementInlet:
 
     def on_query(self, request: Request) -> None:
         """Ingest a query; it is answered when its content is on disk."""
+        self._take(request, self._submit_query)
+
+    def on_flush(self, request: Request) -> None:
+        """Mark the end of a stream; it is answered when all earlier measurements are processed."""
+        if request.key == FLUSH:
+            self._take(request, self._submit_flush)
+        else:
+            # Wildcards ask for what there is to read.
+            request.finish()
+
+    # ---------------------------------------------------------------- inside
+
+    def _take(self, request: Request, submit: Callable[[Request], "Future[Receipt]"]) -> None:
         self._counts.add(messages_read=1)
         try:
-            future = self._submit_query(request)
+            future = submit(request)
         except PayloadError as error:
             self._malformed(error, request.key)
             code, reason = error.code, error.reason
@@ -108,19 +129,33 @@ class MeasurementInlet:
                 lambda done: self._later(lambda: self._answer_settled(done, request))
             )
 
-    # ---------------------------------------------------------------- inside
+    def _submit_flush(self, request: Request) -> "Future[Receipt]":
+        wrong = wrong_parameters(request, frozenset())
+        if wrong is not None:
+            raise PayloadError(*wrong)
+        SECURITY_LOG.info("operated", origin=SOURCE, path=request.key)
+        key = self._idempotency_key(request)
+        return self._intake.flush(source=SOURCE, idempotency_key=key)
 
     def _submit_query(self, request: Request) -> "Future[Receipt]":
-        idempotency_key = _idempotency_key(request.attachment)
+        idempotency_key = self._idempotency_key(request)
         wrong = wrong_parameters(request, _PARAMETERS)
         if wrong is not None:
             raise PayloadError(*wrong)
         if "flush" in request.parameters and not request.payload:
+            # The key of a sensor is that of its feeds, which do not have the role operate.
+            if self._named or last_part(request.key) != "*":
+                raise PayloadError("ROLE_NOT_ALLOWED", f"expected the end of a stream on {FLUSH}")
             return self._intake.flush(source=SOURCE, idempotency_key=idempotency_key)
         if request.payload is None:
             raise PayloadError("MISSING_FIELD", "expected measurements in the query, was empty")
         decoded = read_payload(request.key, request.media_type, request.payload, self._bounds)
         return self._submit(decoded, idempotency_key)
+
+    # The session does not learn the name of a client, but admits only its feeds to a sensor's key.
+    def _idempotency_key(self, message: Message | Request) -> str | None:
+        sender = f"{SOURCE}/{last_part(message.key)}" if self._named else ""
+        return key_of_sender(sender, _idempotency_key(message.attachment))
 
     def _submit(self, decoded: Decoded, idempotency_key: str | None) -> "Future[Receipt]":
         return self._intake.submit(
@@ -157,7 +192,7 @@ class MeasurementInlet:
 
     def _rejected(self, error: BaseException, key: str) -> None:
         self._counts.add(messages_refused=1)
-        self._counts.alarm(_code(error), str(error)[:300], key)
+        self._counts.alarm(_code(error), _reason(error)[:300], key)
 
 
 def _idempotency_key(attachment: bytes) -> str | None:
@@ -183,7 +218,11 @@ def _reject_for(request: Request, error: BaseException | None) -> None:
         retry_after_s = error.retry_after_s
     elif isinstance(error, JournalFullError | PipelineError):
         retry_after_s = 1.0
-    _reject(request, _code(error), str(error), retry_after_s)
+    _reject(request, _code(error), _reason(error), retry_after_s)
+
+
+def _reason(error: BaseException | None) -> str:
+    return error.for_clients if isinstance(error, MultiradarError) else str(error)
 
 
 def _code(error: BaseException | None) -> str:

@@ -59,6 +59,8 @@ class MemoryBus:
         self.counts = BusCounts()
         self.instance = "memory"
         self.endpoints: tuple[str, ...] = ()
+        self.links = 0
+        self.unreachable: tuple[str, ...] = ()
         self.announced = False
         self.closed = False
         self.sent: list[Message] = []

@@ -1,10 +1,11 @@
 """Options of the Zenoh interface."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
 from multiradar.errors import ConfigurationError
+from multiradar.settings.access import AccessSettings
 
 Mode = Literal["peer", "client", "router"]
 _LEASE_FACING_SUBSCRIBERS_S = 10.0
@@ -26,6 +27,8 @@ class ZenohOptions:
         Whether to discover peers by multicast.
     config_file : Path, optional
         Zenoh configuration (JSON5) for mTLS and access control; it overrides mode and endpoints.
+    access : AccessSettings
+        Clients, and the files of TLS; others than these clients are denied everything.
     client_wait_s : float
         How long a client waits for its router at the start, s.
     lease_s : float
@@ -55,6 +58,7 @@ class ZenohOptions:
     connect: tuple[str, ...] = ()
     multicast: bool = False
     config_file: Path | None = None
+    access: AccessSettings = field(default_factory=AccessSettings)
     client_wait_s: float = 5.0
     lease_s: float | None = None
     message_bytes_max: int = 16 * 1024 * 1024

@@ -82,9 +82,17 @@ class Publisher:
         self._streams: dict[str, _CachedStream] = {}
         # By time of retirement, in order of insertion.
         self._retired: dict[str, float] = {}
+        # Since when there was always another event to publish, s; None: nothing is waiting.
+        self._behind_since_s: float | None = None
         self._something = threading.Event()
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
+
+    @property
+    def lag_s(self) -> float:
+        """Time since everything was last published, s; 0 if it is."""
+        since_s = self._behind_since_s
+        return 0.0 if since_s is None else self._clock.monotonic_s() - since_s
 
     def start(self) -> None:
         """Start publishing."""
@@ -106,6 +114,10 @@ class Publisher:
     def step(self) -> bool:
         """Publish the next events; False when there was none."""
         events = self._source.poll(_EVENTS_AT_A_TIME)
+        if not events:
+            self._behind_since_s = None
+        elif self._behind_since_s is None:
+            self._behind_since_s = self._clock.monotonic_s()
         for event in events:
             if self._gate.closed:
                 self._gate.wait_for_joins(self._pause)

@@ -1,6 +1,6 @@
 """The Zenoh session as inlet and outlet.
 
-Reasons for its design (measured with 1.10, see docs/zenoh.md):
+Reasons for its design (measured with 1.10, see docs/reference/zenoh.md):
 
 - Data for subscribers are sent with congestion control DROP: BLOCK lets one slow subscriber delay
   all others and is not lossless either. Dropped samples are recovered from caches.
@@ -16,6 +16,7 @@ Reasons for its design (measured with 1.10, see docs/zenoh.md):
 """
 
 import json
+import re
 from collections import Counter
 from collections.abc import Callable
 from typing import Any
@@ -23,10 +24,14 @@ from typing import Any
 import zenoh
 import zenoh.ext
 
+from multiradar.access.exposure import is_local
+from multiradar.access.security_log import SECURITY_LOG
 from multiradar.errors import ConfigurationError
+from multiradar.ingest.zenoh.access_control import access_control
 from multiradar.ingest.zenoh.bus import JSON, BusCounts, Message, Request
 from multiradar.ingest.zenoh.keys import INSTANCES, TRACK_HISTORY
 from multiradar.ingest.zenoh.options import ZenohOptions
+from multiradar.settings.access import AccessSettings
 
 #: Batches queued for a slow peer, by priority; 16 is the maximum of Zenoh.
 _QUEUE_BATCHES = 16
@@ -79,6 +84,7 @@ def zenoh_config(options: ZenohOptions) -> zenoh.Config:
             "scouting/gossip/enabled": False,
             "transport/link/tx/lease": options.lease_ms,
             "transport/link/rx/max_message_size": options.message_bytes_max,
+            **_tls(options.access),
         }
     try:
         config = (
@@ -86,12 +92,62 @@ def zenoh_config(options: ZenohOptions) -> zenoh.Config:
             if options.config_file is None
             else zenoh.Config.from_file(str(options.config_file))
         )
+        if not json.loads(config.get_json("access_control"))["enabled"]:
+            # Also for a file without access control of its own.
+            wanted["access_control"] = access_control(options.access)
         for key, value in wanted.items():
             config.insert_json5(key, json.dumps(value))
     except zenoh.ZError as error:
         source = "settings" if options.config_file is None else str(options.config_file)
         raise ConfigurationError(f"{source}: {first_line(error)}") from error
     return config
+
+
+def _tls(access: AccessSettings) -> dict[str, Any]:
+    if access.certificate is None:
+        return {}
+    own = {
+        "certificate": str(access.certificate),
+        "private_key": str(access.private_key),
+    }
+    link: dict[str, Any] = {
+        f"{side}_{name}": path for side in ("listen", "connect") for name, path in own.items()
+    }
+    if access.client_authority is not None:
+        link |= {
+            "enable_mtls": True,
+            "root_ca_certificate": str(access.client_authority),
+            "close_link_on_expiration": True,
+        }
+    return {f"transport/link/tls/{name}": value for name, value in link.items()}
+
+
+def require_guarded(options: ZenohOptions) -> None:
+    """Check that clients from elsewhere need certificates.
+
+    Raises
+    ------
+    ConfigurationError
+        If one could connect without, unless the settings allow it; it is then logged.
+    """
+    config = zenoh_config(options)
+    listed = json.loads(config.get_json("listen/endpoints"))
+    if isinstance(listed, dict):
+        listed = listed.get(json.loads(config.get_json("mode")), [])
+    certified = json.loads(config.get_json("transport/link/tls/enable_mtls"))
+    for endpoint in listed:
+        if is_local(endpoint) or (certified and endpoint.startswith(("tls/", "quic/"))):
+            continue
+        reason = (
+            f"zenoh.listen: expected an address of loopback, or tls/… with certificates of clients "
+            f"(access.client_authority), was {endpoint}"
+        )
+        if not options.access.insecure:
+            raise ConfigurationError(
+                f"{reason}; or start with --insecure where every host of that network may send "
+                "measurements"
+            )
+        SECURITY_LOG.warning("insecure", reason=reason)
 
 
 class ZenohBus:
@@ -115,9 +171,24 @@ class ZenohBus:
         except zenoh.ZError as error:
             raise ConfigurationError(f"zenoh does not open: {first_line(error)}") from error
         self.counts = BusCounts()
-        self.endpoints = _listening(config)
+        self.endpoints = _endpoints(config, "listen")
+        self._connected_to = _endpoints(config, "connect")
         self.instance = str(self._session.zid())
         self._declared: list[Any] = []
+
+    @property
+    def links(self) -> int:
+        """Number of links to other sessions."""
+        return len(self._session.info.links())
+
+    @property
+    def unreachable(self) -> tuple[str, ...]:
+        """Configured endpoints without a link.
+
+        Links are known by address, endpoints by name: protocol and port are compared.
+        """
+        linked = {_port(str(link.dst)) for link in self._session.info.links()}
+        return tuple(one for one in self._connected_to if _port(one) not in linked)
 
     def announce(self) -> None:
         """Declare the liveliness tokens of this instance and of its histories."""
@@ -237,11 +308,17 @@ class ZenohStream:
         self._cache.undeclare()  # type: ignore[no-untyped-call]  # so in its stubs
 
 
-def _listening(config: zenoh.Config) -> tuple[str, ...]:
-    found = json.loads(config.get_json("listen/endpoints"))
+def _endpoints(config: zenoh.Config, side: str) -> tuple[str, ...]:
+    found = json.loads(config.get_json(f"{side}/endpoints"))
     if isinstance(found, dict):  # A list for each mode.
         found = found.get(json.loads(config.get_json("mode")) or "peer", [])
     return tuple(str(endpoint) for endpoint in found)
+
+
+# Protocol and port of an endpoint, such as `tcp/router:7447?…#…`.
+def _port(endpoint: str) -> tuple[str, str]:
+    protocol, _, address = re.split(r"[?#]", endpoint)[0].partition("/")
+    return protocol, address.rpartition(":")[2]
 
 
 def _request(query: zenoh.Query) -> Request:

@@ -57,6 +57,15 @@ def test_publishing_pauses_for_a_new_connection(scene: Scene) -> None:
     assert json.loads(document)["zenoh"]["joins_waited_for"] == 1
 
 
+def test_a_lost_router_is_a_reason_not_to_be_ready(scene: Scene) -> None:
+    assert scene.gateway.lost() is None
+    scene.bus.unreachable = ("tcp/router:7447",)
+    reason = scene.gateway.lost()
+    assert reason is not None
+    assert reason.code == "ZENOH_LOST"
+    assert "tcp/router:7447" in reason.text
+
+
 def test_a_sample_becomes_a_submission_under_its_key(scene: Scene) -> None:
     scene.bus.deliver(Message(KEY, PAYLOAD, "application/json", b"batch-7"))
     (submission,) = scene.service.submissions

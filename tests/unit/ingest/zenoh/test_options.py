@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from multiradar.access.authentication import Authentication
 from multiradar.app import zenoh_options
 from multiradar.errors import ConfigurationError
 from multiradar.ingest.zenoh.options import ZenohOptions
@@ -17,7 +18,7 @@ def setting(options: ZenohOptions, key: str) -> Any:
 
 
 def test_the_defaults_listen_on_loopback_without_discovery() -> None:
-    options = zenoh_options(load_settings(None))
+    options = zenoh_options(load_settings(None), Authentication())
     assert setting(options, "mode") == "peer"
     assert setting(options, "listen/endpoints") == ["tcp/127.0.0.1:7447"]
     assert setting(options, "connect/endpoints") == []

@@ -1,0 +1,96 @@
+"""Who a caller is, from its key, its token or its certificate."""
+
+from multiradar.access.clients import ANYONE, DEFAULT_FILE, KEY_PREFIX, Caller, Clients
+from multiradar.access.security_log import RepeatedEvents
+from multiradar.access.tokens import TOKEN_PREFIX, Tokens
+from multiradar.clock import Clock, SystemClock
+from multiradar.errors import ConfigurationError, RequestError
+from multiradar.settings.access import AccessSettings
+
+_CHALLENGE = {"www-authenticate": 'Bearer realm="multiradar"'}
+_MISSING = "expected an API key or a token (Authorization: Bearer …), or a client certificate"
+_INVALID = "the key or token is not valid: unknown, expired or revoked"
+
+
+class Authentication:
+    """Finds the caller of a request.
+
+    Parameters
+    ----------
+    settings : AccessSettings, optional
+        Clients and issuer; by default there are none.
+    clock : Clock, optional
+        Time of the security log, and of the end of tokens.
+
+    Attributes
+    ----------
+    settings : AccessSettings
+        The clients and issuer.
+    required : bool
+        Whether callers need credentials. Without any in the settings, all callers may do all.
+    events : RepeatedEvents
+        Logs rejections.
+
+    Raises
+    ------
+    ConfigurationError
+        If a file cannot be used.
+    """
+
+    def __init__(self, settings: AccessSettings | None = None, clock: Clock | None = None) -> None:
+        self.settings = settings = settings or AccessSettings()
+        self._clock = clock or SystemClock()
+        self.events = RepeatedEvents(self._clock)
+        self.clients = Clients(settings.clients, settings.keys_file)
+        self._tokens = None if settings.issuer is None else Tokens(settings.issuer)
+        self.required = settings.has_credentials
+        if settings.client_authority is not None and not self.required:
+            raise ConfigurationError(
+                "access.client_authority: expected clients, who have the names in certificates; "
+                "list them in keys.toml or in access.clients"
+            )
+
+    def caller(self, bearer: str | None, certificate_name: str | None) -> Caller:
+        """Return the caller with these credentials.
+
+        Parameters
+        ----------
+        bearer : str or None
+            API key or token.
+        certificate_name : str or None
+            Common name of a certificate that was verified.
+
+        Raises
+        ------
+        RequestError
+            401 without credentials, or with such that are not valid.
+        """
+        if not self.required:
+            return ANYONE
+        if bearer is not None:
+            found = self._bearer(bearer)
+        elif certificate_name is not None:
+            found = self.clients.by_name(certificate_name)
+        else:
+            raise RequestError(401, "CREDENTIALS_MISSING", _MISSING, _CHALLENGE)
+        if found is None:
+            raise RequestError(401, "CREDENTIALS_INVALID", _INVALID, _CHALLENGE)
+        return found
+
+    def is_current(self, caller: Caller) -> bool:
+        """Return whether the credentials of a caller have neither expired nor been revoked."""
+        if caller is ANYONE or caller.name.startswith(TOKEN_PREFIX):
+            return self._clock.now_s() < caller.until_s
+        return self.clients.by_name(caller.name) == caller
+
+    def _bearer(self, bearer: str) -> Caller | None:
+        if bearer.startswith(KEY_PREFIX):
+            return self.clients.by_key(bearer)
+        return None if self._tokens is None else self._tokens.caller(bearer)
+
+
+def with_default_file(settings: AccessSettings) -> AccessSettings:
+    """Return settings that name `keys.toml` if there is one and they name no other file."""
+    if settings.keys_file is not None or not DEFAULT_FILE.exists():
+        return settings
+    return settings.model_copy(update={"keys_file": DEFAULT_FILE})

@@ -1,0 +1,72 @@
+"""Addresses beyond loopback, where the service listens only with credentials."""
+
+from collections.abc import Iterator
+from ipaddress import ip_address
+
+from multiradar.access.security_log import SECURITY_LOG
+from multiradar.errors import ConfigurationError
+from multiradar.settings.service import Settings
+
+_REMEDY = "or start with --insecure where every host of that network may do everything"
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether an address is reached from this machine only; of names only `localhost` is."""
+    try:
+        return ip_address(host.strip("[]")).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def require_credentials(settings: Settings, authenticated: bool) -> None:
+    """Check that nothing listens beyond loopback without credentials.
+
+    Parameters
+    ----------
+    settings : Settings
+        All settings.
+    authenticated : bool
+        Whether callers of HTTP need credentials.
+
+    Raises
+    ------
+    ConfigurationError
+        With all addresses, unless the settings allow it; it is then logged.
+    """
+    open_addresses = list(_open_addresses(settings, authenticated))
+    if not open_addresses:
+        return
+    if not settings.access.insecure:
+        raise ConfigurationError("; ".join(open_addresses) + f"; {_REMEDY}")
+    for one in open_addresses:
+        SECURITY_LOG.warning("insecure", reason=one)
+
+
+def _open_addresses(settings: Settings, authenticated: bool) -> Iterator[str]:
+    host = settings.server.host
+    if not is_loopback(host):
+        if not authenticated:
+            yield (
+                f"server.host: expected clients with keys beyond loopback, was {host} without any; "
+                "make a key with `multiradar key`"
+            )
+        elif settings.access.certificate is None:
+            # A proxy may add TLS.
+            SECURITY_LOG.warning("not_encrypted", server_host=host)
+    for one in settings.asterix.listen:
+        # Datagrams of a group come from the network of its interface.
+        address = one.interface if ip_address(one.address).is_multicast else one.address
+        if not one.senders and not is_loopback(address):
+            yield (
+                f"asterix.listen {one.label}: expected senders, such as "
+                f'["10.20.0.0/16"], beyond loopback, was {address} without any'
+            )
+
+
+def is_local(endpoint: str) -> bool:
+    """Return whether a Zenoh endpoint such as `tcp/127.0.0.1:7447` is of this machine only."""
+    protocol, _, rest = endpoint.partition("/")
+    if protocol.startswith("unix"):
+        return True
+    address = rest.partition("#")[0].partition("?")[0]
+    return is_loopback(address.rpartition(":")[0])

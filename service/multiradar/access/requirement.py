@@ -1,0 +1,108 @@
+"""The role that a route requires: each route declares one, or that it is public."""
+
+from collections.abc import Iterable, Iterator
+from typing import Annotated
+
+from fastapi import Depends
+from fastapi.dependencies.models import Dependant
+from fastapi.params import Security
+from fastapi.routing import APIRouter
+from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer, SecurityScopes
+from starlette.requests import HTTPConnection
+
+from multiradar.access.authentication import Authentication
+from multiradar.access.clients import Caller
+from multiradar.access.security_log import SECURITY_LOG
+from multiradar.errors import ConfigurationError, RequestError
+from multiradar.settings.access import Role
+
+#: Key of the state of a connection: common name in the verified certificate of the client.
+CERTIFICATE_NAME = "certificate_name"
+
+
+class _Bearer(HTTPBearer):
+    async def __call__(self, request: HTTPConnection) -> HTTPAuthorizationCredentials | None:
+        # The base needs headers only, which WebSockets have, too.
+        return await super().__call__(request)
+
+
+_bearer = _Bearer(
+    scheme_name="bearer",
+    description="API key, or a JSON Web Token of the configured issuer. Not needed where the "
+    "service is configured without credentials. The scope is the role that is required; `operate` "
+    "includes the others.",
+    auto_error=False,
+)
+
+
+async def authorised(
+    connection: HTTPConnection,
+    required: SecurityScopes,
+    bearer: Annotated[HTTPAuthorizationCredentials | None, Depends(_bearer)],
+) -> Caller:
+    """Return the caller of a request, who has the role that the route requires.
+
+    Raises
+    ------
+    RequestError
+        401 without valid credentials, 403 without the role.
+    """
+    authentication: Authentication = connection.app.state.authentication
+    (role,) = required.scopes
+    address = connection.client.host if connection.client else "unknown"
+    path = connection.scope["path"][:200]
+    method = connection.scope.get("method", "WEBSOCKET")
+    events = authentication.events
+    try:
+        caller = authentication.caller(
+            None if bearer is None else bearer.credentials,
+            connection.scope.get("state", {}).get(CERTIFICATE_NAME),
+        )
+    except RequestError as error:
+        events.warn("rejected", address, code=error.code, method=method, path=path)
+        raise
+    if not caller.may(Role(role)):
+        code = "ROLE_NOT_ALLOWED"
+        events.warn("rejected", address, code=code, client=caller.name, method=method, path=path)
+        raise RequestError(403, code, f"{caller.name} has not the role {role}, which this requires")
+    if role == Role.OPERATE:
+        SECURITY_LOG.info("operated", client=caller.name, address=address, method=method, path=path)
+    connection.state.caller = caller
+    return caller
+
+
+async def _public() -> None:
+    """Mark a route that needs no credentials."""
+
+
+#: Dependencies of routes, one of which each declares.
+PUBLIC = Depends(_public)
+FEED = Security(authorised, scopes=[Role.FEED])
+DISPLAY = Security(authorised, scopes=[Role.DISPLAY])
+OPERATE = Security(authorised, scopes=[Role.OPERATE])
+
+
+def require_declared(routers: Iterable[APIRouter]) -> None:
+    """Check that each route declares exactly one role, or that it is public.
+
+    Raises
+    ------
+    ConfigurationError
+        With the first route that does not; it would be open to everybody.
+    """
+    for router in routers:
+        for route in router.routes:
+            dependant = getattr(route, "dependant", None)
+            declared = [] if dependant is None else list(_declared(dependant))
+            if len(declared) != 1:
+                path = getattr(route, "path", route)
+                raise ConfigurationError(
+                    f"route {path}: expected one of FEED, DISPLAY, OPERATE and PUBLIC among its "
+                    f"dependencies, was {len(declared)} of them"
+                )
+
+
+def _declared(dependant: Dependant) -> Iterator[object]:
+    for one in dependant.dependencies:
+        if one.call in (authorised, _public):
+            yield one.call

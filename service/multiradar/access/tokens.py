@@ -1,0 +1,85 @@
+"""JSON Web Tokens of a configured issuer."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import jwt
+from pydantic import TypeAdapter
+
+from multiradar.access.clients import Caller
+from multiradar.access.watched import Watched
+from multiradar.errors import ConfigurationError
+from multiradar.settings.access import ClientName, IssuerSettings, Role, SensorName
+
+#: Difference of clocks that is tolerated, s.
+_LEEWAY_S = 30.0
+#: Begins the names of callers with tokens; no other client has such a name.
+TOKEN_PREFIX = "jwt:"
+_REQUIRED = ("exp", "iss", "aud", "sub")
+_NAME = TypeAdapter[str](ClientName)
+_SENSORS = TypeAdapter[tuple[str, ...]](tuple[SensorName, ...])
+
+
+class Tokens:
+    """Verifies tokens of one issuer.
+
+    Parameters
+    ----------
+    issuer : IssuerSettings
+        The issuer.
+
+    Raises
+    ------
+    ConfigurationError
+        If its keys cannot be read.
+    """
+
+    def __init__(self, issuer: IssuerSettings) -> None:
+        self._issuer = issuer
+        self._keys = Watched(issuer.keys, _read_keys, "issuer_keys")
+        self._keys.current()
+
+    def caller(self, token: str) -> Caller | None:
+        """Return the caller that a token names; None if it is not valid.
+
+        The name is `jwt:` and the subject.
+        """
+        issuer = self._issuer
+        try:
+            key = self._keys.current()[jwt.get_unverified_header(token).get("kid")]
+            claims = jwt.decode(
+                token,
+                key,
+                algorithms=list(issuer.algorithms),
+                audience=issuer.audience,
+                issuer=issuer.name,
+                leeway=_LEEWAY_S,
+                options={"require": list(_REQUIRED)},
+            )
+            return _caller(claims)
+        except (jwt.InvalidTokenError, KeyError, TypeError, ValueError):
+            return None
+
+
+def _caller(claims: dict[str, Any]) -> Caller | None:
+    scopes = str(claims.get("scope", "")).split()
+    sensors = frozenset(_SENSORS.validate_python(claims.get("sensors", ())))
+    return Caller(
+        TOKEN_PREFIX + _NAME.validate_python(claims["sub"]),
+        frozenset(role for role in Role if role in scopes),
+        sensors,
+        float(claims["exp"]) + _LEEWAY_S,
+    )
+
+
+def _read_keys(file: Path) -> dict[str | None, Any]:
+    try:
+        document = json.loads(file.read_text(encoding="utf-8"))
+        found = jwt.PyJWKSet.from_dict(document)
+    except (OSError, ValueError, AttributeError, jwt.PyJWTError) as error:
+        raise ConfigurationError(f"{file}: expected a JSON Web Key Set: {error}") from error
+    private = [one for one in document["keys"] if "d" in one or one.get("kty") == "oct"]
+    if private:
+        raise ConfigurationError(f"{file}: expected public keys only, was a private or secret one")
+    return {one.key_id: one for one in found.keys}

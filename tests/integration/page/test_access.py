@@ -1,0 +1,43 @@
+"""The page asks for a key where clients need credentials, and keeps it for the tab."""
+
+from playwright.sync_api import Page, expect
+
+from multiradar.api.factory import create_api
+from multiradar.settings.limits import HttpLimits
+from support.access import KEYS, guarded_api
+from support.fakes.fake_service import FakeService
+from support.processes.live_server import serving
+
+
+def test_a_key_is_asked_for_and_kept_for_the_tab(page: Page) -> None:
+    with serving(guarded_api(FakeService()), HttpLimits()) as port:
+        address = f"http://127.0.0.1:{port}/"
+        page.goto(address)
+        dialog = page.locator("#access")
+        expect(dialog).to_be_visible()
+        for wrong in ("mr_unknown", "clé"):
+            dialog.locator("input").fill(wrong)
+            dialog.get_by_role("button").click()
+            expect(dialog.get_by_role("alert")).to_have_text("This key is not valid.")
+            expect(dialog).to_be_visible()
+        dialog.locator("input").fill(f" {KEYS['display']} ")
+        dialog.get_by_role("button").click()
+        expect(dialog).to_be_hidden()
+        page.wait_for_function("window.multiradar.store.frames > 0")
+        page.reload()
+        page.wait_for_function("window.multiradar.store.frames > 0")
+        expect(dialog).to_be_hidden()
+        assert page.context.cookies() == []
+        assert page.evaluate("localStorage.length") == 0
+        assert KEYS["display"] not in page.url
+        # Another tab asks again.
+        other = page.context.new_page()
+        other.goto(address)
+        expect(other.locator("#access")).to_be_visible()
+
+
+def test_without_credentials_no_key_is_asked_for(page: Page) -> None:
+    with serving(create_api(FakeService()), HttpLimits()) as port:
+        page.goto(f"http://127.0.0.1:{port}/")
+        page.wait_for_function("window.multiradar.store.frames > 0")
+        expect(page.locator("#access")).to_be_hidden()

@@ -1,0 +1,150 @@
+"""Keys, the file of clients, and how it is read again."""
+
+from pathlib import Path
+
+import pytest
+from structlog.testing import capture_logs
+
+from multiradar.access.authentication import Authentication, with_default_file
+from multiradar.access.clients import add_client, key_digest, new_key, read_clients
+from multiradar.clock import FixedClock
+from multiradar.errors import ConfigurationError, RequestError
+from multiradar.settings.access import AccessSettings, ClientSettings, Role
+from support.access import authentication, clients
+
+
+def client(name: str, key: str, role: Role = Role.DISPLAY) -> ClientSettings:
+    return ClientSettings(name=name, role=role, key_sha256=key_digest(key))
+
+
+def test_keys_are_random_and_only_their_digest_is_written(tmp_path: Path) -> None:
+    file = tmp_path / "keys.toml"
+    first, second = new_key(), new_key()
+    assert first != second
+    # 32 octets in base64 without padding.
+    assert len(first) == len("mr_") + 43
+    bound = ClientSettings(
+        name="radar", role=Role.FEED, sensors=("26-10",), key_sha256=key_digest(first)
+    )
+    add_client(file, bound)
+    add_client(file, client("screen", second, Role.DISPLAY))
+    assert read_clients(file).client == (bound, client("screen", second))
+    text = file.read_text()
+    assert first not in text
+    assert second not in text
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_a_name_is_added_once(tmp_path: Path) -> None:
+    file = tmp_path / "keys.toml"
+    add_client(file, client("screen", new_key()))
+    before = file.read_bytes()
+    with pytest.raises(ConfigurationError, match="screen exists already; choose another name"):
+        add_client(file, client("screen", new_key()))
+    assert file.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ('[[client]]\nname = "a b"\nrole = "feed"', "line 2"),
+        ('[[client]]\nname = "a"\nrole = "admin"', "expected .*feed"),
+        ('[[client]]\nname = "a"\nrole = "display"\nsensors = ["1"]', "role feed only"),
+        ('[[client]]\nname = "a"\nrole = "feed"\nkey_sha256 = "secret"', "key_sha256"),
+        ('[[client]]\nname = "a"\nrole = "feed"\nkey = "mr_"', "key"),
+        ('[[client]]\nname = "a"\nrole = "feed"\n' * 2, "each name once, was 2 times a"),
+        ("[[client]", "not valid TOML"),
+    ],
+)
+def test_mistakes_in_the_file_are_named(tmp_path: Path, text: str, reason: str) -> None:
+    file = tmp_path / "keys.toml"
+    file.write_text(text)
+    with pytest.raises(ConfigurationError, match=reason):
+        authentication(file)
+
+
+def test_a_client_of_the_settings_is_not_in_the_file_too(tmp_path: Path) -> None:
+    file = tmp_path / "keys.toml"
+    add_client(file, client("screen", new_key()))
+    settings = AccessSettings(clients=(client("screen", new_key()),), keys_file=file)
+    with pytest.raises(ConfigurationError, match="each name once, was 2 times screen"):
+        Authentication(settings)
+
+
+def test_a_revoked_key_and_a_new_one_count_from_the_next_request_on(tmp_path: Path) -> None:
+    file = tmp_path / "keys.toml"
+    old, new = new_key(), new_key()
+    add_client(file, client("old", old))
+    found = authentication(file)
+    caller = found.caller(old, None)
+    assert found.is_current(caller)
+    with capture_logs() as logs:
+        file.unlink()
+        add_client(file, client("new", new))
+        with pytest.raises(RequestError, match="not valid"):
+            found.caller(old, None)
+        assert found.caller(new, None).name == "new"
+    assert not found.is_current(caller)
+    assert [(one["event"], one["added"], one["removed"]) for one in logs] == [
+        ("clients_changed", ["new"], ["old"])
+    ]
+
+
+def test_a_file_that_cannot_be_read_changes_nothing_and_is_logged_once(tmp_path: Path) -> None:
+    file = tmp_path / "keys.toml"
+    key = new_key()
+    add_client(file, client("screen", key))
+    found = authentication(file)
+    with capture_logs() as logs:
+        file.write_text("[[client]")
+        assert found.caller(key, None).name == "screen"
+        assert found.caller(key, None).name == "screen"
+    assert [one["event"] for one in logs] == ["file_not_read"]
+
+
+def test_a_certificate_proves_a_name_and_a_wrong_key_is_not_replaced_by_it() -> None:
+    found = authentication()
+    assert found.caller(None, "display").roles == {Role.DISPLAY}
+    with pytest.raises(RequestError):
+        found.caller("mr_wrong", "display")
+    with pytest.raises(RequestError):
+        found.caller(None, "stranger")
+
+
+def test_keys_toml_is_used_if_there_is_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert not Authentication(with_default_file(AccessSettings())).required
+    add_client(Path("keys.toml"), client("screen", new_key()))
+    assert Authentication(with_default_file(AccessSettings())).required
+
+
+def test_an_authority_without_clients_would_admit_no_client(tmp_path: Path) -> None:
+    settings = AccessSettings(
+        certificate=tmp_path / "a", private_key=tmp_path / "b", client_authority=tmp_path / "c"
+    )
+    with pytest.raises(ConfigurationError, match="client_authority: expected clients"):
+        Authentication(settings)
+
+
+def test_rejections_of_an_address_are_logged_once_a_second_with_their_number() -> None:
+    clock = FixedClock()
+    events = authentication(clock=clock).events
+    with capture_logs() as logs:
+        for _ in range(100):
+            events.warn("rejected", "192.0.2.1", code="CREDENTIALS_INVALID")
+        events.warn("rejected", "192.0.2.2", code="CREDENTIALS_INVALID")
+        clock.advance(1.0)
+        events.warn("rejected", "192.0.2.1", code="CREDENTIALS_INVALID")
+    assert [(one["origin"], one["unlogged"]) for one in logs] == [
+        ("192.0.2.1", 0),
+        ("192.0.2.2", 0),
+        ("192.0.2.1", 99),
+    ]
+
+
+def test_every_client_has_one_role() -> None:
+    for one in clients():
+        caller = authentication().clients.by_name(one.name)
+        assert caller is not None
+        may = {role for role in Role if caller.may(role)}
+        assert may == (set(Role) if one.role is Role.OPERATE else {one.role})
