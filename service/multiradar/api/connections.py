@@ -7,8 +7,10 @@ closed. A connection whose client does not read is aborted after a timeout.
 
 import asyncio
 import socket
+import ssl
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import uvicorn
@@ -18,6 +20,8 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from uvicorn.server import ServerState
 
+from multiradar.access.requirement import CERTIFICATE_NAME
+from multiradar.errors import ConfigurationError
 from multiradar.observability.metrics import HTTP_CONNECTIONS, HTTP_CONNECTIONS_DROPPED
 from multiradar.settings.limits import HttpLimits
 
@@ -25,8 +29,49 @@ from multiradar.settings.limits import HttpLimits
 _WEBSOCKET_MESSAGE_BYTES_MAX = 4096
 
 
+@dataclass(frozen=True, slots=True)
+class TlsFiles:
+    """Files of TLS (PEM).
+
+    Attributes
+    ----------
+    certificate, private_key : Path
+        Certificate of the service with its chain, and its key.
+    client_authority : Path or None
+        Authority of certificates of clients, which clients may then present.
+    """
+
+    certificate: Path
+    private_key: Path
+    client_authority: Path | None = None
+
+    def context(self) -> ssl.SSLContext:
+        """Return the context of a server: TLS 1.2 or later.
+
+        Raises
+        ------
+        ConfigurationError
+            If a file cannot be used.
+        """
+        context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
+        try:
+            context.load_cert_chain(self.certificate, self.private_key, password="")
+            if self.client_authority is not None:
+                context.load_verify_locations(self.client_authority)
+                context.verify_mode = ssl.CERT_OPTIONAL
+        except (OSError, ssl.SSLError) as error:
+            named = f"{self.certificate}, {self.private_key}, {self.client_authority}"
+            msg = f"TLS with {named.removesuffix(', None')}: cannot be used: {error}"
+            raise ConfigurationError(msg) from error
+        return context
+
+
 def server_config(
-    application: ASGIApp, host: str, port: int, limits: HttpLimits | None = None
+    application: ASGIApp,
+    host: str,
+    port: int,
+    limits: HttpLimits | None = None,
+    tls: TlsFiles | None = None,
 ) -> Config:
     """Return the uvicorn configuration that enforces the limits.
 
@@ -38,7 +83,15 @@ def server_config(
         Address to listen on; port 0 picks a free port.
     limits : HttpLimits, optional
         The limits of the application.
+    tls : TlsFiles, optional
+        Files of TLS; without them HTTP is not encrypted.
+
+    Raises
+    ------
+    ConfigurationError
+        If a file of TLS cannot be used.
     """
+    context = None if tls is None else tls.context()
     limits = limits or HttpLimits()
     registry = _Registry(limits)
     return Config(
@@ -61,14 +114,19 @@ def server_config(
         server_header=False,
         access_log=False,
         log_config=None,
+        ssl_context_factory=None if context is None else lambda _config, _default: context,
     )
 
 
 def server(
-    application: ASGIApp, host: str, port: int, limits: HttpLimits | None = None
+    application: ASGIApp,
+    host: str,
+    port: int,
+    limits: HttpLimits | None = None,
+    tls: TlsFiles | None = None,
 ) -> uvicorn.Server:
     """Return a server that enforces the limits; see `server_config`."""
-    return uvicorn.Server(server_config(application, host, port, limits))
+    return uvicorn.Server(server_config(application, host, port, limits, tls))
 
 
 class _Registry:
@@ -147,6 +205,13 @@ def _drop(transport: asyncio.Transport, cause: str) -> None:
     transport.abort()
 
 
+# Common name of the client's certificate, which the handshake has verified.
+def _certificate_name(transport: asyncio.Transport) -> str | None:
+    certificate = transport.get_extra_info("peercert") or {}
+    subject = dict(pair for part in certificate.get("subject", ()) for pair in part)
+    return subject.get("commonName")
+
+
 def _send_at_once(transport: asyncio.Transport) -> None:
     # asyncio sets this only if the listening socket names its protocol; without it an answer in two
     # pieces waits 40 ms for the acknowledgement of the first.
@@ -181,6 +246,10 @@ class _Http(H11Protocol):
     ) -> None:
         super().connection_made(transport)
         _send_at_once(transport)
+        name = _certificate_name(transport)
+        if name is not None:
+            # The state of each request on this connection, WebSockets included.
+            self.app_state = {**self.app_state, CERTIFICATE_NAME: name}
         if self.registry.admit(transport):
             self._expect_headers()
 

@@ -6,7 +6,9 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from fastapi import APIRouter, Request
-from starlette.responses import HTMLResponse
+from starlette.responses import HTMLResponse, JSONResponse
+
+from multiradar.access.requirement import PUBLIC
 
 _STYLE = """
 :root { color-scheme: light dark; }
@@ -25,7 +27,14 @@ _CODE = re.compile(r"(`+)(.+?)\1")
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'"
 
 
-router = APIRouter(include_in_schema=False)
+# They describe the interface, which is public; they have no data.
+router = APIRouter(include_in_schema=False, dependencies=[PUBLIC])
+
+
+@router.get("/openapi.json")
+async def openapi_document(request: Request) -> JSONResponse:
+    """Return the OpenAPI document of the application."""
+    return JSONResponse(request.app.openapi())
 
 
 @router.get("/docs")

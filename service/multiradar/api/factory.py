@@ -6,6 +6,8 @@ from importlib.metadata import version
 
 from fastapi import APIRouter, FastAPI
 
+from multiradar.access.authentication import Authentication
+from multiradar.access.requirement import require_declared
 from multiradar.api import documentation, openapi, problems
 from multiradar.api.access import Access
 from multiradar.api.batches import StreamHub
@@ -30,6 +32,7 @@ def create_api(
     *,
     routers: Sequence[APIRouter] = (),
     allowed_hosts: Sequence[str] = (),
+    authentication: Authentication | None = None,
 ) -> FastAPI:
     """Return the ASGI application.
 
@@ -43,7 +46,15 @@ def create_api(
         Further routes, such as those that receive measurements.
     allowed_hosts : sequence of str
         Names accepted in the Host header; empty accepts any.
+    authentication : Authentication, optional
+        Finds the caller of a request; by default all callers may do all.
+
+    Raises
+    ------
+    ConfigurationError
+        If a route does not declare who may use it.
     """
+    authentication = authentication or Authentication()
     limits = limits or HttpLimits()
     workers = Workers(limits.threads)
     hub = StreamHub(service.view, workers, limits)
@@ -58,6 +69,7 @@ def create_api(
         version=version("multiradar"),
         description=_DESCRIPTION,
         lifespan=lifespan,
+        openapi_url=None,
         docs_url=None,
         redoc_url=None,
         redirect_slashes=False,
@@ -65,11 +77,14 @@ def create_api(
     problems.install(application)
     openapi.install(application)
     application.add_middleware(LimitLayer, limits=limits, allowed_hosts=allowed_hosts)
-    application.state.access = Access(service, workers, hub, limits)
-    own = (
+    application.state.access = Access(service, workers, hub, limits, authentication)
+    application.state.authentication = authentication
+    every = (
+        *routers,
         tracks.router, queries.router, sensors.router, streams.router, operations.router,
         aircraft.router, page.router, page.page_router, documentation.router,
     )  # fmt: skip
-    for router in (*routers, *own):
+    require_declared(every)
+    for router in every:
         application.include_router(router)
     return application

@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 import structlog
 from starlette.types import ASGIApp
 
-from multiradar.api.connections import server
+from multiradar.access.exposure import is_loopback
+from multiradar.api.connections import TlsFiles, server
 from multiradar.errors import ConfigurationError
 from multiradar.settings.limits import HttpLimits
 
@@ -34,11 +35,15 @@ class HttpServer:
         Limits for clients.
     on_failure : callable
         Called from that thread when the server stops unexpectedly.
+    tls : TlsFiles, optional
+        Files of TLS.
+    names : sequence of str
+        Names of this host in addition to those of loopback; others are then rejected.
 
     Raises
     ------
     ConfigurationError
-        If it cannot listen.
+        If it cannot listen, or a file of TLS cannot be used.
     """
 
     def __init__(
@@ -48,13 +53,22 @@ class HttpServer:
         port: int,
         limits: HttpLimits,
         on_failure: Callable[[], None],
+        *,
+        tls: TlsFiles | None = None,
+        names: Sequence[str] = (),
     ) -> None:
         self._listener = _listen(host, port)
         given = host
         host, port = self._listener.getsockname()[:2]
-        self.url = f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
-        application = build((*LOOPBACK_NAMES, given) if host in LOOPBACK_NAMES else ())
-        self._server = server(application, host, port, limits)
+        scheme = "http" if tls is None else "https"
+        self.url = f"{scheme}://[{host}]:{port}" if ":" in host else f"{scheme}://{host}:{port}"
+        known = names or is_loopback(host)
+        application = build((*LOOPBACK_NAMES, given, *names) if known else ())
+        try:
+            self._server = server(application, host, port, limits, tls)
+        except ConfigurationError:
+            self._listener.close()
+            raise
         self._on_failure = on_failure
         self._thread = threading.Thread(target=self._run, name="http", daemon=True)
 

@@ -10,41 +10,102 @@ _REFERENCES = "#/components/schemas/{model}"
 # Schemas of the framework for invalid parameters, which are not used.
 _FOREIGN_SCHEMAS = ("HTTPValidationError", "ValidationError")
 
+_CERTIFICATE = "certificate"
+_REJECTIONS = {
+    "401": "No valid credentials, where the service needs some",
+    "403": "The credentials are those of another role, or a page of another origin",
+}
+
 #: Error answers of all routes.
 _ERROR_ANSWERS = {
+    "400": "The length of the body is ambiguous",
+    "421": "The Host header names another service",
     "422": "A parameter is unknown, repeated or out of bounds",
+    "431": "The path and the headers are too long",
     "500": "Internal error; the log has the identifier of the request",
     "503": "Too many requests, or the service is not ready",
+}
+#: Further ones of routes that read a body.
+_BODY_ANSWERS = {
+    "403": "A page of another origin",
+    "408": "The body did not arrive in time",
+    "413": "The body is too long",
 }
 
 
 def install(application: FastAPI) -> None:
-    """Describe the error answers in the OpenAPI document of the application."""
+    """Describe parameters and error answers in the OpenAPI document of the application."""
 
     def document() -> dict[str, Any]:
         if application.openapi_schema is None:
-            _describe_errors(FastAPI.openapi(application))
+            required = application.state.authentication.required
+            _describe(FastAPI.openapi(application), required)
         return application.openapi_schema or {}
 
     # As FastAPI documents for changing the document.
     application.openapi = document  # type: ignore[method-assign]  # a method there
 
 
-def _describe_errors(document: dict[str, Any]) -> None:
+def _secure(operation: dict[str, Any], required: bool) -> None:
+    secured = operation.get("security")
+    if secured:
+        # A client certificate in place of the key or token, for the same role.
+        secured.append({_CERTIFICATE: next(iter(secured[0].values()))})
+        if not required:
+            # Or none of them.
+            secured.append({})
+        for status, text in _REJECTIONS.items():
+            operation["responses"][status] = {"description": text}
+
+
+def _describe(document: dict[str, Any], required: bool) -> None:
     schema = Problem.model_json_schema(ref_template=_REFERENCES)
     schemas = document["components"]["schemas"]
     for name in _FOREIGN_SCHEMAS:
         schemas.pop(name, None)
     schemas.update(schema.pop("$defs"))
     schemas["Problem"] = schema
+    document["components"]["securitySchemes"][_CERTIFICATE] = {
+        "type": "mutualTLS",
+        "description": "Client certificate, where the service is configured with its authority.",
+    }
     content = {MEDIA_TYPE: {"schema": {"$ref": _REFERENCES.format(model="Problem")}}}
     for operations in document["paths"].values():
-        for operation in operations.values():
-            answers: dict[str, Any] = operation["responses"]
-            for status, text in _ERROR_ANSWERS.items():
-                answers.setdefault(status, {"description": text})
-            for status, answer in answers.items():
-                if not status.startswith("2"):
-                    answer["content"] = content
-            if answers["422"]["description"] == "Validation Error":
-                answers["422"]["description"] = _ERROR_ANSWERS["422"]
+        for method, operation in operations.items():
+            for parameter in operation.get("parameters", ()):
+                _describe_parameter(parameter)
+            schemas.update(_shared_schemas(operation))
+            _secure(operation, required)
+            common = _ERROR_ANSWERS | (_BODY_ANSWERS if method == "post" else {})
+            _add_errors(operation["responses"], common, content)
+
+
+def _add_errors(answers: dict[str, Any], common: dict[str, str], content: dict[str, Any]) -> None:
+    for status, text in common.items():
+        answers.setdefault(status, {"description": text})
+    for status, answer in answers.items():
+        if not status.startswith("2"):
+            answer["content"] = content
+    if answers["422"]["description"] == "Validation Error":
+        answers["422"]["description"] = common["422"]
+
+
+# The schemas that a body refers to, which it carries as JSON Schema does.
+def _shared_schemas(operation: dict[str, Any]) -> dict[str, Any]:
+    shared: dict[str, Any] = {}
+    for form in operation.get("requestBody", {}).get("content", {}).values():
+        shared |= form["schema"].get("$defs", {})
+        form["schema"] = {key: value for key, value in form["schema"].items() if key != "$defs"}
+    return shared
+
+
+def _describe_parameter(parameter: dict[str, Any]) -> None:
+    schema = parameter["schema"]
+    # An absent parameter is not null.
+    kinds = [one for one in schema.get("anyOf", ()) if one != {"type": "null"}]
+    if len(kinds) == 1:
+        others = {name: value for name, value in schema.items() if name != "anyOf"}
+        schema = parameter["schema"] = {**kinds[0], **others}
+    if schema.get("type") == "array":
+        # Lists are separated by commas.
+        parameter |= {"style": "form", "explode": False}

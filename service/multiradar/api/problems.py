@@ -132,7 +132,7 @@ def _translated(error: MultiradarError) -> RequestError:
         return RequestError(429, "QUEUE_FULL", str(error), {"retry-after": str(retry_after_s)})
     for kind, status, code in _SERVICE_ERRORS:
         if isinstance(error, kind):
-            return RequestError(status, code, str(error))
+            return RequestError(status, code, error.for_clients)
     raise error
 
 

@@ -1,11 +1,13 @@
 """Query parameters: strict types shared by all routes, and rejection of unknown parameters."""
 
 import re
+from collections.abc import Sequence
 from datetime import datetime
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import Path, Query, Request
 from pydantic import BeforeValidator
+from pydantic.config import JsonDict
 
 from multiradar.api.problems import parameter_error
 from multiradar_schemas.documents.names import did_you_mean
@@ -78,39 +80,68 @@ def _iso_8601(text: object) -> float:
     return moment.timestamp()
 
 
-Number = Annotated[float, BeforeValidator(number)]
-Integer = Annotated[int, BeforeValidator(integer)]
+# The bounds of a parameter stand before these: after a function, they are missing in OpenAPI.
+AsNumber = BeforeValidator(number)
+AsInteger = BeforeValidator(integer)
+AsTime = BeforeValidator(data_time)
+
+#: Greatest number that `integer` reads.
+INTEGER_MOST = 10**18 - 1
+
+# What `data_time` reads.
+_TIME_FORMS: JsonDict = {
+    "anyOf": [
+        {"type": "number", "exclusiveMinimum": -TIME_MAX_S, "exclusiveMaximum": TIME_MAX_S},
+        {"type": "string", "format": "date-time"},
+    ],
+    "examples": [1767182400.0, "2026-01-31T12:00:00Z"],
+}
+
+
+def list_form(names: Sequence[str]) -> JsonDict:
+    """Return the form of a comma-separated list of names, for OpenAPI."""
+    return {"type": "array", "minItems": 1, "items": {"enum": list(names)}}
+
+
+def time_query(description: str) -> Any:
+    """Return the declaration of a parameter that is a data time."""
+    return Query(description=description, json_schema_extra=_TIME_FORMS)
+
 
 Since = Annotated[
     float | None,
-    BeforeValidator(data_time),
-    Query(
-        description="Only rows of this data time or later: seconds, or ISO 8601 with Z or "
-        "an offset",
-        examples=["1767182400.0", "2026-01-31T12:00:00Z"],
-    ),
+    time_query("Only rows of this data time or later: seconds, or ISO 8601 with Z or an offset"),
+    AsTime,
 ]
 At = Annotated[
     float | None,
-    BeforeValidator(data_time),
-    Query(
-        description="A past data time: seconds, or ISO 8601 with Z or an offset",
-        examples=["1767182400.0", "2026-01-31T12:00:00Z"],
-    ),
+    time_query("A past data time: seconds, or ISO 8601 with Z or an offset"),
+    AsTime,
 ]
 Limit = Annotated[
-    Integer, Query(ge=1, le=10_000, description="Maximum rows per page", examples=[1000])
+    int, Query(ge=1, le=10_000, description="Maximum rows per page", examples=[1000]), AsInteger
 ]
-Cursor = Annotated[
+_CURSOR_TEXT = "`next_cursor` of the previous page; keep the other parameters unchanged"
+#: Cursors of a list by number, and of a table by time; their content is not an interface.
+TrackCursor = Annotated[
     str | None,
     Query(
-        max_length=64,
-        pattern=r"^[0-9A-Za-z_-]{1,64}$",
-        description="`next_cursor` of the previous page; keep the other parameters unchanged",
+        max_length=64, description=_CURSOR_TEXT, json_schema_extra={"format": "cursor-by-number"}
     ),
 ]
+TimeCursor = Annotated[
+    str | None,
+    Query(max_length=64, description=_CURSOR_TEXT, json_schema_extra={"format": "cursor-by-time"}),
+]
 TrackId = Annotated[
-    Integer, Path(ge=1, description="Number of the track, from `track_id`", examples=[17])
+    int,
+    Path(
+        ge=1,
+        le=INTEGER_MOST,
+        description="Number of the track, from `track_id`",
+        examples=[17],
+    ),
+    AsInteger,
 ]
 SensorId = Annotated[
     str, Path(pattern=SENSOR_ID_PATTERN, description="Name of the sensor", examples=["41-10"])

@@ -4,6 +4,7 @@ import re
 from dataclasses import dataclass
 
 import polars as pl
+from pydantic.config import JsonDict
 
 from multiradar.api.problems import parameter_error
 from multiradar.api.query import number
@@ -18,6 +19,13 @@ _MODE_S = re.compile(r"[0-9a-fA-F]{6}")
 _MODE_3A = re.compile(r"[0-7]{4}")
 _CALLSIGN = re.compile(r"[0-9A-Za-z]([0-9A-Za-z ]{0,6}[0-9A-Za-z])?")
 _NUMBER = re.compile(r"[0-9]{1,18}")
+
+# What `bounding_box` and `identity` read, for OpenAPI.
+BOX_FORM: JsonDict = {"format": "bounding-box"}
+IDENTITY_FORM: JsonDict = {
+    "pattern": f"^((mode_s:)?{_MODE_S.pattern}|(mode_3a:)?{_MODE_3A.pattern}|"
+    f"(number:)?{_NUMBER.pattern}|callsign:{_CALLSIGN.pattern})$"
+}
 
 
 @dataclass(frozen=True, slots=True)

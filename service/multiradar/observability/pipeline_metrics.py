@@ -1,6 +1,6 @@
 """Prometheus metrics of the live pipeline, collected from its status at each scrape."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
@@ -22,7 +22,18 @@ _GAUGES = {
     "skipped_entries": "Journal entries skipped",
     "subscribers": "Readers of the event stream",
 }
+# Numbers of the Zenoh interface in the status that are not counters.
+_ZENOH_GAUGES = {
+    "links": "Links to other sessions",
+    "streams": "Tracks and sensors with cached updates",
+}
 _RESULTS = ("accepted", "rejected", "duplicate")
+#: The same of the journal's disk.
+_DISK = {
+    "free_bytes": "Free space on the disk of the journal",
+    "size_bytes": "Size of the disk of the journal",
+    "used_bytes": "Size of the journal with its write-ahead log",
+}
 
 
 class PipelineCollector(Collector):
@@ -32,29 +43,52 @@ class PipelineCollector(Collector):
     ----------
     status : callable
         Returns the status of the service.
+    reasons : sequence of str
+        Codes of the reasons for which the service may not be ready.
     """
 
-    def __init__(self, status: Callable[[], dict[str, Any]]) -> None:
+    def __init__(self, status: Callable[[], dict[str, Any]], reasons: Sequence[str]) -> None:
         self._status = status
+        self._reasons = reasons
 
     def collect(self) -> Iterator[Metric]:
         """Yield the current metrics; unknown values are omitted."""
         status = self._status()
-        measurements = CounterMetricFamily(
-            "multiradar_measurements", "Measurements by disposition", labels=["result"]
+        results = {result: status.get(result, 0) for result in _RESULTS}
+        yield _counter("measurements", "Measurements by disposition", "result", results)
+        outcomes = {name.lower(): count for name, count in status.get("engine", {}).items()}
+        yield _counter(
+            "outcomes", "Accepted measurements by outcome in the filter", "outcome", outcomes
         )
-        for result in _RESULTS:
-            measurements.add_metric([result], status.get(result, 0))
-        yield measurements
-        outcomes = CounterMetricFamily(
-            "multiradar_outcomes", "Accepted measurements by outcome in the filter",
-            labels=["outcome"],
+        yield _rejected(status.get("rejected_by_source", {}))
+        yield from self._alarms(status)
+        yield _gauge(
+            "lag_seconds", "Time since reception of the oldest message in a stage, s", "stage",
+            _lags_s(status),
         )  # fmt: skip
-        for outcome, count in status.get("engine", {}).items():
-            outcomes.add_metric([outcome.lower()], count)
-        yield outcomes
+        yield _gauge(
+            "sensor_age_seconds", "Time since the last update of a track by a sensor, s", "sensor",
+            status.get("sensor_ages_s", {}),
+        )  # fmt: skip
+        disk = status.get("journal_disk") or {}
+        for name, meaning in _DISK.items():
+            if name in disk:
+                yield GaugeMetricFamily(f"multiradar_journal_disk_{name}", meaning, disk[name])
+        for name, meaning in _GAUGES.items():
+            value = status.get(name)
+            if value is not None:
+                yield GaugeMetricFamily(f"multiradar_{name}", meaning, float(value))
+        if "zenoh" in status:
+            yield from _zenoh(status["zenoh"])
+
+    def _alarms(self, status: dict[str, Any]) -> Iterator[Metric]:
         running = 1.0 if status.get("state") == "running" else 0.0
         yield GaugeMetricFamily("multiradar_running", "1 when measurements are accepted", running)
+        present = {one["code"] for one in status.get("unready", ())}
+        yield _gauge(
+            "unready", "1 for each reason why the service is not ready", "reason",
+            {code: float(code in present) for code in self._reasons},
+        )  # fmt: skip
         no_data = 1.0 if "no_data" in status.get("alarms", ()) else 0.0
         yield GaugeMetricFamily(
             "multiradar_no_data", "1 when data in real time have ceased", no_data
@@ -66,7 +100,50 @@ class PipelineCollector(Collector):
             for alarm in names:
                 alarms.add_metric([sensor, alarm], 1.0)
         yield alarms
-        for name, meaning in _GAUGES.items():
-            value = status.get(name)
-            if value is not None:
-                yield GaugeMetricFamily(f"multiradar_{name}", meaning, float(value))
+
+
+def _counter(name: str, meaning: str, label: str, counts: Mapping[str, float]) -> Metric:
+    family = CounterMetricFamily(f"multiradar_{name}", meaning, labels=[label])
+    for value, count in counts.items():
+        family.add_metric([value], count)
+    return family
+
+
+def _gauge(name: str, meaning: str, label: str, values: Mapping[str, float]) -> Metric:
+    family = GaugeMetricFamily(f"multiradar_{name}", meaning, labels=[label])
+    for value, number in values.items():
+        family.add_metric([value], number)
+    return family
+
+
+def _rejected(by_source: Mapping[str, Mapping[str, int]]) -> Metric:
+    family = CounterMetricFamily(
+        "multiradar_rejected", "Rejected measurements", labels=["source", "code"]
+    )
+    for source, codes in by_source.items():
+        for code, count in codes.items():
+            family.add_metric([source, code], count)
+    return family
+
+
+def _lags_s(status: Mapping[str, Any]) -> dict[str, float]:
+    lags_s: dict[str, float] = dict(status.get("lags_s", {}))
+    if "zenoh" in status:
+        lags_s["publish"] = status["zenoh"]["publish_lag_s"]
+    return lags_s
+
+
+def _zenoh(zenoh: Mapping[str, Any]) -> Iterator[Metric]:
+    counts = {
+        name: value
+        for name, value in zenoh.items()
+        if isinstance(value, int) and name not in _ZENOH_GAUGES
+    }
+    yield _counter("zenoh_events", "Events of the Zenoh interface", "event", counts)
+    for name, meaning in _ZENOH_GAUGES.items():
+        yield GaugeMetricFamily(f"multiradar_zenoh_{name}", meaning, zenoh[name])
+    yield GaugeMetricFamily(
+        "multiradar_zenoh_unreachable",
+        "Configured endpoints without a link",
+        len(zenoh["unreachable"]),
+    )

@@ -2,12 +2,15 @@
 
 import re
 import shutil
+import sys
+import tomllib
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
 
+from multiradar.settings.limits import RuntimeLimits
 from multiradar.settings.service import load_settings
 from support.paths import ROOT
 from support.processes.waiting import run_to_end
@@ -66,7 +69,11 @@ def test_what_compose_mounts_is_in_the_tree_and_read_only(
     services: dict[str, dict[str, Any]],
 ) -> None:
     mounts = [mount for one in services.values() for mount in one["volumes"] if mount[0] == "."]
-    assert {mount.split(":")[0] for mount in mounts} == {"./zenoh/router.json5", "./sensors.toml"}
+    assert {mount.split(":")[0] for mount in mounts} == {
+        "./zenoh/router.json5",
+        "./sensors.toml",
+        "./keys.toml",
+    }
     assert all(mount.endswith(":ro") for mount in mounts)
     assert (DEPLOY / "zenoh/router.json5").is_file()
 
@@ -76,6 +83,8 @@ def test_the_service_understands_the_environment_of_compose(
 ) -> None:
     for name, value in services["multiradar"]["environment"].items():
         monkeypatch.setenv(name, value)
+    # It listens beyond its loopback, so it needs clients with keys.
+    assert load_settings().access.keys_file == Path("/etc/multiradar/keys.toml")
     zenoh = load_settings().zenoh
     assert (zenoh.mode, zenoh.listen, zenoh.connect) == ("peer", (), ("tcp/router:7447",))
 
@@ -105,7 +114,7 @@ def test_the_service_runs_with_the_versions_that_were_tested() -> None:
     def pins(name: str) -> set[str]:
         return set(re.findall(r"^\S+==\S+", (ROOT / name).read_text(), re.MULTILINE))
 
-    running, tested = pins("constraints-run.txt"), pins("constraints.txt")
+    running, tested = pins("requirements/run.txt"), pins("requirements/dev.txt")
     assert running
     assert running <= tested
     assert not any(pin.startswith("pytest==") for pin in running)
@@ -118,6 +127,32 @@ def test_what_the_image_copies_is_in_the_tree() -> None:
         source for source in sources if not source.startswith("/") and not (ROOT / source).exists()
     ]
     assert missing == []
+
+
+def test_the_image_has_every_package_of_the_wheel() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    packages = project["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]
+    copied = {source for name, rest in instructions() if name == "COPY" for source in rest.split()}
+    assert {package.partition("/")[0] for package in packages} <= copied
+
+
+def test_a_distribution_has_the_same_bytes_each_time(tmp_path: Path) -> None:
+    found = []
+    for folder in (tmp_path / "one", tmp_path / "two"):
+        built = run_to_end([sys.executable, "-m", "hatchling", "build", "-d", folder], cwd=ROOT)
+        assert built.returncode == 0, built.stderr
+        found.append({one.name: one.read_bytes() for one in folder.iterdir()})
+    assert len(found[0]) == 2
+    assert found[0] == found[1]
+
+
+def test_supervisors_ask_for_liveness(services: dict[str, dict[str, Any]]) -> None:
+    assert "/healthz" in " ".join(services["multiradar"]["healthcheck"]["test"])
+    settings = unit_settings()
+    assert (settings["Type"], settings["Restart"]) == (["notify"], ["on-failure"])
+    # A call of the engine may take so long before the service is not alive.
+    assert int(settings["WatchdogSec"][0].removesuffix("s")) < RuntimeLimits().stall_max_s
+    assert settings["StartLimitIntervalSec"] == ["0"]
 
 
 def test_the_unit_is_hardened() -> None:

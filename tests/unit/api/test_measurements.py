@@ -109,16 +109,17 @@ async def test_rows_of_which_none_is_a_measurement_are_422_and_kept(
     assert len(service.submissions[0].rejected) == 2
 
 
-async def test_measurements_that_only_come_too_late_are_200(
-    client: httpx.AsyncClient, service: FakeService
+@pytest.mark.parametrize("code", ["TIME_LATE", "RATE_EXCEEDED"])
+async def test_measurements_rejected_for_their_time_or_number_only_are_200(
+    client: httpx.AsyncClient, service: FakeService, code: str
 ) -> None:
     def late(_: Submission, future: "Future[Receipt]") -> None:
-        future.set_result(Receipt(0, (RejectedRow(0, "TIME_LATE", "late"),), False, 5))
+        future.set_result(Receipt(0, (RejectedRow(0, code, "late"),), False, 5))
 
     service.answer = late
     answer = await _post(client, json.dumps([_PLOT]).encode())
     assert answer.status_code == 200
-    assert answer.json()["rejected"] == [{"index": 0, "code": "TIME_LATE", "reason": "late"}]
+    assert answer.json()["rejected"] == [{"index": 0, "code": code, "reason": "late"}]
 
 
 _DEEP = b"[" * 100_000

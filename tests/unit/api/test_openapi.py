@@ -133,13 +133,24 @@ def test_code_in_a_description_is_code_on_the_page(text: str, page: str) -> None
 
 def test_the_forms_of_a_message_are_those_that_are_taken(document: dict[str, Any]) -> None:
     content = document["paths"]["/v1/measurements"]["post"]["requestBody"]["content"]
-    forms = {media_type: one["schema"] for media_type, one in content.items()}
-    assert forms == {
-        "application/json": {"type": "array", "items": {"type": "object"}},
-        "application/x-ndjson": {"type": "array", "items": {"type": "object"}},
-        "application/vnd.apache.arrow.stream": {"type": "string", "format": "binary"},
-    }
-    examples = [one["example"] for one in content.values() if "example" in one]
-    assert len(examples) == 2
-    for example in examples:
-        jsonschema.validate(example, json.loads(documents()["measurements.json"]))
+    assert sorted(content) == [
+        "application/json",
+        "application/vnd.apache.arrow.stream",
+        "application/x-ndjson",
+    ]
+    rows = content["application/json"]["example"]
+    lines = content["application/x-ndjson"]["example"].splitlines()
+    assert [json.loads(line) for line in lines] == rows
+    schema = {**content["application/json"]["schema"], "components": document["components"]}
+    jsonschema.validate(rows, schema)
+    jsonschema.validate(rows[0], schema)
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate([{**rows[0], "range_m": -5.0}], schema)
+    jsonschema.validate(rows, json.loads(documents()["measurements.json"]))
+
+
+def test_a_list_of_names_is_separated_by_commas(document: dict[str, Any]) -> None:
+    parameters = document["paths"]["/v1/tracks"]["get"]["parameters"]
+    (fields,) = [one for one in parameters if one["name"] == "fields"]
+    assert (fields["style"], fields["explode"]) == ("form", False)
+    assert "latitude_deg" in fields["schema"]["items"]["enum"]

@@ -6,6 +6,7 @@ import httpx
 import polars as pl
 import pytest
 
+from multiradar.runtime.live.readiness import Reason
 from multiradar.storage.entries import Quarantined, RejectedRow
 from multiradar_schemas.products.bias import BIAS_SCHEMA, BiasEstimate
 from support.fakes.fake_service import FakeService
@@ -20,42 +21,29 @@ def _biases(epochs: int) -> pl.DataFrame:
     return pl.DataFrame(rows, schema=BIAS_SCHEMA, orient="row")
 
 
-async def test_health_answers_in_every_state(
+async def test_only_a_service_that_a_restart_helps_is_not_alive(
     client: httpx.AsyncClient, service: FakeService
 ) -> None:
-    service.state = "failed"
+    service.reasons = (Reason("NO_DATA", "no measurement of any sensor for 75 s"),)
     assert (await client.get("/healthz")).json() == {"status": "alive"}
+    service.stalled = "the engine has not finished a call for 75 s (limit 60 s)"
+    answer = await client.get("/healthz")
+    assert (answer.status_code, answer.json()["code"]) == (503, "STALLED")
+    assert answer.json()["detail"] == service.stalled
 
 
-@pytest.mark.parametrize("state", ["stopped", "recovering", "failed"])
-async def test_only_a_running_service_is_ready(
-    client: httpx.AsyncClient, service: FakeService, state: str
+async def test_readiness_gives_all_reasons_and_the_code_of_the_first(
+    client: httpx.AsyncClient, service: FakeService
 ) -> None:
     assert (await client.get("/readyz")).json() == {"ready": True}
-    service.state = state
+    service.reasons = (Reason("JOURNAL_FULL", "no space"), Reason("NO_DATA", "no measurement"))
     answer = await client.get("/readyz")
-    assert (answer.status_code, answer.json()["code"]) == (503, "NOT_READY")
-    assert state in answer.json()["detail"]
-
-
-async def test_a_starting_service_reports_its_progress(
-    client: httpx.AsyncClient, service: FakeService
-) -> None:
-    service.state, service.start_step = "stopped", "compiling kernels, once: 14 of 31"
-    answer = await client.get("/readyz")
-    assert (answer.status_code, answer.json()["code"]) == (503, "NOT_READY")
-    detail = answer.json()["detail"]
-    assert detail == "the service is starting: compiling kernels, once: 14 of 31"
-
-
-async def test_a_service_without_data_is_not_ready_but_alive(
-    client: httpx.AsyncClient, service: FakeService
-) -> None:
-    service.silence = "no measurement of any sensor for 75 s"
-    answer = await client.get("/readyz")
-    assert (answer.status_code, answer.json()["code"]) == (503, "NO_DATA")
-    assert answer.json()["detail"] == service.silence
-    assert (await client.get("/healthz")).status_code == 200
+    assert (answer.status_code, answer.json()["code"]) == (503, "JOURNAL_FULL")
+    assert answer.json()["detail"] == "no space; no measurement"
+    assert answer.json()["reasons"] == [
+        {"code": "JOURNAL_FULL", "reason": "no space"},
+        {"code": "NO_DATA", "reason": "no measurement"},
+    ]
 
 
 async def test_requests_are_counted_by_route_and_never_by_path(client: httpx.AsyncClient) -> None:

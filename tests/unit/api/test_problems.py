@@ -88,7 +88,7 @@ def _is_problem(answer: httpx.Response, status: int, code: str) -> dict[str, obj
         ("GET", "/v1/tracks?fields=track_id,password", 422, "INVALID_PARAMETER"),
         ("GET", "/v1/tracks?format=xml", 422, "INVALID_PARAMETER"),
         ("GET", "/v1/tracks?cursor=AAAA", 422, "CURSOR_INVALID"),
-        ("GET", "/v1/tracks?cursor=..", 422, "INVALID_PARAMETER"),
+        ("GET", "/v1/tracks?cursor=..", 422, "CURSOR_INVALID"),
         ("GET", "/v1/tracks?cursor=bQAAAAAAAPA_AQAAAAAAAAA", 422, "CURSOR_INVALID"),
         ("GET", "/v1/tracks/1/history?cursor=dAIAAAAAAAAA", 422, "CURSOR_INVALID"),
         ("GET", "/v1/tracks/1/history?cursor=bQAAAAAAAPh__________38", 422, "CURSOR_INVALID"),

@@ -17,14 +17,41 @@ def test_the_metrics_follow_the_status_until_they_are_unregistered() -> None:
         "engine": {"UPDATED": 4, "STARTED": 1},
         "data_time_s": None,
         "journal_sequence": 3,
+        "rejected_by_source": {"http": {"TIME_LATE": 2}},
+        "unready": [{"code": "LAG", "text": "behind"}],
+        "lags_s": {"intake": 0.0, "processor": 11.5},
+        "sensor_ages_s": {"41-10": 4.25},
+        "journal_disk": {"free_bytes": 5, "size_bytes": 10, "used_bytes": 2},
+        "zenoh": {
+            "messages_read": 7,
+            "links": 1,
+            "streams": 3,
+            "unreachable": ["tcp/a:7447"],
+            "publish_lag_s": 0.5,
+            "instance": "1f",
+            "alarms": [],
+        },
     }
     registry = CollectorRegistry()
-    unwatch = watch(registry, PipelineCollector(lambda: status))
+    unwatch = watch(registry, PipelineCollector(lambda: status, ("LAG", "NO_DATA")))
     text = generate_latest(registry).decode()
     assert 'multiradar_measurements_total{result="accepted"} 5.0' in text
     assert 'multiradar_outcomes_total{outcome="updated"} 4.0' in text
     assert "multiradar_running 1.0" in text
     assert "multiradar_data_time_s" not in text
+    for line in (
+        'rejected_total{code="TIME_LATE",source="http"} 2.0',
+        'unready{reason="LAG"} 1.0',
+        'unready{reason="NO_DATA"} 0.0',
+        'lag_seconds{stage="processor"} 11.5',
+        'lag_seconds{stage="publish"} 0.5',
+        'sensor_age_seconds{sensor="41-10"} 4.25',
+        "journal_disk_free_bytes 5.0",
+        'zenoh_events_total{event="messages_read"} 7.0',
+        "zenoh_links 1.0",
+        "zenoh_unreachable 1.0",
+    ):
+        assert f"multiradar_{line}\n" in text, line
     status.update(state="failed", data_time_s=12.5, accepted=6)
     text = generate_latest(registry).decode()
     assert 'multiradar_measurements_total{result="accepted"} 6.0' in text

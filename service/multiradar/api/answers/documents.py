@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from multiradar.api.answers.encoding import ARROW, GEOJSON
 from multiradar_schemas.products.bias import BiasEstimate
@@ -14,12 +14,22 @@ _CURSOR = Field(description="`cursor` of the next page; null on the last one")
 _COUNT = Field(description="Rows in this response")
 
 
+def _chosen_fields(schema: dict[str, Any]) -> None:
+    schema["required"] = ["track_id"]
+
+
+class ListedTrack(Track):
+    """A live track; with the parameter `fields`, only these fields."""
+
+    model_config = ConfigDict(json_schema_extra=_chosen_fields)
+
+
 class TrackPage(BaseModel):
     """A page of live tracks."""
 
     count: int = _COUNT
     next_cursor: str | None = _CURSOR
-    tracks: list[Track]
+    tracks: list[ListedTrack]
 
 
 class HistoryPage(BaseModel):
@@ -53,6 +63,9 @@ class SensorDiagnosis(BaseModel):
     sensor_id: str = Field(description="The sensor, or a source that is not configured")
     code: str = Field(description="The cause, for programs", examples=["range_unit"])
     sentence: str = Field(description="The cause and what to do")
+    severity: str = Field(
+        default="error", description="`error`, or `warning` where the tracks can be used"
+    )
 
 
 class SensorState(BaseModel):
@@ -117,13 +130,13 @@ class Status(BaseModel):
 
 
 class Readiness(BaseModel):
-    """Whether the service is recovered and accepts measurements."""
+    """The service accepts measurements and its output is current."""
 
     ready: bool
 
 
 class Health(BaseModel):
-    """The process is alive."""
+    """The process moves."""
 
     status: str
 

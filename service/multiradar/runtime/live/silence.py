@@ -12,6 +12,7 @@ import numpy as np
 
 from multiradar.clock import Clock
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.runtime.live.readiness import NO_DATA, Reason
 
 #: Data are in real time when their time is this near to the clock of the machine, s.
 REAL_TIME_WITHIN_S = 600.0
@@ -71,3 +72,7 @@ class Silence:
             f"no measurement of any sensor for {self.duration_s:.0f} s (limit "
             f"{self.bound_s:g} s); all tracks are stale: check the network and the converters"
         )
+
+    def reason(self) -> Reason | None:
+        """Return the alarm as a reason; None without one."""
+        return Reason(NO_DATA, self.sentence()) if self.is_alarm else None

@@ -1,5 +1,6 @@
 """Total silence is visible: stale tracks, an alarm, a growing delay, no readiness."""
 
+import json
 from collections.abc import Iterator
 
 import polars as pl
@@ -9,12 +10,15 @@ from prometheus_client import CollectorRegistry, generate_latest
 from multiradar.clock import FixedClock
 from multiradar.observability.metrics import watch
 from multiradar.observability.pipeline_metrics import PipelineCollector
+from multiradar.runtime.live.readiness import CODES
 from multiradar.runtime.live.service import Service
 from multiradar.runtime.live.silence import WITHOUT_SCANS_S
+from multiradar.storage.entries import RejectedRow
 from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.tracking.settings import TrackingSettings
 from support.fakes.fake_engine import FakeEngine
 from support.processes.live_services import TABLE, settled, submit
+from support.processes.waiting import WAIT_TIMEOUT_S
 from support.scenarios.live_scene import START_S, recording
 
 
@@ -38,21 +42,21 @@ def running(request: pytest.FixtureRequest) -> Iterator[tuple[Service, FixedCloc
 
 def _metrics(service: Service) -> str:
     registry = CollectorRegistry()
-    watch(registry, PipelineCollector(service.view.status))
+    watch(registry, PipelineCollector(service.view.status, CODES))
     return generate_latest(registry).decode()
 
 
 def test_it_is_visible_and_ends(running: tuple[Service, FixedClock, bool]) -> None:
     service, clock, live = running
     status = settled(service)
-    assert (status["alarms"], service.silence) == ([], "")
+    assert (status["alarms"], status["unready"]) == ([], [])
     assert "stale" not in service.view.tracks()["state"].to_list()
     before = service.view.tracks()
     clock.advance(WITHOUT_SCANS_S + 65.0)
     status, tracks = settled(service), service.view.tracks()
     assert tracks["age_s"].equals(before["age_s"])
     if not live:
-        assert (status["alarms"], status["data_delay_s"], service.silence) == ([], None, "")
+        assert (status["alarms"], status["data_delay_s"], status["unready"]) == ([], None, [])
         assert tracks["reception_age_s"].to_list() == [None] * len(tracks)
         return
     assert status["alarms"] == ["no_data"]
@@ -68,9 +72,35 @@ def test_it_is_visible_and_ends(running: tuple[Service, FixedClock, bool]) -> No
     later = recording(5).with_columns(pl.col("time_s") + 80.0)
     submit(service, later)
     status = settled(service)
-    assert (status["alarms"], service.silence) == ([], "")
+    assert (status["alarms"], status["unready"]) == ([], [])
     assert "stale" not in service.view.tracks()["state"].to_list()
     assert "multiradar_no_data 0.0" in _metrics(service)
+
+
+def test_events_have_the_delay_of_the_data_at_their_publication(
+    running: tuple[Service, FixedClock, bool],
+) -> None:
+    service, clock, live = running
+    settled(service)
+    subscription = service.view.subscribe(None, 1000)
+    clock.advance(3.0)
+    submit(service, recording(5).with_columns(pl.col("time_s") + 5.0))
+    settled(service)
+    clock.advance(60.0)
+    delays = {json.loads(event.payload)["data_delay_s"] for event in subscription.poll(1000)}
+    # Received 3 s after the time of the last measurement: 5.2 + 3.0 - 5.2.
+    assert [*delays] == [pytest.approx(3.0, abs=0.01) if live else None]
+
+
+def test_measurements_beside_malformed_rows_end_it(
+    running: tuple[Service, FixedClock, bool],
+) -> None:
+    service, clock, _ = running
+    clock.advance(75.0)
+    malformed = [RejectedRow(index, "MALFORMED_JSON", "expected an object") for index in (1, 2, 3)]
+    later = recording(1).with_columns(pl.col("time_s") + 80.0, index=pl.lit(0))
+    service.submit(later, source="test", rejected=malformed).result(WAIT_TIMEOUT_S)
+    assert settled(service)["alarms"] == []
 
 
 def test_rejected_measurements_do_not_end_it(running: tuple[Service, FixedClock, bool]) -> None:

@@ -1,0 +1,147 @@
+"""Whether the service does what it is for: the reasons why not, for load balancers and alarms."""
+
+import threading
+from collections import Counter, deque
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+from multiradar.clock import Clock
+from multiradar.storage.entries import RejectedRow
+from multiradar.storage.journal import Space
+
+NOT_READY = "NOT_READY"
+JOURNAL_FAILED = "JOURNAL_FAILED"
+JOURNAL_FULL = "JOURNAL_FULL"
+LAG = "LAG"
+ALL_REJECTED = "ALL_REJECTED"
+NO_DATA = "NO_DATA"
+ZENOH_LOST = "ZENOH_LOST"
+#: Codes of all reasons, the most severe first.
+CODES = (NOT_READY, JOURNAL_FAILED, JOURNAL_FULL, LAG, ALL_REJECTED, NO_DATA, ZENOH_LOST)
+
+#: Rows and failed writes count for so long, s.
+RECENT_S = 60.0
+#: Fewer rejected rows are no reason.
+REJECTED_ROWS_MIN = 10
+
+_MIB = 1024 * 1024
+# Rows are summed over such intervals, s.
+_INTERVAL_S = 5.0
+
+
+class Reason(NamedTuple):
+    """Why the service is not ready: a stable code, and the case in words."""
+
+    code: str
+    text: str
+
+
+Check = Callable[[], Reason | None]
+
+
+class Disk:
+    """Space for the journal.
+
+    Parameters
+    ----------
+    space : callable
+        Returns the space on the disk of the journal; None where it has no disk.
+    free_bytes_min : int
+        Less free space is a reason.
+    clock : Clock
+        For the time since a failed write.
+    """
+
+    def __init__(
+        self, space: Callable[[], Space | None], free_bytes_min: int, clock: Clock
+    ) -> None:
+        self._space = space
+        self._free_bytes_min = free_bytes_min
+        self._clock = clock
+        self._full_s: float | None = None
+
+    def note_full(self) -> None:
+        """Note that the disk was full at a write."""
+        self._full_s = self._clock.monotonic_s()
+
+    def note_written(self) -> None:
+        """Note that a write succeeded."""
+        self._full_s = None
+
+    def reason(self) -> Reason | None:
+        """Return why the journal may not be writable; None if it is."""
+        full_s, space = self._full_s, self._space()
+        # A quota is not seen in the free space. It may be gone without a further write.
+        if full_s is not None and self._clock.monotonic_s() - full_s <= RECENT_S:
+            return Reason(JOURNAL_FULL, "the disk of the journal is full: free some space")
+        if space is None or space.free_bytes >= self._free_bytes_min:
+            return None
+        return Reason(
+            JOURNAL_FULL,
+            f"the disk of the journal has {space.free_bytes / _MIB:.0f} MiB left (limit "
+            f"{self._free_bytes_min / _MIB:.0f} MiB): free some space",
+        )
+
+
+class LastMinute:
+    """Rows of the last minute by outcome; one thread notes, any thread reads.
+
+    Parameters
+    ----------
+    clock : Clock
+        Time of the rows.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        # Number of the interval, rows that were not rejected, and rejected ones by code.
+        self._intervals: deque[tuple[int, Counter[str]]] = deque()
+        self._lock = threading.Lock()
+
+    def note(self, accepted: int, rejects: Sequence[RejectedRow]) -> None:
+        """Note the rows of a message."""
+        number = int(self._clock.monotonic_s() // _INTERVAL_S)
+        with self._lock:
+            if not self._intervals or self._intervals[-1][0] != number:
+                self._intervals.append((number, Counter()))
+                self._discard(number)
+            counts = self._intervals[-1][1]
+            counts[""] += accepted
+            counts.update(row.code for row in rejects)
+
+    def reason(self) -> Reason | None:
+        """Return why no row was accepted; None if one was, or hardly any came."""
+        with self._lock:
+            self._discard(int(self._clock.monotonic_s() // _INTERVAL_S))
+            codes = sum((counts for _, counts in self._intervals), Counter[str]())
+        if codes[""] or codes.total() < REJECTED_ROWS_MIN:
+            return None
+        ((code, count),) = codes.most_common(1)
+        return Reason(
+            ALL_REJECTED,
+            f"all {codes.total()} measurements of the last minute were rejected, {count} of them "
+            f"as {code}: see /v1/rejects",
+        )
+
+    def _discard(self, number: int) -> None:
+        while self._intervals and self._intervals[0][0] < number - RECENT_S / _INTERVAL_S:
+            self._intervals.popleft()
+
+
+def lag_reason(lags_s: Mapping[str, float], most_s: float) -> Reason | None:
+    """Return the stage of the pipeline that is too far behind; None if none is.
+
+    Parameters
+    ----------
+    lags_s : mapping
+        Time since reception of the oldest message in each stage, s.
+    most_s : float
+        A greater lag is a reason, s.
+    """
+    stage, lag_s = max(lags_s.items(), key=lambda one: one[1])
+    if lag_s <= most_s:
+        return None
+    return Reason(
+        LAG, f"the oldest message in the stage {stage} was received {lag_s:.0f} s ago (limit "
+        f"{most_s:g} s): more comes than can be processed, or the stage has stopped",
+    )  # fmt: skip
