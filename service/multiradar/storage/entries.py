@@ -1,6 +1,7 @@
 """Entries of the journal: one for each batch or mark, with its rejected rows."""
 
 import hashlib
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -12,6 +13,7 @@ REASON_CHARACTERS_MAX = 1000
 RAWS_BYTES_MAX = 1 << 20
 #: The note that replaces the rest of a content is shorter than this.
 _NOTE_BYTES_MAX = 128
+_NOTE = re.compile(r"… \[[0-9]+ octets, sha256 [0-9a-f]{64}\]\Z")
 
 
 class EntryKind(StrEnum):
@@ -155,7 +157,11 @@ def bounded(rows: Iterable[RejectedRow]) -> tuple[RejectedRow, ...]:
     for row in rows:
         # No character has more than four octets.
         left -= 4 * len(row.raw)
-        found.append(row if left >= 0 else replace(row, raw=_shortened(row.raw, 0)))
+        if left < 0:
+            # The length and the hash are those of what was sent.
+            note = _NOTE.search(row.raw)
+            row = replace(row, raw=note[0] if note else _shortened(row.raw, 0))
+        found.append(row)
     return tuple(found)
 
 

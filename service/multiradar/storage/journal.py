@@ -1,9 +1,17 @@
 """The journal: accepted measurements in order, on disk before they are acknowledged."""
 
 from collections.abc import Iterator, Sequence
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from multiradar.storage.entries import Entry, JournalCounts, Quarantined, StoredEntry
+
+
+class Space(NamedTuple):
+    """Space on the disk of a journal, and what the journal uses of it, bytes."""
+
+    free_bytes: int
+    size_bytes: int
+    used_bytes: int
 
 
 class Journal(Protocol):
@@ -39,6 +47,10 @@ class Journal(Protocol):
 
     def skipped(self) -> dict[int, str]:
         """Return the entries that replays skip, with their reasons."""
+        ...
+
+    def space(self) -> Space | None:
+        """Return the space on its disk; None where it has none."""
         ...
 
     def close(self) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from multiradar.errors import JournalError
 from multiradar.storage.chain import Columns, entry_digest, origin_digest
 from multiradar.storage.entries import Entry, JournalCounts, Quarantined, StoredEntry
+from multiradar.storage.journal import Space
 
 
 class MemoryJournal:
@@ -65,6 +66,10 @@ class MemoryJournal:
     def skipped(self) -> dict[int, str]:
         """Return the entries that replays skip, with their reasons."""
         return dict(self._skipped)
+
+    def space(self) -> Space | None:
+        """Return None: it has no disk."""
+        return None
 
     def close(self) -> None:
         """Keep the content for the next service."""

@@ -31,11 +31,15 @@ class Recording:
     ----------
     path : Path
         The file.
+    name : str, optional
+        Its name in errors; the path by default.
 
     Attributes
     ----------
     path : Path
         The file.
+    name : str
+        Its name in errors.
     rows : int
         Number of measurements in it.
     sorted : bool
@@ -49,8 +53,9 @@ class Recording:
         A required column of `MEASUREMENT_SCHEMA` is missing.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, name: str | None = None) -> None:
         self.path = path
+        self.name = name or str(path)
         self.sorted = False
         if not path.is_file():
             msg = f"{path}: no such file" if not path.exists() else f"{path}: not a file"
@@ -58,7 +63,7 @@ class Recording:
         try:
             self._scan = pl.scan_parquet(path)
             found = self._scan.collect_schema()
-            _check_columns(path, found)
+            check_columns(self.name, found)
             self._scan = self._scan.with_columns(
                 pl.lit(None, MEASUREMENT_SCHEMA[name]).alias(name)
                 for name in MEASUREMENT_LATER
@@ -99,7 +104,7 @@ class Recording:
             try:
                 block = wanted.collect()
             except pl.exceptions.InvalidOperationError as error:
-                msg = f"{self.path}: expected values that fit their columns ({_first_line(error)})"
+                msg = f"{self.name}: expected values that fit their columns ({_first_line(error)})"
                 raise InputError(msg) from error
             except (pl.exceptions.PolarsError, OSError) as error:
                 raise _unreadable(self.path, error) from error
@@ -177,19 +182,35 @@ def measurements_path(given: Path) -> Path:
     return inside if given.is_dir() else given
 
 
-def _check_columns(path: Path, found: pl.Schema) -> None:
-    missing = [name for name in MEASUREMENT_SCHEMA if name not in {*found, *MEASUREMENT_LATER}]
+def check_columns(name: str, found: pl.Schema) -> None:
+    """Check that a table has the columns of measurements, of types that can be converted.
+
+    Parameters
+    ----------
+    name : str
+        Its name in errors.
+    found : Schema
+        Its columns.
+
+    Raises
+    ------
+    MissingColumnError
+        A required column of `MEASUREMENT_SCHEMA` is missing.
+    InputError
+        A column has an unsupported type.
+    """
+    missing = [one for one in MEASUREMENT_SCHEMA if one not in {*found, *MEASUREMENT_LATER}]
     if missing:
-        raise MissingColumnError(str(path), missing, list(found))
+        raise MissingColumnError(name, missing, list(found))
     if found["time_s"] == pl.Float32():
         msg = (
-            f"{path}: expected Float64 or whole seconds in the column time_s, found Float32, "
+            f"{name}: expected Float64 or whole seconds in the column time_s, found Float32, "
             "which counts Unix times in steps of 128 s"
         )
         raise InputError(msg)
-    for name, wanted in MEASUREMENT_SCHEMA.items():
-        if not _convertible(found.get(name, wanted), wanted):
-            msg = f"{path}: expected {wanted} in the column {name}, found {found[name]}"
+    for column, wanted in MEASUREMENT_SCHEMA.items():
+        if not _convertible(found.get(column, wanted), wanted):
+            msg = f"{name}: expected {wanted} in the column {column}, found {found[column]}"
             raise InputError(msg)
 
 

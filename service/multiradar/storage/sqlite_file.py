@@ -43,6 +43,11 @@ def check_file_type(path: Path) -> None:
         raise JournalError(f"{path}: expected a journal, was another kind of file")
 
 
+def file_size(path: Path) -> int:
+    """Return the size of a file, bytes; 0 where there is none."""
+    return path.stat().st_size if path.exists() else 0
+
+
 def set_pragma(
     connection: sqlite3.Connection, path: Path, pragma: str, value: str, expected: str | int
 ) -> None:

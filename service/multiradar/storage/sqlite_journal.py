@@ -15,6 +15,7 @@ be complete, and the last entry must be the one in ``head``. The chain does not 
 journal was replaced by an older copy of itself.
 """
 
+import shutil
 import sqlite3
 import threading
 from collections.abc import Iterator, Sequence
@@ -26,9 +27,11 @@ from multiradar.errors import ConfigurationError, JournalError, JournalFullError
 from multiradar.storage.chain import Columns, entry_digest, mark_digest, origin_digest
 from multiradar.storage.entries import Entry, JournalCounts, Quarantined, StoredEntry
 from multiradar.storage.file_lock import FileLock
+from multiradar.storage.journal import Space
 from multiradar.storage.sqlite_file import (
     SYNCHRONOUS_FULL,
     check_file_type,
+    file_size,
     journal_errors,
     open_database,
     set_pragma,
@@ -39,6 +42,9 @@ FORMAT_VERSION = 1
 
 #: Entries read in one transaction; rows are fetched one at a time.
 _PIECE_ENTRIES = 256
+
+# Ends of the names of its files.
+_FILES = ("", "-wal", "-shm")
 
 _SCHEMA = """
 CREATE TABLE header (format_version INTEGER NOT NULL, fingerprint TEXT NOT NULL);
@@ -214,6 +220,15 @@ class SqliteJournal:
             if mark_digest(sequence, reason) != digest:
                 raise self._damaged(sequence, "its mark does not verify")
         return {sequence: reason for sequence, reason, _ in marks}
+
+    def space(self) -> Space | None:
+        """Return the space on its disk; None if the disk cannot be read."""
+        try:
+            disk = shutil.disk_usage(self._path.parent)
+        except OSError:
+            return None
+        files = (self._path.with_name(self._path.name + end) for end in _FILES)
+        return Space(disk.free, disk.total, sum(file_size(file) for file in files))
 
     def close(self) -> None:
         """Close the journal; may be called twice."""

@@ -20,6 +20,7 @@ from multiradar.tracking.roster import (
     NEW_TRACK,
     OTHER_AZIMUTH,
     TWIN,
+    NewTracks,
     Roster,
     RowIdentities,
 )
@@ -125,7 +126,9 @@ def assign(
     codes: Integers,
     callsigns: Integers,
     kinds: NDArray[np.int8],
+    sensors: NDArray[np.int32],
     roster: Roster,
+    new_tracks: NewTracks,
     aircraft: Aircraft,
     life: Lifecycle,
     identities: RowIdentities,
@@ -136,7 +139,8 @@ def assign(
     track with the address of another aircraft. `NEW_TRACK` always creates an aircraft. A value
     below `TWIN` refers to the aircraft of an earlier row. A row without identity gets none. A
     bearing gives no position and creates none, nor does a row of a second azimuth. When the pool is
-    ``full``, rows that need a slot get `NO_ROOM_SLOT`.
+    ``full``, or its sensor has initiated as many tentative tracks as it may, rows that need a slot
+    get `NO_ROOM_SLOT`.
 
     ``roster.counters`` holds the last track identifier assigned and the number of free slots; free
     slots are used from the end of ``roster.free``.
@@ -159,14 +163,20 @@ def assign(
             continue
         created = slot < 0
         if slot < 0 and (number >= 0 or address >= 0 or anonymous):
+            s = sensors[row]
+            if new_tracks.initiated[s] >= new_tracks.most[s]:
+                identities.slot[row] = NO_ROOM_SLOT
+                continue
             if roster.counters[1] == 0:
                 if not full:
                     return row
                 identities.slot[row] = NO_ROOM_SLOT
                 continue
+            new_tracks.initiated[s] += 1
             roster.counters[1] -= 1
             slot = roster.free[roster.counters[1]]
             roster.counters[0] += 1
+            new_tracks.sensor[slot] = s
             roster.track_id[slot] = roster.counters[0]
             roster.track_number[slot] = MISSING
             roster.mode_s_address[slot] = MISSING

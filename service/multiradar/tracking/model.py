@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.bias.estimator import column_starts
-from multiradar.estimation.bias.store import BiasState, widened
+from multiradar.estimation.bias.store import BiasState, symmetric_root, widened
 from multiradar.estimation.filters import _kernels as kernels
 from multiradar.estimation.filters.arrays import NO_DELAYS, Model
 from multiradar.estimation.measurement.sensors import SensorTable
@@ -109,7 +109,7 @@ def with_biases(model: Model, biases: BiasState) -> Model:
         The model of the next epoch.
     """
     scaled = biases.covariance / np.outer(biases.scale, biases.scale)
-    factor = np.ascontiguousarray((np.linalg.cholesky(scaled) * biases.scale[:, None]).T)
+    factor = symmetric_root(scaled) * biases.scale
     columns = len(biases.estimate) + int(len(model.delayed) > 0)
     return model._replace(
         bias=np.append(biases.estimate, np.zeros(columns - len(biases.estimate))),

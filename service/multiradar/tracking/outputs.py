@@ -373,6 +373,8 @@ class EngineOutput:
         without any.
     delays : DelayRecords
         Delays of transponders of terminated tracks, where they are estimated.
+    saturated : (sensors,) bool
+        Sensors that have initiated as many tentative tracks as they may; empty without any.
     """
 
     updates: TrackUpdates
@@ -390,3 +392,4 @@ class EngineOutput:
     samples: tuple[StateSample, ...] = ()
     outcomes: NDArray[np.int64] = field(default_factory=lambda: np.empty((0, 0), np.int64))
     delays: DelayRecords = field(default_factory=lambda: DelayRecords.concatenate([]))
+    saturated: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, np.bool_))

@@ -19,7 +19,7 @@ from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.lifecycle.lifecycle import Lifecycle
 from multiradar.tracking.lifecycle.report_integrity import ReportIntegrity
 from multiradar.tracking.lifecycle.transitions import NO_TRACK, TerminatedTracks
-from multiradar.tracking.roster import MISSING, Roster, RowIdentities
+from multiradar.tracking.roster import MISSING, NewTracks, Roster, RowIdentities
 
 #: Number of partitions. The output depends on it, so it is no setting.
 PARTITIONS = 16
@@ -75,17 +75,22 @@ class AircraftPool:
         Number of sensors compared with ADS-B reports, 0 for none.
     delays : bool
         Whether delays of transponders are estimated.
+    tentative_max : (m,) array, optional
+        Greatest number of tentative tracks that each sensor may initiate; unbounded by default.
     """
 
     def __init__(
         self, definition: FilterDefinition, bias_columns: int, sensors: int, modes: int = 1,
         compared: int = 0, *, delays: bool = False,
+        tentative_max: NDArray[np.float64] | None = None,
     ) -> None:  # fmt: skip
         self._definition, self._sizes = definition, (bias_columns, sensors, modes, delays)
         self._capacity_max = definition.aircraft_max or CAPACITY_MAX
         self.roster = Roster.empty(CAPACITY_FIRST)
         self.aircraft = definition.aircraft(CAPACITY_FIRST, *self._sizes)
         self.life = Lifecycle.empty(CAPACITY_FIRST, sensors)
+        most = np.full(sensors, CAPACITY_MAX) if tentative_max is None else tentative_max
+        self.new_tracks = NewTracks.empty(CAPACITY_FIRST, most.astype(np.int64))
         self._compared = compared
         self.integrity = ReportIntegrity.empty(CAPACITY_FIRST, compared)
 
@@ -109,7 +114,8 @@ class AircraftPool:
         while True:
             first = assign(
                 first, last, self._full, batch.track_number, batch.mode_s_address, codes,
-                batch.callsign, batch.kind, self.roster, self.aircraft, self.life, identities,
+                batch.callsign, batch.kind, batch.sensor, self.roster, self.new_tracks,
+                self.aircraft, self.life, identities,
             )  # fmt: skip
             if first == last:
                 return
@@ -237,6 +243,13 @@ class AircraftPool:
         self._free(old)
         return ends
 
+    def release_confirmed(self, confirmed: NDArray[np.intp]) -> None:
+        """No longer count confirmed tracks, by slot, among the tentative ones of their sensors."""
+        new = self.new_tracks
+        counted = new.sensor[confirmed]
+        new.initiated[:] -= np.bincount(counted[counted != MISSING], minlength=len(new.initiated))
+        new.sensor[confirmed] = MISSING
+
     def grow(self) -> None:
         """Double the number of slots; states and identities stay in place."""
         capacity = len(self.roster.track_id)
@@ -253,12 +266,16 @@ class AircraftPool:
         roster.free[:capacity] = np.arange(2 * capacity - 1, capacity - 1, -1)
         roster.counters[:] = self.roster.counters[0], capacity
         rebuild(roster)
+        initiated = np.full(2 * capacity, MISSING, np.int64)
+        initiated[:capacity] = self.new_tracks.sensor
+        self.new_tracks = self.new_tracks._replace(sensor=initiated)
         self.roster, self.aircraft, self.life, self.integrity = roster, aircraft, life, integrity
 
     def _free(self, old: NDArray[np.int64]) -> None:
         self.roster.track_id[old] = MISSING
         self.aircraft.time[old] = np.nan
         self.integrity.release(old)
+        self.release_confirmed(old)
         count = self.roster.counters[1]
         self.roster.free[count : count + len(old)] = old[::-1]
         self.roster.counters[1] += len(old)

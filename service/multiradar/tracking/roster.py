@@ -69,6 +69,33 @@ class Roster(NamedTuple):
         )
 
 
+class NewTracks(NamedTuple):
+    """Tentative tracks by the sensor that initiated them.
+
+    Attributes
+    ----------
+    sensor : (s,) int64
+        Sensor that initiated the track in each slot, −1 for a free slot and for tracks that do not
+        count any more.
+    initiated, most : (m,) int64
+        Tracks that count, of each sensor, and their greatest number.
+    """
+
+    sensor: Integers
+    initiated: Integers
+    most: Integers
+
+    @classmethod
+    def empty(cls, capacity: int, most: Integers) -> "NewTracks":
+        """Return no tracks."""
+        return cls(np.full(capacity, MISSING, np.int64), np.zeros_like(most), most)
+
+    @property
+    def saturated(self) -> NDArray[np.bool_]:
+        """Sensors that may initiate no more tracks, (m,)."""
+        return self.initiated >= self.most
+
+
 class ReportedIdentities(NamedTuple):
     """Identities contained in the measurements of a batch, −1 for none.
 

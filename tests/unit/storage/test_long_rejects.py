@@ -49,6 +49,13 @@ def test_of_many_contents_the_first_are_kept() -> None:
     assert len("".join(row.raw for row in kept)) < 2 * RAWS_BYTES_MAX
 
 
+def test_the_hash_beyond_the_limit_is_that_of_what_was_sent() -> None:
+    sent = ["x" * 10_000] * 1000
+    kept = bounded(RejectedRow(index, "MALFORMED_JSON", "", raw) for index, raw in enumerate(sent))
+    digest = hashlib.sha256(sent[-1].encode()).hexdigest()
+    assert kept[-1].raw == f"… [10000 octets, sha256 {digest}]"
+
+
 def test_many_rejects_of_one_reason_are_small_on_disk_and_read_back(tmp_path: Path) -> None:
     rows = tuple(
         RejectedRow(index, "MALFORMED_JSON", "expected a JSON object in each line", "x")

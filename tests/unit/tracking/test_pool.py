@@ -23,13 +23,13 @@ def assigned(pool: AircraftPool, batch: MeasurementBatch) -> RowIdentities:
 
 
 def test_rows_of_one_track_number_are_one_track() -> None:
-    pool = AircraftPool(FILTERS["blom"], 0, 0)
+    pool = AircraftPool(FILTERS["blom"], 0, 1)
     rows = assigned(pool, batch_of([0.0] * 5, track_number=[7, 9, 7, 9, 7]))
     assert rows.track_id.tolist() == [1, 2, 1, 2, 1]
 
 
 def test_an_address_and_a_number_received_together_are_one_track() -> None:
-    pool = AircraftPool(FILTERS["blom"], 0, 0)
+    pool = AircraftPool(FILTERS["blom"], 0, 1)
     rows = assigned(
         pool,
         batch_of([0.0] * 4, track_number=[5, -1, 5, -1], mode_s_address=[0xABC, 0xABC, -1, 0xDEF]),
@@ -39,19 +39,19 @@ def test_an_address_and_a_number_received_together_are_one_track() -> None:
 
 
 def test_one_address_under_two_numbers_is_two_tracks() -> None:
-    pool = AircraftPool(FILTERS["blom"], 0, 0)
+    pool = AircraftPool(FILTERS["blom"], 0, 1)
     rows = assigned(pool, batch_of([0.0] * 3, track_number=[1, 2, 1], mode_s_address=[9, 9, 9]))
     assert rows.track_id.tolist() == [1, 2, 1]
 
 
 def test_a_row_without_identity_has_no_track() -> None:
-    rows = assigned(AircraftPool(FILTERS["blom"], 0, 0), batch_of([0.0, 0.0], track_number=[-1, 3]))
+    rows = assigned(AircraftPool(FILTERS["blom"], 0, 1), batch_of([0.0, 0.0], track_number=[-1, 3]))
     assert rows.slot.tolist()[0] == -1
     assert rows.track_id.tolist() == [-1, 1]
 
 
 def test_a_track_keeps_its_last_callsign() -> None:
-    pool = AircraftPool(FILTERS["blom"], 0, 0)
+    pool = AircraftPool(FILTERS["blom"], 0, 1)
     rows = batch_of([0.0] * 6, track_number=[1, 1, 2, 1, 1, 2])
     callsigns = np.array([-1, 11, -1, 12, -1, -1])
     known = assigned(pool, replace(rows, callsign=callsigns)).callsign
@@ -62,7 +62,7 @@ def test_a_track_keeps_its_last_callsign() -> None:
 
 
 def test_a_new_track_has_no_callsign_of_the_previous_one_in_its_slot() -> None:
-    pool = AircraftPool(FILTERS["blom"], 0, 0)
+    pool = AircraftPool(FILTERS["blom"], 0, 1)
     slot = assigned(pool, replace(batch_of([0.0], track_number=[1]), callsign=np.array([7]))).slot
     pool.terminate(slot, np.array([SILENT]))
     after = assigned(pool, batch_of([1.0], track_number=[2]))
@@ -71,7 +71,7 @@ def test_a_new_track_has_no_callsign_of_the_previous_one_in_its_slot() -> None:
 
 
 def test_the_pool_grows_when_slots_are_used_up_without_losing_aircraft() -> None:
-    pool = AircraftPool(FILTERS["two-stage"], 3, 0)
+    pool = AircraftPool(FILTERS["two-stage"], 3, 1)
     numbers = np.arange(5 * CAPACITY_FIRST)
     first = assigned(pool, batch_of([0.0] * len(numbers), track_number=numbers.tolist()))
     again = assigned(pool, batch_of([1.0] * len(numbers), track_number=numbers.tolist()))
@@ -84,7 +84,7 @@ def test_a_full_pool_marks_rows_and_keeps_its_aircraft(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(pool_module, "CAPACITY_MAX", CAPACITY_FIRST)
-    pool = AircraftPool(FILTERS["blom"], 0, 0)
+    pool = AircraftPool(FILTERS["blom"], 0, 1)
     numbers = list(range(CAPACITY_FIRST + 2))
     rows = assigned(pool, batch_of([0.0] * len(numbers), track_number=numbers))
     assert rows.slot[-2:].tolist() == [NO_ROOM_SLOT, NO_ROOM_SLOT]
@@ -113,7 +113,7 @@ def test_rows_for_a_filter_that_corrects_the_biases_stay_in_order() -> None:
 
 
 def test_an_old_track_is_dropped_and_its_number_initiates_another() -> None:
-    pool = AircraftPool(FILTERS["blom"], 0, 0)
+    pool = AircraftPool(FILTERS["blom"], 0, 1)
     rows = assigned(pool, batch_of([0.0, 0.0, 0.0], track_number=[1, 2, 3]))
     pool.aircraft.time[rows.slot] = 50.0
     # State time changed by rejected measurements, but updated long ago.
@@ -130,7 +130,7 @@ def test_an_old_track_is_dropped_and_its_number_initiates_another() -> None:
 
 
 def test_an_aircraft_without_a_position_is_freed_without_a_terminated_track() -> None:
-    pool = AircraftPool(FILTERS["blom"], 0, 0)
+    pool = AircraftPool(FILTERS["blom"], 0, 1)
     assigned(pool, batch_of([0.0], track_number=[1]))
     old = pool.silent(1e9)
     assert len(pool.terminate(old, np.full(len(old), SILENT)).track_id) == 0
@@ -138,7 +138,7 @@ def test_an_aircraft_without_a_position_is_freed_without_a_terminated_track() ->
 
 
 def test_work_keeps_the_order_within_a_partition_and_contains_every_row_once() -> None:
-    pool = AircraftPool(FILTERS["blom"], 0, 0)
+    pool = AircraftPool(FILTERS["blom"], 0, 1)
     slots = np.array([80, 336, 3, 90, -1, 592, 7], np.int64)
     used, work = pool.work(slots, 100 + np.arange(len(slots)))
     assert sorted(work.order.tolist()) == list(range(100, 107))
@@ -156,7 +156,7 @@ def test_states_begin_on_a_pair_of_cache_lines_also_after_growing() -> None:
 
 
 def test_the_sums_of_an_aircraft_are_those_of_the_partition_that_takes_its_rows() -> None:
-    pool = AircraftPool(FILTERS["blom-macro"], 0, 0)
+    pool = AircraftPool(FILTERS["blom-macro"], 0, 1)
     slots = np.array([5, 16, 31, 250], np.int64)
     _, work = pool.work(slots, np.arange(len(slots)))
     taken = {

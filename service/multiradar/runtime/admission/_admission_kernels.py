@@ -6,7 +6,9 @@ sensor ever accepted, several sensors accepted, run within the forward jump]; ``
 [contradictions, rows in succession that were off the data clock, samples heard] of each sensor;
 ``lead`` = by how much the last such row was ahead of the data clock, s; ``heard`` = the last
 samples of each sensor, [time less time of reception, time of reception]; ``bounds`` = [reorder
-horizon, tolerance, forward jump, rows that agree, time alone, time alone within the jump].
+horizon, tolerance, forward jump, rows that agree, time alone, time alone within the jump];
+``pace`` = [least mean interval of the rows, time by which they may be ahead at it] of each sensor;
+``due`` = data time at which the rows of each sensor so far would be due at that interval, s.
 """
 
 import numpy as np
@@ -17,12 +19,14 @@ from multiradar_compiled.kernels import kernel
 ACCEPTED = 0
 LATE = 1
 FUTURE = 2
+EXCESS = 3
 
 CLOCK, FLOOR, RUN_FIRST, RUN_LAST, NEWEST = range(5)
 RUN_COUNT, RUN_SENSOR, RUN_SEVERAL, SEEN_SENSOR, SEEN_SEVERAL, RUN_NEAR = range(6)
 CONTRADICTED, OFF, SAMPLES = range(3)
 HORIZON, TOLERANCE, JUMP, AGREE, ALONE, ALONE_NEAR = range(6)
 LEAD, RECEIVED = range(2)
+INTERVAL, BURST = range(2)
 
 #: After so many contradictions in succession, rows ahead of the data clock are rejected.
 CONTRADICTED_MAX = 3
@@ -43,6 +47,8 @@ def admit(
     sensor: NDArray[np.int32],
     received_s: float,
     bounds: Floats,
+    pace: Floats,
+    due: Floats,
     clock: Floats,
     run: Integers,
     standing: Integers,
@@ -62,6 +68,10 @@ def admit(
         if before_s == before_s and (time < before_s - bounds[HORIZON] or time < clock[FLOOR]):
             decided = LATE
             run[RUN_COUNT] = 0
+        elif due[s] + pace[s, INTERVAL] > max(time, before_s) + pace[s, BURST]:
+            # It advances nothing: the accepted rows alone give the same states.
+            code[row] = EXCESS
+            continue
         elif time <= before_s + bounds[TOLERANCE]:
             decided = ACCEPTED
             _advance(time, s, bounds[TOLERANCE], clock, run, standing, lead)
@@ -70,6 +80,10 @@ def admit(
         code[row] = decided
         if decided == ACCEPTED:
             clock[NEWEST] = max(clock[NEWEST], time)
+            # While there is no data clock, nothing is counted.
+            if clock[CLOCK] == clock[CLOCK]:
+                reached_s = min(max(time, clock[CLOCK]), clock[CLOCK] + bounds[TOLERANCE])
+                due[s] = max(due[s], reached_s) + pace[s, INTERVAL]
         else:
             standing[s, OFF] += 1
             lead[s] = time - before_s

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.runtime.admission._admission_kernels import FUTURE
+from multiradar.runtime.admission._admission_kernels import EXCESS, FUTURE
 from multiradar_compiled.kernels import kernel
 
 
@@ -25,7 +25,7 @@ def count_delays(
     for row in range(len(time_s)):
         s, time = sensor[row], time_s[row]
         counts[s, code[row]] += 1
-        if code[row] == FUTURE:
+        if code[row] == FUTURE or code[row] == EXCESS:
             continue
         before_s = clock_s[row]
         behind = max(before_s - time, 0.0) if before_s == before_s else 0.0

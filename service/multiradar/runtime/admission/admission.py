@@ -16,6 +16,11 @@ is a gap in the measurements, or a clock that is fast:
 - A row ahead by more than the forward jump is rejected, unless several agree in succession. The run
   must contain two sensors, or come from the only sensor received so far, or span `ALONE_S`.
 
+A sensor that delivers more rows than it can (`multiradar.estimation.measurement.plot_rates`) has
+failed, or somebody sends in its name: the rows beyond are rejected. They are counted in data time,
+in which a replay is not faster than its recording, by the generic cell rate algorithm (ITU-T
+I.371).
+
 Without times of reception the result depends only on the sequence of rows, not on the batches. With
 them it is in the journal: the accepted rows of each entry, and the data clock after it.
 """
@@ -34,6 +39,7 @@ from multiradar.tracking.input.measurements import MeasurementBatch
 ACCEPTED = kernels.ACCEPTED
 LATE = kernels.LATE
 FUTURE = kernels.FUTURE
+EXCESS = kernels.EXCESS
 
 FORWARD_JUMP_MAX_S = 600.0
 #: Consecutive rows, each within the forward jump of the one before, that move the data clock.
@@ -46,6 +52,8 @@ ALONE_HORIZONS = 2.0
 TOLERANCE_HORIZONS = 0.5
 #: A sensor has a clock alarm after so many rows in succession that are late or in the future.
 ALARM_ROWS = 3
+#: A sensor has a storm alarm from this fraction of the burst on that it may have.
+STORM_SHARE = 0.5
 
 
 def data_clock_of(state: str) -> float:
@@ -68,6 +76,9 @@ class Admission:
         Measurements farther ahead of the data clock are in the future, s.
     arrivals : ArrivalBoard, optional
         Counts the delay of each row behind the data clock.
+    paces : (m, 2) float64, optional
+        Least mean interval of the rows of each sensor, and the time by which they may be ahead of
+        the data time at that interval, s; unbounded by default.
 
     Attributes
     ----------
@@ -79,6 +90,7 @@ class Admission:
     sensors: int
     forward_jump_max_s: float = FORWARD_JUMP_MAX_S
     arrivals: ArrivalBoard | None = None
+    paces: NDArray[np.float64] | None = None
     clock_s: NDArray[np.float64] = field(default_factory=lambda: np.empty(0), init=False)
     _bounds: NDArray[np.float64] = field(init=False)
     _clock: NDArray[np.float64] = field(init=False)
@@ -86,6 +98,8 @@ class Admission:
     _standing: NDArray[np.int64] = field(init=False)
     _lead: NDArray[np.float64] = field(init=False)
     _heard: NDArray[np.float64] = field(init=False)
+    _pace: NDArray[np.float64] = field(init=False)
+    _due: NDArray[np.float64] = field(init=False)
 
     def __post_init__(self) -> None:
         if not (self.horizon_s >= 0.0 and self.forward_jump_max_s > 0.0):
@@ -104,6 +118,8 @@ class Admission:
         self._standing = np.zeros((self.sensors, 3), np.int64)
         self._lead = np.zeros(self.sensors)
         self._heard = np.zeros((self.sensors, kernels.HEARD_MAX, 2))
+        self._pace = np.zeros((self.sensors, 2)) if self.paces is None else self.paces
+        self._due = np.full(self.sensors, -np.inf)
 
     @property
     def tolerance_s(self) -> float:
@@ -139,7 +155,7 @@ class Admission:
         Returns
         -------
         (n,) ndarray of int8
-            `ACCEPTED`, `LATE` or `FUTURE` for each row.
+            `ACCEPTED`, `LATE`, `FUTURE` or `EXCESS` for each row.
         """
         code = np.empty(len(batch), np.int8)
         self.clock_s = np.empty(len(batch))
@@ -148,6 +164,8 @@ class Admission:
             batch.sensor,
             np.nan if received_s is None else received_s,
             self._bounds,
+            self._pace,
+            self._due,
             self._clock,
             self._run,
             self._standing,
@@ -179,6 +197,18 @@ class Admission:
         leads = {int(sensor): float(self._lead[sensor]) for sensor in off}
         return {sensor: lead for sensor, lead in leads.items() if np.isfinite(lead)}
 
+    def storms(self) -> list[int]:
+        """Return the sensors that at present deliver more rows than they can, by number."""
+        clock_s = self.released_to_s
+        if not np.isfinite(clock_s):
+            return []
+        ahead_s = self._due - clock_s
+        return np.flatnonzero(ahead_s > STORM_SHARE * self._pace[:, kernels.BURST]).tolist()
+
+    def rate_per_s(self, sensor: int) -> float:
+        """Return the greatest mean rate of the rows of a sensor, 1/s of data time."""
+        return 1.0 / float(self._pace[sensor, kernels.INTERVAL])
+
     def state(self) -> str:
         """Return the state as JSON, for `restore`."""
         # Hexadecimal floats are exact, and represent NaN and infinity.
@@ -192,6 +222,10 @@ class Admission:
                 [sensor, int(self._standing[sensor, kernels.CONTRADICTED])]
                 for sensor in contradicted.tolist()
             ]
+        # Those due before the data clock are as if they had no rows.
+        ahead = np.flatnonzero(self._due > self._clock[kernels.CLOCK])
+        if len(ahead):
+            state["due"] = [[sensor, float(self._due[sensor]).hex()] for sensor in ahead.tolist()]
         return json.dumps(state)
 
     def restore(self, state: str) -> None:
@@ -216,8 +250,12 @@ class Admission:
             standing = np.zeros_like(self._standing)
             for sensor, count in fields.get("contradicted", []):
                 standing[sensor, kernels.CONTRADICTED] = count
+            due = np.full(self.sensors, -np.inf)
+            for sensor, text in fields.get("due", []):
+                due[sensor] = float.fromhex(text)
         except (ValueError, TypeError, KeyError, IndexError) as error:
             raise JournalError(f"expected the state of an admission, was {state!r}") from error
         self._clock = np.array(clock)
         self._run = np.array(run, np.int64)
         self._standing = standing
+        self._due = due

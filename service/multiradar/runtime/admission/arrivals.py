@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.admission._admission_kernels import FUTURE, LATE
+from multiradar.runtime.admission._admission_kernels import EXCESS, FUTURE, LATE
 from multiradar.runtime.admission._arrival_kernels import count_delays
 from multiradar.tracking.input.measurements import MeasurementBatch
 
@@ -21,7 +21,7 @@ DELAY_MAX_S = 120.0
 LATE_SHARE_MAX = 0.01
 LATE_ROWS_MIN = 100
 
-_OUTCOMES = 3
+_OUTCOMES = 4
 
 
 class ArrivalBoard:
@@ -67,9 +67,10 @@ class ArrivalBoard:
         Returns
         -------
         dict
-            `received`, `late` and `future` measurements, and the median and 99th percentile of
-            the delay behind the data time, s, in steps of `DELAY_STEP_S`. Late measurements are
-            included, future ones are not; None where there are no others.
+            `received`, `late`, `future` and `excess` measurements, and the median and 99th
+            percentile of the delay behind the data time, s, in steps of `DELAY_STEP_S`. Late
+            measurements are included, future ones and those in excess are not; None where there are
+            no others.
         """
         records = {}
         for number in np.flatnonzero(self._counts.sum(axis=1)).tolist():
@@ -78,6 +79,7 @@ class ArrivalBoard:
                 "received": sum(counts),
                 "late": counts[LATE],
                 "future": counts[FUTURE],
+                "excess": counts[EXCESS],
                 "delay_s_median": self._delay(number, 0.5),
                 "delay_s_p99": self._delay(number, 0.99),
             }

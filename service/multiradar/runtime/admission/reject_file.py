@@ -12,9 +12,10 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.admission.admission import ACCEPTED, LATE, Admission
+from multiradar.runtime.admission.admission import ACCEPTED, EXCESS, LATE, Admission
 from multiradar.storage.recording import INDEX_COLUMN
 from multiradar.tracking.input.duplicates import Duplicates
+from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.wire import Rejected, measurement_rows
 from multiradar_schemas.measurements.reject import Reject, RejectCode
 
@@ -117,8 +118,8 @@ class TimeRejects:
         The admission that rejected them.
     clock_s : (n,) float64
         Its data clock before each row, NaN where it was not set.
-    time_s : (n,) float64
-        Times of the batch.
+    batch : MeasurementBatch
+        The rows.
     codes : (n,) int8
         Its results.
 
@@ -132,17 +133,29 @@ class TimeRejects:
         self,
         admission: Admission,
         clock_s: NDArray[np.float64],
-        time_s: NDArray[np.float64],
+        batch: MeasurementBatch,
         codes: NDArray[np.int8],
     ) -> None:
         self.rejections: list[tuple[int, RejectCode, str]] = []
+        too_many: dict[int, str] = {}
         for row in np.flatnonzero(codes != ACCEPTED).tolist():
+            if codes[row] == EXCESS:
+                sensor = int(batch.sensor[row])
+                if sensor not in too_many:
+                    too_many[sensor] = _too_many(admission, sensor)
+                self.rejections.append((row, RejectCode.RATE_EXCEEDED, too_many[sensor]))
+                continue
             late = codes[row] == LATE
             # The data time at the arrival of the row: the reason does not depend on the batches.
-            met_s, time = float(clock_s[row]), float(time_s[row])
+            met_s, time = float(clock_s[row]), float(batch.time_s[row])
             bound = _late(admission, met_s) if late else _future(admission, met_s, time)
             code = RejectCode.TIME_LATE if late else RejectCode.TIME_FUTURE
             self.rejections.append((row, code, f"expected a time {bound}, was {time} s"))
+
+
+def _too_many(admission: Admission, sensor: int) -> str:
+    rate = f"{admission.rate_per_s(sensor):.0f}"
+    return f"expected at most {rate} measurements of its sensor a second of data time, were more"
 
 
 def _late(admission: Admission, met_s: float) -> str:

@@ -14,6 +14,12 @@ from multiradar.storage.entries import Quarantined, RejectedRow
 from multiradar.tracking.input.duplicates import Duplicates
 from multiradar_schemas.measurements.reject import RejectCode
 
+#: Sources counted separately; further ones are counted together.
+SOURCES_MAX = 64
+OTHER_SOURCES = "other"
+# Source of what the tracker rejects.
+_TRACKER = "tracker"
+
 
 class RejectBoard:
     """Counts rejected rows by code and retains the last of each code.
@@ -30,6 +36,7 @@ class RejectBoard:
         self._sensors = sensors
         self._kept_max = kept_max
         self._counts: Counter[str] = Counter()
+        self._sources: dict[str, Counter[str]] = {}
         self._twice: Counter[int] = Counter()
         self._last: dict[str, deque[Quarantined]] = {}
         self._lock = threading.Lock()
@@ -39,6 +46,12 @@ class RejectBoard:
         """Number of rejected rows by code, in the order of the codes."""
         with self._lock:
             return dict(sorted(self._counts.items()))
+
+    @property
+    def counts_by_source(self) -> dict[str, dict[str, int]]:
+        """Number of rejected rows by source and code; the tracker found the duplicates."""
+        with self._lock:
+            return {source: dict(sorted(codes.items())) for source, codes in self._sources.items()}
 
     @property
     def duplicates_by_sensor(self) -> dict[str, int]:
@@ -74,6 +87,7 @@ class RejectBoard:
         raw = wire.measurement_rows(found.batch.select(slice(skipped, None)), self._sensors)
         with self._lock:
             self._counts[code] += skipped
+            self._count(_TRACKER, code, skipped)
             self._twice.update(found.batch.sensor.tolist())
             for (sequence, index), reason, row in zip(entries[skipped:], reasons, raw, strict=True):
                 self._add(sequence, "", RejectedRow(index, code, reason, json.dumps(row)))
@@ -82,10 +96,17 @@ class RejectBoard:
         """Discard everything: the journal is replayed."""
         with self._lock:
             self._counts.clear()
+            self._sources.clear()
             self._twice.clear()
             self._last.clear()
 
+    def _count(self, source: str, code: str, rows: int) -> None:
+        if source not in self._sources and len(self._sources) >= SOURCES_MAX:
+            source = OTHER_SOURCES
+        self._sources.setdefault(source, Counter())[code] += rows
+
     def _add(self, sequence: int, source: str, row: RejectedRow) -> None:
         self._counts[row.code] += 1
+        self._count(source or _TRACKER, row.code, 1)
         kept = self._last.setdefault(row.code, deque(maxlen=self._kept_max))
         kept.append(Quarantined(self._counts[row.code], sequence, source, row))

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._kernels import NO_ROOM_SLOT
 from multiradar.estimation.filters.arrays import Model, Result, Rows
 from multiradar.estimation.measurement.kinds import KIND_BEARING
 from multiradar.estimation.measurement.sensors import SensorTable
@@ -41,7 +42,7 @@ from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.input.order import RELEASE_STEP_S
 from multiradar.tracking.lifecycle.transitions import MERGED, TerminatedTracks
 from multiradar.tracking.pool import AircraftPool
-from multiradar.tracking.roster import ReportedIdentities, RowIdentities
+from multiradar.tracking.roster import MISSING, ReportedIdentities, RowIdentities
 from multiradar.tracking.settings import (
     BY_IDENTITY,
     BY_PROBABILITY,
@@ -238,6 +239,7 @@ class Association:
         addressed = batch.track_number[first:last] < 0
         if unknown == 0 and not addressed.any():
             return None
+        unknown -= _leave_out(window, pool)
         window_time = math.floor(rows.time[first] / WINDOW_S) * WINDOW_S
         grid, _ = self._fill(window_time, model, pool)
         if unknown < n:
@@ -312,3 +314,19 @@ class Association:
             identities, self._scores, confirmed,
         )  # fmt: skip
         self._anonymous = True
+
+
+def _leave_out(window: Window, pool: AircraftPool) -> int:
+    """Mark the rows of unknown aircraft by sensors that may initiate no track; return how many.
+
+    A storm of new identities would otherwise be compared with all tracks.
+    """
+    saturated = pool.new_tracks.saturated
+    if not saturated.any():
+        return 0
+    rows = slice(window.first, window.last)
+    batch, slot = window.batch, window.identities.slot[rows]
+    named = (batch.track_number[rows] >= 0) | (batch.mode_s_address[rows] >= 0)
+    left_out = (slot == MISSING) & named & saturated[batch.sensor[rows]]
+    slot[left_out] = NO_ROOM_SLOT
+    return int(np.count_nonzero(left_out))

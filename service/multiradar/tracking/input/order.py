@@ -108,6 +108,7 @@ class ReorderBuffer:
         self._waiting.append(_Piece(batch, arrivals))
         self._latest_s = max(self._latest_s, float(batch.time_s.max()))
         watermark = (self._latest_s if clock_s is None else clock_s) - self._horizon_s
+        # Also without a data clock: −∞ cannot be rounded.
         if watermark <= self._released_s:
             return None
         watermark = math.floor(watermark / RELEASE_STEP_S) * RELEASE_STEP_S

@@ -5,7 +5,7 @@ import pytest
 
 from multiradar.errors import ConfigurationError, JournalError
 from multiradar.runtime.admission import _admission_kernels as kernels
-from multiradar.runtime.admission.admission import ACCEPTED, FUTURE, LATE, Admission
+from multiradar.runtime.admission.admission import ACCEPTED, EXCESS, FUTURE, LATE, Admission
 from multiradar.runtime.admission.reject_file import TimeRejects
 from multiradar.tracking.input.measurements import MeasurementBatch
 from support.inputs.timed_batches import timed_batch
@@ -105,7 +105,7 @@ def test_the_end_of_an_empty_stream_changes_nothing() -> None:
 def _sentences(admission: Admission, times: list[float]) -> list[str]:
     batch = timed_batch(times)
     codes = admission.admit(batch)
-    rejects = TimeRejects(admission, admission.clock_s, batch.time_s, codes)
+    rejects = TimeRejects(admission, admission.clock_s, batch, codes)
     return [why for _, _, why in rejects.rejections]
 
 
@@ -143,15 +143,16 @@ def test_the_compiled_loop_does_what_the_plain_one_does() -> None:
     random = np.random.default_rng(5)
     steps = random.choice([0.1, -3.0, -20.0, 4.0, 15.0, 700.0, 9000.0, 0.0], 5000)
     batch = timed_batch((1000.0 + np.cumsum(steps)).tolist(), random.integers(0, 3, 5000).tolist())
-    compiled, plain = Admission(6.0, 3), Admission(6.0, 3)
+    paces = np.array([[0.0, 0.0], [40.0, 60.0], [0.0, 0.0]])
+    compiled, plain = Admission(6.0, 3, paces=paces), Admission(6.0, 3, paces=paces)
     expected = np.empty(len(batch), np.int8)
     plain_form(kernels.admit)(
-        batch.time_s, batch.sensor, np.nan, plain._bounds, plain._clock, plain._run,
-        plain._standing, plain._lead, plain._heard, expected, np.empty(len(batch)),
+        batch.time_s, batch.sensor, np.nan, plain._bounds, plain._pace, plain._due, plain._clock,
+        plain._run, plain._standing, plain._lead, plain._heard, expected, np.empty(len(batch)),
     )  # fmt: skip
     assert compiled.admit(batch).tolist() == expected.tolist()
     assert compiled.state() == plain.state()
-    assert set(expected.tolist()) == {ACCEPTED, LATE, FUTURE}
+    assert set(expected.tolist()) == {ACCEPTED, LATE, FUTURE, EXCESS}
 
 
 def test_no_rows_change_nothing() -> None:

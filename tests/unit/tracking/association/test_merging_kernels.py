@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.shared_biases import SharedBiases
 from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
+from multiradar.toolbox.inputs import load_sensor_table
 from multiradar.tracking.association._grid_kernels import fill_grid
 from multiradar.tracking.association._merging_kernels import MEETINGS_NEEDED, find_merges
 from multiradar.tracking.association.track_grid import RULE_COUNT, TrackGrid

@@ -114,8 +114,8 @@ def test_the_second_of_two_such_plots_is_assigned_the_track_of_the_first() -> No
     identities.slot[:] = [NEW_TRACK, NEW_TRACK, TWIN - 2]
     nothing = np.full(3, -1, np.int64)
     done = assign(
-        0, 3, False, nothing, nothing, nothing, nothing, np.zeros(3, np.int8), pool.roster,
-        pool.aircraft, pool.life, identities,
+        0, 3, False, nothing, nothing, nothing, nothing, np.zeros(3, np.int8),
+        np.zeros(3, np.int32), pool.roster, pool.new_tracks, pool.aircraft, pool.life, identities,
     )  # fmt: skip
     assert done == 3
     assert identities.slot[2] == identities.slot[0] != identities.slot[1]
