@@ -9,7 +9,7 @@
     # with a column of other results
     python -m validation.mistakes.check_mistakes --before before.json
     # into the page
-    python -m validation.mistakes.check_mistakes --before before.json --page docs/mistakes.md
+    python -m validation.mistakes.check_mistakes --page docs/validation/mistakes.md
 
 Exit status 1 when a mistake ends with another status than expected by the catalogue, or without a
 part of the expected message. To test another revision, put its folders into PYTHONPATH.
@@ -69,7 +69,7 @@ def tried(mistake: Mistake, sample: Sample) -> dict[str, object]:
         if name not in mistake.sensors
         and (f"multiradar: {name}: " in message or f"multiradar: {name} (" in message)
     ]
-    wrong = status != mistake.status or bool(missing) or (mistake.status == 0 and bool(message))
+    wrong = status != mistake.status or bool(missing) or bool(message) != bool(mistake.message)
     return {
         "name": mistake.name,
         "status": status,

@@ -5,6 +5,7 @@ import numpy as np
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.losses import LOST_MAX
+from multiradar.diagnosis.names import counted
 from multiradar.diagnosis.plots import Floats, Plots
 
 #: A value that this fraction of the plots has was not measured.
@@ -14,12 +15,19 @@ _TIME_UNITS = {"milliseconds": 1e3, "minutes": 1.0 / 60.0, "hours": 1.0 / 3600.0
                "days": 1.0 / 86_400.0}  # fmt: skip
 #: Unix times in seconds stay below this for 3000 years.
 _UNIX_MAX_S = 1e11
+#: So many azimuths of at most `SIGNED_MAX_DEG` are no rounding about north.
+SIGNED_MIN, SIGNED_MAX_DEG = 20, -1.0
 #: Tolerance of a ratio of scan periods: missed detections lengthen the median.
 _RATIO_WITHIN = 0.2
 #: Resolutions of times that are too coarse, s, and plots that show one.
 _RESOLUTIONS_S, _RESOLUTION_PLOTS = (60.0, 10.0, 1.0), 100
 #: Speed for the effect of a coarse time, m/s.
 _SPEED_MPS = 250.0
+#: Steps of rounded columns, the largest first: whole and half kilometres, miles and degrees.
+_STEPS = {
+    "range_m": (10_000.0, 1852.0, 1000.0, 926.0, 500.0),
+    "azimuth_deg": (10.0, 5.0, 1.0, 0.5),
+}
 
 
 def check_constant(name: str, plots: Plots) -> Diagnosis | None:
@@ -108,6 +116,57 @@ def check_time_resolution(name: str, plots: Plots, period_s: float) -> Diagnosis
         f"{name}: its times probably lack their fractions: all are multiples of {resolution_s:g} "
         f"s, in which an aircraft flies {_SPEED_MPS * resolution_s:.0f} m; write them with at "
         "least two decimals",
+    )
+
+
+def check_rounded(name: str, plots: Plots, sigmas: tuple[float, float]) -> Diagnosis | None:
+    """Diagnose ranges or azimuths rounded so much that this is their largest error.
+
+    Parameters
+    ----------
+    name : str
+        The radar.
+    plots : Plots
+        Its plots.
+    sigmas : (float, float)
+        Configured standard deviations of range, m, and azimuth, degrees.
+    """
+    if plots.size < _RESOLUTION_PLOTS:
+        return None
+    columns = {"range_m": (plots.range_m, " m"), "azimuth_deg": (plots.azimuth_deg, "°")}
+    for (column, (values, unit)), sigma in zip(columns.items(), sigmas, strict=True):
+        known = values[np.isfinite(values)]
+        steps = [one for one in _STEPS[column] if _are_multiples(known, one)]
+        # The standard deviation of a rounding error is the step over √12.
+        if not steps or steps[0] / np.sqrt(12.0) <= sigma or len(np.unique(known)) < TESTED_MIN:
+            continue
+        error = steps[0] / np.sqrt(12.0)
+        return Diagnosis(
+            name,
+            "resolution",
+            f"{name}: its {column} is probably rounded: all values are multiples of {steps[0]:g}"
+            f"{unit}, an error of {error:.2g}{unit} (1 sigma), and the sigma in the sensors file "
+            f"is {sigma:g}{unit}; write the values as measured",
+        )
+    return None
+
+
+def _are_multiples(values: Floats, step: float) -> bool:
+    return bool((np.abs(values / step - np.round(values / step)) < 1e-6).all())
+
+
+def check_signed(name: str, plots: Plots) -> Diagnosis | None:
+    """Diagnose azimuths from −180° to 180°, of which the negative ones are rejected."""
+    azimuth = plots.azimuth_deg[np.isfinite(plots.azimuth_deg)]
+    negative = azimuth[azimuth <= SIGNED_MAX_DEG]
+    if len(negative) < SIGNED_MIN or negative.min() < -180.0 or azimuth.max() > 180.0:
+        return None
+    return Diagnosis(
+        name,
+        "azimuth_signed",
+        f"{name}: its azimuths are probably from -180° to 180°: {counted(len(negative))} of "
+        f"{counted(len(azimuth))} are negative, and rejected; they are 0 to 360° clockwise from "
+        "north: add 360° to the negative ones",
     )
 
 

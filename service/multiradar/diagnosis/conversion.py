@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
+from multiradar.diagnosis.columns import SIGNED_MAX_DEG, SIGNED_MIN
 from multiradar.diagnosis.cross_sensor.agreement import Agreement, best_site, polar_agreement
 from multiradar.diagnosis.cross_sensor.comparison import AGREES_MIN, TESTED_MAX, TESTED_MIN
 from multiradar.diagnosis.cross_sensor.explanations import BEYOND_MAX, CIRCLE_MAX_RAD
@@ -51,8 +52,6 @@ _REJECTS_MAX = 100_000
 #: ... when they exceed this fraction of what was accepted: gradians lose a tenth.
 _REJECTED_MIN = 0.02
 _AZIMUTH_REASON = re.compile(r"azimuth: expected 0 to 360 °, was '(-?\d+\.?\d*)'")
-#: So many azimuths of at most `SIGNED_MAX_DEG` are no rounding about north.
-SIGNED_MIN, SIGNED_MAX_DEG = 20, -1.0
 #: Plots of a source of which this fraction are equal to others come from a file that was copied.
 COPIES_MIN = 1.0 / 3.0
 _MEASURED = ("time_s", "range_m", "azimuth_deg")

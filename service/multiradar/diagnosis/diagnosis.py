@@ -1,6 +1,10 @@
 """A diagnosis: one sentence about one sensor."""
 
 from dataclasses import asdict, dataclass
+from typing import Literal
+
+#: An error makes the result doubtful; with a warning it can be used.
+Severity = Literal["error", "warning"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,11 +19,14 @@ class Diagnosis:
         The cause, for programs, such as `range_unit`.
     sentence : str
         The cause and what to do; starts with the sensor's name.
+    severity : str
+        ``error`` or ``warning``.
     """
 
     sensor_id: str
     code: str
     sentence: str
+    severity: Severity = "error"
 
     def document(self) -> dict[str, str]:
         """Return it as a JSON object."""

@@ -12,8 +12,7 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from multiradar.estimation.measurement.kinds import KIND_POSITION
-from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
+from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import STATE_CONFIRMED, EngineOutput, TrackPlots
 from multiradar.wire import Rejected
@@ -29,8 +28,8 @@ COLUMNS = (
     "time_s", "kind", "range_m", "azimuth_deg", "latitude_deg", "longitude_deg", "height_m",
     "mode_3a", "mode_s_address", "track_number",
 )  # fmt: skip
-#: Reject codes by the codes of `runtime.admission`: accepted, late, future.
-ADMISSION_CODES = ("", "TIME_LATE", "TIME_FUTURE")
+#: Reject codes by the codes of `runtime.admission`: accepted, late, future, excess.
+ADMISSION_CODES = ("", "TIME_LATE", "TIME_FUTURE", "RATE_EXCEEDED")
 _SCHEMA = {name: MEASUREMENT_SCHEMA[name] for name in COLUMNS}
 
 
@@ -115,8 +114,8 @@ class Evidence:
         self.updates = 0
         #: Sensor and measured noise over configured noise of range and of azimuth, at the end.
         self.noise: dict[str, tuple[float, float]] = {}
-        #: Last estimate of the time offset of sensors of positions, s.
-        self.late_s: dict[int, float] = {}
+        #: Last estimate of each bias and its standard deviation, by sensor and parameter.
+        self.biases: dict[tuple[int, int], tuple[float, float]] = {}
         self._names = {name: sensors.ids[row] for name, row in sensors.aliases}
         self._tracked: list[TrackPlots] = []
         self._tracked_rows = 0
@@ -197,11 +196,11 @@ class Evidence:
         ):
             self.noise[self.sensors.ids[sensor]] = (ranges, azimuths)
         biases = output.biases
-        clocks = np.flatnonzero(
-            (biases.parameter == PARAMETER_TIME_OFFSET)
-            & (self.sensors.kinds[biases.sensor] == KIND_POSITION)
-        )
-        self.late_s |= {int(biases.sensor[row]): float(biases.estimate[row]) for row in clocks}
+        columns = (biases.sensor, biases.parameter, biases.estimate, biases.sigma)
+        for sensor, parameter, estimate, sigma in zip(
+            *(one.tolist() for one in columns), strict=True
+        ):
+            self.biases[sensor, parameter] = estimate, sigma
         found = output.duplicates.batch.sensor.tolist()
         self.duplicates.update(self.sensors.ids[sensor] for sensor in found)
 

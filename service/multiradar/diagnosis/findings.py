@@ -4,13 +4,15 @@ Checks run in this order: names and times of sources, each sensor alone, each se
 others. A cause is named where the plots show it; otherwise the losses are given with what to check.
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
 from multiradar.diagnosis import losses as loss_checks
 from multiradar.diagnosis.columns import (
     check_constant,
+    check_rounded,
+    check_signed,
     check_time_resolution,
     check_time_unit,
 )
@@ -25,10 +27,18 @@ from multiradar.diagnosis.cross_sensor.comparison import (
 from multiradar.diagnosis.cross_sensor.explanations import common_mistake, explain
 from multiradar.diagnosis.cross_sensor.heights import check_height_offset, check_heights
 from multiradar.diagnosis.cross_sensor.identities import check_identities
-from multiradar.diagnosis.cross_sensor.offsets import OFFSET_CODE, check_offsets
+from multiradar.diagnosis.cross_sensor.offsets import (
+    OFFSET_CODE,
+    check_common_azimuth,
+    check_offsets,
+)
 from multiradar.diagnosis.cross_sensor.references import RECORDING, Pairs, are_named
 from multiradar.diagnosis.cross_sensor.registration import Registration, check_registration
-from multiradar.diagnosis.cross_sensor.site_errors import check_site_errors
+from multiradar.diagnosis.cross_sensor.site_errors import (
+    JointFit,
+    check_clock_errors,
+    check_site_errors,
+)
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.names import check_names, first_and_last
@@ -71,7 +81,7 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
             found += _check_alone(evidence, comparison, name)
     named = {one.sensor_id for one in found}
     found += _check_against_others(evidence, comparison, named)
-    causes = bool(found)
+    causes = any(one.severity == "error" for one in found)
     named = {one.sensor_id for one in found}
     for name in known:
         if name not in named:
@@ -97,14 +107,18 @@ def _check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[
         check_constant(name, plots),
         check_time_unit(name, plots, period_s),
         check_exchanged_columns(name, plots) or check_azimuth_unit(name, plots),
+        check_signed(name, plots),
         check_time_resolution(name, plots, period_s),
+        check_rounded(name, plots, loss_checks.sigmas(evidence, name)),
         check_height_unit(name, plots, comparison.site(number)),
         check_identities(name, plots, comparison.site(number)),
     )
 
 
+# The first error, else the first warning.
 def _first(*found: Diagnosis | None) -> list[Diagnosis]:
-    return [one for one in found if one is not None][:1]
+    known = [one for one in found if one is not None]
+    return sorted(known, key=lambda one: one.severity != "error")[:1]
 
 
 # Each sensor against those that agree with each other.
@@ -117,6 +131,10 @@ def _check_against_others(
     for number in numbers:
         pairs = comparison.pairs(number, numbers)
         seen[number] = comparison.agreement(number, pairs), pairs
+    turned = check_common_azimuth(evidence)
+    if turned and _are_more_than_two(evidence.sensors, turned):
+        # Displaced sites would explain it, too, but by more numbers.
+        return turned
     suspects = [one for one in numbers if seen[one][0].share < AGREES_MIN]
     trusted = [one for one in numbers if one not in suspects]
     found = _explain_suspects(comparison, suspects, trusted, names)
@@ -136,16 +154,14 @@ def _check_against_others(
         and seen[one][0].share >= SOME_AGREE_MIN
         and are_named(seen[one][1])
     ]
-    misplaced, of_sites = check_site_errors(
-        evidence.sensors,
-        comparison,
-        {
-            one: (comparison.agreement(one, pairs), pairs)
-            for one in asked
-            for pairs in [against(one, asked)]
-            if comparison.is_radar(one)
-        },
-    )
+    compared = {
+        one: (comparison.agreement(one, pairs), pairs)
+        for one in asked
+        for pairs in [against(one, asked)]
+        if comparison.is_radar(one)
+    }
+    joint = JointFit(evidence.sensors, comparison, compared)
+    misplaced, of_sites = check_site_errors(evidence.sensors, joint)
     found += of_sites
     trusted = [one for one in trusted if one not in misplaced]
     by_number = {
@@ -171,14 +187,23 @@ def _check_against_others(
         found += wrong
     # An error of one sensor may appear as an offset, or another site height, of a second one.
     found = [one for one in found if one.code not in _MAY_BE_OF_OTHERS] or found
+    found = found or turned or check_clock_errors(evidence.sensors, joint)
     return _merge_contradiction(found, len(numbers))
+
+
+def _are_more_than_two(sensors: SensorTable, found: Sequence[Diagnosis]) -> bool:
+    numbers = [sensors.ids.index(one.sensor_id) for one in found]
+    return len({(sensors.latitude_rad[one], sensors.longitude_rad[one]) for one in numbers}) > 2
 
 
 def _explain_suspects(
     comparison: Comparison, suspects: list[int], trusted: list[int], names: tuple[str, ...]
 ) -> list[Diagnosis]:
     found = []
-    for number in suspects:
+    if len(suspects) > 2 and not trusted:
+        # One error of all is simpler than one of each.
+        found += common_mistake(comparison, suspects, names)
+    for number in suspects if not found else ():
         # Sensors that agree with no other are first compared with the positions in the recording.
         recorded = len(np.unique(comparison.pairs(number, ()).plot)) >= TESTED_MIN
         asked = trusted or ([] if recorded else suspects)
@@ -188,8 +213,9 @@ def _explain_suspects(
             found.append(
                 Diagnosis(names[number], why.code, why.sentence(names[number], f"where {where}"))
             )
-    if not found and not trusted:
-        return common_mistake(comparison, suspects, names)
+    if suspects and not found:
+        # Radars at one site agree with each other also where all are wrong.
+        return common_mistake(comparison, [*suspects, *trusted], names)
     return found
 
 
@@ -331,9 +357,9 @@ def _check_losses(
         else None,
     )
     # Tracks biased by a wrong sensor lose plots of the right ones, too.
-    return found or (
-        [] if causes else _first(loss_checks.check_unexplained_losses(evidence, name, losses))
-    )
+    if causes or any(one.severity == "error" for one in found):
+        return found
+    return _first(loss_checks.check_unexplained_losses(evidence, name, losses), *found)
 
 
 def _range_unit(evidence: Evidence, comparison: Comparison, name: str) -> Diagnosis | None:

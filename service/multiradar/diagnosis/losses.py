@@ -5,11 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from multiradar.diagnosis.diagnosis import Diagnosis
+from multiradar.diagnosis.diagnosis import Diagnosis, Severity
 from multiradar.diagnosis.evidence import COLUMNS, Evidence
 from multiradar.diagnosis.names import counted
 from multiradar.diagnosis.times import utc
 from multiradar.estimation.filters.bank import Outcome
+from multiradar.estimation.measurement.kinds import KIND_POSITION
 
 #: A sensor that loses more than this fraction of its measurements is diagnosed, from `READ_MIN` on.
 LOST_MAX = 1.0 / 3.0
@@ -22,12 +23,20 @@ _RANGE_MAX_FACTOR = 1.05
 #: Ratio of measured to configured noise above which a sigma is too small, and its inverse below
 #: which it is too large: the estimate adapts slowly downwards, and 1/100 reads as 1/10 at first.
 NOISE_FACTOR, NOISE_LOW_FACTOR = 5.0, 4.0
+#: ... and from which on a warning suffices. In 33 simulated scenarios with the right sigmas the
+#: ratios were 0.69 to 1.4; a sigma three times too small or too large gave 1.8 to 3.4 or 0.33 to
+#: 0.53.
+NOISE_WARNING = 1.75
+#: A sigma that is too small raises the measured noise of the other sensors: smaller ratios than
+#: this fraction of the largest are its effect.
+_NOISE_OF_OTHERS = 0.5
 #: The settings of noise.
 SIGMAS = ("range_sigma_m", "azimuth_sigma_deg")
 #: What to check for an unexplained loss, by reject code or outcome.
 _SETTINGS = {
     "TIME_LATE": "its clock, and reorder_horizon_s of the settings",
     "TIME_FUTURE": "its clock",
+    "RATE_EXCEEDED": "plots_per_scan_max, rotation_period_s and range_max_m",
     "OUT_OF_RANGE": "range_max_m and the units of its columns",
     "MISSING_FIELD": "which columns its measurements fill",
     "UNKNOWN_KIND": "kind",
@@ -84,18 +93,24 @@ def losses_of(evidence: Evidence, name: str) -> Losses:
 
 def check_kind(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | None:
     """Diagnose measurements of another kind than the declared kind of the sensor."""
-    if losses.lost["UNKNOWN_KIND"] <= LOST_MAX * losses.known:
-        return None
     kinds = Counter(
         str(kind) for one in evidence.sources[name].kept for kind in one["kind"].to_list()
     )
-    kind = kinds.most_common(1)[0][0]
+    kind, most = (kinds.most_common(1) or [("", 0)])[0]
+    why = "which the kind in the sensors file does not provide"
+    if losses.lost["UNKNOWN_KIND"] <= LOST_MAX * losses.known:
+        # Both report positions, and those of ADS-B alone may be false or of low integrity.
+        number, sensors = evidence.number(name), evidence.sensors
+        declared = "adsb" if sensors.self_reported[number] else "mlat"
+        other = kind in {"adsb", "mlat"} - {declared} and most >= (1.0 - LOST_MAX) * kinds.total()
+        if sensors.kinds[number] != KIND_POSITION or not other:
+            return None
+        why = f"and the sensors file declares {declared}"
     return Diagnosis(
         name,
         "kind",
-        f"{name}: kind is probably wrong: its measurements are of the kind {kind}, which the "
-        f"kind in the sensors file does not provide; declare it as "
-        f'kind = "{"direction-finder" if kind == "bearing" else kind}"',
+        f"{name}: kind is probably wrong: its measurements are of the kind {kind}, {why}; "
+        f'declare it as kind = "{"direction-finder" if kind == "bearing" else kind}"',
     )
 
 
@@ -159,7 +174,7 @@ def check_spread(evidence: Evidence, name: str, spread: tuple[float, float]) -> 
         amount = f"{_two_digits(scatter)}{unit}"
         words = f"its plots scatter by {amount} about the positions by other sensors"
         low = scatter < sigma / NOISE_FACTOR
-        found.append(_WrongSigma(setting, "large", sigma, words) if low else None)
+        found.append(_WrongSigma(setting, "large", sigma, words, "error") if low else None)
     if found == [None, None]:
         return None
     # The scatter includes the noise of the others; the measured noise may show the other sigma.
@@ -172,6 +187,7 @@ class _WrongSigma(NamedTuple):
     sense: str
     sigma: float
     found: str
+    severity: Severity
 
 
 def _either(first: _WrongSigma | None, second: _WrongSigma | None) -> _WrongSigma | None:
@@ -181,12 +197,16 @@ def _either(first: _WrongSigma | None, second: _WrongSigma | None) -> _WrongSigm
 # Sigmas that differ from the measured noise.
 def _by_noise(evidence: Evidence, name: str, *, causes: bool) -> list[_WrongSigma | None]:
     ratios = evidence.noise.get(name, (np.nan, np.nan))
+    largest = np.nanmax([1.0, *(ratio for both in evidence.noise.values() for ratio in both)])
+    high = max(NOISE_WARNING, _NOISE_OF_OTHERS * largest)
     found: list[_WrongSigma | None] = []
     for setting, sigma, ratio in zip(SIGMAS, sigmas(evidence, name), ratios, strict=True):
-        wrong = ratio < 1.0 / NOISE_LOW_FACTOR or (ratio > NOISE_FACTOR and not causes)
+        wrong = ratio < 1.0 / NOISE_WARNING or (ratio > high and not causes)
         sense = "large" if ratio < 1.0 else "small"
+        far = not 1.0 / NOISE_LOW_FACTOR <= ratio <= NOISE_FACTOR
         words = f"the measured noise is {_two_digits(ratio)} times that"
-        found.append(_WrongSigma(setting, sense, sigma, words) if wrong else None)
+        severity: Severity = "error" if far else "warning"
+        found.append(_WrongSigma(setting, sense, sigma, words, severity) if wrong else None)
     return found
 
 
@@ -216,7 +236,8 @@ def _of_sigmas(name: str, wrong: list[_WrongSigma]) -> Diagnosis | None:
             f"{first.setting} is {first.sigma:g} in the sensors file, and {first.found}; "
             f"{last.setting} is {last.sigma:g}, and {last.found}"
         )
-    return Diagnosis(name, "noise", f"{name}: {head}: {text}; correct {them} there")
+    severity: Severity = "error" if any(one.severity == "error" for one in wrong) else "warning"
+    return Diagnosis(name, "noise", f"{name}: {head}: {text}; correct {them} there", severity)
 
 
 def _two_digits(ratio: float) -> str:

@@ -49,6 +49,13 @@ def test_a_correct_recording_ends_with_status_0(
     assert capsys.readouterr().err == ""
 
 
+def test_a_warning_ends_with_status_0(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    status, found = tracked(recording().configured(NAME, range_sigma_m=160.0), tmp_path)
+    assert status == 0
+    assert [(one["code"], one["severity"]) for one in found] == [("noise", "warning")]
+    assert "1-10: range_sigma_m is probably too large" in capsys.readouterr().err
+
+
 # Plots without identity form separate tracks, none of which is lost.
 @pytest.mark.parametrize("named", [True, False])
 @pytest.mark.parametrize(

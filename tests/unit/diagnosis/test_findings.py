@@ -8,7 +8,10 @@ import pytest
 
 from multiradar.diagnosis.cross_sensor.offsets import check_offsets
 from multiradar.diagnosis.cross_sensor.registration import Registration
+from multiradar.diagnosis.evidence import Evidence
+from multiradar.diagnosis.findings import diagnose
 from multiradar.diagnosis.plots import geodetic, located
+from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET
 from support.inputs.mistaken import (
     METRES_PER_DEGREE,
     RADARS,
@@ -103,6 +106,19 @@ MISTAKES: dict[str, tuple[Edit, str]] = {
     "hundreds of metres": (lambda one: one.changed(NAME, height_m=HEIGHT / 100.0), "height_unit"),
     "clock 3 s ahead": (lambda one: one.changed(NAME, time_s=TIME + 3.0), "clock"),
     "clock 2 s behind": (lambda one: one.changed(NAME, time_s=TIME - 2.0), "clock"),
+    "clock 0.5 s ahead": (lambda one: one.changed(NAME, time_s=TIME + 0.5), "clock"),
+    "whole degrees": (
+        lambda one: one.changed(NAME, azimuth_deg=AZIMUTH.round() % 360.0), "resolution",
+    ),
+    "whole kilometres": (
+        lambda one: one.changed(NAME, range_m=(RANGE / 1e3).round() * 1e3), "resolution",
+    ),
+    "azimuths from -180 to 180": (
+        lambda one: one.changed(
+            NAME, azimuth_deg=pl.when(AZIMUTH > 180.0).then(AZIMUTH - 360.0).otherwise(AZIMUTH)
+        ),
+        "azimuth_signed",
+    ),
     "clock an hour ahead": (lambda one: one.changed(NAME, time_s=TIME + 3600.0), "times_apart"),
     "no date": (lambda one: one.changed(NAME, time_s=TIME % 86_400.0), "times_apart"),
     "scan period": (lambda one: one.configured(NAME, rotation_period_s=12.0), "rotation_period"),
@@ -313,3 +329,61 @@ def test_an_impossible_offset_is_not_reported(offset_m: float, count: int) -> No
     found = Registration(offset=(offset_m, 0.0), offset_sigma=(10.0, 0.001))
     said = check_offsets(recording().table(), 0, found, ["2-10"])
     assert (said is not None) == bool(count)
+
+
+@pytest.mark.parametrize("late_s", [0.5, -0.4])
+def test_a_small_offset_of_the_clock_is_a_warning(late_s: float) -> None:
+    (said,) = recording().changed(NAME, time_s=TIME + late_s).diagnosed()
+    assert (said.sensor_id, said.code, said.severity) == (NAME, "clock", "warning")
+    found = re.search(r"clock is probably ([\d.]+) s (ahead|behind)", said.sentence)
+    assert found is not None
+    assert float(found[1]) == pytest.approx(abs(late_s), abs=0.1)
+    assert found[2] == ("ahead" if late_s > 0.0 else "behind")
+
+
+def test_a_clock_that_is_estimated_has_no_warning() -> None:
+    late = recording().changed(NAME, time_s=TIME + 0.5)
+    bias = {"time_offset_s": {"prior": 0.0, "estimate": True}}
+    assert late.configured(NAME, bias=bias).diagnosed() == []
+
+
+def test_rounding_below_the_configured_sigma_is_no_mistake() -> None:
+    one = recording().changed(NAME, azimuth_deg=AZIMUTH.round() % 360.0)
+    assert one.configured(NAME, azimuth_sigma_deg=0.3).codes() == []
+
+
+def turned(offsets_deg: tuple[float, ...], sigma_deg: float) -> list[tuple[str, str]]:
+    """Return the diagnoses of a run that estimated these azimuth offsets of the radars."""
+    evidence = Evidence(recording().table())
+    evidence.confirmed = True
+    for number, offset in enumerate(offsets_deg):
+        estimate = float(np.radians(offset)), float(np.radians(sigma_deg))
+        evidence.biases[number, PARAMETER_AZIMUTH_OFFSET] = estimate
+    evidence.record_rows(recording().frame)
+    return [(one.sensor_id, one.code) for one in diagnose(evidence)]
+
+
+def test_azimuths_of_all_radars_off_by_one_angle_are_named_at_all() -> None:
+    assert turned((2.3, 2.7, 2.4), 0.01) == [(name, "azimuth_offset") for name in RADARS]
+
+
+@pytest.mark.parametrize(
+    ("offsets_deg", "sigma_deg"),
+    [((2.3, -2.7, 2.4), 0.01), ((0.9, 1.4, 1.2), 0.01), ((1.1, 2.3, 1.2), 0.01),
+     ((2.3, 2.7, 2.4), 0.4), ((2.3,), 0.01)],
+)  # fmt: skip
+def test_other_azimuth_offsets_have_no_common_cause(
+    offsets_deg: tuple[float, ...], sigma_deg: float
+) -> None:
+    assert turned(offsets_deg, sigma_deg) == []
+
+
+@pytest.mark.parametrize("offset_deg", [5.0, -90.0])
+def test_azimuths_of_all_radars_are_compared_without_identity(offset_deg: float) -> None:
+    numbers = recording().frame["track_number"].to_numpy()
+    sensor = recording().frame["sensor_id"].str.slice(0, 1).cast(pl.Int64).to_numpy()
+    one = recording(named=False).changed(*RADARS, azimuth_deg=(AZIMUTH + offset_deg) % 360.0)
+    # No plot of one radar falls into a track of another.
+    found = one.diagnosed(10 * numbers + sensor)
+    assert [said.code for said in found] == ["azimuth_offset"] * 3
+    assert f"off by about {offset_deg:+.0f}°, as those of all radars" in found[0].sentence

@@ -1,5 +1,7 @@
 """Diagnosis of unexplained losses, noise and copies."""
 
+from typing import Literal
+
 import numpy as np
 import polars as pl
 import pytest
@@ -8,6 +10,7 @@ from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.findings import diagnose
 from multiradar.estimation.filters.bank import Outcome
+from multiradar_schemas.sensors.sensor import Sensor
 from support.inputs.mistaken import Recording, recording
 
 
@@ -88,7 +91,44 @@ def test_sigmas_from_scatter_and_from_noise_are_reported_together() -> None:
     assert "the measured noise is 0.15 times that" in sentence
 
 
-@pytest.mark.parametrize("noise", [(0.3, 3.0), (np.nan, np.nan)])
+@pytest.mark.parametrize(
+    ("noise", "severity"),
+    [((2.8, 1.0), "warning"), ((1.0, 0.36), "warning"), ((5.1, 1.0), "error"),
+     ((1.0, 0.2), "error"), ((5.1, 2.8), "error")],
+)  # fmt: skip
+def test_noise_some_times_its_sigma_is_a_warning(noise: tuple[float, float], severity: str) -> None:
+    evidence = evidence_of(recording())
+    evidence.noise["1-10"] = noise
+    assert (said(evidence).code, said(evidence).severity) == ("noise", severity)
+
+
+# The noise of a radar with a sigma that is too small shows in the innovations of the others, too.
+def test_noise_that_follows_from_that_of_another_radar_is_not_reported() -> None:
+    evidence = evidence_of(recording())
+    evidence.noise |= {"1-10": (1.0, 4.2), "2-10": (2.0, 1.0), "3-10": (1.0, 1.2)}
+    assert said(evidence).sensor_id == "1-10"
+
+
+def test_a_warning_hides_no_losses() -> None:
+    evidence = evidence_of(recording(), UPDATED=600, REFUSED=400)
+    evidence.noise["1-10"] = (2.8, 1.0)
+    assert said(evidence).code == "measurements_lost"
+
+
+@pytest.mark.parametrize(("kind", "other"), [("adsb", "mlat"), ("mlat", "adsb")])
+def test_a_kind_of_positions_declared_as_the_other_is_reported(
+    kind: Literal["adsb", "mlat"], other: Literal["adsb", "mlat"]
+) -> None:
+    frame = recording(positions=True).frame.with_columns(kind=pl.lit(kind))
+    sensors = tuple(Sensor(id=name, kind=other) for name in ("1-10", "2-10", "3-10"))
+    found = [one for one in Recording(frame, sensors).diagnosed() if one.sensor_id == "1-10"]
+    assert [one.code for one in found] == ["kind"]
+    assert f"of the kind {kind}, and the sensors file declares {other}" in found[0].sentence
+    right = Recording(frame, tuple(Sensor(id=one.id, kind=kind) for one in sensors))
+    assert "kind" not in [code for _, code in right.codes()]
+
+
+@pytest.mark.parametrize("noise", [(0.6, 1.7), (np.nan, np.nan)])
 def test_noise_near_its_sigma_or_unknown_is_not(noise: tuple[float, float]) -> None:
     evidence = evidence_of(recording())
     evidence.noise["1-10"] = noise

@@ -73,7 +73,8 @@ class Comparison:
             wanted = self._sensors.kinds[number] in (KIND_RADAR, KIND_POSITION)
             plots = plots.select(np.isfinite(column) & wanted)
             late_s, _ = configured_bias(self._sensors, number, PARAMETER_TIME_OFFSET)
-            late_s = evidence.late_s.get(number, late_s)
+            if self._sensors.kinds[number] == KIND_POSITION:
+                late_s, _ = evidence.biases.get((number, PARAMETER_TIME_OFFSET), (late_s, 0.0))
             plots = replace(plots, time_s=plots.time_s - late_s)
             if plots.size:
                 self._plots[number] = plots

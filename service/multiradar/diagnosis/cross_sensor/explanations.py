@@ -21,6 +21,7 @@ from multiradar.diagnosis.cross_sensor.hypotheses import (
     Reading,
     as_given,
     other_sites,
+    turned,
 )
 from multiradar.diagnosis.cross_sensor.references import Pairs
 from multiradar.diagnosis.diagnosis import Diagnosis
@@ -37,6 +38,9 @@ SIMPLER_SHARE = 0.1
 #: Offsets of azimuth up to this may be those of magnetic north, which differs by less from true
 #: north outside the polar regions (WMM2020), degrees.
 MAGNETIC_MAX_DEG = 25.0
+#: Offsets of the azimuths of all radars that are tried, degrees: in steps of 1°, which displace
+#: aircraft by 2 km for sites 230 km apart.
+_TURNS_DEG = (90.0, -90.0, 180.0, *(sign * float(one) for one in range(3, 13) for sign in (1, -1)))
 #: Largest azimuth, rad, and the number of outliers accepted beyond it.
 CIRCLE_MAX_RAD, BEYOND_MAX = 2.002 * np.pi, 2
 #: Time offsets are tried in steps of half an hour up to a day; only three time zones are finer.
@@ -132,10 +136,13 @@ def common_mistake(
         Names of the sensors.
     """
     radars = [one for one in suspects if comparison.is_radar(one)]
-    for reading in READINGS:
-        if reading.any_rotation:
-            continue
-        shares = [_common_share(comparison, one, suspects, reading) for one in radars]
+    units = [one for one in READINGS if not one.any_rotation]
+    for reading in (*units, *map(turned, _TURNS_DEG)):
+        shares = []
+        for one in radars:
+            shares.append(_common_share(comparison, one, suspects, reading))
+            if shares[-1] < AGREES_MIN:
+                break
         if shares and min(shares) >= AGREES_MIN:
             return [
                 Diagnosis(

@@ -111,6 +111,17 @@ ROTATED = Reading(
 )
 
 
+def turned(offset_deg: float) -> Reading:
+    """Return the interpretation of azimuths that are off by an angle."""
+    return Reading(
+        "azimuth_offset",
+        lambda ranges, azimuths: (ranges, np.radians(azimuths - offset_deg)),
+        f"its azimuths are probably off by about {offset_deg:+.0f}°",
+        "that offset removed",
+        "check the reference direction of its azimuths (magnetic north?)",
+    )
+
+
 def _range_factor(word: str, other: str, factor: float) -> Reading:
     return Reading(
         "range_factor",

@@ -1,4 +1,4 @@
-"""Configured range and azimuth offsets, against those estimated from other sensors."""
+"""Configured range and azimuth offsets, against those estimated by the run or from others."""
 
 from collections.abc import Sequence
 
@@ -7,7 +7,9 @@ import numpy as np
 from multiradar.diagnosis.cross_sensor.comparison import configured_bias
 from multiradar.diagnosis.cross_sensor.registration import SIGMAS, Registration
 from multiradar.diagnosis.diagnosis import Diagnosis
+from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.names import listed
+from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_NAMES,
@@ -24,6 +26,9 @@ PRIOR_SIGMAS = 5.0
 #: No radar has offsets beyond these, m and rad: a larger estimate has another cause.
 POSSIBLE = (5000.0, float(np.radians(5.0)))
 OFFSET_CODE = "bias"
+#: Azimuth offsets of all radars from this value on, and within it of each other, have one cause,
+#: rad: two prior standard deviations.
+COMMON_AZIMUTH = float(np.radians(1.0))
 _KINDS = (PARAMETER_RANGE_OFFSET, PARAMETER_AZIMUTH_OFFSET)
 
 
@@ -56,6 +61,48 @@ def check_offsets(
             numbers = (configured, prior_sigma, value, sigma)
             return _wrong(sensors.ids[number], kind, numbers, others)
     return None
+
+
+def check_common_azimuth(evidence: Evidence) -> list[Diagnosis]:
+    """Diagnose azimuths of all radars that the run found off by nearly the same angle.
+
+    Radars at different sites show it without any reference: the angle displaces the aircraft of
+    one against those of the other by the angle times the distance of the sites.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        What is retained of the run.
+
+    Returns
+    -------
+    list of Diagnosis
+        One for each radar.
+    """
+    sensors = evidence.sensors
+    off = {}
+    for (number, kind), (estimate, sigma) in evidence.biases.items():
+        if kind == PARAMETER_AZIMUTH_OFFSET and sensors.kinds[number] == KIND_RADAR:
+            apart = estimate - configured_bias(sensors, number, kind)[0]
+            if SIGMAS * sigma <= COMMON_AZIMUTH:
+                off[number] = apart
+    angles = np.array(list(off.values()))
+    sites = {(sensors.latitude_rad[one], sensors.longitude_rad[one]) for one in off}
+    if len(sites) < 2 or np.abs(angles).min() < COMMON_AZIMUTH or np.ptp(angles) > COMMON_AZIMUTH:
+        return []
+    low, high = np.degrees([angles.min(), angles.max()])
+    # A displaced site and an angle of both radars displace the aircraft alike.
+    alone = ", or one of their two sites is wrong" if len(sites) == 2 else ""
+    return [
+        Diagnosis(
+            sensors.ids[number],
+            "azimuth_offset",
+            f"{sensors.ids[number]}: its azimuths are probably off by {np.degrees(angle):+.1f}°, "
+            f"as those of all radars ({low:+.1f} to {high:+.1f}°){alone}; check whether they refer "
+            "to magnetic instead of true north",
+        )
+        for number, angle in sorted(off.items())
+    ]
 
 
 def _has_gain(sensors: SensorTable, number: int) -> bool:

@@ -1,16 +1,17 @@
-"""Wrong sites and range scales, by one fit of all radars that share aircraft.
+"""Wrong sites, range scales and clocks, by one fit of all radars that share aircraft.
 
 Differences between positions of one aircraft by two sensors are fitted with offsets of range,
 azimuth and time of every radar and a scale of pressure heights, and then with one error of a radar
-in addition. An error shows in every pair with this radar and in no other: a sensor that reports
-positions, or the shape of the network, determines which radar is wrong.
+in addition; a clock error is the offset in time of one radar alone. An error shows in every pair
+with this radar and in no other: a sensor that reports positions, or the shape of the network,
+determines which radar is wrong.
 
 Errors of all plots of an aircraft are common. The covariance is therefore that of clusters by
 aircraft (Liang and Zeger, *Longitudinal data analysis using generalized linear models*,
 Biometrika 73, 1986).
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -25,13 +26,17 @@ from multiradar.diagnosis.cross_sensor.trimmed_fit import Equations, TrimmedFit
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.names import listed
 from multiradar.diagnosis.plots import Floats, Integers, located
-from multiradar.estimation.measurement.sensors import PARAMETER_RANGE_GAIN, SensorTable
+from multiradar.estimation.measurement.sensors import (
+    PARAMETER_RANGE_GAIN,
+    PARAMETER_TIME_OFFSET,
+    SensorTable,
+)
 from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation, geodetic_to_ecef
 
 #: Kinds of errors.
-SHIFT, GAIN = "shift", "gain"
-#: Minimum error that is reported: shift of a site, m, and relative error of ranges.
-LEAST = {SHIFT: 150.0, GAIN: 0.005}
+SHIFT, GAIN, CLOCK = "shift", "gain", "clock"
+#: Minimum error that is reported: shift of a site, m, relative error of ranges, time, s.
+LEAST = {SHIFT: 150.0, GAIN: 0.005, CLOCK: 0.2}
 #: An error is significant from this multiple of its standard deviation on.
 SIGMAS = 8.0
 #: Aircraft and pairs that an error needs; pairs in a fit, at most.
@@ -47,10 +52,11 @@ APART_MAX_M = 20_000.0
 _REMEDIES = {
     SHIFT: "latitude_deg and longitude_deg in the sensors file",
     GAIN: "the ranges, or give bias.range_gain in the sensors file",
+    CLOCK: "its times, or give bias.time_offset_s in the sensors file",
 }
 # Sizes of the columns of a fit: range m, azimuth rad and time s of a radar; each kind of error.
 _OFFSETS = (500.0, float(np.radians(0.5)), 1.0)
-_STEPS = {SHIFT: 1000.0, GAIN: 0.01}
+_STEPS = {SHIFT: 1000.0, GAIN: 0.01, CLOCK: _OFFSETS[2]}
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,11 +66,12 @@ class SiteError:
     Attributes
     ----------
     kind : str
-        `SHIFT` or `GAIN`.
+        `SHIFT`, `GAIN` or `CLOCK`.
     radars : tuple of int
         Rows of the radars in the table of sensors.
     value : tuple of float
-        Configured minus true site east and north, m, or ratio of measured to true range minus 1.
+        Configured minus true site east and north, m, ratio of measured to true range minus 1, or
+        claimed minus true time, s.
     before_m, after_m : float
         Median residual of the pairs with these radars as configured and with the error corrected,
         m.
@@ -87,73 +94,8 @@ class _Rows(NamedTuple):
     pairs: Pairs
 
 
-def find_site_errors(
-    comparison: Comparison,
-    compared: Mapping[int, tuple[Agreement, Pairs]],
-    with_gain: Collection[int],
-) -> list[tuple[SiteError, ...]]:
-    """Return errors of sites and range scales, the most certain first.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        The plots.
-    compared : mapping of (Agreement, Pairs)
-        Radars, with positions by others of their aircraft.
-    with_gain : collection of int
-        Radars whose range gain is configured or estimated.
-
-    Returns
-    -------
-    list of tuple of SiteError
-        An error, or several of which the plots do not show which one it is, the most likely first.
-    """
-    rows = _rows(comparison, compared)
-    if rows is None:
-        return []
-    radars = np.unique(rows.own).tolist()
-    candidates = [(SHIFT, one) for one in _sites(comparison, radars)]
-    candidates += [(GAIN, (one,)) for one in radars if one not in with_gain]
-    basis = _offset_columns(comparison, rows)
-    columns = [_error_columns(comparison, rows, *one) for one in candidates]
-    equations = Equations(rows.apart, np.concatenate([basis, *columns], axis=2))
-    ends = basis.shape[2] + np.cumsum([one.shape[2] for one in columns])
-    own = [list(range(end - one.shape[2], end)) for one, end in zip(columns, ends, strict=True)]
-    known = list(range(basis.shape[2]))
-    remaining = list(range(len(candidates)))
-    found: list[tuple[SiteError, ...]] = []
-    for _ in range(ERRORS_MAX):
-        plain = equations.fit(known)
-        fits = {one: equations.fit([*known, *own[one]]) for one in remaining}
-        errors = {
-            one: error
-            for one, fit in fits.items()
-            if (error := _error(rows, candidates[one], plain, fit, equations)) is not None
-        }
-        if not errors:
-            break
-        scale = min(fits[one].scale for one in errors)
-        gains = {one: _cost(plain, scale) - _cost(fits[one], scale) for one in errors}
-        ranked = sorted(errors, key=lambda one: -gains[one])
-        likely = [one for one in ranked if gains[one] >= (1.0 - ALIKE) * gains[ranked[0]]]
-        found.append(tuple(errors[one] for one in likely))
-        known += own[ranked[0]]
-        wrong = set(errors[ranked[0]].radars)
-        remaining = [one for one in remaining if not wrong & set(candidates[one][1])]
-    return found
-
-
-# The sum of a robust loss of all residuals.
-def _cost(fit: TrimmedFit, scale: float) -> float:
-    return float(np.log1p((fit.residual_m / scale) ** 2).sum())
-
-
-def check_site_errors(
-    sensors: SensorTable,
-    comparison: Comparison,
-    compared: Mapping[int, tuple[Agreement, Pairs]],
-) -> tuple[set[int], list[Diagnosis]]:
-    """Diagnose wrong sites and range scales.
+class JointFit:
+    """One fit of all radars that share aircraft.
 
     Parameters
     ----------
@@ -162,7 +104,114 @@ def check_site_errors(
     comparison : Comparison
         The plots.
     compared : mapping of (Agreement, Pairs)
-        Radars, with their agreement and the positions by others of their aircraft.
+        Radars, with positions by others of their aircraft.
+    """
+
+    def __init__(
+        self,
+        sensors: SensorTable,
+        comparison: Comparison,
+        compared: Mapping[int, tuple[Agreement, Pairs]],
+    ) -> None:
+        self._sensors, self._comparison = sensors, comparison
+        self._rows = _rows(comparison, compared)
+        self._basis = np.zeros((0, 2, 0))
+        if self._rows is not None:
+            self._basis = _offset_columns(comparison, self._rows)
+
+    def site_errors(self) -> list[tuple[SiteError, ...]]:
+        """Return errors of sites and range scales, the most certain first.
+
+        Returns
+        -------
+        list of tuple of SiteError
+            An error, or several of which the plots do not show which one it is, the most likely
+            first.
+        """
+        if self._rows is None:
+            return []
+        radars = np.unique(self._rows.own).tolist()
+        with_gain = [one for one in radars if self._is_given(one, PARAMETER_RANGE_GAIN)]
+        candidates = [(SHIFT, one) for one in _sites(self._comparison, radars)]
+        candidates += [(GAIN, (one,)) for one in radars if one not in with_gain]
+        return self._search(self._rows, candidates, {})
+
+    def clock_errors(self) -> list[tuple[SiteError, ...]]:
+        """Return errors of clocks that are not estimated, in the form of `site_errors`."""
+        if self._rows is None:
+            return []
+        timed = {
+            radar: 3 * number + 2
+            for number, radar in enumerate(_radars_of(self._comparison, self._rows))
+            if configured_bias(self._sensors, radar, PARAMETER_TIME_OFFSET)[1] == 0.0
+        }
+        offsets = Equations(self._rows.apart, self._basis).fit(range(self._basis.shape[2])).solution
+        times = np.array([0.0, *(offsets[column] for column in timed.values())])
+        if np.ptp(times) < 0.5 * LEAST[CLOCK] / _STEPS[CLOCK]:
+            # Most recordings need this fit only.
+            return []
+        return self._search(self._rows, [(CLOCK, (one,)) for one in timed], timed)
+
+    def _is_given(self, number: int, kind: int) -> bool:
+        return configured_bias(self._sensors, number, kind) != (0.0, 0.0)
+
+    # Clocks are columns of the basis, which are not among the offsets of all fits then.
+    def _search(
+        self,
+        rows: _Rows,
+        candidates: Sequence[tuple[str, tuple[int, ...]]],
+        of_basis: Mapping[int, int],
+    ) -> list[tuple[SiteError, ...]]:
+        size = self._basis.shape[2]
+        columns = [
+            _error_columns(self._comparison, rows, kind, radars)
+            for kind, radars in candidates
+            if kind != CLOCK
+        ]
+        equations = Equations(rows.apart, np.concatenate([self._basis, *columns], axis=2))
+        own = [[of_basis[radars[0]]] for kind, radars in candidates if kind == CLOCK]
+        ends = size + np.cumsum([one.shape[2] for one in columns])
+        own += [
+            list(range(end - one.shape[2], end)) for one, end in zip(columns, ends, strict=True)
+        ]
+        known = [one for one in range(size) if [one] not in own]
+        remaining = list(range(len(candidates)))
+        found: list[tuple[SiteError, ...]] = []
+        for _ in range(ERRORS_MAX):
+            plain = equations.fit(known)
+            fits = {one: equations.fit([*known, *own[one]]) for one in remaining}
+            errors = {
+                one: error
+                for one, fit in fits.items()
+                if (error := _error(rows, candidates[one], plain, fit, equations)) is not None
+            }
+            if not errors:
+                break
+            scale = min(fits[one].scale for one in errors)
+            gains = {one: _cost(plain, scale) - _cost(fits[one], scale) for one in errors}
+            ranked = sorted(errors, key=lambda one: -gains[one])
+            likely = [one for one in ranked if gains[one] >= (1.0 - ALIKE) * gains[ranked[0]]]
+            found.append(tuple(errors[one] for one in likely))
+            known += own[ranked[0]]
+            wrong = set(errors[ranked[0]].radars)
+            remaining = [one for one in remaining if not wrong & set(candidates[one][1])]
+        return found
+
+
+# The sum of a robust loss of all residuals.
+def _cost(fit: TrimmedFit, scale: float) -> float:
+    return float(np.log1p((fit.residual_m / scale) ** 2).sum())
+
+
+def check_site_errors(sensors: SensorTable, joint: JointFit) -> tuple[set[int], list[Diagnosis]]:
+    """Diagnose wrong sites and range scales.
+
+    Parameters
+    ----------
+    sensors : SensorTable
+        As configured.
+    joint : JointFit
+        Of the radars.
 
     Returns
     -------
@@ -171,17 +220,27 @@ def check_site_errors(
     found : list of Diagnosis
         One sentence for each error.
     """
-    with_gain = {
-        one for one in compared if configured_bias(sensors, one, PARAMETER_RANGE_GAIN) != (0.0, 0.0)
-    }
     radars: set[int] = set()
     found = []
-    for likely in find_site_errors(comparison, compared, with_gain):
+    for likely in joint.site_errors():
         radars.update(one for error in likely for one in error.radars)
         sentence = _sentence(sensors, likely[0], likely[1:])
         code = "site" if likely[0].kind == SHIFT else "range_gain"
         found.append(Diagnosis(sensors.ids[likely[0].radars[0]], code, sentence))
     return radars, found
+
+
+def check_clock_errors(sensors: SensorTable, joint: JointFit) -> list[Diagnosis]:
+    """Warn of clocks that are off by less than `TIME_MIN_S`, which biases hardly show."""
+    return [
+        Diagnosis(
+            sensors.ids[likely[0].radars[0]],
+            "clock",
+            _sentence(sensors, likely[0], likely[1:]),
+            "warning",
+        )
+        for likely in joint.clock_errors()
+    ]
 
 
 def _sentence(sensors: SensorTable, error: SiteError, others: Sequence[SiteError]) -> str:
@@ -198,6 +257,9 @@ def _sentence(sensors: SensorTable, error: SiteError, others: Sequence[SiteError
 
 def _description(sensors: SensorTable, error: SiteError) -> str:
     names = listed([sensors.ids[one] for one in error.radars])
+    if error.kind == CLOCK:
+        sense = "ahead" if error.value[0] > 0.0 else "behind"
+        return f"{names}: its clock is probably {abs(error.value[0]):.2f} s {sense}"
     if error.kind == GAIN:
         sense = "long" if error.value[0] > 0.0 else "short"
         return f"{names}: its ranges are probably {abs(error.value[0]):.1%} too {sense}"
@@ -278,11 +340,7 @@ def _rows_of(comparison: Comparison, number: int, agreement: Agreement, pairs: P
 # Offsets of all radars, and the scale of heights: (k, 2, 3 radars + 1).
 def _offset_columns(comparison: Comparison, rows: _Rows) -> Floats:
     flown = -np.einsum("kij,kj->ki", rows.rotation, rows.pairs.velocity_mps)[:, :2, None]
-    radars = [
-        one
-        for one in np.unique(np.concatenate([rows.own, rows.pairs.source])).tolist()
-        if comparison.is_radar(one)
-    ]
+    radars = _radars_of(comparison, rows)
     found = np.zeros((len(rows.own), 2, 3 * len(radars) + 1))
     for column, radar in enumerate(radars):
         some, sign, seen = _seen(comparison, rows, radar)
@@ -290,6 +348,11 @@ def _offset_columns(comparison: Comparison, rows: _Rows) -> Floats:
         found[some, :, 3 * column : 3 * column + 3] = of_it * sign
         found[some, :, -1:] += seen.height_scale * sign
     return found
+
+
+def _radars_of(comparison: Comparison, rows: _Rows) -> list[int]:
+    names = np.unique(np.concatenate([rows.own, rows.pairs.source])).tolist()
+    return [one for one in names if comparison.is_radar(one)]
 
 
 # A shift of the site, (k, 2, 2), or a gain of the ranges, (k, 2, 1).
