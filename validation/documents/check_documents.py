@@ -6,7 +6,7 @@
     # what `make test` compares, under a minute
     python -m validation.documents.check_documents --quick
     # and put into the page what differs
-    python -m validation.documents.check_documents --write guide.md
+    python -m validation.documents.check_documents --write guide/track.md
     # what would be compared, and what is slow
     python -m validation.documents.check_documents --list
 
@@ -23,6 +23,9 @@ Commands of a page run in order in a temporary folder that contains `examples`, 
 - ``rows``: the output contains only the rows,
 - ``lines PATTERN``: only matching lines of the output are shown,
 - ``json``: compared with six decimals, ignoring white space.
+
+``<!-- output of: python -->`` shows what the last block of Python above it prints; all such blocks
+of a page are one program, in their order.
 
 ``<!-- before: COMMAND -->`` runs a command that the page does not show. `multiradar serve` listens
 on free ports and runs until the page ends; `curl` and `multiradar replay` use it.
@@ -52,19 +55,22 @@ from typing import Any
 from multiradar.clock import SystemClock
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = ("README.md", *sorted(f"docs/{one.name}" for one in (ROOT / "docs").glob("*.md")))
+PAGES = ("README.md", *sorted(str(one.relative_to(ROOT)) for one in ROOT.glob("docs/**/*.md")))
 #: Patterns of text that differs between runs or processors, by name.
 MASKS = {
     "digest": r"(?<=output_sha256 )[0-9a-f]{64}",
     "ports": r"(?<=127\.0\.0\.1:)\d+",
     "seconds": r"\d+\.\d s\b",
     "stages": r"^\d+\.\d s: .*$",
+    "folder": r"(?<=, )\/\S+(?=\))",
     "progress": r"(?:^\d\d:\d\d:\d\d .*\n)+",
 }
 #: Width of the tables that commands print, and of the lines of JSON.
 COLUMNS, JSON_COLUMNS = 110, 118
 _DECIMALS = 6
 SERVICE = "127.0.0.1:8321"
+#: Between the outputs of two blocks of Python.
+BLOCK = "<end of block>"
 _COMMENT = re.compile(r"^<!-- (output of|before): (.+?) -->$")
 _MADE = re.compile(r"^<!-- ([\w-]+): made by ([\w/]+\.py[^;>]*?)(?:; slow ([^>]+?))? -->$")
 _TIMEOUT_S = 4 * 3600.0
@@ -127,11 +133,21 @@ def steps_of(page: str, text: str) -> list[Step]:
             options = dict((*one.split(" ", 1), "")[:2] for one in rest)
             if unknown := set(options) - {"slow", "mask", "table", "rows", "lines", "json"}:
                 raise ValueError(f"{page}:{number + 1}: unknown: {', '.join(sorted(unknown))}")
+            if command == "python":
+                command, options["block"] = _program(lines, number)
             shown = _block(lines, number + 1) if comment[1] == "output of" else (0, 0)
             if shown is None:
                 raise ValueError(f"{page}:{number + 1}: expected a block or a table below it")
             steps.append(Step(page, number + 1, command, options, *shown))
     return steps
+
+
+# The program of a page, and the number of the block above a line.
+def _program(lines: Sequence[str], line: int) -> tuple[str, str]:
+    starts = [number for number, one in enumerate(lines) if one == "```python"]
+    blocks = ["\n".join(lines[at + 1 : lines.index("```", at)]) for at in starts]
+    code = f"\nprint({BLOCK!r})\n".join(blocks)
+    return f"python -c {shlex.quote(code)}", str(sum(at < line for at in starts) - 1)
 
 
 # The lines of the block or table that starts at a line, or after an empty one.
@@ -180,6 +196,8 @@ def chosen(step: Step, shown: Sequence[str], output: str) -> list[str]:
     ValueError
         The output has no such table.
     """
+    if "block" in step.options:
+        output = output.split(f"{BLOCK}\n")[int(step.options["block"])]
     lines = [line.rstrip() for line in output.rstrip("\n").splitlines()]
     if "json" in step.options:
         return _filled(json.dumps(_shortened(json.loads(output)), ensure_ascii=False))
@@ -388,7 +406,7 @@ def compared(
 def _part(step: Step, made: dict[str, Copy]) -> list[str]:
     if step.command not in made:
         made[step.command] = copy_made(step.command)
-    page = made[step.command].docs / Path(step.page).name
+    page = made[step.command].docs / Path(step.page).relative_to("docs")
     text = page.read_text(encoding="utf-8")
     part = next(
         one for one in steps_of(step.page, text) if one.options.get("made") == step.options["made"]

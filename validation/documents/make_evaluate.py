@@ -1,4 +1,4 @@
-"""Evaluates the sample and two scenarios, and puts the figures into docs/evaluate.md.
+"""Evaluates the sample and two scenarios, and puts the figures into docs/howto/evaluate.md.
 
 ::
 
@@ -6,19 +6,10 @@
 """
 
 import argparse
-import sys
 import tempfile
 from pathlib import Path
 
-from multiradar.cli.evaluation.inputs import Known, radar_plots, read_reports, read_truth
-from multiradar.cli.evaluation.tracked import (
-    read_biases,
-    read_regions,
-    read_tracks,
-    sensors_file,
-)
-from multiradar.cli.inputs import read_sensors
-from multiradar.cli.main import run
+import multiradar as mr
 from multiradar.evaluation.card.figures import Figures, figures_of
 from multiradar.evaluation.card.plots import card_plots
 from multiradar.evaluation.card.tables import card_tables, preset_table
@@ -28,6 +19,14 @@ from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.report.cells import plain_text
 from multiradar.report.content import Table, Value
 from multiradar.report.markdown import markdown_table, plot_svg
+from multiradar.toolbox.evaluation.inputs import Known, radar_plots, read_reports, read_truth
+from multiradar.toolbox.evaluation.tracked import (
+    read_biases,
+    read_regions,
+    read_tracks,
+    sensors_file,
+)
+from multiradar.toolbox.inputs import read_sensors
 from validation.documents.marked_parts import put
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -56,16 +55,15 @@ def main() -> None:
     plot = next(one for one in plots if one.name == PICTURE)
     (docs / "images" / "evaluate.svg").write_text(plot_svg(plots, plot), encoding="utf-8")
     tables = "\n".join(f"**{one.title}**\n\n{markdown_table(one)}" for one in shown)
-    put(docs / "evaluate.md", "sample", tables)
-    put(docs / "evaluate.md", "scenes", markdown_table(comparison(figures_by_name)))
+    put(docs / "howto" / "evaluate.md", "sample", tables)
+    put(docs / "howto" / "evaluate.md", "scenes", markdown_table(comparison(figures_by_name)))
 
 
 def sample(folder: Path) -> Scorecard:
     """Return the scorecard of the sample recording, tracked without ADS-B."""
     converted, tracks = folder / "converted", folder / "tracks"
-    multiradar("convert", "vid", EXAMPLES / "vid-sample", converted, "--date", "2018-08-01")
-    sensors = EXAMPLES / "sensors-vid-sample.toml"
-    multiradar("track", converted, "--sensors", sensors, "--kinds", "radar", "--out", tracks)
+    mr.convert(EXAMPLES / "vid-sample", date="2018-08-01", out=converted)
+    mr.track(converted, EXAMPLES / "sensors-vid-sample.toml", kinds=["radar"], out=tracks)
     regions = read_regions(tracks, sensors_file(tracks, None))
     return scorecard(tracks, read_reports(converted, SETTINGS, regions), converted)
 
@@ -73,8 +71,8 @@ def sample(folder: Path) -> Scorecard:
 def scene(folder: Path, name: str) -> Scorecard:
     """Return the scorecard of a scenario against its truth."""
     made, tracks = folder / name, folder / f"{name}-tracks"
-    multiradar("simulate", name, "--out", made)
-    multiradar("track", made, "--sensors", made / "sensors.toml", "--out", tracks)
+    mr.simulate(name, out=made)
+    mr.track(made, made / "sensors.toml", out=tracks)
     regions = read_regions(tracks, sensors_file(tracks, None))
     return scorecard(tracks, read_truth(made, SETTINGS, regions), made)
 
@@ -125,12 +123,6 @@ def value_of(figures: Figures, part: str, name: str, key: str) -> Value:
     found = figures[part][name]  # type: ignore[index, call-overload]
     value = found[key] if key else found  # type: ignore[index, call-overload]
     return plain_text(float(value), 4)  # type: ignore[arg-type]
-
-
-def multiradar(*arguments: object) -> None:
-    """Run a command of the program, or stop."""
-    if run([str(one) for one in arguments]) != 0:
-        sys.exit(f"expected status 0 of {arguments}")
 
 
 if __name__ == "__main__":

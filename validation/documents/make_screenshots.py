@@ -14,8 +14,8 @@ import httpx
 import polars as pl
 from playwright.sync_api import Page, sync_playwright
 
+import multiradar as mr
 from multiradar.app import Application
-from multiradar.cli.main import run
 from multiradar.settings.service import load_settings
 from multiradar.wire import sensor_table
 from multiradar_schemas.sensors.sensor import parse_sensors
@@ -62,8 +62,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory(prefix="multiradar-page-") as name:
         folder = Path(name)
         dump = ROOT / "examples" / "vid-sample"
-        run(["convert", "vid", str(dump), str(folder / "sample"), "--date", "2018-08-01"])
-        measured = pl.read_parquet(folder / "sample" / "measurements.parquet")
+        measured = mr.convert(dump, date="2018-08-01").measurements
         early = measured.filter(pl.col("time_s") < pl.col("time_s").min() + AFTER_S)
         application = _started(folder)
         try:

@@ -1,4 +1,4 @@
-"""Runs the studies and puts their main table and plots into docs/studies.md and docs/images.
+"""Runs the studies and puts their main table and plots into studies.md, and docs/images.
 
 ::
 
@@ -62,10 +62,12 @@ def write(result: StudyResult, docs: Path) -> None:
         file = f"images/study-{result.study}{more}.svg"
         (docs / file).write_text(plot_svg(result.plots, plot), encoding="utf-8")
         title = f"{plot.title} – {plot.group}" if plot.group else plot.title
-        pictures.append(f"![{title}]({file})\n" + (f"\n{plot.caption}\n" if plot.caption else ""))
+        pictures.append(
+            f"![{title}](../{file})\n" + (f"\n{plot.caption}\n" if plot.caption else "")
+        )
     head = f"Made by `{command_of(result)}`.\n"
     parts = [head, f"**{result.tables[0].title}**\n", markdown_table(result.tables[0]), *pictures]
-    put(docs / "studies.md", result.study, "\n".join(parts))
+    put(docs / "validation" / "studies.md", result.study, "\n".join(parts))
 
 
 def chosen(result: StudyResult) -> Sequence[Plot]:

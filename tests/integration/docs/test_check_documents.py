@@ -22,7 +22,7 @@ def test_pages_match_the_output_of_quick_commands(page: str) -> None:
 
 
 def test_quick_start_commands_are_checked_quickly() -> None:
-    commands = [step.command for step in _quick("docs/guide.md")]
+    commands = [step.command for step in _quick("docs/guide/track.md")]
     assert any(command.startswith("multiradar convert vid") for command in commands)
     assert any(command.startswith("multiradar track") for command in commands)
 

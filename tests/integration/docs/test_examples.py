@@ -30,7 +30,7 @@ SCHEMAS = _schemas()
 def _examples() -> list[tuple[str, str, str]]:
     return [
         (page.name, name, text)
-        for page in sorted(DOCS.glob("*.md"))
+        for page in sorted(DOCS.rglob("*.md"))
         for name, text in _EXAMPLE.findall(page.read_text(encoding="utf-8"))
     ]
 
