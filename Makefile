@@ -8,7 +8,7 @@ PIP = $(BIN)/pip install --quiet --disable-pip-version-check
 RUNNABLE := $(VENV)/.runnable
 READY := $(VENV)/.ready
 
-.PHONY: help install test unit fuzz lint types contracts kernels check docs-check demo page bench kernel-list lock clean
+.PHONY: help install test unit fuzz lint types contracts kernels check docs docs-check demo page bench dist kernel-list lock clean
 
 help: ## Show the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -17,15 +17,15 @@ install: $(READY) ## Create .venv with the pinned versions, and compile the kern
 	$(BIN)/multiradar warm-up
 
 # What commands need comes first: with it kernels compile while the rest is installed.
-$(RUNNABLE): constraints-run.txt
+$(RUNNABLE): requirements/run.txt
 	$(PYTHON) -m venv $(VENV)
-	$(PIP) --require-hashes --requirement constraints-run.txt
+	$(PIP) --require-hashes --requirement requirements/run.txt
 	@touch $@
 
-$(READY): $(RUNNABLE) constraints.txt pyproject.toml
+$(READY): $(RUNNABLE) requirements/dev.txt pyproject.toml
 	# Tools compile their modules when they import them. Commands start slowly without it where
 	# Python may not write bytecode.
-	$(PIP) --no-compile --require-hashes --requirement constraints.txt
+	$(PIP) --no-compile --require-hashes --requirement requirements/dev.txt
 	$(PIP) --no-deps --no-build-isolation --editable .
 	@touch $@
 
@@ -64,8 +64,26 @@ demo: $(READY) ## Convert the sample, serve and replay it, show tracks and biase
 page: ## Build the page of the air picture (needs Node.js 20); the result is committed
 	cd page && npm ci --no-audit --no-fund && npm run types && npm run build
 
-$(VENV)/.bench: $(READY) constraints-bench.txt
-	$(PIP) --require-hashes --no-build-isolation --requirement constraints-bench.txt
+$(VENV)/.docs: $(READY) requirements/docs.txt
+	$(PIP) --no-compile --require-hashes --requirement requirements/docs.txt
+	@touch $@
+
+docs: $(VENV)/.docs ## Build the site of the documents in build/site; warnings and broken links are errors
+	$(BIN)/python -m validation.documents.make_reference docs/reference
+	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet docs build/site
+
+$(VENV)/.dist: $(READY) requirements/dist.txt
+	$(PIP) --no-compile --require-hashes --requirement requirements/dist.txt
+	@touch $@
+
+dist: $(VENV)/.dist ## Build wheel, sdist, SBOM and a wheelhouse for installation offline into dist
+	rm -rf dist
+	$(BIN)/hatchling build -d dist
+	$(BIN)/cyclonedx-py requirements requirements/run.txt --pyproject pyproject.toml --output-reproducible --output-file dist/multiradar.cdx.json
+	$(BIN)/pip download --quiet --require-hashes --requirement requirements/run.txt --dest dist/wheelhouse
+
+$(VENV)/.bench: $(READY) requirements/bench.txt
+	$(PIP) --require-hashes --no-build-isolation --requirement requirements/bench.txt
 	@touch $@
 
 bench: $(VENV)/.bench ## Benchmark against other packages; prints ratios and writes benchmark.json
@@ -74,10 +92,12 @@ bench: $(VENV)/.bench ## Benchmark against other packages; prints ratios and wri
 kernel-list: $(READY) ## Update the list of kernels of each command; --check compares
 	cd tests && ../$(BIN)/python -m support.kernel_list $(KERNEL_LIST_OPTIONS)
 
-lock: ## Update all pinned versions (needs uv)
-	uv pip compile --universal --generate-hashes --python-version 3.11 --no-emit-index-url --no-header --extra dev pyproject.toml -o constraints.txt
-	uv pip compile --universal --generate-hashes --python-version 3.11 --no-emit-index-url --no-header pyproject.toml --constraint constraints.txt -o constraints-run.txt
-	uv pip compile --universal --generate-hashes --python-version 3.11 --no-emit-index-url --no-header --extra dev --extra bench pyproject.toml -o constraints-bench.txt
+lock: ## Update all pinned versions (needs uv); those of dev hold everywhere
+	for use in dev run bench docs dist; do \
+	  uv pip compile --universal --generate-hashes --python-version 3.11 --no-emit-index-url --no-header \
+	    $$([ $$use = run ] || echo --extra $$use) $$([ $$use = dev ] || echo --constraint requirements/dev.txt) \
+	    pyproject.toml -o requirements/$$use.txt; \
+	done
 
 clean: ## Remove generated files
-	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) build dist .mypy_cache .pytest_cache .ruff_cache .import_linter_cache
