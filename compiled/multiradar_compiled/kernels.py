@@ -7,7 +7,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from llvmlite import ir
 from numba import config, njit, types
-from numba.core.registry import CPUDispatcher, cpu_target
+from numba.core.registry import CPUDispatcher
 from numba.extending import intrinsic, overload, register_jitable
 from numpy.typing import NDArray
 
@@ -129,18 +129,6 @@ def _compiled(
     compiled: Any = form(function, targetoptions={**options, "nopython": True, "boundscheck": None})
     keep_in_folder(compiled)
     return cast(Kernel, compiled)
-
-
-def compilation_target() -> str:
-    """Return the compilation target, on which the last bits may depend.
-
-    Returns
-    -------
-    str
-        Architecture, processor name, and processor features. The environment variables
-        NUMBA_CPU_NAME and NUMBA_CPU_FEATURES select another target.
-    """
-    return " ".join(str(part) for part in cpu_target.target_context.codegen().magic_tuple())
 
 
 def in_both(function: Kernel) -> Kernel:

@@ -1,4 +1,4 @@
-"""Writes `docs/fields.md` from the models: `python -m multiradar_schemas.fields docs/fields.md`."""
+"""Writes the page of all fields: `python -m multiradar_schemas.fields docs/reference/fields.md`."""
 
 import argparse
 from collections.abc import Iterator, Sequence
@@ -71,8 +71,8 @@ from multiradar_schemas.sensors.sensor import ESTIMATED_BY_KIND, PRIOR_SIGMA_DEF
 _INTRODUCTION = """# Fields
 
 Every field that the service reads or writes: unit, source, and when it is absent (null in a table,
-null or missing in JSON). This page is generated from the models by
-`python -m multiradar_schemas.fields docs/fields.md`; a test fails when it differs from them.
+null or missing in JSON). `python -m multiradar_schemas.fields docs/reference/fields.md` generates
+this page from the models; a test fails when it differs from them.
 
 Units are part of the names. Angles are degrees on the wire and on disk; azimuth and heading are
 clockwise from true north. A bias is *measured minus true*. Times are UTC, seconds since the Unix
@@ -124,7 +124,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
         prog="python -m multiradar_schemas.fields", description="Write the page of all fields."
     )
-    parser.add_argument("file", metavar="FILE", type=Path, help="Output file: docs/fields.md.")
+    parser.add_argument("file", metavar="FILE", type=Path, help="Output file: fields.md.")
     file: Path = parser.parse_args(arguments).file
     try:
         file.write_text(page(), encoding="utf-8")

@@ -99,7 +99,7 @@ class Report(Record):
             "the `alarm` of each alarm raised; `warnings` in words; and `diagnoses`: probable "
             "faults, each with the `sensor_id` (empty if it concerns all), a `code` such as "
             "`range_unit`, and a "
-            "`sentence` with the cause and the remedy",
+            "`sentence` with the cause and the remedy, and the `severity`, `error` or `warning`",
             unit="by name",
             source="run",
         ),

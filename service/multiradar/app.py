@@ -1,5 +1,6 @@
 """The composition root: builds the adapters and connects them."""
 
+import os
 from collections.abc import Callable, Sequence
 from functools import partial
 
@@ -7,6 +8,10 @@ import numpy as np
 import structlog
 from starlette.types import ASGIApp
 
+from multiradar.access.authentication import Authentication, with_default_file
+from multiradar.access.exposure import require_credentials
+from multiradar.access.security_log import RepeatedEvents
+from multiradar.api.connections import TlsFiles
 from multiradar.api.factory import create_api
 from multiradar.api.http_server import LOOPBACK_NAMES, HttpServer
 from multiradar.api.routes.overlays import overlay_routes
@@ -28,15 +33,18 @@ from multiradar.ingest.feeds.configured import asterix_stream, configured_feeds
 from multiradar.ingest.http import IntakeBounds, measurement_routes
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.options import ZenohOptions
+from multiradar.ingest.zenoh.session import require_guarded
 from multiradar.observability.asterix_metrics import AsterixCollector
 from multiradar.observability.feed_metrics import FeedCollector
 from multiradar.observability.metrics import REGISTRY, watch
 from multiradar.observability.pipeline_metrics import PipelineCollector
+from multiradar.observability.supervisor import Supervisor
 from multiradar.runtime.asterix.channel import Channel
 from multiradar.runtime.asterix.options import channel_options
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.engine.fingerprint import configuration_fingerprint
 from multiradar.runtime.kernel_purposes import serve_purposes
+from multiradar.runtime.live import readiness
 from multiradar.runtime.live.output_feed import OutputFeed
 from multiradar.runtime.live.service import Service
 from multiradar.runtime.memory.live_tracks import LiveTracks
@@ -76,12 +84,13 @@ class Application:
     sensors : SensorTable
         The sensors.
     on_failure : callable
-        Called from another thread when a component stops unexpectedly.
+        Called from another thread when a component has stopped for good: the process must end.
 
     Raises
     ------
     ConfigurationError
-        If it cannot listen on a configured address.
+        If it cannot listen on a configured address, or clients beyond loopback would need no
+        credentials.
     """
 
     def __init__(
@@ -90,14 +99,20 @@ class Application:
         self._settings = settings
         self._sensors = sensors
         self._unwatch: Callable[[], object] = lambda: None
-        self.service = build_service(settings, sensors)
+        authentication = Authentication(with_default_file(settings.access))
+        require_credentials(settings, authentication.required)
+        zenoh = zenoh_options(settings, authentication)
+        if settings.zenoh.enabled:
+            require_guarded(zenoh)
+        self.service = build_service(settings, sensors, on_failure)
+        self._supervisor = Supervisor(os.environ, lambda: self.service.stalled)
         self._asterix = asterix_gateway(settings, sensors, self.service)
         self._feeds = configured_feeds(settings.feeds, sensors, self.service)
         if self._feeds is not None:
             self.service.publication.count_edge("feeds", self._feeds.counts.document)
         self._edges = [edge for edge in (self._asterix, self._feeds) if edge is not None]
-        self._http = http_server(self.service, settings, on_failure)
-        self._gateway: ZenohGateway | None = None
+        self._http = http_server(self.service, settings, authentication, on_failure)
+        self._gateway = zenoh_gateway(self.service, settings, zenoh)
         self._sender = asterix_sender(self.service, settings, sensors)
         self._trajectories = trajectory_feed(self.service, settings, sensors)
         self._started = False
@@ -128,6 +143,7 @@ class Application:
         During the replay `/readyz` reports it and measurements are answered 503; ASTERIX, which no
         sender would repeat, is buffered.
         """
+        self._supervisor.start()
         self._http.start()
         self._compile()
         for edge in self._edges:
@@ -139,17 +155,17 @@ class Application:
             self._trajectories.start()
         self.service.start()
         self._begin()
-        if self._settings.zenoh.enabled:
-            self._gateway = ZenohGateway(self.service, zenoh_options(self._settings))
+        if self._gateway is not None:
             self._gateway.start()
         for edge in self._edges:
             edge.begin()
         self._watch()
         self._started = True
+        self._supervisor.ready()
         _log.info("started", http=self.http_url)
 
     def _watch(self) -> None:
-        unwatch = [watch(REGISTRY, PipelineCollector(self.service.view.status))]
+        unwatch = [watch(REGISTRY, PipelineCollector(self.service.view.status, readiness.CODES))]
         if self._asterix is not None:
             unwatch.append(watch(REGISTRY, AsterixCollector(self._asterix.counts.document)))
         if self._feeds is not None:
@@ -189,6 +205,7 @@ class Application:
 
     def stop(self) -> None:
         """Stop ingest, finish pending work, close everything; valid in any state."""
+        self._supervisor.stop()
         self._unwatch()
         for edge in self._edges:
             edge.stop()
@@ -204,7 +221,9 @@ class Application:
             _log.info("stopped")
 
 
-def build_service(settings: Settings, sensors: SensorTable) -> Service:
+def build_service(
+    settings: Settings, sensors: SensorTable, on_failure: Callable[[], None] = lambda: None
+) -> Service:
     """Return the live pipeline on a real journal and engine; not started."""
     tracking, journal = settings.tracking_settings(), settings.journal.path
     fingerprint = configuration_fingerprint(sensors, tracking)
@@ -214,7 +233,20 @@ def build_service(settings: Settings, sensors: SensorTable) -> Service:
         sensors=sensors,
         tracking=tracking,
         limits=settings.runtime_limits(),
+        on_failure=on_failure,
     )
+
+
+def zenoh_gateway(
+    service: Service, settings: Settings, options: ZenohOptions
+) -> ZenohGateway | None:
+    """Return the Zenoh interface, not started; None when disabled."""
+    if not settings.zenoh.enabled:
+        return None
+    gateway = ZenohGateway(service, options)
+    service.publication.count_edge("zenoh", gateway.document)
+    service.unready_checks.append(gateway.lost)
+    return gateway
 
 
 def asterix_sender(
@@ -255,15 +287,20 @@ def trajectory_feed(
     return feed
 
 
-def http_server(service: Service, settings: Settings, on_failure: Callable[[], None]) -> HttpServer:
+def http_server(
+    service: Service,
+    settings: Settings,
+    authentication: Authentication,
+    on_failure: Callable[[], None],
+) -> HttpServer:
     """Return the HTTP server with all routes, not started.
 
     Raises
     ------
     ConfigurationError
-        If it cannot listen, or the folder of overlays cannot be read.
+        If it cannot listen, or the folder of overlays or a file of TLS cannot be read.
     """
-    limits, wanted = settings.http_limits(), settings.server
+    limits, wanted, access = settings.http_limits(), settings.server, settings.access
     intake = IntakeBounds(
         rows_max=settings.rows_per_message_max,
         acknowledge_deadline_s=limits.acknowledge_deadline_s,
@@ -271,9 +308,20 @@ def http_server(service: Service, settings: Settings, on_failure: Callable[[], N
     routers = (measurement_routes(service, intake), overlay_routes(overlays_of(settings)))
 
     def build(allowed_hosts: Sequence[str]) -> ASGIApp:
-        return create_api(service, limits, routers=routers, allowed_hosts=allowed_hosts)
+        return create_api(
+            service,
+            limits,
+            routers=routers,
+            allowed_hosts=allowed_hosts,
+            authentication=authentication,
+        )
 
-    return HttpServer(build, wanted.host, wanted.port, limits, on_failure)
+    tls = None
+    if access.certificate is not None and access.private_key is not None:
+        tls = TlsFiles(access.certificate, access.private_key, access.client_authority)
+    return HttpServer(
+        build, wanted.host, wanted.port, limits, on_failure, tls=tls, names=wanted.names
+    )
 
 
 def view_server(
@@ -312,9 +360,10 @@ def overlays_of(settings: Settings) -> Overlays:
     return overlays
 
 
-def zenoh_options(settings: Settings) -> ZenohOptions:
-    """Return the Zenoh options; message bounds are those of HTTP."""
+def zenoh_options(settings: Settings, authentication: Authentication) -> ZenohOptions:
+    """Return the Zenoh options; clients and message bounds are those of HTTP."""
     return ZenohOptions(
+        access=authentication.settings.model_copy(update={"clients": authentication.clients.all}),
         **settings.zenoh.model_dump(exclude={"enabled"}),
         message_bytes_max=settings.http_limits().body_bytes_max,
         message_rows_max=settings.rows_per_message_max,
@@ -351,7 +400,15 @@ def asterix_gateway(
         labels=wanted.input_labels,
         sources=[
             *(
-                partial(UdpSource, one.address, one.port, one.interface, one.receive_buffer_octets)
+                partial(
+                    UdpSource,
+                    one.address,
+                    one.port,
+                    one.interface,
+                    one.receive_buffer_octets,
+                    senders=one.senders,
+                    events=RepeatedEvents(SystemClock()),
+                )
                 for one in wanted.listen
             ),
             *(partial(asterix_stream, one.address, settings.feeds) for one in wanted.connect),

@@ -4,6 +4,7 @@
 
     MultiradarError                 base class of all errors of this project
     ├── ConfigurationError          a setting, sensors file or option that cannot be used
+    │   ├── ArgumentError           an argument of a function, or an option of a command
     │   ├── UnknownFilterError      a filter name that is not in the registry
     │   ├── UnknownPresetError      an unknown set of requirements
     │   ├── UnknownParameterError   a bias parameter that no filter knows
@@ -14,6 +15,7 @@
     │   ├── MissingColumnError      a table lacks a column
     │   ├── PayloadError            a Zenoh sample or query that is rejected as a whole
     │   └── IdempotencyConflictError  a key was already used for another message
+    ├── FindingsError               output was written, but what it was made from is at fault
     ├── OutputExistsError           the output file or folder already exists
     ├── OutsidePlaneError           a position too far from the centre of the system plane
     ├── UnknownAircraftError        an aircraft that was not initiated, or was dropped
@@ -33,13 +35,21 @@
     ├── RequestError                an HTTP request that is rejected, with its status and code
     └── PeerError                   another process did not answer as agreed
         └── UnavailableError        it cannot accept data now; try again
+
+    DataWarning                     a warning about data or settings; the output is complete
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from difflib import get_close_matches
 
 
 class MultiradarError(Exception):
     """Base of all errors of input or environment; the message is one sentence."""
+
+    @property
+    def for_clients(self) -> str:
+        """The message for clients elsewhere, who must not learn a path of this host."""
+        return str(self)
 
 
 class ConfigurationError(MultiradarError):
@@ -59,6 +69,27 @@ class ConfigurationError(MultiradarError):
         super().__init__(sentence)
 
 
+class ArgumentError(ConfigurationError):
+    """An argument of a function, or an option of a command, cannot be used.
+
+    Attributes
+    ----------
+    arguments : tuple of str
+        Names of the arguments, as they stand in the sentence between backquotes.
+    """
+
+    def __init__(self, sentence: str, *arguments: str) -> None:
+        self.arguments = arguments
+        super().__init__(sentence)
+
+    def sentence_of(self, called: Callable[[str], str]) -> str:
+        """Return the sentence with other names of the arguments, such as those of options."""
+        sentence = str(self)
+        for name in self.arguments:
+            sentence = sentence.replace(f"`{name}`", called(name))
+        return sentence
+
+
 class InputError(MultiradarError):
     """A file or message cannot be read at all."""
 
@@ -72,9 +103,18 @@ class MissingColumnError(InputError):
         self.found = tuple(found)
         columns = "column" if len(self.missing) == 1 else "columns"
         super().__init__(
-            f"{source}: missing {columns} {', '.join(self.missing)}; "
+            f"{source}: missing {columns} {', '.join(self.missing)}{self._meant()}; "
             f"found: {', '.join(self.found) or 'none'}"
         )
+
+    def _meant(self) -> str:
+        # Latitude is no misspelt longitude: names must be closer than these two.
+        renamed: list[str] = []
+        for name in self.missing:
+            near = get_close_matches(name, self.found, n=1, cutoff=0.88)
+            near += [one for one in self.found if name.startswith(f"{one}_")]
+            renamed += [f"{one} to {name}" for one in near[:1]]
+        return f" (rename {', '.join(renamed)}?)" if renamed else ""
 
 
 class PayloadError(InputError):
@@ -104,6 +144,27 @@ class IdempotencyConflictError(InputError):
             f"idempotency key {key!r} was already used for a different message (journal entry "
             f"{sequence}); use a new key"
         )
+
+
+class FindingsError(MultiradarError):
+    """Output was written, but its input or settings are at fault, or it is incomplete.
+
+    Attributes
+    ----------
+    findings : tuple of str
+        A sentence for each.
+    output : object
+        What the function returns otherwise, such as a `multiradar.Run`.
+    """
+
+    def __init__(self, findings: Sequence[str], output: object) -> None:
+        self.findings = tuple(findings)
+        self.output = output
+        super().__init__("; ".join(self.findings))
+
+
+class DataWarning(UserWarning):
+    """A warning about data or settings; the output is complete."""
 
 
 class OutputExistsError(MultiradarError):
@@ -218,9 +279,19 @@ class RestorationError(MultiradarError):
 class JournalError(MultiradarError):
     """The journal cannot be written or does not verify."""
 
+    @property
+    def for_clients(self) -> str:
+        """The message without the path of the journal."""
+        return "the journal failed; the log of the service has the reason"
+
 
 class JournalFullError(JournalError):
     """The disk is full; nothing was ingested. The service continues when space is available."""
+
+    @property
+    def for_clients(self) -> str:
+        """The message without the path of the journal."""
+        return "the disk of the journal is full; nothing was ingested"
 
 
 class PipelineError(MultiradarError):

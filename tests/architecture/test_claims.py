@@ -1,4 +1,4 @@
-"""Every test claimed by docs/studies.md exists."""
+"""Every test claimed by docs/validation/studies.md exists."""
 
 import ast
 import re
@@ -9,7 +9,7 @@ NAMED = re.compile(r"`([\w/]+\.py)` `(test_\w+)`")
 
 
 def test_every_test_of_the_table_of_claims_exists() -> None:
-    page = (ROOT / "docs" / "studies.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "validation" / "studies.md").read_text(encoding="utf-8")
     table = page[page.index("## What the papers say, and where it is shown") :]
     named = NAMED.findall(table)
     assert len(named) > 40
@@ -24,7 +24,7 @@ def test_every_test_of_the_table_of_claims_exists() -> None:
 
 
 def test_every_claim_has_a_test_or_says_that_it_is_not_shown() -> None:
-    page = (ROOT / "docs" / "studies.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "validation" / "studies.md").read_text(encoding="utf-8")
     table = page[page.index("## What the papers say, and where it is shown") :]
     rows = [line for line in table.splitlines() if line.startswith("| ") and "**" not in line]
     for row in rows[1:]:

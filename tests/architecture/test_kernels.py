@@ -118,7 +118,7 @@ def test_numba_stays_below_the_version_whose_private_option_was_not_tried() -> N
     (bound,) = [one for one in project["dependencies"] if one.startswith("numba")]
     pinned = [
         line
-        for name in ("constraints.txt", "constraints-run.txt", "constraints-bench.txt")
+        for name in ("requirements/dev.txt", "requirements/run.txt", "requirements/bench.txt")
         for line in (ROOT / name).read_text(encoding="utf-8").splitlines()
         if line.startswith("numba==")
     ]

@@ -78,7 +78,7 @@ def test_nothing_is_left_undone() -> None:
 
 def test_no_conflict_of_a_merge_is_left() -> None:
     mark = re.compile(r"^(?:<{7} |={7}$|>{7} )", re.MULTILINE)
-    pages = [path for path in ROOT.glob("docs/*.md")] + list(ROOT.glob("*.md"))
+    pages = [path for path in ROOT.glob("docs/**/*.md")] + list(ROOT.glob("*.md"))
     left = [name for name in modules(*CODE, "tests") if mark.search(text(name))]
     left += [path.name for path in pages if mark.search(path.read_text(encoding="utf-8"))]
     assert left == []

@@ -44,8 +44,11 @@ _PART = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|_")
 
 def texts() -> list[str]:
     """Return the programs and the documents."""
-    pages = sorted(path for path in (ROOT / "docs").glob("*.md"))
-    pages += [ROOT / name for name in ("README.md", "CHANGELOG.md", "DECISIONS.md", "Makefile")]
+    pages = sorted(path for path in (ROOT / "docs").rglob("*.md"))
+    pages += [
+        ROOT / name
+        for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "DECISIONS.md", "Makefile")
+    ]
     here = Path(__file__).relative_to(ROOT).as_posix()
     programs = modules("service/", "converters/", "schemas/", "compiled/", "validation/", "tests/")
     return [path.relative_to(ROOT).as_posix() for path in pages] + sorted(set(programs) - {here})

@@ -68,7 +68,7 @@ def _command(options: argparse.Namespace) -> str:
     given = [f"--only {name}" for name in options.only or ()]
     given += ["--quick"] if options.quick else []
     given += [] if options.gigabytes == GIGABYTES else [f"--gigabytes {options.gigabytes:g}"]
-    given.append("--markdown ../docs/benchmarks.md")
+    given.append("--markdown ../docs/validation/benchmarks.md")
     return f"make bench BENCH_OPTIONS='{' '.join(given)}'"
 
 

@@ -1,4 +1,4 @@
-"""Rows of benchmark.json, of the terminal and of docs/benchmarks.md."""
+"""Rows of benchmark.json, of the terminal and of docs/validation/benchmarks.md."""
 
 import json
 import os

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from multiradar.access.authentication import Authentication
 from multiradar.app import build_service, trajectory_feed, warm_up, zenoh_options
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.memory.live_tracks import LiveTracks
@@ -36,7 +37,7 @@ def test_limits_are_settings(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_zenoh_is_on_loopback_and_without_multicast_by_default() -> None:
-    options = zenoh_options(load_settings(None))
+    options = zenoh_options(load_settings(None), Authentication())
     assert options.listen == ("tcp/127.0.0.1:7447",)
     assert not options.multicast
     output = {
@@ -44,7 +45,7 @@ def test_zenoh_is_on_loopback_and_without_multicast_by_default() -> None:
         "rows_per_message_max": 7,
         "http": {"body_bytes_max": 8},
     }
-    options = zenoh_options(load_settings(None, output))
+    options = zenoh_options(load_settings(None, output), Authentication())
     assert (options.multicast, options.message_rows_max, options.message_bytes_max) == (True, 7, 8)
 
 

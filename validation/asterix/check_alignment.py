@@ -25,14 +25,14 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from multiradar.cli.alignment.registration import Registration, register
-from multiradar.cli.inputs import load_sensor_table
 from multiradar.diagnosis.alignment.cross_validation import distances
 from multiradar.diagnosis.alignment.fit import Problem, fit
 from multiradar.diagnosis.alignment.linear import Noise
 from multiradar.diagnosis.plots import Floats
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.storage.recording import Recording
+from multiradar.toolbox.alignment.registration import Registration, register
+from multiradar.toolbox.inputs import load_sensor_table
 from multiradar.tracking.settings import TrackingSettings
 
 APART_MAX_S = 0.5

@@ -25,13 +25,13 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.stereographic import StereographicPlane
 from multiradar.runtime.asterix.channel import Channel, ChannelOptions
 from multiradar.runtime.asterix.cycles import Cycles
 from multiradar.runtime.offline.offline import OfflineJob, track_recording
 from multiradar.storage.recording import Recording, measurements_path
+from multiradar.toolbox.inputs import load_sensor_table
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_converters.asterix.framing.containers import read_blocks
 from multiradar_converters.asterix.layout.catalogue import layout_of

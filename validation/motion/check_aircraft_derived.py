@@ -1,4 +1,4 @@
-"""Prints the tables of docs/real-radars.md on aircraft-derived data: turns with and without them.
+"""Prints the tables of real-radars.md on aircraft-derived data: turns with and without them.
 
 ::
 

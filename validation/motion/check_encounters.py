@@ -1,4 +1,4 @@
-"""Prints the tables of docs/encounters.md: validation of intervals and probabilities.
+"""Prints the tables of docs/howto/encounters.md: validation of intervals and probabilities.
 
 ::
 

@@ -1,4 +1,4 @@
-"""Prints the table of forecasts of docs/guide.md: by the modes of motion, and by white noise.
+"""Prints the table of forecasts of guide/forecasts.md: by the modes of motion, and by white noise.
 
 ::
 

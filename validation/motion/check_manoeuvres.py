@@ -1,4 +1,4 @@
-"""Prints the table of manoeuvres of docs/guide.md: interacting modes against one motion model.
+"""Prints the table of manoeuvres of guide/motion.md: interacting modes against one motion model.
 
 ::
 

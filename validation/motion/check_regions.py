@@ -1,4 +1,4 @@
-"""Prints the table of forecast regions of docs/guide.md: how often they contain the aircraft.
+"""Prints the table of forecast regions of guide/forecasts.md: how often they contain the aircraft.
 
 ::
 
@@ -26,11 +26,11 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar import wire
-from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.gaussian import normalised_squared
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.engine import Engine
+from multiradar.toolbox.inputs import load_sensor_table
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.forecast.region_sizes import HORIZONS_S
 from multiradar.tracking.forecast.regions import gaussian_factor

@@ -1,4 +1,4 @@
-"""Prints the cost of trajectory bundles in the service: docs/restoration.md, "In the service".
+"""Prints the cost of trajectory bundles in the service: howto/restoration.md, "In the service".
 
 ::
 
@@ -16,7 +16,6 @@ from itertools import islice
 from pathlib import Path
 from time import process_time
 
-from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.queries.parameters import PATH_POINTS_DEFAULT, PATH_STEP_DEFAULT_S
@@ -26,6 +25,7 @@ from multiradar.runtime.trajectories.plots import PlotLocator
 from multiradar.runtime.trajectories.pool import BundlePool
 from multiradar.runtime.trajectories.roster import Order, PushPlots, Roster, Sampled
 from multiradar.storage.recording import Recording
+from multiradar.toolbox.inputs import load_sensor_table
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings

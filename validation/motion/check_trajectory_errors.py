@@ -1,4 +1,4 @@
-"""Prints the errors of bundles and tracks of whole scenarios: docs/restoration.md.
+"""Prints the errors of bundles and tracks of whole scenarios: docs/howto/restoration.md.
 
 ::
 
@@ -12,15 +12,13 @@ errors of bundle and track at the same plots are compared from 150 s on, when th
 import argparse
 import json
 import tempfile
-from contextlib import redirect_stdout
-from io import StringIO
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from multiradar.cli.main import run
+import multiradar as mr
 
 #: Scenarios with their filter.
 SCENES = {
@@ -46,21 +44,15 @@ def main() -> None:
     for scene in given.scenes:
         with tempfile.TemporaryDirectory() as folder:
             place = Path(folder)
-            _must("simulate", scene, "--out", place / "scene", "--duration", given.duration)
-            _must(
-                "track", place / "scene" / "measurements.parquet", "--trajectories",
-                "--sensors", place / "scene" / "sensors.toml", "--out", place / "out",
-                "--filter", SCENES.get(scene, "imm"),
-            )  # fmt: skip
+            mr.simulate(scene, out=place / "scene", duration_s=given.duration)
+            mr.track(
+                place / "scene" / "measurements.parquet",
+                place / "scene" / "sensors.toml",
+                filter=SCENES.get(scene, "imm"),
+                out=place / "out",
+                trajectories=True,
+            )
             print(_row(scene, place), flush=True)
-
-
-def _must(*arguments: object) -> None:
-    # What the command prints stays out of the table.
-    with redirect_stdout(StringIO()):
-        status = run([*map(str, arguments)])
-    if status:
-        raise SystemExit(status)
 
 
 def _row(scene: str, place: Path) -> str:

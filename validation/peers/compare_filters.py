@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from multiradar.cli.demonstration.accuracy import position_accuracy
 from multiradar.estimation.filters.bank import FILTERS
+from multiradar.toolbox.evaluation.accuracy import position_accuracy
 
 
 def main() -> None:

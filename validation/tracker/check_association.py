@@ -1,4 +1,4 @@
-"""Prints docs/guide.md's table of tracking without identity: the sample and the scenes.
+"""Prints docs/guide/identity.md's table of tracking without identity: the sample and the scenes.
 
 ::
 
@@ -202,7 +202,7 @@ def cells(found: Figures) -> list[str]:
 
 def periods(sensors: Path) -> dict[str, float]:
     """Return the turns of the radars of a sensors file, as `track` reads it."""
-    from multiradar.cli.inputs import load_sensor_table
+    from multiradar.toolbox.inputs import load_sensor_table
 
     table = load_sensor_table(sensors)
     return {

@@ -1,4 +1,4 @@
-"""Prints the tables of docs/guide.md on the health of the sensors.
+"""Prints the tables of docs/guide/health.md on the health of the sensors.
 
 ::
 
@@ -23,7 +23,6 @@ import numpy as np
 import polars as pl
 
 from multiradar import wire
-from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 from multiradar.runtime.engine.engine import Engine
@@ -32,6 +31,7 @@ from multiradar.simulation.output import measurements_frame
 from multiradar.simulation.scenario.file import builtin_names, builtin_scenario
 from multiradar.simulation.scenario.model import Scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
+from multiradar.toolbox.inputs import load_sensor_table
 from multiradar.tracking.health.health_records import HealthRecords
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import BiasRecords, EngineOutput, TrackUpdates

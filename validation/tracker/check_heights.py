@@ -17,7 +17,6 @@ import numpy as np
 import polars as pl
 
 from multiradar import wire
-from multiradar.cli.inputs import load_sensor_table
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation.observation import Observation, observe
 from multiradar.simulation.output import measurements_frame, truth_frame
@@ -25,6 +24,7 @@ from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.model import Bias, Scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.simulation.traffic import all_aircraft
+from multiradar.toolbox.inputs import load_sensor_table
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 

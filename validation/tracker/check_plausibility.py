@@ -1,4 +1,4 @@
-"""Prints docs/guide.md's table of implausible ADS-B reports: the scenario `ghost-adsb`.
+"""Prints docs/guide/faults.md's table of implausible ADS-B reports: the scenario `ghost-adsb`.
 
 ::
 

@@ -1,4 +1,4 @@
-"""Prints the table of docs/guide.md that compares association methods for close aircraft.
+"""Prints the table of docs/guide/identity.md that compares association methods for close aircraft.
 
 ::
 
@@ -25,7 +25,6 @@ import numpy as np
 import polars as pl
 
 from multiradar import wire
-from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.evaluation.card.figures import figures_of
 from multiradar.evaluation.scorecard import evaluate
@@ -37,6 +36,7 @@ from multiradar.simulation.output import measurements_frame, truth_frame
 from multiradar.simulation.scenario.file import builtin_names, builtin_scenario, load_scenario
 from multiradar.simulation.scenario.model import Scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
+from multiradar.toolbox.inputs import load_sensor_table
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings

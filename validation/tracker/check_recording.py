@@ -1,4 +1,4 @@
-"""Prints the table of docs/real-radars.md: identity, ground and speeds of a recording.
+"""Prints the table of docs/validation/real-radars.md: identity, ground and speeds of a recording.
 
 ::
 

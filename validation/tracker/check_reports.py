@@ -1,4 +1,4 @@
-"""Prints how far the positions of two sensors are apart, for docs/real-radars.md.
+"""Prints how far the positions of two sensors are apart, for docs/validation/real-radars.md.
 
 ::
 

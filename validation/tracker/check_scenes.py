@@ -1,4 +1,4 @@
-"""Prints docs/simulate.md's table: simulates scenarios, tracks them, and compares with the truth.
+"""Prints howto/simulate.md's table: simulates scenarios, tracks them, and compares with the truth.
 
 ::
 

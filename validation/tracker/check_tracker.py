@@ -1,9 +1,9 @@
-"""Prints all figures of merit of the tracker with their limits, for docs/tracker.md.
+"""Prints all figures of merit of the tracker with their limits, for docs/validation/tracker.md.
 
 ::
 
     python -m validation.tracker.check_tracker  # five to ten minutes
-    python -m validation.tracker.check_tracker --write  # and put them into docs/tracker.md
+    python -m validation.tracker.check_tracker --write  # and put them into validation/tracker.md
     # quick: one seed of the manoeuvres instead of eight
     python -m validation.tracker.check_tracker --runs 1
 
@@ -24,11 +24,11 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from multiradar.cli.evaluation.inputs import Known, read_reports
-from multiradar.cli.evaluation.tracked import read_biases, read_tracks
 from multiradar.evaluation.card.figures import figures_of
 from multiradar.evaluation.scorecard import evaluate
 from multiradar.evaluation.settings import EvaluationSettings
+from multiradar.toolbox.evaluation.inputs import Known, read_reports
+from multiradar.toolbox.evaluation.tracked import read_biases, read_tracks
 from multiradar.tracking.settings import TrackingSettings
 from validation.documents.marked_parts import put
 from validation.motion import check_manoeuvres as manoeuvres
@@ -65,7 +65,7 @@ def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=8, help="seeds of the manoeuvres")
-    parser.add_argument("--write", action="store_true", help="put them into docs/tracker.md")
+    parser.add_argument("--write", action="store_true", help="put them into validation/tracker.md")
     parser.add_argument("--docs", type=Path, help="put them into the tracker.md of this folder")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as made:
@@ -76,7 +76,7 @@ def main() -> None:
     docs = DOCS if options.write else options.docs
     if docs is not None:
         for name, text in parts.items():
-            put(docs / "tracker.md", name, text)
+            put(docs / "validation" / "tracker.md", name, text)
 
 
 def sample_runs(folder: Path) -> Iterator[Run]:

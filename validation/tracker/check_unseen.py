@@ -27,8 +27,8 @@ import numpy as np
 import polars as pl
 
 from multiradar import wire
-from multiradar.cli.inputs import load_sensor_table
 from multiradar.runtime.engine.engine import Engine
+from multiradar.toolbox.inputs import load_sensor_table
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from validation.tracker import unseen_recordings as unseen

@@ -1,6 +1,6 @@
 """Dump profiles: names, units and format of a dump, in a TOML file.
 
-Every key is optional; the defaults read the layout of `docs/converter.md`::
+Every key is optional; the defaults read the layout of `docs/howto/converter.md`::
 
     encoding = "auto"             # or utf-8, windows-1251, …
     form = "auto"                 # columns, pairs

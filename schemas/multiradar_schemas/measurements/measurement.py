@@ -241,17 +241,24 @@ Detection = Annotated[
 _KIND = described("radar, adsb, mlat or bearing", unit="name", source="sensor")
 
 
-def _one_time_schema(schema: dict[str, Any]) -> None:
+# What the validators below require.
+def _rules_between_fields(schema: dict[str, Any]) -> None:
     types = {"time_s": "number", "time_ns": "integer", "time": "string"}
     schema["oneOf"] = [
         {"required": [name], "properties": {name: {"type": kind}}} for name, kind in types.items()
     ]
+    whole = {
+        "required": list(SOURCE_FIELDS),
+        "properties": {name: {"type": "number"} for name in SOURCE_FIELDS},
+    }
+    none = {"properties": {name: {"type": "null"} for name in SOURCE_FIELDS}}
+    schema["anyOf"] = [whole, none]
 
 
 class _Common(Record):
     """Common fields of all kinds: exactly one time, the sensor, identity, height."""
 
-    model_config = ConfigDict(json_schema_extra=_one_time_schema)
+    model_config = ConfigDict(json_schema_extra=_rules_between_fields)
 
     time_s: Seconds | None = None
     time_ns: Nanoseconds | None = None

@@ -9,7 +9,7 @@ from multiradar_schemas.base import Record, described
 
 
 class RejectCode(StrEnum):
-    """Stable codes of rejects; each is documented in `docs/fields.md`."""
+    """Stable codes of rejects; each is documented in `docs/reference/fields.md`."""
 
     MALFORMED_LINE = "MALFORMED_LINE"
     WRONG_FIELD_COUNT = "WRONG_FIELD_COUNT"
@@ -23,9 +23,11 @@ class RejectCode(StrEnum):
     TRUNCATED = "TRUNCATED"
     ENCODING = "ENCODING"
     UNKNOWN_SENSOR = "UNKNOWN_SENSOR"
+    SENSOR_NOT_ALLOWED = "SENSOR_NOT_ALLOWED"
     UNKNOWN_KIND = "UNKNOWN_KIND"
     TIME_LATE = "TIME_LATE"
     TIME_FUTURE = "TIME_FUTURE"
+    RATE_EXCEEDED = "RATE_EXCEEDED"
     DUPLICATE = "DUPLICATE"
     MALFORMED_JSON = "MALFORMED_JSON"
     MALFORMED_ARROW = "MALFORMED_ARROW"
@@ -47,10 +49,12 @@ CODE_MEANINGS: dict[RejectCode, str] = {
     RejectCode.TRUNCATED: "The input ends in the middle of a record.",
     RejectCode.ENCODING: "Bytes that are not text in the declared encoding.",
     RejectCode.UNKNOWN_SENSOR: "A sensor that is not in the sensors file.",
+    RejectCode.SENSOR_NOT_ALLOWED: "A sensor whose measurements this sender may not send.",
     RejectCode.UNKNOWN_KIND: "A kind of measurement that does not exist, "
     "or that its sensor does not provide.",
     RejectCode.TIME_LATE: "Older than the reorder horizon allows.",
     RejectCode.TIME_FUTURE: "Too far ahead of the data time.",
+    RejectCode.RATE_EXCEEDED: "More than the sensor can deliver (`plots_per_scan_max`).",
     RejectCode.DUPLICATE: "Already ingested.",
     RejectCode.MALFORMED_JSON: "Not JSON, or not of the required structure.",
     RejectCode.MALFORMED_ARROW: "Not an Arrow IPC stream, or columns of the wrong type.",

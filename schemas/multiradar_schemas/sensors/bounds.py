@@ -47,6 +47,8 @@ EARTH_RADIUS_FACTOR = Bounds(1.0, 4.0)
 #: ICAO Annex 10, volume IV, 3.1.1.7.10 and 3.1.2.10: 3 ± 0.5 µs in Mode A/C and 128 ± 0.25 µs in
 #: Mode S, 75 and 37 m one way.
 TRANSPONDER_DELAY_SIGMA_M = Bounds(0.1, 500.0)
+#: Fewer would be below what one sector of a radar delivers at once.
+PLOTS_PER_SCAN_MAX = Bounds(10.0, 1e6)
 
 RANGE_OFFSET_M = ParameterBounds(2e4, Bounds(1e-9, 1e4), 100.0)
 AZIMUTH_OFFSET_DEG = ParameterBounds(90.0, Bounds(1e-9, 10.0), 1.0)

@@ -159,6 +159,16 @@ class Sensor(Table):
             "not estimated, or a primary radar",
         ),
     ] = None
+    plots_per_scan_max: Annotated[
+        float | None,
+        within(bounds.PLOTS_PER_SCAN_MAX),
+        of_file(
+            "Greatest number of plots in a scan (without a scan period: in a second), and of "
+            "tentative tracks that the sensor may initiate; more are a fault of the sensor",
+            "1",
+            "from the coverage, 10 000 to 20 000",
+        ),
+    ] = None
     also: Annotated[
         tuple[Annotated[str, StringConstraints(pattern=SENSOR_ID_PATTERN)], ...],
         BeforeValidator(lambda names: tuple(names) if isinstance(names, list) else names),

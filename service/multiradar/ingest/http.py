@@ -11,16 +11,22 @@ from fastapi import APIRouter, Request
 from pydantic import BaseModel, Field
 from starlette.responses import Response
 
+from multiradar.access.clients import Caller
+from multiradar.access.requirement import FEED, OPERATE
+from multiradar.access.security_log import RepeatedEvents
 from multiradar.errors import RequestError
-from multiradar.ingest.bodies import MEDIA_TYPES, Decoded, decode
+from multiradar.ingest.bodies import MEDIA_TYPES, decode
+from multiradar.ingest.bound_sensors import of_allowed_sensors
 from multiradar.runtime.live.receipt import (
     IDEMPOTENCY_KEY_FORM,
     IDEMPOTENCY_KEY_LENGTH_MAX,
     Receipt,
     is_idempotency_key,
+    key_of_sender,
     receipt_document,
 )
 from multiradar.runtime.ports import MeasurementSink
+from multiradar_schemas.measurements.measurement import MEASUREMENTS
 from multiradar_schemas.measurements.reject import RejectCode
 
 #: Reject codes that depend on the time of arrival and the configuration, not on the content.
@@ -28,8 +34,10 @@ _CIRCUMSTANCES = frozenset(
     {
         RejectCode.TIME_LATE,
         RejectCode.TIME_FUTURE,
+        RejectCode.RATE_EXCEEDED,
         RejectCode.DUPLICATE,
         RejectCode.UNKNOWN_SENSOR,
+        RejectCode.SENSOR_NOT_ALLOWED,
     }
 )
 
@@ -101,6 +109,7 @@ def measurement_routes(sink: MeasurementSink, bounds: IntakeBounds | None = None
         "/measurements",
         intake.measurements,
         methods=["POST"],
+        dependencies=[FEED],
         response_model=Acknowledgement,
         responses=_ANSWERS,
         openapi_extra=_REQUEST_BODY,
@@ -111,7 +120,9 @@ def measurement_routes(sink: MeasurementSink, bounds: IntakeBounds | None = None
         "/flush",
         intake.flush,
         methods=["POST"],
+        dependencies=[OPERATE],
         response_model=Acknowledgement,
+        responses=_FLUSH_ANSWERS,
         openapi_extra={"parameters": [_KEY_PARAMETER]},
         name="post_flush",
         description=_FLUSH_TEXT,
@@ -128,27 +139,40 @@ class _Intake:
     async def measurements(self, request: Request) -> Response:
         _no_query(request)
         media_type = _media_type(request)
+        caller: Caller = request.state.caller
         key = _idempotency_key(request)
         body = await _body(request)
 
         def submit() -> Future[Receipt]:
-            decoded: Decoded = decode(media_type, body, self._bounds.rows_max)
+            decoded = of_allowed_sensors(
+                decode(media_type, body, self._bounds.rows_max), caller.sensors
+            )
             return self._sink.submit(
-                decoded.frame, source=_SOURCE, idempotency_key=key, rejected=decoded.rejected
+                decoded.frame,
+                source=_source(caller),
+                idempotency_key=key_of_sender(caller.name, key),
+                rejected=decoded.rejected,
             )
 
-        return await self._acknowledged(submit, _JOURNAL_LATE)
+        receipt = await self._acknowledged(submit, _JOURNAL_LATE)
+        _log_sender(request, caller, receipt)
+        return await self._answered(receipt)
 
     async def flush(self, request: Request) -> Response:
         _no_query(request)
+        caller: Caller = request.state.caller
         key = _idempotency_key(request)
         if await _body(request):
             raise RequestError(400, "BODY_NOT_EXPECTED", "expected no body")
-        return await self._acknowledged(
-            lambda: self._sink.flush(source=_SOURCE, idempotency_key=key), _ENGINE_LATE
+        receipt = await self._acknowledged(
+            lambda: self._sink.flush(
+                source=_source(caller), idempotency_key=key_of_sender(caller.name, key)
+            ),
+            _ENGINE_LATE,
         )
+        return await self._answered(receipt)
 
-    async def _acknowledged(self, submit: Callable[[], Future[Receipt]], late: str) -> Response:
+    async def _acknowledged(self, submit: Callable[[], Future[Receipt]], late: str) -> Receipt:
         loop = asyncio.get_running_loop()
         pending = asyncio.wrap_future(await loop.run_in_executor(self._threads, submit))
         # Not `wait_for`: an entry waiting for the journal must not be cancelled, it may be written.
@@ -156,7 +180,26 @@ class _Intake:
         if not pending.done():
             pending.add_done_callback(_retrieved)
             raise RequestError(503, "NOT_ACKNOWLEDGED", late, {"retry-after": "5"})
-        return await loop.run_in_executor(self._threads, _answer, pending.result())
+        return pending.result()
+
+    async def _answered(self, receipt: Receipt) -> Response:
+        loop = asyncio.get_running_loop()
+        return await loop.run_in_executor(self._threads, _answer, receipt)
+
+
+def _log_sender(request: Request, caller: Caller, receipt: Receipt) -> None:
+    if not caller.name:
+        return
+    events: RepeatedEvents = request.app.state.authentication.events
+    accepted, rejected = receipt.accepted, len(receipt.rejected)
+    events.note("sent", caller.name, accepted=accepted, rejected=rejected)
+    foreign = sum(row.code == RejectCode.SENSOR_NOT_ALLOWED for row in receipt.rejected)
+    if foreign:
+        events.warn("sensors_rejected", caller.name, rows=foreign)
+
+
+def _source(caller: Caller) -> str:
+    return f"{_SOURCE}:{caller.name}" if caller.name else _SOURCE
 
 
 def _retrieved(future: "asyncio.Future[Receipt]") -> None:
@@ -249,7 +292,11 @@ _KEY_PARAMETER = {
     "description": f"The sender's identifier of the message: {IDEMPOTENCY_KEY_FORM}. A "
     "message that is sent again with the same key is ingested once; the response then has "
     "`duplicate: true`",
-    "schema": {"type": "string", "minLength": 1, "maxLength": IDEMPOTENCY_KEY_LENGTH_MAX},
+    "schema": {
+        "type": "string",
+        "maxLength": IDEMPOTENCY_KEY_LENGTH_MAX,
+        "pattern": "^[!-~]([ -~]*[!-~])?$",
+    },
 }
 
 _EXAMPLE = [
@@ -265,28 +312,48 @@ _EXAMPLE = [
     }
 ]
 
+# Rows are validated one by one: those of this form are accepted, whatever the others are.
+_ROWS = MEASUREMENTS.json_schema(ref_template="#/components/schemas/{model}")
+_KINDS = _ROWS.pop("$defs")
+
 _REQUEST_BODY: dict[str, Any] = {
     "parameters": [_KEY_PARAMETER],
     "requestBody": {
         "required": True,
         "content": {
-            media_type: {
+            "application/json": {
+                "schema": {"anyOf": [_ROWS, _ROWS["items"]], "$defs": _KINDS},
+                "example": _EXAMPLE,
+            },
+            "application/x-ndjson": {
+                "schema": {
+                    "type": "string",
+                    "description": "One measurement, as in `application/json`, per line",
+                },
+                "example": "".join(f"{json.dumps(row)}\n" for row in _EXAMPLE),
+            },
+            "application/vnd.apache.arrow.stream": {
                 "schema": {"type": "string", "format": "binary"}
-                if "arrow" in media_type
-                else {"type": "array", "items": {"type": "object"}},
-                **({} if "arrow" in media_type else {"example": _EXAMPLE}),
-            }
-            for media_type in MEDIA_TYPES
+            },
         },
     },
 }
 
 _ANSWERS: dict[int | str, dict[str, Any]] = {
-    400: {"description": "The body cannot be read"},
+    400: {"description": "The body cannot be read, or the Idempotency-Key is not valid"},
     413: {"description": "The body is too long; reported before it is read whole"},
     415: {"description": "Unsupported media type, or a compressed body; see `Accept-Post`"},
-    422: {"description": "No row could be read as a measurement; see `rejected`"},
+    422: {
+        "description": "No row could be read as a measurement, see `rejected`; or the "
+        "Idempotency-Key was used for another message"
+    },
     429: {"description": "Back-pressure: the journal is behind; see `Retry-After`"},
     503: {"description": "The journal failed, or the service is not ready"},
     507: {"description": "Disk full; nothing was ingested"},
+}
+
+_FLUSH_ANSWERS: dict[int | str, dict[str, Any]] = {
+    400: {"description": "There is a body, or the Idempotency-Key is not valid"},
+    422: {"description": "The Idempotency-Key was used for another message"},
+    **{code: _ANSWERS[code] for code in (429, 503, 507)},
 }

@@ -1,6 +1,7 @@
 """Replay to a service over HTTP."""
 
 import io
+import os
 import re
 from enum import StrEnum
 from typing import Any
@@ -15,6 +16,8 @@ from multiradar_schemas.measurements.directions import without_empty_columns
 CONNECT_TIMEOUT_S = 5.0
 #: Longer than the service waits for its journal.
 ANSWER_TIMEOUT_S = 60.0
+#: Environment variable with the API key; an option would show it to all users of the machine.
+KEY_VARIABLE = "MULTIRADAR_KEY"
 
 #: The service, or a proxy, asks to retry later.
 _RETRY_LATER = frozenset({408, 429, 502, 503, 504, 507})
@@ -64,8 +67,13 @@ class HttpDestination:
         _check_address(url)
         timeout = httpx.Timeout(ANSWER_TIMEOUT_S, connect=CONNECT_TIMEOUT_S)
         # A proxy from the environment is for the internet, not for a local service.
+        key = os.environ.get(KEY_VARIABLE, "")
         self._client = httpx.Client(
-            base_url=url, timeout=timeout, trust_env=False, transport=transport
+            base_url=url,
+            timeout=timeout,
+            trust_env=False,
+            transport=transport,
+            headers={"authorization": f"Bearer {key}"} if key else {},
         )
 
     def send(self, frame: pl.DataFrame, key: str) -> Answer:

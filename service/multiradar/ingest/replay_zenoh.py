@@ -18,6 +18,7 @@ from multiradar.ingest.zenoh.session import first_line, zenoh_config
 ANSWER_TIMEOUT_S = 60.0
 #: A batch has rows of several sensors, so the key names none.
 _KEY = f"{MEASUREMENTS}/*"
+_FLUSH = "multiradar/v1/flush"
 #: Temporary errors of the service.
 _RETRY_LATER = frozenset({"QUEUE_FULL", "JOURNAL_FULL", "NOT_READY", "BUSY"})
 
@@ -66,7 +67,7 @@ class ZenohDestination:
 
     def flush(self, key: str) -> None:
         """Mark the end of the stream."""
-        self._ask(f"{_KEY}?flush", attachment=key.encode())
+        self._ask(_FLUSH, attachment=key.encode())
 
     def starting(self) -> str | None:
         """Return None: a service that is starting answers no queries."""

@@ -80,8 +80,7 @@ def draw_group(
     figures = []
     for plot in plots:
         figure = Figure(figsize=map_size if plot.equal_axes else size)
-        columns = int(figure.get_figwidth() * _COLUMNS_PER_INCH)
-        _draw(figure.add_subplot(), plot, colours, columns)
+        draw_plot(figure.add_subplot(), plot, colours, figure.get_figwidth())
         figures.append(figure)
     _share_limits([figure.axes[0] for figure in figures], plots)
     for figure, plot in zip(figures, plots, strict=True):
@@ -90,7 +89,21 @@ def draw_group(
     return figures
 
 
-def _draw(axes: Axes, plot: Plot, colours: Mapping[str, Colour], columns: int) -> None:
+def draw_plot(axes: Axes, plot: Plot, colours: Mapping[str, Colour], width_in: float) -> None:
+    """Draw the series of a plot.
+
+    Parameters
+    ----------
+    axes : Axes
+        Where to draw.
+    plot : Plot
+        The plot.
+    colours : mapping of str to Colour
+        Drawing placeholders by the key of a series.
+    width_in : float
+        Width, inches: lines are thinned to it.
+    """
+    columns = int(width_in * _COLUMNS_PER_INCH)
     for scale, put in ((plot.x_scale, axes.set_xscale), (plot.y_scale, axes.set_yscale)):
         if scale == "log":
             put("log", nonpositive="mask")
@@ -185,6 +198,39 @@ def _share(
 
 def _finish(figure: Figure, plot: Plot, *, titled: bool) -> None:
     axes = figure.axes[0]
+    style_axes(axes, plot)
+    # Horizontal text above the axis, for readability.
+    figure.text(0.012, 1.0, plot.y_label, color=FAINT.mark, ha="left", va="top")
+    top = 0.925
+    if titled:
+        top = _add_title_and_legend(figure, plot)
+    figure.tight_layout(rect=(0.0, 0.0, 1.0, top), pad=0.6)
+
+
+def finish_axes(axes: Axes, plot: Plot) -> None:
+    """Set limits, ticks and label of a plot that stands alone among others.
+
+    Parameters
+    ----------
+    axes : Axes
+        With its series.
+    plot : Plot
+        The plot.
+    """
+    _settle_limits(axes, plot)
+    style_axes(axes, plot)
+
+
+def style_axes(axes: Axes, plot: Plot) -> None:
+    """Set spines, grid, ticks and the label of the horizontal axis.
+
+    Parameters
+    ----------
+    axes : Axes
+        With its series.
+    plot : Plot
+        The plot.
+    """
     for side in ("top", "right", "left"):
         axes.spines[side].set_visible(False)
     axes.spines["bottom"].set_color(FAINT.mark)
@@ -202,12 +248,6 @@ def _finish(figure: Figure, plot: Plot, *, titled: bool) -> None:
         else:
             axis.set_major_locator(MaxNLocator(nbins=6, steps=[1, 2, 2.5, 5, 10]))
     axes.set_xlabel(plot.x_label, color=FAINT.mark, labelpad=6)
-    # Horizontal text above the axis, for readability.
-    figure.text(0.012, 1.0, plot.y_label, color=FAINT.mark, ha="left", va="top")
-    top = 0.925
-    if titled:
-        top = _add_title_and_legend(figure, plot)
-    figure.tight_layout(rect=(0.0, 0.0, 1.0, top), pad=0.6)
 
 
 def _set_decades(axes: Axes, which: str) -> None:

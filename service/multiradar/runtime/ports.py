@@ -6,6 +6,7 @@ from typing import Any, Protocol
 
 import polars as pl
 
+from multiradar.runtime.live.readiness import Reason
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
 from multiradar.runtime.picture.air_picture import Asked
 from multiradar.runtime.picture.past import PastAsked
@@ -145,14 +146,13 @@ class ReadableService(Protocol):
         """The read side."""
         ...
 
-    @property
-    def state(self) -> str:
-        """One of stopped, recovering, running and failed."""
+    def unready(self) -> Sequence[Reason]:
+        """Return why the service does not do what it is for, the most severe reason first."""
         ...
 
     @property
-    def silence(self) -> str:
-        """Why the data are not current, in words; empty if they are."""
+    def stalled(self) -> str:
+        """Why only a restart can help, in words; empty otherwise."""
         ...
 
     @property

@@ -25,6 +25,7 @@ from multiradar.settings.feeds import FeedAddress, StreamUrl, feed_address
 from multiradar.settings.types import (
     Count,
     Ipv4,
+    Ipv4Network,
     Label,
     NotNegative,
     Port,
@@ -54,6 +55,9 @@ class AsterixListenSettings(Section):
         Address of the interface on which a group is joined.
     receive_buffer_octets : int
         Requested receive buffer of the socket.
+    senders : tuple of str
+        Addresses or networks of senders, such as `10.20.0.0/16`; datagrams of others are dropped
+        and counted. Required beyond loopback; default: all.
     """
 
     name: Label | None = None
@@ -61,6 +65,7 @@ class AsterixListenSettings(Section):
     port: Port
     interface: Ipv4 = "127.0.0.1"
     receive_buffer_octets: SocketOctets = 4 * 1024 * 1024
+    senders: tuple[Ipv4Network, ...] = ()
 
     @property
     def label(self) -> str:

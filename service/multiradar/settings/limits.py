@@ -94,6 +94,13 @@ class RuntimeLimits:
         Maximum time of a live measurement ahead of the clock, s.
     retry_after_s : float
         Retry-After when the intake queue is full, s.
+    lag_max_s : float
+        Maximum time since reception of the oldest message in a stage of the pipeline, s; beyond it
+        the service is not ready.
+    stall_max_s : float
+        Maximum duration of a call of the engine, s; beyond it the service is not alive.
+    disk_free_bytes_min : int
+        Free space on the disk of the journal below which the service is not ready.
     """
 
     intake_batches_max: int = 1024
@@ -112,6 +119,9 @@ class RuntimeLimits:
     status_period_s: float = 10.0
     clock_ahead_max_s: float = 60.0
     retry_after_s: float = 1.0
+    lag_max_s: float = 10.0
+    stall_max_s: float = 60.0
+    disk_free_bytes_min: int = 64 * 1024 * 1024
 
     def __post_init__(self) -> None:
         for field in fields(self):

@@ -21,6 +21,7 @@ from pydantic_settings import (
 )
 
 from multiradar.errors import ConfigurationError
+from multiradar.settings.access import AccessSettings
 from multiradar.settings.asterix import AsterixSettings
 from multiradar.settings.feeds import FeedsSettings
 from multiradar.settings.limits import HttpLimits, RuntimeLimits
@@ -43,6 +44,13 @@ class ServerSettings(Section):
 
     host: Annotated[str, Field(min_length=1, description="Address to listen on")] = "127.0.0.1"
     port: Annotated[Port, Field(description="TCP port; 0 picks a free one")] = 8321
+    names: Annotated[
+        tuple[Annotated[str, Field(pattern=r"^[A-Za-z0-9.:-]{1,253}$")], ...],
+        Field(
+            description="Names under which clients reach it; requests to others are rejected. "
+            "Default: those of loopback on loopback, elsewhere any"
+        ),
+    ] = ()
 
 
 class TrajectorySettings(Section):
@@ -203,6 +211,7 @@ class Settings(BaseSettings):
     workers: Count = 1
     rows_per_message_max: Count = 100_000
     server: ServerSettings = ServerSettings()
+    access: AccessSettings = AccessSettings()
     http: HttpSettings = HttpSettings()
     runtime: RuntimeSettings = RuntimeSettings()
     trajectories: TrajectorySettings = TrajectorySettings()

@@ -1,6 +1,6 @@
 """Types of settings: sections, and numbers with bounds."""
 
-from ipaddress import IPv4Address
+from ipaddress import IPv4Address, IPv4Network
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field
@@ -25,6 +25,15 @@ def _ipv4(text: str) -> str:
         ) from error
 
 
+def _ipv4_network(text: str) -> str:
+    try:
+        return str(IPv4Network(text))
+    except ValueError as error:
+        raise PydanticCustomError(
+            "ipv4_network", "Input should be an IPv4 address or network such as 10.20.0.0/16"
+        ) from error
+
+
 Count = Annotated[int, BeforeValidator(plain_number), Field(ge=1)]
 Seconds = Annotated[float, BeforeValidator(plain_number), Field(gt=0.0)]
 NotNegative = Annotated[float, BeforeValidator(plain_number), Field(ge=0.0)]
@@ -34,6 +43,8 @@ Port = Annotated[int, BeforeValidator(plain_number), Field(ge=0, le=PORT_MAX)]
 Endpoint = Annotated[str, Field(pattern=r"^[a-z]+/[^\s/]+$")]
 #: An IPv4 address in dotted decimal; names are not resolved.
 Ipv4 = Annotated[str, AfterValidator(_ipv4)]
+#: An IPv4 address or network.
+Ipv4Network = Annotated[str, AfterValidator(_ipv4_network)]
 #: Name for counters, logs and the quarantine.
 Label = Annotated[str, Field(pattern=r"^[A-Za-z0-9._-]{1,32}$")]
 

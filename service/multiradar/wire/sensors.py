@@ -72,6 +72,7 @@ def sensor_table(sensors: SensorsFile) -> SensorTable:
         elevation_sigma_rad=np.radians(_numbers([one.elevation_sigma_deg for one in ordered])),
         earth_radius_factor=_numbers([one.earth_radius_factor for one in ordered]),
         transponder_delay_sigma_m=_numbers([one.transponder_delay_sigma_m for one in ordered]),
+        plots_per_scan_max=_numbers([one.plots_per_scan_max for one in ordered]),
     )
 
 

@@ -135,3 +135,16 @@ def test_wrong_usage(sample: Path, tmp_path: Path, capsys: pytest.CaptureFixture
     page.write_text("mine")
     assert align(sample, "--sensors", SENSORS, "--html", page) == EXIT_FAILED
     assert page.read_text() == "mine"
+
+
+def test_mistakes_are_named_by_sensor(
+    sample: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    frame = pl.read_parquet(sample / "measurements.parquet").filter(pl.col("kind") == "radar")
+    frame = frame.filter(pl.col("time_s") < frame["time_s"].to_numpy().min() + 300.0)
+    shorter = pl.when(sensor_id="26-10").then(pl.col("range_m") / 1e3).otherwise("range_m")
+    frame.with_columns(range_m=shorter).write_parquet(tmp_path / "one.parquet")
+    frame.with_columns(pl.col("range_m") / 1e3).write_parquet(tmp_path / "all.parquet")
+    for name in ("one", "all"):
+        assert align(tmp_path / f"{name}.parquet", "--sensors", SENSORS) == EXIT_FAILED
+        assert "26-10: its ranges are probably in kilometres" in capsys.readouterr().err

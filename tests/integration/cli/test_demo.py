@@ -13,7 +13,7 @@ from pathlib import Path
 import polars as pl
 import pytest
 
-from multiradar.cli.demonstration.truth import read_truth
+from multiradar.toolbox.evaluation.dump_truth import read_truth
 from support.paths import SAMPLE
 from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
 from support.scenarios.recorded_scene import command, environment

@@ -9,10 +9,10 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.cli.evaluation.inputs import Known, read_smoothed, read_truth
 from multiradar.cli.main import run
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.trajectories import Floats, positions_at
+from multiradar.toolbox.evaluation.inputs import Known, read_smoothed, read_truth
 
 SETTINGS = EvaluationSettings()
 
@@ -131,7 +131,7 @@ def test_unusable_input_is_reported(
     assert "none.toml" in capsys.readouterr().err
     alone = ["evaluate", str(scene / "tracks" / "tracks.parquet"), "--smoothed", str(made)]
     assert run(alone) == 2
-    assert "missing option --sensors FILE, which --smoothed needs" in capsys.readouterr().err
+    assert "missing --sensors, which --smoothed needs" in capsys.readouterr().err
     text = (made / "sensors.toml").read_text(encoding="utf-8")
     one = re.findall(r'id = "([^"]+)"', text)[0]
     (tmp_path / "renamed.toml").write_text(text.replace(f'"{one}"', '"other"'), encoding="utf-8")

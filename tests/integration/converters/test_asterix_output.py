@@ -1,4 +1,4 @@
-"""Every track of a recording, read back to the resolution of each item (docs/asterix.md)."""
+"""Every track of a recording, read back to the resolution of each item (docs/howto/asterix.md)."""
 
 import sys
 from pathlib import Path

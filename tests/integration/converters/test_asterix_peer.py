@@ -1,4 +1,4 @@
-"""Every field of random records against libasterix, where it is installed (docs/asterix.md)."""
+"""Every field of random records against libasterix, where it is installed (howto/asterix.md)."""
 
 import random
 from types import ModuleType

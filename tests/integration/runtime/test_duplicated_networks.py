@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from multiradar import wire
-from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation.observation import Observation, observe
@@ -14,6 +13,7 @@ from multiradar.simulation.output import measurements_frame, truth_frame
 from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.model import Scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
+from multiradar.toolbox.inputs import load_sensor_table
 from multiradar.tracking.input.duplicates import Duplicates
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import STATE_CONFIRMED, EngineOutput

@@ -10,7 +10,6 @@ import pytest
 from numpy.typing import NDArray
 
 from multiradar import wire
-from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation.observation import observe
@@ -18,6 +17,7 @@ from multiradar.simulation.output import measurements_frame, truth_frame
 from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.model import Bias, Scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
+from multiradar.toolbox.inputs import load_sensor_table
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 

@@ -8,7 +8,6 @@ import polars as pl
 import pytest
 
 from multiradar import wire
-from multiradar.cli.inputs import load_sensor_table
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.engine import Engine
@@ -17,6 +16,7 @@ from multiradar.simulation.output import measurements_frame
 from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.model import PARAMETERS, Aircraft, Bias, Scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
+from multiradar.toolbox.inputs import load_sensor_table
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 

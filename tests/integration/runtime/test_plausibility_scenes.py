@@ -10,7 +10,6 @@ import polars as pl
 import pytest
 
 from multiradar import wire
-from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.engine.engine import Engine
 from multiradar.simulation.observation.observation import observe
@@ -19,6 +18,7 @@ from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.model import Sensor
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.simulation.traffic import run_generator
+from multiradar.toolbox.inputs import load_sensor_table
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings

@@ -12,7 +12,6 @@ import pytest
 
 from multiradar import wire
 from multiradar.app import Application
-from multiradar.cli.inputs import load_sensor_table
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.engine.digest import OutputDigest
 from multiradar.runtime.engine.engine import Engine
@@ -21,6 +20,7 @@ from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
 from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
+from multiradar.toolbox.inputs import load_sensor_table
 from multiradar.tracking.outputs import (
     STATE_CONFIRMED,
     EndedTracks,

@@ -10,7 +10,6 @@ import polars as pl
 import pytest
 
 from multiradar import wire
-from multiradar.cli.inputs import load_sensor_table
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.engine.engine import Engine
@@ -18,6 +17,7 @@ from multiradar.simulation.observation.observation import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
 from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text
+from multiradar.toolbox.inputs import load_sensor_table
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings

@@ -8,6 +8,7 @@ from typing import Any
 
 import polars as pl
 
+from multiradar.runtime.live.readiness import Reason
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
 from multiradar.runtime.picture.air_picture import Asked
 from multiradar.runtime.picture.frames import encoded
@@ -232,12 +233,15 @@ class FakeService:
     submissions: list[Submission] = field(default_factory=list)
     flushes: list[str] = field(default_factory=list)
     failure: Exception | None = None
-    state: str = "running"
+    reasons: tuple[Reason, ...] = ()
+    stalled: str = ""
     start_step: str = ""
-    silence: str = ""
     quarantine: list[Quarantined] = field(default_factory=list)
     answer: Callable[[Submission, "Future[Receipt]"], None] | None = None
     _receipts: dict[str, Receipt] = field(default_factory=dict)
+
+    def unready(self) -> tuple[Reason, ...]:
+        return self.reasons
 
     def quarantined(self, after: int, limit: int, code: str | None = None) -> list[Quarantined]:
         rows = [row for row in self.quarantine if code in (None, row.row.code)]

@@ -42,6 +42,12 @@ class Command:
         self._process = start_command(arguments, env, writing, 2)
         os.close(writing)
 
+    @property
+    def pid(self) -> int:
+        """Its number."""
+        assert self._process.pid is not None
+        return self._process.pid
+
     def poll(self) -> int | None:
         """Return the exit status, None while it runs."""
         return self._process.exitcode

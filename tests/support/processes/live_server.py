@@ -7,17 +7,17 @@ from contextlib import contextmanager
 
 from fastapi import FastAPI
 
-from multiradar.api.connections import server
+from multiradar.api.connections import TlsFiles, server
 from multiradar.settings.limits import HttpLimits
 from support.processes import clients
 from support.processes.waiting import WAIT_TIMEOUT_S, join
 
 
 @contextmanager
-def serving(application: FastAPI, limits: HttpLimits) -> Iterator[int]:
+def serving(application: FastAPI, limits: HttpLimits, tls: TlsFiles | None = None) -> Iterator[int]:
     """Serve an application; yields the port."""
     listener = socket.create_server(("127.0.0.1", 0))
-    running = server(application, "127.0.0.1", 0, limits)
+    running = server(application, "127.0.0.1", 0, limits, tls)
     started = threading.Event()
     startup = running.startup
 

@@ -11,8 +11,8 @@ from support.paths import ROOT
 
 
 def test_the_page_is_that_of_the_models() -> None:
-    written = (ROOT / "docs" / "fields.md").read_text(encoding="utf-8")
-    assert written == page(), "run python -m multiradar_schemas.fields docs/fields.md"
+    written = (ROOT / "docs" / "reference" / "fields.md").read_text(encoding="utf-8")
+    assert written == page(), "run python -m multiradar_schemas.fields docs/reference/fields.md"
 
 
 def test_every_code_has_a_meaning() -> None:

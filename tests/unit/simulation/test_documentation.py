@@ -1,4 +1,4 @@
-"""docs/simulate.md names every key, file, column and scenario, and its example works."""
+"""docs/howto/simulate.md names every key, file, column and scenario, and its example works."""
 
 from pathlib import Path
 
@@ -33,7 +33,7 @@ TABLES = (
 
 @pytest.fixture(scope="module")
 def page() -> str:
-    return (ROOT / "docs" / "simulate.md").read_text(encoding="utf-8")
+    return (ROOT / "docs" / "howto" / "simulate.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("table", TABLES)

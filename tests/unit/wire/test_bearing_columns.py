@@ -19,7 +19,7 @@ from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.input.order import canonical_order
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch, measurement_rows, sensor_table
-from multiradar_compiled.kernels import compilation_target
+from multiradar_compiled.arithmetic_kernels import arithmetic
 from multiradar_converters.normalised.arrow import parse_arrow
 from multiradar_converters.normalised.text import parse_json, parse_ndjson
 from multiradar_schemas.errors import DocumentError
@@ -211,7 +211,7 @@ def test_a_configuration_without_them_has_the_fingerprint_that_it_had() -> None:
     known = [configuration_fingerprint(one, tracking) for one in (PLAIN, ELEVATED, MOVING)]
     assert len(set(known)) == 3
     # As the version before them made it.
-    whole = hashlib.sha256(f"rules={OUTPUT_RULES};target={compilation_target()};".encode())
+    whole = hashlib.sha256(f"rules={OUTPUT_RULES};arithmetic={arithmetic()};".encode())
     for name, value in sorted(asdict(tracking).items()):
         whole.update(f"{name}={value!r};".encode())
     whole.update(f"forward_jump_max_s={FORWARD_JUMP_MAX_S!r};".encode())

@@ -59,15 +59,23 @@ _FOREIGN: dict[int, tuple[int, ...]] = {
         PARAMETER_FRAME_ROTATION,
     ),
 }
+# Columns that are NaN where unknown.
+_OPTIONAL = {
+    "earth_radius_factor": bounds.EARTH_RADIUS_FACTOR,
+    "rotation_period_s": bounds.ROTATION_PERIOD_S,
+    "plots_per_scan_max": bounds.PLOTS_PER_SCAN_MAX,
+}
 _WORDS = {_RADAR: "radars", _REPORTED_POSITION: "reported positions", _BEARING: "bearings"}
 _RADIAN_DEG = float(np.degrees(1.0))
 # Relative tolerance of bounds that were converted to radians.
 _ROUNDING = 1e-9
 
 
-#: Columns added later, with defaults: not moving, no elevations, no refraction, no delays.
+#: Columns added later, with defaults: not moving, no elevations, no refraction, no delays, bounds
+#: on plots by coverage.
 LATER_FIELDS = (
     "moving", "elevation_sigma_rad", "earth_radius_factor", "transponder_delay_sigma_m",
+    "plots_per_scan_max",
 )  # fmt: skip
 
 
@@ -129,6 +137,9 @@ class SensorTable:
     transponder_delay_sigma_m : (m,) float64
         Standard deviation of the delays of transponders (range, one way) where ranges include them
         and they are estimated, the same for all such sensors; NaN for none, the default.
+    plots_per_scan_max : (m,) float64
+        Greatest number of plots in a scan; NaN, the default, for that by coverage
+        (`multiradar.estimation.measurement.plot_rates`).
 
     Raises
     ------
@@ -171,6 +182,7 @@ class SensorTable:
     elevation_sigma_rad: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     earth_radius_factor: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     transponder_delay_sigma_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    plots_per_scan_max: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
 
     @property
     def delayed(self) -> NDArray[np.bool_]:
@@ -214,6 +226,7 @@ class SensorTable:
             "elevation_sigma_rad": np.full(count, np.nan),
             "earth_radius_factor": np.full(count, np.nan),
             "transponder_delay_sigma_m": np.full(count, np.nan),
+            "plots_per_scan_max": np.full(count, np.nan),
         }
         for name, value in defaults.items():
             if not len(getattr(self, name)):
@@ -249,6 +262,7 @@ def _require_shapes(table: SensorTable) -> None:
         "kinds", "latitude_rad", "longitude_rad", "height_m", "range_sigma_m", "azimuth_sigma_rad",
         "position_sigma_m", "range_max_m", "rotation_period_s", "self_reported",
         "moving", "elevation_sigma_rad", "earth_radius_factor", "transponder_delay_sigma_m",
+        "plots_per_scan_max",
     ):  # fmt: skip
         _require_shape(name, getattr(table, name), (count,))
     _require_shape("known_bias", table.known_bias, (count, len(PARAMETER_NAMES)))
@@ -288,13 +302,10 @@ def _require_usable(table: SensorTable, row: int) -> None:
     if table.range_max_m[row] != np.inf:
         what = f"range_max_m of sensor {sensor}"
         _require_within(what, table.range_max_m[row], bounds.RANGE_MAX_M)
-    if not np.isnan(table.earth_radius_factor[row]):
-        what = f"earth_radius_factor of sensor {sensor}"
-        _require_within(what, table.earth_radius_factor[row], bounds.EARTH_RADIUS_FACTOR)
     _require_delay(table, row)
-    if not np.isnan(table.rotation_period_s[row]):
-        what = f"rotation_period_s of sensor {sensor}"
-        _require_within(what, table.rotation_period_s[row], bounds.ROTATION_PERIOD_S)
+    for name, within in _OPTIONAL.items():
+        if not np.isnan(getattr(table, name)[row]):
+            _require_within(f"{name} of sensor {sensor}", getattr(table, name)[row], within)
 
 
 def _has_frame(table: SensorTable, row: int) -> bool:

@@ -33,7 +33,7 @@ def figures_of(card: Scorecard) -> Figures:
     -------
     dict
         Plain Python values, every number finite, None in place of what is not; described in
-        ``docs/evaluate.md``.
+        ``docs/howto/evaluate.md``.
     """
     errors = card.errors
     return {

@@ -49,7 +49,7 @@ def card_plots(card: Scorecard) -> list[Plot]:
     ):
         if found is not None:
             plots.append(_consistency(name, unit, found, time_label))
-    plots += [_bias(one, time_label) for one in card.biases[:_BIASES_MAX]]
+    plots += [bias_plot(one, time_label) for one in card.biases[:_BIASES_MAX]]
     return plots
 
 
@@ -233,7 +233,21 @@ def _consistency(name: str, title: str, found: Consistency, time_label: str) -> 
     )
 
 
-def _bias(one: BiasHistory, time_label: str) -> Plot:
+def bias_plot(one: BiasHistory, time_label: str) -> Plot:
+    """Return a bias over time, with ± 2 sigma and its truth where that is known.
+
+    Parameters
+    ----------
+    one : BiasHistory
+        The bias.
+    time_label : str
+        Label of the time axis.
+
+    Returns
+    -------
+    Plot
+        With limits that show it settled.
+    """
     unit = _UNITS.get(one.parameter.rpartition("_")[2], "")
     series = [
         Series(

@@ -32,6 +32,7 @@ class BlockStream:
         reconnect_max_s: float = 30.0,
     ) -> None:
         self.lost = 0
+        self.sender = ""
         self._connection, self._clock = connection, clock
         self._pauses_s = reconnect_min_s, reconnect_max_s
         self._pause_s = reconnect_min_s

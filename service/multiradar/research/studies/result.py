@@ -72,7 +72,7 @@ class StudyResult:
     seed : int
         The seed of the run.
     rows : list of dict
-        Results for programs, one flat object per row; documented in ``docs/studies.md``.
+        Results for programs, one flat object per row; documented in ``docs/validation/studies.md``.
     tables : list of Table
         For readers; the first is the main one.
     plots : list of Plot

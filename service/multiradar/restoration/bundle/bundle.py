@@ -2,7 +2,7 @@
 
 Each track is a motion of piecewise constant accelerations whose parameters, including the switching
 times, fit plots and priors best; its weight is the probability of the plots given the track. See
-docs/restoration.md.
+docs/howto/restoration.md.
 """
 
 import numpy as np

@@ -24,6 +24,7 @@ from multiradar.estimation.filters._kernels import (
 )
 from multiradar.estimation.filters.arrays import Model, Result, Rows, result_arrays
 from multiradar.estimation.filters.bank import Outcome, find_filter_for
+from multiradar.estimation.measurement.plot_rates import plots_per_scan_max
 from multiradar.estimation.measurement.reported_motion import reported_motion
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
@@ -120,7 +121,10 @@ class Engine:
         self._plausibility = Plausibility(sensors)
         sizes = bias_columns(sensors), len(sensors), len(self._biases.model.modes)
         compared = len(sensors) if self._plausibility.active else 0
-        self._pool = AircraftPool(self._filter, *sizes, compared=compared, delays=delays)
+        self._pool = AircraftPool(
+            self._filter, *sizes, compared=compared, delays=delays,
+            tentative_max=plots_per_scan_max(sensors),
+        )  # fmt: skip
         self._delays = DelayLog()
         self._association = Association(sensors, settings)
         self._shared = shared_plots(settings, self._filter, sizes, delays=delays)
@@ -271,6 +275,7 @@ class Engine:
             samples=tuple(sample for one in closed for sample in one.samples),
             outcomes=outcomes,
             delays=self._delays.pop(),
+            saturated=self._pool.new_tracks.saturated,
         )
 
     def _process_step(self, run: Run, first: int, last: int) -> list[EndedTracks]:
@@ -424,6 +429,8 @@ class Engine:
         old = self._pool.silent(start_s - self._settings.drop_after_s)
         ends = self._pool.terminate(old, np.where(self._confirmed(old), SILENT, UNCONFIRMED))
         ended = self._terminate(row, start_s, ends)
+        live = self._pool.used()
+        self._pool.release_confirmed(live[self._confirmed(live)])
         self._transitions.check_coasting(row, start_s)
         self._biases.drift(start_s, self._pool)
         self._steps = self._biases.steps(self._settings.epoch_s)

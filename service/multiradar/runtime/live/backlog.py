@@ -1,11 +1,11 @@
 """The bounded queue of journal entries between the journal and the engine."""
 
-import threading
 from collections import deque
 from dataclasses import dataclass
 from math import inf
 
 from multiradar.errors import PipelineError
+from multiradar.runtime.live.threads import SystemThreads, Threads
 from multiradar.storage.entries import EntryKind, RejectedRow
 from multiradar.tracking.input.measurements import MeasurementBatch
 
@@ -28,6 +28,8 @@ class Journalled:
         The rejected rows of the same message.
     clock_s : float
         The data clock after the entry, s.
+    received_s : float or None
+        Time of reception, UTC, s; None of entries that are replayed.
     """
 
     sequence: int
@@ -36,6 +38,7 @@ class Journalled:
     source: str = ""
     rejects: tuple[RejectedRow, ...] = ()
     clock_s: float = -inf
+    received_s: float | None = None
 
 
 def grouped(waiting: deque[Journalled], rows_max: int) -> list[Journalled]:
@@ -60,15 +63,19 @@ class Backlog:
     ----------
     rows_max : int
         Maximum queued measurements; a larger entry is accepted when the queue is empty.
+    threads : Threads, optional
+        Makes what the threads wait for; threads of the system by default.
     """
 
-    def __init__(self, rows_max: int) -> None:
+    def __init__(self, rows_max: int, threads: Threads | None = None) -> None:
         self._rows_max = rows_max
         self._waiting: deque[Journalled] = deque()
         self._rows = 0
+        #: Time of reception of the oldest queued entry, UTC, s; None if it has none.
+        self.oldest_s: float | None = None
         self._closed = False
         self._broken = False
-        self._changed = threading.Condition()
+        self._changed = (threads or SystemThreads()).condition()
 
     @property
     def rows(self) -> int:
@@ -94,6 +101,7 @@ class Backlog:
                     raise PipelineError("the engine has stopped; see the log")
                 self._waiting.append(entry)
                 self._rows += len(entry.batch)
+                self.oldest_s = self._waiting[0].received_s
                 self._changed.notify_all()
 
     def pop(self, rows_max: int) -> list[Journalled]:
@@ -105,6 +113,7 @@ class Backlog:
                 return []
             popped = grouped(self._waiting, rows_max)
             self._rows -= sum(len(entry.batch) for entry in popped)
+            self.oldest_s = self._waiting[0].received_s if self._waiting else None
             self._changed.notify_all()
             return popped
 
@@ -120,4 +129,5 @@ class Backlog:
             self._broken = self._closed = True
             self._waiting.clear()
             self._rows = 0
+            self.oldest_s = None
             self._changed.notify_all()

@@ -1,6 +1,5 @@
 """The bounded queue between the senders and the writer of the journal."""
 
-import threading
 from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import Future
@@ -11,6 +10,7 @@ import polars as pl
 
 from multiradar.errors import MultiradarError, PipelineError, QueueFullError
 from multiradar.runtime.live.receipt import Receipt
+from multiradar.runtime.live.threads import SystemThreads, Threads
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.entries import EntryKind, RejectedRow
 
@@ -61,14 +61,18 @@ class Intake:
     ----------
     limits : RuntimeLimits
         The bounds.
+    threads : Threads, optional
+        Makes what the threads wait for; threads of the system by default.
     """
 
-    def __init__(self, limits: RuntimeLimits) -> None:
+    def __init__(self, limits: RuntimeLimits, threads: Threads | None = None) -> None:
         self._limits = limits
         self._waiting: deque[Submission] = deque()
         self._rows = 0
+        #: Time of reception of the oldest queued message, UTC, s; None if it has none.
+        self.oldest_s: float | None = None
         self._closed_with: MultiradarError | None = None
-        self._changed = threading.Condition()
+        self._changed = (threads or SystemThreads()).condition()
 
     @property
     def batches(self) -> int:
@@ -102,6 +106,7 @@ class Intake:
                 raise QueueFullError("intake", len(self._waiting), limits.retry_after_s)
             self._waiting.append(submission)
             self._rows += submission.rows
+            self.oldest_s = self._waiting[0].received_s
             self._changed.notify()
 
     def pop(self, batches_max: int) -> list[Submission]:
@@ -111,6 +116,7 @@ class Intake:
                 self._changed.wait()
             popped = [self._waiting.popleft() for _ in range(min(batches_max, len(self._waiting)))]
             self._rows -= sum(submission.rows for submission in popped)
+            self.oldest_s = self._waiting[0].received_s if self._waiting else None
             return popped
 
     def close(self, error: MultiradarError | None = None) -> None:

@@ -16,6 +16,7 @@ from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import ROWS_MAX, Evidence
 from multiradar.diagnosis.findings import diagnose
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.runtime.live.threads import SystemThreads, Thread, Threads
 from multiradar.storage.entries import RejectedRow
 from multiradar.tracking.outputs import EngineOutput
 
@@ -39,21 +40,25 @@ class LiveDiagnosis:
         The sensors.
     period_s : float
         Interval between checks for the end of a window, s.
+    threads : Threads, optional
+        Starts its thread; one of the system by default.
     """
 
-    def __init__(self, sensors: SensorTable, period_s: float = PERIOD_S) -> None:
+    def __init__(
+        self, sensors: SensorTable, period_s: float = PERIOD_S, threads: Threads | None = None
+    ) -> None:
+        self._threads = threads or SystemThreads()
         self._sensors = sensors
         self._period_s = period_s
         self._lock = threading.Lock()
         self._evidence = Evidence(sensors)
         self._found: tuple[Diagnosis, ...] = ()
-        self._stopping = threading.Event()
-        self._thread: threading.Thread | None = None
+        self._stopping = self._threads.event()
+        self._thread: Thread | None = None
 
     def start(self) -> None:
         """Start the thread."""
-        self._thread = threading.Thread(target=self._run, name="diagnosis", daemon=True)
-        self._thread.start()
+        self._thread = self._threads.start(self._run, "diagnosis")
 
     def stop(self) -> None:
         """Stop; may be called twice, and without a start."""

@@ -33,6 +33,9 @@ from multiradar_schemas.measurements.reject import RejectCode
 
 #: Column of a frame with the index of each row in its message.
 INDEX_COLUMN = "index"
+#: Rows of a message beyond the rate of their sensor that are kept with their content. The others
+#: are kept with index, code and reason: a storm must not delay the messages of other sensors.
+EXCESS_KEPT_MAX = 100
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,7 +212,7 @@ def _decide(
     code = admission.admit(batch, submission.received_s)
     if not len(rejected) and not code.any():
         return Prepared(_entry(submission, frame, [], admission), batch, admission.released_to_s)
-    by_time = TimeRejects(admission, admission.clock_s, batch.time_s, code).rejections
+    by_time = TimeRejects(admission, admission.clock_s, batch, code).rejections
     passed = np.delete(np.arange(len(frame)), rejected.index)
     rejections = [
         *zip(rejected.index.tolist(), rejected.code, rejected.reason, strict=True),
@@ -262,16 +265,20 @@ def _entry(
 def _rejected_rows(
     frame: pl.DataFrame, rejections: Sequence[tuple[int, str, str]]
 ) -> list[RejectedRow]:
-    rows = [row for row, _, _ in rejections]
+    excess = [row for row, code, _ in rejections if code is RejectCode.RATE_EXCEEDED]
+    without = frozenset(excess[EXCESS_KEPT_MAX:])
+    rows = [row for row, _, _ in rejections if row not in without]
     content = (
         without_empty_columns(frame[rows]).drop(INDEX_COLUMN, strict=False).iter_rows(named=True)
     )
+    indices = _indices(frame)
     return [
-        RejectedRow(index, str(code), reason, json.dumps(raw, ensure_ascii=False))
-        for index, (_, code, reason), raw in zip(
-            _indices(frame)[rows].tolist(), rejections, content, strict=True
+        RejectedRow(
+            int(indices[row]), str(code), reason,
+            "" if row in without else json.dumps(next(content), ensure_ascii=False),
         )
-    ]
+        for row, code, reason in rejections
+    ]  # fmt: skip
 
 
 def _is_complete(frame: pl.DataFrame) -> bool:

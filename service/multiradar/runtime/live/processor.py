@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from typing import Any
 
+from multiradar.clock import Clock
 from multiradar.errors import MultiradarError, PipelineError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
@@ -22,6 +23,7 @@ from multiradar.runtime.engine.tracking_engine import TrackingEngine
 from multiradar.runtime.live.backlog import Backlog, Journalled, grouped
 from multiradar.runtime.live.preparation import journalled
 from multiradar.runtime.live.publication import Publication
+from multiradar.runtime.live.receipt import Receipt
 from multiradar.storage.entries import EntryKind, StoredEntry
 from multiradar.storage.journal import Journal
 from multiradar.tracking.input.measurements import MeasurementBatch
@@ -33,6 +35,10 @@ _log = logging.getLogger(__name__)
 POISON_ENTRIES_MAX = 10
 #: Journal entries in memory at once during a replay.
 PIECE_ENTRIES_MAX = 256
+# The status waits so long for a call of the engine, s.
+_FIGURES_WAIT_S = 0.2
+#: Figures without an engine.
+NO_FIGURES: dict[str, Any] = {"engine": {}, "unobservable_biases": [], "output_sha256": None}
 
 
 class _EngineFailureError(Exception):
@@ -60,6 +66,10 @@ class Processor:
         Receives the output.
     rows_max : int
         Measurements in one call of the engine.
+    clock : Clock
+        For the time since it last moved.
+    on_failure : callable
+        Called when the engine has stopped for good.
     """
 
     def __init__(
@@ -71,7 +81,11 @@ class Processor:
         sensors: SensorTable,
         publication: Publication,
         rows_max: int,
+        clock: Clock,
+        on_failure: Callable[[], None],
     ) -> None:
+        self._clock = clock
+        self._on_failure = on_failure
         self._journal = journal
         self._backlog = backlog
         self._open_engine = open_engine
@@ -85,33 +99,44 @@ class Processor:
         self._ended: MultiradarError | None = None
         self._states: TrackStates | None = None
         self._data_time_s: float | None = None
+        self._figures: dict[str, Any] = NO_FIGURES
         self._reset()
         #: Skipped entries, with the reason of each.
         self.skipped: dict[int, str] = {}
+        #: Time of reception of the oldest entry being processed, UTC, s; None if there is none.
+        self.oldest_s: float | None = None
+        #: When a call of the engine last ended or began, s; None while it has nothing to do.
+        self.moved_s: float | None = None
         #: Why the engine has stopped, or None.
         self.failure: MultiradarError | None = None
 
-    @property
-    def output_sha256(self) -> str:
-        """Hash of all output so far."""
-        with self._lock:
-            return self._digest.hexdigest()
+    def figures(self) -> dict[str, Any]:
+        """Return what the engine counts, for the status.
 
-    @property
-    def counts(self) -> dict[str, int]:
-        """Measurements in the engine by outcome."""
-        with self._lock:
-            return dict(sorted(self._engine.counts.items()))
+        During a long call of the engine they are those of the last request.
 
-    @property
-    def unobservable_biases(self) -> list[dict[str, Any]]:
-        """What is not observable so far, in words: `what`, `prior_ratio` and `reason`."""
-        with self._lock:
-            found = self._engine.unobservable_biases()
-        return [
-            {"what": one.name, "prior_ratio": round(one.prior_ratio, 4), "reason": one.reason}
-            for one in found
-        ]
+        Returns
+        -------
+        dict
+            `engine`: measurements by outcome; `unobservable_biases`: what is not observable so far,
+            in words (`what`, `prior_ratio`, `reason`); `output_sha256`: hash of all output so far.
+        """
+        if self._lock.acquire(timeout=_FIGURES_WAIT_S):
+            try:
+                self._figures = self._read_figures()
+            finally:
+                self._lock.release()
+        return self._figures
+
+    def _read_figures(self) -> dict[str, Any]:
+        return {
+            "engine": dict(sorted(self._engine.counts.items())),
+            "unobservable_biases": [
+                {"what": one.name, "prior_ratio": round(one.prior_ratio, 4), "reason": one.reason}
+                for one in self._engine.unobservable_biases()
+            ],
+            "output_sha256": self._digest.hexdigest(),
+        }
 
     def states(self) -> tuple[TrackStates, SystemPlane]:
         """Return the live tracks and their plane; waits for a running call of the engine.
@@ -134,15 +159,18 @@ class Processor:
             If the engine fails on too many entries.
         """
         self._rebuild(None, one_by_one=False)
+        self.moved_s = None
 
     def run(self) -> None:
         """Process entries until the backlog is closed and drained."""
         while group := self._backlog.pop(self._rows_max):
+            self.oldest_s = group[0].received_s
             try:
                 self._process_or_rebuild(group)
             except Exception as error:
                 self._stop(error)
                 return
+            self.oldest_s = self.moved_s = None
 
     def settled(self, sequence: int) -> Future[int]:
         """Return a future of the last update, resolved when an entry has been processed.
@@ -156,6 +184,33 @@ class Processor:
         if self._ended is not None:
             self._give_up(self._ended)
         return future
+
+    def when_processed(self, journalled: Future[Receipt]) -> Future[Receipt]:
+        """Return a future of the same receipt, resolved once its entry is processed.
+
+        It cannot be cancelled: the engine resolves it.
+        """
+        answer: Future[Receipt] = Future()
+        answer.set_running_or_notify_cancel()
+
+        def on_disk(done: Future[Receipt]) -> None:
+            error = done.exception()
+            if error is not None:
+                answer.set_exception(error)
+                return
+            receipt = done.result()
+            processed = self.settled(receipt.journal_sequence)
+            processed.add_done_callback(lambda settled: readable(settled, receipt))
+
+        def readable(settled: Future[int], receipt: Receipt) -> None:
+            error = settled.exception()
+            if error is not None:
+                answer.set_exception(error)
+            else:
+                answer.set_result(receipt)
+
+        journalled.add_done_callback(on_disk)
+        return answer
 
     def close(self) -> None:
         """Close the engine; unresolved futures fail."""
@@ -236,6 +291,7 @@ class Processor:
             yield piece
 
     def _process(self, group: Sequence[Journalled]) -> None:
+        self.moved_s = self._clock.monotonic_s()
         with self._lock:
             try:
                 output = self._push(group)
@@ -287,10 +343,11 @@ class Processor:
         if isinstance(error, MultiradarError):
             self.failure = error
         else:
-            self.failure = PipelineError(f"the engine has stopped: {error!r}")
+            self.failure = PipelineError("the engine has stopped; see the log")
         _log.error("engine stopped", exc_info=error)
         self._backlog.abandon()
         self._give_up(self.failure)
+        self._on_failure()
 
     # Futures registered later fail in `settled`.
     def _give_up(self, error: MultiradarError) -> None:

@@ -8,6 +8,7 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.live.live_diagnosis import LiveDiagnosis
 from multiradar.runtime.live.output_feed import OutputReader
 from multiradar.runtime.live.silence import Silence
+from multiradar.runtime.live.threads import Threads
 from multiradar.runtime.live.view import LiveView
 from multiradar.runtime.memory.knowledge import Knowledge, States
 from multiradar.runtime.memory.reject_board import RejectBoard
@@ -31,15 +32,17 @@ class Publication:
         Bounds of rings and pages.
     clock : Clock, optional
         Times the states of the air picture; the system clock by default.
+    threads : Threads, optional
+        Starts threads; those of the system by default.
     """
 
     def __init__(
         self, sensors: SensorTable, tracking: TrackingSettings, limits: RuntimeLimits,
-        clock: Clock | None = None,
+        clock: Clock | None = None, threads: Threads | None = None,
     ) -> None:  # fmt: skip
         self._known = Knowledge(sensors, tracking, limits)
         self._events = OutputEvents(sensors, limits)
-        self.diagnosis = LiveDiagnosis(sensors)
+        self.diagnosis = LiveDiagnosis(sensors, threads=threads)
         self._readers: list[OutputReader] = [self.diagnosis]
         #: Rejected rows by code.
         self.rejects = RejectBoard(sensors, limits.rejects_kept_max)
@@ -56,7 +59,8 @@ class Publication:
         self.view.edge_counts[name] = counts
 
     def watch_silence(self, silence: Silence) -> None:
-        """Age the tracks by reception, too. To be called before the start."""
+        """Age the tracks by reception, too, and date the events. To be called before the start."""
+        self._events.delay_s = lambda: silence.delay_s
         self._known.silence = lambda: (silence.duration_s, silence.is_alarm)
 
     def keep(self, trajectories: TrajectoryFeed) -> None:

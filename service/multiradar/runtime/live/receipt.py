@@ -8,13 +8,17 @@ from multiradar.storage.entries import RejectedRow
 __all__ = [
     "IDEMPOTENCY_KEY_FORM",
     "IDEMPOTENCY_KEY_LENGTH_MAX",
+    "SENDER_SEPARATOR",
     "Receipt",
     "RejectedRow",
     "is_idempotency_key",
+    "key_of_sender",
     "receipt_document",
 ]
 
 IDEMPOTENCY_KEY_LENGTH_MAX = 128
+#: Between the name of a sender and its key.
+SENDER_SEPARATOR = "\x1f"
 #: The form of an idempotency key, for error messages.
 IDEMPOTENCY_KEY_FORM = (
     f"1 to {IDEMPOTENCY_KEY_LENGTH_MAX} printable ASCII characters without a space at either end"
@@ -64,3 +68,12 @@ def is_idempotency_key(text: str) -> bool:
         and text.isprintable()
         and text == text.strip()
     )
+
+
+def key_of_sender(sender: str, key: str | None) -> str | None:
+    """Return a key as the journal keeps it: apart from the same key of another sender.
+
+    A sender without a name, of a service without credentials, shares its keys with all such.
+    """
+    # No valid key has the separator.
+    return f"{sender}{SENDER_SEPARATOR}{key}" if sender and key is not None else key

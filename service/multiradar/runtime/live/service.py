@@ -16,7 +16,8 @@ from typing import Any
 import polars as pl
 
 from multiradar.clock import Clock, SystemClock
-from multiradar.errors import MultiradarError, PipelineError
+from multiradar.errors import JournalError, MultiradarError, PipelineError
+from multiradar.estimation.measurement.plot_rates import plot_paces
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.admission.admission import FORWARD_JUMP_MAX_S, Admission
 from multiradar.runtime.admission.arrivals import ArrivalBoard
@@ -24,15 +25,26 @@ from multiradar.runtime.engine.tracking_engine import TrackingEngine
 from multiradar.runtime.live.accounting import Accounting
 from multiradar.runtime.live.backlog import Backlog
 from multiradar.runtime.live.intake import Intake, Submission
-from multiradar.runtime.live.processor import Processor
+from multiradar.runtime.live.processor import NO_FIGURES, Processor
 from multiradar.runtime.live.publication import Publication
+from multiradar.runtime.live.readiness import (
+    JOURNAL_FAILED,
+    NOT_READY,
+    Check,
+    Disk,
+    LastMinute,
+    Reason,
+    lag_reason,
+)
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
+from multiradar.runtime.live.sensor_alarms import SensorAlarms
 from multiradar.runtime.live.silence import Silence
+from multiradar.runtime.live.threads import SystemThreads, Thread, Threads
 from multiradar.runtime.live.writer import Writer
 from multiradar.runtime.memory.history import TrackHistory
 from multiradar.settings.limits import RuntimeLimits
-from multiradar.storage.entries import EntryKind, Quarantined
-from multiradar.storage.journal import Journal
+from multiradar.storage.entries import Entry, EntryKind, Quarantined
+from multiradar.storage.journal import Journal, Space
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.settings import TrackingSettings
 
@@ -71,6 +83,11 @@ class Service:
         Measurements farther ahead of the data time are rejected.
     clock : Clock, optional
         Clock to detect measurements from the future; the system clock by default.
+    threads : Threads, optional
+        Starts threads; those of the system by default.
+    on_failure : callable, optional
+        Called, from a thread of the service, when it has failed for good: to accept measurements
+        again, the process must end and start again.
 
     Attributes
     ----------
@@ -78,6 +95,8 @@ class Service:
         Distributes the output of the engine.
     view : LiveView
         The read side.
+    unready_checks : list of callable
+        What `unready` asks; interfaces add theirs before the start.
     """
 
     def __init__(
@@ -90,8 +109,12 @@ class Service:
         limits: RuntimeLimits | None = None,
         forward_jump_max_s: float = FORWARD_JUMP_MAX_S,
         clock: Clock | None = None,
+        threads: Threads | None = None,
+        on_failure: Callable[[], None] = lambda: None,
     ) -> None:
+        self._on_failure = on_failure
         self._clock = clock or SystemClock()
+        self._threads = threads or SystemThreads()
         # Reception is timed by a clock that no correction of the system time moves.
         self._started_s = self._clock.now_s() - self._clock.monotonic_s()
         self._open_journal = open_journal
@@ -102,8 +125,8 @@ class Service:
         self._forward_jump_max_s = forward_jump_max_s
         self._accounting = Accounting()
         self._arrivals = ArrivalBoard(sensors, tracking.reorder_horizon_s)
-        self._intake = Intake(self._limits)
-        self._backlog = Backlog(self._limits.backlog_rows_max)
+        self._intake = Intake(self._limits, threads)
+        self._backlog = Backlog(self._limits.backlog_rows_max, threads)
         self._version = version("multiradar")
         self._state = ServiceState.STOPPED
         self._start_step = ""
@@ -112,12 +135,22 @@ class Service:
         self._admission: Admission | None = None
         self._writer: Writer | None = None
         self._processor: Processor | None = None
-        self._threads: list[threading.Thread] = []
-        self.publication = Publication(sensors, tracking, self._limits, self._clock)
+        self._running: list[Thread] = []
+        self.publication = Publication(sensors, tracking, self._limits, self._clock, threads)
         self.view = self.publication.view
-        self.view.clock_leads = self._clock_leads
+        self._alarms = SensorAlarms(sensors, self.view.saturated)
+        self.view.clock_leads, self.view.storms = self._alarms.clock_leads, self._alarms.storms
         self._silence = Silence(sensors, self._clock)
         self.publication.watch_silence(self._silence)
+        self._disk = Disk(self._space, self._limits.disk_free_bytes_min, self._clock)
+        self._last_minute = LastMinute(self._clock)
+        self.unready_checks: list[Check] = [
+            self._state_reason,
+            self._disk.reason,
+            lambda: lag_reason(self._lags_s(), self._limits.lag_max_s),
+            self._last_minute.reason,
+            self._silence.reason,
+        ]
 
     @property
     def state(self) -> ServiceState:
@@ -133,10 +166,23 @@ class Service:
         failures = [part.failure for part in (self._processor, self._writer) if part is not None]
         return next((failure for failure in failures if failure is not None), None)
 
+    def unready(self) -> tuple[Reason, ...]:
+        """Return why the service does not do what it is for, the most severe reason first."""
+        return tuple(filter(None, (check() for check in self.unready_checks)))
+
     @property
-    def silence(self) -> str:
-        """Why the data are not current, in words; empty if they are."""
-        return self._silence.sentence()
+    def stalled(self) -> str:
+        """Why only a restart can help, in words; empty if the engine moves, or has no work."""
+        if self.failure is not None:
+            return "the service accepts no more measurements; see the log"
+        moved_s = None if self._processor is None else self._processor.moved_s
+        still_s = 0.0 if moved_s is None else self._clock.monotonic_s() - moved_s
+        if still_s <= self._limits.stall_max_s:
+            return ""
+        return (
+            f"the engine has not finished a call for {still_s:.0f} s (limit "
+            f"{self._limits.stall_max_s:g} s)"
+        )
 
     @property
     def start_step(self) -> str:
@@ -178,12 +224,12 @@ class Service:
         """Stop accepting, process what is queued, close the journal; may be called twice."""
         with self._changing:
             self._intake.close()
-            if self._threads:
-                writer, processor = self._threads
+            if self._running:
+                writer, processor = self._running
                 writer.join()
                 self._backlog.close()
                 processor.join()
-                self._threads = []
+                self._running = []
             self.publication.diagnosis.stop()
             self._let_go()
             self._state = ServiceState.STOPPED
@@ -260,10 +306,17 @@ class Service:
             As `submit`.
         """
         journalled = self._put(
-            Submission(EntryKind.FLUSH, pl.DataFrame(), source, idempotency_key, ())
+            Submission(
+                EntryKind.FLUSH,
+                pl.DataFrame(),
+                source,
+                idempotency_key,
+                (),
+                received_s=self._started_s + self._clock.monotonic_s(),
+            )
         )
         assert self._processor is not None, "a running service has one"
-        return _when_processed(journalled, self._processor)
+        return self._processor.when_processed(journalled)
 
     def settled(self) -> Future[int]:
         """Return a future that resolves when all journal entries so far are processed.
@@ -305,12 +358,15 @@ class Service:
     def _recover(self, journal: Journal) -> None:
         self._journal = journal
         counts = journal.counts()
-        admission = Admission(self._horizon_s, len(self._sensors), self._forward_jump_max_s)
+        admission = Admission(
+            self._horizon_s, len(self._sensors), self._forward_jump_max_s,
+            paces=plot_paces(self._sensors),
+        )  # fmt: skip
         if counts.admission:
             admission.restore(counts.admission)
         admission.arrivals = self._arrivals
         _warm_up(admission)
-        self._admission = admission
+        self._admission = self._alarms.admission = admission
         self._accounting.resume(counts.accepted, counts.rejected)
         self._processor = Processor(
             journal=journal,
@@ -319,6 +375,8 @@ class Service:
             sensors=self._sensors,
             publication=self.publication,
             rows_max=self._limits.push_rows_max,
+            clock=self._clock,
+            on_failure=self._on_failure,
         )
         self.publication.attach(self._processor.states, self._counters)
         self._processor.replay()
@@ -331,21 +389,52 @@ class Service:
             accounting=self._accounting,
             batches_max=self._limits.commit_batches_max,
             on_journalled=self._note_journalled,
+            on_full=self._disk.note_full,
+            on_failure=self._on_failure,
         )
         self.publication.diagnosis.start()
         self._writer.head = counts.entries
-        self._threads = [
-            threading.Thread(target=self._writer.run, name="journal-writer", daemon=True),
-            threading.Thread(target=self._processor.run, name="engine", daemon=True),
+        self._running = [
+            self._threads.start(self._writer.run, "journal-writer"),
+            self._threads.start(self._processor.run, "engine"),
         ]
-        for thread in self._threads:
-            thread.start()
 
-    def _note_journalled(self, frame: pl.DataFrame, rejects: Sequence[RejectedRow]) -> None:
+    def _note_journalled(self, frame: pl.DataFrame, entry: Entry) -> None:
         clock_s = None if self._admission is None else self._admission.data_clock_s
-        if len(frame) > len(rejects) and clock_s is not None:
+        if entry.accepted and clock_s is not None:
             self._silence.hear(clock_s)
-        self.publication.diagnosis.record(frame, rejects)
+        self._disk.note_written()
+        self._last_minute.note(entry.accepted, entry.rejects)
+        self.publication.diagnosis.record(frame, entry.rejects)
+
+    def _state_reason(self) -> Reason | None:
+        failure = self.failure
+        if failure is not None:
+            # Without the message, which names files: anybody may ask.
+            if isinstance(failure, JournalError):
+                return Reason(JOURNAL_FAILED, "the journal cannot be written; see the log")
+            return Reason(NOT_READY, "the engine has stopped; see the log")
+        if self._state is ServiceState.RUNNING:
+            return None
+        step = self._start_step
+        text = f"the service is starting: {step}" if step else f"the service is {self._state}"
+        return Reason(NOT_READY, text)
+
+    def _space(self) -> Space | None:
+        return None if self._journal is None else self._journal.space()
+
+    # Time since reception of the oldest message in each stage.
+    def _lags_s(self) -> dict[str, float]:
+        now_s = self._started_s + self._clock.monotonic_s()
+        stages = {
+            "intake": (self._intake,),
+            "journal": (self._writer,),
+            "processor": (self._backlog, self._processor),
+        }
+        return {
+            name: max(0.0, *(now_s - (getattr(part, "oldest_s", None) or now_s) for part in parts))
+            for name, parts in stages.items()
+        }
 
     def _let_go(self) -> None:
         if self._processor is not None:
@@ -353,29 +442,14 @@ class Service:
         if self._journal is not None:
             self._journal.close()
 
-    def _clock_leads(self) -> dict[str, float]:
-        if self._admission is None:
-            return {}
-        return {
-            self._sensors.ids[sensor]: round(lead_s, 1)
-            for sensor, lead_s in self._admission.clock_leads().items()
-        }
-
-    def _clock_warnings(self) -> list[str]:
-        return [
-            f"{sensor_id}: its times are {abs(lead_s):g} s "
-            f"{'ahead of' if lead_s > 0.0 else 'behind'} the data time, and its measurements are "
-            "rejected; check its clock, or the delay of its data"
-            for sensor_id, lead_s in self._clock_leads().items()
-        ]
-
     def _counters(self) -> dict[str, Any]:
         writer, processor, accounting = self._writer, self._processor, self._accounting
         failure = self.failure
         skipped = {} if processor is None else processor.skipped
+        space = self._space()
         return {
             "state": str(self.state),
-            "failure": None if failure is None else str(failure),
+            "failure": None if failure is None else failure.for_clients,
             "version": self._version,
             "read": accounting.read,
             "accepted": accounting.accepted,
@@ -386,50 +460,26 @@ class Service:
             "intake_batches": self._intake.batches,
             "intake_rows": self._intake.rows,
             "backlog_rows": self._backlog.rows,
+            "lags_s": {name: round(lag_s, 2) for name, lag_s in self._lags_s().items()},
+            "journal_disk": None if space is None else space._asdict(),
+            "unready": [one._asdict() for one in self.unready()],
             "arrivals": self._arrivals.records(),
             "warnings": [
                 *filter(None, [self._silence.sentence()]),
                 *self._arrivals.warnings(),
-                *self._clock_warnings(),
+                *self._alarms.warnings(),
             ],
             "alarms": ["no_data"] if self._silence.is_alarm else [],
             "data_delay_s": _rounded(self._silence.delay_s),
             "silence_s": _rounded(self._silence.duration_s),
-            "engine": {} if processor is None else processor.counts,
-            "unobservable_biases": [] if processor is None else processor.unobservable_biases,
+            **(NO_FIGURES if processor is None else processor.figures()),
             "skipped_entries": len(skipped),
             "skipped": sorted(skipped)[:_SKIPPED_SHOWN_MAX],
-            "output_sha256": None if processor is None else processor.output_sha256,
         }
 
 
 def _rounded(value: float | None) -> float | None:
     return None if value is None else round(value, 2)
-
-
-# The same receipt, once its entry is processed. It cannot be cancelled: the engine resolves it.
-def _when_processed(journalled: Future[Receipt], processor: Processor) -> Future[Receipt]:
-    answer: Future[Receipt] = Future()
-    answer.set_running_or_notify_cancel()
-
-    def on_disk(done: Future[Receipt]) -> None:
-        error = done.exception()
-        if error is not None:
-            answer.set_exception(error)
-            return
-        receipt = done.result()
-        processed = processor.settled(receipt.journal_sequence)
-        processed.add_done_callback(lambda settled: readable(settled, receipt))
-
-    def readable(settled: Future[int], receipt: Receipt) -> None:
-        error = settled.exception()
-        if error is not None:
-            answer.set_exception(error)
-        else:
-            answer.set_result(receipt)
-
-    journalled.add_done_callback(on_disk)
-    return answer
 
 
 # Compiles the kernels before the first message.

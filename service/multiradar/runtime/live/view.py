@@ -20,8 +20,9 @@ from multiradar.runtime.stream.output_events import OutputEvents
 
 Counts = Callable[[], dict[str, Any]]
 
-#: Alarm of a sensor with a wrong clock.
+#: Alarms of a sensor with a wrong clock, and of one that delivers more than it can.
 CLOCK_ALARM = "clock"
+STORM_ALARM = "storm"
 
 
 class LiveView:
@@ -56,6 +57,8 @@ class LiveView:
         self.edge_counts: dict[str, Counts] = {}
         #: Sensors with a wrong clock, and by how much each is ahead, s.
         self.clock_leads: Callable[[], dict[str, float]] = dict
+        #: Sensors that deliver more than they can, and what is done about it.
+        self.storms: Callable[[], dict[str, str]] = dict
 
     @property
     def page_rows_max(self) -> int:
@@ -114,14 +117,20 @@ class LiveView:
             `last_update_s`, `age_s`, `health` (a row of `health.parquet`, for radars from the end
             of the first epoch on), `biases` (the latest row of `biases.parquet` of each parameter,
             from the end of the first epoch on), `clock_lead_s` (by how much a wrong clock is ahead
-            of the data time, s), `diagnoses`. Missing values are None.
+            of the data time, s), `storm` (more measurements than it can deliver, in words),
+            `diagnoses`. Missing values are None.
         """
         records = self._known.sensor_records()
-        leads = self.clock_leads()
+        leads, storms = self.clock_leads(), self.storms()
         for record in records:
+            record["storm"] = storms.get(record["id"])
             record["clock_lead_s"] = leads.get(record["id"])
             record["diagnoses"] = self._diagnosis.of(record["id"])
         return records
+
+    def saturated(self) -> list[str]:
+        """Return the sensors that could lately initiate no more tracks."""
+        return self._known.saturated()
 
     def picture(self, asked: Asked) -> bytes:
         """Return a frame of the air picture; see `AirPicture.frame`."""
@@ -136,8 +145,9 @@ class LiveView:
         ring = self._events.ring
         known = self._known.counts()
         alarms: dict[str, list[str]] = known["sensor_alarms"]
-        for sensor_id in self.clock_leads():
-            alarms[sensor_id] = [*alarms.get(sensor_id, []), CLOCK_ALARM]
+        for name, sensor_ids in ((CLOCK_ALARM, self.clock_leads()), (STORM_ALARM, self.storms())):
+            for sensor_id in sensor_ids:
+                alarms[sensor_id] = [*alarms.get(sensor_id, []), name]
         return {
             **self.service_counts(),
             **known,
@@ -145,6 +155,7 @@ class LiveView:
             "event_sequence": ring.head,
             "subscribers": ring.subscriber_count,
             "rejected_by_code": self._rejects.counts,
+            "rejected_by_source": self._rejects.counts_by_source,
             "duplicates_by_sensor": self._rejects.duplicates_by_sensor,
             "diagnoses": self._diagnosis.records(),
             **{name: counts() for name, counts in self.edge_counts.items()},

@@ -1,8 +1,9 @@
 """The journal writer: admits messages, writes several in one transaction, answers.
 
 An answer is given when the transaction is on disk. A failed write stops the intake permanently,
-because the content of the disk is unknown afterwards. Only a full disk, which the journal reports
-before any change, allows the next message to be tried.
+because the content of the disk is unknown afterwards: the process ends, and the next one verifies
+the journal. Only a full disk, which the journal reports before any change, allows the next message
+to be tried.
 """
 
 import logging
@@ -23,8 +24,8 @@ from multiradar.runtime.live.accounting import Accounting
 from multiradar.runtime.live.backlog import Backlog, Journalled
 from multiradar.runtime.live.intake import Intake, Submission
 from multiradar.runtime.live.preparation import Prepared, prepare, same_message
-from multiradar.runtime.live.receipt import Receipt
-from multiradar.storage.entries import Entry, RejectedRow, StoredEntry
+from multiradar.runtime.live.receipt import SENDER_SEPARATOR, Receipt
+from multiradar.storage.entries import Entry, StoredEntry
 from multiradar.storage.journal import Journal
 
 _log = logging.getLogger(__name__)
@@ -37,8 +38,8 @@ class _Admitted:
     prepared: Prepared
 
 
-#: Called with the rows of a journalled message, and its rejected rows.
-OnJournalled = Callable[[pl.DataFrame, Sequence[RejectedRow]], None]
+#: Called with the rows of a journalled message, and its entry.
+OnJournalled = Callable[[pl.DataFrame, Entry], None]
 
 # A message with a known key, and the earlier message with that key.
 _Again = tuple[Submission, StoredEntry | Submission]
@@ -64,7 +65,11 @@ class Writer:
     batches_max : int
         Messages in one transaction.
     on_journalled : callable
-        Called with the rows of each journalled message, and its rejected rows.
+        Called with the rows of each journalled message, and its entry.
+    on_full : callable
+        Called when the disk is full.
+    on_failure : callable
+        Called when it has stopped for good.
     """
 
     def __init__(
@@ -77,11 +82,13 @@ class Writer:
         admission: Admission,
         accounting: Accounting,
         batches_max: int,
-        on_journalled: Callable[
-            [pl.DataFrame, Sequence[RejectedRow]], None
-        ] = lambda _rows, _rejects: None,
+        on_journalled: OnJournalled = lambda _rows, _entry: None,
+        on_full: Callable[[], None] = lambda: None,
+        on_failure: Callable[[], None] = lambda: None,
     ) -> None:
         self._on_journalled = on_journalled
+        self._on_full = on_full
+        self._on_failure = on_failure
         self._intake = intake
         self._journal = journal
         self._backlog = backlog
@@ -91,6 +98,8 @@ class Writer:
         self._batches_max = batches_max
         #: Last journal entry completed by this writer, or before the restart.
         self.head = 0
+        #: Time of reception of the oldest message being written, UTC, s; None if there is none.
+        self.oldest_s: float | None = None
         #: Why no more messages are accepted, or None.
         self.failure: MultiradarError | None = None
 
@@ -101,10 +110,12 @@ class Writer:
             if self.failure is not None:
                 _fail(running, self.failure)
                 continue
+            self.oldest_s = group[0].received_s
             try:
                 self.write(running)
             except Exception as error:
                 self._stop(error, running)
+            self.oldest_s = None
 
     def write(self, group: Sequence[Submission]) -> None:
         """Write messages in one transaction, answer them, and queue them for the engine."""
@@ -116,8 +127,12 @@ class Writer:
             sequences = self._journal.append(entries) if entries else []
         except JournalFullError as error:
             self._admission.restore(before)
+            self._on_full()
             _fail(group, error)
             return
+        # Before the answer, so that what the sender then asks for shows its message.
+        for one in admitted:
+            self._on_journalled(one.submission.frame, one.prepared.entry)
         self._answer(admitted, sequences, again)
         self._backlog.put(
             [
@@ -128,12 +143,11 @@ class Writer:
                     entry.source,
                     entry.rejects,
                     one.prepared.clock_s,
+                    one.submission.received_s,
                 )
                 for sequence, one, entry in zip(sequences, admitted, entries, strict=True)
             ]
         )
-        for one in admitted:
-            self._on_journalled(one.submission.frame, one.prepared.entry.rejects)
 
     # New messages, and messages with a known key together with the earlier one: a journal entry, or
     # a message of this group.
@@ -200,7 +214,8 @@ class Writer:
     def _answer_again(self, submission: Submission, entry: Entry, sequence: int) -> None:
         key = submission.idempotency_key
         if key is not None and not same_message(submission, entry):
-            submission.future.set_exception(IdempotencyConflictError(key, sequence))
+            given = key.rpartition(SENDER_SEPARATOR)[2]
+            submission.future.set_exception(IdempotencyConflictError(given, sequence))
             return
         self._accounting.read += submission.rows
         self._accounting.duplicate += submission.rows
@@ -211,11 +226,12 @@ class Writer:
         if isinstance(error, MultiradarError):
             failure: MultiradarError = error
         else:
-            failure = PipelineError(f"the journal writer has stopped: {error!r}")
+            failure = PipelineError("the journal writer has stopped; see the log")
         _log.error("journal writer failed, ingest stopped", exc_info=error)
         self.failure = failure
         self._intake.close(failure)
         _fail(group, failure)
+        self._on_failure()
 
 
 def _fail(group: Sequence[Submission], error: MultiradarError) -> None:

@@ -286,10 +286,17 @@ class Knowledge:
             record["biases"] = [bias for bias in biases if bias["sensor_id"] == record["id"]]
         return records
 
+    def saturated(self) -> list[str]:
+        """Return the sensors that could lately initiate no more tracks."""
+        with self._lock:
+            return self._board.saturated(self._data_time_s)
+
     def counts(self) -> dict[str, Any]:
         """Return data time, counts of tracks, forecasts, last update, last epoch and alarms."""
+        silence_s = self.silence()[0] or 0.0
         with self._lock:
             held, counted = self.calibration.held
+            ages_s = self._board.ages_s(self._data_time_s)
             return {
                 "data_time_s": self._data_time_s,
                 "tracks": len(self._live),
@@ -297,6 +304,9 @@ class Knowledge:
                 "output_sequence": self._updates,
                 "epoch": self._biases.epoch,
                 "sensor_alarms": self._board.alarms(),
+                "sensor_ages_s": {
+                    one: round(age_s + silence_s, 2) for one, age_s in ages_s.items()
+                },
                 "forecast_probability": COUNTED,
                 "forecasts_counted": counted,
                 "forecasts_held": held,
@@ -331,6 +341,8 @@ class Knowledge:
                 self._plots.append(plot_rows(output))
             self._biases.append(output.biases)
             self._board.update_health(output.health)
+            if output.saturated.any() and data_time_s is not None:
+                self._board.note_saturated(output.saturated, data_time_s)
             if len(output.transitions):
                 self._transitions.append(rows_of(output.transitions))
             self.calibration.observe(output)

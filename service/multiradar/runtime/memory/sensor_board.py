@@ -11,6 +11,9 @@ from multiradar.tracking.health.health_records import HealthRecords
 
 #: Names of the kinds of measurement.
 KIND_NAMES = ("radar", "position", "bearing")
+#: Data time for which a sensor counts as saturated after it was last, s: as long as a track of a
+#: single plot lasts.
+SATURATED_FOR_S = 60.0
 
 
 class SensorBoard:
@@ -26,6 +29,7 @@ class SensorBoard:
         self._sensors = sensors
         self._updates = np.zeros(len(sensors), np.int64)
         self._last_s = np.full(len(sensors), -np.inf)
+        self._saturated_s = np.full(len(sensors), -np.inf)
         self._health = HealthRecords.concatenate([])
 
     def count(self, rows: NDArray[np.void]) -> None:
@@ -33,6 +37,17 @@ class SensorBoard:
         sensor = rows["sensor"]
         self._updates += np.bincount(sensor, minlength=len(self._updates))
         np.maximum.at(self._last_s, sensor, rows["time_s"])
+
+    def note_saturated(self, saturated: NDArray[np.bool_], data_time_s: float) -> None:
+        """Note which sensors may initiate no more tracks at a data time."""
+        self._saturated_s[np.flatnonzero(saturated)] = data_time_s
+
+    def saturated(self, data_time_s: float | None) -> list[str]:
+        """Return the sensors that could lately initiate no more tracks."""
+        if data_time_s is None:
+            return []
+        lately = np.flatnonzero(data_time_s - self._saturated_s < SATURATED_FOR_S)
+        return [self._sensors.ids[sensor] for sensor in lately.tolist()]
 
     def update_health(self, records: HealthRecords) -> None:
         """Set the health of radars; the last row of each applies."""
@@ -45,17 +60,24 @@ class SensorBoard:
         rows = zip(self._health.sensor.tolist(), self._health.alarms.tolist(), strict=True)
         return {self._sensors.ids[sensor]: wire.alarm_names(bits) for sensor, bits in rows if bits}
 
+    def ages_s(self, data_time_s: float | None) -> dict[str, float]:
+        """Return the data time since the last update by each sensor that has one, s."""
+        if data_time_s is None:
+            return {}
+        ages_s = np.maximum(data_time_s - self._last_s, 0.0)
+        return {
+            name: float(age_s)
+            for name, age_s in zip(self._sensors.ids, ages_s, strict=True)
+            if np.isfinite(age_s)
+        }
+
     def records(self, data_time_s: float | None) -> list[dict[str, Any]]:
         """Return the sensors by identifier; missing values are None."""
-        sensors = self._sensors
+        sensors, ages_s = self._sensors, self.ages_s(data_time_s)
         records = []
         rows = wire.health_frame(self._health, sensors).to_dicts()
         health = {row["sensor_id"]: row for row in rows}
         for number, name in enumerate(sensors.ids):
-            last_s = _finite(self._last_s[number])
-            age_s = None
-            if last_s is not None and data_time_s is not None:
-                age_s = max(data_time_s - last_s, 0.0)
             records.append(
                 {
                     "id": name,
@@ -69,8 +91,8 @@ class SensorBoard:
                     "range_max_m": _finite(sensors.range_max_m[number]),
                     "rotation_period_s": _finite(sensors.rotation_period_s[number]),
                     "updates": int(self._updates[number]),
-                    "last_update_s": last_s,
-                    "age_s": age_s,
+                    "last_update_s": _finite(self._last_s[number]),
+                    "age_s": ages_s.get(name),
                     "health": health.get(name),
                 }
             )

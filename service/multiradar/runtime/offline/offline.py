@@ -21,6 +21,7 @@ from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.findings import diagnose
 from multiradar.errors import AccountingError
 from multiradar.estimation.bias.observability import UnobservableBias
+from multiradar.estimation.measurement.plot_rates import plot_paces
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.admission.admission import ACCEPTED, Admission
@@ -47,11 +48,7 @@ from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.health.health_records import HealthRecords
 from multiradar.tracking.input.duplicates import Duplicates
 from multiradar.tracking.lifecycle.transitions import TrackTransitions
-from multiradar.tracking.outputs import (
-    BiasRecords,
-    EngineOutput,
-    TrackUpdates,
-)
+from multiradar.tracking.outputs import BiasRecords, EngineOutput, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.products.aircraft_delay import AIRCRAFT_DELAY_SCHEMA
 from multiradar_schemas.products.bias import BIAS_SCHEMA
@@ -207,6 +204,8 @@ def track_recording(
     on_progress: Callable[[int], None] = lambda _rows: None,
     on_output: Callable[[EngineOutput], None] | None = None,
     stages: StageTimes | None = None,
+    *,
+    refine: Callable[[EngineOutput], EngineOutput] | None = None,
 ) -> OfflineResult:
     """Track a recording and write tracks, biases and rejects.
 
@@ -223,6 +222,8 @@ def track_recording(
         Called with all output of the engine.
     stages : StageTimes, optional
         Measures the time of each stage.
+    refine : callable, optional
+        Replaces the output of the engine by another, such as with other states of tracks.
 
     Returns
     -------
@@ -246,6 +247,7 @@ def track_recording(
     run: _Run | None = None
     try:
         run = _Run(job, folder, engine, on_output, stages)
+        run.refine = refine
         done = 0
         for block in stages.each(READING, job.recording.blocks(job.kinds)):
             for rows in run.process(block):
@@ -269,13 +271,16 @@ class _Run:
         stages: StageTimes,
     ) -> None:
         self._on_output = on_output
+        self.refine: Callable[[EngineOutput], EngineOutput] | None = None
         self._stages = stages
         self._sensors = job.sensors
         self._batch_rows = job.batch_rows
         self._engine = engine
         horizon_s = job.settings.reorder_horizon_s
         self._arrivals = ArrivalBoard(job.sensors, horizon_s)
-        self._admission = Admission(horizon_s, len(job.sensors), arrivals=self._arrivals)
+        self._admission = Admission(
+            horizon_s, len(job.sensors), arrivals=self._arrivals, paces=plot_paces(job.sensors)
+        )
         self._digest = OutputDigest()
         self._tally = TrackTally()
         self._tracks = TableWriter(folder / TRACKS_FILE, TRACK_SCHEMA)
@@ -305,12 +310,14 @@ class _Run:
                 accepted = codes[rows] == ACCEPTED
                 self._origins.add(0, int(np.count_nonzero(accepted)), at[rows][accepted])
                 kept = batch if accepted.all() else batch.select(accepted)
-                outputs.append(self._engine.push(kept, self._admission.released_to_s))
+                outputs.append(
+                    self._refined(self._engine.push(kept, self._admission.released_to_s))
+                )
             yield min(rows.stop, len(block))
         self._result.read += len(block)
         self._result.accepted += int(np.count_nonzero(codes == ACCEPTED))
         self._evidence.record_batch(block, rejected, measured, codes)
-        times = TimeRejects(self._admission, clock_s, measured.time_s, codes)
+        times = TimeRejects(self._admission, clock_s, measured, codes)
         with self._stages.measure(WRITING):
             self._write(outputs)
             self._result.rejected += self._rejects.write(block, rejected, times)
@@ -318,7 +325,7 @@ class _Run:
 
     def finish(self) -> OfflineResult:
         with self._stages.measure(TRACKING):
-            last = self._engine.flush()
+            last = self._refined(self._engine.flush())
         with self._stages.measure(WRITING):
             self._write([last])
             self._write_duplicates([last])
@@ -355,6 +362,9 @@ class _Run:
 
     def close(self) -> None:
         self._rejects.close()
+
+    def _refined(self, output: EngineOutput) -> EngineOutput:
+        return output if self.refine is None else self.refine(output)
 
     def _write(self, outputs: Sequence[EngineOutput]) -> None:
         for output in outputs:

@@ -7,6 +7,7 @@ from typing import Any
 import polars as pl
 
 from multiradar.errors import RequestError
+from multiradar.runtime.live.readiness import Reason
 from multiradar.runtime.memory.sensor_board import SensorBoard
 from multiradar.runtime.picture.air_picture import Asked
 from multiradar.runtime.picture.past import PastAsked, past_frame
@@ -152,14 +153,13 @@ class RecordedService:
         """The read side."""
         return self._view
 
-    @property
-    def state(self) -> str:
-        """`running`, always."""
-        return "running"
+    def unready(self) -> Sequence[Reason]:
+        """Return none: a run is not expected to go on."""
+        return ()
 
     @property
-    def silence(self) -> str:
-        """Nothing: a run is not expected to go on."""
+    def stalled(self) -> str:
+        """Empty."""
         return ""
 
     @property

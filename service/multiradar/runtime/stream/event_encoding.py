@@ -95,6 +95,8 @@ def encode_events(
     marks: StatusMarks,
     order: NDArray[np.intp],
     table: SensorTable,
+    *,
+    delay_s: float | None,
 ) -> list[Event]:
     """Return the events of one output.
 
@@ -110,6 +112,8 @@ def encode_events(
         Order of the events, from `event_order`.
     table : SensorTable
         The sensors.
+    delay_s : float or None
+        Time of the machine less data time at the output, s; each event has it.
 
     Returns
     -------
@@ -122,7 +126,12 @@ def encode_events(
         *_status_events(marks),
         *_track_events(output, table),
     ]
-    return [Event(first + k, *unordered[chosen]) for k, chosen in enumerate(order.tolist())]
+    delay = b"null" if delay_s is None else b"%.2f" % delay_s
+    end = b',"data_delay_s":%s}' % delay
+    return [
+        Event(first + k, kind, key, row.removesuffix(b"}") + end)
+        for k, (kind, key, row) in enumerate(unordered[chosen] for chosen in order.tolist())
+    ]
 
 
 def json_rows(frame: pl.DataFrame) -> list[bytes]:

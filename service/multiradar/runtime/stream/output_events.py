@@ -1,5 +1,7 @@
 """The output of the engine as numbered events, with periodic status events."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from multiradar.estimation.measurement.sensors import SensorTable
@@ -24,6 +26,8 @@ class OutputEvents:
         self._sensors = sensors
         self._period_s = limits.status_period_s
         self.ring = EventRing(limits.events_max)
+        #: Returns the time of the machine less data time, s; None without data in real time.
+        self.delay_s: Callable[[], float | None] = lambda: None
         self._reached_s, self._last_mark = -np.inf, np.nan
 
     def publish(self, output: EngineOutput) -> None:
@@ -35,8 +39,11 @@ class OutputEvents:
         )
         order = event_order(reached_s, output, marks)
         if len(order):
-            first, table = self.ring.head + 1, self._sensors
-            self.ring.append(len(order), lambda: encode_events(first, output, marks, order, table))
+            first, table, delay_s = self.ring.head + 1, self._sensors, self.delay_s()
+            self.ring.append(
+                len(order),
+                lambda: encode_events(first, output, marks, order, table, delay_s=delay_s),
+            )
 
     def restart(self) -> None:
         """Discard all events: the journal is replayed from the start."""

@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 #: Random errors of the values, independent from report to report, 1 sigma. Of the size found in
-#: registers of airliners (docs/aircraft-data.md), before the rounding to the steps of registers.
+#: registers of airliners (howto/aircraft-data.md), before the rounding to the steps of registers.
 SIGMA = {
     "roll": 0.3,
     "track_angle": 0.1,

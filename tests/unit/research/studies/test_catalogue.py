@@ -11,7 +11,7 @@ from multiradar.research.studies.result import StudyOptions
 from support.fakes.fake_study import ENTRY, FIXED
 from support.paths import ROOT
 
-DOCUMENT = ROOT / "docs" / "studies.md"
+DOCUMENT = ROOT / "docs" / "validation" / "studies.md"
 
 
 def test_defaults_are_those_of_the_study() -> None:

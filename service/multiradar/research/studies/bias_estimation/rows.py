@@ -17,7 +17,7 @@ def all_rows(findings: Findings) -> list[dict[str, Value]]:
     Returns
     -------
     list of dict
-        With the keys of ``docs/studies.md``.
+        With the keys of ``docs/validation/studies.md``.
     """
     rows: list[dict[str, Value]] = []
     for case in findings.cases:

@@ -50,7 +50,7 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
     Returns
     -------
     StudyResult
-        Rows as in docs/studies.md.
+        Rows as in docs/validation/studies.md.
 
     References
     ----------

@@ -37,7 +37,7 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
     Returns
     -------
     StudyResult
-        Rows as in docs/studies.md; the plots show the realisation with the median distance of
+        Rows as in validation/studies.md; the plots show the realisation with the median distance of
         track ends from the last plot after the search.
 
     References
