@@ -8,7 +8,7 @@ from pathlib import Path
 
 #: It only ends a test that waits for what never comes, s. Compiling all kernels takes minutes of
 #: one core, and ten times as long beside other work.
-WAIT_TIMEOUT_S = 1200.0
+WAIT_TIMEOUT_S = 600.0
 _POLL_S = 0.01
 
 

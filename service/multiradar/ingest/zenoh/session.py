@@ -92,9 +92,6 @@ def zenoh_config(options: ZenohOptions) -> zenoh.Config:
             if options.config_file is None
             else zenoh.Config.from_file(str(options.config_file))
         )
-        if not json.loads(config.get_json("access_control"))["enabled"]:
-            # Also for a file without access control of its own.
-            wanted["access_control"] = access_control(options.access)
         for key, value in wanted.items():
             config.insert_json5(key, json.dumps(value))
     except zenoh.ZError as error:
@@ -120,6 +117,13 @@ def _tls(access: AccessSettings) -> dict[str, Any]:
             "close_link_on_expiration": True,
         }
     return {f"transport/link/tls/{name}": value for name, value in link.items()}
+
+
+# Of a session that serves: the same rules would deny answers to a session that asks. A file without
+# access control of its own gets it, too.
+def _guard(config: zenoh.Config, access: AccessSettings) -> None:
+    if not json.loads(config.get_json("access_control"))["enabled"]:
+        config.insert_json5("access_control", json.dumps(access_control(access)))
 
 
 def require_guarded(options: ZenohOptions) -> None:
@@ -166,6 +170,7 @@ class ZenohBus:
 
     def __init__(self, options: ZenohOptions) -> None:
         config = zenoh_config(options)
+        _guard(config, options.access)
         try:
             self._session = zenoh.open(config)
         except zenoh.ZError as error:
