@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from multiradar.report.content import Plot, Series
-from multiradar.report.markdown import plot_svg
+from multiradar.report.plot_files import plot_svg
 
 
 def main() -> None:

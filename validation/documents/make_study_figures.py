@@ -15,7 +15,8 @@ from functools import partial
 from pathlib import Path
 
 from multiradar.report.content import Plot
-from multiradar.report.markdown import markdown_table, plot_svg
+from multiradar.report.markdown import markdown_table
+from multiradar.report.plot_files import plot_svg
 from multiradar.research.studies.catalogue import STUDIES
 from multiradar.research.studies.document import command_of
 from multiradar.research.studies.result import StudyOptions, StudyResult

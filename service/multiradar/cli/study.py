@@ -96,12 +96,21 @@ def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
                 show_default="NAME.html, or NAME-2.html … where that exists",
             ),
         ] = None,
+        figures: Annotated[
+            Path | None,
+            typer.Option(
+                metavar="DIR",
+                help="Write each figure as SVG and PDF, with line styles for print; must not "
+                "exist.",
+                show_default=False,
+            ),
+        ] = None,
         json_wanted: JsonOption = False,
     ) -> None:
         entry = catalogue[study]
         chosen = {"runs": runs, "filters": _chosen_filters(filters), "duration_s": duration}
         _warn_of_unused(entry, chosen)
-        _run(entry, seed, chosen, out, json_wanted)
+        _run(entry, seed, chosen, out, figures=figures, json_wanted=json_wanted)
 
     return command
 
@@ -137,6 +146,8 @@ def _run(
     seed: int,
     chosen: Mapping[str, object],
     out: Path | None,
+    *,
+    figures: Path | None,
     json_wanted: bool,
 ) -> None:
     from multiradar.research.studies.result import StudyOptions
@@ -146,15 +157,17 @@ def _run(
     if out is None and not json_wanted:
         out = free_name(Path(f"{entry.name}.html"))
     options = StudyOptions(seed=seed, **chosen)  # type: ignore[arg-type]
-    result = run_study(entry, options, out)
+    result = run_study(entry, options, out, figures)
     if json_wanted:
         from multiradar_schemas.rounding import rounded_members
 
-        figures = rounded_members(result.json_object())
-        print(json.dumps(figures, ensure_ascii=False, allow_nan=False))
+        members = rounded_members(result.json_object())
+        print(json.dumps(members, ensure_ascii=False, allow_nan=False))
         return
     _print_result(result)
     print(f"report written to {out}")
+    if figures is not None:
+        print(f"{len(result.plots)} figures written to {figures}, each as SVG and PDF")
 
 
 def _print_result(result: "StudyResult") -> None:

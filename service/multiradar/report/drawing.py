@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -16,6 +17,7 @@ from multiradar.report.colours import (
     INK,
     Colour,
     is_wide,
+    key_of,
     series_colour,
 )
 from multiradar.report.content import Plot, Series
@@ -31,6 +33,11 @@ _COLUMNS_PER_INCH = 36
 
 # matplotlib's line styles, and widths in points.
 _DASHES = {"dashed": (0, (5, 2.2)), "dotted": (0, (1.2, 1.6)), "reference": (0, (3, 2))}
+# Of solid lines in print, in turn; none of those above.
+_IN_PRINT: tuple[Any, ...] = (
+    "-", (0, (9, 2)), (0, (9, 2, 1.5, 2)), (0, (3, 1)), (0, (9, 2, 1.5, 2, 1.5, 2)),
+    (0, (3, 1, 1, 1)),
+)  # fmt: skip
 _WIDTHS = {"thin": 0.9, "reference": 1.2, "track": 1.4}
 _OPACITIES = {"thin": 0.55, "band": 0.16, "points": 0.75}
 _LINE_WIDTH = 1.9
@@ -58,7 +65,11 @@ def plain_state() -> AbstractContextManager[None]:
 
 
 def draw_group(
-    plots: Sequence[Plot], colours: Mapping[str, Colour], *, titled: bool = False
+    plots: Sequence[Plot],
+    colours: Mapping[str, Colour],
+    *,
+    titled: bool = False,
+    for_print: bool = False,
 ) -> list[Figure]:
     """Draw plots side by side, with common limits of their axes.
 
@@ -70,6 +81,8 @@ def draw_group(
         Drawing placeholders by the key of a series.
     titled : bool
         Whether title and legend are part of the picture.
+    for_print : bool
+        Whether solid lines differ by their dashes too, for print without colours.
 
     Returns
     -------
@@ -80,7 +93,10 @@ def draw_group(
     figures = []
     for plot in plots:
         figure = Figure(figsize=map_size if plot.equal_axes else size)
-        draw_plot(figure.add_subplot(), plot, colours, figure.get_figwidth())
+        axes = figure.add_subplot()
+        draw_plot(axes, plot, colours, figure.get_figwidth())
+        if for_print:
+            _dash(axes, plot)
         figures.append(figure)
     _share_limits([figure.axes[0] for figure in figures], plots)
     for figure, plot in zip(figures, plots, strict=True):
@@ -114,6 +130,17 @@ def draw_plot(axes: Axes, plot: Plot, colours: Mapping[str, Colour], width_in: f
     if plot.equal_axes:
         axes.set_aspect("equal", adjustable="box")
     axes.autoscale_view()
+
+
+# Lines in the order of the series; those of one key are alike, and the first key stays solid.
+def _dash(axes: Axes, plot: Plot) -> None:
+    solid = [series for series in plot.series if series.style == "line"]
+    ranks = {key: rank for rank, key in enumerate(dict.fromkeys(map(key_of, solid)))}
+    by_label = {series.label or "_": ranks[key_of(series)] for series in solid}
+    for line in axes.lines:
+        rank = by_label.get(str(line.get_label()))
+        if rank is not None and line.get_linestyle() == "-" and line.get_marker() == "None":
+            line.set_linestyle(_IN_PRINT[rank % len(_IN_PRINT)])
 
 
 def _runs_in_time(plot: Plot) -> bool:

@@ -3,18 +3,15 @@
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
-import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from multiradar.errors import ArgumentError
-from multiradar.report.colours import ALL, FAINT, GRID, Colour, assign_colours
+from multiradar.report.colours import FAINT, GRID, Colour, assign_colours
 from multiradar.report.content import Plot
 from multiradar.report.drawing import draw_plot, finish_axes, plain_state
+from multiradar.report.plot_files import recolour
 from multiradar_schemas.documents.names import unknown
 
 #: Inches of one plot.
@@ -70,8 +67,7 @@ def picture(plots: Sequence[Plot], names: Sequence[str] = ()) -> Figure:
                 # A plot alone in its row has all of it.
                 cells = slice(None) if len(row) == 1 else column
                 _draw(figure.add_subplot(grid[at, cells]), plot, colours)
-        for artist in figure.findobj():
-            _recolour(artist)
+        recolour(figure)
     return figure
 
 
@@ -91,27 +87,3 @@ def _draw(axes: Axes, plot: Plot, colours: Mapping[str, Colour]) -> None:
     unique = {label: handle for handle, label in zip(handles, labels, strict=True)}
     if unique:
         axes.legend(list(unique.values()), list(unique), frameon=False, fontsize="small")
-
-
-_SHOWN = {one.mark: one.light for one in ALL}
-
-
-def _recolour(artist: Artist) -> None:
-    """Replace placeholders of `multiradar.report.colours` by the colours on white."""
-    for part in ("color", "facecolor", "edgecolor", "markerfacecolor", "markeredgecolor"):
-        get, put = getattr(artist, f"get_{part}", None), getattr(artist, f"set_{part}", None)
-        if get is None or put is None:
-            continue
-        found = _hex(get())
-        if found in _SHOWN:
-            put(_SHOWN[found])
-
-
-def _hex(colour: Any) -> str | None:
-    """Return a colour, or the first of several, as a hexadecimal text; None without one."""
-    if isinstance(colour, str):
-        return colour
-    found = np.asarray(colour)
-    if found.dtype.kind != "f" or not found.size:
-        return None
-    return to_hex(tuple(found if found.ndim == 1 else found[0]))

@@ -24,6 +24,7 @@ def study(
     filters: Iterable[str] | None = None,
     duration_s: float | None = None,
     out: PathLike | None = None,
+    figures: PathLike | None = None,
 ) -> "StudyResult":
     """Reproduce the tables and figures of a source paper.
 
@@ -41,6 +42,8 @@ def study(
         Duration of its scenario, s; by default that of the study.
     out : path, optional
         Also write an HTML report.
+    figures : path, optional
+        Also write each figure as SVG and PDF into this new folder, in the order of the report.
 
     Returns
     -------
@@ -56,7 +59,7 @@ def study(
     ConfigurationError
         The duration is out of its bounds.
     OutputExistsError
-        `out` exists.
+        `out` or `figures` exists.
 
     Notes
     -----
@@ -75,10 +78,13 @@ def study(
     if seed < 0 or (runs is not None and runs < 1):
         raise ArgumentError("`runs` and `seed`: expected at least 1 and 0", "runs", "seed")
     options = StudyOptions(runs, seed, chosen, duration_s)
-    return run_study(entry, options, None if out is None else Path(out))
+    paths = (None if path is None else Path(path) for path in (out, figures))
+    return run_study(entry, options, *paths)
 
 
-def run_study(entry: StudyEntry, options: "StudyOptions", out: Path | None) -> "StudyResult":
+def run_study(
+    entry: StudyEntry, options: "StudyOptions", out: Path | None, figures: Path | None = None
+) -> "StudyResult":
     """Run a study, with a progress bar on a terminal, and write its report.
 
     Parameters
@@ -89,6 +95,8 @@ def run_study(entry: StudyEntry, options: "StudyOptions", out: Path | None) -> "
         Its options.
     out : Path, optional
         Report to write.
+    figures : Path, optional
+        Folder to make, for each figure as SVG and PDF.
 
     Returns
     -------
@@ -102,9 +110,10 @@ def run_study(entry: StudyEntry, options: "StudyOptions", out: Path | None) -> "
     ConfigurationError
         A duration outside the bounds of the study.
     OutputExistsError
-        `out` exists.
+        `out` or `figures` exists.
     """
     from multiradar.storage.output_file import new_file
+    from multiradar.storage.output_folder import new_folder
     from multiradar_compiled.kernel_list import kernels_by_purpose
 
     purpose = f"study {entry.name}"
@@ -112,8 +121,9 @@ def run_study(entry: StudyEntry, options: "StudyOptions", out: Path | None) -> "
         compile_kernels([purpose])
     completed = entry.complete(options)
     with ExitStack() as held:
-        # The file is opened before the run: a wrong name must not cost minutes of computation.
+        # Outputs are opened before the run: a wrong name must not cost minutes of computation.
         partial = None if out is None else held.enter_context(new_file(out))
+        folder = None if figures is None else held.enter_context(new_folder(figures))
         with counting_bar(entry.name) as progress:
             result = entry.run(completed, progress)
         if partial is not None:
@@ -121,4 +131,8 @@ def run_study(entry: StudyEntry, options: "StudyOptions", out: Path | None) -> "
             from multiradar.research.studies.document import document_of
 
             partial.write_text(report_page(document_of(result)), encoding="utf-8")
+        if folder is not None:
+            from multiradar.report.plot_files import write_plots
+
+            write_plots(result.plots, folder)
     return result

@@ -83,6 +83,18 @@ def test_json_with_out_writes_the_report_as_well(
     assert (tmp_path / "r.html").stat().st_size > 10_000
 
 
+def test_figures_are_written_beside_the_report(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert _study("fake", "--figures", "figures") == 0
+    assert "figures written to figures, each as SVG and PDF\n" in capsys.readouterr().out
+    made = sorted(path.suffix for path in (tmp_path / "figures").iterdir())
+    assert made == [".pdf"] * (len(made) // 2) + [".svg"] * (len(made) // 2)
+    assert made
+    assert _study("fake", "--json", "--figures", "figures") == 1
+    assert capsys.readouterr().err.startswith("multiradar: figures: already exists; choose another")
+
+
 def test_standard_output_stays_pure_while_a_bar_is_drawn(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -1,8 +1,10 @@
 """Plots keep their colours, limits and extremes, and do not change matplotlib's state."""
 
 import re
+import zlib
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from xml.etree import ElementTree
 
 import matplotlib as mpl
@@ -18,7 +20,8 @@ from multiradar.report.colours import (
 )
 from multiradar.report.content import Plot, Series, Style, Table
 from multiradar.report.drawing import draw_group, plain_state
-from multiradar.report.markdown import markdown_table, plot_svg
+from multiradar.report.markdown import markdown_table
+from multiradar.report.plot_files import plot_svg, write_plots
 from multiradar.report.thinning import POINTS_MAX, thin
 from multiradar.report.time_axis import step_of
 from multiradar.research.studies.result import StudyOptions
@@ -142,6 +145,45 @@ def test_a_picture_for_documents_is_self_contained() -> None:
     words = {element.text for element in root.iter("{http://www.w3.org/2000/svg}text")}
     assert {result.plots[0].title, "time, s", "two-stage", "expected"} <= words
     assert text == plot_svg(result.plots, result.plots[0])
+
+
+def _dashes(text: str) -> list[str]:
+    """Dash patterns of the lines of an SVG file, each once; empty for a solid one."""
+    lines = re.findall(r'<path d="[^"]*"[^>]*style="fill: none; ([^"]*)"', text)
+    found = [re.search(r"stroke-dasharray: ([\d., ]+)", style) for style in lines]
+    return [one[1] if one else "" for one in found]
+
+
+def test_lines_in_print_differ_without_colours() -> None:
+    series = tuple(Series(name, X, X * rank) for rank, name in enumerate("abc", start=1))
+    again = Series("", X, X * 4.0, key="a")
+    plot = Plot("t", "x", "y", (*series, again, Series("true", X, X * 5.0, "dashed")))
+    colours, for_print = (plot_svg([plot], plot, for_print=one) for one in (False, True))
+    # Five lines, and four of the legend.
+    assert len(set(_dashes(colours))) == 2
+    assert len(set(_dashes(for_print))) == 4
+    assert _dashes(for_print).count("") == _dashes(colours).count("") - 4
+
+
+def test_each_plot_becomes_an_svg_and_a_pdf_with_reproducible_bytes(tmp_path: Path) -> None:
+    result = ENTRY.run(StudyOptions(), lambda _done, _total: None)
+    folders = [tmp_path / name for name in ("a", "b")]
+    for folder in folders:
+        folder.mkdir()
+        names = write_plots(result.plots, folder)
+        assert len(set(names)) == len(result.plots)
+        assert sorted(names) == names
+        expected = [f"{name}.{kind}" for name in names for kind in ("pdf", "svg")]
+        assert sorted(path.name for path in folder.iterdir()) == expected
+    for path in folders[0].iterdir():
+        assert path.read_bytes() == (folders[1] / path.name).read_bytes(), path.name
+    pdf = (folders[0] / f"{names[0]}.pdf").read_bytes()
+    streams = re.findall(rb"stream\r?\n(.*?)\r?\nendstream", pdf, re.DOTALL)
+    drawn = b"".join(zlib.decompress(one) for one in streams if one.startswith(b"x"))
+    colours = {one.decode() for one in re.findall(rb"([\d.]+ [\d.]+ [\d.]+) RG", drawn)}
+    # In place of the placeholders, #0a0b…, the colours on white.
+    assert not [one for one in colours if one.startswith("0.0392")]
+    assert len(colours) > 3
 
 
 def test_a_table_for_documents_keeps_its_columns() -> None:

@@ -19,6 +19,9 @@ _LABELS = {
     "azimuth_bias_deg": ("Azimuth bias", "°"),
     "range_bias_m": ("Range bias", "m"),
 }
+# Figures of the report, one for each quantity, in their order.
+_COMPARED_FROM = 14
+_FILTERS_FROM = {"joint": 2, "blom": 6, "ci": 10}
 _NEES_TITLES = {"nees_aircraft": "Aircraft", "nees_bias": "Biases"}
 _TIME = "time, s"
 # Margin of the axis below and above the band of all times, as a fraction of its width.
@@ -67,7 +70,7 @@ def _name(case: Case, *parts: str) -> str:
 def _comparison(cases: list[Case], column: int) -> Plot:
     title, unit = _LABELS[QUANTITIES[column]]
     return Plot(
-        title=title,
+        title=f"Figure 1.{_COMPARED_FROM + column}: {title.lower()}",
         x_label=_TIME,
         y_label=f"mean error, {unit}",
         series=tuple(
@@ -88,8 +91,10 @@ def _one_filter(case: Case, column: int) -> Plot:
         ("by (1.26)", case.theoretical, "dashed", "ink"),
         ("reported", case.reported, "dotted", "ink"),
     )
+    first = _FILTERS_FROM.get(case.name)
+    figure = "" if first is None else f"Figure 1.{first + column}: "
     return Plot(
-        title=case.name,
+        title=f"{figure}{case.name}",
         x_label=_TIME,
         y_label=f"{title.lower()}, {unit}",
         series=tuple(
@@ -148,7 +153,7 @@ def _scene(findings: Findings, setting: Setting) -> Plot:
     kilometres = findings.first[setting.drift].states[:, :, :2] / 1e3
     sites = findings.first[setting.drift].sensors.sites[:, :2] / 1e3
     return Plot(
-        title="Tracks and radars",
+        title="Figure 1.1: tracks and radars",
         x_label="east, km",
         y_label="north, km",
         series=(

@@ -49,7 +49,7 @@ def _errors(
         key="published",
     )  # fmt: skip
     return Plot(
-        title=title,
+        title=f"Figure {figure}: {title[0].lower()}{title[1:]}",
         x_label="t, s",
         y_label=f"{title[0].lower()}{title[1:]}, {unit}",
         series=(
@@ -57,8 +57,7 @@ def _errors(
             published,
         ),
         y_scale="log",
-        caption=f"As figure {figure} of the paper, mean of the runs. The paper gives the last "
-        "value of one run.",
+        caption="Mean of the runs. The paper gives the last value of one run.",
         name=name,
     )
 
@@ -67,7 +66,7 @@ def _criterion(rows: list[Row]) -> Plot:
     times = np.array(TIMES_S)
     exact = np.sqrt(2.0 * chi2.isf(LEVEL, np.round(times * RATE_HZ) - 3.0))
     return Plot(
-        title="The published criterion",
+        title="Figure 2: the published criterion",
         x_label="t, s",
         y_label="√(2 Λ)",
         series=(
@@ -75,7 +74,7 @@ def _criterion(rows: list[Row]) -> Plot:
             _line(rows, "√(2 N) + 2", "printed_threshold", RADII_M[0], "ink"),
             Series("exact, 0.3 %", times, np.asarray(exact), "dashed", key="exact"),
         ),
-        caption=f"As figure 2 of the paper; radius {RADII_M[0]:g} m. Above the dashed line χ² with "
+        caption=f"Radius {RADII_M[0]:g} m. Above the dashed line χ² with "
         "N − 3 degrees of freedom rejects the plane.",
         name="criterion",
     )
@@ -86,7 +85,7 @@ def _path() -> Plot:
         1e-3 * path(Case(SOURCES[0], radius, 0.0))[:, [0, 2]] for radius in RADII_M
     ]  # fmt: skip
     return Plot(
-        title="The path",
+        title="Figure 1: the path",
         x_label="x, km",
         y_label="z, km",
         series=(
@@ -97,7 +96,7 @@ def _path() -> Plot:
             Series("radar", np.zeros(1), np.zeros(1), "points", key="ink"),
         ),
         equal_axes=True,
-        caption="As figure 1 of the paper: the plane OXZ, flown for 10 s from the dot on.",
+        caption="The plane OXZ, flown for 10 s from the dot on.",
         name="path",
     )
 

@@ -156,11 +156,11 @@ def _trajectory(rng: np.random.Generator) -> list[Plot]:
     acceleration = f"α₂ = {DRAWN[2]:g} m/s²".replace("-", "−")
     return [
         Plot(
-            title=f"A trajectory with {acceleration}, and its filtered values",
+            title=f"Figure 2: a trajectory with {acceleration}, and its filtered values",
             x_label="t, s",
             y_label="X, m",
             series=tuple(tracks),
-            caption="As figure 2 of the paper. At this scale the filter and trajectory coincide.",
+            caption="At this scale the filter and trajectory coincide.",
             name="trajectory",
         ),
         Plot(
