@@ -4,9 +4,12 @@ VENV := .venv
 SOURCES := service:converters:schemas:compiled
 FUZZ_SECONDS ?= 120
 BIN := $(VENV)/bin
-PIP = $(BIN)/pip install --quiet --disable-pip-version-check
+# Modules are compiled when they are imported.
+PIP = $(BIN)/pip install --quiet --disable-pip-version-check --no-compile
 RUNNABLE := $(VENV)/.runnable
 READY := $(VENV)/.ready
+# What one process compiled, others load: a test run starts hundreds.
+export PYTHONDONTWRITEBYTECODE :=
 
 .PHONY: help install test unit fuzz lint types contracts kernels check docs docs-check demo page bench dist kernel-list lock clean
 
@@ -15,6 +18,8 @@ help: ## Show the targets
 
 install: $(READY) ## Create .venv with the pinned versions, and compile the kernels
 	$(BIN)/multiradar warm-up
+	# Commands start slowly without it where Python may not write bytecode.
+	$(BIN)/python -m compileall -q -q -j 0 $(VENV)/lib
 
 # What commands need comes first: with it kernels compile while the rest is installed.
 $(RUNNABLE): requirements/run.txt
@@ -23,9 +28,7 @@ $(RUNNABLE): requirements/run.txt
 	@touch $@
 
 $(READY): $(RUNNABLE) requirements/dev.txt pyproject.toml
-	# Tools compile their modules when they import them. Commands start slowly without it where
-	# Python may not write bytecode.
-	$(PIP) --no-compile --require-hashes --requirement requirements/dev.txt
+	$(PIP) --require-hashes --requirement requirements/dev.txt
 	$(PIP) --no-deps --no-build-isolation --editable .
 	@touch $@
 
@@ -65,7 +68,7 @@ page: ## Build the page of the air picture (needs Node.js 20); the result is com
 	cd page && npm ci --no-audit --no-fund && npm run types && npm run build
 
 $(VENV)/.docs: $(READY) requirements/docs.txt
-	$(PIP) --no-compile --require-hashes --requirement requirements/docs.txt
+	$(PIP) --require-hashes --requirement requirements/docs.txt
 	@touch $@
 
 docs: $(VENV)/.docs ## Build the site of the documents in build/site; warnings and broken links are errors
@@ -73,7 +76,7 @@ docs: $(VENV)/.docs ## Build the site of the documents in build/site; warnings a
 	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet docs build/site
 
 $(VENV)/.dist: $(READY) requirements/dist.txt
-	$(PIP) --no-compile --require-hashes --requirement requirements/dist.txt
+	$(PIP) --require-hashes --requirement requirements/dist.txt
 	@touch $@
 
 dist: $(VENV)/.dist ## Build wheel, sdist, SBOM and a wheelhouse for installation offline into dist
