@@ -17,6 +17,7 @@ from multiradar.api.http_server import LOOPBACK_NAMES, HttpServer
 from multiradar.api.routes.overlays import overlay_routes
 from multiradar.clock import SystemClock
 from multiradar.errors import ConfigurationError
+from multiradar.estimation.filters.bank import FILTERS
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.ingest.asterix_gateway import AsterixGateway
 from multiradar.ingest.asterix_inlet import InletBounds
@@ -42,7 +43,7 @@ from multiradar.observability.supervisor import Supervisor
 from multiradar.runtime.asterix.channel import Channel
 from multiradar.runtime.asterix.options import channel_options
 from multiradar.runtime.engine.engine import Engine
-from multiradar.runtime.engine.fingerprint import configuration_fingerprint
+from multiradar.runtime.engine.fingerprint import configuration_fingerprint, filter_of
 from multiradar.runtime.kernel_purposes import serve_purposes
 from multiradar.runtime.live import readiness
 from multiradar.runtime.live.output_feed import OutputFeed
@@ -138,11 +139,13 @@ class Application:
         return () if self._feeds is None else self._feeds.endpoints
 
     def start(self) -> None:
-        """Serve HTTP, compile kernels, replay the journal, then ingest measurements.
+        """Open the journal, serve HTTP, compile kernels, replay, then ingest measurements.
 
         During the replay `/readyz` reports it and measurements are answered 503; ASTERIX, which no
         sender would repeat, is buffered.
         """
+        # A wrong journal is reported at once, before kernels are compiled.
+        self.service.open()
         self._supervisor.start()
         self._http.start()
         self._compile()
@@ -227,8 +230,13 @@ def build_service(
     """Return the live pipeline on a real journal and engine; not started."""
     tracking, journal = settings.tracking_settings(), settings.journal.path
     fingerprint = configuration_fingerprint(sensors, tracking)
+
+    def setting_of(other: str) -> str:
+        name = filter_of(other, sensors, tracking, FILTERS)
+        return f"--filter {name}, now {tracking.filter_name}" if name else ""
+
     return Service(
-        open_journal=lambda: SqliteJournal(journal, fingerprint),
+        open_journal=lambda: SqliteJournal(journal, fingerprint, setting_of),
         open_engine=lambda: Engine(sensors, tracking, settings.workers, sampling=Sampling.DRAWN),
         sensors=sensors,
         tracking=tracking,

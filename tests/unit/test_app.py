@@ -1,5 +1,6 @@
 """The composition root hands every setting on."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +9,14 @@ import pytest
 from numpy.typing import NDArray
 
 from multiradar.access.authentication import Authentication
-from multiradar.app import build_service, trajectory_feed, warm_up, zenoh_options
+from multiradar.app import (
+    Application,
+    build_service,
+    trajectory_feed,
+    warm_up,
+    zenoh_options,
+)
+from multiradar.errors import MultiradarError
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.memory.live_tracks import LiveTracks
 from multiradar.runtime.queries.encounter_query import EncounterQuery
@@ -85,6 +93,36 @@ def test_warming_up_makes_the_first_answer_about_encounters_ready() -> None:
     found = encounters(sky, query, engine.plane, settings, calibration)
     assert found["count"] > 0
     assert [set(kernel.signatures) for kernel in kernels] == before
+
+
+@pytest.mark.parametrize("mistake", ["another filter", "a converted recording"])
+def test_a_wrong_state_folder_is_reported_before_kernels_are_compiled(
+    mistake: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def chosen(name: str) -> Application:
+        given: dict[str, Any] = {
+            "journal": {"path": tmp_path / "journal.sqlite"},
+            "server": {"port": 0},
+            "zenoh": {"enabled": False},
+            "tracking": {"filter_name": name},
+        }
+        return Application(load_settings(None, given), live_scene.sensors(), lambda: None)
+
+    if mistake == "another filter":
+        first = chosen("joint")
+        first.service.open()
+        first.stop()
+        words = "created with --filter joint, now ci; start with"
+    else:
+        (tmp_path / "measurements.parquet").write_bytes(b"")
+        words = "was the output of `convert`; choose another folder"
+    compiled: list[bool] = []
+    monkeypatch.setattr(Application, "_compile", lambda _self: compiled.append(True))
+    application = chosen("ci")
+    with pytest.raises(MultiradarError, match=re.escape(words)):
+        application.start()
+    application.stop()
+    assert not compiled
 
 
 def test_trajectories_are_made_only_where_aircraft_may_have_some(tmp_path: Path) -> None:

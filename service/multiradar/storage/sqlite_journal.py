@@ -18,7 +18,7 @@ journal was replaced by an older copy of itself.
 import shutil
 import sqlite3
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,6 +27,7 @@ from multiradar.errors import ConfigurationError, JournalError, JournalFullError
 from multiradar.storage.chain import Columns, entry_digest, mark_digest, origin_digest
 from multiradar.storage.entries import Entry, JournalCounts, Quarantined, StoredEntry
 from multiradar.storage.file_lock import FileLock
+from multiradar.storage.folders import JOURNAL, content
 from multiradar.storage.journal import Space
 from multiradar.storage.sqlite_file import (
     SYNCHRONOUS_FULL,
@@ -83,17 +84,24 @@ class SqliteJournal:
         The file; created when absent, with its folder.
     fingerprint : str
         Fingerprint of the configuration that the output depends on.
+    setting_of : callable, optional
+        Returns the setting that differs in a journal with another fingerprint, such as
+        "filter joint, not imm"; empty where it is unknown.
 
     Raises
     ------
     JournalError
-        If the file cannot be opened, is not a journal, is damaged, or is in use.
+        If the file cannot be opened, would be in the output folder of another command, is not a
+        journal, is damaged, or is in use.
     ConfigurationError
         If the journal was created with another configuration or format version.
     """
 
-    def __init__(self, path: Path, fingerprint: str) -> None:
+    def __init__(
+        self, path: Path, fingerprint: str, setting_of: Callable[[str], str] = lambda _: ""
+    ) -> None:
         self._path = path
+        self._setting_of = setting_of
         self._writing = threading.Lock()
         self._reading = threading.Lock()
         self._broken: JournalError | None = None
@@ -101,6 +109,13 @@ class SqliteJournal:
         try:
             if path.parent.exists() and not path.parent.is_dir():
                 msg = f"{path.parent}: expected a folder for the journal, was a file"
+                raise JournalError(msg)
+            found = None if path.exists() else content(path.parent)
+            if found not in (None, JOURNAL):
+                msg = (
+                    f"{path.parent}: expected the folder of a journal, was {found}; choose another "
+                    "folder, which is created (`replay` sends a recording to the service)"
+                )
                 raise JournalError(msg)
             path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -277,11 +292,13 @@ class SqliteJournal:
                 "use the version of the program that wrote it, or choose another journal"
             )
         if written_with != fingerprint:
+            other = self._setting_of(written_with) or (
+                "other sensors or tracking settings, or on another kind of processor (fingerprint "
+                f"{written_with[:12]}, now {fingerprint[:12]})"
+            )
             raise ConfigurationError(
-                f"{self._path}: the journal was created with other sensors or tracking settings, "
-                f"or on another kind of processor (fingerprint {written_with[:12]}, now "
-                f"{fingerprint[:12]}); start with those, or choose another journal and replay the "
-                "measurements into it"
+                f"{self._path}: the journal was created with {other}; start with those, or choose "
+                "another journal (--state) and replay the measurements into it"
             )
         self._origin = origin_digest(version, written_with)
 

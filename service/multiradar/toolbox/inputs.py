@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from multiradar.errors import ArgumentError, ConfigurationError, DataWarning, InputError
-from multiradar.toolbox.folders import no_such
+from multiradar.storage.folders import no_such
 from multiradar.toolbox.output import PathLike
 from multiradar.toolbox.warning import warn
 from multiradar_converters.leftovers import temporary_folder

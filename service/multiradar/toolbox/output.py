@@ -9,7 +9,7 @@ from secrets import token_hex
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from multiradar.errors import InputError
-from multiradar.toolbox.folders import no_such
+from multiradar.storage.folders import no_such
 
 if TYPE_CHECKING:
     import polars as pl

@@ -246,6 +246,23 @@ def test_unusable_input_is_one_sentence(
     assert "internal error" not in error
 
 
+@pytest.mark.parametrize("option", ["--adsb", "--truth", "--smoothed"])
+@pytest.mark.parametrize("files", [False, True])
+def test_exchanged_tracks_and_reference_are_named(
+    scene: Path, capsys: pytest.CaptureFixture[str], option: str, *, files: bool
+) -> None:
+    made, tracks = scene / "made", scene / "tracks"
+    if files:
+        made, tracks = made / "measurements.parquet", tracks / "tracks.parquet"
+    assert run(["evaluate", str(made), option, str(tracks)]) == 1
+    said = capsys.readouterr().err
+    assert said.startswith(f"multiradar: tracks and reference are exchanged: {made} is the output")
+    assert said.endswith(
+        f"{tracks} is the output of `track`; give the tracks first, and the measurements as the "
+        "reference\n"
+    )
+
+
 def test_a_recording_without_adsb_is_no_reference(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

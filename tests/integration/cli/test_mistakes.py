@@ -46,7 +46,9 @@ def test_a_correct_recording_ends_with_status_0(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], *, named: bool
 ) -> None:
     assert tracked(recording(named=named), tmp_path) == (0, [])
-    assert capsys.readouterr().err == ""
+    # With a cold cache the progress of the compilation is shown, too.
+    said = capsys.readouterr().err.splitlines()
+    assert [line for line in said if "compiling kernels, once:" not in line] == []
 
 
 def test_a_warning_ends_with_status_0(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

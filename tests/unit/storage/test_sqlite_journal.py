@@ -68,6 +68,41 @@ def test_another_configuration_is_rejected_and_says_what_to_do(tmp_path: Path) -
     assert len(_read_everything(path)) > 20
 
 
+def test_the_setting_that_differs_is_named_where_it_is_known(tmp_path: Path) -> None:
+    path = tmp_path / "journal.db"
+    _written(path)
+    asked: list[str] = []
+
+    def setting_of(fingerprint: str) -> str:
+        asked.append(fingerprint)
+        return "--filter ci, now imm"
+
+    with pytest.raises(ConfigurationError, match=r"created with --filter ci, now imm; start with"):
+        SqliteJournal(path, "b" * 64, setting_of)
+    assert asked == [FINGERPRINT]
+
+
+@pytest.mark.parametrize(
+    ("name", "what"),
+    [("measurements.parquet", "output of `convert`"), ("tracks.parquet", "output of `track`")],
+)
+def test_the_output_of_another_command_is_no_place_for_a_journal(
+    tmp_path: Path, name: str, what: str
+) -> None:
+    (tmp_path / name).write_bytes(b"")
+    with pytest.raises(JournalError, match=f"expected the folder of a journal, was the {what}"):
+        SqliteJournal(tmp_path / "journal.sqlite", FINGERPRINT)
+    assert [one.name for one in tmp_path.iterdir()] == [name]
+
+
+def test_a_journal_stays_usable_whatever_lies_beside_it(tmp_path: Path) -> None:
+    path = tmp_path / "journal.sqlite"
+    _written(path)
+    SqliteJournal(tmp_path / "second.sqlite", FINGERPRINT).close()
+    (tmp_path / "measurements.parquet").write_bytes(b"")
+    SqliteJournal(path, FINGERPRINT).close()
+
+
 def test_another_format_is_rejected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "journal.db"
     with monkeypatch.context() as patch:

@@ -10,7 +10,7 @@ import typer
 
 from multiradar.cli.options import parse_date
 from multiradar.errors import InputError, MissingColumnError
-from multiradar.toolbox.folders import no_such
+from multiradar.storage.folders import no_such
 
 if TYPE_CHECKING:
     import polars as pl

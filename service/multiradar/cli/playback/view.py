@@ -12,7 +12,7 @@ import typer
 from multiradar.cli.options import OverlaysOption
 from multiradar.cli.terminal.stop_signals import stop_on_signals
 from multiradar.errors import InputError, PipelineError
-from multiradar.toolbox.folders import no_such
+from multiradar.storage.folders import no_such
 from multiradar.toolbox.inputs import SENSORS_FILE, load_sensor_table
 
 if TYPE_CHECKING:

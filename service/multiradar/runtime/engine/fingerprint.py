@@ -1,7 +1,8 @@
 """A fingerprint of all that the output depends on, apart from the measurements."""
 
 import hashlib
-from dataclasses import asdict, fields
+from collections.abc import Iterable
+from dataclasses import asdict, fields, replace
 
 import numpy as np
 
@@ -54,3 +55,23 @@ def configuration_fingerprint(
             little = value.astype(value.dtype.newbyteorder("<"))
             whole.update(f";{field.name}:{little.dtype.str}:".encode() + little.tobytes())
     return whole.hexdigest()
+
+
+def filter_of(
+    fingerprint: str, sensors: SensorTable, tracking: TrackingSettings, names: Iterable[str]
+) -> str | None:
+    """Return the filter with which a configuration has a fingerprint; None if it is none of them.
+
+    Parameters
+    ----------
+    fingerprint : str
+        That of a journal.
+    sensors, tracking : SensorTable, TrackingSettings
+        The present configuration.
+    names : iterable of str
+        The filters.
+    """
+    for name in names:
+        if configuration_fingerprint(sensors, replace(tracking, filter_name=name)) == fingerprint:
+            return name
+    return None

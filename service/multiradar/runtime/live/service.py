@@ -132,6 +132,7 @@ class Service:
         self._start_step = ""
         self._changing = threading.Lock()
         self._journal: Journal | None = None
+        self._was_started = False
         self._admission: Admission | None = None
         self._writer: Writer | None = None
         self._processor: Processor | None = None
@@ -193,25 +194,35 @@ class Service:
         """Set the present step of the start, for `/readyz`."""
         self._start_step = step
 
+    def open(self) -> None:
+        """Open the journal, ahead of `start`.
+
+        Raises
+        ------
+        JournalError, ConfigurationError
+            It cannot be opened, or was written with other sensors or settings.
+        """
+        with self._changing:
+            self._journal = self._journal or self._open_journal()
+
     def start(self) -> None:
         """Open the journal, replay it, then accept measurements.
 
         Raises
         ------
-        JournalError
-            If the journal cannot be opened or its verification fails.
-        ConfigurationError
-            If it was written with other sensors or settings.
+        JournalError, ConfigurationError
+            See `open`; or the verification fails.
         PipelineError
             If the service was started before, or the engine fails on the journal.
         """
         with self._changing:
-            if self._journal is not None:
+            if self._was_started:
                 raise PipelineError("the service was started before; create a new one")
+            self._was_started = True
             self._state = ServiceState.RECOVERING
             self.note_start("replaying the journal")
             try:
-                self._recover(self._open_journal())
+                self._recover(self._journal or self._open_journal())
             except BaseException:
                 self._state = ServiceState.STOPPED
                 self._let_go()

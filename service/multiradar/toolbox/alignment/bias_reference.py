@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from multiradar.errors import ConfigurationError, InputError
-from multiradar.toolbox.folders import no_such
+from multiradar.storage.folders import no_such
 from multiradar_converters.leftovers import temporary_folder
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from multiradar.errors import ArgumentError, DataWarning
+from multiradar.errors import ArgumentError, DataWarning, InputError
 from multiradar.toolbox.warning import warn
 from multiradar_schemas.documents.names import unknown
 
@@ -64,6 +64,26 @@ class References:
         if self.system_tracks is None and self.processor is not None:
             msg = "`processor` is for `system_tracks` only"
             raise ArgumentError(msg, "processor", "system_tracks")
+
+    def check_order(self, tracks: Path) -> None:
+        """Check that tracks and reference are not exchanged.
+
+        Raises
+        ------
+        InputError
+            They are.
+        """
+        from multiradar.storage.folders import MEASUREMENTS, TRACKS, content
+
+        first = content(tracks)
+        for reference in (self.truth, self.adsb, self.smoothed, self.system_tracks):
+            if reference is None or first not in MEASUREMENTS or content(reference) != TRACKS:
+                continue
+            msg = (
+                f"tracks and reference are exchanged: {tracks} is {first}, {reference} is "
+                f"{TRACKS}; give the tracks first, and the measurements as the reference"
+            )
+            raise InputError(msg)
 
     def _recorded(self) -> bool:
         from multiradar.toolbox.evaluation.recorded import is_recorded_truth
@@ -172,6 +192,7 @@ def compared(
     )
     from multiradar.toolbox.inputs import read_sensors
 
+    chosen.check_order(tracks)
     sensors = sensors_file(tracks, chosen.sensors)
     known = chosen.read(tracks, sensors, settings)
     counts = known.reference.counts

@@ -17,6 +17,7 @@ from multiradar.evaluation.tables import (
     reference_of_truth,
     with_rows,
 )
+from multiradar.storage.folders import no_such
 from multiradar.toolbox.evaluation.recorded import (
     dump_tracks,
     has_dump_tracks,
@@ -25,7 +26,6 @@ from multiradar.toolbox.evaluation.recorded import (
     true_biases,
 )
 from multiradar.toolbox.evaluation.tracked import bias_tables, named_by_tracks, read_table
-from multiradar.toolbox.folders import no_such
 from multiradar.toolbox.inputs import read_sensors
 from multiradar.toolbox.warning import warn
 

@@ -9,7 +9,7 @@ from multiradar.errors import InputError, MissingColumnError, OutsidePlaneError
 from multiradar.evaluation.measures.bias_errors import BiasHistory, bias_histories
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.tables import TRACK_COLUMNS, tracks_of
-from multiradar.toolbox.folders import no_such
+from multiradar.storage.folders import no_such
 from multiradar.toolbox.inputs import SENSORS_FILE, read_sensors
 
 if TYPE_CHECKING:
