@@ -14,6 +14,11 @@ from multiradar_schemas.errors import DocumentError
 Model = TypeVar("Model", bound=BaseModel)
 
 
+#: Octets at the start in which text has no zero, unless it is UTF-16.
+_HEAD = 4096
+_UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+
+
 @dataclass(frozen=True, slots=True)
 class Document:
     """A parsed TOML file.
@@ -65,8 +70,14 @@ def read_toml(path: FilePath) -> Document:
         reason = (
             f"expected UTF-8 text, was another encoding at byte {error.start}; save it as UTF-8"
         )
+        if b"\0" in error.object[:_HEAD] and error.object[:2] not in _UTF_16:
+            reason = f"expected TOML, was {'Parquet' if _is_parquet(error.object) else 'binary'}"
         raise DocumentError(str(path), reason) from error
     return parse_toml(text, source=str(path))
+
+
+def _is_parquet(content: bytes) -> bool:
+    return content[:4] == b"PAR1"
 
 
 def parse_toml(text: str, *, source: str) -> Document:

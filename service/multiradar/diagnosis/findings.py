@@ -30,6 +30,7 @@ from multiradar.diagnosis.cross_sensor.identities import check_identities
 from multiradar.diagnosis.cross_sensor.offsets import (
     OFFSET_CODE,
     check_common_azimuth,
+    check_large_azimuths,
     check_offsets,
 )
 from multiradar.diagnosis.cross_sensor.references import RECORDING, Pairs, are_named
@@ -73,6 +74,7 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
         Empty when nothing is wrong; causes of names and times first.
     """
     found = [*check_names(evidence), *check_times(evidence.sources), *check_gaps(evidence.sources)]
+    found += loss_checks.check_copied_sensors(evidence)
     named = {one.sensor_id for one in found}
     comparison = Comparison(evidence)
     known = [name for name in evidence.sensors.ids if name in evidence.sources]
@@ -86,6 +88,7 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
     for name in known:
         if name not in named:
             found += _check_losses(evidence, comparison, name, causes=causes)
+    found = found or check_large_azimuths(evidence)
     if not evidence.confirmed and not found:
         found += _check_no_tracks(evidence)
     return found

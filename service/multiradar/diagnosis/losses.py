@@ -1,9 +1,11 @@
 """Lost measurements of a sensor by cause, and the errors that they indicate."""
 
 from collections import Counter
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
+import polars as pl
 
 from multiradar.diagnosis.diagnosis import Diagnosis, Severity
 from multiradar.diagnosis.evidence import COLUMNS, Evidence
@@ -12,6 +14,7 @@ from multiradar.diagnosis.times import utc
 from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.measurement.kinds import KIND_POSITION
 
+_MEASURED = ["time_s", "range_m", "azimuth_deg"]
 #: A sensor that loses more than this fraction of its measurements is diagnosed, from `READ_MIN` on.
 LOST_MAX = 1.0 / 3.0
 READ_MIN = 20
@@ -248,14 +251,70 @@ def check_repeated(evidence: Evidence, name: str) -> Diagnosis | None:
     """Diagnose measurements that are exact copies of others."""
     plots = evidence.sources[name].plots()
     again = len(plots) - plots.n_unique()
-    if len(plots) < READ_MIN or again <= LOST_MAX * len(plots):
+    if len(plots) < READ_MIN:
         return None
+    if again <= LOST_MAX * len(plots):
+        return _of_two_feeds(evidence, name)
     return Diagnosis(
         name,
         "measurements_twice",
         f"{name}: its measurements are probably in the recording twice: {again / len(plots):.0%} "
         "are exact copies of another; record or merge each only once",
     )
+
+
+# Copies that are not exact have passed through another recorder or network.
+def _of_two_feeds(evidence: Evidence, name: str) -> Diagnosis | None:
+    again, read = evidence.duplicates[name], evidence.sources[name].read
+    if again <= LOST_MAX * read:
+        return None
+    return Diagnosis(
+        name,
+        "measurements_twice",
+        f"{name}: its measurements are probably in the recording twice, by two feeds: "
+        f"{again / read:.0%} repeat another one within a fraction of a scan; they are not used, "
+        "record or merge each only once",
+    )
+
+
+def check_copied_sensors(evidence: Evidence) -> list[Diagnosis]:
+    """Diagnose radars whose plots are those of another: one radar under two identifiers.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        What is retained of the run.
+
+    Returns
+    -------
+    list of Diagnosis
+        For the later one of each pair.
+    """
+    parts = [
+        one.plots().drop_nulls(_MEASURED).select(*_MEASURED, pl.lit(name).alias("name")).unique()
+        for name, one in evidence.sources.items()
+        if evidence.number(name) >= 0
+    ]
+    if len(parts) < 2:
+        return []
+    names = pl.concat(parts).group_by(_MEASURED).agg(pl.col("name").sort().unique())
+    pairs = names.filter(pl.col("name").list.len() > 1)["name"].to_list()
+    shared = Counter(
+        (first, later) for several in pairs for first, later in combinations(sorted(several), 2)
+    )
+    sizes = {part["name"][0]: len(part) for part in parts if len(part)}
+    found = {}
+    for (first, later), count in sorted(shared.items()):
+        least = min(sizes[first], sizes[later])
+        if least >= READ_MIN and count > LOST_MAX * least:
+            found[later] = Diagnosis(
+                later,
+                "sensor_twice",
+                f"{later}: {count / sizes[later]:.0%} of its plots are also those of {first}, with "
+                "the same times, ranges and azimuths: probably one radar under two identifiers, "
+                "which counts its errors twice; remove one of them",
+            )
+    return list(found.values())
 
 
 def check_unexplained_losses(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | None:

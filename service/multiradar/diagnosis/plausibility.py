@@ -259,7 +259,8 @@ def check_height_unit(name: str, plots: Plots, site: Site) -> Diagnosis | None:
 
 def check_nearer_than_height(name: str, plots: Plots, site: Site) -> Diagnosis | None:
     """Diagnose ranges shorter than the height of the aircraft above or below the radar."""
-    known = np.isfinite(plots.height_m) & np.isfinite(plots.range_m)
+    # A negative range is rejected, with its reason.
+    known = np.isfinite(plots.height_m) & (plots.range_m >= 0.0)
     apart_m = plots.height_m[known] - site[2]
     if len(apart_m) < TESTED_MIN:
         return None

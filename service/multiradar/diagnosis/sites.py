@@ -5,15 +5,18 @@ import numpy as np
 from multiradar.diagnosis.cross_sensor.agreement import seen_from
 from multiradar.diagnosis.cross_sensor.hypotheses import other_sites
 from multiradar.diagnosis.plots import Site
+from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.wgs84 import geodetic_to_ecef
 
 #: Sensors that are farther than this from all others cannot work together, m.
 APART_MAX_M = 3_000_000.0
+#: Radars nearer to each other than this have heights within this of each other, m.
+ONE_PLACE_M, HEIGHTS_APART_MAX_M = 200.0, 300.0
 
 
 def check_sites(sensors: SensorTable) -> str | None:
-    """Return a message about a sensor whose site is far from all others, None without one.
+    """Return a message about a site far from all others, or of two heights; None without one.
 
     Parameters
     ----------
@@ -38,6 +41,23 @@ def check_sites(sensors: SensorTable) -> str | None:
         ]
         why = f": {right[0].mistake}" if right else ""
         return f"{far}{why}; correct latitude_deg and longitude_deg in the sensors file"
+    return _two_heights(sensors)
+
+
+# Radars of one place have one mast or hill: a digit too many, or another unit, shows.
+def _two_heights(sensors: SensorTable) -> str | None:
+    radars = np.flatnonzero(np.asarray(sensors.kinds) == KIND_RADAR).tolist()
+    for first in radars:
+        for second in radars:
+            low, high = (float(sensors.height_m[one]) for one in (first, second))
+            if high - low <= HEIGHTS_APART_MAX_M:
+                continue
+            level = [(*_site(sensors, one)[:2], 0.0) for one in (first, second)]
+            if _nearest_m(level[0], level[1:]) <= ONE_PLACE_M:
+                return (
+                    f"{sensors.ids[second]} and {sensors.ids[first]} are at one place, with a "
+                    f"height_m of {high:g} and {low:g}; correct the wrong one"
+                )
     return None
 
 

@@ -14,7 +14,7 @@ from multiradar.errors import (
     OutputExistsError,
 )
 from multiradar.toolbox.compiling import compile_kernels
-from multiradar.toolbox.diagnoses import findings_of
+from multiradar.toolbox.diagnoses import findings_of, notes_of
 from multiradar.toolbox.inputs import DumpChoice, parse_day, read_sensors
 from multiradar.toolbox.output import Output, PathLike, new_output, remove_with
 from multiradar.toolbox.progress import progress_bar
@@ -180,9 +180,9 @@ def convert(
     done = Conversion(folder)
     if out is None:
         remove_with(done, folder)
-    for alarm in report["figures"].get("sensor_alarms", ()) if chosen == "asterix" else ():
-        # The conversion itself is complete, whichever clock is wrong.
-        warn(f"{alarm['sensor_id']}: {alarm['reason']}", DataWarning)
+    # The conversion itself is complete.
+    for sentence in notes_of(chosen, paths, report, folder):
+        warn(sentence, DataWarning)
     if findings := _findings(chosen, report, folder, options):
         raise FindingsError(findings, done)
     return done

@@ -1,7 +1,8 @@
-"""Diagnoses as warnings and findings."""
+"""Diagnoses as warnings and findings, and notes on recordings."""
 
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from multiradar.errors import DataWarning
 from multiradar.toolbox.warning import warn
@@ -30,3 +31,42 @@ def findings_of(diagnoses: "Iterable[Diagnosis]") -> list[str]:
         else:
             warn(one.sentence, DataWarning)
     return errors
+
+
+def notes_of(kind: str, paths: Sequence[Path], report: Mapping[str, Any], out: Path) -> list[str]:
+    """Return what a user should know of a conversion that is complete.
+
+    Parameters
+    ----------
+    kind : str
+        vid, asterix or adsb.
+    paths : sequence of Path
+        What was converted.
+    report : mapping
+        Contents of `report.json`.
+    out : Path
+        The folder that was made.
+
+    Returns
+    -------
+    list of str
+        Sentences for warnings.
+    """
+    from multiradar_converters.repeated_files import repeated_sentence
+
+    # A dump is a folder, whose copies are found in its plots.
+    repeated = [found for path in paths if (found := repeated_sentence(path))]
+    return [*repeated, *_of_asterix(report, out)] if kind == "asterix" else repeated
+
+
+# Wrong clocks, and system tracks that no plot ever updated, which are not a usable reference.
+def _of_asterix(report: Mapping[str, Any], out: Path) -> list[str]:
+    import polars as pl
+
+    from multiradar.toolbox.evaluation.inputs import SYSTEM_TRACKS_FILE, unseen_states
+
+    alarms = report["figures"].get("sensor_alarms", ())
+    found = [f"{alarm['sensor_id']}: {alarm['reason']}" for alarm in alarms]
+    path = out / SYSTEM_TRACKS_FILE
+    unseen = unseen_states(pl.read_parquet(path, columns=["state"])) if path.is_file() else ""
+    return [*found, f"{unseen}; they are no reference of `evaluate`"] if unseen else found

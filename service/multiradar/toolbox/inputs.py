@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from multiradar.clock import SystemClock
 from multiradar.errors import ArgumentError, ConfigurationError, DataWarning, InputError
 from multiradar.storage.folders import no_such
 from multiradar.toolbox.output import PathLike
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from multiradar_schemas.sensors.sensor import SensorsFile
 
 
+#: No recording is older.
+_FIRST_DAY = dt.date(1970, 1, 1)
 #: Sensors of a run, kept beside its tracks.
 SENSORS_FILE = "sensors.toml"
 
@@ -85,10 +88,16 @@ def parse_day(text: str | None) -> dt.date | None:
         It is no date.
     """
     try:
-        return None if text is None else dt.date.fromisoformat(text)
+        day = None if text is None else dt.date.fromisoformat(text)
     except (TypeError, ValueError) as error:
         msg = f"`date`: expected a date such as 2018-08-01, was {text!r}"
         raise ArgumentError(msg, "date") from error
+    # Half the Earth is a day ahead; the clock of this computer may be wrong, so this is no error.
+    last = dt.datetime.fromtimestamp(SystemClock().now_s(), dt.UTC).date() + dt.timedelta(days=1)
+    if day is not None and (day > last or day < _FIRST_DAY):
+        when = "in the future" if day > last else "earlier than any recording"
+        warn(f"date {day}: {when}; times of the output depend on it", DataWarning)
+    return day
 
 
 def load_sensor_table(

@@ -73,6 +73,68 @@ def test_a_truncated_recording_is_named(
 
 
 @pytest.mark.parametrize(
+    ("make", "name", "words"),
+    [
+        (gps, "a.gps", "the file ends inside a block"),
+        (b"".join, "a.ast", "the file ends inside a block"),
+    ],
+)
+def test_an_inspection_names_a_truncated_recording(
+    make: Callable[[list[bytes]], bytes],
+    name: str,
+    words: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    file = tmp_path / name
+    file.write_bytes(make(blocks())[:-25])
+    assert run(["inspect", str(file)]) == 1
+    done = capsys.readouterr()
+    assert "Recording: " in done.out
+    assert f"multiradar: {name}: {words}" in done.err
+    assert "probably cut while copying" in done.err
+
+
+@pytest.mark.parametrize("copies", [1, 2, 3])
+@pytest.mark.parametrize("command", ["inspect", "convert"])
+def test_a_recording_that_was_appended_to_itself_is_named(
+    command: str, copies: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data = b"".join(blocks()) * copies
+    if command == "inspect":
+        (tmp_path / "a.ast").write_bytes(data)
+        assert run(["inspect", str(tmp_path / "a.ast")]) == 0
+    else:
+        assert converted(tmp_path, data, "a.ast") == 0
+    said = capsys.readouterr().err
+    assert (f"its content is in it {copies} times: the file was probably" in said) == (copies > 1)
+    assert bool(said) == (copies > 1)
+
+
+@pytest.mark.parametrize("option", ["021=0.26", "20-1/048=1.15"])
+def test_an_inspection_names_an_edition_that_is_not_recorded(
+    option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "a.ast"
+    file.write_bytes(b"".join(blocks()))
+    assert run(["inspect", str(file), "--edition", "48=1.15"]) == 0
+    capsys.readouterr()
+    assert run(["inspect", str(file), "--edition", option]) == 1
+    said = capsys.readouterr().err
+    assert f"--edition {option}: not in the recording, which has 048 of " in said
+
+
+@pytest.mark.parametrize(
+    ("date", "words"), [("2998-08-01", "in the future"), ("1918-08-01", "earlier than any")]
+)
+def test_an_impossible_date_is_named(
+    date: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert converted(tmp_path, b"".join(blocks()), "a.ast", "--date", date) == 0
+    assert f"multiradar: date {date}: {words}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
     "option",
     [("--edition", "021=0.26"), ("--edition", "9-9/048=1.32"), ("--reference", "9-9=43,6")],
 )
@@ -96,3 +158,32 @@ def test_a_file_given_twice_is_a_usage_error(
 def test_a_folder_is_named_as_such(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["convert", "asterix", str(tmp_path), "--out", str(tmp_path / "out")]) == 1
     assert "was a folder; give the files in it" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("coasting", [True, False])
+def test_system_tracks_that_only_coast_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], *, coasting: bool
+) -> None:
+    # Items 010, 070, 105, 040 and 080, the last with CST in its fourth octet.
+    status = bytes([0x01, 0x01, 0x01, 0x80 if coasting else 0x00])
+    records = [
+        block(
+            62,
+            bytes([0b1001_1001, 0b0000_1100, 20, 1])
+            + round((30_000 + 4 * number) * 128).to_bytes(3, "big")
+            + round((46.5 + 0.01 * number) * 2**25 / 180).to_bytes(4, "big")
+            + round(7.0 * 2**25 / 180).to_bytes(4, "big")
+            + (5).to_bytes(2, "big")
+            + status,
+        )
+        for number in range(PLOTS)
+    ]
+    assert converted(tmp_path, b"".join(records), "a.ast") == 0
+    said = capsys.readouterr().err
+    words = "none of the 40 updates of system tracks is by a measurement (40 coasting)"
+    assert (words in said) == coasting
+    assert bool(said) == coasting
+    if coasting:
+        tracks = tmp_path / "out" / "system_tracks.parquet"
+        assert run(["evaluate", str(tracks), "--system-tracks", str(tmp_path / "out")]) == 1
+        assert words in capsys.readouterr().err

@@ -9,9 +9,11 @@ import pytest
 from multiradar.cli.main import run
 from support.paths import SAMPLE
 from validation.mistakes.column_mistakes import COLUMN_MISTAKES
+from validation.mistakes.file_mistakes import FILE_MISTAKES
 from validation.mistakes.mistakes_catalogue import CATALOGUE, SENSORS, Mistake, Sample
 
 SENSORS_FILE = SAMPLE.parent / "sensors-vid-sample.toml"
+ROWS = (*CATALOGUE, *COLUMN_MISTAKES, *FILE_MISTAKES)
 #: One of each kind of cause; check_mistakes.py makes all of them.
 CHOSEN = (
     "none: the sample as it is",
@@ -25,6 +27,9 @@ CHOSEN = (
     "azimuths of all radars off by 2.5°",
     "a date that falls back by a day",
     "two sensors with one id",
+    "azimuths of one radar off by 2.5°, without ADS-B",
+    "two feeds of a radar, 0.12 s apart",
+    "serve: a converted recording as its state",
 )
 
 
@@ -39,7 +44,7 @@ def sample(tmp_path_factory: pytest.TempPathFactory) -> Sample:
 
 @pytest.mark.parametrize(
     "mistake",
-    [one for one in (*CATALOGUE, *COLUMN_MISTAKES) if one.name in CHOSEN],
+    [one for one in ROWS if one.name in CHOSEN],
     ids=lambda one: one.name,
 )
 def test_a_mistake_ends_as_the_table_says(
@@ -61,4 +66,4 @@ def test_a_mistake_ends_as_the_table_says(
 
 
 def test_every_chosen_row_exists() -> None:
-    assert set(CHOSEN) <= {one.name for one in (*CATALOGUE, *COLUMN_MISTAKES)}
+    assert set(CHOSEN) <= {one.name for one in ROWS}

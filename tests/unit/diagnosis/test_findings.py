@@ -6,10 +6,11 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.diagnosis.cross_sensor.offsets import check_offsets
+from multiradar.diagnosis.cross_sensor.offsets import check_large_azimuths, check_offsets
 from multiradar.diagnosis.cross_sensor.registration import Registration
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.findings import diagnose
+from multiradar.diagnosis.losses import check_repeated
 from multiradar.diagnosis.plots import geodetic, located
 from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET
 from support.inputs.mistaken import (
@@ -103,6 +104,9 @@ MISTAKES: dict[str, tuple[Edit, str]] = {
     ),
     "heights in feet": (lambda one: one.changed(NAME, height_m=HEIGHT / 0.3048), "height_unit"),
     "flight levels": (lambda one: one.changed(NAME, height_m=HEIGHT / 30.48), "height_unit"),
+    "metres converted from feet": (
+        lambda one: one.changed(NAME, height_m=HEIGHT * 0.3048), "height_unit",
+    ),
     "hundreds of metres": (lambda one: one.changed(NAME, height_m=HEIGHT / 100.0), "height_unit"),
     "clock 3 s ahead": (lambda one: one.changed(NAME, time_s=TIME + 3.0), "clock"),
     "clock 2 s behind": (lambda one: one.changed(NAME, time_s=TIME - 2.0), "clock"),
@@ -197,6 +201,60 @@ def test_a_wrong_offset_is_reported_with_the_estimate_from_named_others() -> Non
     assert said.endswith(" m; correct prior, or remove estimate = false")
     alone = wrong.only(NAME, "2-10").diagnosed()[0].sentence
     assert "(or 2-10 is wrong: there is no third sensor)" in alone
+
+
+def test_one_radar_under_two_identifiers_is_named() -> None:
+    one = recording()
+    copied = one.frame.filter(sensor_id=NAME).with_columns(sensor_id=pl.lit("9-10"))
+    again = one.sensors[0].model_copy(update={"id": "9-10"})
+    both = Recording(pl.concat([one.frame, copied]).sort("time_s"), (*one.sensors, again))
+    (said,) = both.diagnosed()
+    assert (said.sensor_id, said.code) == ("9-10", "sensor_twice")
+    assert f"100% of its plots are also those of {NAME}, with the same times" in said.sentence
+
+
+def test_negative_ranges_are_not_taken_for_a_wrong_height() -> None:
+    (said,) = recording().changed(NAME, range_m=-RANGE).diagnosed()
+    assert said.code == "measurements_lost"
+    assert "range_m: expected metres" in said.sentence
+
+
+@pytest.mark.parametrize(("copies", "known"), [(0.5, True), (0.2, False)])
+def test_two_feeds_of_a_radar_are_named(copies: float, *, known: bool) -> None:
+    evidence = Evidence(recording().table())
+    evidence.record_rows(recording().frame)
+    read = evidence.sources[NAME].read
+    evidence.duplicates[NAME] = int(copies * read)
+    said = check_repeated(evidence, NAME)
+    assert (said is not None) == known
+    if said is not None:
+        assert said.code == "measurements_twice"
+        assert "in the recording twice, by two feeds: 50% repeat" in said.sentence
+
+
+@pytest.mark.parametrize(
+    ("offset_deg", "sigma_deg", "prior", "known"),
+    [
+        (2.3, 0.01, {}, True),
+        (-2.3, 0.01, {}, True),
+        (0.9, 0.01, {}, False),
+        (2.3, 0.5, {}, False),
+        (2.3, 0.01, {"azimuth_offset_deg": {"prior": 2.0}}, False),
+        (2.3, 0.01, {"azimuth_offset_deg": {"prior_sigma": 2.0}}, False),
+    ],
+)
+def test_azimuths_that_are_far_off_are_a_warning(
+    offset_deg: float, sigma_deg: float, prior: dict[str, dict[str, float]], *, known: bool
+) -> None:
+    evidence = Evidence(biased(recording(), **prior).table())
+    evidence.biases[0, PARAMETER_AZIMUTH_OFFSET] = (
+        float(np.radians(offset_deg)), float(np.radians(sigma_deg)),
+    )  # fmt: skip
+    said = check_large_azimuths(evidence)
+    assert bool(said) == known
+    if said:
+        assert (said[0].sensor_id, said[0].severity) == (NAME, "warning")
+        assert f"off by {offset_deg:+.2f}° as estimated, and +0.00° ± 0.50°" in said[0].sentence
 
 
 # Pressure heights on a hot or a cold day: they resemble other site heights.

@@ -1,4 +1,4 @@
-"""A site on another continent."""
+"""A site on another continent; radars of one place with two heights."""
 
 import pytest
 
@@ -27,3 +27,17 @@ def test_a_site_far_from_all_others_is_named(values: dict[str, float], words: st
 def test_a_single_sensor_is_accepted() -> None:
     assert check_sites(recording().only("1-10").table()) is None
     assert len(RADARS) == 3
+
+
+@pytest.mark.parametrize(("height_m", "accepted"), [(2400.0, False), (440.0, True)])
+def test_radars_of_one_place_have_one_height(height_m: float, *, accepted: bool) -> None:
+    latitude, longitude, _ = RADARS["2-10"][0]
+    one = recording().configured("2-10", height_m=240.0)
+    beside = {"latitude_deg": latitude + 0.001, "longitude_deg": longitude}
+    said = check_sites(one.configured("1-10", **beside, height_m=height_m).table())
+    if accepted:
+        assert said is None
+    else:
+        assert said == (
+            "1-10 and 2-10 are at one place, with a height_m of 2400 and 240; correct the wrong one"
+        )

@@ -9,15 +9,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from multiradar.cli.options import JsonOption, ReferenceOption, read_references
-from multiradar.errors import InputError
+from multiradar.errors import DataWarning, InputError
 from multiradar.toolbox.compiling import compile_kernels
 from multiradar.toolbox.conversion import bytes_bar, conversion_errors
+from multiradar.toolbox.warning import warn
 
 if TYPE_CHECKING:
     from multiradar_converters.inspection.survey import Survey
     from multiradar_schemas.inspection import Inspection
 
 _WIDTH = 160
+_TRUNCATED = "TRUNCATED"
 
 INSPECT_HELP = (
     "Inspect recordings before conversion.\n\n"
@@ -83,6 +85,7 @@ def inspect(
     from multiradar_converters.inspection.document import inspection_of, stated_sites
     from multiradar_converters.inspection.recordings import InspectionOptions
     from multiradar_converters.inspection.recordings import inspect as survey_files
+    from multiradar_converters.repeated_files import repeated_sentence
     from multiradar_schemas.rounding import rounded
 
     try:
@@ -100,6 +103,9 @@ def inspect(
             survey = survey_files(
                 files, InspectionOptions(editions, references=references), advance
             )
+        for sentence in map(repeated_sentence, files):
+            if sentence:
+                warn(sentence, DataWarning)
         known = stated_sites(survey) | table
         found = inspection_of(survey, solved_sites(survey, known) | known)
         if suggestion is not None:
@@ -112,6 +118,8 @@ def inspect(
     else:
         _print(found, _command(files))
     _fail_when_unreadable(found)
+    _fail_when_truncated(found)
+    _fail_when_unused(edition or [], found)
 
 
 def _page(found: "Inspection", survey: "Survey", command: str) -> str:
@@ -141,6 +149,32 @@ def _octets(files: list[Path]) -> int:
 
 def _command(files: list[Path]) -> str:
     return " ".join(["multiradar inspect", *map(str, files)])
+
+
+# The figures are those of what is there.
+def _fail_when_truncated(found: "Inspection") -> None:
+    cut = [f"{one.file}: {one.reason}" for one in found.rejects if one.code == _TRUNCATED]
+    if cut:
+        msg = f"{'; '.join(cut)}; probably cut while copying"
+        raise InputError(msg)
+
+
+# An option for a source that is not in the recording is a misspelt one.
+def _fail_when_unused(chosen: list[str], found: "Inspection") -> None:
+    recorded = {(one.sensor, int(one.category)) for one in found.categories}
+    recorded |= {("", category) for _, category in recorded}
+    unused = []
+    for text in chosen:
+        source, _, category = text.partition("=")[0].rpartition("/")
+        if (source, int(category)) not in recorded:
+            unused.append(f"--edition {text}")
+    if unused:
+        known = ", ".join(f"{one.category} of {one.sensor}" for one in found.categories)
+        msg = (
+            f"{', '.join(unused)}: not in the recording, which has {known}; correct the option, or "
+            "omit it"
+        )
+        raise InputError(msg)
 
 
 def _fail_when_unreadable(found: "Inspection") -> None:

@@ -12,8 +12,13 @@ from multiradar.diagnosis.plots import HEIGHT_ASSUMED_M
 from multiradar.geodesy.wgs84 import ecef_to_geodetic
 
 #: What a height of 1 m is in other units, with their names.
-_UNITS = {"feet": 1.0 / 0.3048, "flight levels": 1.0 / 30.48, "hundreds of metres": 0.01,
-          "kilometres": 0.001}  # fmt: skip
+_UNITS = {
+    "feet": 1.0 / 0.3048,
+    "flight levels": 1.0 / 30.48,
+    "hundreds of metres": 0.01,
+    "kilometres": 0.001,
+    "metres converted once more as if they were feet": 0.3048,
+}
 _WITHIN = 0.05
 #: Smallest difference of heights that is reported, m, and how far half of them are from it at
 #: most: Mode C has steps of 30 m, and an aircraft climbs 100 m between two plots.

@@ -29,6 +29,8 @@ OFFSET_CODE = "bias"
 #: Azimuth offsets of all radars from this value on, and within it of each other, have one cause,
 #: rad: two prior standard deviations.
 COMMON_AZIMUTH = float(np.radians(1.0))
+#: An azimuth offset is unusual from this number of prior standard deviations on.
+LARGE_SIGMAS = 2.0
 _KINDS = (PARAMETER_RANGE_OFFSET, PARAMETER_AZIMUTH_OFFSET)
 
 
@@ -103,6 +105,45 @@ def check_common_azimuth(evidence: Evidence) -> list[Diagnosis]:
         )
         for number, angle in sorted(off.items())
     ]
+
+
+def check_large_azimuths(evidence: Evidence) -> list[Diagnosis]:
+    """Warn of azimuths that the run found off by more than radars are.
+
+    The tracks are corrected for such an offset; the radar needs an adjustment, or its azimuths
+    refer to magnetic north.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        What is retained of the run.
+
+    Returns
+    -------
+    list of Diagnosis
+        One for each radar with such an offset.
+    """
+    sensors = evidence.sensors
+    found = []
+    for (number, kind), (estimate, sigma) in sorted(evidence.biases.items()):
+        if kind != PARAMETER_AZIMUTH_OFFSET or sensors.kinds[number] != KIND_RADAR:
+            continue
+        configured, prior_sigma = configured_bias(sensors, number, kind)
+        apart = abs(estimate - configured)
+        if not max(COMMON_AZIMUTH, SIGMAS * sigma, LARGE_SIGMAS * prior_sigma) <= apart:
+            continue
+        name = sensors.ids[number]
+        found.append(
+            Diagnosis(
+                name,
+                "azimuth_offset",
+                f"{name}: its azimuths are off by {np.degrees(estimate):+.2f}° as estimated, and "
+                f"{np.degrees(configured):+.2f}° ± {np.degrees(prior_sigma):.2f}° is configured: "
+                "the tracks are corrected; check its north alignment (magnetic north?)",
+                "warning",
+            )
+        )
+    return found
 
 
 def _has_gain(sensors: SensorTable, number: int) -> bool:

@@ -244,8 +244,34 @@ def read_system_tracks(
     seen = ~pl.col("state").is_in(NOT_SEEN)
     located = of_one_processor(with_rows(frame), str(path), processor)
     usable = named_by_flight(located).filter(seen)
+    if usable.is_empty():
+        msg = f"{path}: {unseen_states(located)}"
+        raise InputError(msg)
     reference = reference_of_reports(usable, str(path), settings.reference_gap_s, regions)
     return Known("system-tracks", given, reference, plots)
+
+
+def unseen_states(updates: pl.DataFrame) -> str:
+    """Return a message about system tracks that were never updated by a measurement.
+
+    Parameters
+    ----------
+    updates : DataFrame
+        Their updates, with the column `state`.
+
+    Returns
+    -------
+    str
+        Empty where some were.
+    """
+    counts = updates["state"].value_counts(sort=True).rows()
+    if not counts or any(state not in NOT_SEEN for state, _ in counts):
+        return ""
+    of_states = ", ".join(f"{count:,} {state}" for state, count in counts)
+    return (
+        f"none of the {len(updates):,} updates of system tracks is by a measurement ({of_states}): "
+        "the recorder or the processor received no plots"
+    )
 
 
 def read_smoothed(

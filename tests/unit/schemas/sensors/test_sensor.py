@@ -132,6 +132,14 @@ def test_a_file_that_cannot_be_read_is_reported(tmp_path: Path) -> None:
     (tmp_path / "latin.toml").write_bytes(b"# \xe9")
     with pytest.raises(DocumentError, match="another encoding at byte 2"):
         load_sensors(tmp_path / "latin.toml")
+    for name, content, words in (
+        ("table.toml", b"PAR1\x15\x00\xe9", "expected TOML, was Parquet"),
+        ("image.toml", b"\x89PNG\x00\x00", "expected TOML, was binary"),
+        ("wide.toml", "# radar\n".encode("utf-16"), "another encoding at byte 0"),
+    ):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(DocumentError, match=words):
+            load_sensors(tmp_path / name)
 
 
 def test_what_is_not_estimated_is_known() -> None:

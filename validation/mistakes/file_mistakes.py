@@ -1,0 +1,197 @@
+"""Mistakes with files, folders and feeds for check_mistakes.py.
+
+The rows have the form of mistakes_catalogue.py; `FILE_MISTAKES` goes after its `CATALOGUE`.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import polars as pl
+
+from validation.mistakes.mistakes_catalogue import (
+    FOOT_M,
+    RADAR,
+    TRACK_RADARS,
+    Mistake,
+    Sample,
+    name_of,
+    plots,
+    settings,
+    tables_of,
+    text_of,
+    write,
+)
+from validation.mistakes.usage_mistakes import as_it_is, tracks
+
+_ID, _TIME = pl.col("sensor_id"), pl.col("time_s")
+_START_S = 1_533_110_400.0
+_SERVE = ("serve", "--sensors", "sensors.toml", "--port", "0", "--no-zenoh", "--state")
+_CONVERT = ("convert", "asterix", "a.ast", "--out", "out")
+
+
+def _plot_048(number: int) -> bytes:
+    """Return a block of category 048: items 010, 140, 020, 040 and 070 of one plot."""
+    time_s, azimuth_deg = 28_800.0 + 0.1 * number, 9.0 * number % 360.0
+    body = bytes([0xF8, 20, 129])
+    body += round(time_s * 128).to_bytes(3, "big") + b"\x40"
+    body += (100 * 256).to_bytes(2, "big") + round(azimuth_deg / 360 * 2**16).to_bytes(2, "big")
+    body += (0o1234).to_bytes(2, "big")
+    return bytes([48]) + (len(body) + 3).to_bytes(2, "big") + body
+
+
+def _coasting_062(number: int) -> bytes:
+    """Return a block of category 062: an extrapolated position of one track."""
+    body = bytes([0b1001_1001, 0b0000_1100, 20, 1])
+    body += round((28_800 + 4 * number) * 128).to_bytes(3, "big")
+    body += round((46.5 + 0.01 * number) * 2**25 / 180).to_bytes(4, "big")
+    body += round(7.0 * 2**25 / 180).to_bytes(4, "big") + bytes([0, 5, 1, 1, 1, 0x80])
+    return bytes([62]) + (len(body) + 3).to_bytes(2, "big") + body
+
+
+def _recording(
+    block: Callable[[int], bytes], copies: int = 1, lost: int = 0
+) -> Callable[[Sample, Path], None]:
+    """Return a function that writes an ASTERIX recording."""
+    octets = b"".join(map(block, range(200))) * copies
+
+    def made(_sample: Sample, folder: Path) -> None:
+        (folder / "a.ast").write_bytes(octets[: len(octets) - lost])
+
+    return made
+
+
+def _another_feed(sample: Sample, folder: Path) -> None:
+    later = sample.measurements.filter(_ID == RADAR).with_columns(_TIME + 0.12)
+    write(folder, pl.concat([sample.measurements, later]).sort("time_s"), sample.sensors)
+
+
+def _another_id(sample: Sample, folder: Path) -> None:
+    copies = sample.measurements.filter(_ID == RADAR).with_columns(sensor_id=pl.lit("26-99"))
+    tables = tables_of(sample)
+    tables += [one | {"sensor": 99} for one in tables if name_of(one) == RADAR]
+    frame = pl.concat([sample.measurements, copies]).sort("time_s")
+    write(folder, frame, text_of(tables))
+
+
+def _exchanged(sample: Sample, folder: Path) -> None:
+    names = {RADAR: "35-10", "35-10": RADAR}
+    frame = sample.measurements.with_columns(_ID.replace(names))
+    write(folder, frame, sample.sensors)
+
+
+def _sensors_as_table(sample: Sample, folder: Path) -> None:
+    as_it_is(sample, folder)
+    (folder / "measurements.parquet").replace(folder / "sensors.toml")
+    sample.measurements.write_parquet(folder / "measurements.parquet")
+
+
+FILE_MISTAKES: tuple[Mistake, ...] = (
+    # Feeds and names.
+    Mistake(
+        "two feeds of a radar, 0.12 s apart",
+        _another_feed,
+        message=("26-10: its measurements are probably in the recording twice, by two feeds",),
+    ),
+    Mistake(
+        "a radar under two ids",
+        _another_id,
+        message=("26-99: 100% of its plots are also those of 26-10",),
+    ),
+    Mistake(
+        "ids of two radars exchanged",
+        _exchanged,
+        message=("26-10: its site is probably that of 35-10",),
+        sensors=(RADAR, "35-10"),
+    ),
+    Mistake(
+        "a clock that drifts by 2 ms each second",
+        plots(RADAR, time_s=_TIME + 0.002 * (_TIME - _START_S)),
+        message=("26-10: its clock is probably 1.",),
+    ),
+    Mistake(
+        "azimuths of one radar off by 2.5°, without ADS-B",
+        plots(RADAR, azimuth_deg=(pl.col("azimuth_deg") + 2.5) % 360.0),
+        status=0,
+        message=("26-10: its azimuths are off by +2.3",),
+    ),
+    Mistake(
+        "negative ranges",
+        plots(RADAR, range_m=-pl.col("range_m")),
+        message=("range_m: expected metres", "check the values and the unit of range_m"),
+    ),
+    Mistake(
+        "heights in metres, converted from feet once more",
+        plots(RADAR, height_m=FOOT_M * pl.col("height_m")),
+        message=("26-10: its heights are probably in metres converted once more",),
+    ),
+    Mistake(
+        "a height of 2400 in place of 240 for one of two radars at one place",
+        settings("41-10", height_m=2400.0),
+        message=("41-10 and 41-1 are at one place, with a height_m of 2400 and 240",),
+    ),
+    # Files.
+    Mistake(
+        "a table as the sensors file",
+        _sensors_as_table,
+        TRACK_RADARS,
+        1,
+        ("sensors.toml: expected TOML, was Parquet",),
+    ),
+    Mistake(
+        "inspect: a recording cut short",
+        _recording(_plot_048, lost=9),
+        ("inspect", "a.ast"),
+        1,
+        ("the file ends inside a block", "probably cut while copying"),
+    ),
+    Mistake(
+        "inspect: a recording appended to itself",
+        _recording(_plot_048, 2),
+        ("inspect", "a.ast"),
+        0,
+        ("a.ast: its content is in it 2 times",),
+    ),
+    Mistake(
+        "convert: a recording appended to itself",
+        _recording(_plot_048, 3),
+        _CONVERT,
+        0,
+        ("a.ast: its content is in it 3 times",),
+    ),
+    Mistake(
+        "inspect: an edition of a category that is not recorded",
+        _recording(_plot_048),
+        ("inspect", "a.ast", "--edition", "021=0.26"),
+        1,
+        ("--edition 021=0.26: not in the recording, which has 048 of 20-129",),
+    ),
+    Mistake(
+        "convert: a day in the future",
+        _recording(_plot_048),
+        (*_CONVERT, "--date", "2218-08-01"),
+        0,
+        ("date 2218-08-01: in the future",),
+    ),
+    Mistake(
+        "convert: system tracks that only coast",
+        _recording(_coasting_062),
+        _CONVERT,
+        0,
+        ("none of the 200 updates of system tracks is by a measurement",),
+    ),
+    # Folders.
+    Mistake(
+        "tracks and reference exchanged",
+        tracks(lambda reports: reports),
+        ("evaluate", "measurements.parquet", "--adsb", "tracks.parquet"),
+        1,
+        ("tracks and reference are exchanged",),
+    ),
+    Mistake(
+        "serve: a converted recording as its state",
+        as_it_is,
+        (*_SERVE, "."),
+        1,
+        ("expected the folder of a journal, was the output of `convert`",),
+    ),
+)
