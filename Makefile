@@ -11,7 +11,7 @@ READY := $(VENV)/.ready
 # What one process compiled, others load: a test run starts hundreds.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help install test unit fuzz lint types contracts kernels check docs docs-check demo page bench dist kernel-list lock clean
+.PHONY: help install test unit fuzz lint types contracts kernels collection check docs docs-check demo page bench dist kernel-list lock clean
 
 help: ## Show the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -47,13 +47,18 @@ check: lint types contracts ## Run all checks except the tests
 kernels: $(RUNNABLE) ## Compile the kernels of all commands and studies
 	PYTHONPATH=$(SOURCES) $(BIN)/python -m multiradar warm-up --all
 
+# What pytest makes of the tests is compiled here once, not in each of its processes; it reports
+# errors itself.
+collection: $(READY)
+	@$(BIN)/pytest --collect-only -qq >/dev/null || true
+
 # Most checks use one core; the other compiles meanwhile.
 test: ## Lint, types, import contracts and all tests
-	$(MAKE) --jobs lint types contracts kernels
-	$(BIN)/pytest -n 3
+	$(MAKE) --jobs lint types contracts kernels collection
+	$(BIN)/pytest -n 3 --dist worksteal
 
 unit: $(READY) ## Run the unit tests except slow ones
-	$(BIN)/pytest -n 2 -m "not slow" tests/unit
+	$(BIN)/pytest -n 2 --dist worksteal -m "not slow" tests/unit
 
 docs-check: $(READY) ## Compare the documents with program output (an hour); DOCS_OPTIONS=--write updates them
 	$(BIN)/python -m validation.documents.check_documents $(DOCS_OPTIONS)

@@ -224,4 +224,4 @@ def _alone(path: Path) -> bool:
 def _read(path: Path) -> Iterator[Records]:
     with path.open("rb", buffering=0) as file:
         while data := file.read(POINT_WORDS * 8 * (1 << 16)):
-            yield np.frombuffer(data, dtype=np.int64).reshape(-1, POINT_WORDS)
+            yield np.frombuffer(bytearray(data), dtype=np.int64).reshape(-1, POINT_WORDS)

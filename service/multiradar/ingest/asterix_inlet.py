@@ -221,8 +221,10 @@ class AsterixInlet:
 def _concatenated(received: list[Received]) -> Datagrams:
     octets = np.array([len(one.octets) for one in received], dtype=np.int64)
     ends = np.cumsum(octets)
+    # Writable, as the octets of a file are: another type would be compiled as well.
+    data = bytearray().join(one.octets for one in received)
     return Datagrams(
-        data=np.frombuffer(b"".join(one.octets for one in received), dtype=np.uint8),
+        data=np.frombuffer(data, dtype=np.uint8),
         begins=ends - octets,
         ends=ends,
         received_s=np.array([one.received_s for one in received]),

@@ -145,7 +145,7 @@ def test_a_hostile_datagram_is_quarantined_and_the_next_one_is_read(
 
 def test_an_unavailable_address_is_reported(serving: Callable[..., Application]) -> None:
     with pytest.raises(ConfigurationError, match=r"udp 192\.0\.2\.1:8600 on .*: cannot"):
-        serving({"address": "192.0.2.1", "port": 8600})
+        serving({"address": "192.0.2.1", "port": 8600, "senders": ["192.0.2.0/24"]})
 
 
 def test_an_unknown_edition_is_reported(serving: Callable[..., Application]) -> None:

@@ -52,7 +52,7 @@ def traffic(generator: random.Random, timed: float = 0.7) -> list[tuple[float, b
 def joined(sent: list[tuple[float, bytes]]) -> Datagrams:
     lengths = np.array([len(one) for _, one in sent], dtype=np.int64)
     ends = np.cumsum(lengths)
-    data = np.frombuffer(b"".join(one for _, one in sent), dtype=np.uint8)
+    data = np.frombuffer(bytearray().join(one for _, one in sent), dtype=np.uint8)
     return Datagrams(data, ends - lengths, ends, np.array([when for when, _ in sent], np.float64))
 
 

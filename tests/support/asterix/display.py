@@ -29,7 +29,7 @@ def heard(listener: socket.socket) -> dict[int, list[dict[str, Any]]]:
     """Read datagrams until the service reports its end."""
     records: dict[int, list[dict[str, Any]]] = {62: [], 63: [], 65: []}
     while not any("050" in one for one in records[65]):
-        data = np.frombuffer(listener.recv(2000), np.uint8)
+        data = np.frombuffer(bytearray(listener.recv(2000)), np.uint8)
         category = int(data[0])
         program = program_of(layout_of(category, EDITIONS[category]))
         walked = walk(program, data, np.array([3]), np.array([len(data)]))

@@ -51,7 +51,7 @@ def outputs(rows: int, pieces: int) -> list[EngineOutput]:
 
 def tracks(blocks: Sequence[bytes]) -> list[dict[str, Any]]:
     """Read the records of category 062 in blocks."""
-    data = np.frombuffer(b"".join(one[3:] for one in blocks if one[0] == 62), np.uint8)
+    data = np.frombuffer(bytearray().join(one[3:] for one in blocks if one[0] == 62), np.uint8)
     program = program_of(layout_of(62, "1.21"))
     walked = walk(program, data, np.array([0]), np.array([len(data)]))
     assert not walked.faults[0, 0]

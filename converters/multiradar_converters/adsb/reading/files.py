@@ -207,7 +207,7 @@ def _element_pieces(
 
 def _fault_piece(fault: Fault) -> Piece:
     none = np.empty(0, dtype=np.int64)
-    return Piece(np.empty(0, dtype=np.uint8), none, none, none, [fault])
+    return Piece(np.frombuffer(b"", dtype=np.uint8), none, none, none, [fault])
 
 
 def _layout_of_objects(file: str, pieces: list[Piece]) -> Layout:

@@ -205,7 +205,7 @@ class LiveDecoder:
 
 def warm_up() -> None:
     """Compile the kernels before the first datagram."""
-    octets = np.frombuffer(_ANY_BLOCK, dtype=np.uint8)
+    octets = np.frombuffer(bytearray(_ANY_BLOCK), dtype=np.uint8)
     none, size = np.zeros(1, np.int64), np.array([len(octets)])
     decoder = LiveDecoder(LiveOptions({(0, "radar"): "0-0"}))
     decoder.decode(Datagrams(octets, none, size, np.zeros(1)))

@@ -104,6 +104,7 @@ def path_of(
     each track by its parameters, the moments of the mixture, and common errors.
     """
     many, count = len(weights), len(time_s)
+    time_s = np.ascontiguousarray(time_s)
     scratch = PathScratch(
         np.empty(layout.TRACK_COUNT),
         np.empty((count, 4)),

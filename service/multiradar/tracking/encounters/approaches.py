@@ -93,7 +93,7 @@ def closest_approaches(
     chords = np.empty((len(tracks), kernels.CHORD_COUNT))
     kernels.find_approaches(
         paths.times_s, paths.means, paths.now, paths.velocity_spreads, paths.points, paths.shared,
-        tracks, np.ascontiguousarray(matrices, np.float64).reshape(-1, 4), distance_m, found,
+        tracks, np.array(matrices, np.float64, order="C").reshape(-1, 4), distance_m, found,
         chords,
     )  # fmt: skip
     return Approaches(

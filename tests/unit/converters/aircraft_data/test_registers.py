@@ -81,7 +81,7 @@ def test_published_examples(register: int, content: int, expected: dict[str, flo
 
 def rows(*items: str) -> np.ndarray:
     """Read items 048/250, one for each record; no digits for none."""
-    data = bytes.fromhex("".join(items))
+    data = bytearray.fromhex("".join(items))
     begins, place = [], 0
     for item in items:
         begins.append(place if item else -1)

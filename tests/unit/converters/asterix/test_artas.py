@@ -40,7 +40,7 @@ CONNECTION = block(
 
 
 def fields(octets: bytes, edition: str) -> dict[str, object]:
-    data = np.frombuffer(octets, dtype=np.uint8)
+    data = np.frombuffer(bytearray(octets), dtype=np.uint8)
     program = program_of(layout_of(octets[0], edition))
     walked = walk(program, data, np.array([3]), np.array([len(data)]))
     assert walked.faults[0, 0] == 0

@@ -10,7 +10,7 @@ from multiradar_converters.asterix.framing.damage import damage_of
 
 def octets(data: bytes) -> np.ndarray:
     """Return octets as an array."""
-    return np.frombuffer(data, dtype=np.uint8)
+    return np.frombuffer(bytearray(data), dtype=np.uint8)
 
 
 #: Blocks of category 048 with random content, of which every eleventh octet is a line feed.

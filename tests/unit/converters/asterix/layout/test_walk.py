@@ -31,7 +31,7 @@ SMALL = """\
 
 
 def walked(layout: Layout, body: bytes) -> tuple[Walked, np.ndarray[Any, np.dtype[np.uint8]]]:
-    data = np.frombuffer(block(layout.category, body), dtype=np.uint8)
+    data = np.frombuffer(bytearray(block(layout.category, body)), dtype=np.uint8)
     return walk(program_of(layout), data, np.array([3]), np.array([len(data)])), data
 
 
@@ -136,7 +136,7 @@ def test_the_type_of_a_report_of_category_001_chooses_its_profile() -> None:
 
 def test_blocks_after_a_broken_one_are_read() -> None:
     good, bad = block(48, plot_048(1.0)), block(48, plot_048(2.0)[:-1])
-    data = np.frombuffer(good + bad + good, dtype=np.uint8)
+    data = np.frombuffer(bytearray(good + bad + good), dtype=np.uint8)
     ends = np.cumsum([len(good), len(bad), len(good)])
     begins = np.array([0, *ends[:-1]]) + 3
     result = walk(program_of(layout_of(48, "1.15")), data, begins, ends)
@@ -147,7 +147,7 @@ def test_blocks_after_a_broken_one_are_read() -> None:
 @pytest.mark.parametrize("records_max", [1, 2, 3, 7, 100])
 def test_the_records_do_not_depend_on_how_many_are_noted_at_once(records_max: int) -> None:
     blocks = [block(48, *[plot_048(k + n) for n in range(k % 4 + 1)]) for k in range(9)]
-    data = np.frombuffer(b"".join(blocks), dtype=np.uint8)
+    data = np.frombuffer(bytearray().join(blocks), dtype=np.uint8)
     ends = np.cumsum([len(one) for one in blocks])
     begins = np.array([0, *ends[:-1]]) + 3
     program = program_of(layout_of(48, "1.15"))
@@ -158,7 +158,7 @@ def test_the_records_do_not_depend_on_how_many_are_noted_at_once(records_max: in
 
 @pytest.mark.parametrize("signed", [False, True])
 def test_bits_are_read_as_from_one_large_number(signed: bool) -> None:
-    data = np.frombuffer(octets("8f3a 55c1 7e02 99f0"), dtype=np.uint8)
+    data = np.frombuffer(bytearray(octets("8f3a 55c1 7e02 99f0")), dtype=np.uint8)
     whole = int.from_bytes(data.tobytes(), "big")
     for begin in range(0, 24):
         for bits in range(1, 40):

@@ -33,7 +33,7 @@ NAMES = {(RADAR, "radar"): "20-130"}
 def datagrams(*sent: tuple[float, bytes]) -> Datagrams:
     lengths = np.array([len(one) for _, one in sent], dtype=np.int64)
     ends = np.cumsum(lengths)
-    data = np.frombuffer(b"".join(one for _, one in sent), dtype=np.uint8)
+    data = np.frombuffer(bytearray().join(one for _, one in sent), dtype=np.uint8)
     return Datagrams(data, ends - lengths, ends, np.array([when for when, _ in sent], np.float64))
 
 
