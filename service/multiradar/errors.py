@@ -28,6 +28,7 @@
     ├── PipelineError               the live pipeline is not running
     ├── AccountingError             counts of measurements do not add up
     ├── QueueFullError              a bounded queue is full; try again later
+    ├── DeadlineError               a query took longer than it may
     ├── ForecastError               a forecast horizon or step out of range
     ├── PlaneError                  points that do not determine a plane
     ├── TrajectoryError             a track without trajectories
@@ -310,6 +311,13 @@ class QueueFullError(MultiradarError):
         self.depth = depth
         self.retry_after_s = retry_after_s
         super().__init__(f"{name} queue is full ({depth} entries); retry in {retry_after_s} s")
+
+
+class DeadlineError(MultiradarError):
+    """A query took longer than it may."""
+
+    def __init__(self) -> None:
+        super().__init__("the query took longer than it may; ask for less")
 
 
 class ForecastError(MultiradarError):

@@ -1,11 +1,19 @@
 """Who a caller is, from its key, its token or its certificate."""
 
+from contextlib import suppress
+
+from starlette.types import Scope
+
 from multiradar.access.clients import ANYONE, DEFAULT_FILE, KEY_PREFIX, Caller, Clients
 from multiradar.access.security_log import RepeatedEvents
+from multiradar.access.shares import client_at
 from multiradar.access.tokens import TOKEN_PREFIX, Tokens
 from multiradar.clock import Clock, SystemClock
 from multiradar.errors import ConfigurationError, RequestError
 from multiradar.settings.access import AccessSettings
+
+#: Key of the state of a connection: common name in the verified certificate of the client.
+CERTIFICATE_NAME = "certificate_name"
 
 _CHALLENGE = {"www-authenticate": 'Bearer realm="multiradar"'}
 _MISSING = "expected an API key or a token (Authorization: Bearer …), or a client certificate"
@@ -77,6 +85,16 @@ class Authentication:
             raise RequestError(401, "CREDENTIALS_INVALID", _INVALID, _CHALLENGE)
         return found
 
+    def client(self, scope: Scope) -> str:
+        """Return the client of a request, for its shares: its name, or else its address."""
+        address = scope.get("client") or ("unknown", 0)
+        if self.required:
+            bearer, name = bearer_of(scope), scope.get("state", {}).get(CERTIFICATE_NAME)
+            if bearer is not None or name is not None:
+                with suppress(RequestError):
+                    return f"client {self.caller(bearer, name).name}"
+        return client_at(address[0])
+
     def is_current(self, caller: Caller) -> bool:
         """Return whether the credentials of a caller have neither expired nor been revoked."""
         if caller is ANYONE or caller.name.startswith(TOKEN_PREFIX):
@@ -87,6 +105,15 @@ class Authentication:
         if bearer.startswith(KEY_PREFIX):
             return self.clients.by_key(bearer)
         return None if self._tokens is None else self._tokens.caller(bearer)
+
+
+def bearer_of(scope: Scope) -> str | None:
+    """Return the key or token in the headers of a request."""
+    for name, value in scope["headers"]:
+        if name == b"authorization":
+            scheme, _, bearer = value.decode("latin-1").partition(" ")
+            return bearer if scheme.lower() == "bearer" and bearer else None
+    return None
 
 
 def with_default_file(settings: AccessSettings) -> AccessSettings:

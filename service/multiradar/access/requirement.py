@@ -10,14 +10,11 @@ from fastapi.routing import APIRouter
 from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer, SecurityScopes
 from starlette.requests import HTTPConnection
 
-from multiradar.access.authentication import Authentication
+from multiradar.access.authentication import CERTIFICATE_NAME, Authentication
 from multiradar.access.clients import Caller
 from multiradar.access.security_log import SECURITY_LOG
 from multiradar.errors import ConfigurationError, RequestError
 from multiradar.settings.access import Role
-
-#: Key of the state of a connection: common name in the verified certificate of the client.
-CERTIFICATE_NAME = "certificate_name"
 
 
 class _Bearer(HTTPBearer):

@@ -8,7 +8,7 @@ from starlette.requests import HTTPConnection
 
 from multiradar.access.authentication import Authentication
 from multiradar.api.batches import StreamHub
-from multiradar.api.workers import Workers
+from multiradar.api.workers import QueryWorkers, Workers
 from multiradar.runtime.ports import ReadableService, View
 from multiradar.settings.limits import HttpLimits
 
@@ -19,6 +19,7 @@ class Access:
 
     service: ReadableService
     workers: Workers
+    queries: QueryWorkers
     hub: StreamHub
     limits: HttpLimits
     authentication: Authentication

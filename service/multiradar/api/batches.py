@@ -8,8 +8,8 @@ from collections.abc import AsyncGenerator, Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+from multiradar.access.shares import CLIENT, Shares
 from multiradar.api.workers import Workers
-from multiradar.errors import RequestError
 from multiradar.observability.metrics import STREAM_CLIENTS, STREAM_EVENTS, STREAM_GAPS
 from multiradar.runtime.ports import EventSource, StreamEvent, View
 from multiradar.settings.limits import HttpLimits
@@ -64,7 +64,10 @@ class StreamHub:
         self._view = view
         self._workers = workers
         self._limits = limits
-        self._clients = 0
+        self._shares = Shares(
+            "streams open", "TOO_MANY_STREAMS", limits.streams_max, limits.client_streams_max,
+            retry_after_s=5,
+        )  # fmt: skip
         self._retained: OrderedDict[tuple[object, ...], bytes] = OrderedDict()
         self._lock = threading.Lock()
 
@@ -75,21 +78,15 @@ class StreamHub:
         Raises
         ------
         RequestError
-            503 with the limit when all slots are in use.
+            503 when all slots are in use, 429 when those of the client are.
         """
-        if self._clients >= self._limits.streams_max:
-            raise RequestError(
-                503,
-                "TOO_MANY_STREAMS",
-                f"{self._limits.streams_max} streams are open, no more are accepted",
-                {"retry-after": "5"},
-            )
-        self._clients += 1
+        client = CLIENT.get()
+        self._shares.add(client)
         STREAM_CLIENTS.labels(transport=transport).inc()
         try:
             yield
         finally:
-            self._clients -= 1
+            self._shares.remove(client)
             STREAM_CLIENTS.labels(transport=transport).dec()
 
     async def batches(

@@ -1,18 +1,21 @@
 """Connections: deadlines and limits that uvicorn lacks, and its configuration.
 
 A connection without a request is dropped after the header deadline. At the maximum number of
-connections, a new one replaces the one that has been idle longest; if all are busy, the new one is
-closed. A connection whose client does not read is aborted after a timeout.
+connections, of all or of one address, a new one replaces the one that has been idle, or sending its
+request, longest; if all are busy, the new one is closed. A connection whose client does not read is
+aborted after a timeout.
 """
 
 import asyncio
 import socket
 import ssl
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import h11
 import uvicorn
 from starlette.types import ASGIApp
 from uvicorn.config import Config
@@ -20,7 +23,8 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from uvicorn.server import ServerState
 
-from multiradar.access.requirement import CERTIFICATE_NAME
+from multiradar.access.authentication import CERTIFICATE_NAME
+from multiradar.access.shares import client_at
 from multiradar.errors import ConfigurationError
 from multiradar.observability.metrics import HTTP_CONNECTIONS, HTTP_CONNECTIONS_DROPPED
 from multiradar.settings.limits import HttpLimits
@@ -137,12 +141,18 @@ class _Registry:
         self._open: dict[asyncio.Transport, _Progress] = {}
         # In order of insertion: the first has been idle longest.
         self._idle: dict[asyncio.Transport, None] = {}
+        # Open connections of each address.
+        self._clients: Counter[str] = Counter()
         self._sweeping = False
 
     def admit(self, transport: asyncio.Transport) -> bool:
-        if len(self._open) >= self.limits.connections_max and not self._evict():
-            _drop(transport, "too_many")
+        client = _client_of(transport)
+        of_client = self._clients[client] >= self.limits.client_connections_max
+        full = of_client or len(self._open) >= self.limits.connections_max
+        if full and not self._evict(client if of_client else None):
+            _drop(transport, "too_many_of_client" if of_client else "too_many")
             return False
+        self._clients[client] += 1
         loop = asyncio.get_running_loop()
         self._open[transport] = _Progress(0, loop.time())
         self._idle[transport] = None
@@ -163,9 +173,15 @@ class _Registry:
         self._idle.pop(transport, None)
         if self._open.pop(transport, None) is not None:
             HTTP_CONNECTIONS.dec()
+            client = _client_of(transport)
+            self._clients[client] -= 1
+            if not self._clients[client]:
+                del self._clients[client]
 
-    def _evict(self) -> bool:
-        oldest = next(iter(self._idle), None)
+    def _evict(self, client: str | None) -> bool:
+        # Of a client, or of all.
+        candidates = (one for one in self._idle if client in (None, _client_of(one)))
+        oldest = next(candidates, None)
         if oldest is None:
             return False
         self.lost(oldest)
@@ -203,6 +219,10 @@ class _Progress:
 def _drop(transport: asyncio.Transport, cause: str) -> None:
     HTTP_CONNECTIONS_DROPPED.labels(cause=cause).inc()
     transport.abort()
+
+
+def _client_of(transport: asyncio.Transport) -> str:
+    return client_at((transport.get_extra_info("peername") or ("unknown",))[0])
 
 
 # Common name of the client's certificate, which the handshake has verified.
@@ -265,7 +285,8 @@ class _Http(H11Protocol):
         super().data_received(data)
         if not self._waits_for_request():
             self._headers_received()
-            self.registry.busy(self.transport)
+            if self.conn.their_state is not h11.SEND_BODY:
+                self.registry.busy(self.transport)
 
     def handle_websocket_upgrade(self, event: Any) -> None:
         self._headers_received()

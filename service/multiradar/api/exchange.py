@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 import structlog
 from starlette.types import Message, Receive, Scope, Send
 
+from multiradar.api.bodies import Body
 from multiradar.api.problems import MEDIA_TYPE, REQUEST_ID_KEY, problem_bytes
 from multiradar.errors import RequestError
 from multiradar.settings.limits import HttpLimits
@@ -39,9 +40,8 @@ class Exchange:
         The ASGI request.
     limits : HttpLimits
         The limits.
-    hold_body : callable
-        Called with the size of each piece of the body; raises when all bodies together are too
-        large.
+    body : Body
+        Its body.
     """
 
     def __init__(
@@ -50,20 +50,26 @@ class Exchange:
         receive: Receive,
         send: Send,
         limits: HttpLimits,
-        hold_body: Callable[[int], None],
+        body: Body,
     ) -> None:
         self._scope = scope
         self._receive = receive
         self._send = send
         self._limits = limits
-        self._hold_body = hold_body
-        self._deadline_s = asyncio.get_running_loop().time() + limits.body_deadline_s
+        self._body = body
+        #: Called when the whole body has arrived; may raise.
+        self.on_body: Callable[[], None] = lambda: None
         self._body_complete = not _announces_body(scope)
         self._bodiless = scope["method"] == "HEAD"
-        self.body_bytes = 0
+        self._body_bytes = 0
         self.status = 0
         self._finished = False
         self._stalled = False
+
+    @property
+    def awaits_body(self) -> bool:
+        """Whether a part of the body has not arrived."""
+        return not self._body_complete
 
     def check_headers(self) -> None:
         """Reject a request with invalid or oversized headers."""
@@ -97,20 +103,19 @@ class Exchange:
         if self._body_complete:
             return await self._receive()
         try:
-            async with asyncio.timeout_at(self._deadline_s):
+            async with self._body.deadline():
                 message = await self._receive()
         except TimeoutError as error:
-            raise RequestError(
-                408,
-                "BODY_TIMEOUT",
-                f"expected the whole body within {self._limits.body_deadline_s} s",
-            ) from error
+            raise self._body.error() from error
         count = len(message.get("body", b""))
         self._body_complete = not message.get("more_body", False)
-        self.body_bytes += count
-        self._hold_body(count)
-        if self.body_bytes > self._limits.body_bytes_max:
+        self._body_bytes += count
+        self._body.hold(count)
+        if self._body_bytes > self._limits.body_bytes_max:
             raise self._too_large()
+        if self._body_complete:
+            self._body.arrived()
+            self.on_body()
         return message
 
     async def send(self, message: Message) -> None:

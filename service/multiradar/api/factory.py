@@ -13,7 +13,7 @@ from multiradar.api.access import Access
 from multiradar.api.batches import StreamHub
 from multiradar.api.guard import LimitLayer
 from multiradar.api.routes import aircraft, operations, page, queries, sensors, streams, tracks
-from multiradar.api.workers import Workers
+from multiradar.api.workers import QueryWorkers, Workers
 from multiradar.runtime.ports import ReadableService
 from multiradar.settings.limits import HttpLimits
 
@@ -56,13 +56,14 @@ def create_api(
     """
     authentication = authentication or Authentication()
     limits = limits or HttpLimits()
-    workers = Workers(limits.threads)
+    workers, expensive = Workers(limits.threads), QueryWorkers(limits)
     hub = StreamHub(service.view, workers, limits)
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         yield
         workers.close()
+        expensive.close()
 
     application = FastAPI(
         title="multiradar",
@@ -76,8 +77,12 @@ def create_api(
     )
     problems.install(application)
     openapi.install(application)
-    application.add_middleware(LimitLayer, limits=limits, allowed_hosts=allowed_hosts)
-    application.state.access = Access(service, workers, hub, limits, authentication)
+    application.add_middleware(
+        LimitLayer, limits=limits, allowed_hosts=allowed_hosts, authentication=authentication
+    )
+    application.state.access = Access(
+        service, workers, expensive, hub, limits, authentication
+    )  # fmt: skip
     application.state.authentication = authentication
     every = (
         *routers,

@@ -10,13 +10,20 @@ import secrets
 from collections.abc import Sequence
 from urllib.parse import urlsplit
 
+import structlog
+from starlette.requests import ClientDisconnect
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from multiradar.access.authentication import Authentication
+from multiradar.access.shares import CLIENT, Shares
+from multiradar.api.bodies import Bodies, Body
 from multiradar.api.exchange import Exchange, header
 from multiradar.api.problems import REQUEST_ID_KEY
 from multiradar.errors import RequestError
 from multiradar.observability.metrics import HTTP_REJECTIONS, HTTP_REQUEST_SECONDS, HTTP_REQUESTS
 from multiradar.settings.limits import HttpLimits
+
+_log = structlog.get_logger("multiradar.api")
 
 _REQUEST_ID = re.compile(rb"[A-Za-z0-9._-]{1,64}", re.ASCII)
 
@@ -39,16 +46,26 @@ class LimitLayer:
         The limits.
     allowed_hosts : sequence of str
         Names accepted in the Host header, without port; empty accepts any.
+    authentication : Authentication, optional
+        Names the clients; without it they are addresses.
     """
 
     def __init__(
-        self, application: ASGIApp, limits: HttpLimits, allowed_hosts: Sequence[str] = ()
+        self,
+        application: ASGIApp,
+        limits: HttpLimits,
+        allowed_hosts: Sequence[str] = (),
+        authentication: Authentication | None = None,
     ) -> None:
         self._application = application
         self._limits = limits
         self._allowed_hosts = frozenset(host.lower() for host in allowed_hosts)
-        self._requests = 0
-        self._bodies_bytes = 0
+        self._authentication = authentication or Authentication()
+        self._requests = Shares(
+            "requests in progress", "TOO_MANY_REQUESTS", limits.requests_max,
+            limits.client_requests_max,
+        )  # fmt: skip
+        self._bodies = Bodies(limits)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one connection scope."""
@@ -61,6 +78,7 @@ class LimitLayer:
 
     async def _websocket(self, scope: Scope, receive: Receive, send: Send) -> None:
         _name_request(scope)
+        CLIENT.set(self._authentication.client(scope))
         try:
             self._check_origin(scope)
         except RequestError as error:
@@ -72,7 +90,10 @@ class LimitLayer:
 
     async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
         _name_request(scope)
-        exchange = Exchange(scope, receive, send, self._limits, self._hold_body)
+        client = self._authentication.client(scope)
+        CLIENT.set(client)
+        body = Body(self._bodies, client, self._limits.body_deadline_s)
+        exchange = Exchange(scope, receive, send, self._limits, body)
         # The answer to HEAD is that to GET without the body, which the exchange omits.
         asked = {**scope, "method": "GET"} if scope["method"] == "HEAD" else scope
         started_s = asyncio.get_running_loop().time()
@@ -80,10 +101,12 @@ class LimitLayer:
             await self._serve(asked, exchange)
         except RequestError as error:
             await exchange.reject(error)
+        except ClientDisconnect:
+            _log.debug("client left within its body", request=scope[REQUEST_ID_KEY])
         except Exception as error:
             await exchange.fail(error)
         finally:
-            self._bodies_bytes -= exchange.body_bytes
+            body.release()
             asked["method"] = scope["method"]
             _count(asked, exchange.status, asyncio.get_running_loop().time() - started_s)
 
@@ -93,31 +116,24 @@ class LimitLayer:
         if scope["path"] in _ALWAYS_SERVED | _STREAMS:
             await self._application(scope, exchange.receive, exchange.send)
             return
-        self._enter()
+        client, entered = CLIENT.get(), False
+
+        def enter() -> None:
+            nonlocal entered
+            self._requests.add(client)
+            entered = True
+
+        # A body that has not arrived costs no work: its request does not count yet. Only POST reads
+        # one.
+        if scope["method"] == "POST" and exchange.awaits_body:
+            exchange.on_body = enter
+        else:
+            enter()
         try:
             await self._application(scope, exchange.receive, exchange.send)
         finally:
-            self._requests -= 1
-
-    def _enter(self) -> None:
-        if self._requests >= self._limits.requests_max:
-            raise RequestError(
-                503,
-                "TOO_MANY_REQUESTS",
-                f"{self._limits.requests_max} requests are in progress, no more are accepted",
-                {"retry-after": "1"},
-            )
-        self._requests += 1
-
-    def _hold_body(self, count: int) -> None:
-        self._bodies_bytes += count
-        if self._bodies_bytes > self._limits.bodies_bytes_max:
-            raise RequestError(
-                503,
-                "TOO_MANY_BODIES",
-                f"request bodies hold {self._limits.bodies_bytes_max} bytes, no more are accepted",
-                {"retry-after": "1"},
-            )
+            if entered:
+                self._requests.remove(client)
 
     def _check_origin(self, scope: Scope) -> None:
         # A foreign web page must not reach a service on loopback, neither by DNS rebinding nor by a

@@ -21,9 +21,10 @@ _ERROR_ANSWERS = {
     "400": "The length of the body is ambiguous",
     "421": "The Host header names another service",
     "422": "A parameter is unknown, repeated or out of bounds",
+    "429": "Too many requests, streams or expensive queries of this client",
     "431": "The path and the headers are too long",
     "500": "Internal error; the log has the identifier of the request",
-    "503": "Too many requests, or the service is not ready",
+    "503": "Too many requests, a query beyond its deadline, or the service is not ready",
 }
 #: Further ones of routes that read a body.
 _BODY_ANSWERS = {

@@ -14,7 +14,10 @@ class HttpLimits:
     body_bytes_max : int
         Maximum size of a request body; larger ones are answered 413.
     bodies_bytes_max : int
-        Maximum total size of request bodies in memory; beyond it 503.
+        Maximum total size of request bodies in memory; beyond it the one that has been arriving
+        longest is ended with 408, or a new one answered 503.
+    client_bodies_bytes_max : int
+        The same of one client; beyond it 429. A client is a name with credentials, or an address.
     header_bytes_max : int
         Maximum size of the request line with headers.
     header_deadline_s : float
@@ -27,13 +30,27 @@ class HttpLimits:
     acknowledge_deadline_s : float
         Maximum wait for the journal; beyond it 503.
     requests_max : int
-        Maximum concurrent requests; beyond it 503.
+        Maximum concurrent requests, each from the arrival of its body on; beyond it 503.
+    client_requests_max : int
+        The same of one client; beyond it 429.
     connections_max : int
-        Maximum open connections; beyond it a new one replaces the one that has been idle longest.
+        Maximum open connections; beyond it a new one replaces the one that has been idle, or
+        sending its request, longest.
+    client_connections_max : int
+        The same of one address, of which the connection is then replaced.
     streams_max : int
         Maximum open WebSocket and SSE streams together; beyond it 503.
+    client_streams_max : int
+        The same of one client; beyond it 429.
     threads : int
         Threads for encoding and decoding.
+    query_threads : int
+        Further threads, for expensive queries: encounters, trajectories, forecasts, analyses of
+        tracks, pictures and histories.
+    client_queries_max : int
+        Maximum concurrent expensive queries of one client; beyond it 429.
+    query_deadline_s : float
+        Maximum time of an expensive query; beyond it 503.
     stream_batch_interval_s : float
         Interval over which events are collected into a batch.
     stream_batch_events_max : int
@@ -43,16 +60,23 @@ class HttpLimits:
     """
 
     body_bytes_max: int = 16 * 1024 * 1024
-    bodies_bytes_max: int = 64 * 1024 * 1024
+    bodies_bytes_max: int = 96 * 1024 * 1024
+    client_bodies_bytes_max: int = 64 * 1024 * 1024
     header_bytes_max: int = 16 * 1024
     header_deadline_s: float = 10.0
     body_deadline_s: float = 30.0
     send_deadline_s: float = 10.0
     acknowledge_deadline_s: float = 30.0
-    requests_max: int = 64
+    requests_max: int = 128
+    client_requests_max: int = 64
     connections_max: int = 512
-    streams_max: int = 100
+    client_connections_max: int = 256
+    streams_max: int = 200
+    client_streams_max: int = 100
     threads: int = 4
+    query_threads: int = 2
+    client_queries_max: int = 16
+    query_deadline_s: float = 10.0
     stream_batch_interval_s: float = 0.1
     stream_batch_events_max: int = 500
     stream_heartbeat_s: float = 5.0

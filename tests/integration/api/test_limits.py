@@ -199,6 +199,40 @@ def test_many_silent_connections_do_not_block_others() -> None:
         assert _alive(port)
 
 
+def test_slow_bodies_do_not_hold_the_connections_of_others() -> None:
+    limits = replace(LIMITS, connections_max=10)
+    service = FakeService()
+    application = create_api(service, limits, routers=[measurement_routes(service)])
+    with serving(application, limits) as port, contextlib.ExitStack() as crowd:
+        for _ in range(25):
+            slow = RawClient(port)
+            crowd.callback(slow.close)
+            slow.send(_post(b"Content-Length: 1000\r\n") + b"\n")
+        assert _alive(port)
+
+
+def test_an_address_has_a_share_of_the_connections() -> None:
+    limits = replace(LIMITS, connections_max=6, client_connections_max=3)
+    with (
+        serving(create_api(FakeService(), limits), limits) as port,
+        contextlib.ExitStack() as crowd,
+    ):
+        stream = b"GET /v1/events HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
+        for _ in range(3):
+            client = RawClient(port)
+            crowd.callback(client.close)
+            client.send(stream)
+            client.until(b"retry")
+        # All of its connections are busy, so that none is replaced.
+        fourth = RawClient(port)
+        crowd.callback(fourth.close)
+        assert fourth.answer() == b""
+        other = RawClient(port, address="127.0.0.2")
+        crowd.callback(other.close)
+        other.send(stream)
+        assert b"200 OK" in other.until(b"retry")
+
+
 def test_pipelined_requests_are_answered_in_order(raw: RawClient) -> None:
     one = b"GET %s HTTP/1.1\r\nHost: 127.0.0.1\r\n%s\r\n"
     raw.send(one % (b"/v1/tracks/1", b"") + one % (b"/healthz", b"Connection: close\r\n"))

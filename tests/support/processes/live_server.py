@@ -49,11 +49,14 @@ def dropped_connections(port: int) -> float:
 class RawClient:
     """A socket that sends exactly the given bytes."""
 
-    def __init__(self, port: int, receive_buffer_bytes: int | None = None) -> None:
+    def __init__(
+        self, port: int, receive_buffer_bytes: int | None = None, address: str = "127.0.0.1"
+    ) -> None:
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         if receive_buffer_bytes is not None:
             self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_buffer_bytes)
         self.socket.settimeout(WAIT_TIMEOUT_S)
+        self.socket.bind((address, 0))
         self.socket.connect(("127.0.0.1", port))
 
     def send(self, text: bytes) -> None:

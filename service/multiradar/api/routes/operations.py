@@ -81,7 +81,7 @@ async def list_rejects(
     """Return rejected measurements, oldest first: source, position in it, code and reason."""
     limit = min(limit, access.view.page_rows_max)
     wanted = None if code is None else str(code)
-    rows = await access.workers.run(access.service.quarantined, after, limit, wanted)
+    rows = await access.queries.run("history", access.service.quarantined, after, limit, wanted)
     rejects = [
         {
             "number": row.number,

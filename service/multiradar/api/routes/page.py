@@ -133,11 +133,11 @@ async def picture(
     if at is None:
         _reject({"since": since, "layer": layer or None}, "expected only together with at")
         _require_started(access)
-        frame = await access.workers.run(access.view.picture, Asked(after, area, track))
+        frame = await access.queries.run("picture", access.view.picture, Asked(after, area, track))
     else:
         _reject({"after": after}, "expected only without at; since has its place")
         asked = PastAsked(at, since, layer, area, track)
-        frame = await access.workers.run(access.view.past_picture, asked)
+        frame = await access.queries.run("past", access.view.past_picture, asked)
     return Response(frame, media_type=FRAME, headers={"cache-control": "no-store"})
 
 

@@ -54,7 +54,9 @@ def _arguments(query: Query) -> Iterator[inspect.Parameter]:
 def _endpoint(query: Query) -> Callable[..., Awaitable[Response]]:
     async def answer(access: Access, track_id: int | None = None, **given: Any) -> Response:
         try:
-            document = await access.workers.run(lambda: access.view.ask(query, track_id, **given))
+            document = await access.queries.run(
+                query.name, lambda: access.view.ask(query, track_id, **given)
+            )
         except ForecastError as error:
             raise parameter_error({error.parameter: error.reason}) from error
         except NO_ANSWER as error:

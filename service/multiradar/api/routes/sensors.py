@@ -56,7 +56,9 @@ async def get_bias(
 ) -> Response:
     """Return the bias estimates of a sensor, each with its standard deviation."""
     if history == "true":
-        return await access.workers.run(_history, access, sensor_id, since, limit, cursor)
+        return await access.queries.run(
+            "history", _history, access, sensor_id, since, limit, cursor
+        )
     given = {"since": since, "cursor": cursor}
     unused = [name for name, value in given.items() if value is not None]
     if unused:

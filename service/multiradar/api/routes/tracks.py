@@ -144,7 +144,9 @@ async def get_history(
 ) -> Response:
     """Return the retained updates of a track, oldest first, also after the track was dropped."""
     asked = _Asked(track_id, since, cursor, limit, chosen_form(request, format_, ("json", "arrow")))
-    return await access.workers.run(_table_of_track, request, access.view, UPDATES, asked)
+    return await access.queries.run(
+        "history", _table_of_track, request, access.view, UPDATES, asked
+    )
 
 
 @router.get(
@@ -162,7 +164,9 @@ async def get_transitions(
 ) -> Response:
     """Return the state transitions of a track with their reasons, also after it was dropped."""
     asked = _Asked(track_id, since, cursor, limit, chosen_form(request, format_, ("json", "arrow")))
-    return await access.workers.run(_table_of_track, request, access.view, TRANSITIONS, asked)
+    return await access.queries.run(
+        "history", _table_of_track, request, access.view, TRANSITIONS, asked
+    )
 
 
 def _condition(

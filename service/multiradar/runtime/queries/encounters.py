@@ -1,5 +1,6 @@
 """Encounters of live tracks: pairs predicted to come into proximity."""
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.memory.live_tracks import ages_and_states
+from multiradar.runtime.queries.deadline import check_deadline
 from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.runtime.queries.forecasts import points_inside
 from multiradar.runtime.queries.parameters import BY_PROBABILITY
@@ -34,6 +36,8 @@ from multiradar.tracking.settings import TrackingSettings
 
 #: Interval of forecast times, s; paths between them are cubic.
 PIECE_S = 10.0
+# Pairs whose probabilities are computed between two checks of the deadline: some 10 ms.
+_PAIRS_AT_ONCE = 200
 # Upper bound of the scale of the plane at and above sea level.
 _METRE_MAX = 1.001
 
@@ -238,10 +242,25 @@ def _selected(found: _Found, query: EncounterQuery) -> tuple[int, _Found]:
 
 
 def _with_probabilities(found: _Found, query: EncounterQuery) -> _Found:
-    within, both = conflict_probabilities(
-        found.approaches, found.between, query.distance_m, query.height_m
-    )
+    within, both = np.empty(len(found.tracks)), np.empty(len(found.tracks))
+    for part in _parts(len(found.tracks)):
+        within[part], both[part] = conflict_probabilities(
+            found.approaches.select(part), found.between[part], query.distance_m, query.height_m
+        )
     return found._replace(within=within, both=both)
+
+
+def _parts(count: int) -> Iterator[NDArray[np.intp]]:
+    for first in range(0, count, _PAIRS_AT_ONCE):
+        check_deadline()
+        yield np.arange(first, min(first + _PAIRS_AT_ONCE, count))
+
+
+def _bounds(approaches: Approaches) -> tuple[Floats, Floats]:
+    low_m, high_m = np.empty(len(approaches.time_s)), np.empty(len(approaches.time_s))
+    for part in _parts(len(low_m)):
+        low_m[part], high_m[part] = bounds(approaches.select(part))
+    return low_m, high_m
 
 
 def _probability(found: _Found) -> Floats:
@@ -260,7 +279,7 @@ def _documents(
     found: _Found, chosen: _Chosen, time_s: float, plane: SystemPlane, paths: Paths
 ) -> list[dict[str, Any]]:
     approaches = found.approaches
-    low_m, high_m = bounds(approaches)
+    low_m, high_m = _bounds(approaches)
     vertical_m, vertical_sigma_m = height_at(found.between, approaches.time_s)
     columns = {
         "closest_time_s": time_s + approaches.time_s,
