@@ -32,9 +32,17 @@ from multiradar_schemas.measurements.reject import RejectCode
 #: Integers with more digits are read as floats: no field accepts them, and exact parsing takes
 #: quadratic time.
 INTEGER_DIGITS_MAX = 30
+#: Characters of a row that are parsed; the interpreter stands still while one value is. Longer rows
+#: are rejected: a valid one has a few hundred.
+ROW_CHARACTERS_MAX = 64 * 1024
+# Of most rows it is enough to copy so many.
+_ROW_CHARACTERS = 1024
 
 _ROWS: TypeAdapter[list[Measurement]] = TypeAdapter(Annotated[list[Measurement], FailFast()])
 _WHITESPACE = " \t\n\r"
+# Brackets, and texts, in which they do not count.
+_MARKS = re.compile(r'[\[\]{}]|"[^"\\]*(?:\\.[^"\\]*)*"', re.DOTALL)
+_LEVELS = {"[": 1, "{": 1, "]": -1, "}": -1}
 _BLANKS = re.compile(r"[ \t\n\r]*")
 #: Names of all fields, the same for every kind of measurement.
 _FIELDS = frozenset(RadarMeasurement.model_fields)
@@ -112,7 +120,7 @@ def _fast(body: bytes, rows_max: int) -> list[Measurement] | None:
     # Checked first: the compiled parser would build millions of rows, or an error for each of
     # millions of unknown keys, before it fails.
     objects = body.count(b"{")
-    if objects > rows_max or body.count(b'"') > _MARKS_MAX * objects:
+    if objects > rows_max or body.count(b'"') > _MARKS_MAX * objects or body.count(b"[") > 1:
         return None
     try:
         rows = _ROWS.validate_json(body)
@@ -181,6 +189,9 @@ class _Collected:
 
 
 def _shape_fault(value: Any) -> tuple[RejectCode, str] | None:
+    if isinstance(value, _Oversized):
+        reason = f"expected a row of at most {ROW_CHARACTERS_MAX} characters, was {value.length}"
+        return RejectCode.TOO_LARGE, reason
     if isinstance(value, _Duplicated):
         return RejectCode.DUPLICATE_KEY, f"expected each key once, was twice {shown(value.key)}"
     if not isinstance(value, dict):
@@ -197,6 +208,13 @@ class _Duplicated:
 
     def __init__(self, key: str) -> None:
         self.key = key
+
+
+class _Oversized:
+    """A row that is too long to be parsed."""
+
+    def __init__(self, length: int) -> None:
+        self.length = length
 
 
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any] | _Duplicated:
@@ -258,6 +276,37 @@ def _after_comma(text: str, place: int) -> int:
 
 
 def _value(text: str, place: int) -> tuple[Any, int]:
+    for count in (_ROW_CHARACTERS, ROW_CHARACTERS_MAX):
+        part = text[place : place + count]
+        try:
+            value, end = _DECODER.raw_decode(part)
+        except json.JSONDecodeError:
+            # It may only be cut.
+            continue
+        except RecursionError as error:
+            reason = f"expected JSON of few levels, was deeper at character {place}"
+            raise BodyError(RejectCode.MALFORMED_JSON, reason) from error
+        if end < len(part) or place + end == len(text):
+            return value, place + end
+    end = _end_of_value(text, place)
+    if end - place > ROW_CHARACTERS_MAX:
+        return _Oversized(end - place), end
+    return _whole_value(text[: place + ROW_CHARACTERS_MAX], place)
+
+
+def _end_of_value(text: str, place: int) -> int:
+    """Return the end of an array or object, found by its brackets, or of a text; or `place`."""
+    depth = 0
+    for mark in _MARKS.finditer(text, place):
+        if depth == 0 and mark.start() != place:
+            break
+        depth += _LEVELS.get(mark[0], 0)
+        if depth <= 0:
+            return mark.end()
+    return len(text) if depth else place
+
+
+def _whole_value(text: str, place: int) -> tuple[Any, int]:
     try:
         return _DECODER.raw_decode(text, place)
     except json.JSONDecodeError as error:

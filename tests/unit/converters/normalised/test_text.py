@@ -1,10 +1,12 @@
 """JSON and NDJSON bodies: good rows pass, each bad one is named, nothing else happens."""
 
 import json
+from collections.abc import Callable
 
 import pytest
 
-from multiradar_converters.normalised.parsed import PARSED_SCHEMA
+from multiradar_converters.normalised import text as text_module
+from multiradar_converters.normalised.parsed import PARSED_SCHEMA, Parsed
 from multiradar_converters.normalised.text import parse_json, parse_ndjson
 from multiradar_schemas.errors import BodyError
 from multiradar_schemas.measurements.reject import RejectCode
@@ -182,7 +184,51 @@ def test_no_rows_are_no_fault() -> None:
     assert parse_ndjson(b"\r\n \n").frame.schema == PARSED_SCHEMA
 
 
-def test_very_many_unknown_keys_are_one_rejection() -> None:
-    keys = ",".join(f'"key{number}":{number}' for number in range(200_000))
-    parsed = parse_json(b"[{" + keys.encode() + b"}]")
-    assert [reject.code for reject in parsed.rejected] == [RejectCode.UNKNOWN_FIELD]
+HOSTILE = {
+    "keys": "{" + ",".join(f'"key{number}":{number}' for number in range(200_000)) + "}",
+    "nested": '{"a":[' + ",".join(["[{}]"] * 100_000) + "]}",
+    "brackets in a text": '{"a":"' + ']}\\"' * 50_000 + '"}',
+    "text": '"' + "x" * 500_000 + '"',
+}
+
+
+@pytest.mark.parametrize("row", HOSTILE.values(), ids=HOSTILE)
+@pytest.mark.parametrize("parse", [parse_json, parse_ndjson])
+def test_a_very_long_row_is_not_parsed_and_affects_no_other(
+    row: str, parse: Callable[[bytes], Parsed], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # The interpreter stands still while a value is parsed, and so does the event loop.
+    parsed_lengths = []
+
+    class _Watched(json.JSONDecoder):
+        def raw_decode(self, text: str, place: int = 0) -> tuple[object, int]:
+            parsed_lengths.append(len(text) - place)
+            return super().raw_decode(text, place)
+
+    monkeypatch.setattr(text_module, "_DECODER", _Watched(object_pairs_hook=text_module._object))
+    rows = [GOOD, row, GOOD]
+    body = array(*rows) if parse is parse_json else "\n".join(rows).encode()
+    found = parse(body)
+    assert len(found.frame) == 2
+    (rejected,) = found.rejected
+    assert (rejected.index, rejected.code, rejected.raw) == (1, RejectCode.TOO_LARGE, row)
+    assert rejected.reason == f"expected a row of at most 65536 characters, was {len(row)}"
+    assert max(parsed_lengths) <= text_module.ROW_CHARACTERS_MAX
+
+
+@pytest.mark.parametrize(
+    ("more", "code"), [(0, RejectCode.UNKNOWN_FIELD), (1, RejectCode.TOO_LARGE)]
+)
+def test_a_row_is_parsed_up_to_its_limit(more: int, code: RejectCode) -> None:
+    row = '{"a":"' + "x" * (text_module.ROW_CHARACTERS_MAX - len('{"a":""}') + more) + '"}'
+    found = parse_json(array(GOOD, row, GOOD))
+    assert [reject.code for reject in found.rejected] == [code]
+    assert len(found.frame) == 2
+
+
+@pytest.mark.parametrize("cut", [1, 1023, 1024, 1025, 65_535, 65_536, 65_537, 100_000])
+def test_a_long_row_that_does_not_end_is_malformed(cut: int) -> None:
+    body = array(HOSTILE["keys"])[:cut]
+    with pytest.raises(BodyError) as rejection:
+        parse_json(body)
+    assert rejection.value.code is RejectCode.MALFORMED_JSON
