@@ -4,12 +4,21 @@ import re
 from os.path import relpath
 from pathlib import Path
 
+from docutils import nodes
+from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
+from sphinx.writers.html5 import HTML5Translator
 
 project = "multiradar"
 author = "the multiradar developers"
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 myst_enable_extensions = ["deflist"]
+# Equations, of pages that enable them, are MathML, which browsers draw without a script.
+html_math_renderer = "mathml"
+# Notebooks run when the site is built; an unchanged one is not run again.
+nb_execution_mode = "cache"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 600
 # Headings can be linked as on GitHub.
 myst_heading_anchors = 4
 html_theme = "furo"
@@ -36,8 +45,19 @@ _PAGES = {
 
 def setup(application: Sphinx) -> None:
     """Let the links of the documents hold in the repository and on the site."""
+    application.add_html_math_renderer("mathml", (_inline, None), (_display, None))
     application.connect("source-read", lambda _, page, text: _relink(text, f"docs/{page}", page))
     application.connect("include-read", lambda _, file, page, text: _relink(text, file.name, page))
+
+
+def _inline(page: HTML5Translator, node: nodes.math) -> None:
+    page.body.append(tex2mathml(node.astext()))
+    raise nodes.SkipNode
+
+
+def _display(page: HTML5Translator, node: nodes.math_block) -> None:
+    page.body.append(f'<div class="math">{tex2mathml(node.astext(), as_block=True)}</div>')
+    raise nodes.SkipNode
 
 
 def _relink(text: list[str], file: str, page: str) -> None:

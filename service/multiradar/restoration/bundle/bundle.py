@@ -55,8 +55,8 @@ class Bundle:
 
     Parameters
     ----------
-    settings : BundleSettings
-        Parameters of the bundle.
+    settings : BundleSettings, optional
+        Parameters of the bundle; by default those of `BundleSettings()`.
     memory : Scratch, optional
         Scratch arrays, of `_scratch.scratch(settings)`; bundles that never work concurrently may
         share them, which saves three quarters of the memory. Its own by default.
@@ -67,8 +67,10 @@ class Bundle:
     method, least squares in place of the search of section 2.5.
     """
 
-    def __init__(self, settings: BundleSettings, memory: Scratch | None = None) -> None:
-        self._settings = settings
+    def __init__(
+        self, settings: BundleSettings | None = None, memory: Scratch | None = None
+    ) -> None:
+        self._settings = settings = settings or BundleSettings()
         self._kinds, self._rules = settings.kinds(), settings.rules()
         self._tracks = np.zeros((layout.CANDIDATES_MAX, layout.TRACK_COUNT))
         self._plots = np.zeros((2 * layout.INITIAL_PLOTS_MAX, layout.PLOT_COUNT))

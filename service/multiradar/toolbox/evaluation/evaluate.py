@@ -65,7 +65,7 @@ class Evaluation:
 
     @property
     def passed(self) -> dict[str, bool]:
-        """Whether each evaluated requirement is met, by `preset: requirement`."""
+        """Whether each evaluated requirement is met, by "preset: requirement"."""
         return {
             f"{one.preset}: {one.requirement.text}": one.outcome == "pass"
             for one in self._card.preset_results

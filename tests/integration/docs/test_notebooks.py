@@ -1,0 +1,37 @@
+"""The notebooks of the documents run; `make docs` renders them with their outputs."""
+
+import os
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+from support.paths import ROOT
+from support.processes.waiting import run_to_end
+
+NOTEBOOKS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
+_CELL = re.compile(r"^```\{code-cell\}.*?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def cells(notebook: Path) -> list[str]:
+    """Return the code of a notebook, cell by cell."""
+    return _CELL.findall(notebook.read_text(encoding="utf-8"))
+
+
+def test_the_notebooks_are_these_and_each_has_pictures() -> None:
+    names = [path.stem for path in NOTEBOOKS]
+    assert names == ["biases", "filters", "live", "manoeuvres", "scorecard"]
+    index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    for path in NOTEBOOKS:
+        assert f"tutorials/{path.stem}\n" in index
+        assert re.search(r"plt\.show\(\)|\.plot\(", "".join(cells(path))), path.stem
+
+
+@pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_runs_to_its_end(notebook: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    # It runs in the folder of the notebook: relative paths would lead elsewhere.
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(map(os.path.abspath, sys.path)))
+    done = run_to_end([sys.executable, "-c", "\n".join(cells(notebook))], cwd=notebook.parent)
+    assert done.returncode == 0, done.stdout + done.stderr
