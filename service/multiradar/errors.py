@@ -28,6 +28,7 @@
     ├── PipelineError               the live pipeline is not running
     ├── AccountingError             counts of measurements do not add up
     ├── QueueFullError              a bounded queue is full; try again later
+    │   └── QuarantineError         the source sent mostly rejected rows; try again later
     ├── DeadlineError               a query took longer than it may
     ├── ForecastError               a forecast horizon or step out of range
     ├── PlaneError                  points that do not determine a plane
@@ -311,6 +312,17 @@ class QueueFullError(MultiradarError):
         self.depth = depth
         self.retry_after_s = retry_after_s
         super().__init__(f"{name} queue is full ({depth} entries); retry in {retry_after_s} s")
+
+
+class QuarantineError(QueueFullError):
+    """The source is in quarantine, and has sent what it then may; nothing was ingested."""
+
+    def __init__(self, source: str, retry_after_s: float) -> None:
+        super().__init__(source, 0, retry_after_s)
+        self.args = (
+            f"{source} is in quarantine: it sent mostly rows that were rejected, see /v1/rejects; "
+            f"send correct rows, not before {retry_after_s:.1f} s from now",
+        )
 
 
 class DeadlineError(MultiradarError):

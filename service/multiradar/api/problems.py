@@ -20,6 +20,7 @@ from multiradar.errors import (
     JournalFullError,
     MultiradarError,
     PipelineError,
+    QuarantineError,
     QueueFullError,
     RequestError,
 )
@@ -129,7 +130,8 @@ async def _service_error(request: Request, error: Exception) -> Response:
 def _translated(error: MultiradarError) -> RequestError:
     if isinstance(error, QueueFullError):
         retry_after_s = max(1, math.ceil(error.retry_after_s))
-        return RequestError(429, "QUEUE_FULL", str(error), {"retry-after": str(retry_after_s)})
+        code = "SOURCE_QUARANTINED" if isinstance(error, QuarantineError) else "QUEUE_FULL"
+        return RequestError(429, code, str(error), {"retry-after": str(retry_after_s)})
     for kind, status, code in _SERVICE_ERRORS:
         if isinstance(error, kind):
             return RequestError(status, code, error.for_clients)

@@ -28,6 +28,8 @@ _ZENOH_GAUGES = {
     "streams": "Tracks and sensors with cached updates",
 }
 _RESULTS = ("accepted", "rejected", "duplicate")
+#: Results of the rows of a source: deferred ones were not read, and are to be sent again.
+_SOURCE_RESULTS = {"accepted": "accepted", "rejected": "rejected", "deferred": "deferred_rows"}
 #: The same of the journal's disk.
 _DISK = {
     "free_bytes": "Free space on the disk of the journal",
@@ -61,6 +63,7 @@ class PipelineCollector(Collector):
             "outcomes", "Accepted measurements by outcome in the filter", "outcome", outcomes
         )
         yield _rejected(status.get("rejected_by_source", {}))
+        yield from _sources(status.get("sources", {}))
         yield from self._alarms(status)
         yield _gauge(
             "lag_seconds", "Time since reception of the oldest message in a stage, s", "stage",
@@ -124,6 +127,20 @@ def _rejected(by_source: Mapping[str, Mapping[str, int]]) -> Metric:
         for code, count in codes.items():
             family.add_metric([source, code], count)
     return family
+
+
+def _sources(sources: Mapping[str, Mapping[str, int | bool]]) -> Iterator[Metric]:
+    rows = CounterMetricFamily(
+        "multiradar_source_rows", "Rows of each source by result", labels=["source", "result"]
+    )
+    for source, counts in sources.items():
+        for result, name in _SOURCE_RESULTS.items():
+            rows.add_metric([source, result], counts[name])
+    yield rows
+    yield _gauge(
+        "source_quarantined", "1 for a source that sends mostly rejected rows", "source",
+        {source: float(counts["quarantined"]) for source, counts in sources.items()},
+    )  # fmt: skip
 
 
 def _lags_s(status: Mapping[str, Any]) -> dict[str, float]:

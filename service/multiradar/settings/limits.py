@@ -91,8 +91,14 @@ class RuntimeLimits:
     intake_batches_max, intake_rows_max : int
         Capacity of the queue to the journal, in messages and rows; further messages are rejected
         with a request to retry.
-    commit_batches_max : int
-        Maximum messages per transaction of the journal.
+    source_batches_max, source_rows_max : int
+        The same of one source: its messages do not keep out those of others.
+    commit_batches_max, commit_rows_max : int
+        Maximum messages, and rows of all but the last of them, per transaction of the journal.
+    quarantine_rejects_min : int
+        Rejected rows of the last minutes, nine of ten of all, from which a source is in quarantine.
+    quarantine_rows_per_s : int
+        Rows a second that a source in quarantine may send.
     backlog_rows_max : int
         Capacity of the queue from the journal to the engine, rows; when it is full the journal
         waits.
@@ -127,9 +133,14 @@ class RuntimeLimits:
         Free space on the disk of the journal below which the service is not ready.
     """
 
-    intake_batches_max: int = 1024
-    intake_rows_max: int = 262_144
+    intake_batches_max: int = 2048
+    intake_rows_max: int = 524_288
+    source_batches_max: int = 1024
+    source_rows_max: int = 262_144
     commit_batches_max: int = 64
+    commit_rows_max: int = 65_536
+    quarantine_rejects_min: int = 100_000
+    quarantine_rows_per_s: int = 1000
     backlog_rows_max: int = 262_144
     push_rows_max: int = 8192
     events_max: int = 200_000

@@ -18,6 +18,7 @@ from multiradar.errors import (
     MultiradarError,
     PayloadError,
     PipelineError,
+    QuarantineError,
     QueueFullError,
 )
 from multiradar.ingest.bodies import Decoded
@@ -37,6 +38,7 @@ from multiradar.runtime.ports import MeasurementSink
 SOURCE = "zenoh"
 #: Codes of errors of the service; the first match counts. They are those of HTTP.
 _CODES: tuple[tuple[type[MultiradarError], str], ...] = (
+    (QuarantineError, "SOURCE_QUARANTINED"),
     (QueueFullError, "QUEUE_FULL"),
     (IdempotencyConflictError, "IDEMPOTENCY_KEY_REUSED"),
     (InputError, "MALFORMED_BODY"),
@@ -92,7 +94,7 @@ class MeasurementInlet:
             self._malformed(error, message.key)
         except QueueFullError as error:
             self._counts.add(messages_lost_upstream=1)
-            self._counts.alarm("QUEUE_FULL", str(error), message.key)
+            self._counts.alarm(_code(error), str(error), message.key)
         except MultiradarError as error:
             self._rejected(error, message.key)
         else:

@@ -1,14 +1,20 @@
-"""The bounded queue between the senders and the writer of the journal."""
+"""The bounded queue between the senders and the writer of the journal.
+
+Each source has a share of it, and one that floods the service does not delay the others.
+"""
 
 from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from math import inf
+from typing import Any
 
 import polars as pl
 
+from multiradar.clock import Clock, SystemClock
 from multiradar.errors import MultiradarError, PipelineError, QueueFullError
+from multiradar.runtime.admission.sources import Sources
 from multiradar.runtime.live.receipt import Receipt
 from multiradar.runtime.live.threads import SystemThreads, Threads
 from multiradar.settings.limits import RuntimeLimits
@@ -54,8 +60,15 @@ class Submission:
         return len(self.frame) + len(self.rejected)
 
 
+class _Queue:
+    # Messages of one source, each with its number in the order of arrival.
+    def __init__(self) -> None:
+        self.waiting: deque[tuple[int, Submission]] = deque()
+        self.rows = 0
+
+
 class Intake:
-    """A queue with a bound on messages and on rows.
+    """A queue with bounds on messages and on rows, of all sources and of each.
 
     Parameters
     ----------
@@ -63,26 +76,24 @@ class Intake:
         The bounds.
     threads : Threads, optional
         Makes what the threads wait for; threads of the system by default.
+    clock : Clock, optional
+        Times the quarantine of sources.
     """
 
-    def __init__(self, limits: RuntimeLimits, threads: Threads | None = None) -> None:
+    def __init__(
+        self, limits: RuntimeLimits, threads: Threads | None = None, clock: Clock | None = None
+    ) -> None:
         self._limits = limits
-        self._waiting: deque[Submission] = deque()
+        self._queues: dict[str, _Queue] = {}
+        self._number = 0
+        self._batches = 0
         self._rows = 0
         #: Time of reception of the oldest queued message, UTC, s; None if it has none.
         self.oldest_s: float | None = None
         self._closed_with: MultiradarError | None = None
         self._changed = (threads or SystemThreads()).condition()
-
-    @property
-    def batches(self) -> int:
-        """Queued messages."""
-        return len(self._waiting)
-
-    @property
-    def rows(self) -> int:
-        """Queued rows."""
-        return self._rows
+        #: What each source sends.
+        self.sources = Sources(limits, clock or SystemClock())
 
     def put(self, submission: Submission) -> None:
         """Add a message.
@@ -90,33 +101,41 @@ class Intake:
         Raises
         ------
         QueueFullError
-            If a bound is reached. A message larger than the bound is accepted when the queue is
-            empty.
+            If a bound is reached, or the source is in quarantine. A message larger than the bound
+            is accepted when the queue is empty.
         MultiradarError
             If the queue is closed: the error it was closed with.
         """
-        limits = self._limits
         with self._changed:
             if self._closed_with is not None:
                 raise self._closed_with
-            full = len(self._waiting) >= limits.intake_batches_max or (
-                self._waiting and self._rows + submission.rows > limits.intake_rows_max
-            )
-            if full:
-                raise QueueFullError("intake", len(self._waiting), limits.retry_after_s)
-            self._waiting.append(submission)
-            self._rows += submission.rows
-            self.oldest_s = self._waiting[0].received_s
+            queue = self._queues.get(submission.source) or _Queue()
+            self._require_room(queue, submission)
+            if submission.kind is EntryKind.BATCH:
+                self.sources.require(submission.source, submission.rows)
+            self._queues[submission.source] = queue
+            self._number += 1
+            queue.waiting.append((self._number, submission))
+            self._count(queue, 1, submission.rows)
             self._changed.notify()
 
     def pop(self, batches_max: int) -> list[Submission]:
-        """Wait for messages and return the oldest ones; empty when closed and drained."""
+        """Wait for messages and return some in their order; empty when closed and drained.
+
+        Messages of a source with more rows than a transaction has come after those of the others,
+        except the first. The end of a stream comes after all messages before it, of all sources.
+        """
         with self._changed:
-            while not self._waiting and self._closed_with is None:
+            while not self._batches and self._closed_with is None:
                 self._changed.wait()
-            popped = [self._waiting.popleft() for _ in range(min(batches_max, len(self._waiting)))]
-            self._rows -= sum(submission.rows for submission in popped)
-            self.oldest_s = self._waiting[0].received_s if self._waiting else None
+            popped: list[Submission] = []
+            rows = 0
+            while self._batches and len(popped) < batches_max:
+                if popped and rows >= self._limits.commit_rows_max:
+                    break
+                # The first is the oldest of all, so that each source proceeds.
+                popped.append(self._next(in_order=not popped))
+                rows += popped[-1].rows
             return popped
 
     def close(self, error: MultiradarError | None = None) -> None:
@@ -125,3 +144,54 @@ class Intake:
             if self._closed_with is None:
                 self._closed_with = error or PipelineError("the service is stopping")
             self._changed.notify_all()
+
+    def document(self) -> dict[str, Any]:
+        """Return what is queued, and what each source sends, for the status."""
+        return {
+            "intake_batches": self._batches,
+            "intake_rows": self._rows,
+            "sources": self.sources.document(),
+        }
+
+    # ---------------------------------------------------------------- inside
+
+    def _require_room(self, queue: _Queue, submission: Submission) -> None:
+        limits, rows = self._limits, submission.rows
+        own = len(queue.waiting), queue.rows, limits.source_batches_max, limits.source_rows_max
+        every = self._batches, self._rows, limits.intake_batches_max, limits.intake_rows_max
+        for name, (batches, held, batches_max, rows_max) in (
+            (submission.source, own),
+            ("intake", every),
+        ):
+            if batches >= batches_max or (batches and held + rows > rows_max):
+                self.sources.defer(submission.source, rows)
+                raise QueueFullError(name, batches, limits.retry_after_s)
+
+    def _next(self, *, in_order: bool) -> Submission:
+        every = self._queues.items()
+        oldest = min(queue.waiting[0][0] for _, queue in every)
+        # A source with more than a transaction waits for the others. The order of the others is not
+        # changed: it would make those late that send in smaller pieces.
+        source, queue = min(
+            (
+                one
+                for one in every
+                if one[1].waiting[0][0] == oldest or one[1].waiting[0][1].kind is EntryKind.BATCH
+            ),
+            key=lambda one: (
+                not in_order and one[1].rows > self._limits.commit_rows_max,
+                one[1].waiting[0][0],
+            ),
+        )
+        _, submission = queue.waiting.popleft()
+        if not queue.waiting:
+            del self._queues[source]
+        self._count(queue, -1, -submission.rows)
+        return submission
+
+    def _count(self, queue: _Queue, batches: int, rows: int) -> None:
+        self._batches += batches
+        self._rows += rows
+        queue.rows += rows
+        firsts = [one.waiting[0] for one in self._queues.values()]
+        self.oldest_s = min(firsts, key=lambda one: one[0])[1].received_s if firsts else None

@@ -125,7 +125,7 @@ class Service:
         self._forward_jump_max_s = forward_jump_max_s
         self._accounting = Accounting()
         self._arrivals = ArrivalBoard(sensors, tracking.reorder_horizon_s)
-        self._intake = Intake(self._limits, threads)
+        self._intake = Intake(self._limits, threads, self._clock)
         self._backlog = Backlog(self._limits.backlog_rows_max, threads)
         self._version = version("multiradar")
         self._state = ServiceState.STOPPED
@@ -414,6 +414,7 @@ class Service:
         clock_s = None if self._admission is None else self._admission.data_clock_s
         if entry.accepted and clock_s is not None:
             self._silence.hear(clock_s)
+        self._intake.sources.note(entry)
         self._disk.note_written()
         self._last_minute.note(entry.accepted, entry.rejects)
         self.publication.diagnosis.record(frame, entry.rejects)
@@ -468,8 +469,7 @@ class Service:
             "rejected": accounting.rejected,
             "journal_sequence": 0 if writer is None else writer.head,
             "processed_sequence": 0 if processor is None else processor.processed,
-            "intake_batches": self._intake.batches,
-            "intake_rows": self._intake.rows,
+            **self._intake.document(),
             "backlog_rows": self._backlog.rows,
             "lags_s": {name: round(lag_s, 2) for name, lag_s in self._lags_s().items()},
             "journal_disk": None if space is None else space._asdict(),
@@ -477,6 +477,7 @@ class Service:
             "arrivals": self._arrivals.records(),
             "warnings": [
                 *filter(None, [self._silence.sentence()]),
+                *self._intake.sources.warnings(),
                 *self._arrivals.warnings(),
                 *self._alarms.warnings(),
             ],
