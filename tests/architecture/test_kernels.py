@@ -3,11 +3,11 @@
 import ast
 import re
 import tomllib
-from pathlib import Path
 from typing import Any
 
 import pytest
 
+from architecture.test_sources import modules, nodes, text, tree
 from multiradar.estimation.filters._step_kernels import step
 from support.paths import ROOT
 
@@ -38,10 +38,10 @@ SCALARS = {
 }
 
 
-def uncounted(tree: ast.Module) -> list[ast.FunctionDef]:
+def uncounted(module: ast.Module) -> list[ast.FunctionDef]:
     return [
         node
-        for node in ast.walk(tree)
+        for node in ast.walk(module)
         if isinstance(node, ast.FunctionDef)
         and any(ast.unparse(decorator) in UNCOUNTED for decorator in node.decorator_list)
     ]
@@ -61,15 +61,13 @@ def offences(function: ast.FunctionDef) -> list[str]:
     return found
 
 
-def sources() -> list[Path]:
-    folders = ("service", "converters", "compiled")
-    return sorted(path for name in folders for path in (ROOT / name).rglob("*.py"))
+def sources() -> list[str]:
+    return modules("service/", "converters/", "compiled/")
 
 
 def kernels() -> dict[str, list[ast.FunctionDef]]:
     return {
-        path.relative_to(ROOT).as_posix(): uncounted(ast.parse(path.read_text(encoding="utf-8")))
-        for path in sources()
+        name: uncounted(tree(name)) for name in sources() if "multiradar_compiled" in text(name)
     }
 
 
@@ -102,9 +100,10 @@ def test_the_rule_meets_what_it_forbids(body: str) -> None:
 def test_no_function_is_compiled_with_fast_math() -> None:
     # With `fastmath`, the last bits of a filter depended on which others were compiled before it.
     found = {
-        f"{path.relative_to(ROOT).as_posix()}: {ast.unparse(node)}"
-        for path in sources()
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        f"{name}: {ast.unparse(node)}"
+        for name in sources()
+        if "fastmath" in text(name)
+        for node in nodes(name)
         if (isinstance(node, ast.keyword) and node.arg == "fastmath")
         or (isinstance(node, ast.Constant) and node.value == "fastmath")
     }

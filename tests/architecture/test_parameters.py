@@ -2,10 +2,10 @@
 
 import ast
 
-from support.paths import ROOT
+from architecture.test_sources import modules, tree
 
 PARAMETERS_MAX = 15
-PRODUCT = ("service", "converters", "schemas", "compiled")
+PRODUCT = ("service/", "converters/", "schemas/", "compiled/")
 #: The options of a command are the parameters of its function, which is named like its module.
 COMMANDS = "service/multiradar/cli/"
 
@@ -16,12 +16,12 @@ def parameters(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
     return len(given.posonlyargs) + len(given.args) + len(given.kwonlyargs)
 
 
-def long(name: str, text: str) -> list[str]:
+def long(name: str, module: ast.Module) -> list[str]:
     """Return the functions of a module that take too many parameters, commands excepted."""
     command = name.rpartition("/")[2].removesuffix(".py") if name.startswith(COMMANDS) else ""
     return [
         node.name
-        for node in ast.walk(ast.parse(text))
+        for node in ast.walk(module)
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
         and parameters(node) > PARAMETERS_MAX
         and node.name != command
@@ -29,19 +29,15 @@ def long(name: str, text: str) -> list[str]:
 
 
 def test_no_function_but_commands_takes_more_than_the_limit() -> None:
-    files = [path for folder in PRODUCT for path in sorted((ROOT / folder).rglob("*.py"))]
+    files = modules(*PRODUCT)
     assert len(files) > 300
-    found = {
-        f"{path.name} {function}"
-        for path in files
-        for function in long(path.relative_to(ROOT).as_posix(), path.read_text(encoding="utf-8"))
-    }
+    found = {f"{name} {function}" for name in files for function in long(name, tree(name))}
     assert found == set()
 
 
 def test_the_rule_meets_what_it_forbids() -> None:
     names = ", ".join(f"p{i}" for i in range(PARAMETERS_MAX))
-    assert long("service/multiradar/x.py", f"def track({names}): ...") == []
-    wide = f"def track({names}, *, last): ..."
+    assert long("service/multiradar/x.py", ast.parse(f"def track({names}): ...")) == []
+    wide = ast.parse(f"def track({names}, *, last): ...")
     assert long("service/multiradar/x.py", wide) == ["track"]
     assert long("service/multiradar/cli/track.py", wide) == []

@@ -27,6 +27,8 @@ BY_DEFAULT = {
     "urlopen": "support.processes.clients",
     "session.get": "timeout=WAIT_TIMEOUT_S",
 }  # fmt: skip
+#: Last names of all these.
+NAMES = WAITS | {"sleep"} | {name.rpartition(".")[2] for name in BY_DEFAULT}
 
 
 def is_number(node: ast.expr) -> bool:
@@ -44,9 +46,12 @@ def faults(found: ast.Module) -> Iterator[str]:
     for node in ast.walk(found):
         if not isinstance(node, ast.Call):
             continue
-        called, words = ast.unparse(node.func), {word.arg for word in node.keywords}
+        function, words = node.func, {word.arg for word in node.keywords}
+        last = function.attr if isinstance(function, ast.Attribute) else getattr(function, "id", "")
+        if last not in NAMES and not any(word and "timeout" in word for word in words):
+            continue
+        called = ast.unparse(function)
         place = f"{node.lineno}: {called}"
-        last = called.rpartition(".")[2]
         arguments = [*node.args, *(word.value for word in node.keywords)]
         if last == "sleep" and not (arguments and ast.unparse(arguments[0]) in ("0", "0.0")):
             yield f"{place}: wait_until(...), or pause(...) where time itself is the matter"
