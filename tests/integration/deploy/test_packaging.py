@@ -86,7 +86,7 @@ def test_the_service_understands_the_environment_of_compose(
     # It listens beyond its loopback, so it needs clients with keys.
     assert load_settings().access.keys_file == Path("/etc/multiradar/keys.toml")
     zenoh = load_settings().zenoh
-    assert (zenoh.mode, zenoh.listen, zenoh.connect) == ("peer", (), ("tcp/router:7447",))
+    assert (zenoh.mode, zenoh.listen, zenoh.connect) == ("peer", (), ("ws/router:7449",))
 
 
 def test_the_image_runs_unprivileged_and_is_installed_by_hash() -> None:

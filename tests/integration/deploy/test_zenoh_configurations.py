@@ -50,14 +50,11 @@ def test_the_mtls_configuration_denies_what_no_rule_allows() -> None:
     assert all(endpoint.startswith("tls/") for endpoint in listens)
 
 
-@pytest.mark.parametrize("name", ["loopback.json5", "router.json5"])
-def test_a_configuration_without_certificates_carries_updates(name: str, tmp_path: Path) -> None:
-    text = (FOLDER / name).read_text(encoding="utf-8")
+def test_the_configuration_of_one_machine_carries_updates(tmp_path: Path) -> None:
+    text = (FOLDER / "loopback.json5").read_text(encoding="utf-8")
     endpoint = free_endpoint()
-    for found in ("tcp/127.0.0.1:7447", "tcp/0.0.0.0:7447"):
-        text = text.replace(found, endpoint)
-    file = tmp_path / name
-    file.write_text(text, encoding="utf-8")
+    file = tmp_path / "loopback.json5"
+    file.write_text(text.replace("tcp/127.0.0.1:7447", endpoint), encoding="utf-8")
     view = StreamingView()
     service = ZenohGateway(FakeService(view=view), ZenohOptions(config_file=file))
     service.start()
@@ -67,6 +64,59 @@ def test_a_configuration_without_certificates_carries_updates(name: str, tmp_pat
             assert document(session, "multiradar/v1/status")["event_sequence"] == 0
     finally:
         service.stop()
+
+
+def test_clients_of_the_router_of_compose_cannot_speak_for_the_service(tmp_path: Path) -> None:
+    clients, own = free_endpoint(), free_endpoint().replace("tcp/", "ws/")
+    text = (FOLDER / "router.json5").read_text(encoding="utf-8")
+    for found, put in {"tcp/0.0.0.0:7447": clients, "ws/0.0.0.0:7449": own}.items():
+        assert found in text
+        text = text.replace(found, put)
+    file = tmp_path / "router.json5"
+    file.write_text(text, encoding="utf-8")
+    view = StreamingView()
+    sink = FakeService(view=view)
+    service = ZenohGateway(sink, ZenohOptions(listen=(), connect=(own,), status_period_s=0.2))
+    received: list[tuple[str, bytes]] = []
+    with zenoh.open(zenoh.Config.from_file(str(file))):
+        service.start()
+        try:
+            with (
+                zenoh.open(client_config(clients)) as victim,
+                zenoh.open(client_config(clients)) as forger,
+            ):
+                victim.declare_subscriber(
+                    "multiradar/v1/**",
+                    lambda sample: received.append(
+                        (str(sample.key_expr), sample.payload.to_bytes())
+                    ),
+                )
+                wait_until(lambda: bool(received), "the status")
+                for key in ("tracks/7", "status", "biases/41-10", "instances/x"):
+                    forger.put(f"multiradar/v1/{key}", b"forged")
+                    forger.delete(f"multiradar/v1/{key}")
+                forger.declare_queryable(
+                    "multiradar/v1/status", lambda query: query.reply(query.key_expr, b"forged")
+                )
+                # What the forger sent before has arrived when this has.
+                forger.put("multiradar/v1/measurements/41-10", plots("41-10"), encoding=JSON)
+                wait_until(lambda: bool(sink.submissions), "the measurements")
+                view.publish_updates([7])
+                wait_until(
+                    lambda: any(b'"track_id":7' in payload for _, payload in received),
+                    "the update",
+                )
+                assert document(victim, "multiradar/v1/status")["event_sequence"] == 1
+                receipt = document(
+                    victim,
+                    "multiradar/v1/measurements/41-10",
+                    payload=plots("41-10"),
+                    encoding=JSON,
+                )
+                assert receipt["accepted"] > 0
+        finally:
+            service.stop()
+    assert [key for key, payload in received if payload in (b"forged", b"")] == []
 
 
 def test_an_invalid_configuration_is_rejected_with_its_name(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from playwright.sync_api import Page, expect
 
+from integration.page.test_browser import STORE, settled
 from multiradar.api.factory import create_api
 from multiradar.settings.limits import HttpLimits
 from support.access import KEYS, guarded_api
@@ -23,9 +24,9 @@ def test_a_key_is_asked_for_and_kept_for_the_tab(page: Page) -> None:
         dialog.locator("input").fill(f" {KEYS['display']} ")
         dialog.get_by_role("button").click()
         expect(dialog).to_be_hidden()
-        page.wait_for_function("window.multiradar.store.frames > 0")
+        settled(page, f"{STORE}.frames > 0")
         page.reload()
-        page.wait_for_function("window.multiradar.store.frames > 0")
+        settled(page, f"{STORE}.frames > 0")
         expect(dialog).to_be_hidden()
         assert page.context.cookies() == []
         assert page.evaluate("localStorage.length") == 0
@@ -39,5 +40,5 @@ def test_a_key_is_asked_for_and_kept_for_the_tab(page: Page) -> None:
 def test_without_credentials_no_key_is_asked_for(page: Page) -> None:
     with serving(create_api(FakeService()), HttpLimits()) as port:
         page.goto(f"http://127.0.0.1:{port}/")
-        page.wait_for_function("window.multiradar.store.frames > 0")
+        settled(page, f"{STORE}.frames > 0")
         expect(page.locator("#access")).to_be_hidden()
