@@ -16,7 +16,7 @@ export async function request(address: string, options: RequestInit): Promise<Re
 
 function ask(wrong: boolean): void {
   const dialog = document.getElementById("access") as HTMLDialogElement;
-  const input = dialog.querySelector("input") as HTMLInputElement;
+  const input = dialog.querySelector("input[type=password]") as HTMLInputElement;
   const reason = dialog.querySelector("p") as HTMLElement;
   reason.textContent = wrong ? "This key is not valid." : "";
   if (!listens) {

@@ -17,11 +17,11 @@ def test_a_key_is_asked_for_and_kept_for_the_tab(page: Page) -> None:
         dialog = page.locator("#access")
         expect(dialog).to_be_visible()
         for wrong in ("mr_unknown", "clé"):
-            dialog.locator("input").fill(wrong)
+            dialog.get_by_label("API key").fill(wrong)
             dialog.get_by_role("button").click()
             expect(dialog.get_by_role("alert")).to_have_text("This key is not valid.")
             expect(dialog).to_be_visible()
-        dialog.locator("input").fill(f" {KEYS['display']} ")
+        dialog.get_by_label("API key").fill(f" {KEYS['display']} ")
         dialog.get_by_role("button").click()
         expect(dialog).to_be_hidden()
         settled(page, f"{STORE}.frames > 0")
