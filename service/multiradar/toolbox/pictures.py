@@ -1,6 +1,6 @@
 """Plots of reports as one figure of matplotlib, for scripts and notebooks."""
 
-import sys
+import io
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -46,9 +46,6 @@ def picture(plots: Sequence[Plot], names: Sequence[str] = ()) -> Figure:
     chosen = [by_name[name] for name in names] or list(plots)
     if not chosen:
         raise ArgumentError("nothing to draw: there are no confirmed tracks")
-    if "IPython" in sys.modules:
-        # Notebooks show figures when pyplot was imported.
-        import matplotlib.pyplot  # noqa: F401
     maps = [plot for plot in chosen if plot.equal_axes]
     others = [plot for plot in chosen if not plot.equal_axes]
     columns = min(max(len(maps), len(others)), 2)
@@ -60,7 +57,7 @@ def picture(plots: Sequence[Plot], names: Sequence[str] = ()) -> Figure:
     heights = [_MAP_HEIGHT if any(one.equal_axes for one in row) else _HEIGHT for row in rows]
     colours = {key: _light(colour) for key, colour in assign_colours(plots).items()}
     with plain_state():
-        figure = Figure(figsize=(_WIDTH * columns, sum(heights)), layout="constrained")
+        figure = _Picture(figsize=(_WIDTH * columns, sum(heights)), layout="constrained")
         grid = figure.add_gridspec(len(rows), columns, height_ratios=heights)
         for at, row in enumerate(rows):
             for column, plot in enumerate(row):
@@ -69,6 +66,14 @@ def picture(plots: Sequence[Plot], names: Sequence[str] = ()) -> Figure:
                 _draw(figure.add_subplot(grid[at, cells]), plot, colours)
         recolour(figure)
     return figure
+
+
+class _Picture(Figure):
+    # Notebooks show it by this method, and plain figures only once pyplot has drawn one.
+    def _repr_png_(self) -> bytes:
+        shown = io.BytesIO()
+        self.savefig(shown, format="png")
+        return shown.getvalue()
 
 
 def _light(colour: Colour) -> Colour:

@@ -41,6 +41,12 @@ def test_colours_are_those_on_white_and_no_placeholders(tracked: mr.Run) -> None
     assert ALL[4].light in text
 
 
+def test_a_notebook_shows_a_picture_without_pyplot(tracked: mr.Run) -> None:
+    # Only the use of pyplot lets a notebook show plain figures; `_repr_png_` shows any object.
+    shown = tracked.plot("map")._repr_png_()  # type: ignore[attr-defined]  # for notebooks
+    assert shown.startswith(b"\x89PNG")
+
+
 def test_a_scorecard_draws_what_is_named(made: Path, tracked: mr.Run) -> None:
     card = mr.evaluate(tracked, truth=made / "scene")
     assert len(card.plot().axes) == 4
