@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import polars as pl
-
 JOURNAL = "the state of `serve`"
 TRACKS = "the output of `track`"
 MEASUREMENTS = ("the output of `convert`", "the output of `simulate`")
@@ -67,6 +65,9 @@ def content(path: Path) -> str | None:
     """
     if not path.is_file():
         return next((what for name, what in _MARKS if (path / name).exists()), None)
+    # Help and version must be fast.
+    import polars as pl
+
     try:
         columns = pl.read_parquet_schema(path)
     except (pl.exceptions.PolarsError, OSError):
