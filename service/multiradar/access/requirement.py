@@ -12,6 +12,7 @@ from starlette.requests import HTTPConnection
 
 from multiradar.access.authentication import CERTIFICATE_NAME, Authentication
 from multiradar.access.clients import Caller
+from multiradar.access.exposure import is_loopback
 from multiradar.access.security_log import SECURITY_LOG
 from multiradar.errors import ConfigurationError, RequestError
 from multiradar.settings.access import Role
@@ -62,10 +63,20 @@ async def authorised(
         code = "ROLE_NOT_ALLOWED"
         events.warn("rejected", address, code=code, client=caller.name, method=method, path=path)
         raise RequestError(403, code, f"{caller.name} has not the role {role}, which this requires")
+    if role == Role.OPERATE and not authentication.required and not _is_local(connection):
+        # Without credentials anybody of that network may ask; this changes what all others get.
+        code = "ROLE_NOT_ALLOWED"
+        events.warn("rejected", address, code=code, method=method, path=path)
+        msg = f"without credentials the role {role} is that of this machine only; make a key for it"
+        raise RequestError(403, code, msg)
     if role == Role.OPERATE:
         SECURITY_LOG.info("operated", client=caller.name, address=address, method=method, path=path)
     connection.state.caller = caller
     return caller
+
+
+def _is_local(connection: HTTPConnection) -> bool:
+    return connection.client is None or is_loopback(connection.client.host)
 
 
 async def _public() -> None:

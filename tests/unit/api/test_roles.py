@@ -10,6 +10,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from multiradar.api.factory import create_api
 from multiradar.errors import ConfigurationError
+from multiradar.ingest.http import measurement_routes
 from multiradar.settings.access import Role
 from multiradar.settings.limits import HttpLimits
 from support.access import KEYS, bearer, guarded_api
@@ -163,3 +164,23 @@ async def test_without_credentials_in_the_settings_everybody_may_do_everything(
     assert (await client.get("/v1/tracks", headers=bearer("mr_any"))).status_code == 200
     assert (await client.post("/v1/flush")).status_code == 200
     assert service.flushes == ["http"]
+
+
+@pytest.mark.parametrize(
+    ("address", "status"), [("127.0.0.1", 200), ("::1", 200), ("192.0.2.7", 403), ("::2", 403)]
+)
+async def test_without_credentials_only_this_machine_ends_a_stream(
+    address: str, status: int
+) -> None:
+    service = FakeService()
+    application = create_api(service, routers=[measurement_routes(service)])
+    transport = httpx.ASGITransport(application, client=(address, 1))
+    async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1") as caller:
+        answer = await caller.post("/v1/flush")
+        assert answer.status_code == status
+        assert len(service.flushes) == (status == 200)
+        assert status == 200 or answer.json()["code"] == "ROLE_NOT_ALLOWED"
+        sent = await caller.post(
+            "/v1/measurements", content=b"[]", headers={"content-type": "application/json"}
+        )
+        assert sent.status_code == 200
