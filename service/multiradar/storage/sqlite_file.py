@@ -1,5 +1,6 @@
-"""SQLite files: opening, consistent reads, translation of errors."""
+"""Files of a journal: opening, consistent reads, translation of errors."""
 
+import os
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -33,14 +34,28 @@ def check_file_type(path: Path) -> None:
     SQLite itself treats a very short file as an empty database and overwrites it.
     """
     try:
-        with path.open("rb") as stream:
+        with file_errors(path), path.open("rb") as stream:
             begin = stream.read(len(_MAGIC))
     except FileNotFoundError:
         return
-    except OSError as error:
-        raise JournalError(f"{path}: {error.strerror}") from error
     if begin and begin != _MAGIC:
         raise JournalError(f"{path}: expected a journal, was another kind of file")
+
+
+def check_pages(connection: sqlite3.Connection, path: Path) -> None:
+    """Raise JournalError if tables and indexes of a database are not consistent."""
+    found = connection.execute("PRAGMA integrity_check(1)").fetchone()[0]
+    if found != "ok":
+        raise JournalError(f"{path}: damaged: {found.splitlines()[-1]}")
+
+
+def sync(path: Path) -> None:
+    """Write what the kernel holds of a file or folder to the disk; raises OSError."""
+    file = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    try:
+        os.fsync(file)
+    finally:
+        os.close(file)
 
 
 def file_size(path: Path) -> int:
@@ -85,3 +100,14 @@ def journal_errors(path: Path) -> Iterator[None]:
         if name == "SQLITE_FULL":
             raise JournalFullError(f"{path}: disk full") from error
         raise JournalError(f"{path}: {error} ({name})") from error
+
+
+@contextmanager
+def file_errors(path: Path) -> Iterator[None]:
+    """Translate errors of a file into journal errors; a missing file stays FileNotFoundError."""
+    try:
+        yield
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        raise JournalError(f"{path}: {error.strerror}") from error

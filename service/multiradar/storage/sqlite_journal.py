@@ -11,41 +11,46 @@ Table                 Rows
 ====================  ==========================================================================
 
 Reads are verified: the digest of each entry is recomputed from the previous one, the numbers must
-be complete, and the last entry must be the one in ``head``. The chain does not detect that a
-journal was replaced by an older copy of itself.
+be complete, and the last entry must be the one in ``head``. Before SQLite opens a journal for
+writing, and changes its files, the write-ahead log, the pages and the tip are verified: the last
+acknowledged entry must be there (`multiradar.storage.tip`).
 """
 
 import shutil
 import sqlite3
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from multiradar.errors import ConfigurationError, JournalError, JournalFullError
 from multiradar.storage.chain import Columns, entry_digest, mark_digest, origin_digest
 from multiradar.storage.entries import Entry, JournalCounts, Quarantined, StoredEntry
-from multiradar.storage.file_lock import FileLock
+from multiradar.storage.file_lock import FileLock, OpenFiles
 from multiradar.storage.folders import JOURNAL, content
 from multiradar.storage.journal import Space
 from multiradar.storage.sqlite_file import (
     SYNCHRONOUS_FULL,
     check_file_type,
+    check_pages,
     file_size,
     journal_errors,
     open_database,
     set_pragma,
     snapshot,
+    sync,
 )
+from multiradar.storage.tip import ACCEPT, Tip, TipFile
+from multiradar.storage.write_ahead_log import log_damage
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 
 #: Entries read in one transaction; rows are fetched one at a time.
 _PIECE_ENTRIES = 256
 
 # Ends of the names of its files.
-_FILES = ("", "-wal", "-shm")
+_FILES = ("", "-wal", "-shm", "-tip")
 
 _SCHEMA = """
 CREATE TABLE header (format_version INTEGER NOT NULL, fingerprint TEXT NOT NULL);
@@ -76,7 +81,7 @@ class _Head(NamedTuple):
 
 
 class SqliteJournal:
-    """A journal in one SQLite file (and its write-ahead log); one process opens it at a time.
+    """A journal in an SQLite file, its write-ahead log and its tip; one process opens it at a time.
 
     Parameters
     ----------
@@ -92,7 +97,7 @@ class SqliteJournal:
     ------
     JournalError
         If the file cannot be opened, would be in the output folder of another command, is not a
-        journal, is damaged, or is in use.
+        journal, is damaged or incomplete, or is in use. Its content is as it was.
     ConfigurationError
         If the journal was created with another configuration or format version.
     """
@@ -100,8 +105,11 @@ class SqliteJournal:
     def __init__(
         self, path: Path, fingerprint: str, setting_of: Callable[[str], str] = lambda _: ""
     ) -> None:
+        # SQLite has the log beside the file, not beside a link to it.
+        path = path.resolve() if path.is_symlink() else path
         self._path = path
         self._setting_of = setting_of
+        self._log_path, self._tip_path = self._beside("-wal"), self._beside("-tip")
         self._writing = threading.Lock()
         self._reading = threading.Lock()
         self._broken: JournalError | None = None
@@ -120,13 +128,11 @@ class SqliteJournal:
             path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise JournalError(f"{path.parent}: {error.strerror}") from error
-        self._file_lock = FileLock(path.with_name(path.name + ".lock"))
-        try:
+        with ExitStack() as opened:
+            opened.callback(FileLock(path).release)
             with journal_errors(self._path):
-                self._open(fingerprint)
-        except BaseException:
-            self._file_lock.release()
-            raise
+                self._open(fingerprint, opened)
+            self._opened = opened.pop_all()
 
     def append(self, entries: Sequence[Entry]) -> list[int]:
         """Write entries in one transaction and return their sequence numbers, once on disk.
@@ -143,19 +149,24 @@ class SqliteJournal:
             if self._broken is not None:
                 raise self._broken
             try:
-                with journal_errors(self._path), self._transaction():
-                    return self._insert(entries)
+                with journal_errors(self._path):
+                    with self._transaction():
+                        head = self._insert(entries)
+                    self._files.check()
+                    self._tip.write(Tip(head.sequence, head.digest))
             except JournalFullError:
                 raise
             except JournalError as error:
                 self._broken = error
                 raise
+            return list(range(head.sequence - len(entries) + 1, head.sequence + 1))
 
     def read(self, after: int) -> Iterator[StoredEntry]:
         """Yield the verified entries after a sequence number, in bounded pieces."""
         with journal_errors(self._path), closing(open_database(self._path, "ro")) as connection:
             previous = self._digest_of(connection, after)
             sequence = after
+            accepted, rejected = 0, 0
             while True:
                 begin = sequence
                 with snapshot(connection):
@@ -168,9 +179,13 @@ class SqliteJournal:
                         sequence += 1
                         stored = self._verified(previous, sequence, row)
                         previous = stored.digest
+                        accepted += stored.entry.accepted
+                        rejected += len(stored.entry.rejects)
                         yield stored
                 if sequence - begin < _PIECE_ENTRIES:
                     self._check_end(head, sequence, previous)
+                    if not after and (accepted, rejected) != (head.accepted, head.rejected):
+                        raise self._damaged(sequence, "its counts are not those of the entries")
                 if sequence == begin:
                     break
 
@@ -219,11 +234,13 @@ class SqliteJournal:
 
     def skip(self, sequence: int, reason: str) -> None:
         """Mark an entry that the engine cannot process, so that replays skip it."""
-        with self._writing, journal_errors(self._path), self._transaction():
-            self._writer.execute(
-                "INSERT OR REPLACE INTO skipped VALUES (?, ?, ?)",
-                (sequence, reason, mark_digest(sequence, reason)),
-            )
+        with self._writing, journal_errors(self._path):
+            with self._transaction():
+                self._writer.execute(
+                    "INSERT OR REPLACE INTO skipped VALUES (?, ?, ?)",
+                    (sequence, reason, mark_digest(sequence, reason)),
+                )
+            self._files.check()
 
     def skipped(self) -> dict[int, str]:
         """Return the entries that replays skip, with their reasons."""
@@ -242,7 +259,7 @@ class SqliteJournal:
             disk = shutil.disk_usage(self._path.parent)
         except OSError:
             return None
-        files = (self._path.with_name(self._path.name + end) for end in _FILES)
+        files = (self._beside(end) for end in _FILES)
         return Space(disk.free, disk.total, sum(file_size(file) for file in files))
 
     def close(self) -> None:
@@ -251,27 +268,64 @@ class SqliteJournal:
             if self._closed:
                 return
             self._closed = True
-            try:
-                self._reader.close()
-                self._writer.close()
-            finally:
-                self._file_lock.release()
+            self._opened.close()
 
     # ---------------------------------------------------------------- opening
 
-    def _open(self, fingerprint: str) -> None:
+    def _open(self, fingerprint: str, opened: ExitStack) -> None:
         check_file_type(self._path)
-        self._writer = open_database(self._path, "rwc")
-        try:
-            set_pragma(self._writer, self._path, "journal_mode", "WAL", "wal")
-            set_pragma(self._writer, self._path, "synchronous", "FULL", SYNCHRONOUS_FULL)
-            if not self._writer.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
-                self._create(fingerprint)
-            self._check_header(fingerprint)
-            self._reader = open_database(self._path, "ro")
-        except BaseException:
-            self._writer.close()
-            raise
+        tip = self._verified_tip(fingerprint)
+        created = tip is None
+        if tip is None:
+            self._origin = origin_digest(FORMAT_VERSION, fingerprint)
+            tip = Tip(0, self._origin)
+        elif self._log_path.exists():
+            # After a kill it may have entries that were never synced.
+            sync(self._log_path)
+        self._tip = TipFile(self._tip_path, tip)
+        opened.callback(self._tip.close)
+        self._writer = opened.enter_context(closing(open_database(self._path, "rwc")))
+        set_pragma(self._writer, self._path, "journal_mode", "WAL", "wal")
+        set_pragma(self._writer, self._path, "synchronous", "FULL", SYNCHRONOUS_FULL)
+        if created:
+            self._create(fingerprint)
+        self._head(self._writer)
+        self._reader = opened.enter_context(closing(open_database(self._path, "ro")))
+        self._files = OpenFiles([self._path, self._log_path, self._tip_path])
+
+    # The last entry of a journal that has all acknowledged ones; None for a new journal. It changes
+    # no file: a reader does not trim the log.
+    def _verified_tip(self, fingerprint: str) -> Tip | None:
+        tip = Tip.read(self._tip_path)
+        empty = not file_size(self._path)
+        if empty and (file_size(self._log_path) or (tip and tip.sequence)):
+            raise self._incomplete("it is missing or empty, its other files are not")
+        if empty:
+            return None
+        if tip is None:
+            raise self._incomplete(f"{self._tip_path.name} is missing")
+        damage = None if tip.accepts_any else log_damage(self._log_path)
+        if damage is not None:
+            raise self._incomplete(f"{self._log_path.name} is damaged: {damage}")
+        with closing(open_database(self._path, "ro")) as connection:
+            if connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
+                self._check_header(connection, fingerprint)
+                check_pages(connection, self._path)
+                return self._check_tip(connection, tip)
+        if tip.sequence:
+            raise self._incomplete(f"{tip.sequence} entries were acknowledged, it holds none")
+        return None
+
+    def _check_tip(self, connection: sqlite3.Connection, tip: Tip) -> Tip:
+        end = self._head(connection).sequence
+        if end < tip.sequence:
+            raise self._incomplete(
+                f"entry {end + 1} of the journal is missing: {tip.sequence} were acknowledged, it "
+                f"holds {end}"
+            )
+        if tip.sequence and self._digest_of(connection, tip.sequence) != tip.digest:
+            raise self._incomplete(f"entry {tip.sequence} is not the one that was acknowledged")
+        return Tip(end, self._digest_of(connection, end))
 
     def _create(self, fingerprint: str) -> None:
         with self._transaction():
@@ -281,8 +335,8 @@ class SqliteJournal:
             origin = origin_digest(FORMAT_VERSION, fingerprint)
             self._writer.execute("INSERT INTO head VALUES (0, ?, 0, 0)", (origin,))
 
-    def _check_header(self, fingerprint: str) -> None:
-        rows = self._writer.execute("SELECT format_version, fingerprint FROM header").fetchall()
+    def _check_header(self, connection: sqlite3.Connection, fingerprint: str) -> None:
+        rows = connection.execute("SELECT format_version, fingerprint FROM header").fetchall()
         if len(rows) != 1:
             raise JournalError(f"{self._path}: expected a journal with one header, was {len(rows)}")
         version, written_with = rows[0]
@@ -315,9 +369,8 @@ class SqliteJournal:
                 self._writer.execute("ROLLBACK")
             raise
 
-    def _insert(self, entries: Sequence[Entry]) -> list[int]:
+    def _insert(self, entries: Sequence[Entry]) -> _Head:
         sequence, digest, accepted, rejected = self._head(self._writer)
-        first = sequence + 1
         for entry in entries:
             sequence += 1
             columns = Columns.of(entry)
@@ -337,7 +390,7 @@ class SqliteJournal:
             "UPDATE head SET sequence = ?, digest = ?, accepted = ?, rejected = ?",
             (sequence, digest, accepted, rejected),
         )
-        return list(range(first, sequence + 1))
+        return _Head(sequence, digest, accepted, rejected)
 
     # ---------------------------------------------------------------- verifying
 
@@ -392,6 +445,15 @@ class SqliteJournal:
         if not intact:
             raise JournalError(f"{self._path}: expected a journal with one head, was {rows}")
         return _Head(*rows[0])
+
+    def _beside(self, end: str) -> Path:
+        return self._path.with_name(self._path.name + end)
+
+    def _incomplete(self, how: str) -> JournalError:
+        return JournalError(
+            f"{self._path}: {how}; restore all files {self._path.name}* from one copy, or write "
+            f'"{ACCEPT}" into {self._tip_path.name} to continue with what is left'
+        )
 
     def _damaged(self, sequence: int, how: str) -> JournalError:
         return JournalError(f"{self._path}: entry {sequence} of the journal is damaged: {how}")

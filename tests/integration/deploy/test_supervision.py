@@ -11,7 +11,7 @@ from pathlib import Path
 
 from multiradar.observability.supervisor import Supervisor
 from support.processes import clients
-from support.processes.commands import Command
+from support.processes.commands import Command, run_command
 from support.processes.served import SENSORS
 from support.processes.waiting import join, wait_until
 
@@ -71,6 +71,22 @@ def test_a_process_that_cannot_write_ends_and_the_next_one_continues(tmp_path: P
     again.signal(15)
     assert again.wait() == 0
     again.stdout.close()
+
+
+def test_a_process_whose_journal_is_removed_ends(tmp_path: Path) -> None:
+    sensors, state = tmp_path / "sensors.toml", tmp_path / "state"
+    sensors.write_text(SENSORS)
+    options = ("--sensors", sensors, "--state", state, "--port", 0, "--no-zenoh", "--json")
+    process = Command("serve", *options)
+    url = json.loads(process.stdout.readline())["http"]
+    assert _post(url, 1000.0, 10) == 200
+    (state / "journal.sqlite").unlink()
+    assert _post(url, 1001.0, 10) == 503
+    assert process.wait() == 1
+    process.stdout.close()
+    again = run_command("serve", *options)
+    assert again.returncode == 1
+    assert "journal.sqlite: it is missing or empty, its other files are not" in again.stderr
 
 
 def test_a_process_that_is_stuck_reports_nothing(tmp_path: Path) -> None:

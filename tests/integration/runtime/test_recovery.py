@@ -21,7 +21,7 @@ from multiradar.runtime.live.service import Service
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.entries import Entry
 from multiradar.storage.journal import Journal
-from multiradar.storage.sqlite_journal import SqliteJournal
+from multiradar.storage.sqlite_journal import SqliteJournal, _Head
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
@@ -51,24 +51,26 @@ class _Watched(SqliteJournal):
 
     def append(self, entries: Sequence[Entry]) -> list[int]:
         wal = self._path.with_name(self._path.name + "-wal")
-        before = wal.stat().st_size
+        before, tip = wal.stat().st_size, self._tip_path.read_bytes()
         answered = frozenset(self.answered)
         sequences = super().append(entries)
         self._copy(answered, None)
         if wal.stat().st_size > before:
-            self._copy(answered, int(self._random.integers(before, wal.stat().st_size)))
+            self._copy(answered, int(self._random.integers(before, wal.stat().st_size)), tip)
         return sequences
 
-    def _insert(self, entries: Sequence[Entry]) -> list[int]:
-        sequences = super()._insert(entries)
+    def _insert(self, entries: Sequence[Entry]) -> _Head:
+        head = super()._insert(entries)
         self._copy(frozenset(self.answered), None)
-        return sequences
+        return head
 
-    def _copy(self, answered: frozenset[str], cut_at: int | None) -> None:
+    def _copy(self, answered: frozenset[str], cut_at: int | None, tip: bytes | None = None) -> None:
         folder = self._images / str(len(self.taken))
         folder.mkdir()
-        for file in (self._path, self._path.with_name(self._path.name + "-wal")):
+        for file in (self._path, self._log_path, self._tip_path):
             shutil.copy(file, folder / file.name)
+        if tip is not None:
+            (folder / self._tip_path.name).write_bytes(tip)
         if cut_at is not None:
             with (folder / (self._path.name + "-wal")).open("r+b") as stream:
                 stream.truncate(cut_at)
