@@ -302,14 +302,17 @@ class SqliteJournal:
             raise self._incomplete("it is missing or empty, its other files are not")
         if empty:
             return None
-        if tip is None:
-            raise self._incomplete(f"{self._tip_path.name} is missing")
-        damage = None if tip.accepts_any else log_damage(self._log_path)
+        damage = None if tip and tip.accepts_any else log_damage(self._log_path)
         if damage is not None:
             raise self._incomplete(f"{self._log_path.name} is damaged: {damage}")
         with closing(open_database(self._path, "ro")) as connection:
-            if connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
+            tables = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
+            if tables:
+                # First: journals of earlier versions have no tip.
                 self._check_header(connection, fingerprint)
+            if tip is None:
+                raise self._incomplete(f"{self._tip_path.name} is missing")
+            if tables:
                 check_pages(connection, self._path)
                 return self._check_tip(connection, tip)
         if tip.sequence:

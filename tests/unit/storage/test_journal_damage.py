@@ -95,7 +95,7 @@ def _reported(folder: Path, work: Path, file: str, content: bytes, expected: obj
     journal = _open(work)
     assert journal.append([entry(ENTRIES)]) == [ENTRIES + 1]
     journal.close()
-    assert _content(work)[:ENTRIES] == list(expected)[:ENTRIES]  # type: ignore[call-overload]
+    assert _content(work)[:ENTRIES] == list(expected)[:ENTRIES]
     return False
 
 

@@ -107,6 +107,7 @@ def test_another_format_is_rejected(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     with monkeypatch.context() as patch:
         patch.setattr(sqlite_journal, "FORMAT_VERSION", 3)
         _written(path)
+    path.with_name("journal.db-tip").unlink()
     with pytest.raises(ConfigurationError, match="expected a journal of format 2, was 3"):
         SqliteJournal(path, FINGERPRINT)
 
