@@ -15,7 +15,14 @@ from multiradar.errors import (
 )
 from multiradar.toolbox.compiling import compile_kernels
 from multiradar.toolbox.diagnoses import findings_of, notes_of
-from multiradar.toolbox.inputs import DumpChoice, parse_day, read_sensors
+from multiradar.toolbox.inputs import (
+    DumpChoice,
+    check_sensors_argument,
+    parse_day,
+    paths_of,
+    read_sensors,
+    texts_of,
+)
 from multiradar.toolbox.output import Output, PathLike, new_output, remove_with
 from multiradar.toolbox.progress import progress_bar
 from multiradar.toolbox.warning import warn
@@ -164,8 +171,7 @@ def convert(
     FindingsError
         The recording is truncated or at fault; what was read is in `.output`.
     """
-    one = isinstance(recordings, str | Path)
-    paths = [Path(recordings)] if one else [Path(path) for path in recordings]  # type: ignore[arg-type,union-attr]  # as tested
+    paths = paths_of(recordings)
     if not paths:
         raise ArgumentError("`recordings`: expected at least one, was none", "recordings")
     chosen = format or detected(paths[0])
@@ -358,11 +364,11 @@ def _asterix(paths: list[Path], out: Path, options: ConvertOptions) -> dict[str,
     from multiradar_converters.errors import ProfileError
 
     try:
-        editions = parse_editions(list(options.get("edition", ())))
+        editions = parse_editions(texts_of(options.get("edition", ())))
     except ProfileError as error:
         raise ArgumentError(f"`edition`: {error}", "edition") from error
     try:
-        references = parse_references(list(options.get("reference", ())))
+        references = parse_references(texts_of(options.get("reference", ())))
     except ProfileError as error:
         raise ArgumentError(f"`reference`: {error}", "reference") from error
     wanted = Options(
@@ -393,6 +399,8 @@ _CONVERT = {"vid": _vid, "asterix": _asterix, "adsb": _adsb}
 
 def _sensors(options: ConvertOptions) -> "SensorsFile | None":
     given = options.get("sensors")
+    if given is not None:
+        check_sensors_argument(given)
     return read_sensors(Path(given)) if isinstance(given, str | Path) else given
 
 

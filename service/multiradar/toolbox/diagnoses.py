@@ -10,6 +10,9 @@ from multiradar.toolbox.warning import warn
 if TYPE_CHECKING:
     from multiradar.diagnosis.diagnosis import Diagnosis
 
+#: The form of ADS-B messages with local times.
+_LOCAL_FORM = "BaseStation"
+
 
 def findings_of(diagnoses: "Iterable[Diagnosis]") -> list[str]:
     """Warn of what leaves the output usable, and return the sentences of errors.
@@ -55,8 +58,21 @@ def notes_of(kind: str, paths: Sequence[Path], report: Mapping[str, Any], out: P
     from multiradar_converters.repeated_files import repeated_sentence
 
     # A dump is a folder, whose copies are found in its plots.
-    repeated = [found for path in paths if (found := repeated_sentence(path))]
-    return [*repeated, *_of_asterix(report, out)] if kind == "asterix" else repeated
+    found = [sentence for path in paths if (sentence := repeated_sentence(path))]
+    found += _unused_options(report)
+    return [*found, *_of_asterix(report, out)] if kind == "asterix" else found
+
+
+# A zone is for local times.
+def _unused_options(report: Mapping[str, Any]) -> list[str]:
+    offset_h, figures = report["settings"].get("utc_offset_h"), report["figures"]
+    forms = {one["form"] for one in figures["files"].values()} if offset_h else set()
+    if not forms or _LOCAL_FORM in forms:
+        return []
+    return [
+        f"utc_offset {offset_h:g}: not used, it is for {_LOCAL_FORM} messages, whose times are "
+        f"local; this recording is of the form {', '.join(sorted(forms))}"
+    ]
 
 
 # Wrong clocks, and system tracks that no plot ever updated, which are not a usable reference.

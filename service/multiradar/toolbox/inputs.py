@@ -1,7 +1,7 @@
 """Inputs of commands: sensors, and measurements in any supported form."""
 
 import datetime as dt
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -79,8 +79,8 @@ class DumpChoice:
         return Options(date=day, profile=profile, allow_missing=self.allow_missing, **more)
 
 
-def parse_day(text: str | None) -> dt.date | None:
-    """Return a date such as 2018-08-01; None without a text.
+def parse_day(text: str | None, *, warned: bool = True) -> dt.date | None:
+    """Return a date such as 2018-08-01; None without a text. Warn of an impossible one.
 
     Raises
     ------
@@ -94,10 +94,50 @@ def parse_day(text: str | None) -> dt.date | None:
         raise ArgumentError(msg, "date") from error
     # Half the Earth is a day ahead; the clock of this computer may be wrong, so this is no error.
     last = dt.datetime.fromtimestamp(SystemClock().now_s(), dt.UTC).date() + dt.timedelta(days=1)
-    if day is not None and (day > last or day < _FIRST_DAY):
+    if warned and day is not None and (day > last or day < _FIRST_DAY):
         when = "in the future" if day > last else "earlier than any recording"
         warn(f"date {day}: {when}; times of the output depend on it", DataWarning)
     return day
+
+
+def paths_of(recordings: PathLike | Iterable[PathLike]) -> list[Path]:
+    """Return the paths of recordings.
+
+    Raises
+    ------
+    ArgumentError
+        One is no path.
+    """
+    several = isinstance(recordings, Iterable) and not isinstance(recordings, str | bytes)
+    given = list(recordings) if several else [recordings]  # type: ignore[arg-type]  # as tested
+    for one in given:
+        if not isinstance(one, str | Path):
+            msg = f"`recordings`: expected a path, or several, was {one!r}"
+            raise ArgumentError(msg, "recordings")
+    return [Path(one) for one in given]  # type: ignore[arg-type]  # as tested
+
+
+def texts_of(given: str | Iterable[str]) -> list[str]:
+    """Return texts as a list; a single one is a list of one, not of its letters."""
+    return [given] if isinstance(given, str) else list(given)
+
+
+def check_sensors_argument(given: object) -> None:
+    """Check that an argument is the path of a sensors file, or its contents.
+
+    Raises
+    ------
+    ArgumentError
+        It is neither.
+    """
+    from multiradar_schemas.sensors.sensor import SensorsFile
+
+    if not isinstance(given, str | Path | SensorsFile):
+        msg = (
+            "`sensors`: expected the path of a sensors.toml, or what load_sensors returns, was "
+            f"{type(given).__name__}"
+        )
+        raise ArgumentError(msg, "sensors")
 
 
 def load_sensor_table(
@@ -182,12 +222,8 @@ def as_sensors_file(given: object) -> Iterator[tuple[Path, str]]:
     if isinstance(given, str | Path):
         yield Path(given), str(given)
         return
-    if not isinstance(given, SensorsFile):
-        msg = (
-            "`sensors`: expected the path of a sensors.toml, or what load_sensors returns, was "
-            f"{type(given).__name__}"
-        )
-        raise ArgumentError(msg, "sensors")
+    check_sensors_argument(given)
+    assert isinstance(given, SensorsFile)
     with temporary_folder("multiradar-sensors-") as folder:
         path = folder / SENSORS_FILE
         tables = [one.model_dump(mode="json", exclude_unset=True) for one in given.sensor]

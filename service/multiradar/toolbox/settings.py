@@ -97,6 +97,20 @@ def require(needed: str, given: Mapping[str, object]) -> None:
             raise ArgumentError(f"`{name}` requires `{needed}`", name, needed)
 
 
+def check_count(name: str, value: object) -> None:
+    """Check a number of things, of which there is at least one; None is the default.
+
+    Raises
+    ------
+    ArgumentError
+        It is no whole number, or below 1.
+    """
+    if value is None or (isinstance(value, int) and not isinstance(value, bool) and value >= 1):
+        return
+    msg = f"`{name}`: expected a whole number of at least 1, was {value!r}"
+    raise ArgumentError(msg, name)
+
+
 def within(name: str, value: float | None, bounds: "Parameter") -> float | None:
     """Return a number within its bounds, or None.
 

@@ -29,6 +29,7 @@ from multiradar.toolbox.progress import progress_bar
 from multiradar.toolbox.run import Run
 from multiradar.toolbox.settings import (
     TRAJECTORY_AIRCRAFT_DEFAULT,
+    check_count,
     checked_fields,
     checked_kinds,
     require,
@@ -221,7 +222,9 @@ def _request(
         if name not in TrackOptions.__annotations__:
             known = ", ".join(TrackOptions.__annotations__)
             raise ArgumentError(f"unknown argument `{name}`; known: {known}", name)
-    parse_day(options.get("date"))
+    parse_day(options.get("date"), warned=False)
+    for name in ("workers", "batch"):
+        check_count(name, options.get(name))
     if not options.get("trajectories"):
         require("trajectories", {"trajectory_aircraft_max": options.get("trajectory_aircraft_max")})
     if options.get("reference") is None:

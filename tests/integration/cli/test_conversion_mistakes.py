@@ -187,3 +187,16 @@ def test_system_tracks_that_only_coast_are_named(
         tracks = tmp_path / "out" / "system_tracks.parquet"
         assert run(["evaluate", str(tracks), "--system-tracks", str(tmp_path / "out")]) == 1
         assert words in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("options", [("--utc-offset", "2"), ()])
+def test_an_offset_of_times_that_are_not_local_is_named(
+    options: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "a.csv"
+    rows = [f"{1_533_110_400 + k},3c6444,{47.0 + 0.002 * k},8.5,35000\n" for k in range(3)]
+    file.write_text("timestamp,icao24,latitude,longitude,altitude\n" + "".join(rows))
+    assert run(["convert", "adsb", str(file), "--out", str(tmp_path / "out"), *options]) == 0
+    said = capsys.readouterr().err
+    assert ("utc_offset 2: not used, it is for BaseStation messages" in said) == bool(options)
+    assert bool(said) == bool(options)

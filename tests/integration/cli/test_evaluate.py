@@ -263,6 +263,14 @@ def test_exchanged_tracks_and_reference_are_named(
     )
 
 
+def test_own_tracks_are_no_system_tracks(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    tracks = scene / "tracks" / "tracks.parquet"
+    assert run(["evaluate", str(tracks), "--system-tracks", str(tracks)]) == 1
+    said = capsys.readouterr().err
+    assert f"{tracks}: expected system tracks (of `convert asterix` or" in said
+    assert said.endswith("was the output of `track`\n")
+
+
 def test_a_recording_without_adsb_is_no_reference(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

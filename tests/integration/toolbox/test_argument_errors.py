@@ -50,6 +50,31 @@ def test_a_column_of_another_type_is_named(made: Path) -> None:
         mr.track(frame, _sensors(made))
 
 
+@pytest.mark.parametrize("given", [5, None, b"a.ast", ["a.ast", 5]])
+def test_recordings_that_are_no_paths_are_named(given: Any) -> None:
+    with pytest.raises(ArgumentError, match="`recordings`: expected a path, or several, was "):
+        mr.convert(given)
+
+
+@pytest.mark.parametrize("name", ["workers", "batch"])
+@pytest.mark.parametrize("value", [0, -1, 1.5, "2", True])
+def test_numbers_of_workers_and_rows_are_whole(made: Path, name: Any, value: Any) -> None:
+    options: Any = {name: value}
+    with pytest.raises(ArgumentError, match=f"`{name}`: expected a whole number of at least 1"):
+        mr.track(_table(made), _sensors(made), **options)
+
+
+def test_options_of_a_conversion_are_checked(tmp_path: Path) -> None:
+    file = tmp_path / "a.ast"
+    file.write_bytes(b"\x30\x00\x03")
+    sensors: Any = 5
+    with pytest.raises(ArgumentError, match=r"`sensors`: expected the path of a sensors.toml, or"):
+        mr.convert(file, sensors=sensors)
+    # A single text is no list of letters.
+    with pytest.raises(ArgumentError, match=r"`edition`: .* was '021'"):
+        mr.convert(file, edition="021")
+
+
 def test_an_empty_table_is_an_error(made: Path) -> None:
     with pytest.raises(InputError, match=r"^measurements: no measurements$"):
         mr.track(_table(made)[:0], _sensors(made))

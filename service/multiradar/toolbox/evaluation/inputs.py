@@ -17,7 +17,7 @@ from multiradar.evaluation.tables import (
     reference_of_truth,
     with_rows,
 )
-from multiradar.storage.folders import no_such
+from multiradar.storage.folders import TRACKS, content, no_such
 from multiradar.toolbox.evaluation.recorded import (
     dump_tracks,
     has_dump_tracks,
@@ -37,6 +37,7 @@ TRUTH_FILE = "truth.parquet"
 TRUE_BIASES_FILE = "truth_biases.parquet"
 SYSTEM_TRACKS_FILE = "system_tracks.parquet"
 
+_SYSTEM_TRACKS = "system tracks (of `convert asterix` or `convert vid`)"
 #: States of another processor's tracks without an estimate from measurements.
 NOT_SEEN = ("coasting", "ended", "simulated")
 _NO_PLOTS = {"time_s": pl.Float64, "sensor_id": pl.String, "name": pl.String}
@@ -237,7 +238,9 @@ def read_system_tracks(
         recorded = dump_tracks(given)
         reference = reference_of_reports(recorded, str(given), settings.reference_gap_s, regions)
         return Known("system-tracks", given, reference, plots)
-    frame = read_table(path, "system tracks (of `convert asterix` or `convert vid`)")
+    if content(path) == TRACKS:
+        raise InputError(no_such(path, _SYSTEM_TRACKS))
+    frame = read_table(path, _SYSTEM_TRACKS)
     missing = [name for name in ("state", "sensor_id") if name not in frame.columns]
     if missing:
         raise MissingColumnError(str(path), missing, frame.columns)
