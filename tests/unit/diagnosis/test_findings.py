@@ -410,7 +410,7 @@ def test_rounding_below_the_configured_sigma_is_no_mistake() -> None:
     assert one.configured(NAME, azimuth_sigma_deg=0.3).codes() == []
 
 
-def turned(offsets_deg: tuple[float, ...], sigma_deg: float) -> list[tuple[str, str]]:
+def turned(offsets_deg: tuple[float, ...], sigma_deg: float) -> list[tuple[str, str, str]]:
     """Return the diagnoses of a run that estimated these azimuth offsets of the radars."""
     evidence = Evidence(recording().table())
     evidence.confirmed = True
@@ -418,22 +418,25 @@ def turned(offsets_deg: tuple[float, ...], sigma_deg: float) -> list[tuple[str, 
         estimate = float(np.radians(offset)), float(np.radians(sigma_deg))
         evidence.biases[number, PARAMETER_AZIMUTH_OFFSET] = estimate
     evidence.record_rows(recording().frame)
-    return [(one.sensor_id, one.code) for one in diagnose(evidence)]
+    return [(one.sensor_id, one.code, one.severity) for one in diagnose(evidence)]
 
 
 def test_azimuths_of_all_radars_off_by_one_angle_are_named_at_all() -> None:
-    assert turned((2.3, 2.7, 2.4), 0.01) == [(name, "azimuth_offset") for name in RADARS]
+    found = turned((2.3, 2.7, 2.4), 0.01)
+    assert found == [(name, "azimuth_offset", "error") for name in RADARS]
 
 
 @pytest.mark.parametrize(
-    ("offsets_deg", "sigma_deg"),
-    [((2.3, -2.7, 2.4), 0.01), ((0.9, 1.4, 1.2), 0.01), ((1.1, 2.3, 1.2), 0.01),
-     ((2.3, 2.7, 2.4), 0.4), ((2.3,), 0.01)],
+    ("offsets_deg", "sigma_deg", "large"),
+    [((2.3, -2.7, 2.4), 0.01, (0, 1, 2)), ((0.9, 1.4, 1.2), 0.01, (1, 2)),
+     ((1.1, 2.3, 1.2), 0.01, (0, 1, 2)), ((2.3, 2.7, 2.4), 0.4, ()), ((2.3,), 0.01, (0,))],
 )  # fmt: skip
 def test_other_azimuth_offsets_have_no_common_cause(
-    offsets_deg: tuple[float, ...], sigma_deg: float
+    offsets_deg: tuple[float, ...], sigma_deg: float, large: tuple[int, ...]
 ) -> None:
-    assert turned(offsets_deg, sigma_deg) == []
+    # Each that is larger than radars are is a warning of its own.
+    found = turned(offsets_deg, sigma_deg)
+    assert found == [(list(RADARS)[number], "azimuth_offset", "warning") for number in large]
 
 
 @pytest.mark.parametrize("offset_deg", [5.0, -90.0])
