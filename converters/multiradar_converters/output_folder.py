@@ -47,9 +47,7 @@ class OutputFolder:
     def __enter__(self) -> Self:
         self._check_free()
         if not self._target.parent.is_dir():
-            msg = (
-                f"{self._target}: expected a folder {self._target.parent} to make it in, found none"
-            )
+            msg = f"{self._target}: no such folder {self._target.parent}; create it first"
             raise ConversionError(msg)
         try:
             _remove_abandoned(self._target)

@@ -109,6 +109,6 @@ class Report(Record):
     def _codes_add_up(self) -> Self:
         total = sum(self.rejected_by_code.values())
         if total != self.counts.rejected:
-            msg = f"expected {self.counts.rejected} rejects by code, was {total}"
+            msg = f"expected the rejects by code to sum to {self.counts.rejected}, was {total}"
             raise ValueError(msg)
         return self

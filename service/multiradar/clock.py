@@ -45,6 +45,6 @@ class FixedClock:
     def advance(self, duration_s: float) -> None:
         """Move forward by a duration in seconds."""
         if duration_s < 0.0:
-            msg = f"expected a duration that is not negative, was {duration_s} s"
+            msg = f"expected a duration of at least 0 s, was {duration_s} s"
             raise ValueError(msg)
         self._now_s += duration_s

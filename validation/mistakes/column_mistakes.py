@@ -48,12 +48,12 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "azimuth 10° in all plots",
         plots(RADAR, azimuth_deg=pl.lit(10.0)),
-        message=("26-10: its azimuth_deg is probably not that of each plot",),
+        message=("26-10: its azimuth_deg is probably a placeholder",),
     ),
     Mistake(
         "range 0 in all plots",
         plots(RADAR, range_m=pl.lit(0.0)),
-        message=("26-10: its range_m is probably not that of each plot",),
+        message=("26-10: its range_m is probably a placeholder",),
     ),
     Mistake(
         "azimuths in tenths of a degree",
@@ -100,7 +100,7 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
         "ADS-B in GPS time (18 s ahead)",
         plots("adsb", time_s=_TIME + 18.0),
         TRACK,
-        message=("adsb: its clock is probably 17.", "(GPS time in place of UTC?)"),
+        message=("adsb: its clock is probably 17.", "(GPS time instead of UTC?)"),
         sensors=("adsb",),
     ),
     Mistake(

@@ -126,7 +126,7 @@ class ConsistencyCheck:
         rows = self._rows
         numbers = [rows.setdefault(address, len(rows)) for address in distinct.tolist()]
         if len(rows) > AIRCRAFT_MAX:
-            msg = f"{self._file}: expected at most {AIRCRAFT_MAX} aircraft, was more"
+            msg = f"{self._file}: expected at most {AIRCRAFT_MAX} aircraft, found more"
             raise LayoutError(msg)
         while len(self._state) < len(rows):
             self._state = np.concatenate([self._state, np.full_like(self._state, np.nan)])
@@ -139,6 +139,7 @@ class ConsistencyCheck:
         else:
             self.stale += 1
             reason = (
-                "a stale position under a new time: the aircraft has moved since it was reported"
+                "a stale position with a new time: the aircraft has moved since this position was "
+                "reported"
             )
         return RejectedRecord(int(batch.places[k]), RejectCode.DUPLICATE, reason, batch.raw(k))

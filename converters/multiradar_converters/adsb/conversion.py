@@ -82,7 +82,7 @@ def convert(
 
 def _check_dates(path: Path, forms: set[bool]) -> None:
     if len(forms) > 1:
-        msg = f"{path}: expected all files with dates, or all without, was one of each"
+        msg = f"{path}: some files have dates and some do not; convert them separately"
         raise LayoutError(msg)
 
 
@@ -121,7 +121,10 @@ def _check_date(file: str, batch: Batch, options: Options) -> None:
     dates = dates_of(np.sort(batch.numbers[roles.TIME]).tolist()[:1])
     if options.date is None or dates is None or options.date in dates:
         return
-    msg = f"{file}: expected no --date, or its own ({dates[0]}), was {options.date}"
+    msg = (
+        f"{file}: the file has a date of its own; omit --date or give {dates[0]}, was "
+        f"{options.date}"
+    )
     raise LayoutError(msg)
 
 

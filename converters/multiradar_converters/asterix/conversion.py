@@ -156,12 +156,12 @@ def _check_some_known(findings: Findings) -> None:
         if account.broken:
             first = min(account.broken, key=lambda one: one.offset)
             msg = (
-                f"{account.file}: expected ASTERIX blocks, found none that can be decoded; "
-                f"at offset {first.offset}: {first.reason}"
+                f"{account.file}: no ASTERIX block can be decoded; at offset {first.offset}: "
+                f"{first.reason}"
             )
             raise LayoutError(msg)
     names = ", ".join(account.file for account in findings.files)
-    msg = f"{names}: expected ASTERIX blocks, found none"
+    msg = f"{names}: no ASTERIX blocks found"
     raise LayoutError(msg)
 
 

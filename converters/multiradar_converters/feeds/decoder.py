@@ -112,7 +112,7 @@ class FeedDecoder:
                 self._message(cells, layouts.MULTILATERATION, place, raw, received_s)
             else:
                 shown = message[:40].decode("utf-8", "backslashreplace")
-                reason = f"expected JSON, BaseStation or CSV of mlat-server, was {shown!r}"
+                reason = f"expected JSON, BaseStation or mlat-server CSV, was {shown!r}"
                 raise RejectedError(RejectCode.MALFORMED_LINE, reason)
         except RejectedError as error:
             self.reject(place, error.code, error.reason, raw)

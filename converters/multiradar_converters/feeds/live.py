@@ -85,7 +85,7 @@ class LiveFeed:
     def document(self, text: bytes, received_s: float) -> None:
         """Decode a snapshot of all aircraft."""
         if len(text) > SNAPSHOT_BYTES_MAX:
-            reason = f"expected at most {SNAPSHOT_BYTES_MAX} octets, was more"
+            reason = f"expected at most {SNAPSHOT_BYTES_MAX} octets, found more"
             self._decoder.reject(0, RejectCode.TOO_LARGE, reason, text)
         else:
             self._decoder.document(text, 0, received_s)

@@ -190,7 +190,7 @@ def cells(values: object, now: str) -> dict[int, str] | None:
     if isinstance(values, list):
         values = dict(zip(_LISTED, values, strict=False))
     if not isinstance(values, dict):
-        raise RejectedError(RejectCode.WRONG_TYPE, "expected an aircraft, which is a JSON object")
+        raise RejectedError(RejectCode.WRONG_TYPE, "expected a JSON object for each aircraft")
     found = _by_role(values)
     if not found.get(roles.LATITUDE) and not found.get(roles.LONGITUDE):
         return None
@@ -225,7 +225,7 @@ def message_of(found: Mapping[int, str], now: str) -> tuple[int, float]:
 def _kind(values: Values) -> str:
     address, source = json_text(values.get("hex")), json_text(values.get("type"))
     if address.startswith("~"):
-        reason = f"hex: expected the address of an aircraft, was {address[:40]!r} (TIS-B, ADS-R)"
+        reason = f"hex: expected an aircraft address, was {address[:40]!r} (TIS-B, ADS-R)"
         raise RejectedError(RejectCode.UNKNOWN_KIND, reason)
     by_multilateration, by_ground = values.get("mlat"), values.get("tisb")
     if source == "mlat" or (isinstance(by_multilateration, list) and "lat" in by_multilateration):
@@ -233,7 +233,7 @@ def _kind(values: Values) -> str:
     rebroadcast = isinstance(by_ground, list) and "lat" in by_ground
     if rebroadcast or (source and not source.startswith(_OF_ADSB)):
         was = "TIS-B" if rebroadcast else repr(source[:40])
-        reason = f"type: expected a position of ADS-B or multilateration, was of {was}"
+        reason = f"type: expected a position from ADS-B or multilateration, was from {was}"
         raise RejectedError(RejectCode.UNKNOWN_KIND, reason)
     return "adsb"
 
@@ -307,7 +307,7 @@ def _closed(text: str, at: int, found: Snapshot) -> int:
     try:
         _, end = _DECODER.raw_decode(tail)
     except (json.JSONDecodeError, RecursionError):
-        found.fault = (at, "expected the end of the snapshot behind its aircraft")
+        found.fault = (at, "expected the end of the snapshot after its aircraft")
         return at
     return at + end - len(_OPENING)
 

@@ -89,17 +89,17 @@ def recording_kind(path: Path) -> str:
     if path.is_dir():
         if (path / "measurements.parquet").exists():
             msg = (
-                f"{path}: already converted, its report.json has the counts; inspect the recording "
-                "that it was made from"
+                f"{path}: already converted (report.json has the counts); inspect the recording "
+                f"from which it was made"
             )
             raise LayoutError(msg)
         return "dump"
     head = _head(path)
     if not head:
-        msg = f"{path}: expected a recording, was an empty file"
+        msg = f"{path}: the file is empty"
         raise LayoutError(msg)
     if head.startswith(_PARQUET):
-        msg = f"{path}: a table, already converted; inspect the recording that it was made from"
+        msg = f"{path}: already converted to a table; inspect the recording from which it was made"
         raise LayoutError(msg)
     packed = head.startswith(_GZIP)
     text = _unpacked(head) if packed else head
@@ -107,7 +107,7 @@ def recording_kind(path: Path) -> str:
         # The reader of ASTERIX rejects compressed files.
         return "asterix"
     if path.name in ("plots.txt", "tracks.txt", "plots_ads.txt"):
-        msg = f"{path}: one of the files of a text dump; give its directory {path.parent}"
+        msg = f"{path}: this file belongs to a text dump; give its directory {path.parent}"
         raise LayoutError(msg)
     return "adsb"
 

@@ -83,7 +83,7 @@ def parse_arrow(body: bytes, *, rows_max: int = ROWS_MAX) -> Parsed:
     try:
         check_rows_max(check_layout(body, _ROWS_CEILING), rows_max)
     except ArrowLayoutError as error:
-        raise _malformed(f"expected an Arrow IPC stream: {error}") from error
+        raise _malformed(f"not a valid Arrow IPC stream: {error}") from error
     frame = _read(body)
     _check_names(frame.columns)
     frame = _typed(frame)
@@ -99,16 +99,16 @@ def _read(body: bytes) -> pl.DataFrame:
     try:
         return pl.read_ipc_stream(io.BytesIO(body), use_pyarrow=False)
     except pl.exceptions.PanicException as error:  # A BaseException: `except Exception` misses it.
-        raise _malformed("expected an Arrow IPC stream, was damaged") from error
+        raise _malformed("the Arrow IPC stream is damaged") from error
     except (pl.exceptions.PolarsError, OSError, ValueError, MemoryError) as error:
         first_line = str(error).partition("\n")[0][:120]
-        raise _malformed(f"expected an Arrow IPC stream: {first_line}") from error
+        raise _malformed(f"not a valid Arrow IPC stream: {first_line}") from error
 
 
 def _check_names(names: list[str]) -> None:
     for name in names:
         if name not in _COLUMNS:
-            reason = f"expected columns of {', '.join(_COLUMNS)}, was also {ascii(name)[:60]}"
+            reason = f"expected only the columns {', '.join(_COLUMNS)}, found {ascii(name)[:60]}"
             raise BodyError(RejectCode.UNKNOWN_FIELD, reason)
     times = [name for name in _TIMES if name in names]
     if len(times) > 1:
@@ -117,7 +117,7 @@ def _check_names(names: list[str]) -> None:
     missing = [name for name in MEASUREMENT_REQUIRED[1:] if name not in names]
     if missing or not times:
         absent = ", ".join([*([] if times else ["time_s"]), *missing])
-        reason = f"expected the columns {', '.join(MEASUREMENT_REQUIRED)}, was without {absent}"
+        reason = f"expected the columns {', '.join(MEASUREMENT_REQUIRED)}, {absent} missing"
         raise BodyError(RejectCode.MISSING_FIELD, reason)
 
 
@@ -159,7 +159,7 @@ def _column(column: pl.Series) -> pl.Series:
 def _instants(column: pl.Series) -> pl.Series:
     found = column.dtype
     if not isinstance(found, pl.Datetime) or found.time_zone is None:
-        raise _wrong_type(column, "a time stamp with zone")
+        raise _wrong_type(column, "a timestamp with time zone")
     return column.dt.convert_time_zone("UTC").dt.cast_time_unit("us")
 
 

@@ -100,19 +100,19 @@ def _check(stream: bytes, rows_max: int) -> int:
         kind = message.scalar(1, "B")
         header = message.table(2)
         if header is None:
-            raise ArrowLayoutError("expected a message with a header, was one without")
+            raise ArrowLayoutError("the message has no header")
         if columns is None:
             if kind != _SCHEMA:
-                raise ArrowLayoutError(f"expected a schema first, was a message of type {kind}")
+                raise ArrowLayoutError(f"expected the schema first, found a message of type {kind}")
             columns = _schema(header)
         elif kind == _RECORD_BATCH:
             rows += _batch(header, body, columns, rows_max - rows)
         elif kind == _DICTIONARY_BATCH:
             _dictionary(header, body, columns, rows_max)
         else:
-            raise ArrowLayoutError(f"expected a batch, was a message of type {kind}")
+            raise ArrowLayoutError(f"expected a batch, found a message of type {kind}")
     if columns is None:
-        raise ArrowLayoutError("expected a schema, was the end")
+        raise ArrowLayoutError("expected a schema, found the end of the stream")
     return rows
 
 
@@ -122,12 +122,12 @@ def _messages(stream: bytes) -> Iterator[tuple[Table, bytes]]:
         if place == len(stream):
             return
         if stream[place : place + 4] != _CONTINUATION:
-            raise ArrowLayoutError(f"expected a message at byte {place}, was none")
+            raise ArrowLayoutError(f"expected a message at byte {place}, found none")
         length = unpack(_LENGTH, stream, place + 4)
         place += 8
         if length == 0:
             if place != len(stream):
-                raise ArrowLayoutError(f"expected nothing after the stream, at byte {place}")
+                raise ArrowLayoutError(f"unexpected data after the stream, at byte {place}")
             return
         if not 0 < length <= len(stream) - place:
             left = len(stream) - place
@@ -140,7 +140,7 @@ def _messages(stream: bytes) -> Iterator[tuple[Table, bytes]]:
             raise ArrowLayoutError(f"expected a body of {body_length} bytes, was {left}")
         yield message, stream[place : place + body_length]
         place += body_length
-    raise ArrowLayoutError(f"expected at most {MESSAGES_MAX} messages, was more")
+    raise ArrowLayoutError(f"expected at most {MESSAGES_MAX} messages, found more")
 
 
 def _schema(header: Table) -> list[Column]:
@@ -149,12 +149,12 @@ def _schema(header: Table) -> list[Column]:
     columns: list[Column] = []
     for field in header.tables(1):
         if len(columns) == FIELDS_MAX:
-            raise ArrowLayoutError(f"expected at most {FIELDS_MAX} columns, was more")
+            raise ArrowLayoutError(f"expected at most {FIELDS_MAX} columns, found more")
         columns.append(_column(field))
     names = [column.name for column in columns]
     for name in names:
         if names.count(name) > 1:
-            raise ArrowLayoutError(f"expected each column once, was twice {name[:60]!r}")
+            raise ArrowLayoutError(f"expected each column once, found twice: {name[:60]!r}")
     return columns
 
 
@@ -163,16 +163,16 @@ def _column(field: Table) -> Column:
     kind = field.scalar(2, "B")
     form = field.table(3)
     if form is None or any(True for _ in field.tables(5)):
-        raise ArrowLayoutError(f"column {name[:60]!r}: expected a flat type, was none or nested")
+        raise ArrowLayoutError(f"column {name[:60]!r}: expected a flat type, is nested or has none")
     encoding = field.table(4)
     if encoding is None:
         return Column(name, kind, _value_bytes(name, kind, form), None)
     if kind not in (_UTF8, _LARGE_UTF8, _UTF8_VIEW):
-        raise ArrowLayoutError(f"column {name[:60]!r}: expected a dictionary of texts, was another")
+        raise ArrowLayoutError(f"column {name[:60]!r}: expected a dictionary of text values")
     index = encoding.table(1)
     index_bytes = 4 if index is None else index.scalar(0, "i") // 8
     if index_bytes not in (1, 2, 4, 8):
-        raise ArrowLayoutError(f"column {name[:60]!r}: expected indices of 1 to 8 bytes, was other")
+        raise ArrowLayoutError(f"column {name[:60]!r}: expected indices of 1 to 8 bytes")
     return Column(name, kind, index_bytes, encoding.scalar(0, "q"))
 
 
@@ -206,7 +206,7 @@ def _dictionary(header: Table, body: bytes, columns: list[Column], rows_max: int
     number = header.scalar(0, "q")
     data = header.table(1)
     if data is None:
-        raise ArrowLayoutError("expected a dictionary with values, was one without")
+        raise ArrowLayoutError("the dictionary has no values")
     for column in columns:
         if column.dictionary == number:
             width = {_UTF8: 4, _LARGE_UTF8: 8, _UTF8_VIEW: _VIEW_BYTES}[column.kind]
@@ -218,7 +218,7 @@ def _batch(header: Table, body: bytes, columns: list[Column], rows_max: int) -> 
     if not 0 <= rows <= rows_max:
         raise ArrowLayoutError(f"expected at most {rows_max} rows, was {rows}")
     if header.table(3) is not None:
-        raise ArrowLayoutError("expected buffers without compression, was compressed")
+        raise ArrowLayoutError("expected uncompressed buffers")
     nodes = header.structs(1, "qq")
     if len(nodes) != len(columns):
         raise ArrowLayoutError(f"expected {len(columns)} columns in the batch, was {len(nodes)}")
@@ -264,12 +264,12 @@ class _Buffers:
 
     def check_all_used(self) -> None:
         if next(self._places, None) is not None or next(self._variadic, None) is not None:
-            raise ArrowLayoutError("expected a buffer for each column only, was more")
+            raise ArrowLayoutError("expected one buffer for each column, found more")
 
     def _next_buffer(self, column: Column, least: int) -> bytes:
         place = next(self._places, None)
         if place is None:
-            raise ArrowLayoutError(f"column {column.name[:60]!r}: expected a buffer, was none")
+            raise ArrowLayoutError(f"column {column.name[:60]!r}: missing buffer")
         offset, length = place
         if length < least:
             msg = f"expected a buffer of {least} bytes, was {length}"
@@ -284,14 +284,14 @@ class _Buffers:
         if len(offsets) == 0:
             return
         if offsets[0] < 0 or offsets[-1] > len(data) or np.any(offsets[1:] < offsets[:-1]):
-            msg = "expected ascending offsets into the text, was other"
+            msg = "expected ascending text offsets"
             raise ArrowLayoutError(f"column {column.name[:60]!r}: {msg}")
 
     def _check_views(self, column: Column, rows: int) -> None:
         self._next_buffer(column, rows * _VIEW_BYTES)
         count = next(self._variadic, (-1,))[0]
         if not 0 <= count <= len(self._body):
-            msg = f"expected a count of text buffers, was {count}"
+            msg = f"expected a number of text buffers, was {count}"
             raise ArrowLayoutError(f"column {column.name[:60]!r}: {msg}")
         for _ in range(count):
             self._next_buffer(column, 0)

@@ -48,7 +48,7 @@ class Table:
         try:
             return self._buffer[place : place + count].decode("utf-8")
         except UnicodeDecodeError as error:
-            raise FlatbufferError("expected UTF-8 in the metadata, was not") from error
+            raise FlatbufferError("the metadata are not valid UTF-8") from error
 
     def tables(self, slot: int) -> Iterator["Table"]:
         """Yield the tables of a vector."""
@@ -79,7 +79,7 @@ class Table:
             return 0, 0
         count = unpack(_UNSIGNED_32, self._buffer, place)
         if place + 4 + count * size > len(self._buffer):
-            msg = f"expected a vector inside the metadata, was one of {count} entries"
+            msg = f"a vector of {count} entries exceeds the metadata"
             raise FlatbufferError(msg)
         return count, place + 4
 

@@ -193,12 +193,12 @@ def _shape_fault(value: Any) -> tuple[RejectCode, str] | None:
         reason = f"expected a row of at most {ROW_CHARACTERS_MAX} characters, was {value.length}"
         return RejectCode.TOO_LARGE, reason
     if isinstance(value, _Duplicated):
-        return RejectCode.DUPLICATE_KEY, f"expected each key once, was twice {shown(value.key)}"
+        return RejectCode.DUPLICATE_KEY, f"expected each key once, found {shown(value.key)} twice"
     if not isinstance(value, dict):
         return RejectCode.WRONG_TYPE, f"expected an object, was {shown(value)}"
     for name in value:
         if name not in _FIELDS:
-            sentence = f"expected no field of this name, was {shown(name)}"
+            sentence = f"unknown field {shown(name)}"
             return RejectCode.UNKNOWN_FIELD, sentence
     return None
 
@@ -249,7 +249,9 @@ def _slow_array(text: str, rows_max: int) -> Parsed:
     collected = _Collected()
     place = _skip(text, 0)
     if text[place : place + 1] != "[":
-        raise BodyError(RejectCode.MALFORMED_JSON, f"expected a JSON array, was {_at(text, place)}")
+        raise BodyError(
+            RejectCode.MALFORMED_JSON, f"expected a JSON array, found {_at(text, place)}"
+        )
     place = _skip(text, place + 1)
     index = 0
     closed = text[place : place + 1] == "]"
@@ -263,14 +265,14 @@ def _slow_array(text: str, rows_max: int) -> Parsed:
         if not closed:
             place = _skip(text, _after_comma(text, place))
     if _skip(text, place + 1) != len(text):
-        reason = f"expected nothing after the array, was {_at(text, _skip(text, place + 1))}"
+        reason = f"expected nothing after the array, found {_at(text, _skip(text, place + 1))}"
         raise BodyError(RejectCode.MALFORMED_JSON, reason)
     return collected.parsed()
 
 
 def _after_comma(text: str, place: int) -> int:
     if text[place : place + 1] != ",":
-        reason = f"expected a comma or the end of the array, was {_at(text, place)}"
+        reason = f"expected a comma or the end of the array, found {_at(text, place)}"
         raise BodyError(RejectCode.MALFORMED_JSON, reason)
     return place + 1
 
@@ -313,7 +315,7 @@ def _whole_value(text: str, place: int) -> tuple[Any, int]:
         reason = f"not valid JSON at character {error.pos}: {error.msg}"
         raise BodyError(RejectCode.MALFORMED_JSON, reason) from error
     except RecursionError as error:
-        reason = f"expected JSON of few levels, was deeper at character {place}"
+        reason = f"the JSON is nested too deeply, at character {place}"
         raise BodyError(RejectCode.MALFORMED_JSON, reason) from error
 
 
@@ -339,7 +341,7 @@ def _read_line(collected: _Collected, index: int, line: bytes) -> None:
         collected.reject(index, error.code, error.reason, raw)
         return
     if end != len(text):
-        reason = f"expected one object a line, was followed by {_at(text, end)}"
+        reason = f"expected one object per line, found after it {_at(text, end)}"
         collected.reject(index, RejectCode.MALFORMED_JSON, reason, raw)
         return
     collected.add(index, value, raw)

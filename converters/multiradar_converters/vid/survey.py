@@ -50,14 +50,14 @@ def survey(dump: Path, options: Options) -> list[DumpFile]:
         if not path.exists():
             if options.allow_missing and table is not PLOTS:
                 continue
-            hint = "" if table is PLOTS else "; --allow-missing does without it"
+            hint = "" if table is PLOTS else "; use --allow-missing to convert without it"
             packed = path.with_name(f"{path.name}.gz")
             inside = [one.parent for one in sorted(dump.glob(f"*/{path.name}"))[:1]]
             if packed.exists():
-                hint = f"; {packed.name} is there: unpack it"
+                hint = f"; {packed.name} exists: decompress it first"
             elif inside:
                 hint = f"; give the folder {inside[0]}"
-            msg = f"{dump}: expected a file {path.name}, found none{hint}"
+            msg = f"{dump}: missing file {path.name}{hint}"
             raise LayoutError(msg)
         if not path.is_file():
             msg = f"{path}: expected a file, was a {'folder' if path.is_dir() else 'special file'}"
@@ -74,7 +74,7 @@ def _with_times(dump: Path, files: list[DumpFile], date: dt.date | None) -> list
     """Compare the forms of times; a file without rows gets that of the others."""
     forms: set[TimeForm] = {file.layout.time_form for file in files if file.layout.time_form}
     if "seconds-of-day" in forms and len(forms) > 1 and date is None:
-        msg = f"{dump}: some files have times of day, others dates: expected the date of the day"
+        msg = f"{dump}: some files have times of day and others dates; give the date of the former"
         raise LayoutError(msg)
     common: TimeForm = min(forms, default="seconds-of-day")
     return [

@@ -82,7 +82,7 @@ def reason_of(details: Mapping[str, Any]) -> str:
     if kind == "missing" or (value is None and kind in _TYPES):
         return f"expected a value, was {'absent' if kind == 'missing' else 'null'}"
     if kind == "extra_forbidden":
-        return f"expected no such field, was {shown(value)}"
+        return f"unknown field, was {shown(value)}"
     if kind == SENTENCE_ERROR:
         return str(details["msg"])
     return _sentence(kind, details, value)

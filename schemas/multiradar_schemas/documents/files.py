@@ -64,12 +64,10 @@ def read_toml(path: FilePath) -> Document:
     except OSError as error:
         reason = f"cannot be read: {error.strerror}"
         if path.is_dir():
-            reason = "expected a file, was a folder"
+            reason = "is a folder; give a file"
         raise DocumentError(str(path), reason) from error
     except UnicodeDecodeError as error:
-        reason = (
-            f"expected UTF-8 text, was another encoding at byte {error.start}; save it as UTF-8"
-        )
+        reason = f"not UTF-8 text (byte {error.start}); save the file as UTF-8"
         if b"\0" in error.object[:_HEAD] and error.object[:2] not in _UTF_16:
             reason = f"expected TOML, was {'Parquet' if _is_parquet(error.object) else 'binary'}"
         raise DocumentError(str(path), reason) from error

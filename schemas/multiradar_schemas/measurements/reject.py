@@ -49,7 +49,7 @@ CODE_MEANINGS: dict[RejectCode, str] = {
     RejectCode.TRUNCATED: "The input ends in the middle of a record.",
     RejectCode.ENCODING: "Bytes that are not text in the declared encoding.",
     RejectCode.UNKNOWN_SENSOR: "A sensor that is not in the sensors file.",
-    RejectCode.SENSOR_NOT_ALLOWED: "A sensor whose measurements this sender may not send.",
+    RejectCode.SENSOR_NOT_ALLOWED: "A sensor for which this client may not send measurements.",
     RejectCode.UNKNOWN_KIND: "A kind of measurement that does not exist, "
     "or that its sensor does not provide.",
     RejectCode.TIME_LATE: "Older than the reorder horizon allows.",

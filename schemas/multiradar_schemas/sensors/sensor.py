@@ -243,26 +243,30 @@ class Sensor(Table):
     @model_validator(mode="after")
     def _directions_fit_the_kind(self) -> Self:
         if self.moving and self.kind != "direction-finder":
-            raise wrong(f"expected a direction-finder where moving is true, was the {self.kind}")
+            raise wrong(f"moving = true applies to a direction-finder only, was a {self.kind}")
         if self.elevation_sigma_deg is not None and self.kind in ("adsb", "mlat"):
-            raise wrong(f"expected no elevation_sigma_deg for the {self.kind} {self.id}, has one")
+            raise wrong(
+                f"elevation_sigma_deg does not apply to the {self.kind} {self.id}; remove it"
+            )
         clock = self.bias.time_offset_s
         if self.moving and (clock.estimate or clock.prior != 0.0):
             # The reported position refers to the true time, which a biased clock does not give.
-            raise wrong(f"expected no time_offset_s for {self.id}, which is moving, has one")
+            raise wrong(f"time_offset_s does not apply to {self.id}, which is moving; remove it")
         return self
 
     @model_validator(mode="after")
     def _refraction_fits_the_kind(self) -> Self:
         if self.earth_radius_factor is not None and self.kind != "radar":
-            raise wrong(f"expected no earth_radius_factor for the {self.kind} {self.id}, has one")
+            raise wrong(
+                f"earth_radius_factor does not apply to the {self.kind} {self.id}; remove it"
+            )
         return self
 
     @model_validator(mode="after")
     def _delay_fits_the_kind(self) -> Self:
         if self.transponder_delay_sigma_m is not None and self.kind != "radar":
             raise wrong(
-                f"expected no transponder_delay_sigma_m for the {self.kind} {self.id}, has one"
+                f"transponder_delay_sigma_m does not apply to the {self.kind} {self.id}; remove it"
             )
         return self
 
@@ -274,7 +278,7 @@ class Sensor(Table):
                 continue
             of_it = f"of {name} for the {self.kind} {self.id}"
             if one.estimate:
-                raise wrong(f"expected no estimate {of_it}, has one")
+                raise wrong(f"expected no estimate {of_it}; remove it")
             if one.prior != 0.0:
                 raise wrong(f"expected no prior {of_it}, was {one.prior:g}")
         if self.kind == "mlat" and self.latitude_deg is None:
@@ -287,7 +291,7 @@ class Sensor(Table):
             if one.estimate or one.prior != 0.0:
                 raise wrong(
                     f"expected latitude_deg and longitude_deg, the reference point of {self.id}, "
-                    f"beside {name}, were absent"
+                    f"with {name}; they are missing"
                 )
 
     def estimated_biases(self) -> tuple[EstimatedBias, ...]:
@@ -359,7 +363,7 @@ class SensorsFile(Table):
         for one in self.sensor:
             names = one.all_names()
             for name in sorted(names & seen):
-                raise wrong(f"two sensors are named {name}: remove one, or give it another id")
+                raise wrong(f"two sensors are named {name}: remove one or rename it")
             seen |= names
         return self
 
@@ -373,8 +377,8 @@ class SensorsFile(Table):
         if len(given) > 1:
             named = ", ".join(f"{sigma:g} for {name}" for sigma, name in given.items())
             raise wrong(
-                "expected one transponder_delay_sigma_m for all radars that have it, as the delay "
-                f"is that of the aircraft, was {named}"
+                "expected the same transponder_delay_sigma_m for all radars that have one (the "
+                f"delay is that of the aircraft), was {named}"
             )
         return self
 

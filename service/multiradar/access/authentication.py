@@ -54,8 +54,8 @@ class Authentication:
         self.required = settings.has_credentials
         if settings.client_authority is not None and not self.required:
             raise ConfigurationError(
-                "access.client_authority: expected clients, who have the names in certificates; "
-                "list them in keys.toml or in access.clients"
+                "access.client_authority: no clients are configured; list the names in their "
+                "certificates in keys.toml or in access.clients"
             )
 
     def caller(self, bearer: str | None, certificate_name: str | None) -> Caller:

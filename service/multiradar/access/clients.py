@@ -123,7 +123,7 @@ class Clients:
         try:
             require_each_once(both)
         except PydanticCustomError as error:
-            msg = f"{file}, with the clients of the settings: {error.message()}"
+            msg = f"{file}, combined with the clients of the settings: {error.message()}"
             raise ConfigurationError(msg) from error
         return both
 
@@ -161,7 +161,8 @@ def add_client(file: Path, client: ClientSettings) -> None:
     present = read_clients(file).client if file.exists() else ()
     if client.name in {one.name for one in present}:
         raise ConfigurationError(
-            f"{file}: {client.name} exists already; choose another name or remove it from the file"
+            f"{file}: client {client.name} already exists; choose another name or remove it from "
+            f"the file"
         )
     lines = ["[[client]]", f'name = "{client.name}"', f'role = "{client.role}"']
     if client.sensors:

@@ -7,7 +7,7 @@ from multiradar.access.security_log import SECURITY_LOG
 from multiradar.errors import ConfigurationError
 from multiradar.settings.service import Settings
 
-_REMEDY = "or start with --insecure where every host of that network may do everything"
+_REMEDY = "or start with --insecure if any host on that network may do anything"
 
 
 def is_loopback(host: str) -> bool:
@@ -47,8 +47,8 @@ def _open_addresses(settings: Settings, authenticated: bool) -> Iterator[str]:
     if not is_loopback(host):
         if not authenticated:
             yield (
-                f"server.host: expected clients with keys beyond loopback, was {host} without any; "
-                "make a key with `multiradar key`"
+                f"server.host: {host} is reachable beyond loopback, but no client has a key; "
+                f"create one with `multiradar key`"
             )
         elif settings.access.certificate is None:
             # A proxy may add TLS.

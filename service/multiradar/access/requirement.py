@@ -62,12 +62,14 @@ async def authorised(
     if not caller.may(Role(role)):
         code = "ROLE_NOT_ALLOWED"
         events.warn("rejected", address, code=code, client=caller.name, method=method, path=path)
-        raise RequestError(403, code, f"{caller.name} has not the role {role}, which this requires")
+        raise RequestError(
+            403, code, f"this requires the role {role}, which {caller.name} does not have"
+        )
     if role == Role.OPERATE and not authentication.required and not _is_local(connection):
         # Without credentials anybody of that network may ask; this changes what all others get.
         code = "ROLE_NOT_ALLOWED"
         events.warn("rejected", address, code=code, method=method, path=path)
-        msg = f"without credentials the role {role} is that of this machine only; make a key for it"
+        msg = f"without credentials only this machine has the role {role}; make a key for it"
         raise RequestError(403, code, msg)
     if role == Role.OPERATE:
         SECURITY_LOG.info("operated", client=caller.name, address=address, method=method, path=path)

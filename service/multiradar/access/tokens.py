@@ -81,5 +81,5 @@ def _read_keys(file: Path) -> dict[str | None, Any]:
         raise ConfigurationError(f"{file}: expected a JSON Web Key Set: {error}") from error
     private = [one for one in document["keys"] if "d" in one or one.get("kty") == "oct"]
     if private:
-        raise ConfigurationError(f"{file}: expected public keys only, was a private or secret one")
+        raise ConfigurationError(f"{file}: contains a private or secret key; keep only public keys")
     return {one.key_id: one for one in found.keys}

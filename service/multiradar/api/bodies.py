@@ -26,7 +26,7 @@ class Body:
         #: Octets in memory.
         self.held = 0
         self._until_s = asyncio.get_running_loop().time() + duration_s
-        self._late = f"expected the whole body within {duration_s} s"
+        self._late = f"the body did not arrive within {duration_s} s"
         self._waiting: asyncio.Timeout | None = None
 
     def deadline(self) -> asyncio.Timeout:

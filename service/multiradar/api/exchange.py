@@ -86,7 +86,7 @@ class Exchange:
             raise RequestError(
                 400,
                 "CONTENT_LENGTH_INVALID",
-                "expected one decimal Content-Length, or Transfer-Encoding without it",
+                "expected either one decimal Content-Length or Transfer-Encoding",
             )
         if lengths and int(lengths[0]) > self._limits.body_bytes_max:
             raise self._too_large()
@@ -204,12 +204,12 @@ class Exchange:
             RequestError(
                 500,
                 "INTERNAL_ERROR",
-                "internal error; see the log for the identifier of the request",
+                "internal error; search the log for the identifier of the request",
             )
         )
 
     def _log_stall(self) -> None:
-        _log.info("client does not read its answer", request=self._scope[REQUEST_ID_KEY])
+        _log.info("client does not read the response", request=self._scope[REQUEST_ID_KEY])
 
 
 def _headers(scope: Scope, name: bytes) -> list[bytes]:

@@ -12,8 +12,8 @@ _FOREIGN_SCHEMAS = ("HTTPValidationError", "ValidationError")
 
 _CERTIFICATE = "certificate"
 _REJECTIONS = {
-    "401": "No valid credentials, where the service needs some",
-    "403": "The credentials are those of another role, or a page of another origin",
+    "401": "The service requires valid credentials",
+    "403": "The client's role does not allow this, or a page of another origin sent it",
 }
 
 #: Error answers of all routes.
@@ -21,14 +21,14 @@ _ERROR_ANSWERS = {
     "400": "The length of the body is ambiguous",
     "421": "The Host header names another service",
     "422": "A parameter is unknown, repeated or out of bounds",
-    "429": "Too many requests, streams or expensive queries of this client",
+    "429": "Too many requests, streams or expensive queries from this client",
     "431": "The path and the headers are too long",
-    "500": "Internal error; the log has the identifier of the request",
+    "500": "Internal error; search the log for the identifier of the request",
     "503": "Too many requests, a query beyond its deadline, or the service is not ready",
 }
 #: Further ones of routes that read a body.
 _BODY_ANSWERS = {
-    "403": "A page of another origin",
+    "403": "The request comes from a page of another origin",
     "408": "The body did not arrive in time",
     "413": "The body is too long",
 }

@@ -32,15 +32,15 @@ def key(
         str | None,
         typer.Option(
             metavar="ID,…",
-            help="With the role feed: the only sensors whose measurements it may send.",
+            help="With role feed: sensors whose measurements the client may send.",
             show_default="all",
         ),
     ] = None,
     file: Annotated[
-        Path, typer.Option(metavar="FILE", help="File of clients to add it to.")
+        Path, typer.Option(metavar="FILE", help="Clients file to which the client is added.")
     ] = Path("keys.toml"),
 ) -> None:
-    """Make an API key: print it once, and add the client with the hash of the key to keys.toml."""
+    """Create an API key: print it once, and add the client and the key's hash to keys.toml."""
     from pydantic import ValidationError
 
     from multiradar.access.clients import add_client, key_digest, new_key

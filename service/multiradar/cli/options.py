@@ -121,7 +121,7 @@ ReferenceOption = Annotated[
         metavar="SAC-SIC=LATITUDE,LONGITUDE",
         help="Reference point of the local coordinates (010/042, 020/042) of a sensor, WGS 84, "
         "degrees; repeatable.",
-        show_default="that of the site of the sensor, else 019/600",
+        show_default="the sensor's site, else 019/600",
     ),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the results as one JSON object.")]
@@ -130,7 +130,7 @@ DateOption = Annotated[
     typer.Option(
         "--date",
         metavar="YYYY-MM-DD",
-        help="Date of the first line of a dump; without it, times are times of day.",
+        help="Date of the first line of a dump; if omitted, times stay times of day.",
         parser=parse_date,
         show_default=False,
     ),
@@ -140,7 +140,7 @@ ProfileOption = Annotated[
     typer.Option(
         "--profile",
         metavar="FILE.toml",
-        help="Layout of a dump: names of files and columns, units, separator, time format.",
+        help="Layout of a dump: file and column names, units, separator, time format.",
         show_default="the layout of docs/howto/converter.md",
     ),
 ]
@@ -183,7 +183,7 @@ EncountersOption = Annotated[
         min=ENCOUNTER_HORIZON.least,
         max=ENCOUNTER_HORIZON.most,
         help="Write encounters.parquet: pairs of tracks predicted to come into proximity within "
-        "SECONDS, per epoch. Costs 0.05 ms CPU per plot with 30 aircraft; grows with their number.",
+        "SECONDS, per epoch. Costs 0.05 ms CPU per plot with 30 aircraft, more with more aircraft.",
         show_default="none",
     ),
 ]
@@ -244,7 +244,7 @@ OverlaysOption = Annotated[
     typer.Option(
         "--overlays",
         metavar="DIR",
-        help="Folder of GeoJSON files (sectors, airways) that the page shows.",
+        help="Directory of GeoJSON files (sectors, airways) to show on the page.",
         show_default=False,
     ),
 ]

@@ -95,8 +95,8 @@ def serve(
         bool,
         typer.Option(
             "--insecure",
-            help="Listen beyond loopback without credentials: every host of the network may do "
-            "everything.",
+            help="Listen beyond loopback without credentials: any host on the network may do "
+            "anything.",
         ),
     ] = False,
     config: ConfigOption = None,
@@ -177,7 +177,9 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
             application.stop()
     if failed.is_set():
         failure = application.service.failure or "the HTTP server stopped unexpectedly; see the log"
-        raise PipelineError(f"{failure}; start the service again, acknowledged data are on disk")
+        raise PipelineError(
+            f"{failure}; start the service again (acknowledged data are safe on disk)"
+        )
 
 
 def _print_addresses(application: "Application", json_wanted: bool) -> None:

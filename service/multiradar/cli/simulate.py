@@ -57,7 +57,7 @@ def simulate(
     ] = False,
     json_wanted: JsonOption = False,
 ) -> None:
-    """Simulate a scenario: write measurements, sensors.toml for `track`, and the truth."""
+    """Simulate a scenario: write measurements, a sensors.toml for `track`, and the truth."""
     if list_wanted:
         _print_scenes(json_wanted)
         return

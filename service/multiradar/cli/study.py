@@ -48,7 +48,7 @@ def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
             str,
             typer.Argument(
                 metavar="NAME",
-                help=f"The study: {', '.join(catalogue)}.",
+                help=f"Study to run: {', '.join(catalogue)}.",
                 parser=known_name,
                 show_default=False,
             ),
@@ -92,7 +92,8 @@ def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
             Path | None,
             typer.Option(
                 metavar="FILE.html",
-                help="HTML report; must not exist. With --json it is written only if named here.",
+                help="HTML report; must not exist. With --json, no report is written unless this "
+                "option is given.",
                 show_default="NAME.html, or NAME-2.html … where that exists",
             ),
         ] = None,
@@ -100,7 +101,7 @@ def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
             Path | None,
             typer.Option(
                 metavar="DIR",
-                help="Write each figure as SVG and PDF, with line styles for print; must not "
+                help="Directory for figures as SVG and PDF, with line styles for print; must not "
                 "exist.",
                 show_default=False,
             ),

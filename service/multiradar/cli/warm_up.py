@@ -14,12 +14,15 @@ def warm_up(
     *,
     everything: Annotated[
         bool,
-        typer.Option("--all", help="Also the filters joint, blom, blom-macro and ci, and studies."),
+        typer.Option(
+            "--all",
+            help="Also compile the filters joint, blom, blom-macro and ci, and the studies.",
+        ),
     ] = False,
 ) -> None:
-    """Compile the kernels of all commands now, so that none of them compiles later.
+    """Compile the kernels of all commands now, so that none has to compile later.
 
-    Compiled kernels are kept in a cache folder of this user until the program changes.
+    The compiled kernels stay in the user's cache directory until the program changes.
     """
     from multiradar_compiled.cache import kernel_folder
     from multiradar_compiled.kernel_list import kernels_by_purpose

@@ -55,8 +55,8 @@ def check_constant(name: str, plots: Plots) -> Diagnosis | None:
     return Diagnosis(
         name,
         "column_constant",
-        f"{name}: its {column} is probably not that of each plot: it is {value:.10g} in "
-        f"{share:.0%} of them; fill the column with the measured values",
+        f"{name}: its {column} is probably a placeholder: it is {value:.10g} in "
+        f"{share:.0%} of the plots; fill the column with the measured values",
     )
 
 

@@ -107,8 +107,8 @@ def diagnose_conversion(
 
 
 _NOTHING = (
-    "no measurement was written: report.json counts what was rejected and left out; check that the "
-    "files are of the form that this command reads"
+    "no measurement was written: report.json counts the rejected and omitted records; check that "
+    "the files have the format that this command reads"
 )
 
 
@@ -126,8 +126,8 @@ def _rejected(report: Mapping[str, Any]) -> Iterator[Diagnosis]:
                 "",
                 "records_rejected",
                 f"{one['file']}: {rejected / read:.0%} of its {counted(read)} records were "
-                "rejected; rejects.ndjson gives the reason of each: check the form of the file and "
-                "its units",
+                "rejected; rejects.ndjson gives the reason of each: check the format of the file "
+                "and its units",
             )
         elif octets and octets[one["file"]]["quarantined"] > QUARANTINED_MAX * one["bytes"]:
             # Octets between damaged blocks are one reject, however many.
@@ -136,7 +136,7 @@ def _rejected(report: Mapping[str, Any]) -> Iterator[Diagnosis]:
                 "octets_quarantined",
                 f"{one['file']}: {octets[one['file']]['quarantined'] / one['bytes']:.0%} of its "
                 f"{counted(one['bytes'])} octets could not be decoded; rejects.ndjson gives the "
-                "reason of each: check the form of the file, and the editions of its categories",
+                "reason of each: check the format of the file and the editions of its categories",
             )
 
 
@@ -201,8 +201,8 @@ def _copies(name: str, plots: pl.DataFrame) -> list[Diagnosis]:
             name,
             "rows_repeated",
             f"{name}: {copies / plots.height:.0%} of its plots are equal to others: a file was "
-            "probably appended to itself; remove the copies (the tracker drops them, but which "
-            "track a plot belongs to is lost)",
+            "probably appended to itself; remove the copies (the tracker drops them, but the "
+            "association of plots with tracks is lost)",
         )
     ]
 

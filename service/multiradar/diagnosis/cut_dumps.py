@@ -46,7 +46,7 @@ def check_truncation(measurements: Path, report: Mapping[str, Any]) -> list[Diag
         named = figures["track_rows_naming_a_plot"]
         if missing <= EXPECTED_MIN * apart_s / whole_s * named:
             return []
-        why = f"whose rows name plots that are missing ({missing / named:.0%})"
+        why = f"whose rows refer to missing plots ({missing / named:.0%})"
         return [_cut((plots, plots_end_s), (tracks, tracks_end_s), why)]
     if not _plots_go_on(measurements, tracks_end_s):
         return []
@@ -56,7 +56,9 @@ def check_truncation(measurements: Path, report: Mapping[str, Any]) -> list[Diag
 
 def _no_plots(report: Mapping[str, Any]) -> list[Diagnosis]:
     return [
-        Diagnosis("", "file_cut", f"{name}: no plot in it, but there are tracks; copy it again")
+        Diagnosis(
+            "", "file_cut", f"{name}: contains no plots, although there are tracks; copy it again"
+        )
         for name, one in report["figures"]["files"].items()
         if one.get("table") == "plots" and not one["rejected"]
     ]

@@ -301,7 +301,7 @@ def _of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnos
             Diagnosis(
                 name,
                 "ground_ranges",
-                f"{name}: its ranges are probably ground ranges, not slant ranges: with that, "
+                f"{name}: its ranges are probably ground ranges, not slant ranges: if so, "
                 f"{residual}; write the slant ranges as measured",
             )
         ]

@@ -47,7 +47,7 @@ _SETTINGS = {
     "RESTARTED": "its site, range_sigma_m, azimuth_sigma_deg and its clock",
     "UNASSOCIATED": "range_sigma_m, azimuth_sigma_deg and clutter",
     "UNLOCATABLE": "its site and the units of its columns",
-    "IMPLAUSIBLE": "whether its reports are those of the aircraft that the radars see",
+    "IMPLAUSIBLE": "whether it reports the same aircraft as the radars",
     "NO_ROOM": "the number of aircraft that the filter can track (--filter)",
     "UNSUPPORTED": "whether the filter supports this kind of measurement (--filter)",
 }

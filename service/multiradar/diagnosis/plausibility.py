@@ -273,7 +273,7 @@ def check_nearer_than_height(name: str, plots: Plots, site: Site) -> Diagnosis |
         "height",
         f"{name}: height_m of its site or its heights are probably wrong: "
         f"{np.mean(wrong):.0%} of its ranges are shorter than the height of the aircraft {sense} "
-        f"its site at {site[2]:g} m; check height_m in the sensors file, and units",
+        f"its site at {site[2]:g} m; check height_m in the sensors file and the units",
     )
 
 

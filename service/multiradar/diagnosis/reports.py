@@ -46,8 +46,8 @@ def check_reports(name: str, plots: Plots) -> Diagnosis | None:
         return Diagnosis(
             name,
             "column_constant",
-            f"{name}: all its times are {plots.time_s[0]:.10g} s, which are probably not those of "
-            "the reports; give the time of each",
+            f"{name}: all its times are {plots.time_s[0]:.10g} s, which is probably not when the "
+            f"reports were made; give the time of each report",
         )
     first, last = _steps(plots)
     if len(first) < TESTED_MIN:
@@ -117,9 +117,9 @@ def _of_times(name: str, flown_m: Floats, apart_s: Floats) -> Diagnosis | None:
     return Diagnosis(
         name,
         "speeds_impossible",
-        f"{name}: {jumping:.0%} of its positions are farther from the one before of the same "
-        "address than any aircraft flies: its times or addresses are probably wrong; check that "
-        "each address is of one aircraft, and the unit of the times",
+        f"{name}: {jumping:.0%} of its positions are farther from the previous one of the same "
+        f"address than any aircraft can fly: its times or addresses are probably wrong; check "
+        f"that each address belongs to one aircraft, and check the unit of the times",
     )
 
 

@@ -64,7 +64,7 @@ def _jump(name: str, source: Source) -> Diagnosis:
         name,
         "times_jump",
         f"{head} measurements have a gap of {source.gap_s / 3600.0:.1f} h, {spans}: probably "
-        "recordings of different days, or wrong dates; convert and track each day alone",
+        "recordings of different days, or wrong dates; convert and track each day separately",
     )
 
 
@@ -102,7 +102,8 @@ def _times_differ(name: str, own: tuple[float, float], rest: tuple[float, float]
     if abs(own[0]) < DATELESS_MAX_S <= abs(rest[0]):
         cause, remedy = "its times probably lack the date", "add the date"
     elif abs(rest[0]) < DATELESS_MAX_S <= abs(own[0]):
-        cause, remedy = "its times have a date, those of the others do not", "use one form of time"
+        cause = "its times have a date, but those of the others do not"
+        remedy = "use one form of time"
     else:
         cause, remedy = _shift(later), "correct its times, or exclude it"
     return Diagnosis(name, "times_apart", f"{name}: {cause}: {spans}; {remedy}")

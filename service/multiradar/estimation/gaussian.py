@@ -58,7 +58,7 @@ def require_covariance(matrix: ArrayLike, name: str) -> NDArray[np.float64]:
     eigenvalue = float(np.linalg.eigvalsh(correlations).min(initial=np.inf))
     if eigenvalue < EIGENVALUE_MIN:
         raise CovarianceError(
-            f"{name}: expected a positive definite matrix, was one whose correlations have the "
+            f"{name}: expected a positive definite matrix, but its correlations have the "
             f"eigenvalue {eigenvalue:.3g}"
         )
     return values

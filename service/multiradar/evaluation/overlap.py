@@ -49,7 +49,7 @@ def check_times(tracks: Tracks, reference: Reference) -> None:
     if own.meets(known):
         return
     msg = (
-        f"tracks and reference have no time in common: tracks {own}; reference {known}; "
+        f"tracks and reference do not overlap in time: tracks {own}; reference {known}; "
         f"{_advice(own, known)}"
     )
     raise InputError(msg)

@@ -45,8 +45,8 @@ def of_one_processor(frame: pl.DataFrame, source: str, processor: str | None) ->
     if processor is None and len(known) != 1:
         names = ", ".join(map(str, known))
         msg = (
-            f"{source}: expected system tracks of one processor, was: {names}; choose one with "
-            "--processor"
+            f"{source}: contains system tracks of several processors ({names}); choose one with "
+            f"--processor"
         )
         raise InputError(msg)
     if processor is not None and processor not in known:

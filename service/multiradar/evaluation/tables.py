@@ -259,7 +259,7 @@ def _require_columns(frame: pl.DataFrame, wanted: tuple[str, ...], source: str) 
 
 def _require_rows(frame: pl.DataFrame, what: str, source: str) -> None:
     if frame.is_empty():
-        msg = f"{source}: no {what} in it"
+        msg = f"{source}: contains no {what}"
         raise InputError(msg)
 
 

@@ -95,7 +95,7 @@ class SystemPlane:
         longitude = np.atleast_1d(np.asarray(longitude_rad, np.float64))
         sited = np.isfinite(latitude) & np.isfinite(longitude)
         if not sited.any():
-            raise ConfigurationError("system plane: expected a sensor with a site, was none")
+            raise ConfigurationError("system plane: no sensor has a site")
         mean = enu_rotation(latitude[sited], longitude[sited])[:, 2].mean(axis=0)
         if np.linalg.norm(mean) < np.cos(np.radians(ANGLE_MAX_DEG)):
             raise ConfigurationError(

@@ -64,7 +64,7 @@ def _json(body: bytes, rows_max: int) -> Parsed:
     # One object is an array of one; adding brackets must not make several objects valid.
     parsed = parse_json(b"[" + body + b"]", rows_max=rows_max)
     if len(parsed.frame) + len(parsed.rejected) != 1:
-        raise BodyError(RejectCode.MALFORMED_JSON, "expected an array, was several objects")
+        raise BodyError(RejectCode.MALFORMED_JSON, "expected an array, was a sequence of objects")
     return parsed
 
 

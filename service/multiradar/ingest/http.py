@@ -215,8 +215,8 @@ def _answer(receipt: Receipt) -> Response:
         raise RequestError(
             422,
             "NO_MEASUREMENTS",
-            f"none of the {len(receipt.rejected)} rows could be read as a measurement, "
-            f"the first because: {receipt.rejected[0].reason}",
+            f"none of the {len(receipt.rejected)} rows is a valid measurement; the first: "
+            f"{receipt.rejected[0].reason}",
             members=document,
         )
     return Response(json.dumps(document), media_type="application/json")
@@ -244,7 +244,7 @@ def _media_type(request: Request) -> str:
         raise RequestError(
             415,
             "CONTENT_ENCODING_UNSUPPORTED",
-            "expected a body that is not compressed",
+            "expected an uncompressed body",
             {"accept-encoding": "identity"},
         )
     media_type, _, parameters = request.headers.get("content-type", "").partition(";")

@@ -269,7 +269,7 @@ class Replay:
             return
         if answer.accepted + answer.rejected != rows:
             msg = (
-                f"expected an answer for {rows} measurements, was {answer.accepted} accepted "
+                f"expected a response for {rows} measurements, was {answer.accepted} accepted "
                 f"and {answer.rejected} rejected"
             )
             raise PeerError(msg)

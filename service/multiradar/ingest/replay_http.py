@@ -86,7 +86,7 @@ class HttpDestination:
         try:
             return Answer.of_document(document)
         except (KeyError, TypeError, ValueError) as error:
-            msg = f"{response.url}: expected counts of a batch, was {response.text[:200]!r}"
+            msg = f"{response.url}: expected the counts of a batch, was {response.text[:200]!r}"
             raise PeerError(msg) from error
 
     def flush(self, key: str) -> None:

@@ -62,7 +62,7 @@ class ZenohDestination:
         try:
             return Answer.of_document(document)
         except (KeyError, TypeError, ValueError) as error:
-            msg = f"{self._endpoint}: expected counts of a batch, was {str(document)[:200]}"
+            msg = f"{self._endpoint}: expected the counts of a batch, was {str(document)[:200]}"
             raise PeerError(msg) from error
 
     def flush(self, key: str) -> None:
@@ -93,7 +93,7 @@ class ZenohDestination:
                 return _document(reply.ok.payload)
             if reply.err is not None:
                 raise self._rejection(_document(reply.err.payload))
-        raise UnavailableError(f"zenoh:{self._endpoint}: no service answers for {_KEY}")
+        raise UnavailableError(f"zenoh:{self._endpoint}: no service responds on {_KEY}")
 
     def _rejection(self, document: Mapping[str, Any]) -> PeerError:
         code, reason = str(document.get("code")), str(document.get("reason"))

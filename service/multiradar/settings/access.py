@@ -74,7 +74,7 @@ class ClientSettings(Section):
     def _sensors_are_of_a_feed(self) -> Self:
         if self.sensors and self.role is not Role.FEED:
             raise PydanticCustomError(
-                "sensors", "Input should have sensors with the role feed only"
+                "sensors", "Input should have sensors only with the role feed"
             )
         return self
 
@@ -153,7 +153,7 @@ class AccessSettings(Section):
             )
         if self.client_authority is not None and self.certificate is None:
             raise PydanticCustomError(
-                "pair", "Input should have client_authority with a certificate of the service only"
+                "pair", "Input should have client_authority only with a certificate of the service"
             )
         return self
 

@@ -95,10 +95,8 @@ class AsterixOutputSettings(Section):
     def _has_one_destination(self) -> Self:
         if (self.port is None) == (self.file is None):
             raise PydanticCustomError(
-                "one_way", "Input should be a table with a port or a file, and not both", {}
+                "one_way", "Input should be a table with either a port or a file", {}
             )
         if self.area_deg is not None and self.area_deg[1] > self.area_deg[3]:
-            raise PydanticCustomError(
-                "area", "Input should be an area whose south lies south of its north", {}
-            )
+            raise PydanticCustomError("area", "Input should be an area with south below north", {})
         return self

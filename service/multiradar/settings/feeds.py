@@ -90,7 +90,8 @@ def _checked_stream(url: str) -> str:
     if scheme not in (TCP, LISTEN):
         raise PydanticCustomError(
             "stream_url",
-            "Input should be an address such as tcp://192.168.1.20:30006 or listen://127.0.0.1:30006",
+            "Input should be an address such as tcp://192.168.1.20:30006 or "
+            "listen://127.0.0.1:30006",
         )
     return url
 
@@ -170,7 +171,7 @@ class FeedsSettings(Section):
         for label in labels:
             if labels.count(label) > 1:
                 raise PydanticCustomError(
-                    "unique", "Input should have each source's name once, was twice {name}",
+                    "unique", "Input should have each source's name once, has twice {name}",
                     {"name": label},
                 )  # fmt: skip
         return self

@@ -236,8 +236,8 @@ class Settings(BaseSettings):
         unused = sorted(_UNUSED.get(name, frozenset()) & self.tracking.model_fields_set)
         if unused:
             raise ConfigurationError(
-                f"{' and '.join(unused)}: not used by the filter {name}, whose modes have settings "
-                f"of their own (imm_…); remove it, or choose another filter, such as two-stage"
+                f"{' and '.join(unused)}: not used by the filter {name}, whose modes have their "
+                f"own settings (imm_…); remove it or choose another filter, such as two-stage"
             )
         return settings
 

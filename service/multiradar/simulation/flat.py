@@ -93,10 +93,7 @@ def flat_plots(scenario: Scenario, rng: np.random.Generator) -> FlatPlots:
     IMM UrO RAN report (2016), equations (1.4), (1.5), (1.7) and section 1.6.
     """
     if scenario.plane != "flat" or any(one.kind != "radar" for one in scenario.sensors):
-        msg = (
-            f"scenario {scenario.title!r}: expected a flat plane with radars only; "
-            "other kinds of sensor or plane are not supported"
-        )
+        msg = f"scenario {scenario.title!r}: only radars on a flat plane are supported"
         raise ConfigurationError(msg)
     bias_rng, phase_rng, *own = rng.spawn(2 + len(all_aircraft(scenario)))
     biases = simulate_biases(scenario.sensors, scenario.duration_s, bias_rng)

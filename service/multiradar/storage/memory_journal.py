@@ -31,7 +31,7 @@ class MemoryJournal:
         with self._lock:
             keys = [entry.idempotency_key for entry in entries if entry.idempotency_key is not None]
             if len(set(keys)) < len(keys) or any(key in self._keys for key in keys):
-                raise JournalError("expected idempotency keys that are not in the journal")
+                raise JournalError("expected idempotency keys not yet in the journal")
             return [self._append(entry) for entry in entries]
 
     def read(self, after: int) -> Iterator[StoredEntry]:

@@ -39,7 +39,7 @@ def new_file(path: Path) -> Iterator[Path]:
         raise _exists_error(path)
     folder = path.absolute().parent
     if not folder.is_dir():
-        msg = f"{folder}: expected a folder to write {path.name} to, found none"
+        msg = f"{folder}: no such folder; create it before writing {path.name}"
         raise InputError(msg)
     partial = folder / f".{path.name}.partial-{secrets.token_hex(4)}"
     register_leftover(partial)

@@ -39,7 +39,7 @@ def new_folder(path: Path) -> Iterator[Path]:
     check_new(path)
     parent = path.absolute().parent
     if not parent.is_dir():
-        msg = f"{parent}: expected a folder to write {path.name} to, found none"
+        msg = f"{parent}: no such folder; create it before writing {path.name}"
         raise InputError(msg)
     folder = OutputFolder(path.absolute())
     with ExitStack() as held:

@@ -76,10 +76,10 @@ def read_overlays(folder: Path) -> Overlays:
             path for path in folder.iterdir() if path.suffix.lower() in ENDINGS and path.is_file()
         )
     except OSError as error:
-        msg = f"{folder}: no such folder of overlays: {error.strerror or error}"
+        msg = f"{folder}: cannot read the overlay folder: {error.strerror or error}"
         raise ConfigurationError(msg) from error
     if len(paths) > FILES_MAX:
-        msg = f"{folder}: expected at most {FILES_MAX} files of overlays, was {len(paths)}"
+        msg = f"{folder}: expected at most {FILES_MAX} overlay files, was {len(paths)}"
         raise ConfigurationError(msg)
     return tuple(_read(path) for path in paths)
 

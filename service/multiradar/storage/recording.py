@@ -104,7 +104,7 @@ class Recording:
             try:
                 block = wanted.collect()
             except pl.exceptions.InvalidOperationError as error:
-                msg = f"{self.name}: expected values that fit their columns ({_first_line(error)})"
+                msg = f"{self.name}: values do not fit their columns ({_first_line(error)})"
                 raise InputError(msg) from error
             except (pl.exceptions.PolarsError, OSError) as error:
                 raise _unreadable(self.path, error) from error
@@ -228,7 +228,7 @@ def _convertible(found: pl.DataType, wanted: pl.DataType) -> bool:
 def _unreadable(path: Path, error: Exception) -> InputError:
     hint = ""
     if path.suffix.lower() != ".parquet":
-        hint = "; `multiradar convert` makes one of a recording"
+        hint = "; `multiradar convert` creates one from a recording"
     return InputError(f"{path}: expected a Parquet file ({_first_line(error)}){hint}")
 
 

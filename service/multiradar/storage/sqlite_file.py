@@ -39,7 +39,7 @@ def check_file_type(path: Path) -> None:
     except FileNotFoundError:
         return
     if begin and begin != _MAGIC:
-        raise JournalError(f"{path}: expected a journal, was another kind of file")
+        raise JournalError(f"{path}: not a journal; choose another file")
 
 
 def check_pages(connection: sqlite3.Connection, path: Path) -> None:
@@ -72,7 +72,7 @@ def set_pragma(
     if actual != expected:
         raise JournalError(
             f"{path}: expected {pragma} {expected}, was {actual}; "
-            "the file system cannot hold a journal"
+            "this file system is not suitable for a journal"
         )
 
 

@@ -116,7 +116,7 @@ class SqliteJournal:
         self._closed = False
         try:
             if path.parent.exists() and not path.parent.is_dir():
-                msg = f"{path.parent}: expected a folder for the journal, was a file"
+                msg = f"{path.parent}: is a file; choose a folder for the journal"
                 raise JournalError(msg)
             found = None if path.exists() else content(path.parent)
             if found not in (None, JOURNAL):
@@ -250,7 +250,7 @@ class SqliteJournal:
             ).fetchall()
         for sequence, reason, digest in marks:
             if mark_digest(sequence, reason) != digest:
-                raise self._damaged(sequence, "its mark does not verify")
+                raise self._damaged(sequence, "its checksum does not match")
         return {sequence: reason for sequence, reason, _ in marks}
 
     def space(self) -> Space | None:
@@ -346,7 +346,7 @@ class SqliteJournal:
         if version != FORMAT_VERSION:
             raise ConfigurationError(
                 f"{self._path}: expected a journal of format {FORMAT_VERSION}, was {version}; "
-                "use the version of the program that wrote it, or choose another journal"
+                "use the multiradar version that wrote it, or choose another journal"
             )
         if written_with != fingerprint:
             other = self._setting_of(written_with) or (

@@ -173,7 +173,7 @@ def convert(
     """
     paths = paths_of(recordings)
     if not paths:
-        raise ArgumentError("`recordings`: expected at least one, was none", "recordings")
+        raise ArgumentError("`recordings`: expected at least one, found none", "recordings")
     chosen = format or detected(paths[0])
     if chosen not in _OF_FORMAT:
         msg = f"`format`: expected vid, asterix or adsb, was {chosen!r}"

@@ -65,7 +65,7 @@ def to_polars(given: object, name: str) -> pl.DataFrame:
             return pl.DataFrame(given)  # type: ignore[arg-type]  # checked above
     except (pl.exceptions.PolarsError, TypeError, ValueError, ImportError) as error:
         reason = str(error).strip().split("\n", maxsplit=1)[0]
-        raise InputError(f"{name}: expected a table, cannot be read as one: {reason}") from error
+        raise InputError(f"{name}: cannot be read as a table: {reason}") from error
     raise InputError(f"{name}: expected a path or a table, was {type(given).__name__}")
 
 

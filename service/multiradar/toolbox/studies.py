@@ -76,7 +76,7 @@ def study(
         if value is not None and argument not in entry.supported_options:
             raise ArgumentError(f"`{argument}`: {name} does not support it", argument)
     if seed < 0 or (runs is not None and runs < 1):
-        raise ArgumentError("`runs` and `seed`: expected at least 1 and 0", "runs", "seed")
+        raise ArgumentError("`runs` must be at least 1 and `seed` at least 0", "runs", "seed")
     options = StudyOptions(runs, seed, chosen, duration_s)
     paths = (None if path is None else Path(path) for path in (out, figures))
     return run_study(entry, options, *paths)

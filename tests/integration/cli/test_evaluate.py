@@ -213,7 +213,7 @@ def _spoil(path: Path) -> str:
 
 def _later(path: Path) -> str:
     pl.read_parquet(path).with_columns(pl.col("time_s") + 1e6).write_parquet(path)
-    return "tracks and reference have no time in common: tracks "
+    return "tracks and reference do not overlap in time: tracks "
 
 
 def _narrow(path: Path) -> str:

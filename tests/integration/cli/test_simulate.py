@@ -145,7 +145,7 @@ def test_scenarios_are_listed_with_their_titles(capsys: pytest.CaptureFixture[st
         ),
         (["report-1-6", "--out", "OUT", "--duration", "nan"], 2, "--duration: expected"),
         (["no.toml", "--out", "OUT"], 1, "no.toml: no such file"),
-        (["report-1-6", "--out", "OUT/deep"], 1, "expected a folder to write deep to, found none"),
+        (["report-1-6", "--out", "OUT/deep"], 1, "no such folder; create it before writing deep"),
         (["report-1-6", "--out", "HERE"], 1, "already exists; choose another output directory"),
     ],
 )

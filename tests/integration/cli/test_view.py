@@ -56,7 +56,7 @@ def test_wrong_folders_and_files_are_named(
     shutil.copyfile(run_ / "tracks.parquet", alone)
     said = failure(capsys, alone, "--measurements", converted)
     assert "--measurements needs the sensors" in said
-    assert "no such folder of overlays" in failure(capsys, run_, "--overlays", tmp_path / "no")
+    assert "cannot read the overlay folder" in failure(capsys, run_, "--overlays", tmp_path / "no")
     assert run(["view", str(run_), str(run_), str(run_)]) == EXIT_USAGE
     assert "expected one or two runs, was 3" in capsys.readouterr().err
 
@@ -73,10 +73,10 @@ def test_times_that_do_not_meet_are_named(
     said = failure(capsys, tracked / "tracks", later)
     assert "tracks (" in said
     assert "and later (" in said
-    assert "have no time in common" in said
+    assert "do not overlap in time" in said
     given = tmp_path / "measurements.parquet"
     said = failure(capsys, tracked / "tracks", "--measurements", given)
-    assert "is not the time of tracks" in said
+    assert "but tracks covers" in said
 
 
 @pytest.fixture(scope="module")

@@ -170,9 +170,9 @@ def test_a_wrong_date_and_files_of_two_kinds_of_time_are_rejected(
 ) -> None:
     status, _ = command(tmp_path, json_list([report()]), options=("--date", "2018-08-03"))
     assert status == EXIT_FAILED
-    assert "expected no --date, or its own (2018-08-01), was 2018-08-03" in capsys.readouterr().err
+    assert "omit --date or give 2018-08-01, was 2018-08-03" in capsys.readouterr().err
     said = failure(tmp_path, capsys, json_list([report()]), json_list([report(timestamp=1.0)]))
-    assert "expected all files with dates, or all without" in said
+    assert "some files have dates and some do not" in said
 
 
 def test_units_follow_from_the_names_of_the_columns(tmp_path: Path) -> None:
@@ -428,15 +428,15 @@ ALTERED = json_list([report(k, altitude=..., alt=1000) for k in range(3)])
 UNKNOWN: list[tuple[bytes, str]] = [
     (b"", "expected trajectories, was an empty file"),
     (b" \n ", "expected trajectories, was an empty file"),
-    (bytes(range(256)) * 9, "expected JSON, or CSV with a line of names, found neither"),
-    (b"\x28\xb5\x2f\xfd" + b"0" * 50, "plain or packed by gzip, was Zstandard"),
-    (b"PAR1" + b"0" * 50, "plain or packed by gzip, was Parquet"),
-    (b"\x1f\x8b" + b"\0" * 50, "expected a whole packed file, was a damaged one"),
+    (bytes(range(256)) * 9, "neither JSON nor CSV with a header line"),
+    (b"\x28\xb5\x2f\xfd" + b"0" * 50, "plain or gzip-compressed, was Zstandard"),
+    (b"PAR1" + b"0" * 50, "plain or gzip-compressed, was Parquet"),
+    (b"\x1f\x8b" + b"\0" * 50, "the compressed file is damaged"),
     (packed(json_list([report()]))[:-5] + b"wrong", "was a damaged one: Error -3"),
     (b"a,b\n1,2\n", "expected a column for the time (timestamp, time, time_s, datetime), found a"),
-    (b"[]", "expected JSON objects, one per record, found none"),
-    (b"[1, 2, 3]", "expected JSON objects, one per record, found none"),
-    (b'{"trace":[[0,1,2,3]]}', "expected icao and timestamp before the points of a trace"),
+    (b"[]", "contains no JSON objects"),
+    (b"[1, 2, 3]", "contains no JSON objects"),
+    (b'{"trace":[[0,1,2,3]]}', "missing icao and timestamp before the points of a trace"),
     (ALTERED, "the unit of 'alt' is unknown: expected altitude or alt_baro (ft)"),
     (
         json_list([report(altitude=..., geoaltitude=1000)]),
@@ -449,7 +449,7 @@ UNKNOWN: list[tuple[bytes, str]] = [
         json_list([report(latitude=None)]),
         "none of 1 records are accepted; 1 of them rejected as MISSING",
     ),
-    (json_columns([report()])[:-5], "expected JSON columns, each an object by row"),
+    (json_columns([report()])[:-5], "expected JSON columns, each an object keyed by row"),
 ]
 
 
@@ -473,7 +473,9 @@ def test_a_decompression_bomb_is_rejected(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bomb = packed(b"[" + json.dumps(report()).encode() + b" " * (96 << 20))
-    assert "expected a packed file that grows at most 100 times" in failure(tmp_path, capsys, bomb)
+    assert "expected a compressed file that grows at most 100 times" in failure(
+        tmp_path, capsys, bomb
+    )
 
 
 def test_the_output_is_never_overwritten_and_json_is_the_report(

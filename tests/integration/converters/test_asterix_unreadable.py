@@ -70,7 +70,7 @@ def test_a_recording_of_which_most_octets_are_quarantined_fails(
     out = converted(tmp_path, good + bytes(len(good) + 80) + good[: len(good) // 40], status=1)
     assert capsys.readouterr().err == (
         "multiradar: recording: 52% of its 1 862 octets could not be decoded; rejects.ndjson gives "
-        "the reason of each: check the form of the file, and the editions of its categories\n"
+        "the reason of each: check the format of the file and the editions of its categories\n"
     )
     assert pl.read_parquet(out / "measurements.parquet").height == 1
 
@@ -99,11 +99,11 @@ def test_a_missing_file_is_reported_and_leaves_nothing(
         # The same octets in every process that collects this.
         (
             gzip.compress(block(48, plot_048(1.0)), mtime=0),
-            "was compressed by gzip; decompress it first",
+            "is gzip-compressed; decompress it first",
         ),
         (b"These are no blocks. " * 99, "expected ASTERIX blocks, was text"),
-        (b"", "expected ASTERIX blocks, found none"),
-        (b"\xcd" * 2200, "expected ASTERIX blocks, found none"),
+        (b"", "no ASTERIX blocks found"),
+        (b"\xcd" * 2200, "no ASTERIX blocks found"),
     ],
     ids=["packed", "text", "empty", "header"],
 )

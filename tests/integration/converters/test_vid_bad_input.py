@@ -23,12 +23,12 @@ def nothing_left(folder: Path) -> bool:
 @pytest.mark.parametrize(
     ("spoil", "said"),
     [
-        (lambda p: (p / "plots.txt").unlink(), "expected a file plots.txt, found none"),
-        (lambda p: (p / "tracks.txt").unlink(), "expected a file tracks.txt, found none"),
+        (lambda p: (p / "plots.txt").unlink(), "missing file plots.txt"),
+        (lambda p: (p / "tracks.txt").unlink(), "missing file tracks.txt"),
         (lambda p: (p / "plots_ads.txt").write_bytes(b""), "the file is empty"),
         (lambda p: replace(p / "plots.txt", b"azimuth", b"azimut"), "missing are azimuth"),
         (lambda p: replace(p / "plots.txt", b"h\tcode", b"h\th"), "missing are code"),
-        (lambda p: replace(p / "tracks.txt", b"code", b"code\tlat"), "names lat more than once"),
+        (lambda p: replace(p / "tracks.txt", b"code", b"code\tlat"), "repeats lat"),
         (lambda p: recode(p / "plots.txt", "utf-16"), "found UTF-16"),
         (lambda p: recode(p / "plots.txt", "utf-16-le"), "found UTF-16"),
         (lambda p: recode(p / "plots.txt", "utf-16-be"), "found UTF-16"),

@@ -19,7 +19,7 @@ def dump(tmp_path: Path) -> Path:
 
 
 def test_a_missing_parent_folder_is_named(tmp_path: Path, dump: Path) -> None:
-    with pytest.raises(ConversionError, match=f"expected a folder {tmp_path / 'c'} to make it in"):
+    with pytest.raises(ConversionError, match=f"no such folder {tmp_path / 'c'}; create it first"):
         dumps.run(dump, tmp_path / "c" / "base")
 
 

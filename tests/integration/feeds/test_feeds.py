@@ -246,7 +246,7 @@ def test_category_021_of_readsb_over_tcp(serving: Serve, now_s: float) -> None:
     receiver.send(b"\x15\x00\x01 no block")
     found = heard(octets_quarantined=32)
     assert found["octets"] == found["octets_decoded"] + found["octets_quarantined"]
-    assert found["last_error"] == "expected ASTERIX blocks, was a length below 3"
+    assert found["last_error"] == "expected ASTERIX blocks, found a block length below 3"
     receiver.kill()
 
 

@@ -64,7 +64,9 @@ def test_a_client_without_its_router_reports_an_error() -> None:
     options = ZenohOptions(
         mode="client", listen=(), connect=("tcp/127.0.0.1:1",), client_wait_s=0.3
     )
-    with pytest.raises(ConfigurationError, match=r"zenoh does not open.*127\.0\.0\.1:1") as caught:
+    with pytest.raises(
+        ConfigurationError, match=r"cannot open the Zenoh session.*127\.0\.0\.1:1"
+    ) as caught:
         ZenohBus(options)
     assert "/src/" not in str(caught.value)
 
@@ -72,7 +74,7 @@ def test_a_client_without_its_router_reports_an_error() -> None:
 def test_a_port_in_use_is_an_error_at_the_start() -> None:
     with (
         gateway(StreamingView()) as running,
-        pytest.raises(ConfigurationError, match="zenoh does not open"),
+        pytest.raises(ConfigurationError, match="cannot open the Zenoh session"),
     ):
         ZenohBus(ZenohOptions(listen=running.endpoints))
 

@@ -39,7 +39,9 @@ def test_a_name_is_added_once(tmp_path: Path) -> None:
     file = tmp_path / "keys.toml"
     add_client(file, client("screen", new_key()))
     before = file.read_bytes()
-    with pytest.raises(ConfigurationError, match="screen exists already; choose another name"):
+    with pytest.raises(
+        ConfigurationError, match="client screen already exists; choose another name"
+    ):
         add_client(file, client("screen", new_key()))
     assert file.read_bytes() == before
 
@@ -49,7 +51,7 @@ def test_a_name_is_added_once(tmp_path: Path) -> None:
     [
         ('[[client]]\nname = "a b"\nrole = "feed"', "line 2"),
         ('[[client]]\nname = "a"\nrole = "admin"', "expected .*feed"),
-        ('[[client]]\nname = "a"\nrole = "display"\nsensors = ["1"]', "role feed only"),
+        ('[[client]]\nname = "a"\nrole = "display"\nsensors = ["1"]', "only with the role feed"),
         ('[[client]]\nname = "a"\nrole = "feed"\nkey_sha256 = "secret"', "key_sha256"),
         ('[[client]]\nname = "a"\nrole = "feed"\nkey = "mr_"', "key"),
         ('[[client]]\nname = "a"\nrole = "feed"\n' * 2, "each name once, was 2 times a"),
@@ -122,7 +124,7 @@ def test_an_authority_without_clients_would_admit_no_client(tmp_path: Path) -> N
     settings = AccessSettings(
         certificate=tmp_path / "a", private_key=tmp_path / "b", client_authority=tmp_path / "c"
     )
-    with pytest.raises(ConfigurationError, match="client_authority: expected clients"):
+    with pytest.raises(ConfigurationError, match="client_authority: no clients"):
         Authentication(settings)
 
 

@@ -130,7 +130,7 @@ def test_a_token_ends(tmp_path: Path, found: Authentication) -> None:
         (None, "expected a JSON Web Key Set"),
         ("[]", "expected a JSON Web Key Set"),
         ('{"keys": []}', "expected a JSON Web Key Set"),
-        ('{"keys": [{"kty": "oct", "k": "c2VjcmV0", "kid": "a"}]}', "expected public keys only"),
+        ('{"keys": [{"kty": "oct", "k": "c2VjcmV0", "kid": "a"}]}', "keep only public keys"),
     ],
 )
 def test_unusable_keys_of_an_issuer_are_named(

@@ -119,7 +119,7 @@ async def test_a_rejection_is_a_problem_with_a_challenge(caller: httpx.AsyncClie
     assert (wrong.status_code, wrong.json()["code"]) == (401, "CREDENTIALS_INVALID")
     role = await caller.get("/v1/tracks", headers=bearer(KEYS["feed"]))
     assert (role.status_code, role.json()["code"]) == (403, "ROLE_NOT_ALLOWED")
-    assert "feed has not the role display" in role.json()["detail"]
+    assert "the role display, which feed does not have" in role.json()["detail"]
 
 
 async def test_nothing_of_a_body_is_read_before_the_check(

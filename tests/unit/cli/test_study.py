@@ -166,7 +166,7 @@ def test_an_unwritable_path_is_reported_before_the_run(
     # The run would fail in another way: the message shows that it was not started.
     seed = ("--seed", FAILING_SEED)
     assert _study("fake", *seed, "--out", tmp_path / "none" / "r.html") == 1
-    assert "expected a folder to write r.html to, found none" in capsys.readouterr().err
+    assert "no such folder; create it before writing r.html" in capsys.readouterr().err
     assert _study("fake", *seed, "--out", tmp_path / f"{'x' * 300}.html") == 1
     assert "cannot write: File name too long" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())

@@ -21,15 +21,15 @@ AZIMUTH, HEIGHT, RANGE, TIME = (
     [
         (
             lambda one: one.changed(NAME, azimuth_deg=pl.lit(10.0)),
-            "column_constant", "its azimuth_deg is probably not that of each plot: it is 10 in",
+            "column_constant", "its azimuth_deg is probably a placeholder: it is 10 in",
         ),
         (
             lambda one: one.changed(NAME, range_m=pl.lit(0.0)),
-            "column_constant", "its range_m is probably not that of each plot: it is 0 in 100%",
+            "column_constant", "its range_m is probably a placeholder: it is 0 in 100%",
         ),
         (
             lambda one: one.changed(NAME, time_s=pl.lit(START_S)),
-            "column_constant", "its time_s is probably not that of each plot",
+            "column_constant", "its time_s is probably a placeholder",
         ),
         (
             lambda one: one.changed(NAME, azimuth_deg=10.0 * AZIMUTH),
@@ -124,7 +124,7 @@ def with_reports(late_s: float) -> Recording:
     [
         (-1.5, "s behind: "),
         (5.0, "s ahead: "),
-        (18.0, "s ahead (GPS time in place of UTC?): "),
+        (18.0, "s ahead (GPS time instead of UTC?): "),
         (-40.0, "s behind: "),
     ],
 )

@@ -27,7 +27,7 @@ def _times(own_s: float, known_s: float, span_s: float = 600.0) -> str:
 def test_both_times_are_reported_in_utc() -> None:
     picture = _times(BEGIN_S, BEGIN_S + 4000.0)
     assert picture == (
-        "tracks and reference have no time in common: tracks 2018-08-01 08:00:00 UTC to "
+        "tracks and reference do not overlap in time: tracks 2018-08-01 08:00:00 UTC to "
         "2018-08-01 08:09:50 UTC; reference 2018-08-01 09:06:40 UTC to 2018-08-01 09:16:30 UTC; "
         "another recording, or a wrong day (--date of `convert`)?"
     )

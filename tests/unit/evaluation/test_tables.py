@@ -120,8 +120,8 @@ def _reports(frame: pl.DataFrame) -> object:
     ("read", "frame", "message"),
     [
         (_tracks, TRACKS.drop("speed_mps"), "missing column speed_mps; found: time_s"),
-        (_tracks, TRACKS.clear(), "no tracks in it"),
-        (_tracks, TRACKS.filter(state="tentative"), "no confirmed tracks in it"),
+        (_tracks, TRACKS.clear(), "contains no tracks"),
+        (_tracks, TRACKS.filter(state="tentative"), "contains no confirmed tracks"),
         (
             _tracks,
             TRACKS.with_columns(position_sigma_m=pl.Series([10.0, np.nan, 1.0])),
@@ -154,13 +154,17 @@ def _reports(frame: pl.DataFrame) -> object:
         ),
         (_tracks, TRACKS.with_columns(longitude_deg=-170.0), "within 60 degrees"),
         (_truth, TRUTH.drop("heading_deg"), "missing column heading_deg; found: time_s"),
-        (_truth, TRUTH.filter(pl.col("track_number").is_null()), "no positions of aircraft in it"),
+        (
+            _truth,
+            TRUTH.filter(pl.col("track_number").is_null()),
+            "contains no positions of aircraft",
+        ),
         (
             _truth,
             TRUTH.with_columns(speed_mps=pl.lit(None, pl.Float64)),
             "all 2 rows are rejected: truth.parquet: row 0: aircraft 7: speed_mps: expected",
         ),
-        (_reports, REPORTS[3:], "no positions of aircraft in it"),
+        (_reports, REPORTS[3:], "contains no positions of aircraft"),
     ],
 )
 def test_unusable_tables_are_reported(

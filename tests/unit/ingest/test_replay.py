@@ -252,7 +252,7 @@ def test_an_answer_that_does_not_add_up_stops_the_replay(tmp_path: Path) -> None
         def send(self, frame: pl.DataFrame, key: str) -> Answer:
             return Answer(accepted=len(frame) - 1, rejected=0, duplicate=False)
 
-    with pytest.raises(PeerError, match="expected an answer for 2 measurements"):
+    with pytest.raises(PeerError, match="expected a response for 2 measurements"):
         _replay(_recording(tmp_path, [0.0, 1.0]), Forgetful(), ReplayPlan()).run()
 
 

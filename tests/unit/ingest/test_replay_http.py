@@ -136,7 +136,7 @@ def test_a_rejection_reports_the_reason_of_the_service(status: int) -> None:
 
 @pytest.mark.parametrize("body", [b"", b"<html>", b"[]", b'{"accepted": "x"}'])
 def test_an_answer_that_is_not_of_this_service_is_rejected(body: bytes) -> None:
-    with pytest.raises(PeerError, match="expected counts"):
+    with pytest.raises(PeerError, match="expected the counts"):
         _service(httpx.Response(200, content=body)).send(_batch(), "k")
 
 

@@ -34,7 +34,7 @@ def test_codes_that_do_not_add_up_are_rejected() -> None:
         "outputs": [],
     }
     assert Report(**report, rejected_by_code={CODE: 2}).counts.rejected == 2
-    with pytest.raises(ValidationError, match="expected 2 rejects by code, was 1"):
+    with pytest.raises(ValidationError, match="rejects by code to sum to 2, was 1"):
         Report(**report, rejected_by_code={CODE: 1})
 
 

@@ -120,5 +120,5 @@ def test_a_rotating_antenna_points_at_the_aircraft_when_it_measures() -> None:
 
 
 def test_a_scenario_on_the_ellipsoid_is_rejected() -> None:
-    with pytest.raises(ConfigurationError, match="expected a flat plane with radars only"):
+    with pytest.raises(ConfigurationError, match="only radars on a flat plane are supported"):
         flat_plots(builtin_scenario("rotating-gaps"), np.random.default_rng(0))

@@ -56,7 +56,7 @@ def test_a_folder_that_appears_meanwhile_is_left_alone(tmp_path: Path) -> None:
 
 def test_a_missing_parent_is_named(tmp_path: Path) -> None:
     out = tmp_path / "nowhere" / "out"
-    with pytest.raises(InputError, match="nowhere: expected a folder"), new_folder(out):
+    with pytest.raises(InputError, match="nowhere: no such folder"), new_folder(out):
         pytest.fail("nothing may be written")
 
 

@@ -87,9 +87,9 @@ def test_the_others_are_read_and_nothing_else(
 
 
 def test_the_folder_is_bounded_and_must_exist(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match="nosuch: no such folder of overlays"):
+    with pytest.raises(ConfigurationError, match="nosuch: cannot read the overlay folder"):
         read_overlays(tmp_path / "nosuch")
     for number in range(FILES_MAX + 1):
         (tmp_path / f"{number}.json").write_text("{}")
-    with pytest.raises(ConfigurationError, match=f"at most {FILES_MAX} files"):
+    with pytest.raises(ConfigurationError, match=f"at most {FILES_MAX} overlay files"):
         read_overlays(tmp_path)

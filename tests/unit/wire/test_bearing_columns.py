@@ -133,9 +133,9 @@ def test_a_sensor_reports_only_its_configured_measurements() -> None:
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ('kind = "radar"\nmoving = true', "expected a direction-finder where moving is true"),
-        ('kind = "mlat"\nelevation_sigma_deg = 1', "expected no elevation_sigma_deg"),
-        ("moving = true\nbias.time_offset_s.estimate = true", "expected no time_offset_s"),
+        ('kind = "radar"\nmoving = true', "moving = true applies to a direction-finder only"),
+        ('kind = "mlat"\nelevation_sigma_deg = 1', "elevation_sigma_deg does not apply"),
+        ("moving = true\nbias.time_offset_s.estimate = true", "time_offset_s does not apply"),
         ("elevation_sigma_deg = 0", "elevation_sigma_deg"),
     ],
 )

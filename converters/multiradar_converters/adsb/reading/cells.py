@@ -77,12 +77,12 @@ def json_value(raw: bytes) -> object:
     try:
         return _DECODER.decode(raw.decode("utf-8"))
     except UnicodeDecodeError as error:
-        raise RejectedError(RejectCode.ENCODING, "expected text in UTF-8, was another") from error
+        raise RejectedError(RejectCode.ENCODING, "expected UTF-8 text") from error
     except json.JSONDecodeError as error:
         reason = f"not valid JSON at character {error.pos}: {error.msg}"
         raise RejectedError(RejectCode.MALFORMED_JSON, reason) from error
     except RecursionError as error:
-        raise RejectedError(RejectCode.MALFORMED_JSON, "expected JSON of few levels") from error
+        raise RejectedError(RejectCode.MALFORMED_JSON, "the JSON is nested too deeply") from error
 
 
 def json_text(value: object) -> str:
@@ -135,7 +135,7 @@ def split_line(raw: bytes, separator: bytes) -> list[str]:
         text = raw.decode("utf-8")
         fields = next(csv.reader([text], delimiter=separator.decode(), strict=True), [])
     except UnicodeDecodeError as error:
-        raise RejectedError(RejectCode.ENCODING, "expected text in UTF-8, was another") from error
+        raise RejectedError(RejectCode.ENCODING, "expected UTF-8 text") from error
     except csv.Error as error:
         raise RejectedError(RejectCode.MALFORMED_LINE, f"not valid CSV: {error}") from error
     return [field.strip(" ") for field in fields]

@@ -199,7 +199,7 @@ def _element_pieces(
     if fault is not None:
         yield _fault_piece(fault)
     if elements.rest and form not in _WITHIN_OBJECTS:
-        reason = "expected nothing after the list"
+        reason = "unexpected data after the list"
         yield _fault_piece(
             Fault(elements.rest_place, elements.rest, RejectCode.MALFORMED_JSON, reason)
         )
@@ -222,7 +222,7 @@ def _layout_of_objects(file: str, pieces: list[Piece]) -> Layout:
         for name, value in pairs:
             names.setdefault(name, []).append(cells.json_text(value))
     if not names:
-        msg = f"{file}: expected JSON objects, one per record, found none"
+        msg = f"{file}: contains no JSON objects (one per record is expected)"
         raise LayoutError(msg)
     return lay_out(file, list(names), names)
 
@@ -243,18 +243,18 @@ def _of_columns(file: str, unpacked: Unpacked, head: bytes, blocks: Iterator[byt
         text += block
         if len(text) > COLUMNS_BYTES_MAX:
             msg = (
-                f"{file}: expected a list of records, or at most {COLUMNS_BYTES_MAX} bytes of "
-                "JSON columns, which cannot be read piece by piece, was more"
+                f"{file}: too large: JSON columns may have at most {COLUMNS_BYTES_MAX} bytes, as "
+                f"they are read in one piece; write a list of records"
             )
             raise LayoutError(msg)
     if unpacked.damage:
-        msg = f"{file}: expected whole JSON columns, but {unpacked.damage}"
+        msg = f"{file}: the JSON columns are incomplete: {unpacked.damage}"
         raise LayoutError(msg)
     try:
         table = json.loads(text)
         columns = {str(name): dict(column) for name, column in table.items()}
     except (ValueError, TypeError, RecursionError) as error:
-        msg = f"{file}: expected JSON columns, each an object by row, was another form"
+        msg = f"{file}: expected JSON columns, each an object keyed by row"
         raise LayoutError(msg) from error
     rows = list(dict.fromkeys(itertools.chain.from_iterable(columns.values())))
     lines = (
@@ -280,7 +280,7 @@ def _grouped(lines: Iterator[bytes]) -> Iterator[bytes]:
 
 def _csv(file: str, unpacked: Unpacked, head: bytes, blocks: Iterator[bytes]) -> Source:
     if b"\0" in head or (len(head) > RECORD_BYTES_MAX and b"\n" not in head[:RECORD_BYTES_MAX]):
-        msg = f"{file}: expected JSON, or CSV with a line of names, found neither"
+        msg = f"{file}: neither JSON nor CSV with a header line"
         raise LayoutError(msg)
     lines = Lines()
     pieces = _line_pieces(lines, itertools.chain([head], blocks), unpacked)
@@ -293,7 +293,7 @@ def _csv(file: str, unpacked: Unpacked, head: bytes, blocks: Iterator[bytes]) ->
             header = piece
             break
     if header is None:
-        msg = f"{file}: expected JSON, or CSV with a line of names, found neither"
+        msg = f"{file}: neither JSON nor CSV with a header line"
         raise LayoutError(msg)
     separator = max(_SEPARATORS, key=header.raw(0).count)
     names, samples = _sampled(file, header, separator)
@@ -324,7 +324,7 @@ def _sampled(file: str, piece: Piece, separator: bytes) -> tuple[list[str], dict
     try:
         names = cells.split_line(piece.raw(0), separator)
     except RejectedError as error:
-        msg = f"{file}: expected JSON, or CSV with a line of names, was neither: {error.reason}"
+        msg = f"{file}: neither JSON nor CSV with a header line: {error.reason}"
         raise LayoutError(msg) from error
     samples: dict[str, list[str]] = {name: [] for name in names}
     for k in range(1, min(len(piece.begins), _SAMPLES)):

@@ -190,8 +190,8 @@ def _derive_units(file: str, names: dict[int, str], scale: dict[int, float]) -> 
     if scale.get(GEOMETRIC) == _BOTH:
         if HEIGHT not in scale:
             msg = (
-                f"{file}: the unit of {names[GEOMETRIC]!r} is unknown: expected altitude (ft) or "
-                "baroaltitude (m) beside it, found neither"
+                f"{file}: the unit of {names[GEOMETRIC]!r} is unknown: it needs a column altitude "
+                f"(ft) or baroaltitude (m) next to it"
             )
             raise LayoutError(msg)
         scale[GEOMETRIC] = scale[HEIGHT]

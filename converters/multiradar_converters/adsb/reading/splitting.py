@@ -224,7 +224,7 @@ class Lines:
 
 
 def _overlong(place: int, raw: bytes, bytes_max: int = RECORD_BYTES_MAX) -> Fault:
-    reason = f"expected a record of at most {bytes_max} bytes, was a longer one"
+    reason = f"expected a record of at most {bytes_max} bytes, found a longer one"
     return Fault(place, raw[:KEPT_BYTES_MAX], RejectCode.TOO_LARGE, reason)
 
 

@@ -99,10 +99,10 @@ def trace_reader(file: str, head: bytes) -> Callable[[bytes], dict[int, str]]:
         said = json.loads(head[: match.start() if match else 0] + b'"trace":0}')
         begin_s, address = float(said["timestamp"]), str(said["icao"])
     except (ValueError, KeyError, TypeError, RecursionError) as error:
-        msg = f"{file}: expected icao and timestamp before the points of a trace, found neither"
+        msg = f"{file}: missing icao and timestamp before the points of the trace"
         raise LayoutError(msg) from error
     if not math.isfinite(begin_s):
-        msg = f"{file}: expected the timestamp of a trace in Unix seconds, was {begin_s}"
+        msg = f"{file}: expected a trace timestamp in Unix seconds, was {begin_s}"
         raise LayoutError(msg)
 
     def cells_of(raw: bytes) -> dict[int, str]:
@@ -114,9 +114,9 @@ def trace_reader(file: str, head: bytes) -> Callable[[bytes], dict[int, str]]:
 def _point(raw: bytes, begin_s: float, address: str) -> dict[int, str]:
     point = json_value(raw)
     if not isinstance(point, list):
-        raise RejectedError(RejectCode.WRONG_TYPE, "expected a point of a trace, which is a list")
+        raise RejectedError(RejectCode.WRONG_TYPE, "expected a list for each point of a trace")
     if len(point) < _POINT_VALUES_MIN:
-        reason = f"expected at least {_POINT_VALUES_MIN} values in a point, was {len(point)}"
+        reason = f"expected at least {_POINT_VALUES_MIN} values per point, was {len(point)}"
         raise RejectedError(RejectCode.WRONG_FIELD_COUNT, reason)
     cells = {
         roles.TIME: _moment(json_text(point[0]), begin_s),
@@ -160,7 +160,7 @@ def _kind(point: list[object]) -> str:
     if source == "mlat":
         return "mlat"
     if source and not source.startswith(_OF_ADSB):
-        reason = f"expected a position of ADS-B or multilateration, was of {source[:40]!r}"
+        reason = f"expected a position from ADS-B or multilateration, was from {source[:40]!r}"
         raise RejectedError(RejectCode.UNKNOWN_KIND, reason)
     return "adsb"
 

@@ -77,7 +77,7 @@ def read_text(unpacked: Unpacked, progress: Callable[[int], None]) -> Iterator[b
     """
     path = unpacked.path
     if path.exists() and not path.is_file():
-        msg = f"{path}: expected a file, was something else"
+        msg = f"{path}: not a regular file"
         raise LayoutError(msg)
     try:
         with path.open("rb") as file:
@@ -96,7 +96,7 @@ def read_text(unpacked: Unpacked, progress: Callable[[int], None]) -> Iterator[b
 def _reject_other_formats(path: Path, first: bytes) -> None:
     for mark, name in _OTHERS.items():
         if first.startswith(mark):
-            msg = f"{path}: expected JSON or CSV, plain or packed by gzip, was {name}"
+            msg = f"{path}: expected JSON or CSV, plain or gzip-compressed, was {name}"
             raise LayoutError(msg)
 
 
@@ -126,7 +126,7 @@ def _unzipped(chunks: Iterator[bytes], unpacked: Unpacked) -> Iterator[bytes]:
             try:
                 block = part.decompress(waiting, BLOCK_BYTES)
             except zlib.error as error:
-                msg = f"{unpacked.path}: expected a whole packed file, was a damaged one: {error}"
+                msg = f"{unpacked.path}: the compressed file is damaged: {error}"
                 raise LayoutError(msg) from error
             waiting = part.unused_data if part.eof else part.unconsumed_tail
             if block:
@@ -140,7 +140,7 @@ def _check_growth(unpacked: Unpacked, more: int) -> None:
     bound = EXPANSION_MAX * unpacked.packed_bytes + EXPANSION_FREE_BYTES
     if unpacked.text_bytes + more > bound:
         msg = (
-            f"{unpacked.path}: expected a packed file that grows at most {EXPANSION_MAX} times, "
-            f"was {unpacked.packed_bytes} bytes that gave more than {bound}"
+            f"{unpacked.path}: expected a compressed file that grows at most {EXPANSION_MAX} "
+            f"times, but {unpacked.packed_bytes} bytes gave more than {bound}"
         )
         raise LayoutError(msg)

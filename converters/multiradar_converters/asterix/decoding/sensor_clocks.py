@@ -210,12 +210,9 @@ def clock_alarm(one: SensorClock, zone_s: float = 0.0) -> tuple[str, str] | None
     if zone := _zone(offset_s):
         why = f"probably local time, {zone / 3600.0:+g} h from UTC; set its clock to UTC"
     elif offset_s > 0.0:
-        why = "its clock is fast, or that of the receiver slow; synchronise both"
+        why = "its clock is fast or the receiver's is slow; synchronise both"
     else:
-        why = (
-            "its clock is slow, that of the receiver fast, or its data are delayed; synchronise "
-            "both"
-        )
+        why = "its clock is slow, the receiver's is fast, or its data are delayed; synchronise both"
     return CLOCK_ALARM, f"{said}: {why}"
 
 

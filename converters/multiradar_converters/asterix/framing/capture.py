@@ -96,7 +96,7 @@ def payloads(data: NDArray[np.uint8], name: str) -> tuple[list[Payload], list[Ga
     fragments = Fragments()
     unknown = [packet for packet in packets if packet.link not in LINKS]
     if unknown and len(unknown) == len(packets):
-        msg = f"{name}: expected packets of Ethernet, IP or Linux, was link type {unknown[0].link}"
+        msg = f"{name}: expected Ethernet, IP or Linux packets, was link type {unknown[0].link}"
         raise LayoutError(msg)
     for packet in packets:
         if packet.link not in LINKS:

@@ -272,7 +272,7 @@ def read_octets(path: Path, offset: int = 0, count: int = -1) -> NDArray[np.uint
         msg = f"{path}: cannot be read: {error.strerror}"
         raise LayoutError(msg) from error
     if not offset and data[:3].tobytes() == _GZIP:
-        msg = f"{path}: expected a recording, was compressed by gzip; decompress it first"
+        msg = f"{path}: the recording is gzip-compressed; decompress it first"
         raise LayoutError(msg)
     damage = "" if offset else damage_of(data)
     if damage:

@@ -159,7 +159,7 @@ def replaced(text: str, line: str) -> str:
     name = line[: line.index(" ", len(line) - len(line.lstrip()))]
     lines = [line if old.startswith(f"{name} ") else old for old in text.splitlines()]
     if lines == text.splitlines():
-        msg = f"expected an item {name} to replace, found none"
+        msg = f"no item {name} to replace"
         raise ValueError(msg)
     return "\n".join(lines)
 
@@ -186,7 +186,7 @@ def _part(text: str, *, more: bool) -> Part:
         begin += field.bits
     octets, over = divmod(begin + more, 8)
     if over:
-        msg = f"expected fields that fill octets, was {text!r}"
+        msg = f"the fields must fill whole octets, was {text!r}"
         raise ValueError(msg)
     return Part(octets, tuple(fields), more)
 
@@ -209,6 +209,6 @@ def _field(word: str, begin: int) -> Field:
 
 def _with_members(item: Item | None, members: list[Item | None]) -> Item:
     if item is None or item.kind != "compound":
-        msg = "expected sub-items below a compound item"
+        msg = "missing sub-items of a compound item"
         raise ValueError(msg)
     return Item(item.name, item.kind, item.title, members=tuple(members))

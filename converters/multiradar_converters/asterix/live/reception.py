@@ -198,7 +198,10 @@ class LiveDecoder:
             source, kind = pair // len(KINDS), KINDS[pair % len(KINDS)]
             ids.append(self._options.names.get((source, kind)))
             if ids[-1] is None:
-                reason = f"expected no {kind} reports of the sensor {source_name(source)}"
+                reason = (
+                    f"the sensors file does not allow {kind} reports from sensor "
+                    f"{source_name(source)}"
+                )
                 unnamed.append((place == number, RejectCode.UNKNOWN_KIND, reason))
         return pl.Series(ids, dtype=pl.String).gather(place), unnamed
 
@@ -212,7 +215,7 @@ def warm_up() -> None:
 
 
 def _unknown(source: int) -> str:
-    return f"expected a SAC and SIC of the sensors file, was {source_name(source)}"
+    return f"no sensor of the sensors file has this SAC and SIC: {source_name(source)}"
 
 
 def _same(reason: str, _source: int) -> str:

@@ -71,13 +71,13 @@ def detect(path: Path, table: Table, profile: Profile) -> FileLayout:
     with path.open("rb") as file:
         head = file.read(HEAD_BYTES)
     if head.startswith(GZIP_MAGIC):
-        raise LayoutError(f"{path.name} is compressed with gzip; unpack it first")
+        raise LayoutError(f"{path.name} is gzip-compressed; decompress it first")
     _check_text(path, head)
     mark = len(codecs.BOM_UTF8) if head.startswith(codecs.BOM_UTF8) else 0
     terminator = LF if b"\n" in head or b"\r" not in head else CR
     start, line = _header_line(head, mark, terminator, profile.column_names(table))
     if not line:
-        msg = f"{path.name}: expected a header line or lines of name=value, the file is empty"
+        msg = f"{path.name}: the file is empty; expected a header line, or lines of name=value"
         raise LayoutError(msg)
     form: Form = "pairs" if _PAIR.match(line.lstrip()) else "columns"
     if profile.form != "auto":
@@ -207,7 +207,7 @@ def _columns(path: Path, table: Table, names: tuple[str, ...], given: list[str])
         raise LayoutError(msg)
     twice = [name for name in expected if given.count(name) > 1]
     if twice:
-        msg = f"{path.name}: the header names {', '.join(twice)} more than once"
+        msg = f"{path.name}: the header repeats {', '.join(twice)}"
         raise LayoutError(msg)
     return tuple(expected.get(name, fields.IGNORED) for name in given)
 

@@ -208,7 +208,7 @@ def _iso_time(text: bytes, name: str) -> float:
     except ValueError:
         days = None
     if days is None or second > 60:
-        reason = f"{name}: expected a date and time that exist, was {_shown(text)}"
+        reason = f"{name}: no such date and time: {_shown(text)}"
         raise RejectedError(RejectCode.OUT_OF_RANGE, reason)
     whole = days * 86_400 + hour * 3600 + minute * 60 + second
     if sign is not None:

@@ -122,7 +122,7 @@ def _enter_head(path: Path, layout: FileLayout, account: Account, rejects: Rejec
         elif not line.strip(b" \t"):
             account.blank += 1
         else:
-            reason = "expected a header line with the names of the columns"
+            reason = "expected a header line with the column names"
             rejected = RejectedLine(account.lines, RejectCode.MALFORMED_LINE, reason, line)
             rejects.write(account.file, layout.encoding, rejected)
             account.reject(rejected)
@@ -215,7 +215,8 @@ def _parse_special(block: Block, layout: FileLayout, parsed: Parsed) -> None:
     raw = bytes(block.text)
     if block.overlong:
         reason = (
-            f"expected a line of at most {BLOCK_BYTES} bytes, was {block.size}; the begin is kept"
+            f"expected a line of at most {BLOCK_BYTES} bytes, was {block.size}; the beginning is "
+            f"retained"
         )
         parsed.rejected.append(RejectedLine(0, RejectCode.TOO_LARGE, reason, raw))
         return

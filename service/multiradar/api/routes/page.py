@@ -131,11 +131,11 @@ async def picture(
     """
     area = None if bbox is None else Area(*astuple(bounding_box(bbox)))
     if at is None:
-        _reject({"since": since, "layer": layer or None}, "expected only together with at")
+        _reject({"since": since, "layer": layer or None}, "allowed only together with at")
         _require_started(access)
         frame = await access.queries.run("picture", access.view.picture, Asked(after, area, track))
     else:
-        _reject({"after": after}, "expected only without at; since has its place")
+        _reject({"after": after}, "not allowed together with at; use since instead")
         asked = PastAsked(at, since, layer, area, track)
         frame = await access.queries.run("past", access.view.past_picture, asked)
     return Response(frame, media_type=FRAME, headers={"cache-control": "no-store"})

@@ -24,7 +24,7 @@ router = APIRouter(prefix="/v1", tags=["tracks"], dependencies=[DISPLAY, Depends
 
 def track_not_found(track_id: int) -> RequestError:
     """Return the error of a request for an unknown track."""
-    return RequestError(404, "TRACK_NOT_FOUND", f"no track with the number {track_id} is known")
+    return RequestError(404, "TRACK_NOT_FOUND", f"no track has the number {track_id}")
 
 
 def _annotation(parameter: Parameter) -> Any:

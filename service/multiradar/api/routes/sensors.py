@@ -62,7 +62,7 @@ async def get_bias(
     given = {"since": since, "cursor": cursor}
     unused = [name for name, value in given.items() if value is not None]
     if unused:
-        raise parameter_error(dict.fromkeys(unused, "expected only together with history=true"))
+        raise parameter_error(dict.fromkeys(unused, "allowed only together with history=true"))
     return await access.workers.run(_latest, access, sensor_id)
 
 

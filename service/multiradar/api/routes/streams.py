@@ -106,7 +106,7 @@ def chosen_kinds(text: str | None) -> frozenset[str]:
         return frozenset(KINDS)
     kinds = frozenset(text.split(","))
     if not kinds <= frozenset(KINDS):
-        raise parameter_error({"kinds": f"expected names of {', '.join(KINDS)}"})
+        raise parameter_error({"kinds": f"expected one or more of {', '.join(KINDS)}"})
     return kinds
 
 
@@ -181,7 +181,10 @@ def _socket_parameters(items: Sequence[tuple[str, str]]) -> tuple[int | None, fr
     given: Mapping[str, str] = dict(items)
     known = {"after", "kinds"}
     if set(given) - known or len(given) != len(items):
-        raise parameter_error({"query": "expected after and kinds, each once"}, "UNKNOWN_PARAMETER")
+        raise parameter_error(
+            {"query": "expected only the parameters after and kinds, each at most once"},
+            "UNKNOWN_PARAMETER",
+        )
     after = _sequence(given["after"], "after") if "after" in given else None
     return after, chosen_kinds(given.get("kinds"))
 

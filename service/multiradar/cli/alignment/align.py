@@ -27,11 +27,11 @@ _WIDTH = 160
 _WORKERS_MAX = 8
 
 ALIGN_HELP = (
-    "Register radars: biases from recordings, with residuals of withheld aircraft.\n\n"
+    "Register radars: estimate biases from recordings and check them on withheld aircraft.\n\n"
     "RECORDING… are ASTERIX recordings, ADS-B trajectories, dumps, and output directories of "
-    "`convert`; together they are one recording. Output: biases with sigma, distances between "
-    "plots of different sensors before and after, by radar and by pair of sensors, trends, and "
-    "what is not observable. Nothing is written without an option."
+    "`convert`; together they form one recording. Output: biases with sigma, distances between "
+    "plots of different sensors before and after correction (by radar and by sensor pair), "
+    "trends, and unobservable parameters. No file is written unless an option names it."
 )
 
 
@@ -47,7 +47,7 @@ def align(
         typer.Option(
             "--toml",
             metavar="FILE",
-            help="Write sensors.toml with the biases as priors; must not exist.",
+            help="Write a sensors.toml with the biases as priors; must not exist.",
             show_default=False,
         ),
     ] = None,

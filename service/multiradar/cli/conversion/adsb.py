@@ -11,13 +11,14 @@ from multiradar.cli.options import JsonOption, parse_date
 #: Text of `--help`.
 ADSB_HELP = (
     "Convert ADS-B trajectories.\n\n"
-    "FILE is JSON (a list of records, a record a line, or columns), CSV with the same columns, "
-    "a trace of readsb or tar1090, or a recorded feed: JSON lines or aircraft.json of readsb and "
-    "dump1090, BaseStation (port 30003), or CSV of mlat-server; plain or packed by gzip. The "
-    "format is detected. Columns are identified by name: timestamp, latitude, longitude, icao24 "
+    "FILE is JSON (a list of records, one record per line, or columns), CSV with the same "
+    "columns, a readsb or tar1090 trace, or a recorded feed: JSON lines or aircraft.json from "
+    "readsb or dump1090, BaseStation (port 30003), or CSV from mlat-server; plain or "
+    "gzip-compressed. The format is detected automatically. Columns are identified by name: "
+    "timestamp, latitude, longitude, icao24 "
     "and altitude, or those of OpenSky and readsb.\n\n"
-    "DIR is created: measurements.parquet, rejects.ndjson (every rejected record), report.json and "
-    "sensors.toml (a template)."
+    "Creates DIR with measurements.parquet, rejects.ndjson (every rejected record), report.json "
+    "and sensors.toml (a template)."
 )
 
 
@@ -34,8 +35,8 @@ def convert_adsb(
         str | None,
         typer.Option(
             metavar="YYYY-MM-DD",
-            help="Date on which times without a date start. With it they become Unix times; "
-            "without it they are times of day, counted on past midnight.",
+            help="Date of the first time given without a date. Such times then become Unix times; "
+            "otherwise they stay times of day that keep increasing past midnight.",
             parser=parse_date,
             show_default=False,
         ),

@@ -11,10 +11,10 @@ from multiradar.cli.options import JsonOption, ReferenceOption, parse_date
 #: Text of `--help`.
 ASTERIX_HELP = (
     "Convert ASTERIX recordings.\n\n"
-    "FILE is blocks back to back (.ast, .raw), a .gps, .rply or .ff (Final format) recording, or a "
-    "network capture (.pcap, .pcapng); the format is detected. Several files form one recording, "
-    "the earliest first.\n\n"
-    "DIR is created: measurements.parquet (plots of categories 001, 010 and 048, "
+    "FILE contains consecutive ASTERIX blocks (.ast, .raw), or is a .gps, .rply or .ff (Final "
+    "format) recording, or a network capture (.pcap, .pcapng); the format is detected "
+    "automatically. Several files, given in chronological order, form one recording.\n\n"
+    "Creates DIR with measurements.parquet (plots of categories 001, 010 and 048, "
     "multilateration of 010 and 020, ADS-B of 021), rejects.ndjson (every block that cannot be "
     "decoded), report.json (records by category, sensor and item) and sensors.toml (scan periods, "
     "ranges, and sites where they are reported)."
@@ -42,8 +42,8 @@ def convert_asterix(
         str | None,
         typer.Option(
             metavar="YYYY-MM-DD",
-            help="Date on which the recording starts. With it, times are Unix times; without it, "
-            "times of day, counted on past midnight.",
+            help="Date on which the recording starts. Times then become Unix times; otherwise "
+            "they stay times of day that keep increasing past midnight.",
             parser=parse_date,
             show_default=False,
         ),
@@ -62,7 +62,7 @@ def convert_asterix(
         typer.Option(
             "--all-targets",
             help="Include test targets, simulated targets, fixed transponders and reports without "
-            "a detection; see the column flags.",
+            "a detection; see column flags.",
         ),
     ] = False,
     records: Annotated[

@@ -14,11 +14,12 @@ TRACK_KIND_CHOICES = ("ads", "multiradar", "monoradar", "plots")
 
 _VID_HELP = (
     "Convert the text dump of a VID recording.\n\n"
-    "DUMP is a directory with tracks.txt, plots.txt and plots_ads.txt. OUT is created: one "
-    "directory per aircraft (the dump's global) with ads, 240_mr, SOURCE_mr (tracks of one radar) "
-    "and SOURCE_r (plots referenced by these) as .new4 and .plt.\n\n"
-    "Further files: measurements.parquet (every plot and every ADS-B row), sensors.toml (a "
-    "template with measured scan periods and ranges, site coordinates to be filled in), "
+    "DUMP is a directory with tracks.txt, plots.txt and plots_ads.txt. Creates OUT with one "
+    "directory per aircraft (named after its global number in the dump), which contains ads, "
+    "240_mr, SOURCE_mr (tracks of one radar) and SOURCE_r (the plots these tracks refer to) as "
+    ".new4 and .plt files.\n\n"
+    "It also writes measurements.parquet (every plot and every ADS-B row), sensors.toml (a "
+    "template with measured scan periods and ranges; fill in the site coordinates), "
     "rejects.ndjson (every rejected line) and report.json. The options select what goes into the "
     ".new4 and .plt files; the table always contains everything."
 )
@@ -60,7 +61,7 @@ def convert_vid(
         typer.Option(
             min=1,
             metavar="N",
-            help="Maximum number of aircraft, those with most ADS-B reports first. "
+            help="Maximum number of aircraft, those with the most ADS-B reports first. "
             "Old name: AZN_TRACKS_MAX.",
             show_default="all",
         ),
@@ -105,8 +106,8 @@ def convert_vid(
         str | None,
         typer.Option(
             metavar="YYYY-MM-DD",
-            help="Date of the recording. With it, times in the table are Unix times; without it, "
-            "times of day, and the .plt files start on 1970-01-01.",
+            help="Date of the recording. Times in the table then become Unix times; otherwise "
+            "they stay times of day, and the .plt files start on 1970-01-01.",
             parser=parse_date,
             show_default=False,
         ),
@@ -115,7 +116,7 @@ def convert_vid(
         Path | None,
         typer.Option(
             metavar="FILE.toml",
-            help="Layout of the dump: names of files and columns, units, separator, time format.",
+            help="Layout of the dump: file and column names, units, separator, time format.",
             show_default="the layout of docs/howto/converter.md",
         ),
     ] = None,

@@ -141,7 +141,7 @@ def _sensors_file(truth: Truth, given: Path | None, folder: Path, dump: Path) ->
     if truth.sensors_toml is None:
         msg = f"no truth.json in {dump}; give a sensors file with --sensors"
         if not dump.is_dir():
-            msg = f"{dump}: expected a folder with the text files of a dump, found none"
+            msg = f"{dump}: expected a folder with the text files of a dump"
         raise InputError(msg)
     path = folder / "sensors.toml"
     path.write_text(truth.sensors_toml, encoding="utf-8")

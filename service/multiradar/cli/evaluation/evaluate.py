@@ -56,8 +56,9 @@ def evaluate(
         Path | None,
         typer.Option(
             metavar="DIR",
-            help="Reference: output directory of `simulate`. Or the truth.json of a dump: true "
-            "biases beside another reference, without one beside the dump's ADS-B.",
+            help="Reference: output directory of `simulate`, or the truth.json of a dump. The "
+            "latter gives true biases only; positions are compared with another reference, or "
+            "else with the dump's ADS-B.",
             show_default=False,
         ),
     ] = None,
@@ -74,7 +75,7 @@ def evaluate(
         Path | None,
         typer.Option(
             metavar="MEASUREMENTS",
-            help="Reference: all measurements of a measurements.parquet, corrected by the biases "
+            help="Reference: all measurements of a measurements.parquet, corrected for the biases "
             "of TRACKS and smoothed; needs --sensors.",
             show_default=False,
         ),
@@ -84,7 +85,7 @@ def evaluate(
         typer.Option(
             metavar="TRACKS",
             help="Reference: system tracks of a recording: output directory of `convert "
-            "asterix` or `convert vid` (240_mr), or one file of it.",
+            "asterix` or `convert vid` (240_mr), or one of its files.",
             show_default=False,
         ),
     ] = None,
@@ -92,7 +93,7 @@ def evaluate(
         str | None,
         typer.Option(
             metavar="SAC-SIC",
-            help="For --system-tracks: the processor, where the recording has several.",
+            help="For --system-tracks: the processor to use if the recording has several.",
             show_default=False,
         ),
     ] = None,
@@ -100,7 +101,8 @@ def evaluate(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Sensors of the tracks: coverage, and range and azimuth differences by radar.",
+            help="Sensor configuration of the tracks, for coverage and for range and azimuth "
+            "differences by radar.",
             show_default="sensors.toml in TRACKS",
         ),
     ] = None,
@@ -108,20 +110,21 @@ def evaluate(
         Path | None,
         typer.Option(
             metavar="MEASUREMENTS",
-            help="Plots of the tracks, for the differences by radar.",
+            help="Plots from which the tracks were made, for the differences by radar.",
             show_default="those of the reference",
         ),
     ] = None,
     smoother: Annotated[
         SmootherChoice | None,
         typer.Option(
-            help="For --smoothed: motion model; `imm`: straight, turning, changing speed.",
+            help="For --smoothed: motion model; `imm` covers straight flight, turns and speed "
+            "changes.",
             show_default="constant-velocity",
         ),
     ] = None,
     preset: Annotated[
         list[PresetChoice] | None,
-        typer.Option(help="Requirements to evaluate; repeatable.", show_default="all of them"),
+        typer.Option(help="Set of requirements to check; repeatable.", show_default="all of them"),
     ] = None,
     strict: Annotated[
         bool,
@@ -174,20 +177,21 @@ def evaluate(
     ] = None,
     scan_period: Annotated[
         float | None,
-        _number("--scan-period", "Scan period, to give delays in scans, s.", "none"),
+        _number("--scan-period", "Scan period for expressing delays in scans, s.", "none"),
     ] = None,
     partial: Annotated[
         bool,
         typer.Option(
             "--partial",
-            help="The reference may lack aircraft: tracks without one are not false.",
+            help="The reference may be incomplete: tracks without a reference aircraft do not "
+            "count as false.",
         ),
     ] = False,
     whole_reference: Annotated[
         bool,
         typer.Option(
             "--whole-reference",
-            help="Compare positions outside the coverage of the sensors, too.",
+            help="Also compare positions outside the coverage of the sensors.",
         ),
     ] = False,
     tentative: Annotated[

@@ -23,10 +23,12 @@ _TRUNCATED = "TRUNCATED"
 
 INSPECT_HELP = (
     "Inspect recordings before conversion.\n\n"
-    "FILE… are ASTERIX recordings of any form and ADS-B trajectories, in order of time, or "
-    "directories of text dumps; together they are one recording. Output: categories and editions, "
+    "FILE… are ASTERIX recordings of any format and ADS-B trajectories, in chronological order, "
+    "or directories of text dumps; together they form one recording. Output: categories and "
+    "editions, "
     "sensors, times, gaps, rates, duplicates, coverage, identity, BDS registers, rejected records "
-    "with their reasons, and a suggestion for sensors.toml. Nothing is written without an option."
+    "with their reasons, and a suggested sensors.toml. No file is written unless an option names "
+    "it."
 )
 
 
@@ -41,7 +43,7 @@ def inspect(
         typer.Option(
             "--toml",
             metavar="FILE",
-            help="Write the suggested sensors.toml; must not exist.",
+            help="Write the suggested sensors.toml to this file; must not exist.",
             show_default=False,
         ),
     ] = None,
@@ -57,7 +59,8 @@ def inspect(
         Path | None,
         typer.Option(
             metavar="CSV",
-            help="Sites of radars: columns sac, sic, latitude_deg, longitude_deg, height_m.",
+            help="CSV file of radar sites with the columns sac, sic, latitude_deg, longitude_deg, "
+            "height_m.",
             show_default="those in the recording, or solved from it",
         ),
     ] = None,

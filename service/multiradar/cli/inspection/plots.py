@@ -71,7 +71,7 @@ def _map(found: Inspection, samples: dict[str, Reports]) -> Iterator[Plot]:
 
 def _site(one: InspectedSensor) -> tuple[float, float, float]:
     if one.site is None:
-        msg = f"{one.sensor_id}: expected a site, was none"
+        msg = f"{one.sensor_id}: missing site"
         raise ValueError(msg)
     latitude, longitude = one.site.latitude_deg, one.site.longitude_deg
     return math.radians(latitude), math.radians(longitude), one.site.height_m

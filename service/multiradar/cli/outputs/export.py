@@ -24,9 +24,9 @@ _TENTATIVE = "tentative"
 
 EXPORT_HELP = (
     "Export tracks as GeoJSON or KML.\n\n"
-    "TRACKS is the output directory of `track`, or its tracks.parquet. Each confirmed track is a "
-    "line with the time of every position; heights are those of the tracks: with Mode C, pressure "
-    "altitudes."
+    "TRACKS is the output directory of `track`, or its tracks.parquet. Each confirmed track "
+    "becomes a line with the time of every position. Heights are those of the tracks: pressure "
+    "altitudes where they come from Mode C."
 )
 
 
@@ -38,18 +38,23 @@ def export(
     geojson: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE.geojson", help="GeoJSON (RFC 7946); must not exist.", show_default=False
+            metavar="FILE.geojson",
+            help="GeoJSON file to write (RFC 7946); must not exist.",
+            show_default=False,
         ),
     ] = None,
     kml: Annotated[
         Path | None,
-        typer.Option(metavar="FILE.kml", help="KML 2.2; must not exist.", show_default=False),
+        typer.Option(
+            metavar="FILE.kml", help="KML 2.2 file to write; must not exist.", show_default=False
+        ),
     ] = None,
     date: Annotated[
         str | None,
         typer.Option(
             metavar="YYYY-MM-DD",
-            help="Date on which tracks with times of day start: lines in KML then have times.",
+            help="Start date, for tracks with times of day only; gives the lines in KML their "
+            "times.",
             parser=parse_date,
             show_default=False,
         ),

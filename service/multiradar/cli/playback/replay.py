@@ -101,13 +101,15 @@ def replay(
             metavar="SECONDS",
             min=0.0,
             max=86_400.0,
-            help="How long a service that went away is retried; one that never answered for 5 s at "
-            "most, one that is starting as long as it answers.",
+            help="How long to retry after losing the service. A service that never answered is "
+            "retried for at most 5 s, one that is starting for as long as it answers.",
         ),
     ] = 120.0,
     interface: Annotated[
         str,
-        typer.Option(metavar="ADDRESS", help="With udp: interface of the multicast group."),
+        typer.Option(
+            metavar="ADDRESS", help="With udp: network interface for the multicast group."
+        ),
     ] = "127.0.0.1",
     times: Annotated[
         Times,

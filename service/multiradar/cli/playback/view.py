@@ -24,8 +24,9 @@ _RUNS_MAX = 2
 
 VIEW_HELP = (
     "Show runs of `track` on a map in the browser, at any time of the recording.\n\n"
-    "TRACKS is the output directory of `track`, or its tracks.parquet; two are shown as two "
-    "layers. The page is that of the service; it is served on this computer alone, until Ctrl-C."
+    "TRACKS is the output directory of `track`, or its tracks.parquet; two runs are shown as two "
+    "layers. The page is the same as that of the service and is served to this computer only; "
+    "press Ctrl-C to stop."
 )
 
 
@@ -39,8 +40,8 @@ def view(
         Path | None,
         typer.Option(
             metavar="MEASUREMENTS",
-            help="Measurements of the runs, a measurements.parquet or an output directory of "
-            "`convert`: shows the plots, with and without the estimated biases.",
+            help="Measurements of the runs (a measurements.parquet or an output directory of "
+            "`convert`), to show plots with and without the estimated biases.",
             show_default="measurements.parquet in TRACKS",
         ),
     ] = None,
@@ -136,7 +137,10 @@ def _sensors(path: Path, *, required: bool) -> "SensorTable":
     if path.is_file():
         return load_sensor_table(path)
     if required:
-        msg = f"{path}: no such file; --measurements needs the sensors of the run beside its tracks"
+        msg = (
+            f"{path}: no such file; --measurements needs the sensors.toml of the run next to its "
+            f"tracks"
+        )
         raise InputError(msg)
     print(f"multiradar: {path}: no such file; sensors are not shown", file=sys.stderr)
     return wire.sensor_table(SensorsFile.model_construct(sensor=()))
@@ -169,13 +173,13 @@ def _check_times(runs: "Sequence[RecordedRun]", measurements: Path | None) -> No
         if measured is not None and not _meet(run.span_s(), measured):
             given = measurements or run.files.measurements
             msg = (
-                f"{given}: {span_text(measured)} is not the time of {run.name}, "
-                f"{span_text(run.span_s())}; give the measurements that were tracked"
+                f"{given}: covers {span_text(measured)}, but {run.name} covers "
+                f"{span_text(run.span_s())}; give the measurements from which it was made"
             )
             raise InputError(msg)
     if len(runs) == _RUNS_MAX and not _meet(runs[0].span_s(), runs[1].span_s()):
         each = " and ".join(f"{run.name} ({span_text(run.span_s())})" for run in runs)
-        msg = f"{each} have no time in common; show them one by one"
+        msg = f"{each} do not overlap in time; show them one at a time"
         raise InputError(msg)
 
 

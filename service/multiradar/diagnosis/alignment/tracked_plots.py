@@ -104,7 +104,7 @@ class PlotCollector:
             No track was updated.
         """
         if not len(self):
-            msg = "expected tracks, was none"
+            msg = "there are no tracks"
             raise ValueError(msg)
         names = [one.name for one in fields(TrackedPlots)]
         whole = TrackedPlots(

@@ -62,4 +62,4 @@ def late_positions(comparison: Comparison, number: int, pairs: Pairs) -> float:
 def gps_time(late_s: float) -> str:
     """Return a hint if a clock is ahead by as much as GPS time is of UTC, else nothing."""
     is_gps = abs(late_s - GPS_MINUS_UTC_S) <= _GPS_WITHIN_S
-    return " (GPS time in place of UTC?)" if is_gps else ""
+    return " (GPS time instead of UTC?)" if is_gps else ""

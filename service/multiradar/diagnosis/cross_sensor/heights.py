@@ -119,7 +119,7 @@ def check_height_offset(
     if np.isnan(off_m):
         return None
     height_m = comparison.site(number)[2]
-    hint = "a correction of the pressure (QNH) in them?"
+    hint = "corrected for pressure (QNH)?"
     if abs(off_m + height_m) <= _SPREAD_MAX_M:
         hint = "heights above its site?"
     sense = "above" if off_m > 0.0 else "below"

@@ -70,7 +70,7 @@ class Sight:
         if source.shape not in ((PLANE,), (SPACE,)):
             raise ShapeError("source", "two or three coordinates", source.shape)
         if self.elevation_rad is not None and len(source) == PLANE:
-            raise ShapeError("source", "three coordinates beside an elevation", source.shape)
+            raise ShapeError("source", "three coordinates with an elevation", source.shape)
         object.__setattr__(self, "source_m", source)
         for name in ("azimuth", "elevation", "range"):
             unit = "m" if name == "range" else "rad"

@@ -209,7 +209,7 @@ def _differences(figures: Figures) -> Table:
     )  # fmt: skip
     caption = (
         "Measured minus reference by the plots of evaluated tracks, without outliers; left is the "
-        "difference minus the estimated bias. Plots of an aircraft count as correlated in sigma."
+        "difference minus the estimated bias. Sigma treats the plots of an aircraft as correlated."
     )
     return Table("Range and azimuth of radars against the reference", header, _cells(rows), caption)
 

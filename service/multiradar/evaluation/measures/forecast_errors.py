@@ -167,6 +167,6 @@ def _columns(frame: pl.DataFrame, source: str) -> dict[str, Floats]:
     axes = (columns["region_major_m"] > 0.0) & (columns["region_minor_m"] > 0.0)
     east, north = columns["covariance_east_m2"], columns["covariance_north_m2"]
     if not (axes & (east * north > columns["covariance_east_north_m2"] ** 2)).all():
-        msg = f"{source}: expected ellipses and covariances of some extent in every row"
+        msg = f"{source}: expected ellipses and covariances greater than zero in every row"
         raise InputError(msg)
     return columns

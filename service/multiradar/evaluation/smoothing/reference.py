@@ -152,7 +152,7 @@ def smoothed_reference(
     )
     kept = np.flatnonzero(positions.usable & enough[positions.aircraft])
     if not len(kept):
-        msg = f"{source}: expected {POSITIONS_MIN} measurements of an aircraft or more, was none"
+        msg = f"{source}: no aircraft has at least {POSITIONS_MIN} measurements"
         raise InputError(msg)
     kept = kept[np.lexsort((positions.time_s[kept], positions.aircraft[kept]))]
     latitude, longitude = positions.latitude_rad[kept], positions.longitude_rad[kept]

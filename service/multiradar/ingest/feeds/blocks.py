@@ -89,7 +89,7 @@ class BlockStream:
         while begin + _HEAD_OCTETS <= size:
             octets = int.from_bytes(self._buffer[begin + 1 : begin + _HEAD_OCTETS], "big")
             if octets < _HEAD_OCTETS:
-                return self._ended("expected ASTERIX blocks, was a length below 3")
+                return self._ended("expected ASTERIX blocks, found a block length below 3")
             if begin + octets > size:
                 break
             begin += octets

@@ -115,7 +115,7 @@ def http_fetch(address: FeedAddress, timeout_s: float, clock: Clock) -> Callable
                 raise OSError(msg)
             body = _body(answer, clock, clock.monotonic_s() + ANSWER_FACTOR * timeout_s)
         except http.client.HTTPException as error:
-            msg = f"expected an HTTP answer: {type(error).__name__}"
+            msg = f"not a valid HTTP response: {type(error).__name__}"
             raise OSError(msg) from error
         finally:
             connection.close()
@@ -162,7 +162,7 @@ def _plain(body: bytes, encoding: str) -> bytes:
         try:
             body = unpacking.decompress(body, SNAPSHOT_BYTES_MAX + 1)
         except zlib.error as error:
-            msg = f"expected an answer in gzip: {error}"
+            msg = f"not a valid gzip response: {error}"
             raise OSError(msg) from error
     if len(body) > SNAPSHOT_BYTES_MAX:
         raise _too_large()

@@ -184,7 +184,7 @@ class ZenohGateway:
         unreachable = () if self._bus is None else self._bus.unreachable
         if not unreachable:
             return None
-        return Reason(ZENOH_LOST, f"no Zenoh link to {', '.join(unreachable)}: it is retried")
+        return Reason(ZENOH_LOST, f"no Zenoh link to {', '.join(unreachable)}; still retrying")
 
     # ---------------------------------------------------------------- inside
 

@@ -47,7 +47,7 @@ _CODES: tuple[tuple[type[MultiradarError], str], ...] = (
     (PipelineError, "NOT_READY"),
 )
 _PARAMETERS = frozenset({"flush"})
-_KEY_EXPECTED = f"expected an attachment that is an idempotency key, {IDEMPOTENCY_KEY_FORM}"
+_KEY_EXPECTED = f"expected an idempotency key as the attachment: {IDEMPOTENCY_KEY_FORM}"
 
 
 class MeasurementInlet:
@@ -147,10 +147,12 @@ class MeasurementInlet:
         if "flush" in request.parameters and not request.payload:
             # The key of a sensor is that of its feeds, which do not have the role operate.
             if self._named or last_part(request.key) != "*":
-                raise PayloadError("ROLE_NOT_ALLOWED", f"expected the end of a stream on {FLUSH}")
+                raise PayloadError(
+                    "ROLE_NOT_ALLOWED", f"no stream ends on this key; flush with {FLUSH}"
+                )
             return self._intake.flush(source=SOURCE, idempotency_key=idempotency_key)
         if request.payload is None:
-            raise PayloadError("MISSING_FIELD", "expected measurements in the query, was empty")
+            raise PayloadError("MISSING_FIELD", "the query contains no measurements")
         decoded = read_payload(request.key, request.media_type, request.payload, self._bounds)
         return self._submit(decoded, idempotency_key)
 

@@ -81,7 +81,7 @@ class ZenohOptions:
                 f"zenoh mode: expected one of {', '.join(_MODES)}, was {self.mode!r}"
             )
         if self.mode == "client" and not self.connect and self.config_file is None:
-            raise ConfigurationError("zenoh mode client: expected an endpoint to connect to")
+            raise ConfigurationError("zenoh mode client: missing an endpoint to connect to")
         for name in _POSITIVE:
             value = getattr(self, name)
             if value is not None and not value > 0:

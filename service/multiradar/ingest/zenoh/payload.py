@@ -92,7 +92,7 @@ def _sensor_of(key: str) -> str | None:
     if name in _ANY_SENSOR:
         return None
     if not is_sensor_id(name):
-        reason = f"expected a key that ends with a sensor identifier, was {ascii(name)[:80]}"
+        reason = f"expected a key ending in a sensor identifier, was {ascii(name)[:80]}"
         raise PayloadError(RejectCode.UNKNOWN_SENSOR, reason)
     return name
 

@@ -126,7 +126,7 @@ class Answers:
         limit = min(_whole(request.parameters, "limit", CATCH_UP_LIMIT), CATCH_UP_LIMIT)
         updates, lost = self._catch_up.after(after, limit)
         if lost:
-            reason = f"the {lost} updates after {after} are no longer retained; later ones follow"
+            reason = f"the {lost} updates after {after} are no longer available; later ones follow"
             self._reject(request, "GAP", reason)
         wanted = None if name is None else f"{TRACKS}/{_known_track(name)}"
         for update in updates:
@@ -186,7 +186,7 @@ def _finite(value: Any) -> Any:
 def _known_track(name: str) -> int:
     track = track_id(name)
     if track is None:
-        reason = f"expected a key that ends with the number of a track, was {ascii(name)[:80]}"
+        reason = f"expected a key ending in a track number, was {ascii(name)[:80]}"
         raise RequestError(_BAD_REQUEST, "OUT_OF_RANGE", reason)
     return track
 

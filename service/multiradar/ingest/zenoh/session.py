@@ -143,13 +143,13 @@ def require_guarded(options: ZenohOptions) -> None:
         if is_local(endpoint) or (certified and endpoint.startswith(("tls/", "quic/"))):
             continue
         reason = (
-            f"zenoh.listen: expected an address of loopback, or tls/… with certificates of clients "
+            f"zenoh.listen: expected a loopback address, or tls/… with client certificates "
             f"(access.client_authority), was {endpoint}"
         )
         if not options.access.insecure:
             raise ConfigurationError(
-                f"{reason}; or start with --insecure where every host of that network may send "
-                "measurements"
+                f"{reason}; or start with --insecure if any host on that network may send "
+                f"measurements"
             )
         SECURITY_LOG.warning("insecure", reason=reason)
 
@@ -174,7 +174,9 @@ class ZenohBus:
         try:
             self._session = zenoh.open(config)
         except zenoh.ZError as error:
-            raise ConfigurationError(f"zenoh does not open: {first_line(error)}") from error
+            raise ConfigurationError(
+                f"cannot open the Zenoh session: {first_line(error)}"
+            ) from error
         self.counts = BusCounts()
         self.endpoints = _endpoints(config, "listen")
         self._connected_to = _endpoints(config, "connect")

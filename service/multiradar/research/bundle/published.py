@@ -87,9 +87,7 @@ class PublishedBundle:
             layout.LATERAL_MAX
         ]  # fmt: skip
         if not allowed.any():
-            raise RestorationError(
-                f"expected a triple of plots that makes an arc, was {count} plots without one"
-            )
+            raise RestorationError(f"none of the {count} plots form a triple on an arc")
         # Sorted by deviation: the best are enough for thinning.
         self._tracks = tracks[allowed][: layout.CANDIDATES_MAX]
 

@@ -142,7 +142,9 @@ def start(mean: ArrayLike, covariance: ArrayLike, coordinates: Coordinates = CAR
     # Columns for course and climb have the lengths of the level speed and of the speed.
     lengths = np.linalg.norm(slope[..., 4:], axis=-2)
     if not (lengths > COURSE_MIN * np.maximum(lengths[..., 1:], np.finfo(float).tiny)).all():
-        raise ConfigurationError("velocity: expected one with a course, was at rest or vertical")
+        raise ConfigurationError(
+            "velocity: expected a horizontal component, was at rest or vertical"
+        )
     back = np.linalg.inv(slope)
     carried = back @ matrix @ np.swapaxes(back, -1, -2)
     return Estimate(own, symmetric_part(carried), coordinates)

@@ -129,7 +129,7 @@ def arrange(name: str, sensors: Sensors, options: Options, *, slots: int, rows: 
     definition = find_filter_for(name if isinstance(name, str) else repr(name), sensors.parameters)
     if definition.keeps_modes:
         raise ConfigurationError(
-            f"expected a filter with one motion model in the sequential form, was {name}"
+            f"expected a filter with a single motion model in sequential form, was {name}"
         )
     prior = sensors.prior
     count = len(prior.mean)

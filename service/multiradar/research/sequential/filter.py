@@ -362,7 +362,7 @@ class SequentialFilter:
             return self._slots[aircraft]
         if not self._free:
             count = len(self._slots)
-            raise ConfigurationError(f"aircraft: expected at most {count}, was one more")
+            raise ConfigurationError(f"aircraft: expected at most {count}, found more")
         return self._free[-1]
 
     def _assign_slot(self, aircraft: int, slot: int) -> None:

@@ -45,7 +45,7 @@ def require_sites(site_m: ArrayLike) -> Floats:
     """
     sites = require_shape(site_m, "sites of the radars", (None, 2))
     if not len(sites):
-        raise ShapeError("sites of the radars", "one radar or more", sites.shape)
+        raise ShapeError("sites of the radars", "at least one radar", sites.shape)
     for radar, site in enumerate(sites):
         if not np.isfinite(site).all():
             raise SensorPositionError(str(radar))

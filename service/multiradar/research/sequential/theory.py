@@ -118,7 +118,7 @@ def true_covariance(
     drift = finite_array(known if true_drift is None else true_drift, "true drift", known.shape)
     density = options.acceleration_density if true_density is None else true_density
     if not (density >= 0.0 and (drift >= 0.0).all()):
-        raise PriorError(f"truth: expected no negative noise, was {density} and {drift.tolist()}")
+        raise PriorError(f"truth: expected noise of at least 0, was {density} and {drift.tolist()}")
     rows = filter_rows(plots, sensors, starts, form)
     one = prepared(name, sensors, starts, options, len(plots))
     one.model.bias[:] = 0.0

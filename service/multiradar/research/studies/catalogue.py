@@ -111,9 +111,8 @@ class _Study(Protocol):
 BIAS_ESTIMATION = StudyEntry(
     name="bias-estimation",
     title="Joint estimation of motion and radar biases",
-    purpose="Compare the filters on the scenario of the report's section 1.6: errors of "
-    "position, velocity and biases with the theoretical and the reported ones, with and without "
-    "drift.",
+    purpose="Compare the filters on the scenario of the report's section 1.6, with and without "
+    "drift: position, velocity and bias errors against the theoretical and the reported ones.",
     module="multiradar.research.studies.bias_estimation.study",
     runs=20,
     duration_s=1000.0,
@@ -123,8 +122,8 @@ BIAS_ESTIMATION = StudyEntry(
 POLYNOMIAL_FORECAST = StudyEntry(
     name="polynomial-forecast",
     title="Filtering and forecast of a polynomial trajectory",
-    purpose="Reproduce the variance tables of Koptev, Rozov and Romanovsky: exact values, a Monte "
-    "Carlo with its band, and the values of the paper.",
+    purpose="Reproduce the variance tables of Koptev, Rozov and Romanovsky: exact values, Monte "
+    "Carlo results with their confidence band, and the published values.",
     module="multiradar.research.studies.polynomial_forecast.study",
     runs=10_000,
 )
@@ -149,8 +148,8 @@ COUPLED_MOTION = StudyEntry(
 MANOEUVRE_PLANE = StudyEntry(
     name="manoeuvre-plane",
     title="The plane of a manoeuvre",
-    purpose="Reproduce the example of Korobochkin: errors of the plane of a circle, how often a "
-    "plane motion is rejected, and how often a helix is detected.",
+    purpose="Reproduce Korobochkin's example: errors of the plane fitted to a circle, how often "
+    "planar motion is rejected, and how often a helix is detected.",
     module="multiradar.research.studies.manoeuvre_plane.study",
     runs=100,
 )

@@ -48,8 +48,8 @@ def require_part(shared_m2: ArrayLike, covariance_m2: Floats) -> Floats:
         variance = float(np.linalg.eigvalsh(matrix)[0])
         if variance < least:
             raise CovarianceError(
-                f"covariance of shared errors: expected a part of that of the plot, but {name} has "
-                f"a variance of {variance:.3g} m²"
+                f"covariance of shared errors: expected at most the covariance of the plot, but "
+                f"{name} has a variance of {variance:.3g} m²"
             )
     return shared
 

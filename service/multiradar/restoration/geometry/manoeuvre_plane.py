@@ -220,8 +220,8 @@ def _eigenproblem(points: Floats, d: Floats, alpha: Floats) -> Floats:
     if p_value >= LEVEL:
         raise PlaneError(
             "POINTS_ON_A_LINE",
-            f"{len(points)} points are consistent with a straight line (p-value {p_value:.3g}); "
-            "they determine no plane",
+            f"{len(points)} points are consistent with a straight line (p-value {p_value:.3g}) "
+            f"and do not determine a plane",
         )
     # n = h M^(−1/2) g_k with the root of D in place of h M^(1/2).
     return _unit(np.linalg.solve(root.T, vectors[:, 2]))

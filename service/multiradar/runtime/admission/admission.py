@@ -254,7 +254,7 @@ class Admission:
             for sensor, text in fields.get("due", []):
                 due[sensor] = float.fromhex(text)
         except (ValueError, TypeError, KeyError, IndexError) as error:
-            raise JournalError(f"expected the state of an admission, was {state!r}") from error
+            raise JournalError(f"expected an admission state, was {state!r}") from error
         self._clock = np.array(clock)
         self._run = np.array(run, np.int64)
         self._standing = standing

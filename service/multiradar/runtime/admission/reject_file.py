@@ -155,7 +155,7 @@ class TimeRejects:
 
 def _too_many(admission: Admission, sensor: int) -> str:
     rate = f"{admission.rate_per_s(sensor):.0f}"
-    return f"expected at most {rate} measurements of its sensor a second of data time, were more"
+    return f"the sensor exceeds {rate} measurements per second of data time"
 
 
 def _late(admission: Admission, met_s: float) -> str:

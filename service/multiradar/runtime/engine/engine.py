@@ -481,8 +481,8 @@ def _require_clocks_within(sensors: SensorTable, horizon_s: float) -> None:
     apart_s = float(np.ptp(sensors.known_bias[:, PARAMETER_TIME_OFFSET]))
     if apart_s > horizon_s:
         raise ConfigurationError(
-            f"reorder_horizon_s: expected at least the {apart_s:g} s by which the known time "
-            f"offsets of the sensors differ, was {horizon_s:g}"
+            f"reorder_horizon_s: expected at least {apart_s:g} s, the difference between the "
+            f"known time offsets of the sensors, was {horizon_s:g}"
         )
 
 

@@ -73,13 +73,13 @@ class Disk:
         full_s, space = self._full_s, self._space()
         # A quota is not seen in the free space. It may be gone without a further write.
         if full_s is not None and self._clock.monotonic_s() - full_s <= RECENT_S:
-            return Reason(JOURNAL_FULL, "the disk of the journal is full: free some space")
+            return Reason(JOURNAL_FULL, "the disk of the journal is full; free some space")
         if space is None or space.free_bytes >= self._free_bytes_min:
             return None
         return Reason(
             JOURNAL_FULL,
             f"the disk of the journal has {space.free_bytes / _MIB:.0f} MiB left (limit "
-            f"{self._free_bytes_min / _MIB:.0f} MiB): free some space",
+            f"{self._free_bytes_min / _MIB:.0f} MiB); free some space",
         )
 
 
@@ -143,5 +143,5 @@ def lag_reason(lags_s: Mapping[str, float], most_s: float) -> Reason | None:
         return None
     return Reason(
         LAG, f"the oldest message in the stage {stage} was received {lag_s:.0f} s ago (limit "
-        f"{most_s:g} s): more comes than can be processed, or the stage has stopped",
+        f"{most_s:g} s): data arrive faster than they can be processed, or the stage has stopped",
     )  # fmt: skip

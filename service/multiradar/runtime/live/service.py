@@ -217,7 +217,7 @@ class Service:
         """
         with self._changing:
             if self._was_started:
-                raise PipelineError("the service was started before; create a new one")
+                raise PipelineError("the service has already been started; create a new one")
             self._was_started = True
             self._state = ServiceState.RECOVERING
             self.note_start("replaying the journal")

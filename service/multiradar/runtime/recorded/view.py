@@ -174,4 +174,6 @@ class RecordedService:
 
 
 def _not_recorded(name: str) -> RequestError:
-    return RequestError(404, "NOT_RECORDED", f"a recorded run has no {name}; the service has it")
+    return RequestError(
+        404, "NOT_RECORDED", f"{name}: available from the service only, not from a recorded run"
+    )

@@ -136,14 +136,19 @@ class TrajectoryFeed:
             has, is_queued = self._roster.has(track_id), self._roster.is_queued(track_id)
         if is_queued:
             most = self._options.aircraft_max
-            reason = f"track {track_id} is queued: at most {most} tracks have trajectories"
+            reason = (
+                f"track {track_id} is queued: the maximum of {most} tracks with trajectories is "
+                f"reached"
+            )
             raise TrajectoryError("NO_ROOM", reason)
         if not has:
             raise TrajectoryError("NOT_CONFIRMED", f"track {track_id} is not confirmed yet")
         with self._using:
             reading = self._pool.read(track_id)
         if reading is None:
-            raise TrajectoryError("TOO_FEW_PLOTS", f"no plot of track {track_id} was processed yet")
+            raise TrajectoryError(
+                "TOO_FEW_PLOTS", f"no plot of track {track_id} has been processed yet"
+            )
         return reading
 
     def tracks(self) -> list[int]:

@@ -256,8 +256,8 @@ def _measured(
         aircraft, centre = flown[1], np.degrees(sky.scenario.centre_rad)
         raise ConfigurationError(
             f"aircraft {aircraft.track_number}: expected a flight within {error.angle_max_deg:g} "
-            f"degrees of the plane's centre {centre[0]:g}, {centre[1]:g}, flew beyond; see its "
-            "position, speed_mps, end_s or life_s, and the scenario's duration_s"
+            f"degrees of the plane's centre {centre[0]:g}, {centre[1]:g}, flew beyond; check its "
+            f"position, speed_mps, end_s or life_s, and the scenario's duration_s"
         ) from error
 
 

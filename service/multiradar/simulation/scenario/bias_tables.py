@@ -29,7 +29,7 @@ class BiasTable(Table):
     @model_validator(mode="after")
     def _jump_has_a_time(self) -> Self:
         if self.jump != 0.0 and self.jump_s is None:
-            raise wrong(f"expected jump_s, when the bias jumps by {self.jump:g}, was none")
+            raise wrong(f"missing jump_s, the time at which the bias jumps by {self.jump:g}")
         return self
 
 

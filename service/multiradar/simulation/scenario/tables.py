@@ -92,7 +92,7 @@ class PlaneTable(Table):
     @model_validator(mode="after")
     def _centre_is_whole(self) -> Self:
         if (self.latitude_deg is None) != (self.longitude_deg is None):
-            raise wrong("expected both latitude_deg and longitude_deg of the centre, was one")
+            raise wrong("expected both latitude_deg and longitude_deg of the centre, has only one")
         return self
 
 
@@ -110,8 +110,8 @@ def check_position(table: _Positioned, what: str) -> None:
     given = [pair.count(None) for pair in (plane, geodetic)]
     if given not in ([0, 2], [2, 0]):
         raise wrong(
-            f"expected the position of {what} as east_m and north_m, or as latitude_deg and "
-            "longitude_deg, was neither or both"
+            f"expected the position of {what} as either east_m and north_m, or latitude_deg and "
+            f"longitude_deg"
         )
 
 
@@ -175,16 +175,16 @@ class AircraftTable(_Positioned):
         if self.end_s is not None and self.end_s <= self.start_s:
             raise wrong(f"expected end_s after start_s = {self.start_s:g}, was {self.end_s:g}")
         if (self.later_mode_3a is None) != (self.code_change_s is None):
-            raise wrong("expected later_mode_3a and code_change_s together, was one of them")
+            raise wrong("expected later_mode_3a and code_change_s together, has only one")
         if not self.exists and not (self.transponder and self.reports_position):
-            raise wrong("expected a ghost (exists = false) to report its position, was silent")
+            raise wrong("expected a ghost (exists = false) to report its position")
         return self
 
 
 def check_one_manoeuvre(legs: bool, coupled: CoupledTable | None, density: float) -> None:
     """Raise an error for an aircraft with more than one kind of manoeuvre."""
     if legs + (coupled is not None) + (density > 0.0) > 1:
-        raise wrong("expected one of legs, coupled and acceleration_density, was more than one")
+        raise wrong("expected only one of legs, coupled and acceleration_density")
 
 
 class TrafficTable(Table):
@@ -314,7 +314,7 @@ class SensorTable(_Positioned):
             unused += _OF_FINDERS
         for key in unused:
             if key in self.model_fields_set:
-                raise wrong(f"expected no {key} for the {self.kind} {self.id}, was given")
+                raise wrong(f"{key} does not apply to the {self.kind} {self.id}; remove it")
         return self
 
     def _has_frame(self) -> bool:
@@ -324,19 +324,21 @@ class SensorTable(_Positioned):
     def _biases_fit_its_kind(self) -> Self:
         for name in self.bias.names():
             if name not in PARAMETERS_BY_KIND[self.kind]:
-                raise wrong(f"expected no bias.{name} of the {self.kind} {self.id}, was given")
+                raise wrong(f"bias.{name} does not apply to the {self.kind} {self.id}; remove it")
         return self
 
     @model_validator(mode="after")
     def _keys_fit_together(self) -> Self:
         if (self.range_resolution_m > 0.0) != (self.azimuth_resolution_deg > 0.0):
-            raise wrong("expected range_resolution_m and azimuth_resolution_deg together, was one")
+            raise wrong(
+                "expected range_resolution_m and azimuth_resolution_deg together, has only one"
+            )
         if self.range_resolution_m > 0.0 and self.second_feed is not None:
-            raise wrong("expected range_resolution_m or second_feed, was both")
+            raise wrong("expected either range_resolution_m or second_feed, has both")
         if self.rotation_period_s is not None and self.interval_s is not None:
-            raise wrong("expected rotation_period_s or interval_s, was both")
+            raise wrong("expected either rotation_period_s or interval_s, has both")
         if self.transponder_delay_sigma_m is not None and not self.secondary:
-            raise wrong("expected no transponder_delay_sigma_m of a primary radar, was given")
+            raise wrong("transponder_delay_sigma_m does not apply to a primary radar; remove it")
         return self
 
     @model_validator(mode="after")
@@ -346,16 +348,16 @@ class SensorTable(_Positioned):
         if self.speed_mps is None:
             for key in ("heading_deg", "leg"):
                 if key in self.model_fields_set:
-                    raise wrong(f"expected speed_mps beside {key} of {self.id}, was absent")
+                    raise wrong(f"missing speed_mps, which {key} of {self.id} needs")
         elif self.bias.time_offset_s is not None:
-            raise wrong(f"expected no bias.time_offset_s of {self.id}, which moves, was given")
+            raise wrong(f"bias.time_offset_s does not apply to {self.id}, which moves; remove it")
         return self
 
 
 def _check_once(what: str, names: Sequence[str | int]) -> None:
     for name, count in Counter(names).items():
         if count > 1:
-            raise wrong(f"expected each {what} once, was twice {name}")
+            raise wrong(f"{what} {name} is given twice; each must be unique")
 
 
 class ScenarioTable(Table):
@@ -387,12 +389,12 @@ class ScenarioTable(Table):
         geodetic = [one for one in everywhere if one.latitude_deg is not None]
         if self.plane.kind == "flat" and geodetic:
             raise wrong(
-                "expected positions as east_m and north_m on a flat plane, was latitude_deg"
+                "expected positions as east_m and north_m on a flat plane, found latitude_deg"
             )
         radars = [one for one in self.sensor if one.latitude_deg is not None]
         if self.plane.latitude_deg is None and not radars:
             raise wrong(
-                "expected latitude_deg and longitude_deg of the plane's centre, or of a radar, "
-                "was neither"
+                "expected latitude_deg and longitude_deg of the plane's centre or of a radar, "
+                "found neither"
             )
         return self

@@ -202,7 +202,7 @@ def with_reference(
         msg = (
             f"{reference.path}: none of {counts.read} updates can be a bias reference: "
             f"{counts.turning} not in straight flight, {counts.not_measured} without a plot of "
-            "their address, code or number at that time; compare times and areas of both"
+            "their address, code or number at that time; compare the times and areas of both"
         )
         raise InputError(msg)
     shared = [known[name] for name in _used_radars(reference) if name in known]

@@ -102,9 +102,9 @@ def register(
     if not problem.pairs.size:
         _warn_of(tracked)
         msg = (
-            "no aircraft has plots of two sensors within 2 s: expected a recording of several "
-            "radars, or of a radar with ADS-B or multilateration, that see the same aircraft; "
-            "check the sites in the sensors file"
+            "no aircraft has plots of two sensors within 2 s; give a recording of several radars, "
+            "or of a radar with ADS-B or multilateration, that see the same aircraft, and check "
+            "the sites in the sensors file"
         )
         raise InputError(msg)
     whole = fit(problem, np.ones(problem.pairs.size, np.bool_))

@@ -130,8 +130,8 @@ class References:
         assert self.smoothed is not None
         if sensors is None:
             msg = (
-                f"missing `sensors`, which `smoothed` needs ({tracks} has no sensors.toml beside "
-                "its tracks)"
+                f"missing `sensors`, which `smoothed` needs (there is no sensors.toml next to the "
+                f"tracks in {tracks})"
             )
             raise ArgumentError(msg, "sensors", "smoothed")
         smoother = self.smoother or SMOOTHERS[0]

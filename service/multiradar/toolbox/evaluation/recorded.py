@@ -90,8 +90,8 @@ def reports_of_dump(path: Path, truth: Truth) -> tuple[pl.DataFrame, str]:
     dump = path.parent
     if not (dump / "plots.txt").exists():
         msg = (
-            f"{path}: has no positions of aircraft, and no dump is beside it; give a reference "
-            "as well: --adsb or --system-tracks"
+            f"{path}: contains no aircraft positions, and there is no dump next to it; also give "
+            f"a reference: --adsb or --system-tracks"
         )
         raise InputError(msg)
     with open_measurements(dump, DumpChoice(date=truth.date), float("inf")) as recording:

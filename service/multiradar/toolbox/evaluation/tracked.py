@@ -103,8 +103,8 @@ def read_tracks(given: Path, known: "Known", settings: EvaluationSettings) -> "T
         return tracks_of(frame, str(path), known.reference.plane, tentative=settings.tentative)
     except OutsidePlaneError as error:
         msg = (
-            f"{path}: the tracks are on another side of the Earth than the reference {known.path}: "
-            "another recording, or swapped coordinates?"
+            f"{path}: the tracks are on another side of the Earth than the reference "
+            f"{known.path}; is this another recording, or are the coordinates swapped?"
         )
         raise InputError(msg) from error
 
@@ -182,7 +182,7 @@ def read_table(path: Path, what: str) -> pl.DataFrame:
         return pl.read_parquet(path)
     except (pl.exceptions.PolarsError, OSError) as error:
         reason = str(error).strip().split("\n", maxsplit=1)[0]
-        msg = f"{path}: expected {what} in Parquet, cannot be read as such ({reason})"
+        msg = f"{path}: expected {what} in Parquet, but the file cannot be read ({reason})"
         raise InputError(msg) from error
 
 

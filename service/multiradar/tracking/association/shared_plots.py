@@ -249,8 +249,8 @@ def shared_plots(
     shares = settings.association == BY_PROBABILITY
     if shares and delays:
         raise ConfigurationError(
-            "association: expected nearest or identity where a transponder_delay_sigma_m is "
-            "given, was probabilistic"
+            "association: probabilistic does not support transponder_delay_sigma_m; choose "
+            "nearest or identity"
         )
     return SharedPlots(definition, sizes, settings) if shares else None
 

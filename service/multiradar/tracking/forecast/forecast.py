@@ -141,5 +141,5 @@ def _checked(ahead_s: NDArray[np.float64]) -> NDArray[np.float64]:
     ahead = np.asarray(ahead_s, np.float64)
     wrong = ahead[~((ahead >= 0.0) & np.isfinite(ahead))]
     if len(wrong):
-        raise ValueError(f"ahead_s: expected numbers finite and not negative, was {wrong[0]} s")
+        raise ValueError(f"ahead_s: expected finite times of at least 0 s, was {wrong[0]} s")
     return ahead

@@ -94,5 +94,5 @@ def test_invalid_forecasts_are_rejected() -> None:
         with pytest.raises(InputError, match=f"expected a number in every row of {name}"):
             _errors(good.with_columns(pl.lit(value).alias(name)), reference)
     for changes in ({"region_minor_m": 0.0}, {"covariance_east_m2": 0.0}):
-        with pytest.raises(InputError, match="of some extent"):
+        with pytest.raises(InputError, match="greater than zero"):
             _errors(good.with_columns(**{k: pl.lit(v) for k, v in changes.items()}), reference)

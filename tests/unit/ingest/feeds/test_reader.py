@@ -110,7 +110,7 @@ def test_positions_are_submitted_with_the_sensors_of_the_feed() -> None:
     assert found["messages_without_position"] == found["reports_duplicate"] == 1
     (reject,) = running.sink.rejected
     assert (reject.code, reject.raw) == ("MALFORMED_LINE", "bad")
-    assert reject.reason.startswith("one, line 4: expected JSON, BaseStation or CSV")
+    assert reject.reason.startswith("one, line 4: expected JSON, BaseStation or mlat-server CSV")
 
 
 def test_snapshots_are_whole_documents() -> None:

@@ -38,7 +38,7 @@ def test_the_lease_is_long_for_subscribers_and_short_for_routers() -> None:
     ("wrong", "sentence"),
     [
         ({"mode": "broker"}, "expected one of peer, client, router, was 'broker'"),
-        ({"mode": "client"}, "expected an endpoint to connect to"),
+        ({"mode": "client"}, "missing an endpoint to connect to"),
         ({"lease_s": 0.0}, "lease_s: expected more than 0, was 0"),
         ({"message_bytes_max": -1}, "message_bytes_max: expected more than 0, was -1"),
     ],

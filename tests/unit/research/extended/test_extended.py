@@ -271,7 +271,7 @@ def test_bad_input_is_reported() -> None:
     with pytest.raises(CovarianceError, match="covariance: expected variances above 0"):
         start(MEAN, -COVARIANCE)
     for velocity in ([0.0, 0.0, 0.0], [0.0, 0.0, 90.0]):
-        with pytest.raises(ConfigurationError, match="velocity: expected one with a course"):
+        with pytest.raises(ConfigurationError, match="velocity: expected a horizontal component"):
             start([0.0, 0.0, 0.0, *velocity], COVARIANCE, VELOCITY_FRAME)
     estimate = start(MEAN, COVARIANCE)
     with pytest.raises(ConfigurationError, match="expected velocity frame coordinates, was in car"):

@@ -114,7 +114,7 @@ def test_a_prior_is_within_the_bounds_of_radars(
 
 
 def test_radars_exist_and_are_near_the_origin() -> None:
-    with pytest.raises(ShapeError, match="one radar or more"):
+    with pytest.raises(ShapeError, match="at least one radar"):
         flat_radars(np.zeros((0, 2)), 15.0, 1e-3, BiasPrior([], np.zeros((0, 0))))
     with pytest.raises(ConfigurationError, match=r"site of radar 1: expected within 1e\+07 m"):
         flat_radars([[0.0, 0.0], [1e300, 0.0]], 15.0, 1e-3, PRIOR)

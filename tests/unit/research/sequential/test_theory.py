@@ -189,5 +189,5 @@ def test_a_truth_of_another_shape_is_rejected() -> None:
                                    scene.states))  # fmt: skip
     with pytest.raises(ShapeError, match="true drift"):
         theory("joint", scene, true_drift=[1.0])
-    with pytest.raises(PriorError, match="no negative noise"):
+    with pytest.raises(PriorError, match="noise of at least 0"):
         theory("joint", scene, true_density=-1.0)

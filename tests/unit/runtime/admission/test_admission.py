@@ -129,7 +129,7 @@ def test_measurements_after_the_end_of_their_stream_are_late() -> None:
 
 @pytest.mark.parametrize("state", ["", "{}", "[]", '{"clock": [], "run": []}', '{"clock": "x"}'])
 def test_an_invalid_state_is_rejected(state: str) -> None:
-    with pytest.raises(JournalError, match="expected the state of an admission"):
+    with pytest.raises(JournalError, match="expected an admission state"):
         Admission(6.0, 1).restore(state)
 
 

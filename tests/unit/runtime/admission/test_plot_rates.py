@@ -85,7 +85,7 @@ def test_the_reason_names_the_bound() -> None:
     (first, *_) = TimeRejects(admission, admission.clock_s, batch, codes).rejections
     assert first[1:] == (
         "RATE_EXCEEDED",
-        "expected at most 128 measurements of its sensor a second of data time, were more",
+        "the sensor exceeds 128 measurements per second of data time",
     )
 
 

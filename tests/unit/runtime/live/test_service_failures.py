@@ -222,7 +222,7 @@ def test_a_stopped_service_accepts_nothing() -> None:
         with pytest.raises(PipelineError):
             call()
     service.start()
-    with pytest.raises(PipelineError, match="started before"):
+    with pytest.raises(PipelineError, match="already been started"):
         service.start()
     service.stop()
     service.stop()

@@ -107,7 +107,7 @@ def test_a_sensor_without_id_is_named_by_its_numbers(numbers: str, name: str) ->
         ),
         (
             '[[sensor]]\nid="x"\nkind="adsb"\n[sensor.bias.range_gain]\nestimate = true',
-            "expected no estimate of range_gain for the adsb x, has one",
+            "expected no estimate of range_gain for the adsb x; remove it",
         ),
         (
             '[[sensor]]\nid="x"\nkind="adsb"\n[sensor.bias.range_gain]\nprior = 0.05',
@@ -130,12 +130,12 @@ def test_a_file_that_cannot_be_read_is_reported(tmp_path: Path) -> None:
     with pytest.raises(DocumentError, match=r"absent\.toml: no such file$"):
         load_sensors(tmp_path / "absent.toml")
     (tmp_path / "latin.toml").write_bytes(b"# \xe9")
-    with pytest.raises(DocumentError, match="another encoding at byte 2"):
+    with pytest.raises(DocumentError, match="not UTF-8 text \\(byte 2\\)"):
         load_sensors(tmp_path / "latin.toml")
     for name, content, words in (
         ("table.toml", b"PAR1\x15\x00\xe9", "expected TOML, was Parquet"),
         ("image.toml", b"\x89PNG\x00\x00", "expected TOML, was binary"),
-        ("wide.toml", "# radar\n".encode("utf-16"), "another encoding at byte 0"),
+        ("wide.toml", "# radar\n".encode("utf-16"), "not UTF-8 text"),
     ):
         (tmp_path / name).write_bytes(content)
         with pytest.raises(DocumentError, match=words):

@@ -111,8 +111,8 @@ def test_scenarios_without_them_keep_their_columns(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ("heading_deg = 5", "expected speed_mps beside heading_deg"),
-        ("speed_mps = 5\nbias.time_offset_s = 0.1", "expected no bias.time_offset_s"),
+        ("heading_deg = 5", "missing speed_mps, which heading_deg"),
+        ("speed_mps = 5\nbias.time_offset_s = 0.1", "bias.time_offset_s does not apply"),
         ("elevation_sigma_deg = 0", "elevation_sigma_deg"),
     ],
 )
@@ -125,7 +125,7 @@ def test_invalid_settings_are_reported(more: str, words: str, tmp_path: Path) ->
 def test_radars_reject_motion_and_elevations(key: str, tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(TEXT.format(more=key).replace("direction-finder", "radar"), encoding="utf-8")
-    with pytest.raises(ConfigurationError, match="for the radar df"):
+    with pytest.raises(ConfigurationError, match="does not apply to the radar df"):
         load_scenario(path)
 
 

@@ -27,10 +27,10 @@ def test_a_field_is_read_with_its_form_scale_and_unit() -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("010 fixed SAC:8 SIC:7", "fill octets"),
-        ("020 extended A:8", "fill octets"),
+        ("010 fixed SAC:8 SIC:7", "fill whole octets"),
+        ("020 extended A:8", "fill whole octets"),
         ("010 fixed SAC", "NAME:BITS"),
-        ("010 fixed SAC:8\n    SUB fixed V:8", "below a compound"),
+        ("010 fixed SAC:8\n    SUB fixed V:8", "missing sub-items of a compound"),
     ],
 )
 def test_a_table_that_breaks_a_rule_is_rejected(text: str, said: str) -> None:

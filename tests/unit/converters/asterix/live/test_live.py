@@ -249,7 +249,7 @@ def test_an_unknown_source_is_rejected_with_its_octets() -> None:
     batch = decoder().decode(sent)
     (rejected,) = batch.rejected
     assert (rejected.code, rejected.octets) == ("UNKNOWN_SENSOR", plot)
-    assert rejected.reason == "expected a SAC and SIC of the sensors file, was 3-7"
+    assert rejected.reason == "no sensor of the sensors file has this SAC and SIC: 3-7"
     assert rejected.offset == len(block(48, plot_048(43_200.0))) + 3
     assert len(batch.frame) == 1
 
@@ -258,7 +258,7 @@ def test_a_source_that_measures_something_else_is_rejected() -> None:
     report = record((1, "1482"), (6, "21b8c5 0844cb"), (11, "3c660c"), (12, "546000"), (16, "15b8"))
     (rejected,) = decoder().decode(datagrams((NOON_S, block(21, report)))).rejected
     assert rejected.code == "UNKNOWN_KIND"
-    assert rejected.reason == "expected no adsb reports of the sensor 20-130"
+    assert rejected.reason == "the sensors file does not allow adsb reports from sensor 20-130"
 
 
 def test_other_categories_are_counted_and_nothing_more() -> None:
