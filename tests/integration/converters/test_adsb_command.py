@@ -473,9 +473,7 @@ def test_a_decompression_bomb_is_rejected(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bomb = packed(b"[" + json.dumps(report()).encode() + b" " * (96 << 20))
-    assert "expected a compressed file that grows at most 100 times" in failure(
-        tmp_path, capsys, bomb
-    )
+    assert "compressed file that grows at most 100 times" in failure(tmp_path, capsys, bomb)
 
 
 def test_the_output_is_never_overwritten_and_json_is_the_report(
