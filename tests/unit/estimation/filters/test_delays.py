@@ -200,7 +200,7 @@ def test_filters_without_delays_say_which_have_them(name: str) -> None:
 
 def test_hypotheses_and_delays_exclude_each_other() -> None:
     settings = replace(plain_settings("imm", 1.0), association=BY_PROBABILITY)
-    with pytest.raises(ConfigurationError, match="expected nearest or identity"):
+    with pytest.raises(ConfigurationError, match="choose nearest or identity"):
         shared_plots(settings, FILTERS["imm"], (3, 1, 8), delays=True)
 
 
