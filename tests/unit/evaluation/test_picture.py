@@ -96,7 +96,7 @@ def test_a_track_is_extrapolated_between_updates() -> None:
 
 def test_tracks_and_reference_of_different_days_are_rejected() -> None:
     late = straight(range(1000, 1101, 4), 0.0, 0.0, 100.0, 0.0)
-    with pytest.raises(InputError, match="no time in common: tracks 00:16:40 to"):
+    with pytest.raises(InputError, match="do not overlap in time: tracks 00:16:40 to"):
         assign_tracks(tracks_of({1: late}), ONE, SETTINGS)
 
 

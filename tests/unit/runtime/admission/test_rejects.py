@@ -58,7 +58,7 @@ def test_rejects_are_counted_by_code_and_the_last_of_each_are_retained(start: St
     sent = recording(200)[170:175]
     for row in twice:
         assert json.loads(row.row.raw)["time_s"] == sent["time_s"][row.row.index]
-        assert "equal to the one at" in row.row.reason
+        assert "same measurement as the one at" in row.row.reason
 
 
 def test_rejects_are_the_same_after_a_restart(start: Starter) -> None:
