@@ -290,6 +290,8 @@ class SqliteJournal:
         if created:
             self._create(fingerprint)
         self._head(self._writer)
+        # One that can be read but not written is reported here, not by the first measurement.
+        self._writer.execute("UPDATE head SET sequence = sequence WHERE 0")
         self._reader = opened.enter_context(closing(open_database(self._path, "ro")))
         self._files = OpenFiles([self._path, self._log_path, self._tip_path])
 

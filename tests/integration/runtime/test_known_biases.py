@@ -121,7 +121,7 @@ def test_clock_offsets_beyond_the_reorder_horizon_are_rejected(
     scene: tuple[pl.DataFrame, str],
 ) -> None:
     table = known(scene[1])
-    with pytest.raises(ConfigurationError, match=r"reorder_horizon_s: expected at least the 0.8 s"):
+    with pytest.raises(ConfigurationError, match=r"reorder_horizon_s: expected at least 0.8 s"):
         Engine(table, TrackingSettings(reorder_horizon_s=0.5))
     nothing = replace(table, known_bias=np.zeros((2, 4)))
     Engine(nothing, TrackingSettings(reorder_horizon_s=0.5)).close()

@@ -84,7 +84,7 @@ def test_only_radars_of_a_sensors_file_have_refraction(kind: str) -> None:
         f'[[sensor]]\nid = "a"\nkind = "{kind}"\nlatitude_deg = 50.0\nlongitude_deg = 15.0\n'
         "height_m = 300.0\nearth_radius_factor = 1.2\n"
     )
-    with pytest.raises(DocumentError, match=f"no earth_radius_factor for the {kind} a"):
+    with pytest.raises(DocumentError, match=f"earth_radius_factor does not apply to the {kind} a"):
         parse_sensors(sensor)
 
 
