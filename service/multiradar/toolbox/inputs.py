@@ -134,7 +134,7 @@ def check_sensors_argument(given: object) -> None:
 
     if not isinstance(given, str | Path | SensorsFile):
         msg = (
-            "`sensors`: expected the path of a sensors.toml, or what load_sensors returns, was "
+            "`sensors`: expected the path of a sensors.toml, or the result of load_sensors, was "
             f"{type(given).__name__}"
         )
         raise ArgumentError(msg, "sensors")

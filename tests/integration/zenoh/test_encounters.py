@@ -62,7 +62,7 @@ async def test_http_zenoh_and_offline_agree(tmp_path: Path, batch_rows: int) -> 
     assert table["time_s"].n_unique() == 30, "one picture for each epoch of 4 s of 120 s"
     last = table.filter(pl.col("time_s") == table["time_s"].max())
 
-    service = live_service(tmp_path / "journal.sqlite")
+    service = live_service(tmp_path / "state" / "journal.sqlite")
     service.start()
     gateway = ZenohGateway(service, ZenohOptions(listen=(free_endpoint(),)))
     gateway.start()
