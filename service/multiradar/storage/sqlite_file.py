@@ -18,7 +18,7 @@ _MAGIC = b"SQLite format 3\0"
 
 
 def open_database(path: Path, mode: str) -> sqlite3.Connection:
-    """Open a database file; `mode` is `ro` (read) or `rwc` (write, create when absent)."""
+    """Open a database file; `mode` is `ro` (read), `rw` or `rwc` (create when absent)."""
     return sqlite3.connect(
         f"file:{quote(str(path.absolute()))}?mode={mode}",
         uri=True,

@@ -307,7 +307,9 @@ class SqliteJournal:
         damage = None if tip and tip.accepts_any else log_damage(self._log_path)
         if damage is not None:
             raise self._incomplete(f"{self._log_path.name} is damaged: {damage}")
-        with closing(open_database(self._path, "ro")) as connection:
+        # A kill at the first start may leave a change to be rolled back: the only one without log.
+        mode = "rw" if self._beside("-journal").exists() else "ro"
+        with closing(open_database(self._path, mode)) as connection:
             tables = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
             if tables:
                 # First: journals of earlier versions have no tip.

@@ -33,6 +33,8 @@ class Tip(NamedTuple):
     def read(cls, path: Path) -> Self | None:
         """Return the tip in a file: of no entry if the operator accepts any; None without one.
 
+        A kill at the first start may leave an empty file.
+
         Raises
         ------
         JournalError
@@ -42,6 +44,8 @@ class Tip(NamedTuple):
             with file_errors(path), path.open("rb") as stream:
                 content = stream.read(_BYTES_MAX)
         except FileNotFoundError:
+            return None
+        if not content:
             return None
         if content.strip() == ACCEPT.encode():
             return cls(0, b"")

@@ -326,6 +326,35 @@ def test_a_start_that_was_killed_is_repeated(tmp_path: Path, made: int) -> None:
     assert len(_content(tmp_path)) > 1
 
 
+def test_a_start_that_was_killed_before_its_tip_was_written_is_repeated(tmp_path: Path) -> None:
+    (tmp_path / "journal.db").touch()
+    (tmp_path / "journal.db-tip").touch()
+    journal = _open(tmp_path)
+    assert journal.append([entry(1)]) == [1]
+    journal.close()
+    assert len(_content(tmp_path)) > 1
+
+
+def test_a_start_that_was_killed_within_the_first_change_is_repeated(tmp_path: Path) -> None:
+    (tmp_path / "made").mkdir()
+    connection = sqlite3.connect(tmp_path / "made" / "journal.db", isolation_level=None)
+    connection.execute("PRAGMA user_version=1")
+    connection.execute("PRAGMA cache_size=1")
+    connection.execute("BEGIN")
+    connection.execute("CREATE TABLE large (content BLOB)")
+    connection.execute("INSERT INTO large VALUES (zeroblob(100000))")
+    # As the kill leaves it: a change on disk that is to be rolled back.
+    for file in (tmp_path / "made").iterdir():
+        shutil.copy(file, tmp_path / file.name)
+    connection.close()
+    assert all((tmp_path / f"journal.db{end}").stat().st_size for end in ("", "-journal"))
+    (tmp_path / "journal.db-tip").write_bytes(Tip(0, b"\1" * 32).line())
+    journal = _open(tmp_path)
+    assert journal.append([entry(1)]) == [1]
+    journal.close()
+    assert not (tmp_path / "journal.db-journal").exists()
+
+
 def test_a_journal_behind_a_link_has_its_files_beside_itself(tmp_path: Path) -> None:
     (tmp_path / "linked").mkdir()
     (tmp_path / "journal.db").symlink_to(tmp_path / "linked" / "journal.db")

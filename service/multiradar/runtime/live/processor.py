@@ -271,7 +271,8 @@ class Processor:
         for piece in self._pieces(until, rows_max):
             waiting = deque(journalled(piece, self._sensors))
             while waiting:
-                yield grouped(waiting, rows_max)
+                # One by one: those without measurements, too.
+                yield grouped(waiting, rows_max) if rows_max > 1 else [waiting.popleft()]
 
     # Stored entries that are translated together: bounded in number and in measurements.
     def _pieces(self, until: int | None, rows_max: int) -> Iterator[list[StoredEntry]]:

@@ -102,6 +102,22 @@ def test_an_entry_that_fails_in_the_engine_is_skipped_and_all_others_count(start
     assert settled(clean)["output_sha256"] == status["output_sha256"]
 
 
+def test_an_entry_without_measurements_is_not_skipped_with_the_next_one(start: Starter) -> None:
+    frame = recording(60)
+    poison = float(frame["time_s"][40])
+
+    def crash(batch: MeasurementBatch) -> None:
+        if np.any(batch.time_s == poison):
+            raise EngineCrashError("poison")
+
+    service = start(engine=lambda: FakeEngine(crash))
+    submit(service, frame[:40])
+    submit(service, frame[40:45].with_columns(sensor_id=pl.lit("unknown")))
+    submit(service, frame[40:41])
+    submit(service, frame[41:])
+    assert settled(service)["skipped"] == [3]
+
+
 def test_an_engine_that_fails_once_loses_nothing(start: Starter) -> None:
     failures = iter([True])
 
