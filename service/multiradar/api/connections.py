@@ -22,6 +22,7 @@ from uvicorn.config import Config
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from uvicorn.server import ServerState
+from websockets.exceptions import InvalidState
 
 from multiradar.access.authentication import CERTIFICATE_NAME
 from multiradar.access.shares import client_at
@@ -322,6 +323,13 @@ class _WebSocket(WebSocketsSansIOProtocol):
     def connection_lost(self, exc: Exception | None) -> None:
         self.registry.lost(self.transport)
         super().connection_lost(exc)
+
+    def shutdown(self) -> None:
+        # To a client that has said goodbye uvicorn cannot do so, and would not stop.
+        try:
+            super().shutdown()
+        except InvalidState:
+            self.transport.close()
 
     async def send(self, message: Any) -> None:
         if message["type"] == "websocket.close":

@@ -6,7 +6,9 @@ import socket
 
 from fastapi import FastAPI
 from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from uvicorn.server import ServerState
+from websockets.protocol import State
 
 from multiradar.api.connections import server_config
 from multiradar.settings.limits import HttpLimits
@@ -39,6 +41,25 @@ async def test_answers_do_not_wait_for_the_acknowledgement_of_their_headers(
         writer.close()
         with contextlib.suppress(ConnectionError):
             await writer.wait_closed()
+
+
+async def test_a_stop_closes_the_socket_of_a_client_that_said_goodbye_before(
+    application: FastAPI,
+) -> None:
+    config = server_config(application, "127.0.0.1", 0, HttpLimits())
+    config.load()
+    assert isinstance(config.ws_protocol_class, type)
+    leaving = config.ws_protocol_class(config, ServerState(), {})  # type: ignore[call-arg]
+    assert isinstance(leaving, WebSocketsSansIOProtocol)
+    ours, theirs = socket.socketpair()
+    with theirs:
+        loop = asyncio.get_running_loop()
+        leaving.transport, _ = await loop.create_connection(asyncio.Protocol, sock=ours)
+        leaving.handshake_complete = True
+        # Its close frame is here, the end of its connection is not.
+        leaving.conn.state = State.CLOSING
+        leaving.shutdown()
+        assert leaving.transport.is_closing()
 
 
 def test_the_server_sends_no_server_header_and_ignores_proxy_headers(
