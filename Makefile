@@ -11,7 +11,7 @@ READY := $(VENV)/.ready
 # What one process compiled, others load: a test run starts hundreds.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help install test unit fuzz lint types contracts kernels collection check docs docs-check demo page bench dist kernel-list lock clean
+.PHONY: help install test unit fuzz simulate-faults lint types contracts kernels collection check docs docs-check demo page bench dist kernel-list lock clean
 
 help: ## Show the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -65,6 +65,9 @@ docs-check: $(READY) ## Compare the documents with program output (an hour); DOC
 
 fuzz: $(READY) ## Run all property tests with new random examples (FUZZ_SECONDS=120 FUZZ_SEED=)
 	cd tests && ../$(BIN)/python -m support.fuzzing --seconds $(FUZZ_SECONDS) $(if $(FUZZ_SEED),--seed $(FUZZ_SEED))
+
+simulate-faults: $(READY) ## Simulate the service under faults (SIMULATE_OPTIONS="--runs 1000 --seed 0")
+	cd tests && POLARS_MAX_THREADS=1 ../$(BIN)/python -m support.simulation $(SIMULATE_OPTIONS)
 
 demo: $(READY) ## Convert the sample, serve and replay it, show tracks and biases
 	$(BIN)/multiradar demo $(DEMO_OPTIONS)

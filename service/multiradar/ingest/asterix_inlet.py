@@ -4,7 +4,6 @@ Datagrams are collected for a short interval and decoded together, because a bat
 cost and a low cost per record. The result does not depend on the batches.
 """
 
-import threading
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Future
@@ -19,6 +18,7 @@ from multiradar.ingest.asterix_counts import AsterixCounts
 from multiradar.ingest.asterix_queue import DatagramQueue, Received
 from multiradar.ingest.submission import submit_when_possible
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
+from multiradar.runtime.live.threads import SystemThreads, Threads
 from multiradar.runtime.ports import MeasurementSink
 from multiradar_converters.asterix.framing.datagrams import Datagrams
 from multiradar_converters.asterix.live.batch import LiveBatch, RejectedOctets, unreadable
@@ -66,6 +66,8 @@ class AsterixInlet:
         Counts the disposition of everything.
     bounds : InletBounds
         Limits.
+    threads : Threads, optional
+        Makes what its thread waits for; threads of the system by default.
     """
 
     def __init__(
@@ -75,13 +77,15 @@ class AsterixInlet:
         sink: MeasurementSink,
         counts: AsterixCounts,
         bounds: InletBounds,
+        *,
+        threads: Threads | None = None,
     ) -> None:
         self._queue = queue
         self._decoder = decoder
         self._sink = sink
         self._counts = counts
         self._bounds = bounds
-        self._stopping = threading.Event()
+        self._stopping = (threads or SystemThreads()).event()
         self._failures = 0
         self._losing = False
 

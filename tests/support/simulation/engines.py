@@ -1,0 +1,40 @@
+"""An engine that fails on request: once, or always with a certain measurement."""
+
+from typing import Any
+
+from multiradar.runtime.engine.engine import Engine
+from multiradar.tracking.input.measurements import MeasurementBatch
+from multiradar.tracking.outputs import EngineOutput
+
+#: Height of a measurement with which a poisoned engine fails, m.
+POISON_HEIGHT_M = 7777.25
+
+
+class Tampering:
+    """What goes wrong in the engines of a run."""
+
+    def __init__(self) -> None:
+        #: The next call raises this once.
+        self.error: Exception | None = None
+        #: Measurements of the poison height raise always.
+        self.poisoned = False
+
+
+class Tampered:
+    """An engine and its faults."""
+
+    def __init__(self, engine: Engine, tampering: Tampering) -> None:
+        self._engine = engine
+        self._tampering = tampering
+
+    def push(self, batch: MeasurementBatch, clock_s: float | None = None) -> EngineOutput:
+        """Process measurements, or fail."""
+        error, self._tampering.error = self._tampering.error, None
+        if error is not None:
+            raise error
+        if self._tampering.poisoned and (batch.height_m == POISON_HEIGHT_M).any():
+            raise ArithmeticError("poison")
+        return self._engine.push(batch, clock_s)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._engine, name)

@@ -1,0 +1,192 @@
+"""Faults of networks and clients."""
+
+import random
+from collections.abc import Callable
+from dataclasses import replace
+
+from support.simulation import traffic
+from support.simulation.faults_data import window
+from support.simulation.front import BODY_BYTES_MAX, Exchange
+from support.simulation.traffic import Message
+from support.simulation.world import World
+
+_CLIENTS = ("alpha", "bravo", "charlie")
+
+
+def _setting(name: str, low: float, high: float) -> Callable[[World, random.Random], None]:
+    # A property of the network of one client in a window.
+    def arm(world: World, drawn: random.Random) -> None:
+        sender = world.senders[drawn.choice(_CLIENTS)]
+        value = drawn.uniform(low, high)
+        begin_s, end_s = window(drawn)
+        world.during(
+            begin_s, end_s, lambda: setattr(sender, name, value), lambda: setattr(sender, name, 0.0)
+        )
+
+    return arm
+
+
+def _partition(world: World, drawn: random.Random) -> None:
+    """All clients lose the service, for some seconds or again and again."""
+    for _ in range(drawn.randint(1, 3)):
+        begin_s = drawn.uniform(2.0, 18.0)
+
+        def cut(value: bool) -> None:
+            for sender in world.senders.values():
+                sender.cut = value
+
+        world.during(
+            begin_s, begin_s + drawn.uniform(0.3, 4.0), lambda: cut(True), lambda: cut(False)
+        )
+
+
+def _replay_of_keys(world: World, drawn: random.Random) -> None:
+    """Messages are sent again with their old keys, and their keys with other content."""
+
+    def again() -> None:
+        old = [one for one in world.record.messages if one.receipts and one.rows]
+        if not old:
+            return
+        earlier = drawn.choice(old)
+        now_s = world.clock.elapsed_s
+        if drawn.random() < 0.5:
+            world.repeat(earlier)
+        else:
+            rows = [row | {"time_s": row["time_s"] + 0.25} for row in earlier.rows]
+            body = traffic.body(earlier.media, rows)
+            world.send(
+                replace(
+                    earlier, body=body, rows=rows, due_s=now_s, expected="error", receipts=[],
+                    done=False,
+                )
+            )  # fmt: skip
+
+    for _ in range(4):
+        world.at(drawn.uniform(5.0, 22.0), again)
+
+
+def _forged_source(world: World, drawn: random.Random) -> None:
+    """A client sends plots of a sensor that is not its own, and squats keys of another."""
+    for number in range(3):
+        due_s = drawn.uniform(1.0, 20.0)
+        row = {
+            "time_s": traffic.START_S + due_s + 50.0, "sensor_id": "41-20", "kind": "radar",
+            "range_m": 70_000.0, "azimuth_deg": 5.0, **traffic.identity(60),
+        }  # fmt: skip
+        body = traffic.body("application/json", [row])
+        world.send(
+            Message("rival", f"41-10/{number + 5}", "application/json", body, [row], due_s, "any")
+        )
+
+
+def _datagrams(fault: Callable[[random.Random, bytes], list[bytes]]) -> Callable[..., None]:
+    def arm(world: World, drawn: random.Random) -> None:
+        own = random.Random(drawn.random())
+        begin_s, end_s = window(drawn)
+        world.datagram_faults.append((begin_s, end_s, lambda octets: fault(own, octets)))
+        world.suspects.add(traffic.DATAGRAMS)
+
+    return arm
+
+
+def _flipped(drawn: random.Random, octets: bytes) -> list[bytes]:
+    damaged = bytearray(octets)
+    for _ in range(drawn.randint(1, 4)):
+        damaged[drawn.randrange(len(damaged))] ^= 1 << drawn.randrange(8)
+    return [bytes(damaged)]
+
+
+def _forged_datagrams(world: World, drawn: random.Random) -> None:
+    """Somebody floods the port with noise, more than the queue holds."""
+    begin_s, _ = window(drawn)
+
+    def flood() -> None:
+        for _ in range(80):
+            world.throw(drawn.randbytes(drawn.randint(1, 80)), "198.51.100.66")
+
+    for number in range(3):
+        world.at(begin_s + number * 0.1, flood)
+
+
+def _readers(world: World, drawn: random.Random) -> None:
+    """A reader of the stream is slow, another leaves and comes back."""
+    world.read_slowly(drawn.uniform(2.0, 6.0))
+    world.read_slowly(drawn.uniform(0.5, 1.0))
+
+
+def _reconnects(world: World, drawn: random.Random) -> None:
+    """Many readers come at once, with old numbers."""
+    begin_s, _ = window(drawn)
+    for number in range(30):
+        world.at(begin_s + 0.01 * number, lambda: world.read_once(drawn.randrange(0, 400)))
+
+
+def _oversized(world: World, drawn: random.Random) -> None:
+    for number in range(2):
+        body = b"[" + b" " * (BODY_BYTES_MAX + drawn.randint(1, 100)) + b"]"
+        due_s = drawn.uniform(1.0, 20.0)
+        world.send(Message("any", f"large {number}", "application/json", body, [], due_s, "error"))
+
+
+def _slow_body(world: World, drawn: random.Random) -> None:
+    """Bodies that come an octet at a time, and clients that leave in the middle."""
+    headers = world.headers("any", "application/json")
+
+    def begin() -> None:
+        chunks = [(0.7, b" ") for _ in range(drawn.randint(3, 20))]
+        world.ask(Exchange("POST", "/v1/measurements", headers, chunks, whole=False), world.checked)
+
+    for _ in range(6):
+        world.at(drawn.uniform(1.0, 15.0), begin)
+
+
+def _asked(*asked: tuple[str, str, str, int]) -> Callable[[World, random.Random], None]:
+    # Requests by method, path and credentials, and the status that each must get.
+    def arm(world: World, drawn: random.Random) -> None:
+        for method, path, bearer, status in asked:
+            headers = {"host": "simulated", "authorization": f"Bearer {bearer}"}
+
+            def ask(one: Exchange, status: int = status) -> None:
+                world.ask(one, lambda done: world.checked(done, status))
+
+            exchange = Exchange(method, path, headers, [(0.0, b"")])
+            world.at(drawn.uniform(1.0, 20.0), lambda one=exchange, ask=ask: ask(one))
+
+    return arm
+
+
+_FEED, _SCREEN = (f"mr_{name}-{'k' * 30}" for name in ("alpha", "screen"))
+_GUESSES = _asked(
+    *(("GET", "/v1/tracks", guess, 401) for guess in ("mr_guess", "a.b.c", "eyJhbGciOiJub25lIn0."))
+)
+_ROLES = _asked(
+    ("GET", "/v1/tracks", _FEED, 403),
+    ("POST", "/v1/flush", _FEED, 403),
+    ("POST", "/v1/measurements", _SCREEN, 403),
+)
+_PATHS = _asked(
+    ("GET", "/v1/tracks/..%2f..%2fetc", _SCREEN, 422),
+    ("GET", "/v1/nothing", _SCREEN, 404),
+)
+
+FAULTS = (
+    (20, "forged source of measurements", _forged_source),
+    (20, "old keys again", _replay_of_keys),
+    (31, "requests are lost", _setting("loss", 0.2, 0.9)),
+    (31, "answers are lost", _setting("answer_loss", 0.2, 0.9)),
+    (5, "requests arrive twice", _setting("copies", 0.5, 1.0)),
+    (32, "partition", _partition),
+    (32, "slow link", _setting("delay_s", 1.0, 5.0)),
+    (1, "damaged datagrams", _datagrams(_flipped)),
+    (2, "cut datagrams", _datagrams(lambda drawn, one: [one[: drawn.randrange(len(one))]])),
+    (5, "datagrams twice", _datagrams(lambda drawn, one: [one, one])),
+    (31, "datagrams are lost", _datagrams(lambda drawn, one: [one] * (drawn.random() < 0.5))),
+    (17, "flood of datagrams", _forged_datagrams),
+    (33, "slow readers", _readers),
+    (34, "readers come back at once", _reconnects),
+    (35, "body too large", _oversized),
+    (36, "slow bodies", _slow_body),
+    (38, "guessed credentials", _GUESSES),
+    (39, "roles that do not suffice", _ROLES),
+    (40, "paths that leave the root", _PATHS),
+)

@@ -1,0 +1,278 @@
+"""One process of the service, from its start to its death, on a virtual disk."""
+
+import asyncio
+import contextlib
+import random
+import sqlite3
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any
+
+from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.ingest.asterix_counts import AsterixCounts
+from multiradar.ingest.asterix_inlet import AsterixInlet, InletBounds
+from multiradar.ingest.asterix_queue import DatagramQueue, Received
+from multiradar.ingest.asterix_sensors import names_by_source, scan_periods_by_source
+from multiradar.runtime.engine.tracking_engine import TrackingEngine
+from multiradar.runtime.live.receipt import Receipt
+from multiradar.runtime.live.service import Service
+from multiradar.runtime.stream.events import Event, Subscription
+from multiradar.settings.limits import RuntimeLimits
+from multiradar.storage import tip
+from multiradar.storage.sqlite_journal import SqliteJournal
+from multiradar.tracking.settings import TrackingSettings
+from multiradar_converters.asterix.live.reception import LiveDecoder, LiveOptions
+from support.simulation.disk import VirtualDisk
+from support.simulation.front import Exchange, Front, VirtualLoop
+from support.simulation.scheduler import Scheduler, VirtualClock
+
+JOURNAL = "journal"
+TRACKING = TrackingSettings()
+#: Small bounds, so that a run reaches them.
+LIMITS = RuntimeLimits(
+    intake_batches_max=12,
+    intake_rows_max=400,
+    commit_batches_max=8,
+    backlog_rows_max=300,
+    push_rows_max=256,
+    events_max=400,
+    history_rows_max=2000,
+    bias_history_rows_max=500,
+    transition_rows_max=500,
+    plot_rows_max=500,
+    rejects_kept_max=100,
+    # The disk of the machine that simulates is none of the run's.
+    disk_free_bytes_min=1,
+)
+QUEUE_DATAGRAMS_MAX, QUEUE_OCTETS_MAX = 64, 100_000
+#: Datagrams are decoded so often, s.
+INLET_INTERVAL_S = 0.5
+
+
+class Process:
+    """A process of the service.
+
+    Parameters
+    ----------
+    folder : Path
+        Empty folder of its disk.
+    image : mapping of str to bytes
+        What is on the disk.
+    seed : random.Random
+        Draws the order of threads, and what the disk loses.
+    clock : VirtualClock
+        Time.
+    front : Front
+        The HTTP application.
+    table : SensorTable
+        The sensors.
+    fingerprint : str
+        Fingerprint of the configuration.
+    open_engine : callable
+        Builds an engine.
+
+    Attributes
+    ----------
+    failed : bool
+        It has stopped for good and ends.
+    left : mapping of str to bytes or None
+        The disk as its kill left it.
+    acknowledged : list of (str, Receipt)
+        What it had acknowledged when it was killed, whether or not the client heard of it.
+    """
+
+    def __init__(
+        self, *, folder: Path, image: Mapping[str, bytes], seed: random.Random, clock: VirtualClock,
+        front: Front, table: SensorTable, fingerprint: str,
+        open_engine: Callable[[], TrackingEngine],
+    ) -> None:  # fmt: skip
+        self._folder = folder
+        self._front = front
+        self._clock = clock
+        self.disk = VirtualDisk(folder, seed, dict(image))
+        self.disk.on_kill = self._killed
+        self.scheduler = Scheduler(seed, clock)
+        self.loop = VirtualLoop(clock)
+        self.failed = False
+        self.power_lost = False
+        self.left: dict[str, bytes] | None = None
+        self.acknowledged: list[tuple[str | None, Receipt]] = []
+        self._journal: SqliteJournal | None = None
+        self._open: list[tuple[Exchange, asyncio.Task[None], Callable[[Exchange], None]]] = []
+        self._datagrams = 0
+        self._fingerprint = fingerprint
+        self.service = Service(
+            open_journal=self._open_journal,
+            open_engine=open_engine,
+            sensors=table,
+            tracking=TRACKING,
+            limits=LIMITS,
+            clock=clock,
+            threads=self.scheduler,
+            on_failure=self._fail,
+        )
+        self.queue = DatagramQueue(QUEUE_DATAGRAMS_MAX, QUEUE_OCTETS_MAX)
+        self.counts = AsterixCounts(("simulated",))
+        self._inlet = AsterixInlet(
+            self.queue,
+            LiveDecoder(
+                LiveOptions(
+                    names=names_by_source(table), scan_periods=scan_periods_by_source(table)
+                )
+            ),
+            front.current,
+            self.counts,
+            InletBounds(INLET_INTERVAL_S, 100),
+            threads=self.scheduler,
+        )
+        #: Events by number without what depends on the time of the machine, and readers.
+        self.readers: list[Subscription] = []
+
+    @property
+    def down(self) -> bool:
+        """Whether it was killed, or must end."""
+        return self.disk.dead or self.failed
+
+    def start(self) -> None:
+        """Start it; raises what the service raises."""
+        self._front.current.service = self.service
+        self._front.current.submitted = []
+        self.service.start()
+        self.scheduler.start(self._inlet.run, "asterix-decoder")
+
+    def request(self, exchange: Exchange, answered: Callable[[Exchange], None]) -> None:
+        """Serve a request; `answered` is called with the complete answer, or never."""
+        task = self.loop.create_task(exchange.run(self._front.application))
+        self._open.append((exchange, task, answered))
+
+    def receive(self, octets: bytes, sender: str) -> bool:
+        """Receive a datagram; return whether it fits into the queue."""
+        self._datagrams += 1
+        return self.queue.put(Received(0, self._datagrams, self._clock.now_s(), octets, sender))
+
+    def subscribe(self, after: int | None, depth: int) -> Subscription:
+        """Open a stream of events."""
+        reader = self.service.view.subscribe(after, depth)
+        reader.set_wakeup(lambda: None)
+        self.readers.append(reader)
+        return reader
+
+    def events(self, reader: Subscription, most: int) -> list[Event]:
+        """Return what a reader gets next."""
+        return reader.poll(most)
+
+    def pump(self) -> None:
+        """Run the event loop, and answer requests that are done."""
+        self.loop.pump()
+        if self.down:
+            return
+        still = []
+        for exchange, task, answered in self._open:
+            if exchange.complete:
+                answered(exchange)
+            elif not task.done():
+                still.append((exchange, task, answered))
+        self._open = still
+        current = self._front.current
+        if len(current.submitted) > 64:
+            current.submitted = [one for one in current.submitted if not one[1].done()]
+
+    def stop(self) -> None:
+        """End it in order."""
+        self._inlet.stop()
+        self.service.stop()
+        self._cleanup()
+
+    def bury(self) -> dict[str, bytes]:
+        """End it where it is; return the files on its disk."""
+        left = self.left
+        if left is None:
+            left = self.disk.image(power_lost=self.power_lost)
+        self.disk.dead = True
+        self.scheduler.kill()
+        with contextlib.suppress(Exception):
+            self.service.stop()
+        if self._journal is not None:
+            with contextlib.suppress(Exception):
+                self._journal.close()
+        self._cleanup()
+        return left
+
+    def kill(self) -> None:
+        """Kill it now."""
+        if not self.disk.dead:
+            self._killed()
+            self.disk.dead = True
+
+    # ---------------------------------------------------------------- inside
+
+    def _open_journal(self) -> SqliteJournal:
+        threads: Any = _Threading(self.scheduler)
+        tip.threading = threads
+        self._journal = SqliteJournal(self._folder / JOURNAL, self._fingerprint)
+        return self._journal
+
+    def _fail(self) -> None:
+        self.failed = True
+
+    def _killed(self) -> None:
+        self.left = self.disk.image(power_lost=self.power_lost)
+        # An answer may have left at the very instant.
+        self.acknowledged = [
+            (key, future.result())
+            for key, future in self._front.current.submitted
+            if _is_answered(future)
+        ]
+
+    def _cleanup(self) -> None:
+        for _, task, _ in self._open:
+            task.cancel()
+        with contextlib.suppress(Exception):
+            self.loop.pump()
+        self.loop.close()
+        self._front.current.service = None
+        self.disk.close()
+
+
+class _Threading:
+    # The module `threading` for the thread that syncs the tip.
+
+    def __init__(self, scheduler: Scheduler) -> None:
+        self.Event = scheduler.event
+        self._scheduler = scheduler
+
+    def Thread(  # noqa: N802  # as in `threading`
+        self, target: Callable[[], None], name: str, daemon: bool
+    ) -> "_Thread":
+        return _Thread(self._scheduler, target, name)
+
+
+class _Thread:
+    def __init__(self, scheduler: Scheduler, target: Callable[[], None], name: str) -> None:
+        self._begin = lambda: scheduler.start(target, name)
+
+    def start(self) -> None:
+        self._started = self._begin()
+
+    def join(self) -> None:
+        self._started.join()
+
+
+def _is_answered(future: Future[Receipt]) -> bool:
+    return future.done() and not future.cancelled() and future.exception() is None
+
+
+def read_raw(path: Path) -> list[tuple[Any, ...]]:
+    """Return the entries of a closed journal, read without the code under test."""
+    with contextlib.closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as connection:
+        return connection.execute(
+            "SELECT sequence, kind, source, idempotency_key, payload, accepted, rejects, admission "
+            "FROM entry ORDER BY sequence"
+        ).fetchall()
+
+
+def read_marks(path: Path) -> list[int]:
+    """Return the entries of a closed journal that are marked as unprocessable."""
+    with contextlib.closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as connection:
+        return [row[0] for row in connection.execute("SELECT sequence FROM skipped")]

@@ -1,0 +1,295 @@
+"""What a run has shown, and the invariants that it must have kept."""
+
+import json
+import re
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from multiradar import wire
+from multiradar.errors import MultiradarError
+from multiradar.runtime.engine.digest import OutputDigest
+from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.live.payload import decode_rows
+from multiradar.runtime.live.receipt import SENDER_SEPARATOR
+from multiradar.runtime.stream.events import GAP, Event
+from multiradar.tracking.forecast.state_samples import Sampling
+from multiradar_schemas.measurements.reject import RejectCode
+from support.simulation.engines import POISON_HEIGHT_M
+from support.simulation.front import Exchange
+from support.simulation.process import JOURNAL, LIMITS, TRACKING, Process, read_marks, read_raw
+from support.simulation.traffic import START_S, Message
+
+if TYPE_CHECKING:
+    from support.simulation.world import World
+
+#: A row delivered within this time of its measurement is never late: half of the reorder horizon.
+TIMELY_S = TRACKING.reorder_horizon_s / 2.0
+#: Answers after which a client sends again.
+_AGAIN = {408, 429, 503, 507}
+_CODES = {str(code) for code in RejectCode}
+_OF_MACHINE_TIME = re.compile(rb'"(data_delay_s|silence_s|age_s|reception_age_s)":[^,}]*')
+
+
+class Detected(Exception):  # noqa: N818  # what is to be expected
+    """Damage of the journal was reported after the service had written on: the run ends."""
+
+
+class Violation(AssertionError):  # noqa: N818  # the name of what it is
+    """An invariant that did not hold."""
+
+    def __init__(self, invariant: str, how: str) -> None:
+        super().__init__(f"{invariant}: {how}")
+        self.invariant = invariant
+
+
+def require(held: object, invariant: str, how: str) -> None:
+    """Raise `Violation` unless something holds."""
+    if not held:
+        raise Violation(invariant, how)
+
+
+class Record:
+    """Messages, receipts, digests and events of a run."""
+
+    def __init__(self) -> None:
+        self.messages: list[Message] = []
+        #: Receipts by sender and key, as the service gave them.
+        self.receipts: dict[tuple[str, str], list[dict[str, Any]]] = {}
+        #: Digests of the output by entry, of all processes.
+        self.digests: dict[int, str] = {}
+        self.events: dict[int, bytes] = {}
+        self.answers: Counter[str] = Counter()
+        self.starts = 0
+        self.kills = 0
+        #: Damage of the journal that was reported, and that was not, by kind.
+        self.detected: Counter[str] = Counter()
+        self.wrote_since_damage = False
+        self._thrown = self._dropped = 0
+
+    # ---------------------------------------------------------------- during the run
+
+    def answered(self, message: Message, exchange: Exchange) -> bool:
+        """Check an answer; return whether it is final."""
+        status = exchange.status
+        document = json.loads(exchange.body)
+        self.answers[f"{status} {document.get('code', '')}".strip()] += 1
+        if status == 200 or (status == 422 and "accepted" in document):
+            self._receipt(message, document)
+            return True
+        code = document.get("code")
+        require(isinstance(code, str) and code, "I9", f"{status} without a code: {document}")
+        require(status != 500, "I9", f"an unexpected error: {document}")
+        if status in _AGAIN:
+            require(
+                status != 429 or b"retry-after" in exchange.headers, "I7", "429 without Retry-After"
+            )
+            return False
+        expected = message.expected in ("error", "any")
+        require(expected, "I9", f"{message.sender} {message.key}: {status} {document}")
+        return True
+
+    def _receipt(self, message: Message, document: dict[str, Any]) -> None:
+        require(message.expected != "error", "I9", f"{message.key}: accepted, expected an error")
+        own = self.receipts.setdefault((message.sender, message.key), [])
+        if message.path.endswith("/measurements") and message.rows:
+            total = document["accepted"] + len(document["rejected"])
+            require(
+                total == len(message.rows), "I1",
+                f"{message.key}: {len(message.rows)} rows, receipt of {total}",
+            )  # fmt: skip
+        for row in document["rejected"]:
+            require(row["code"] in _CODES, "I9", f"unknown code {row['code']}")
+        effect = {name: document[name] for name in ("accepted", "rejected", "journal_sequence")}
+        for earlier in own:
+            same = all(earlier[name] == effect[name] for name in effect)
+            require(same, "I4", f"{message.key}: {effect}, before {earlier}")
+        require(bool(own) <= document["duplicate"] or not own, "I4", f"{message.key}: taken twice")
+        own.append(effect)
+        message.receipts.append(document)
+
+    def sample(self, process: Process) -> None:
+        """Note the output so far, and check bounds."""
+        service = process.service
+        queued, backlog = service._intake.document()["intake_batches"], service._backlog
+        require(queued <= LIMITS.intake_batches_max, "I7", f"{queued} messages in the intake")
+        most = max(LIMITS.backlog_rows_max, LIMITS.intake_rows_max)
+        require(backlog.rows <= most, "I7", f"backlog {backlog.rows} rows")
+        processor = service._processor
+        if processor is not None and processor.failure is None:
+            self._same_digest(processor.processed, processor._digest.hexdigest())
+
+    def _same_digest(self, sequence: int, digest: str) -> None:
+        known = self.digests.setdefault(sequence, digest)
+        require(known == digest, "I3", f"after entry {sequence} the output differs")
+
+    def read(self, events: list[Event], after: int) -> None:
+        """Check what a reader of the stream received after an event."""
+        expected = after + 1
+        for event in events:
+            if event.kind == GAP:
+                gap = json.loads(event.payload)["gap"]
+                require(gap["from"] == expected, "I6", f"gap from {gap['from']}, not {expected}")
+                expected = gap["to"] + 1
+                continue
+            require(event.sequence == expected, "I6", f"event {event.sequence}, not {expected}")
+            expected += 1
+            require(b"NaN" not in event.payload, "I6", "NaN in an event")
+            payload = _OF_MACHINE_TIME.sub(b"", event.payload)
+            if event.kind in ("track", "bias", "ended"):
+                known = self.events.setdefault(event.sequence, payload)
+                require(known == payload, "I3", f"event {event.sequence} differs after a restart")
+
+    def thrown(self, *, fits: bool) -> None:
+        """Note a datagram that arrived."""
+        self._thrown += 1
+        self._dropped += not fits
+
+    def start_failed(self, error: MultiradarError, *, damaged: str, faulty: bool) -> None:
+        """Check why a process did not start."""
+        if damaged:
+            require(JOURNAL in str(error), "I8", f"the error does not name the file: {error}")
+            self.detected[damaged] += 1
+            return
+        require(faulty, "I8", f"it does not start, without a fault: {error}")
+
+    def told(self, exchange: Exchange, status: int | None) -> None:
+        """Check the answer to a request that is asked once."""
+        found = exchange.status
+        if found is not None and found >= 400:
+            code = json.loads(exchange.body).get("code")
+            require(bool(code) and found != 500, "I9", f"{found}: {exchange.body[:200]!r}")
+        busy = found in _AGAIN
+        require(status in (None, found) or busy, "I9", f"{found}, expected {status}")
+
+    def started(self, process: Process) -> None:
+        """Check the state after a start."""
+        self.starts += 1
+        self.wrote_since_damage = True
+        self.sample(process)
+
+    def died(self, process: Process) -> None:
+        """Note what a process that died had acknowledged."""
+        self.kills += 1
+        for key, receipt in process.acknowledged:
+            if key is None:
+                continue
+            sender, _, own = key.rpartition(SENDER_SEPARATOR)
+            rejected = [
+                {"index": row.index, "code": row.code, "reason": row.reason}
+                for row in receipt.rejected
+            ]
+            self.receipts.setdefault((sender, own), []).append(
+                {
+                    "accepted": receipt.accepted, "rejected": rejected,
+                    "journal_sequence": receipt.journal_sequence,
+                }
+            )  # fmt: skip
+
+    # ---------------------------------------------------------------- at the end
+
+    def check_status(self, process: Process) -> None:
+        """Check counts, tracks and datagrams of the last process."""
+        status = process.service.view.status()
+        parts = [status[name] for name in ("accepted", "rejected", "duplicate")]
+        require(status["read"] == sum(parts), "I1", f"read {status['read']}, was {parts}")
+        require(status["state"] == "running", "I8", f"{status['state']}: {status['failure']}")
+        waiting = [status[name] for name in ("intake_rows", "backlog_rows")]
+        require(not any(waiting), "I7", f"work is left: {waiting}")
+        tracks = process.service.view.tracks()
+        for name, kind in tracks.schema.items():
+            if kind.is_float():
+                values = tracks[name].drop_nulls().to_numpy()
+                require(np.isfinite(values).all(), "I6", f"{name} of a track is not finite")
+        require((tracks["age_s"].drop_nulls() >= 0.0).all(), "I6", "negative age of a track")
+        counts = process.counts.document()["listeners"]["simulated"]
+        rows = [counts[f"rows_{name}"] for name in ("accepted", "rejected", "lost")]
+        require(min(rows) >= 0, "I1", f"rows of datagrams: {counts}")
+        self.silence = status["alarms"]
+
+    def check_journal(self, world: "World", folder: Path) -> None:
+        """Compare the journal with all receipts, and the output with that of one engine."""
+        entries = read_raw(folder / JOURNAL)
+        require(
+            [entry[0] for entry in entries] == list(range(1, len(entries) + 1)), "I1", "numbers"
+        )
+        keys: dict[tuple[str, str], tuple[Any, ...]] = {}
+        for entry in entries:
+            if entry[3] is not None:
+                sender, _, key = entry[3].rpartition(SENDER_SEPARATOR)
+                require((sender, key) not in keys, "I4", f"{key}: twice in the journal")
+                keys[sender, key] = entry
+        for name, receipts in self.receipts.items():
+            require(name in keys, "I2", f"{name}: acknowledged, but not in the journal")
+            for receipt in receipts:
+                self._same_effect(name, receipt, keys[name])
+        for message in self.messages:
+            found = keys.get((message.sender, message.key))
+            if message.receipts and found is not None and message.rows:
+                self._same_rows(message, found)
+        self._isolated(world)
+        self._same_output(world, folder, entries)
+
+    def _same_effect(
+        self, name: tuple[str, str], receipt: dict[str, Any], entry: tuple[Any, ...]
+    ) -> None:
+        was = (receipt["journal_sequence"], receipt["accepted"])
+        require(was == (entry[0], entry[5]), "I2", f"{name}: receipt {was}, journal {entry[:6]}")
+
+    def _same_rows(self, message: Message, entry: tuple[Any, ...]) -> None:
+        rejected = {row["index"] for row in message.receipts[0]["rejected"]}
+        sent = [row for place, row in enumerate(message.rows) if place not in rejected]
+        times = [] if not entry[4] else decode_rows(entry[4])["time_s"].to_list()
+        require(
+            [row["time_s"] for row in sent] == times, "I2", f"{message.key}: other rows on disk"
+        )
+
+    def _isolated(self, world: "World") -> None:
+        """No row of a sensor without a fault, delivered in time, is rejected."""
+        if world.all_suspect:
+            return
+        for message in self.messages:
+            sensors = {row["sensor_id"] for row in message.rows if "sensor_id" in row}
+            if message.expected != "ack" or sensors & world.suspects or not message.receipts:
+                continue
+            for row in message.receipts[0]["rejected"]:
+                age_s = message.acknowledged_s - (message.rows[row["index"]]["time_s"] - START_S)
+                require(
+                    age_s > TIMELY_S, "I5",
+                    f"{message.key}: rejected {row['code']} at an age of {age_s:.1f} s: "
+                    f"{row['reason']}",
+                )  # fmt: skip
+
+    def _same_output(self, world: "World", folder: Path, entries: list[tuple[Any, ...]]) -> None:
+        engine = Engine(world.table, TRACKING, 1, sampling=Sampling.DRAWN)
+        digest = OutputDigest()
+        skipped = self._skipped(folder, entries)
+        for sequence, kind, *_, payload, _accepted, _rejects, admission in entries:
+            if sequence not in skipped:
+                if kind == "flush":
+                    digest.add(engine.flush())
+                else:
+                    rows = decode_rows(payload) if payload else None
+                    if rows is not None:
+                        batch, _ = wire.measurement_batch(rows, world.table)
+                        clock_s = float.fromhex(json.loads(admission)["clock"][0])
+                        digest.add(engine.push(batch, clock_s))
+            if sequence in self.digests:
+                require(
+                    self.digests[sequence] == digest.hexdigest(), "I3",
+                    f"after entry {sequence} the output differs from that of one engine",
+                )  # fmt: skip
+        engine.close()
+
+    def _skipped(self, folder: Path, entries: list[tuple[Any, ...]]) -> set[int]:
+        """Return the entries with a poisoned measurement, which alone are marked."""
+        marked = set(read_marks(folder / JOURNAL))
+        poisoned = {
+            entry[0]
+            for entry in entries
+            if entry[4] and (decode_rows(entry[4])["height_m"] == POISON_HEIGHT_M).any()
+        }
+        require(marked == poisoned, "I8", f"skipped {marked}, unprocessable {poisoned}")
+        return poisoned

@@ -1,0 +1,88 @@
+"""Runs by seed, and what they covered."""
+
+import itertools
+import logging
+import traceback
+from collections import Counter
+from dataclasses import dataclass, field
+
+import structlog
+
+from support.simulation.faults import FAULTS, drawn
+from support.simulation.front import Front
+from support.simulation.record import Detected, Violation
+from support.simulation.scheduler import VirtualClock
+from support.simulation.traffic import START_S
+from support.simulation.world import World
+
+
+@dataclass(slots=True)
+class Outcome:
+    """What runs have shown.
+
+    Attributes
+    ----------
+    runs, kills : int
+        Runs, and processes that died in them.
+    faults : Counter of str
+        Runs by fault.
+    pairs : Counter of pairs of int
+        Runs by pair of rows of the fault model.
+    detected : Counter of str
+        Reported damage of the journal, by kind.
+    failures : list of (int, str)
+        Seeds that failed, and how.
+    """
+
+    runs: int = 0
+    kills: int = 0
+    faults: Counter[str] = field(default_factory=Counter)
+    pairs: Counter[tuple[int, int]] = field(default_factory=Counter)
+    detected: Counter[str] = field(default_factory=Counter)
+    failures: list[tuple[int, str]] = field(default_factory=list)
+
+    def add(self, other: "Outcome") -> None:
+        """Add other runs."""
+        self.runs += other.runs
+        self.kills += other.kills
+        self.faults.update(other.faults)
+        self.pairs.update(other.pairs)
+        self.detected.update(other.detected)
+        self.failures.extend(other.failures)
+
+    @property
+    def rows(self) -> set[int]:
+        """Rows of the fault model that occurred."""
+        return {fault.row for fault in FAULTS if self.faults[fault.name]}
+
+
+class Simulator:
+    """Runs by seed; one application serves all."""
+
+    def __init__(self) -> None:
+        # What the service logs under faults is of no interest here.
+        logging.disable(logging.CRITICAL)
+        structlog.configure(wrapper_class=structlog.make_filtering_bound_logger(logging.CRITICAL))
+        self._clock = VirtualClock(START_S)
+        self._front = Front(self._clock)
+
+    def run(self, seed: int, names: tuple[str, ...] = ()) -> Outcome:
+        """Run a seed, with the faults that it draws or with these."""
+        outcome = Outcome(runs=1)
+        world = World(seed, self._front, self._clock)
+        faults = drawn(world, names)
+        rows = sorted({fault.row for fault in faults})
+        outcome.faults.update(fault.name for fault in faults)
+        outcome.pairs.update(itertools.combinations(rows, 2))
+        named = ", ".join(fault.name for fault in faults)
+        try:
+            world.run()
+        except Detected:
+            pass
+        except Violation as error:
+            outcome.failures.append((seed, f"{error}\n  faults: {named}"))
+        except Exception:
+            outcome.failures.append((seed, f"{traceback.format_exc()}\n  faults: {named}"))
+        outcome.kills += world.record.kills
+        outcome.detected.update(world.record.detected)
+        return outcome
