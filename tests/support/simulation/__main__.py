@@ -12,7 +12,7 @@ from pathlib import Path
 
 from multiradar.clock import SystemClock
 from support.simulation.faults import ELSEWHERE, FAULTS
-from support.simulation.run import Outcome, Simulator
+from support.simulation.run import Outcome, Simulator, begin, run_some
 
 #: Runs that a process makes before it reports.
 PIECE_RUNS = 20
@@ -69,24 +69,10 @@ def _outcomes(options: argparse.Namespace) -> Iterator[Outcome]:
         return
     pieces = [seeds[first : first + PIECE_RUNS] for first in range(0, len(seeds), PIECE_RUNS)]
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(options.workers, context, initializer=_begin) as pool:
-        running = [pool.submit(_piece, piece, names) for piece in pieces]
+    with ProcessPoolExecutor(options.workers, context, initializer=begin) as pool:
+        running = [pool.submit(run_some, piece, names) for piece in pieces]
         for done in as_completed(running):
             yield done.result()
-
-
-_simulators: list[Simulator] = []
-
-
-def _begin() -> None:
-    _simulators.append(Simulator())
-
-
-def _piece(seeds: range, names: tuple[str, ...]) -> Outcome:
-    total = Outcome()
-    for seed in seeds:
-        total.add(_simulators[0].run(seed, names))
-    return total
 
 
 def _progress(total: Outcome, runs: int, duration_s: float) -> str:

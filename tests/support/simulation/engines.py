@@ -16,6 +16,8 @@ class Tampering:
     def __init__(self) -> None:
         #: The next call raises this once.
         self.error: Exception | None = None
+        #: Whether a call has raised it, since the process was started.
+        self.raised = False
         #: Measurements of the poison height raise always.
         self.poisoned = False
 
@@ -31,6 +33,7 @@ class Tampered:
         """Process measurements, or fail."""
         error, self._tampering.error = self._tampering.error, None
         if error is not None:
+            self._tampering.raised = True
             raise error
         if self._tampering.poisoned and (batch.height_m == POISON_HEIGHT_M).any():
             raise ArithmeticError("poison")

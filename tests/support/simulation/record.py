@@ -251,7 +251,8 @@ class Record:
         if world.all_suspect:
             return
         for message in self.messages:
-            sensors = {row["sensor_id"] for row in message.rows if "sensor_id" in row}
+            # A fault may have changed the sensor of its rows.
+            sensors = {message.key.partition("/")[0]} | {row["sensor_id"] for row in message.rows}
             if message.expected != "ack" or sensors & world.suspects or not message.receipts:
                 continue
             for row in message.receipts[0]["rejected"]:

@@ -86,3 +86,19 @@ class Simulator:
         outcome.kills += world.record.kills
         outcome.detected.update(world.record.detected)
         return outcome
+
+
+_simulators: list[Simulator] = []
+
+
+def begin() -> None:
+    """Prepare a process that runs simulations."""
+    _simulators.append(Simulator())
+
+
+def run_some(seeds: range, names: tuple[str, ...]) -> Outcome:
+    """Run seeds in a prepared process."""
+    total = Outcome()
+    for seed in seeds:
+        total.add(_simulators[0].run(seed, names))
+    return total

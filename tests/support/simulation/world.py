@@ -284,13 +284,13 @@ class World:
         for fault in self.start_faults:
             fault(process)
         self.start_faults.clear()
+        self.tampering.raised = False
         try:
             process.start()
         except MultiradarError as error:
             dead = process.disk.dead
-            self.record.start_failed(
-                error, damaged=self.damaged, faulty=dead or process.disk.faulted
-            )
+            faulty = dead or process.disk.faulted or self.tampering.raised
+            self.record.start_failed(error, damaged=self.damaged, faulty=faulty)
             left = process.bury()
             self._note_tip(process)
             if self.damaged and not dead:
