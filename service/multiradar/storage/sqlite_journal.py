@@ -315,7 +315,7 @@ class SqliteJournal:
                 # First: journals of earlier versions have no tip.
                 self._check_header(connection, fingerprint)
             if tip is None:
-                raise self._incomplete(f"{self._tip_path.name} is missing or empty")
+                raise self._incomplete(f"{self._tip_path.name} is missing")
             if tables:
                 check_pages(connection, self._path)
                 return self._check_tip(connection, tip)
