@@ -381,7 +381,7 @@ def _layer() -> _SqliteLayer:
     if not _installed:
         _installed.append(_SqliteLayer())
         files: Any = _FileSystem()
-        tip.os = sqlite_file.os = files
+        tip.os = sqlite_file.os = files  # type: ignore[attr-defined]
     return _installed[0]
 
 

@@ -1,5 +1,6 @@
 """Faults of networks and clients."""
 
+import functools
 import random
 from collections.abc import Callable
 from dataclasses import replace
@@ -151,7 +152,7 @@ def _asked(*asked: tuple[str, str, str, int]) -> Callable[[World, random.Random]
                 world.ask(one, lambda done: world.checked(done, status))
 
             exchange = Exchange(method, path, headers, [(0.0, b"")])
-            world.at(drawn.uniform(1.0, 20.0), lambda one=exchange, ask=ask: ask(one))
+            world.at(drawn.uniform(1.0, 20.0), functools.partial(ask, exchange))
 
     return arm
 

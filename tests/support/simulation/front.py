@@ -45,7 +45,9 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         """Return virtual time, s."""
         return self._virtual.monotonic_s()
 
-    def call_soon_threadsafe(self, callback: Any, *arguments: Any, context: Any = None) -> Any:
+    def call_soon_threadsafe(  # type: ignore[override]  # the stubs name each argument
+        self, callback: Any, *arguments: Any, context: Any = None
+    ) -> Any:
         """Call soon: only one thread of a simulation runs."""
         return self.call_soon(callback, *arguments, context=context)
 

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import functools
 import random
 import sqlite3
 from collections.abc import Callable, Mapping
@@ -209,7 +210,7 @@ class Process:
 
     def _open_journal(self) -> SqliteJournal:
         threads: Any = _Threading(self.scheduler)
-        tip.threading = threads
+        tip.threading = threads  # type: ignore[attr-defined]
         self._journal = SqliteJournal(self._folder / JOURNAL, self._fingerprint)
         return self._journal
 
@@ -250,7 +251,7 @@ class _Threading:
 
 class _Thread:
     def __init__(self, scheduler: Scheduler, target: Callable[[], None], name: str) -> None:
-        self._begin = lambda: scheduler.start(target, name)
+        self._begin = functools.partial(scheduler.start, target, name)
 
     def start(self) -> None:
         self._started = self._begin()

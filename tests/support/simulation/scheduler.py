@@ -4,12 +4,13 @@ A thread of the pipeline is a greenlet. It gives way where it enters a condition
 each run of a seed interleaves the threads in the same way.
 """
 
+import functools
 import random
 from collections.abc import Callable
 from math import inf
 from typing import Any
 
-from greenlet import greenlet
+from greenlet import greenlet  # type: ignore[import-untyped]  # has no stubs
 
 
 class Killed(BaseException):  # not an error: the process has died
@@ -62,7 +63,7 @@ class SimulatedThread:
     @property
     def ended(self) -> bool:
         """Whether it has ended."""
-        return self.greenlet.dead
+        return bool(self.greenlet.dead)
 
     def join(self) -> None:
         """Run threads until this one has ended."""
@@ -129,7 +130,7 @@ class Scheduler:
         """End all threads where they are."""
         for thread in self.threads:
             if thread.greenlet:
-                self._run(thread, lambda one=thread: one.greenlet.throw(Killed))
+                self._run(thread, functools.partial(thread.greenlet.throw, Killed))
         self.threads.clear()
 
     def give_way(self, *, waits: bool = False, until_s: float = inf) -> SimulatedThread | None:

@@ -12,6 +12,7 @@ from multiradar.errors import ConfigurationError, JournalError, MultiradarError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.engine.fingerprint import configuration_fingerprint
+from multiradar.runtime.stream.events import Subscription
 from multiradar.tracking.forecast.state_samples import Sampling
 from support.simulation import traffic
 from support.simulation.disk import draw_from
@@ -130,7 +131,12 @@ class World:
         """Have a message sent at its time, until it is answered."""
         self.record.messages.append(message)
         sender = self.senders[message.sender]
-        self.at(message.due_s, lambda: (sender.waiting.append(message), self._next(sender))[1])
+
+        def due() -> None:
+            sender.waiting.append(message)
+            self._next(sender)
+
+        self.at(message.due_s, due)
 
     def repeat(self, message: Message) -> None:
         """Send an acknowledged message again, with its key."""
@@ -162,7 +168,8 @@ class World:
 
     def read_slowly(self, period_s: float) -> None:
         """Read the stream of events so often, and resume it after each restart."""
-        after, reader = 0, None
+        after = 0
+        reader: Subscription | None = None
 
         def read() -> None:
             nonlocal after, reader
