@@ -14,7 +14,7 @@ pytestmark = pytest.mark.slow
 def test_no_acknowledged_measurement_is_lost_in_thirty_runs() -> None:
     # In a process of its own: it replaces clocks, threads and files of the modules it runs.
     command = [sys.executable, "-m", "support.simulation", "--runs", "30", "--workers", "1"]
-    path = os.pathsep.join([str(TESTS), *filter(None, [os.environ.get("PYTHONPATH")])])
+    path = os.pathsep.join([str(TESTS), *sys.path])
     done = run_to_end(command, cwd=TESTS, env=os.environ | {"PYTHONPATH": path})
     assert done.returncode == 0, done.stdout + done.stderr
     assert "30 runs, 0 failed, " in done.stdout

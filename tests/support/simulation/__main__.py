@@ -4,13 +4,13 @@ import argparse
 import itertools
 import multiprocessing
 import os
-import subprocess
 import sys
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
 from multiradar.clock import SystemClock
+from support.processes.waiting import run_to_end
 from support.simulation.faults import ELSEWHERE, FAULTS
 from support.simulation.run import Outcome, Simulator, begin, run_some
 
@@ -91,10 +91,7 @@ def _failure(seed: int, how: str, names: list[str]) -> str:
 
 
 def _commit() -> str:
-    found = subprocess.run(
-        ["git", "rev-parse", "HEAD"], cwd=Path(__file__).parent, capture_output=True, text=True,
-        check=False, timeout=60,
-    )  # fmt: skip
+    found = run_to_end(["git", "rev-parse", "HEAD"], cwd=Path(__file__).parent)
     return found.stdout.strip() or "unknown"
 
 

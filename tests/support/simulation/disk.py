@@ -68,7 +68,7 @@ class _Content:
     durable: bytearray
     pending: list[tuple[int, bytes | None]] = field(default_factory=list)
     synced: bool = False
-    #: A sync failed: the system forgets what it could not write, and later syncs do not write it.
+    #: A sync failed: the system loses what it could not write, and later syncs do not write it.
     lossy: bool = False
 
     def apply(self, place: int, octets: bytes | None) -> None:
@@ -128,7 +128,7 @@ class VirtualDisk:
     def image(self, *, power_lost: bool) -> dict[str, bytes]:
         """Return the files that are left; after a power failure without some unsynced writes.
 
-        After a failed sync the same holds without a power failure: the system forgets what it could
+        After a failed sync the same holds without a power failure: the system loses what it could
         not write.
         """
         found: dict[str, bytes] = {}
@@ -148,7 +148,7 @@ class VirtualDisk:
         return found
 
     def close(self) -> None:
-        """Forget the folder."""
+        """Leave the folder."""
         self.dead = True
         _layer().disks.pop(str(self._folder), None)
 

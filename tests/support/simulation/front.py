@@ -185,7 +185,11 @@ class Exchange:
             return {"type": "http.disconnect"}
         pause_s, octets = self._chunks.pop(0)
         if pause_s:
-            await asyncio.sleep(pause_s)
+            # In virtual time.
+            loop = asyncio.get_running_loop()
+            due = loop.create_future()
+            loop.call_later(pause_s, due.set_result, None)
+            await due
         more = bool(self._chunks) or not self._whole
         return {"type": "http.request", "body": octets, "more_body": more}
 

@@ -155,7 +155,7 @@ class Record:
             return
         require(faulty, "I8", f"it does not start, without a fault: {error}")
 
-    def told(self, exchange: Exchange, status: int | None) -> None:
+    def receive(self, exchange: Exchange, status: int | None) -> None:
         """Check the answer to a request that is asked once."""
         found = exchange.status
         if found is not None and found >= 400:

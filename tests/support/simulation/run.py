@@ -1,5 +1,6 @@
 """Runs by seed, and what they covered."""
 
+import contextlib
 import itertools
 import logging
 import traceback
@@ -76,9 +77,8 @@ class Simulator:
         outcome.pairs.update(itertools.combinations(rows, 2))
         named = ", ".join(fault.name for fault in faults)
         try:
-            world.run()
-        except Detected:
-            pass
+            with contextlib.suppress(Detected):
+                world.run()
         except Violation as error:
             outcome.failures.append((seed, f"{error}\n  faults: {named}"))
         except Exception:

@@ -4,6 +4,7 @@ A thread of the pipeline is a greenlet. It gives way where it enters a condition
 each run of a seed interleaves the threads in the same way.
 """
 
+import contextlib
 import functools
 import random
 from collections.abc import Callable
@@ -155,9 +156,8 @@ class Scheduler:
     def _run(self, thread: SimulatedThread, resume: Callable[[], Any]) -> None:
         self._current = thread
         try:
-            resume()
-        except Killed:
-            pass
+            with contextlib.suppress(Killed):
+                resume()
         finally:
             self._current = None
 

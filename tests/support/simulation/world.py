@@ -164,7 +164,7 @@ class World:
 
     def checked(self, exchange: Exchange, status: int | None = None) -> None:
         """Check the answer to a request; None for any status."""
-        self.record.told(exchange, status)
+        self.record.receive(exchange, status)
 
     def read_slowly(self, period_s: float) -> None:
         """Read the stream of events so often, and resume it after each restart."""
@@ -331,17 +331,17 @@ class World:
     def _start_otherwise(self) -> None:
         self._otherwise = False
         process = self._process("other", "another fingerprint")
-        refused = False
+        rejected = False
         try:
             process.start()
         except ConfigurationError:
-            refused = True
+            rejected = True
         except JournalError:
             # The journal itself may be damaged.
-            refused = bool(self.damaged)
+            rejected = bool(self.damaged)
         finally:
             process.bury()
-        require(refused, "I8", "it starts with another configuration")
+        require(rejected, "I8", "it starts with another configuration")
 
     def _bury(self) -> None:
         process = self.process
