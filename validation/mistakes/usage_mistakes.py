@@ -242,7 +242,7 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         file("dump/a.txt", "x"),
         _CONVERT,
         1,
-        ("expected a file plots.txt",),
+        ("missing file plots.txt",),
     ),
     Mistake(
         "a dump without ADS-B",
@@ -263,7 +263,7 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         file("a.ast", "time;range\n1;2\n"),
         ("convert", "asterix", "a.ast", "--out", "out"),
         1,
-        ("expected ASTERIX blocks",),
+        ("no ASTERIX block can be decoded",),
     ),
     Mistake(
         "a packed file cut short",
@@ -279,14 +279,14 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         tracks(_later(SECONDS_PER_DAY)),
         _EVALUATE,
         1,
-        ("no time in common", "2018-08-02 08:00:00 UTC", "1 day after the tracks"),
+        ("do not overlap in time", "2018-08-02 08:00:00 UTC", "1 day after the tracks"),
     ),
     Mistake(
         "a reference without its date",
         tracks(_later(-17_744.0 * SECONDS_PER_DAY)),
         _EVALUATE,
         1,
-        ("no time in common", "the reference has times of day only", "--date"),
+        ("do not overlap in time", "the reference has times of day only", "--date"),
     ),
     Mistake(
         "a reference of another area",
@@ -316,6 +316,6 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         as_it_is,
         ("replay", "measurements.parquet", "--to", f"udp:{_NO_SERVICE}"),
         1,
-        ("not an ASTERIX recording",),
+        ("expected ASTERIX blocks, was",),
     ),
 )

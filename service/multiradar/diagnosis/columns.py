@@ -18,7 +18,7 @@ _UNIX_MAX_S = 1e11
 #: So many azimuths of at most `SIGNED_MAX_DEG` are no rounding about north.
 SIGNED_MIN, SIGNED_MAX_DEG = 20, -1.0
 #: Tolerance of a ratio of scan periods: missed detections lengthen the median.
-_RATIO_WITHIN = 0.2
+_RATIO_WITHIN = 0.05
 #: Resolutions of times that are too coarse, s, and plots that show one.
 _RESOLUTIONS_S, _RESOLUTION_PLOTS = (60.0, 10.0, 1.0), 100
 #: Speed for the effect of a coarse time, m/s.
