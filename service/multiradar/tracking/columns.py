@@ -28,11 +28,19 @@ def column_types(table: type[Any]) -> dict[str, type[np.generic]]:
     dict
         Types by name, in the order of the fields.
     """
-    return {
-        field.name: get_args(get_args(field.type)[1])[0]
-        for field in fields(table)
-        if get_origin(field.type) is np.ndarray
-    }
+    found = ((field.name, _element_type(field.type)) for field in fields(table))
+    return {name: kind for name, kind in found if kind is not None}
+
+
+# `NDArray` is an alias of `ndarray` up to numpy 2.4, and a type of its own from 2.5 on.
+def _element_type(annotation: Any) -> type[np.generic] | None:
+    parameters = get_args(annotation)
+    if get_origin(annotation) is np.ndarray:
+        parameters = get_args(parameters[1])
+    elif get_origin(annotation) is not NDArray:
+        return None
+    kind: type[np.generic] = parameters[0]
+    return kind
 
 
 def empty_columns(table: type) -> dict[str, NDArray[Any]]:
