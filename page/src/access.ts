@@ -4,11 +4,13 @@ const NAME = "multiradar-key";
 /** What a header can carry. */
 const KEY = /^[\x21-\x7e]+$/;
 let listens = false;
+/** With it the service counts this page among those that are open. */
+const PAGE = { "x-multiradar-page": crypto.getRandomValues(new Uint32Array(2)).join("-") };
 
 /** Request with the key; a user without a valid one is asked for it, and the next request has it. */
 export async function request(address: string, options: RequestInit): Promise<Response> {
   const key = sessionStorage.getItem(NAME);
-  const answer = await fetch(address, key === null ? options : { ...options, headers: { authorization: `Bearer ${key}` } });
+  const answer = await fetch(address, { ...options, headers: key === null ? PAGE : { ...PAGE, authorization: `Bearer ${key}` } });
   // Another request may have asked meanwhile.
   if (answer.status === 401 && key === sessionStorage.getItem(NAME)) ask(key !== null);
   return answer;

@@ -1,4 +1,4 @@
-/** Pairs of tracks that are predicted to come into proximity. */
+/** Pairs of tracks that are predicted to come close to each other. */
 
 import { get } from "./feed";
 
@@ -37,7 +37,13 @@ export class Encounters {
   /** Tracks of the encounters. */
   readonly tracks = new Set<number>();
 
-  constructor(private readonly wanted: () => boolean) {}
+  private wake: () => void = () => undefined;
+
+  constructor(
+    private readonly wanted: () => boolean,
+    /** The time shown, s; null: the present. */
+    private readonly atS: () => number | null,
+  ) {}
 
   start(): void {
     void this.loop();
@@ -49,27 +55,41 @@ export class Encounters {
     for (;;) {
       const began = performance.now();
       let found: Encounter[] = [];
+      const at = this.atS();
       if (this.wanted() && !document.hidden) {
         try {
-          found = ((await (await get(`v1/encounters?${asked}`)).json()) as { encounters: Encounter[] }).encounters;
+          found = ((await (await get(`v1/encounters?${asked}${atOf(at)}`)).json()) as { encounters: Encounter[] }).encounters;
         } catch {
           // The feed announces a service that does not answer.
         }
       }
       this.take(found);
       const took = performance.now() - began;
-      await new Promise((done) => setTimeout(done, Math.max(EVERY_MS - took, PATIENCE * took)));
+      await new Promise<void>((done) => {
+        setTimeout(done, Math.max(EVERY_MS - took, PATIENCE * took));
+        this.wake = done;
+      });
     }
   }
 
-  /** Take an answer; of another time there are none. */
-  take(found: Encounter[]): void {
+  /** Another time is shown: its encounters are read at once. */
+  hurry(): void {
+    this.take([]);
+    this.wake();
+  }
+
+  private take(found: Encounter[]): void {
     if (found.length === 0 && this.found.length === 0) return;
     this.found = found;
     this.tracks.clear();
     for (const one of found) this.tracks.add(one.first_track_id).add(one.second_track_id);
     this.revision += 1;
   }
+}
+
+/** The parameter of a past time. */
+export function atOf(timeS: number | null): string {
+  return timeS === null ? "" : `&at=${timeS.toFixed(3)}`;
 }
 
 /** The probability of coming within both thresholds, or within the distance where a height is unknown. */

@@ -25,8 +25,10 @@ export interface Sensor {
   storm?: string | null;
   range_sigma_m: number | null;
   azimuth_sigma_deg: number | null;
-  updates: number;
+  /** Null of a past time. */
+  updates: number | null;
   age_s: number | null;
+  last_update_s: number | null;
   health: Record<string, unknown> | null;
   biases: Record<string, unknown>[];
   diagnoses: { sentence: string }[];
@@ -39,6 +41,8 @@ export interface Encounter {
 export class Feed {
   sensors: Sensor[] = [];
   status: Record<string, unknown> = {};
+  /** The time of `sensors`, s; null: the present. */
+  sensorsAtS: number | null = null;
   problem = "";
   /** Counts the documents read. */
   revision = 0;
@@ -52,7 +56,8 @@ export class Feed {
   private pastS: number | null = null;
   private pastMs = 0;
   private jumps = 0;
-  private wake: () => void = () => undefined;
+  /** Of the loops that wait. */
+  private readonly wakes = new Map<number, () => void>();
   private answeredMs = performance.now();
 
   constructor(
@@ -63,15 +68,13 @@ export class Feed {
   ) {}
 
   start(): void {
-    void this.loop(() => this.frame(), this.tickMs, (wake) => {
-      this.wake = wake;
-    });
-    void this.loop(() => this.documents(), SLOW_TICK_MS);
+    void this.loop(() => this.frame(), this.tickMs, 0);
+    void this.loop(() => this.documents(), SLOW_TICK_MS, 1);
   }
 
-  /** Read the next frame at once: the clock was moved. */
+  /** Read the next frame and the sensors at once: the clock was moved. */
   hurry(): void {
-    this.wake();
+    for (const wake of this.wakes.values()) wake();
   }
 
   /** Whether the service has been silent for too long. */
@@ -91,9 +94,7 @@ export class Feed {
     return this.answeredMs;
   }
 
-  private async loop(
-    step: () => Promise<void>, everyMs: number, waiting: (wake: () => void) => void = () => undefined,
-  ): Promise<void> {
+  private async loop(step: () => Promise<void>, everyMs: number, number: number): Promise<void> {
     for (;;) {
       const began = performance.now();
       try {
@@ -105,7 +106,7 @@ export class Feed {
       this.changed();
       await new Promise<void>((done) => {
         setTimeout(done, Math.max(20, everyMs - (performance.now() - began)));
-        waiting(done);
+        this.wakes.set(number, done);
       });
     }
   }
@@ -181,7 +182,9 @@ export class Feed {
   }
 
   private async documents(): Promise<void> {
-    this.sensors = sensorsOf(await (await get("v1/sensors")).json());
+    const at = this.clock.at(performance.now());
+    this.sensors = sensorsOf(await (await get(`v1/sensors${at === null ? "" : `?at=${at.toFixed(3)}`}`)).json());
+    this.sensorsAtS = at;
     this.status = (await (await get("v1/status")).json()) as Record<string, unknown>;
     this.revision += 1;
   }

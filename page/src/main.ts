@@ -9,6 +9,7 @@ import "./time/time.css";
 import { Encounters } from "./encounters";
 import { Feed } from "./feed";
 import { pressed } from "./keys";
+import { BiasHint } from "./panels/bias_hint";
 import { drawPanels } from "./panels/index";
 import type { Actions, App } from "./panels/panel";
 import { Picture } from "./picture";
@@ -36,13 +37,16 @@ const clock = new Clock(() => clockChanged());
 const feed = new Feed(store, clock, view.tick, () => read());
 const selection = new Selection(
   () => store.dataTimeS,
-  () => clock.isLive,
+  () => (clock.isLive ? "live" : clock.recorded ? "recorded" : "history"),
   (id) => view.shown.trajectories && store.bundles.includes(id),
 );
 selection.follow(view.selected);
 feed.track = view.selected;
 
-const encounters = new Encounters(() => view.shown.encounters && clock.isLive && store.tracks.length > 1);
+const encounters = new Encounters(
+  () => view.shown.encounters && !clock.recorded && store.tracks.length > 1,
+  () => clock.at(performance.now()),
+);
 
 const actions: Actions = {
   select(id, opens = true) {
@@ -59,6 +63,7 @@ const actions: Actions = {
   },
   toggle(name) {
     view.shown[name] = !view.shown[name];
+    if (name === "biases") app.biasHint.switched();
     actions.changed();
   },
   filter(changes) {
@@ -107,7 +112,7 @@ const picture = new Picture(
 const overlays = new Overlays(picture.map, view, () => actions.changed());
 const { measure } = picture.layers;
 const app: App = {
-  store, feed, view, selection, encounters, picture, actions, clock, ago: new Ago(), measure, overlays,
+  store, feed, view, selection, encounters, picture, actions, clock, ago: new Ago(), biasHint: new BiasHint(), measure, overlays,
 };
 attach(measure, app);
 let jumps = 0;
@@ -141,7 +146,7 @@ function clockChanged(): void {
   if (clock.jumps !== jumps) {
     jumps = clock.jumps;
     feed.hurry();
-    encounters.take([]);
+    encounters.hurry();
     void selection.refresh();
   }
   picture.touch();

@@ -21,7 +21,7 @@ import { Scene, type Layer as Drawn, type Plane } from "./drawing/scene";
 import type { Encounters } from "./encounters";
 import type { Feed } from "./feed";
 import { allLayers } from "./layers/index";
-import { RADIUS_M } from "./mercator";
+import { RADIUS_M, scaleAt } from "./mercator";
 import { Scans } from "./scans";
 import type { Selection } from "./selection";
 import type { Store, Track } from "./store";
@@ -154,6 +154,18 @@ export class Picture {
     this.map.getView().animate({ center: [track.x, track.y], duration: 250 });
   }
 
+  /** Latitude of the middle of the map, degrees. */
+  get latitude(): number {
+    return toLonLat(this.map.getView().getCenter() ?? [0, 0])[1] ?? 0;
+  }
+
+  /** Zoom to so many pixels per metre. */
+  zoomTo(perMetre: number): void {
+    this.centred = true;
+    this.map.getView().setResolution(scaleAt(this.latitude) / perMetre);
+    this.touch();
+  }
+
   /** Whether a track lies in the part of the world that the map shows. */
   contains(track: Track): boolean {
     const [west = -Infinity, south = -Infinity, east = Infinity, north = Infinity] = this.map.getView().calculateExtent(this.map.getSize());
@@ -218,6 +230,8 @@ export class Picture {
     const { scene } = this;
     [scene.width, scene.height] = [state.size[0] ?? 0, state.size[1] ?? 0];
     scene.ratio = state.pixelRatio;
+    const zoom = this.target.querySelector<HTMLElement>(".ol-zoom");
+    if (zoom !== null) [scene.controlX, scene.controlY] = [zoom.offsetLeft + zoom.offsetWidth, zoom.offsetTop + zoom.offsetHeight];
     const t = state.coordinateToPixelTransform;
     [scene.a, scene.d, scene.e, scene.f] = [t[0] ?? 1, t[3] ?? -1, t[4] ?? 0, t[5] ?? 0];
     const [width, height] = [Math.round(scene.width * scene.ratio), Math.round(scene.height * scene.ratio)];

@@ -33,6 +33,13 @@ export class Plots {
     return this.end - this.begin;
   }
 
+  /** Plots of a sensor. */
+  count(sensor: number): number {
+    let found = 0;
+    for (let number = this.begin; number < this.end; number++) if (this.sensor[number % PLOTS_MAX] === sensor) found += 1;
+    return found;
+  }
+
   /** Number of the oldest plot, and one more than that of the newest. */
   get first(): number {
     return this.begin;

@@ -1,5 +1,6 @@
 /** The selected track beyond the picture: its past ten minutes and its forecast. */
 
+import { atOf } from "./encounters";
 import { get } from "./feed";
 import { mercatorX, mercatorY } from "./mercator";
 
@@ -95,8 +96,8 @@ export class Selection {
 
   constructor(
     private readonly dataTimeS: () => number | null,
-    /** Whether the present is shown: forecasts are of the present. */
-    private readonly isLive: () => boolean,
+    /** What is shown: a recorded run has no forecasts. */
+    private readonly mode: () => "live" | "history" | "recorded",
     /** Whether the service makes trajectory sets, of which a track has one. */
     private readonly hasBundle: (id: number) => boolean,
   ) {
@@ -123,14 +124,15 @@ export class Selection {
     try {
       const since = `since=${time - PAST_S}&limit=5000`;
       const history = (await (await get(`v1/tracks/${id}/history?${since}`)).json()) as { updates: Update[] };
-      const asked = `horizon_s=${HORIZON_S}&step_s=${STEP_S}`;
-      const forecast = !this.isLive() ? { probability: 0, points: [] } : await get(`v1/tracks/${id}/forecast?${asked}`)
+      const isLive = this.mode() === "live";
+      const asked = `horizon_s=${HORIZON_S}&step_s=${STEP_S}${atOf(isLive ? null : time)}`;
+      const forecast = this.mode() === "recorded" ? { probability: 0, points: [] } : await get(`v1/tracks/${id}/forecast?${asked}`)
         .then(async (answer) => (await answer.json()) as Forecast)
         .catch(() => ({ probability: 0, points: [] }) as Forecast);
-      const bundle = this.hasBundle(id) ? await bundleOf(id).catch(() => null) : null;
+      const bundle = isLive && this.hasBundle(id) ? await bundleOf(id).catch(() => null) : null;
       if (id !== this.id) return;
       this.bundle = bundle;
-      this.updates = history.updates.filter((one) => this.isLive() || one.time_s <= time);
+      this.updates = history.updates.filter((one) => isLive || one.time_s <= time);
       this.past = this.updates.map(placed);
       this.probability = forecast.probability;
       this.forecast = forecast.points.map((point) => ({

@@ -4,9 +4,12 @@ import { PLOTS_KEPT_S } from "./plots";
 import type { Track } from "./store";
 import type { Filters, ViewState } from "./view";
 
-/** Whether the switches and the filters show a track. */
-export function isShown(track: Track, view: ViewState): boolean {
-  if (view.hidden.has("r0")) return false;
+/** The names of the runs among what is hidden. */
+export const RUN_KEYS = ["r0", "r1"] as const;
+
+/** Whether the switches and the filters show a track, of the first or of the second run. */
+export function isShown(track: Track, view: ViewState, run: 0 | 1 = 0): boolean {
+  if (!view.shown.tracks || view.hidden.has(RUN_KEYS[run])) return false;
   if (track.state === "tentative" && !view.shown.tentative) return false;
   if (track.onGround && !view.shown.ground) return false;
   return matches(track, view.filters);
@@ -39,5 +42,5 @@ export function isFiltered({ text, fromM, toM, sensor, state, area }: Filters): 
 /** A text that changes when other tracks may be shown. */
 export function shownKey({ filters, shown }: ViewState): string {
   const { text, fromM, toM, sensor, state } = filters;
-  return `${text} ${fromM} ${toM} ${sensor} ${state} ${shown.tentative} ${shown.ground}`;
+  return `${text} ${fromM} ${toM} ${sensor} ${state} ${shown.tentative} ${shown.ground} ${shown.tracks}`;
 }

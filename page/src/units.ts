@@ -21,10 +21,10 @@ export function speed(mps: number, units: Units): string {
 
 export function climb(mps: number, units: Units): string {
   if (!known(mps)) return "–";
-  const sign = mps > 0 ? "+" : "";
-  return units === "si"
-    ? `${sign}${mps.toFixed(1)} m/s`
-    : `${sign}${Math.round(mps / FOOT_M * 60 / 50) * 50} ft/min`;
+  const value = units === "si" ? Math.round(10 * mps) / 10 : Math.round((mps / FOOT_M) * 60 / 50) * 50;
+  // No "+0" and no "-0".
+  const text = value === 0 ? "0" : `${value > 0 ? "+" : "−"}${Math.abs(value).toFixed(units === "si" ? 1 : 0)}`;
+  return `${text} ${units === "si" ? "m/s" : "ft/min"}`;
 }
 
 /** Trend of height: climbing, descending or level. */

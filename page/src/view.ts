@@ -3,7 +3,7 @@
 import type { Units } from "./units";
 
 export type Switch =
-  | "labels" | "trails" | "vectors" | "uncertainty" | "plots" | "biases" | "sites" | "tentative" | "ground" | "encounters" | "sweeps" | "trajectories";
+  | "tracks" | "joined" | "labels" | "trails" | "vectors" | "uncertainty" | "plots" | "biases" | "sites" | "tentative" | "ground" | "encounters" | "sweeps" | "trajectories";
 
 /** Parts of the panels, of which one is open. */
 export type Tab = "tracks" | "track" | "sensors" | "system" | "map";
@@ -54,6 +54,8 @@ const TICK_MIN_MS = 100;
 export const SWITCHES: readonly [Switch, string, string, boolean][] = [
   ["biases", "b", "Remove biases from plots", true],
   ["plots", "p", "Plots", true],
+  ["joined", "i", "Plots of each sensor joined by lines", false],
+  ["tracks", "s", "Tracks", true],
   ["labels", "l", "Labels", true],
   ["trails", "h", "History", true],
   ["vectors", "v", "Speed vectors (60 s)", true],
@@ -77,7 +79,7 @@ export const TABS: readonly [Tab, string, string][] = [
 
 export function initialView(address: string): ViewState {
   const given = new URLSearchParams(address.replace(/^#/, ""));
-  const off = new Set((given.get("off") ?? "").split(","));
+  const [off, on] = [new Set((given.get("off") ?? "").split(",")), new Set((given.get("on") ?? "").split(","))];
   const number = (name: string): number | null => {
     const text = given.get(name);
     const value = text === null || text.trim() === "" ? NaN : Number(text);
@@ -85,7 +87,7 @@ export function initialView(address: string): ViewState {
   };
   const [longitude, latitude] = [number("lon"), number("lat")];
   const shown = Object.fromEntries(
-    SWITCHES.map(([name, , , initially]) => [name, initially && !off.has(name)]),
+    SWITCHES.map(([name, , , initially]) => [name, initially ? !off.has(name) : on.has(name)]),
   ) as Record<Switch, boolean>;
   return {
     shown,
@@ -114,8 +116,10 @@ export function initialView(address: string): ViewState {
 
 export function addressOf(view: ViewState): string {
   const given = new URLSearchParams();
-  const off = SWITCHES.map(([name]) => name).filter((name) => !view.shown[name]);
-  if (off.length > 0) given.set("off", off.join(","));
+  for (const initially of [true, false]) {
+    const changed = SWITCHES.filter(([name, , , first]) => first === initially && view.shown[name] !== first);
+    if (changed.length > 0) given.set(initially ? "off" : "on", changed.map(([name]) => name).join(","));
+  }
   if (view.units !== "aero") given.set("units", view.units);
   if (view.theme !== "dark") given.set("theme", view.theme);
   if (view.selected !== null) given.set("track", String(view.selected));

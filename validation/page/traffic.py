@@ -194,6 +194,11 @@ class Traffic:
         self._thread = threading.Thread(target=self._feed, args=(every_s,), daemon=True)
         self._thread.start()
 
+    @property
+    def pid(self) -> int:
+        """The process of the service."""
+        return self._process.pid
+
     def processor_s(self) -> float:
         """Return the processor time that the service has used, s."""
         return processor_s(self._process.pid)

@@ -34,6 +34,9 @@ export class Scene {
   width = 0;
   height = 0;
   ratio = 1;
+  /** Right and lower end of the buttons in the upper left corner. */
+  controlX = 0;
+  controlY = 0;
   context!: CanvasRenderingContext2D;
   palette: Palette = PALETTES.dark;
   /** Data time of the drawing. */
@@ -46,6 +49,8 @@ export class Scene {
   readonly reservedMoving: number[] = [];
   /** Tracks on the canvas, filled by the layer of symbols, with their pixels. */
   readonly seen = new Seen();
+  /** The same of the second run, filled by its layer. */
+  readonly seenSecond = new Seen();
 
   constructor(
     readonly view: ViewState,

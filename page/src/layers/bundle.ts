@@ -13,6 +13,7 @@ const LINES_MAX = 4;
 const WEIGHT_MIN = 0.03;
 const LINE_PX = 13;
 const TEXT_PX = 26;
+const LETTER_PX = 6.7;
 
 export class BundleLayer implements Layer {
   readonly plane = "ground";
@@ -46,6 +47,8 @@ export class BundleLayer implements Layer {
     context.font = `11px ${FONT}`;
     const [x, y] = [Math.round(scene.px(last.x)) + TEXT_PX, Math.round(scene.py(last.y)) + TEXT_PX];
     this.lines.forEach((line, number) => context.fillText(line, x, y + LINE_PX * number));
+    const width = LETTER_PX * Math.max(0, ...this.lines.map((line) => line.length));
+    if (width > 0) scene.reserved.push(x - 2, y - LINE_PX, width + 4, LINE_PX * this.lines.length + 4);
   }
 }
 

@@ -21,7 +21,7 @@ export class EncountersLayer implements Layer {
     const { context, palette, store, view, timeS } = scene;
     this.texts.length = 0;
     scene.reservedMoving.length = 0;
-    if (!view.shown.encounters) return;
+    if (!view.shown.encounters || !view.shown.tracks) return;
     context.strokeStyle = palette.warning;
     context.font = `11px ${FONT}`;
     context.lineWidth = 1;
@@ -59,7 +59,10 @@ export class EncountersLayer implements Layer {
       context.stroke();
       const probability = probabilityOf(one);
       const text = `${distance(one.distance_m, view.units)} in ${Math.round(left)} s, ${percent(probability)}`;
-      const [x, y] = [Math.round((cx + dx) / 2) + 8, Math.round((cy + dy) / 2) + 4];
+      // Whole within the map, as long as its place is.
+      const most = Math.max(2, scene.width - LETTER_PX * text.length - 4);
+      const beside = Math.round((cx + dx) / 2) + 8;
+      const [x, y] = [beside <= scene.width ? Math.min(beside, most) : beside, Math.round((cy + dy) / 2) + 4];
       context.fillStyle = palette.background;
       context.globalAlpha = 0.8;
       context.fillRect(x - 2, y - 10, LETTER_PX * text.length + 4, 13);

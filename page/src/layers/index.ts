@@ -3,10 +3,11 @@
 import type { Layer, PixelLayer } from "../drawing/scene";
 import type { Encounters } from "../encounters";
 import type { Scans } from "../scans";
-import { SecondRun } from "../time/second";
+import { SecondRun, SecondTrails } from "../time/second";
 import { Measure } from "../measure/measure";
 import { BundleLayer } from "./bundle";
 import { EncountersLayer } from "./encounters";
+import { JoinedLayer } from "./joined";
 import { LabelsLayer } from "./labels";
 import { PlotsLayer } from "./plots";
 import { ForecastLayer, PastLayer } from "./selected";
@@ -23,6 +24,7 @@ export interface Layers {
   sweeps: SweepsLayer;
   bundle: BundleLayer;
   forecast: ForecastLayer;
+  joined: JoinedLayer;
   /** Written into the image under the other layers of their plane. */
   pixels: PixelLayer[];
   layers: Layer[];
@@ -32,7 +34,7 @@ export function allLayers(pairs: Encounters, scans: Scans): Layers {
   const [sites, labels] = [new Sites(), new LabelsLayer(pairs)];
   const [encounters, sweeps] = [new EncountersLayer(pairs), new SweepsLayer(sites, scans)];
   const [bundle, forecast] = [new BundleLayer(), new ForecastLayer()];
-  const measure = new Measure();
+  const [measure, joined] = [new Measure(), new JoinedLayer()];
   return {
     measure,
     sites,
@@ -41,9 +43,11 @@ export function allLayers(pairs: Encounters, scans: Scans): Layers {
     sweeps,
     bundle,
     forecast,
-    pixels: [new TrailsLayer(), new PlotsLayer(), new SeenLayer(), new SymbolsLayer()],
+    joined,
+    pixels: [new TrailsLayer(), new SecondTrails(), new PlotsLayer(), new SeenLayer(), new SymbolsLayer()],
     layers: [
       new SitesLayer(sites),
+      joined,
       new PastLayer(),
       forecast,
       bundle,

@@ -6,6 +6,7 @@ import { hasLeader, LabelPlaces, leftOf, MARGIN, topOf, type Wanted } from "../d
 import type { Layer, Scene } from "../drawing/scene";
 import type { Encounters } from "../encounters";
 import { nameOf, type Track } from "../store";
+import { SECOND_COLOURS } from "../time/second";
 import { level, speed, trend, type Units } from "../units";
 
 const LABELS_MAX = 600;
@@ -30,7 +31,7 @@ class Label implements Wanted {
   lines: [string, string] = ["", ""];
   private key = "";
 
-  constructor(public track: Track) {}
+  constructor(readonly track: Track, readonly run: 0 | 1) {}
 
   /** Write the lines again if a value changed. */
   write(units: Units, letter: number): void {
@@ -83,9 +84,9 @@ export class LabelsLayer implements Layer {
   }
 
   /** Labels on the canvas, for tests: name, and the corners of its box. */
-  get boxes(): { id: number; left: number; top: number; right: number; bottom: number; slot: number }[] {
+  get boxes(): { id: number; run: number; left: number; top: number; right: number; bottom: number; slot: number }[] {
     return this.wanted.slice(0, this.count).filter((one) => one.slot >= 0).map((one) => ({
-      id: one.track.id, left: one.left, top: one.top, right: one.left + one.width, bottom: one.top + one.height, slot: one.slot,
+      id: one.track.id, run: one.run, left: one.left, top: one.top, right: one.left + one.width, bottom: one.top + one.height, slot: one.slot,
     }));
   }
 
@@ -93,7 +94,7 @@ export class LabelsLayer implements Layer {
   private isDue(scene: Scene): boolean {
     const { view } = scene;
     const place = `${scene.a} ${scene.e} ${scene.f} ${scene.width} ${scene.height} ${view.units} ${view.selected} ${shownKey(view)}`;
-    const state = `${scene.store.frames} ${this.encounters.revision} ${view.shown.encounters}`;
+    const state = `${scene.store.frames} ${scene.feed.second.frames} ${view.hidden.has("r1")} ${this.encounters.revision} ${view.shown.encounters}`;
     const moved = scene.store.fastest * scene.a * (scene.timeS - this.placedS);
     const due = place !== this.place || state !== this.placedState || !(moved < MARGIN);
     this.moving = place !== this.place;
@@ -103,23 +104,28 @@ export class LabelsLayer implements Layer {
   }
 
   private arrange(scene: Scene): void {
-    const { seen, view } = scene;
-    this.count = seen.length;
+    const { view } = scene;
+    this.count = scene.seen.length + scene.seenSecond.length;
     // After the map moved there may be room beside the symbol.
     const home = this.moved && !this.moving;
     if (home) this.moved = false;
-    for (let at = 0; at < seen.length; at++) {
-      const track = seen.tracks[at] as Track;
-      let label = this.labels.get(track.id);
+    for (let at = 0; at < this.count; at++) {
+      const run = at < scene.seen.length ? 0 : 1;
+      const seen = run === 0 ? scene.seen : scene.seenSecond;
+      const place = run === 0 ? at : at - scene.seen.length;
+      const track = seen.tracks[place] as Track;
+      const key = run === 0 ? track.id : -track.id;
+      let label = this.labels.get(key);
       if (label === undefined || label.track !== track) {
-        label = new Label(track);
-        this.labels.set(track.id, label);
+        label = new Label(track, run);
+        this.labels.set(key, label);
       }
       label.write(view.units, this.letter);
       label.home = home;
-      label.x = seen.x[at] ?? 0;
-      label.y = seen.y[at] ?? 0;
-      label.rank = rankOf(track, track.id === view.selected, this.encounters.tracks.has(track.id));
+      label.x = seen.x[place] ?? 0;
+      label.y = seen.y[place] ?? 0;
+      const first = run === 0;
+      label.rank = rankOf(track, first && track.id === view.selected, first && this.encounters.tracks.has(track.id));
       this.wanted[at] = label;
     }
     this.places.place(this.wanted, this.count, LABELS_MAX, scene.width, scene.height, [scene.reserved, scene.reservedMoving]);
@@ -128,13 +134,15 @@ export class LabelsLayer implements Layer {
 
   /** Between placements a label moves with its symbol; false if the tracks on the canvas changed. */
   private follow(scene: Scene): boolean {
-    const { seen } = scene;
-    if (seen.length !== this.count) return false;
+    const first = scene.seen.length;
+    if (first + scene.seenSecond.length !== this.count) return false;
     for (let at = 0; at < this.count; at++) {
       const label = this.wanted[at] as Label;
-      if (label.track !== seen.tracks[at]) return false;
-      label.x = seen.x[at] ?? 0;
-      label.y = seen.y[at] ?? 0;
+      const seen = at < first ? scene.seen : scene.seenSecond;
+      const place = at < first ? at : at - first;
+      if (label.track !== seen.tracks[place]) return false;
+      label.x = seen.x[place] ?? 0;
+      label.y = seen.y[place] ?? 0;
       if (label.slot < 0) continue;
       label.left = leftOf(label, label.slot);
       label.top = topOf(label, label.slot);
@@ -170,7 +178,8 @@ export class LabelsLayer implements Layer {
     for (let at = 0; at < this.count; at++) {
       const label = this.wanted[at] as Label;
       if (label.slot < 0) continue;
-      const wanted = label.track.id === view.selected ? palette.selected
+      const wanted = label.run === 1 ? SECOND_COLOURS[view.theme]
+        : label.track.id === view.selected ? palette.selected
         : label.track.state === "confirmed" ? palette.label
         : label.track.state === "coasting" ? palette.stale : palette.faint;
       if (wanted !== colour) context.fillStyle = colour = wanted;
@@ -181,7 +190,10 @@ export class LabelsLayer implements Layer {
   }
 
   private forget(scene: Scene): void {
-    for (const [id, label] of this.labels) if (scene.store.track(id) !== label.track) this.labels.delete(id);
+    for (const [key, label] of this.labels) {
+      const store = label.run === 0 ? scene.store : scene.feed.second;
+      if (store.track(label.track.id) !== label.track) this.labels.delete(key);
+    }
   }
 }
 

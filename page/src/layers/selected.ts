@@ -6,6 +6,7 @@ import { scaleAt } from "../mercator";
 
 /** Distance of the sentence from the lower left corner. */
 const CORNER_PX = 14;
+const LETTER_PX = 6.7;
 
 /** The path, with a mark and its age at each minute. */
 export class PastLayer implements Layer {
@@ -29,6 +30,7 @@ export class PastLayer implements Layer {
         const [x, y] = [Math.round(scene.px(point.x)), Math.round(scene.py(point.y))];
         context.fillRect(x - 2, y - 2, 5, 5);
         context.fillText(`−${age + 1} min`, x + 6, y + 4);
+        scene.reserved.push(x - 2, y - 7, 6 * LETTER_PX + 8, 14);
       }
       minute = age;
     }
@@ -61,7 +63,9 @@ export class ForecastLayer implements Layer {
     if (this.text === "") return;
     context.font = `11px ${FONT}`;
     context.fillStyle = palette.selected;
-    context.fillText(`Forecast regions: ${this.text}`, CORNER_PX, scene.height - CORNER_PX);
+    const whole = `Forecast regions: ${this.text}`;
+    context.fillText(whole, CORNER_PX, scene.height - CORNER_PX);
+    scene.reserved.push(CORNER_PX - 2, scene.height - CORNER_PX - 11, LETTER_PX * whole.length + 4, 15);
   }
 }
 

@@ -44,9 +44,12 @@ export class SitesLayer implements Layer {
   draw(scene: Scene): void {
     const { context, palette, store, view } = scene;
     scene.reserved.length = 0;
+    // The buttons of the zoom.
+    scene.reserved.push(0, 0, scene.controlX, scene.controlY);
     if (!view.shown.sites) return;
     context.lineWidth = 1;
     context.font = `11px ${FONT}`;
+    const named = new Map<string, { x: number; y: number; names: string[] }>();
     for (const site of this.sites.all(scene.feed.sensors)) {
       if (view.hiddenSensors.has(site.sensor.id)) continue;
       const colour = sensorColour(store.sensors.indexOf(site.sensor.id));
@@ -66,9 +69,17 @@ export class SitesLayer implements Layer {
       context.lineTo(x - 5.5, y + 4);
       context.closePath();
       context.fill();
-      context.fillStyle = palette.label;
-      context.fillText(site.sensor.id, x + 9, y + 5);
-      scene.reserved.push(x - 7, y - 7, NAME_PX * site.sensor.id.length + 18, 15);
+      const key = `${x} ${y}`;
+      const together = named.get(key);
+      if (together === undefined) named.set(key, { x, y, names: [site.sensor.id] });
+      else together.names.push(site.sensor.id);
+    }
+    // Sensors of one site have one text.
+    context.fillStyle = palette.label;
+    for (const { x, y, names } of named.values()) {
+      const text = names.join(", ");
+      context.fillText(text, x + 9, y + 5);
+      scene.reserved.push(x - 7, y - 7, NAME_PX * text.length + 18, 15);
     }
   }
 }

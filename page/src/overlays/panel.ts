@@ -3,10 +3,9 @@
 import { html, nothing, type TemplateResult } from "lit";
 
 import type { App, Panel } from "../panels/panel";
+import { RUN_KEYS } from "../shown";
 import { keyOf } from "./overlays";
 
-/** The names of the runs among what is hidden. */
-export const RUN_KEYS = ["r0", "r1"] as const;
 /** The symbols of the runs, as on the map. */
 const FORMS = ["●", "▽"];
 
@@ -15,7 +14,7 @@ export const layersPanel: Panel = { id: "layers", title: "Runs and GeoJSON", tab
 function draw(app: App): TemplateResult {
   const { clock, overlays } = app;
   if (clock.runs.length < 2 && overlays.listed.length === 0) {
-    return html`<p class="hint">One source, no GeoJSON: see --overlays.</p>`;
+    return html`<p class="hint">Neither a second run (<code>view RUN RUN</code>) nor own GeoJSON (<code>--overlays DIR</code>) is shown.</p>`;
   }
   const runs = clock.runs.length < 2 ? [] : clock.runs.slice(0, RUN_KEYS.length);
   return html`<ul class="switches">

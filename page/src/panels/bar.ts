@@ -6,7 +6,8 @@ import { isFiltered, isShown } from "../shown";
 import { date, utc } from "../units";
 import type { App } from "./panel";
 
-export function banner({ feed }: App): TemplateResult | typeof nothing {
+export function banner(app: App): TemplateResult | typeof nothing {
+  const { feed } = app;
   if (feed.isLost(performance.now())) {
     const since = (performance.timeOrigin + feed.lastAnswerMs) / 1000;
     return html`<p role="alert">No answer from the service since ${utc(since)} UTC. The picture is out of date. ${feed.problem}</p>`;
@@ -16,7 +17,7 @@ export function banner({ feed }: App): TemplateResult | typeof nothing {
     return html`<p role="alert">No measurement of any sensor for ${silence.toFixed(0)} s: all tracks are stale.</p>`;
   }
   if (feed.problem !== "") return html`<p role="alert">${feed.problem}</p>`;
-  return nothing;
+  return app.biasHint.draw(app);
 }
 
 export function bar({ store, view, actions }: App): TemplateResult {

@@ -11,6 +11,7 @@ import type { Selection } from "../selection";
 import type { Store } from "../store";
 import type { Ago } from "../time/ago";
 import type { Clock } from "../time/clock";
+import type { BiasHint } from "./bias_hint";
 import type { Filters, Switch, Tab, ViewState } from "../view";
 
 export interface Actions {
@@ -43,6 +44,7 @@ export interface App {
   actions: Actions;
   clock: Clock;
   ago: Ago;
+  biasHint: BiasHint;
   measure: Measure;
   overlays: Overlays;
 }

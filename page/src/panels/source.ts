@@ -3,14 +3,15 @@
 import { get } from "../feed";
 import type { App } from "./panel";
 
-/** What needs the state of the service: neither a run nor a past time has it. */
-const PRESENT = /^v1\/(tracks\/[0-9]+\/plots|residuals|rejects)/;
+/** What a past time has, too; a recorded run has none of it. */
+const OF_PAST = /^v1\/(tracks\/[0-9]+\/plots|residuals)/;
 
 export class Source<T> {
   private key = "";
   private value: T | null = null;
   private readMs = -Infinity;
   private busy = false;
+  private jumps = 0;
   /** Why there is no value, in the words of the service. */
   problem = "";
 
@@ -24,24 +25,31 @@ export class Source<T> {
     if (key !== this.key) {
       [this.key, this.value, this.problem, this.readMs] = [key, null, "", -Infinity];
     }
-    if (!app.clock.isLive && PRESENT.test(address)) {
-      this.problem = "Known of the present only.";
+    const past = OF_PAST.test(address);
+    if (past && app.clock.recorded) {
+      this.problem = "A recorded run does not contain the innovations of its plots: the service shows them.";
       return null;
     }
-    if (!this.busy && performance.now() - this.readMs >= this.everyMs) void this.refresh(app, key, address);
+    const at = past ? app.clock.at(performance.now()) : null;
+    // A jump to another time makes the answer that of another question.
+    if (past && app.clock.jumps !== this.jumps) [this.jumps, this.readMs] = [app.clock.jumps, -Infinity];
+    const whole = at === null ? address : `${address}${address.includes("?") ? "&" : "?"}at=${at.toFixed(3)}`;
+    if (!this.busy && performance.now() - this.readMs >= this.everyMs) void this.refresh(app, key, whole);
     return this.value;
   }
 
   private async refresh(app: App, key: string, address: string): Promise<void> {
     this.busy = true;
+    const { jumps } = this;
+    const isWanted = (): boolean => key === this.key && jumps === this.jumps;
     try {
       const value = (await (await get(address)).json()) as T;
-      if (key === this.key) [this.value, this.problem] = [value, ""];
+      if (isWanted()) [this.value, this.problem] = [value, ""];
     } catch (error) {
-      if (key === this.key) this.problem = error instanceof Error ? error.message : String(error);
+      if (isWanted()) [this.value, this.problem] = [null, error instanceof Error ? error.message : String(error)];
     } finally {
       this.busy = false;
-      if (key === this.key) this.readMs = performance.now();
+      if (isWanted()) this.readMs = performance.now();
       app.actions.redraw();
     }
   }

@@ -1,9 +1,9 @@
 /** The switches of what the map shows. */
 
-import { html } from "lit";
+import { html, type TemplateResult } from "lit";
 
 import { SWITCHES } from "../view";
-import type { Panel } from "./panel";
+import type { App, Panel } from "./panel";
 import { swatch } from "./swatch";
 
 export const switchPanel: Panel = {
@@ -14,10 +14,22 @@ export const switchPanel: Panel = {
   draw: (app) => html`<ul class="switches">${SWITCHES.map(([name, key, text]) => html`
     <li class=${name}><label><input type="checkbox" .checked=${app.view.shown[name]}
       @change=${() => app.actions.toggle(name)}> ${text} <kbd>${key}</kbd></label></li>`)}</ul>
-    <ul class="switches sensors" aria-label="Plots of sensors">${app.store.sensors.map((id) => html`
-      <li><label><input type="checkbox" .checked=${!app.view.hiddenSensors.has(id)}
-        @change=${() => {
-          if (!app.view.hiddenSensors.delete(id)) app.view.hiddenSensors.add(id);
-          app.actions.changed();
-        }}> ${swatch(id, app)}${id}</label></li>`)}</ul>`,
+    <h2>Sensors</h2>
+    <ul class="switches sensors" aria-label="Plots of sensors">${app.store.sensors.map((id, number) => sensor(id, number, app))}</ul>
+    <p class="hint">Each is a layer: its plots, rings and sweep. To compare two sensors, show these two, without tracks
+      (<kbd>s</kbd>), with their plots joined (<kbd>i</kbd>).</p>`,
 };
+
+function sensor(id: string, number: number, app: App): TemplateResult {
+  const { store, view, actions } = app;
+  const alone = store.sensors.every((one) => (one === id) !== view.hiddenSensors.has(one));
+  return html`<li><label><input type="checkbox" .checked=${!view.hiddenSensors.has(id)} @change=${() => {
+      if (!view.hiddenSensors.delete(id)) view.hiddenSensors.add(id);
+      actions.changed();
+    }}> ${swatch(id, app)}${id}</label> <small>${store.plots.count(number)} plots</small>
+    <button type="button" aria-label=${alone ? "Show all sensors" : `Show only ${id}`} @click=${() => {
+      view.hiddenSensors.clear();
+      if (!alone) for (const one of store.sensors) if (one !== id) view.hiddenSensors.add(one);
+      actions.changed();
+    }}>${alone ? "All" : "Only"}</button></li>`;
+}

@@ -37,7 +37,7 @@ export const systemPanel: Panel = {
   tab: "system",
   badge: ({ feed }) => {
     const { state, warnings } = feed.status as { state?: string; warnings?: unknown[] };
-    if (state !== undefined && state !== "running") return state;
+    if (state !== undefined && state !== "running" && state !== "recorded") return state;
     return Array.isArray(warnings) && warnings.length > 0 ? `${warnings.length} warnings` : "";
   },
   draw,
@@ -51,11 +51,13 @@ function draw(app: App): TemplateResult {
   const text = (name: string): string => String(status[name] ?? "–");
   const warnings = Array.isArray(status["warnings"]) ? status["warnings"].map(String) : [];
   const unobservable = Array.isArray(status["unobservable_biases"]) ? (status["unobservable_biases"] as { what: string; reason: string }[]) : [];
-  return html`${status["failure"] == null ? nothing : html`<p class="alarm"><strong>${String(status["failure"])}</strong></p>`}
+  return html`${app.clock.isLive || app.clock.recorded ? nothing
+      : html`<p class="summary"><span class="badge check">NOW</span> The service at present, not at the time shown.</p>`}
+    ${status["failure"] == null ? nothing : html`<p class="alarm"><strong>${String(status["failure"])}</strong></p>`}
     ${warnings.map((one) => html`<p class="alarm">${one}</p>`)}
     ${group("Service", [
       ["State", text("state")], ["Version", text("version")], ["Filter", text("filter")],
-      ["Data time", store.dataTimeS === null ? "no data" : `${utc(store.dataTimeS)} UTC`],
+      ["Data time", dataTime(status, store.dataTimeS)],
     ])}
     ${group("Rates", rates())}
     ${group("Lags", [
@@ -76,11 +78,23 @@ function draw(app: App): TemplateResult {
       ["Initiated so far", text("tracks_initiated")], ["Ended so far", text("tracks_ended")],
     ])}
     ${group("Connections", [
-      ["Streams of events", `${text("subscribers")} readers`], ["Zenoh", status["zenoh"] == null ? "off" : "on"],
+      ["Pages", pages(status)], ["Streams of events", `${text("subscribers")} readers`], ["Zenoh", status["zenoh"] == null ? "off" : "on"],
       ["ASTERIX in, out", `${status["asterix"] == null ? "off" : "on"}, ${status["asterix_output"] == null ? "off" : "on"}`],
       ["Feeds of receivers", status["feeds"] == null ? "off" : "on"],
       ["This page", `${store.frames} frames, ${store.malformed} malformed, ${store.skipped} plots missed`],
     ])}`;
+}
+
+/** That of the service, which is not the time shown in the history. */
+function dataTime(status: Record<string, unknown>, shownS: number | null): string {
+  const time = typeof status["data_time_s"] === "number" ? status["data_time_s"] : shownS;
+  return time === null ? "no data" : `${utc(time)} UTC`;
+}
+
+/** Who has the page open. */
+function pages(status: Record<string, unknown>): string {
+  const found = Object.entries((status["pages"] ?? {}) as Record<string, number>);
+  return found.length === 0 ? "–" : found.map(([client, count]) => (count > 1 ? `${client} (${count})` : client)).join(", ");
 }
 
 function group(title: string, rows: [string, string][]): TemplateResult {

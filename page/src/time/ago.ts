@@ -9,7 +9,7 @@ const ROUNDED_S = 0.01;
 export class Ago {
   /** What there is to say; empty: nothing. */
   message = "";
-  private wanted: { id: number; name: string; atS: number; jumps: number } | null = null;
+  private wanted: { id: number; name: string; atS: number; jumps: number; isFirst: boolean } | null = null;
 
   show(app: App, seconds: number): void {
     const { clock, store, view } = app;
@@ -24,9 +24,13 @@ export class Ago {
       app.actions.changed();
       return;
     }
+    // The updates of the last ten minutes: a younger track is shown where it was first.
+    const bornS = app.selection.updates[0]?.time_s ?? -Infinity;
+    const isFirst = bornS > atS;
+    const shownS = isFirst ? bornS : atS;
     clock.pause();
-    clock.seek(atS);
-    this.wanted = { id: track.id, name, atS, jumps: clock.jumps };
+    clock.seek(shownS);
+    this.wanted = { id: track.id, name, atS: shownS, jumps: clock.jumps, isFirst };
   }
 
   /** A frame has come: show the place. */
@@ -38,7 +42,8 @@ export class Ago {
       const track = app.store.track(wanted.id);
       this.message = track === undefined
         ? `${wanted.name} was not tracked at ${utc(wanted.atS)}.`
-        : `${wanted.name} at ${utc(wanted.atS)}: ${track.latitude.toFixed(4)}, ${track.longitude.toFixed(4)}`;
+        : `${wanted.name} ${wanted.isFirst ? "was first tracked " : ""}at ${utc(wanted.atS)}: ${
+          track.latitude.toFixed(4)}, ${track.longitude.toFixed(4)}`;
       if (track !== undefined) app.picture.show(track);
     } else if (wanted === null && app.clock.isLive) this.message = "";
   }

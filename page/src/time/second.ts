@@ -1,25 +1,29 @@
 /** The second of two recorded runs: its own tracks, with symbols of another form. */
 
-import type { Layer, Scene } from "../drawing/scene";
-import { RUN_KEYS } from "../overlays/panel";
+import type { Layer, PixelLayer, Scene } from "../drawing/scene";
+import { word, type Pixels } from "../drawing/pixels";
+import { isShown } from "../shown";
 
 const SIZE_PX = 5;
 const VECTOR_S = 60;
-const COLOURS = { dark: "#ff9bd2", light: "#8a0f5c" } as const;
+const DOT_PX = 2;
+const OPACITY = 0.6;
+export const SECOND_COLOURS = { dark: "#ff9bd2", light: "#8a0f5c" } as const;
 
 export class SecondRun implements Layer {
   readonly plane = "moving";
   draw(scene: Scene): void {
-    const { context, view } = scene;
+    const { context, seenSecond: seen, view } = scene;
     const store = scene.feed.second;
-    if (store.tracks.length === 0 || view.hidden.has(RUN_KEYS[1])) return;
-    context.strokeStyle = COLOURS[view.theme];
+    seen.clear();
+    context.strokeStyle = SECOND_COLOURS[view.theme];
     context.lineWidth = 1.3;
     for (const track of store.tracks) {
-      if (track.state === "tentative" && !view.shown.tentative) continue;
+      if (!isShown(track, view, 1)) continue;
       const ahead = store.ahead(track, scene.timeS);
       const [x, y] = [scene.px(track.x + track.vx * ahead), scene.py(track.y + track.vy * ahead)];
       if (!scene.isInside(x, y, SIZE_PX)) continue;
+      seen.add(track, x, y);
       triangle(context, x, y, SIZE_PX);
       if (!view.shown.vectors || (track.vx === 0 && track.vy === 0)) continue;
       context.setLineDash([3, 3]);
@@ -28,6 +32,25 @@ export class SecondRun implements Layer {
       context.lineTo(x + scene.a * track.vx * VECTOR_S, y + scene.d * track.vy * VECTOR_S);
       context.stroke();
       context.setLineDash([]);
+    }
+  }
+}
+
+/** Its earlier positions. */
+export class SecondTrails implements PixelLayer {
+  readonly plane = "ground";
+
+  paint(scene: Scene, pixels: Pixels): void {
+    const { ratio, view } = scene;
+    if (!view.shown.trails) return;
+    const colour = word(SECOND_COLOURS[view.theme], OPACITY);
+    for (const track of scene.feed.second.tracks) {
+      if (!isShown(track, view, 1)) continue;
+      const { trail } = track;
+      for (let at = 0; at < trail.length; at++) {
+        const [x, y] = [scene.px(trail.x[at] ?? NaN), scene.py(trail.y[at] ?? NaN)];
+        if (scene.isInside(x, y, 0)) pixels.dot(x * ratio, y * ratio, DOT_PX, colour);
+      }
     }
   }
 }

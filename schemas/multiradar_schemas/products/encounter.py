@@ -1,4 +1,4 @@
-"""Encounters: pairs of tracks predicted to come into proximity."""
+"""Encounters: pairs of tracks predicted to come close to each other."""
 
 from typing import Annotated
 

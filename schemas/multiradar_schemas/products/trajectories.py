@@ -150,7 +150,7 @@ class Trajectories(Record):
     ]
     window_begin_s: Annotated[
         float,
-        described("Data time of the begin of the trajectories", unit="s", source="restoration"),
+        described("Data time of the start of the trajectories", unit="s", source="restoration"),
     ]
     plots: Annotated[
         int,

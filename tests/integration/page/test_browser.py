@@ -92,6 +92,15 @@ def test_the_bias_switch_moves_the_plots_onto_the_tracks(page: Page, air: Air) -
     assert "off=biases" in page.url
     # The plots move to the other place, and the canvas with them.
     settled(page, f"{PICTURE}.corrected === 0")
+    # Over the whole area they move by less than a pixel: the page offers to zoom.
+    page.get_by_role("button", name="Zoom to an aircraft").click()
+    shift = f"""(() => {{
+      const all = [...{STORE}.plots].map((one) =>
+        {PICTURE}.scene.a * Math.hypot(one.correctedX - one.x, one.correctedY - one.y));
+      return all.sort((a, b) => a - b)[Math.floor(all.length / 2)];
+    }})()"""
+    settled(page, f"{shift} > 15")
+    expect(page.get_by_text("too little to be seen")).to_have_count(0)
     page.keyboard.press("b")
     settled(page, f"{PICTURE}.corrected === 1")
 
@@ -139,6 +148,21 @@ def test_the_view_is_that_of_the_address(page: Page, air: Air) -> None:
     expect(page.get_by_label("Speed vectors")).to_be_checked()
     assert abs(page.evaluate(f"{PICTURE}.map.getView().getZoom()") - 7.0) < 0.01
     expect(page.locator("#tracks tbody tr").first).to_contain_text("m/s")
+
+
+def test_units_and_theme_change_with_a_key(page: Page, air: Air) -> None:
+    opened(page, air)
+    speed = page.locator("#tracks tbody tr").first.locator("td").nth(2)
+    expect(speed).to_contain_text("kt")
+    page.keyboard.press("m")
+    expect(speed).to_contain_text("m/s")
+    page.keyboard.press("d")
+    assert page.evaluate("document.documentElement.dataset.theme") == "light"
+    assert "units=si" in page.url
+    assert "theme=light" in page.url
+    page.keyboard.press("m")
+    page.keyboard.press("d")
+    expect(page.locator("#bar time")).to_contain_text("UTC")
 
 
 def test_names_with_markup_are_text(page: Page, air: Air) -> None:

@@ -8,6 +8,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from integration.page.conftest import Air
 from integration.page.test_browser import PICTURE, STORE, Watch, opened, settled
+from integration.page.test_panels import pictured
 from support.processes import clients
 from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
 
@@ -180,6 +181,27 @@ def test_plots_of_a_sensor_are_switched_off(shown: Shown) -> None:
     shown.page.keyboard.press("r")
 
 
+def test_two_sensors_are_two_layers(shown: Shown) -> None:
+    page = shown.page
+    page.keyboard.press("5")
+    sensors = shown.value(f"{STORE}.sensors")
+    page.get_by_role("button", name=f"Show only {sensors[0]}").click()
+    page.get_by_role("checkbox", name=sensors[1], exact=True).check()
+    page.keyboard.press("s")
+    page.keyboard.press("i")
+    shown.until(f"{PICTURE}.seenOnCanvas.length === 0")
+    # Their plots are joined, each aircraft for itself; the third sensor is hidden.
+    shown.until(f"{LAYERS}.joined.lines[0] > 30 && {LAYERS}.joined.lines[1] > 30")
+    assert shown.value(f"{LAYERS}.joined.lines[2]") == 0
+    assert "on=joined" in page.url
+    assert "off=tracks" in page.url
+    page.keyboard.press("s")
+    page.keyboard.press("i")
+    page.get_by_role("button", name=f"Show only {sensors[0]}").click()
+    page.get_by_role("button", name="Show all sensors").click()
+    assert shown.value("window.multiradar.view.hiddenSensors.size") == 0
+
+
 def test_plots_slide_between_both_positions(shown: Shown) -> None:
     steps = shown.value(
         """async () => {
@@ -233,6 +255,72 @@ def test_the_trajectory_set_of_the_selected_track_has_weights(shown: Shown, air:
     shown.until(f"{LAYERS}.bundle.lines.length === 0")
     shown.page.keyboard.press("y")
     shown.value("window.multiradar.actions.select(null)")
+
+
+def test_symbols_have_a_form_for_each_source_and_state_and_their_switches(shown: Shown) -> None:
+    def various(header: dict[str, Any], tracks: dict[str, Any]) -> None:
+        tracks["state"][:2] = [header["states"].index(one) for one in ("tentative", "coasting")]
+        tracks["on_ground"][2] = 1
+        # Plots of ADS-B, of multilateration and of radars.
+        tracks["sources"][3:6] = [1, 2, 4]
+
+    page = shown.page
+    pictured(page, various)
+    shown.until(f"{STORE}.tracks[0].state === 'tentative'")
+    ids = shown.value(f"{STORE}.tracks.slice(0, 6).map((one) => one.id)")
+    # States 0 to 2, sources 3 times 0 to 2, on the ground 9.
+    forms = f"[...{PICTURE}.layers.pixels.find((one) => one.forms).forms.keys()]"
+    shown.until(f"[0, 2, 10, 7, 4, 1].every((key) => {forms}.includes(key))")
+    on_map = f"{PICTURE}.seenOnCanvas.map((one) => one.id)"
+    for key, hidden in (("t", ids[0]), ("g", ids[2])):
+        page.keyboard.press(key)
+        shown.until(f"!{on_map}.includes({hidden}) && {on_map}.includes({ids[5]})")
+        page.keyboard.press(key)
+        shown.until(f"{on_map}.includes({hidden})")
+    page.unroute_all(behavior="wait")
+    shown.until(f"{STORE}.tracks[0].state !== 'tentative'")
+
+
+@pytest.mark.parametrize(
+    ("key", "plane"), [("h", "ground"), ("p", "ground"), ("v", "moving"), ("u", "moving")]
+)
+def test_history_plots_vectors_and_uncertainty_have_switches(
+    shown: Shown, key: str, plane: str
+) -> None:
+    painted = f"""(() => {{
+      const canvas = document.querySelector(".picture canvas.{plane}");
+      const copy = new OffscreenCanvas(canvas.width, canvas.height);
+      const context = copy.getContext("2d", {{ willReadFrequently: true }});
+      context.drawImage(canvas, 0, 0);
+      const {{ data }} = context.getImageData(0, 0, canvas.width, canvas.height);
+      return data.reduce((count, value, at) => count + (at % 4 === 3 && value > 0 ? 1 : 0), 0);
+    }})()"""
+    # Close enough for regions that are larger than their symbols.
+    shown.value(f"{PICTURE}.map.getView().setZoom({13 if key == 'u' else 10})")
+    if key == "u":
+        shown.value(f"{PICTURE}.show({STORE}.tracks[0])")
+    counts = [-1]
+
+    def at_rest() -> bool:
+        drawn = shown.value(f"{PICTURE}.drawn")
+        shown.until(f"{PICTURE}.drawn > {drawn} && {PICTURE}.seenOnCanvas.length > 0")
+        counts.append(shown.value(painted))
+        return counts[-1] == counts[-2]
+
+    # Zooming takes several frames.
+    wait_until(at_rest, "the same picture twice")
+    before = counts[-1]
+    shown.page.keyboard.press(key)
+    wait_until(lambda: shown.value(painted) < before, "fewer pixels")
+    shown.page.keyboard.press(key)
+    shown.value(f"{PICTURE}.fit()")
+
+
+def test_the_map_is_north_up(shown: Shown) -> None:
+    assert shown.value(f"{PICTURE}.map.getView().getRotation()") == 0
+    shown.page.keyboard.press("f")
+    x, y = (shown.value(f"{PICTURE}.scene.{axis}") for axis in ("a", "d"))
+    assert x > 0 > y
 
 
 def test_the_map_wrote_nothing_to_the_console(shown: Shown, air: Air) -> None:

@@ -352,6 +352,25 @@ def test_a_radar_has_biases_over_time_and_innovations_by_place(page: Page) -> No
     assert "sensor=north" in page.url
 
 
+def test_the_clock_of_a_radar_in_asterix_is_on_its_sheet(page: Page) -> None:
+    clock = {
+        "messages": 512, "clock_offset_s": 0.25, "latency_min_s": 0.1, "latency_median_s": 0.5,
+        "latency_p99_s": 0.75, "alarm": "clock", "reason": f"0.25 s ahead {MARKUP}",
+    }  # fmt: skip
+    page.route(
+        "**/v1/status",
+        lambda route: route.fulfill(
+            json={**route.fetch().json(), "asterix": {"clocks": {"north": clock}}}
+        ),
+    )
+    page.keyboard.press("3")
+    page.get_by_role("button", name="north").click()
+    sheet = page.get_by_role("region", name="Sensor north")
+    expect(sheet).to_contain_text("+0.250 s: 0.25 s ahead <img")
+    expect(sheet).to_contain_text("+0.500 s, 99 %: +0.750 s")
+    assert page.evaluate("window.harmed") is None
+
+
 def _labelled(begin: str) -> Any:
     return re.compile(f"^{begin}")
 
@@ -395,6 +414,21 @@ def test_the_help_sheet_has_every_key(page: Page) -> None:
         assert key in shown
     page.keyboard.press("Escape")
     expect(dialog).not_to_be_visible()
+
+
+def test_an_overloaded_service_is_named_and_the_picture_goes_on(
+    page: Page, shared: tuple[Page, Watch]
+) -> None:
+    busy = {"detail": "too many expensive queries in progress", "code": "TOO_MANY_QUERIES"}
+    page.route("**/v1/picture*", lambda route: route.fulfill(status=503, json=busy))
+    alert = page.get_by_role("alert")
+    expect(alert).to_contain_text("too many expensive queries in progress")
+    # What it has stays on the map.
+    assert page.evaluate(f"{STORE}.tracks.length") == 30
+    page.unroute_all(behavior="wait")
+    expect(alert).to_have_count(0)
+    assert all("503" in message for message in shared[1].messages)
+    shared[1].messages.clear()
 
 
 def test_the_panels_are_a_drawer_on_a_tablet_and_everything_can_be_touched(page: Page) -> None:

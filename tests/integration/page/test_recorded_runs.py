@@ -15,6 +15,7 @@ from pyproj import Geod
 
 from integration.page.conftest import Air
 from integration.page.test_browser import STORE, Watch, settled
+from integration.page.test_map import overlaps
 from multiradar.app import view_server
 from multiradar.cli.main import EXIT_DONE, run
 from multiradar.cli.playback.view import run_files
@@ -121,6 +122,10 @@ def test_two_runs_are_two_layers_with_symbols_of_their_own(page: Page, shown: st
     settled(page, "window.multiradar.picture.drawn > 2")
     second, legend = "#ff9bd2", page.locator("#layers")
     assert coloured(page, second) > 100
+    # Both have labels, which do not cover each other.
+    boxes = page.evaluate("window.multiradar.picture.layers.labels.boxes")
+    assert {box["run"] for box in boxes} == {0, 1}
+    assert overlaps(boxes) == 0
     expect(legend.get_by_label("▽ two-stage")).to_be_checked()
     legend.get_by_label("▽ two-stage").click()
     settled(page, "location.hash.includes('without=r1')")

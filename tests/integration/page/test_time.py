@@ -67,6 +67,41 @@ def test_the_history_has_the_picture_of_then_and_goes_back_to_the_present(
     assert all(address.startswith((long.url, "data:")) for address in watch.addresses)
 
 
+def test_the_history_has_uncertainty_forecasts_encounters_and_sheets_of_then(
+    page: Page, long: Air
+) -> None:
+    opened(page, long)
+    then_s = time_of(page) - 60.0
+    page.evaluate(f"{CLOCK}.seek({then_s})")
+    settled(page, f"Math.abs({STORE}.dataTimeS - {then_s}) < 0.1")
+    known = f"{STORE}.tracks.filter((one) => one.majorM >= one.minorM && one.minorM > 0)"
+    assert page.evaluate(f"{known}.length") == page.evaluate(f"{STORE}.tracks.length")
+    settled(page, "window.multiradar.encounters.found.length > 0")
+    times = page.evaluate("window.multiradar.encounters.found.map((one) => one.time_s)")
+    assert all(abs(one - then_s) < 10.0 for one in times)
+    settled(page, "window.multiradar.picture.layers.encounters.texts.length > 0")
+    track = page.evaluate(f"{STORE}.tracks.find((one) => one.state === 'confirmed').id")
+    page.evaluate(f"window.multiradar.actions.show({track})")
+    settled(page, "window.multiradar.selection.forecast.length > 3")
+    points = page.evaluate("window.multiradar.selection.forecast.map((one) => one.timeS)")
+    assert abs(points[0] - then_s) < 5.0
+    why = page.get_by_role("region", name="Why is it here?")
+    expect(why.get_by_text("in the last minute")).to_be_visible()
+    why.get_by_text("Each plot").click()
+    newest = why.locator("details tbody td").first.inner_text()
+    assert newest <= clock_text(then_s)
+    page.keyboard.press("3")
+    expect(page.locator("#sensors")).to_contain_text(f"{clock_text(then_s)}\xa0")
+    page.get_by_role("button", name="north").click()
+    expect(page.get_by_role("region", name="Sensor north")).to_contain_text("(now)")
+    sensors = page.evaluate("window.multiradar.feed.sensors")
+    assert all(one["biases"][0]["time_s"] <= then_s for one in sensors if one["biases"])
+    assert all(one["health"]["time_s"] <= then_s for one in sensors if one["health"])
+    page.keyboard.press("4")
+    expect(page.locator("#system")).to_contain_text("The service at present")
+    expect(page.get_by_role("region", name="Connections")).to_contain_text("127.0.0.1")
+
+
 def test_a_copied_address_shows_the_same_time(page: Page, long: Air) -> None:
     at_s = long.measurements["time_s"].min() + 100.5  # type: ignore[operator]  # a number
     opened(page, long, f"/#at={at_s}")
@@ -117,6 +152,22 @@ def test_one_click_shows_where_the_aircraft_was_five_minutes_ago(page: Page, lon
     expect(page.locator("#time p[role=status]")).to_contain_text(said)
     centre = "window.multiradar.picture.map.getView().getCenter()"
     settled(page, f"Math.hypot({centre}[0] - {track['x']}, {centre}[1] - {track['y']}) < 500")
+    # A younger one is shown where it was first.
+    page.get_by_role("button", name="Go live").click()
+    settled(page, f"{STORE}.dataTimeS === {present}")
+    young = page.evaluate(f"Math.max(...{STORE}.tracks.map((one) => one.id))")
+    page.evaluate(f"window.multiradar.actions.select({young})")
+    settled(page, "window.multiradar.selection.updates.length > 0")
+    born_s, first_s = page.evaluate(
+        f"[window.multiradar.selection.updates[0].time_s, {CLOCK}.span[0]]"
+    )
+    assert born_s > first_s + 0.1
+    page.evaluate(f"window.multiradar.ago.show(window.multiradar, {present - first_s - 0.1})")
+    expect(page.locator("#time p[role=status]")).to_contain_text("was first tracked at")
+    assert abs(time_of(page) - born_s) < 0.1
+    page.evaluate(f"window.multiradar.actions.select({old})")
+    page.evaluate(f"{CLOCK}.seek({present - 300.0})")
+    settled(page, f"Math.abs({STORE}.dataTimeS - {present - 300.0}) < 0.1")
     # Five minutes before that nothing is retained.
     button.click()
     expect(page.locator("#time p[role=status]")).to_contain_text("before the first time")

@@ -88,7 +88,7 @@ function options(data: ChartData, width: number): uPlot.Options {
     tzDate: (seconds) => uPlot.tzDate(new Date(seconds * 1000), "Etc/UTC"),
     legend: { show: false },
     cursor: { show: false },
-    padding: [8, 8, 0, 0],
+    padding: [8, 20, 0, 0],
     axes: [
       { ...axis, size: 26, space: 60, values: (_, splits) => splits.map(clock) },
       { ...axis, size: 56, space: 28, values: (_, splits, __, ___, step) => splits.map((one) => one.toFixed(decimals(step))) },

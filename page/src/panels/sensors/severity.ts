@@ -44,8 +44,8 @@ export function severityOf(sensor: Sensor): Severity {
     ? `Its clock is ${(sensor.clock_lead_s ?? 0).toFixed(0)} s ahead of the data time.` : ALARMS[alarm] ?? `Alarm ${alarm}.`;
   const reasons = [...causes, ...alarms.map(meaning), ...doubts(sensor)];
   const level: Level = causes.length > 0 ? "FAULT" : alarms.length > 0 ? "ALARM"
-    : sensor.updates === 0 ? "NO DATA" : reasons.length > 0 ? "CHECK" : "OK";
-  if (level === "NO DATA") reasons.unshift("No plot has updated a track yet.");
+    : (sensor.updates ?? sensor.last_update_s ?? 0) === 0 ? "NO DATA" : reasons.length > 0 ? "CHECK" : "OK";
+  if (level === "NO DATA") reasons.unshift(sensor.updates === null ? "No plot updated a track in the last two minutes." : "No plot has updated a track yet.");
   return { level, rank: RANKS[level], reasons };
 }
 

@@ -45,7 +45,7 @@ const residuals = new Source<Residuals>(EVERY_MS);
 export function sensorSheet(sensor: Sensor, severity: Severity, app: App): TemplateResult {
   return html`<section class="sheet" aria-label="Sensor ${sensor.id}"><h3>${sensor.id}</h3>
     ${severity.reasons.map((one) => html`<p class="alarm">${one}</p>`)}
-    ${sensor.biases.length === 0 ? html`<p class="hint">No bias is estimated${sensor.updates === 0 ? " yet" : ""}.</p>` : biases(sensor)}
+    ${sensor.biases.length === 0 ? html`<p class="hint">No bias is estimated${(sensor.updates ?? 1) === 0 ? " yet" : ""}.</p>` : biases(sensor)}
     ${curves(sensor, app)}
     ${sensor.kind === "radar" ? byPlace(sensor, app) : nothing}
     ${facts(sensor, app)}</section>`;
@@ -67,12 +67,13 @@ function biases({ biases: found }: Sensor): TemplateResult {
 function curves(sensor: Sensor, app: App): TemplateResult | typeof nothing {
   const { dataTimeS } = app.store;
   if (dataTimeS === null || sensor.biases.length === 0) return nothing;
-  const address = `v1/sensors/${encodeURIComponent(sensor.id)}/bias?history=true&since=${Math.max(0, dataTimeS - PAST_S)}&limit=${ROWS_MAX}`;
-  const found = history.read(app, sensor.id, address);
+  const atS = app.feed.sensorsAtS ?? dataTimeS;
+  const address = `v1/sensors/${encodeURIComponent(sensor.id)}/bias?history=true&since=${Math.max(0, atS - PAST_S).toFixed(1)}&limit=${ROWS_MAX}`;
+  const found = history.read(app, `${sensor.id} ${app.clock.jumps}`, address);
   if (found === null) return html`<p class="hint">${history.problem || "Reading the biases…"}</p>`;
   const names = [...new Set(found.biases.map((one) => one.parameter))];
   return html`${names.map((parameter) => {
-    const rows = settled(found.biases.filter((one) => one.parameter === parameter));
+    const rows = settled(found.biases.filter((one) => one.parameter === parameter && one.time_s <= atS));
     const [name, unit] = named(parameter);
     const data: ChartData = {
       label: `${name}, ± 2 sigma`, unit: unit.trim(), times: rows.map((one) => one.time_s), digits: digitsOf(rows[rows.length - 1]?.sigma ?? NaN),
@@ -127,6 +128,7 @@ function barsOf(bins: readonly Bin[], end: number, name: (begin: number) => stri
 
 function facts(sensor: Sensor, { feed }: App): TemplateResult {
   const { health } = sensor;
+  const now = feed.sensorsAtS === null ? "" : " (now)";
   const value = (name: string): number => numberOf(health?.[name]);
   const arrivals = ((feed.status["arrivals"] ?? {}) as Record<string, Record<string, unknown>>)[sensor.id];
   const delay = [numberOf(arrivals?.["delay_s_median"]), numberOf(arrivals?.["delay_s_p99"])] as const;
@@ -135,11 +137,13 @@ function facts(sensor: Sensor, { feed }: App): TemplateResult {
   const clock = sensor.biases.find((one) => one["parameter"] === "time_offset_s");
   const rows: [string, string][] = [
     ["Kind", sensor.kind],
-    ["Updates", `${sensor.updates}${sensor.age_s === null ? "" : `, the last ${sensor.age_s.toFixed(1)} s ago`}`],
+    ["Updates", [sensor.updates === null ? "" : String(sensor.updates), sensor.age_s === null ? "" : `the last ${sensor.age_s.toFixed(1)} s ago`]
+      .filter((one) => one !== "").join(", ") || "none"],
     ["Scan period", sensor.rotation_period_s === null ? "not configured" : `${sensor.rotation_period_s} s`],
-    ["Latency behind data time", Number.isFinite(delay[0]) ? `${delay[0].toFixed(2)} s, 99 %: ${delay[1].toFixed(2)} s` : "no data"],
-    ["Received too late", arrivals === undefined ? "no data" : String(numberOf(arrivals["late"]))],
-    ["Clock offset", clock === undefined ? "not estimated" : `${signed(numberOf(clock["estimate"]), 3)} ± ${(2 * numberOf(clock["sigma"])).toFixed(3)} s`],
+    [`Latency behind data time${now}`, Number.isFinite(delay[0]) ? `${delay[0].toFixed(2)} s, 99 %: ${delay[1].toFixed(2)} s` : "no data"],
+    [`Received too late${now}`, arrivals === undefined ? "no data" : String(numberOf(arrivals["late"]))],
+    ...asterixClock(feed.status, sensor.id, now),
+    ["Clock offset, estimated", clock === undefined ? "not estimated" : `${signed(numberOf(clock["estimate"]), 3)} ± ${(2 * numberOf(clock["sigma"])).toFixed(3)} s`],
   ];
   if (sensor.kind === "radar") {
     rows.push(
@@ -155,6 +159,22 @@ function facts(sensor: Sensor, { feed }: App): TemplateResult {
     );
   }
   return html`<h4>Operation</h4><dl class="facts">${rows.map(([name, text]) => html`<dt>${name}</dt><dd>${text}</dd>`)}</dl>`;
+}
+
+/** Offset and latency of the messages of a radar, from their times and those of their reception. */
+function asterixClock(status: Record<string, unknown>, id: string, now: string): [string, string][] {
+  const { clocks } = (status["asterix"] ?? {}) as { clocks?: Record<string, Record<string, unknown>> };
+  const found = clocks?.[id];
+  if (found === undefined) return [];
+  const seconds = (name: string): string => {
+    const value = numberOf(found[name]);
+    return Number.isFinite(value) ? `${signed(value, 3)} s` : "not known";
+  };
+  const alarm = typeof found["reason"] === "string" && found["alarm"] != null ? `: ${found["reason"]}` : "";
+  return [
+    [`Clock offset, ASTERIX${now}`, `${seconds("clock_offset_s")}${alarm}`],
+    [`Latency, ASTERIX${now}`, `${seconds("latency_median_s")}, 99 %: ${seconds("latency_p99_s")}`],
+  ];
 }
 
 const NAMES: Record<string, [string, string]> = {

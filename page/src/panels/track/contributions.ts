@@ -23,7 +23,7 @@ export function contributions({ plots, time_s: time }: TrackPlots, app: App): Te
   const sums = bySensor(recent);
   const whole = sums.reduce((sum, one) => sum + one.weight, 0);
   const first = sums[0];
-  const share = first === undefined || whole === 0 ? "" : `; ${first.sensor} has ${((100 * first.weight) / whole).toFixed(0)} % of the weight`;
+  const share = first === undefined || whole === 0 ? "" : `; ${first.sensor} has ${((100 * first.weight) / whole).toFixed(0)}\u00a0% of the weight`;
   return html`<p class="summary">${recent.length} ${recent.length === 1 ? "plot" : "plots"} of ${sums.length} ${
       sums.length === 1 ? "sensor" : "sensors"} in the last minute${share}.</p>
     <table><thead><tr><th scope="col">Sensor</th><th scope="col">Plots</th>

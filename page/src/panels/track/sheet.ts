@@ -34,7 +34,9 @@ function draw(app: App): TemplateResult {
   if (selected === null) return html`<p class="hint">Select a track on the map or in the table.</p>`;
   const track = store.track(selected);
   const past = transitions.read(app, String(selected), `v1/tracks/${selected}/transitions?limit=100`);
-  if (track === undefined) return ended(selected, past?.transitions ?? []);
+  const shownS = app.clock.isLive ? Infinity : app.clock.at(performance.now()) ?? Infinity;
+  const steps = (past?.transitions ?? []).filter((one) => one.time_s <= shownS);
+  if (track === undefined) return absent(selected, steps, shownS);
   const used = plots.read(app, String(selected), `v1/tracks/${selected}/plots?window_s=${WINDOW_S}`);
   const { updates } = app.selection;
   return html`${head(track, app)}
@@ -45,7 +47,7 @@ function draw(app: App): TemplateResult {
       used === null ? html`<p class="hint">${plots.problem || "Reading the plots…"}</p>` : contributions(used, app)}</section>
     <section aria-label="Level and speed"><h3>Level and speed, last ten minutes</h3>${profile(updates, view.units)}</section>
     <section aria-label="Innovations by sensor"><h3>Innovations by sensor</h3>${used === null ? nothing : residuals(used.plots, app)}</section>
-    ${life(past?.transitions ?? [])}`;
+    ${life(steps)}`;
 }
 
 function head(track: Track, { actions }: App): TemplateResult {
@@ -66,7 +68,7 @@ function facts(track: Track, last: Update | undefined, { view }: App): TemplateR
     ["Speed", speed(track.speedMps, units), last === undefined ? "" : `± ${speed(2 * last.velocity_sigma_mps, units)}`],
     ["Heading", heading(track.headingDeg), ""],
     ["Position", `${track.latitude.toFixed(4)}, ${track.longitude.toFixed(4)}`, ""],
-    ["Position sigma", distance(track.sigmaM, units), "1 sigma"],
+    ["Position sigma", distance(track.sigmaM, units), ""],
     ["Last plot", `${track.ageS.toFixed(1)} s ago`, last === undefined ? "" : `by ${last.sensor_id}`],
     ["Track number", String(track.id), ""],
   ];
@@ -112,8 +114,11 @@ function life(found: readonly Transition[]): TemplateResult | typeof nothing {
     <th scope="row">${utc(one.time_s)}</th><td>${one.transition}</td><td>${said(one)}</td></tr>`)}</tbody></table></section>`;
 }
 
-function ended(id: number, found: readonly Transition[]): TemplateResult {
+function absent(id: number, found: readonly Transition[], shownS: number): TemplateResult {
   const last = found[found.length - 1];
+  if (Number.isFinite(shownS) && last?.transition !== "ended") {
+    return html`<p class="hint">Track ${id} was not tracked at ${utc(shownS)}.</p>`;
+  }
   const how = last?.transition === "ended" ? ` at ${utc(last.time_s)}: ${said(last)}` : "";
   return html`<p class="hint">Track ${id} has ended${how}.</p>${life(found)}`;
 }

@@ -1,5 +1,6 @@
 """Routes for operators: health, readiness, counters, status and the quarantine."""
 
+import json
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Query
@@ -36,12 +37,13 @@ async def readiness(access: Granted) -> Response:
     """
     reasons = await access.workers.run(access.service.unready)
     if reasons:
+        every = [{"code": one.code, "reason": one.text} for one in reasons]
         raise RequestError(
             503,
             reasons[0].code,
             "; ".join(reason.text for reason in reasons),
             {"retry-after": "1"},
-            members={"reasons": [{"code": one.code, "reason": one.text} for one in reasons]},
+            members=json.dumps({"reasons": every})[1:-1].encode(),
         )
     return Response(b'{"ready": true}', media_type=encoding.JSON)
 
@@ -62,7 +64,7 @@ async def metrics(access: Granted) -> Response:
 async def status(access: Granted) -> Response:
     """Return counts, sequence numbers, data time, output digest and version."""
     value = await access.workers.run(access.view.status)
-    return json_response(value)
+    return json_response({**value, "pages": access.pages.connected()})
 
 
 @router.get("/v1/rejects", response_model=RejectPage, dependencies=[DISPLAY])

@@ -11,8 +11,10 @@ from fastapi import APIRouter, Depends, Query, Request
 from starlette.responses import Response
 
 from multiradar.access.requirement import DISPLAY, PUBLIC
+from multiradar.access.shares import CLIENT
 from multiradar.api.access import Access, Granted
 from multiradar.api.answers.documents import NOT_FOUND
+from multiradar.api.pages import PAGE_HEADER
 from multiradar.api.problems import parameter_error
 from multiradar.api.query import INTEGER_MOST, AsInteger, AsTime, At, strict_query, time_query
 from multiradar.api.selection import BOX_FORM, bounding_box
@@ -88,6 +90,7 @@ def _answer(request: Request, name: str) -> Response:
     },
 )
 async def picture(
+    request: Request,
     access: Granted,
     *,
     after: Annotated[
@@ -129,6 +132,7 @@ async def picture(
 
     The present picture, or with `at` that of a past time, as far back as the service retains it.
     """
+    access.pages.note(CLIENT.get(), request.headers.get(PAGE_HEADER))
     area = None if bbox is None else Area(*astuple(bounding_box(bbox)))
     if at is None:
         _reject({"since": since, "layer": layer or None}, "allowed only together with at")

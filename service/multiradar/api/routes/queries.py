@@ -14,7 +14,7 @@ from multiradar.api.access import Access, Granted
 from multiradar.api.answers.documents import NOT_FOUND
 from multiradar.api.answers.tables import json_response
 from multiradar.api.problems import parameter_error
-from multiradar.api.query import AsInteger, AsNumber, TrackId, strict_query
+from multiradar.api.query import AsInteger, AsNumber, At, TrackId, strict_query
 from multiradar.errors import ForecastError, RequestError
 from multiradar.runtime.queries.parameters import Parameter
 from multiradar.runtime.queries.registry import NO_ANSWER, QUERIES, Query
@@ -49,13 +49,17 @@ def _arguments(query: Query) -> Iterator[inspect.Parameter]:
         yield inspect.Parameter("track_id", keyword, annotation=TrackId)
     for one in query.parameters:
         yield inspect.Parameter(one.name, keyword, default=one.default, annotation=_annotation(one))
+    if query.of_past:
+        yield inspect.Parameter("at", keyword, default=None, annotation=At)
 
 
 def _endpoint(query: Query) -> Callable[..., Awaitable[Response]]:
-    async def answer(access: Access, track_id: int | None = None, **given: Any) -> Response:
+    async def answer(
+        access: Access, track_id: int | None = None, at: float | None = None, **given: Any
+    ) -> Response:
         try:
             document = await access.queries.run(
-                query.name, lambda: access.view.ask(query, track_id, **given)
+                query.name, lambda: access.view.ask(query, track_id, at, **given)
             )
         except ForecastError as error:
             raise parameter_error({error.parameter: error.reason}) from error

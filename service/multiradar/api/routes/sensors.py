@@ -13,7 +13,7 @@ from multiradar.api.answers.documents import NOT_FOUND, BiasAnswer, SensorList, 
 from multiradar.api.answers.paging import HISTORY_ROWS_MAX, page_by_time
 from multiradar.api.answers.tables import json_response
 from multiradar.api.problems import parameter_error
-from multiradar.api.query import AsInteger, SensorId, Since, TimeCursor, strict_query
+from multiradar.api.query import AsInteger, At, SensorId, Since, TimeCursor, strict_query
 from multiradar.errors import RequestError
 from multiradar.runtime.ports import View
 from multiradar.runtime.queries.registry import BIASES
@@ -32,9 +32,12 @@ HistoryLimit = Annotated[
 
 
 @router.get("", response_model=SensorList)
-async def list_sensors(access: Granted) -> Response:
-    """List the sensors by identifier, with their present state."""
-    sensors = await access.workers.run(access.view.sensors)
+async def list_sensors(access: Granted, *, at: At = None) -> Response:
+    """List the sensors by identifier, with their present state or, with `at`, a past one."""
+    if at is None:
+        sensors = await access.workers.run(access.view.sensors)
+    else:
+        sensors = await access.queries.run("past", access.view.sensors, at)
     return json_response({"count": len(sensors), "sensors": sensors})
 
 

@@ -12,8 +12,8 @@ import typer
 from multiradar.cli.options import OverlaysOption
 from multiradar.cli.terminal.stop_signals import stop_on_signals
 from multiradar.errors import InputError, PipelineError
-from multiradar.storage.folders import no_such
 from multiradar.toolbox.inputs import SENSORS_FILE, load_sensor_table
+from multiradar_schemas.documents.contents import no_such
 
 if TYPE_CHECKING:
     from multiradar.estimation.measurement.sensors import SensorTable

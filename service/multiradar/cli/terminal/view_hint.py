@@ -16,9 +16,14 @@ def view_hint(tracks: Path, measurements: Path | None = None) -> str:
     """
     from multiradar.storage.recording import measurements_path
 
-    command = ["multiradar", "view", str(tracks)]
+    command = ["multiradar", "view", _shown(tracks)]
     if measurements is not None:
         file = measurements_path(measurements)
         if file.is_file() and file.suffix == ".parquet":
-            command += ["--measurements", str(measurements)]
+            command += ["--measurements", _shown(measurements)]
     return f"on a map: {shlex.join(command)}"
+
+
+# A name that begins with a dash would be read as an option.
+def _shown(path: Path) -> str:
+    return f"./{path}" if str(path).startswith("-") else str(path)

@@ -7,24 +7,24 @@ import numpy as np
 
 from multiradar.clock import Clock
 from multiradar.errors import RequestError
-from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.picture.frames import encoded
-from multiradar.runtime.picture.past import PastAsked, past_frame
+from multiradar.runtime.picture.past import PATH_S, PastAsked, past_frame, path_columns
 from multiradar.runtime.picture.recent_plots import RecentPlots
 from multiradar.runtime.picture.retained import RetainedPast
 from multiradar.runtime.picture.selection import WHOLE_MAX, WORLD, Area, Columns, at, inside, shown
-from multiradar.runtime.picture.track_columns import track_columns
+from multiradar.runtime.picture.track_columns import system_plane, track_columns
 from multiradar.tracking.outputs import STATE_NAMES
 
-#: Maximum plots of a frame: a page that was away longer misses the oldest.
-PLOTS_MAX = 8_192
+#: Maximum plots of the first frame of a page, and of the others: a page that was away longer, or a
+#: replay far above real time, misses the oldest.
+PLOTS_FIRST_MAX, PLOTS_MAX = 8_192, 4_096
 #: A page that has no plots yet gets those of the last seconds, s of data time.
 PLOTS_FIRST_S = 30.0
 #: Shortest time between two states of the picture, s: all pages read the same one.
 TICK_S = 0.1
 #: Fraction of the time that making states may take; with many tracks and plots they are rarer.
-SHARE_MAX = 0.05
+SHARE_MAX = 0.03
 #: Encoded frames retained until the next tick.
 _FRAMES_MAX = 64
 
@@ -66,12 +66,9 @@ class AirPicture:
         self._clock = clock
         self._lock = threading.Lock()
         self._plots = RecentPlots(known)
-        self._past = RetainedPast(known)
-        latitude_rad, longitude_rad = known.sensors.latitude_rad, known.sensors.longitude_rad
-        self._plane = (
-            None if np.isnan(latitude_rad).all()
-            else SystemPlane.for_sensors(latitude_rad, longitude_rad)
-        )  # fmt: skip
+        #: What is retained of the past.
+        self.retained = RetainedPast(known)
+        self._plane = system_plane(known.sensors)
         self._version = -1
         self._due_s = -np.inf
         self._data_time_s: float | None = None
@@ -93,12 +90,12 @@ class AirPicture:
         Returns
         -------
         bytes
-            A frame (see `frames`): tables `tracks` (see `track_columns`) and `plots` (see
-            `RecentPlots.after`), and in the header `data_time_s`, `next`, `sensors` (identifiers,
-            by their number in `plots`), `states` (names, by number in `tracks`), `skipped` (plots
-            that are no longer retained), `total` (live tracks, of which `tracks` may be a part),
-            `bundles` (tracks with a trajectory set) and `span_s` (the first and last time of which
-            `past` has the picture).
+            A frame (see `frames`): tables `tracks` (see `track_columns`), `plots` (see
+            `RecentPlots.after`) and, for a new page, `path` (see `path_columns`), and in the header
+            `data_time_s`, `next`, `sensors` (identifiers, by their number in `plots`), `states`
+            (names, by number in `tracks`), `skipped` (plots that are no longer retained), `total`
+            (live tracks, of which `tracks` may be a part), `bundles` (tracks with a trajectory set)
+            and `span_s` (the first and last time of which `past` has the picture).
         """
         with self._lock:
             self._tick()
@@ -126,7 +123,7 @@ class AirPicture:
         """
         if asked.layer:
             raise RequestError(404, "LAYER_NOT_FOUND", "the service has layer 0 only")
-        return past_frame(self._past, asked, {"span_s": self._span_s()})
+        return past_frame(self.retained, asked, {"span_s": self._span_s()})
 
     def _span_s(self) -> tuple[float, float] | None:
         oldest_s, data_time_s = self._known.oldest_s, self._known.data_time_s
@@ -150,7 +147,8 @@ class AirPicture:
 
     def _encoded(self, asked: Asked) -> bytes:
         since_s = (self._data_time_s or 0.0) - PLOTS_FIRST_S
-        plots, skipped = self._plots.after(asked.after, PLOTS_MAX, since_s)
+        most = PLOTS_FIRST_MAX if asked.after is None else PLOTS_MAX
+        plots, skipped = self._plots.after(asked.after, most, since_s)
         tracks, total = self._tracks, len(self._tracks["track_id"])
         if asked.area is not None:
             tracks = at(tracks, shown(tracks, asked.area, asked.track))
@@ -166,4 +164,10 @@ class AirPicture:
             "sensors": list(self._known.sensors.ids),
             "states": list(STATE_NAMES),
         }
-        return encoded(members, {"tracks": tracks, "plots": plots})
+        tables = {"tracks": tracks, "plots": plots}
+        if asked.after is None and self._data_time_s is not None:
+            # A new page: earlier positions as in the history.
+            path_s = self._data_time_s - PATH_S
+            recent = self.retained.positions(path_s, self._data_time_s)
+            tables["path"] = path_columns(recent, path_s, tracks["track_id"])
+        return encoded(members, tables)

@@ -6,13 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.memory.knowledge import AirTracks
 from multiradar.runtime.memory.live_tracks import ages_and_states, sources_of
 from multiradar.runtime.picture.frames import encoded
 from multiradar.runtime.picture.plot_columns import plot_columns
 from multiradar.runtime.picture.selection import WHOLE_MAX, WORLD, Area, at, inside, shown
 from multiradar.runtime.picture.track_columns import SOURCE_KEPT_S, track_columns
-from multiradar.tracking.outputs import SPREAD_COUNT, STATE_NAMES
+from multiradar.tracking.outputs import STATE_NAMES
 
 #: Without an earlier frame: earlier positions and plots of so long before the time, s.
 PATH_S = 120.0
@@ -21,6 +22,8 @@ PLOTS_S = 30.0
 PLOTS_MAX = 5_000
 #: Interval of earlier positions of a track, s.
 PATH_STEP_S = 5.0
+#: With numbers up to so many times the rows a table of all numbers is faster than sorting.
+_NUMBERS_PER_ROW = 64
 
 Floats = NDArray[np.float64]
 
@@ -74,6 +77,10 @@ class PictureSource(Protocol):
         """Return the last update of each track at a time, rows of `UPDATE_DTYPE` by track."""
         ...
 
+    def spread(self, rows: NDArray[np.void]) -> tuple[SystemPlane | None, Floats]:
+        """Return the covariances of rows of `latest` and their plane; None where not retained."""
+        ...
+
     def positions(self, after_s: float, at_s: float) -> Positions:
         """Return the positions of the updates of a span."""
         ...
@@ -84,6 +91,14 @@ class PictureSource(Protocol):
 
     def biases(self, at_s: float) -> Floats:
         """Return the biases estimated at a time, (sensors, parameters), m, rad, 1, s."""
+        ...
+
+    def bias_records(self, at_s: float) -> list[dict[str, Any]]:
+        """Return the latest estimate of each bias at a time, rows of `biases.parquet`."""
+        ...
+
+    def health_records(self, at_s: float) -> list[dict[str, Any]]:
+        """Return the health of the radars at a time, rows of `health.parquet`."""
         ...
 
 
@@ -102,8 +117,8 @@ def past_frame(source: PictureSource, asked: PastAsked, members: dict[str, objec
     Returns
     -------
     bytes
-        A frame as from `AirPicture.frame`, without the axes of covariances, and with a table
-        `path`: earlier positions of the tracks, one in `PATH_STEP_S`.
+        A frame as from `AirPicture.frame`, and with a table `path`: earlier positions of the
+        tracks, one in `PATH_STEP_S`. A recorded run has no covariances.
     """
     at_s, since_s = asked.at_s, asked.since_s
     if since_s is None or not at_s - PATH_S <= since_s <= at_s:
@@ -112,7 +127,8 @@ def past_frame(source: PictureSource, asked: PastAsked, members: dict[str, objec
     age_s, rows["state"] = ages_and_states(rows, at_s, source.coast_after_s)
     recent = source.positions(min(since_s, at_s - SOURCE_KEPT_S), at_s)
     heard_s = _heard(recent, rows["track_id"], source.sensors)
-    tracks = track_columns(AirTracks(0, at_s, rows, age_s, heard_s, _no_spread(len(rows))), None)
+    plane, spread = source.spread(rows)
+    tracks = track_columns(AirTracks(0, at_s, rows, age_s, heard_s, spread), plane)
     total = len(rows)
     if total > WHOLE_MAX:
         tracks = at(tracks, shown(tracks, asked.area or WORLD, asked.track))
@@ -130,15 +146,22 @@ def past_frame(source: PictureSource, asked: PastAsked, members: dict[str, objec
         "states": list(STATE_NAMES),
         **members,
     }
-    path = _thinned(recent, since_s, tracks["track_id"])
+    path = path_columns(recent, since_s, tracks["track_id"])
     return encoded(header, {"tracks": tracks, "plots": plots, "path": path})
 
 
 def last_of_each(track_id: NDArray[np.int64]) -> NDArray[np.intp]:
     """Return the index of the last row of each track, by ascending track."""
+    most = int(track_id.max(initial=0))
+    if track_id.min(initial=0) >= 0 and most < _NUMBERS_PER_ROW * len(track_id):
+        # Of several assignments to one place the last counts.
+        last = np.full(most + 1, -1, np.intp)
+        last[track_id] = np.arange(len(track_id))
+        found: NDArray[np.intp] = last[last >= 0]
+        return found
     _, backwards = np.unique(track_id[::-1], return_index=True)
-    last: NDArray[np.intp] = len(track_id) - 1 - backwards
-    return last
+    found = len(track_id) - 1 - backwards
+    return found
 
 
 # Time of the last update of each track by each source, as from `LiveTracks.heard`.
@@ -148,17 +171,23 @@ def _heard(recent: Positions, tracks: NDArray[np.int64], sensors: SensorTable) -
         place = np.minimum(np.searchsorted(tracks, recent.track_id), len(tracks) - 1)
         own = (tracks[place] == recent.track_id) & (recent.sensor >= 0)
         source = sources_of(sensors)[recent.sensor[own]]
-        np.maximum.at(heard_s, (place[own], source), recent.time_s[own])
+        # By ascending time: the last assignment counts.
+        heard_s[place[own], source] = recent.time_s[own]
     return heard_s
 
 
-# Covariances are not retained.
-def _no_spread(tracks: int) -> Floats:
-    return np.full((tracks, SPREAD_COUNT), np.nan)
+def path_columns(recent: Positions, since_s: float, tracks: Floats) -> dict[str, NDArray[Any]]:
+    """Return earlier positions as the table `path`: of each track the last of each interval.
 
-
-# One position of each track in each interval, the last.
-def _thinned(recent: Positions, since_s: float, tracks: Floats) -> dict[str, NDArray[Any]]:
+    Parameters
+    ----------
+    recent : Positions
+        Positions of all tracks.
+    since_s : float
+        Only later ones.
+    tracks : (n,) ndarray
+        The tracks.
+    """
     kept = np.isin(recent.track_id, tracks) & (recent.time_s > since_s)
     if not kept.any():
         return {}

@@ -12,7 +12,7 @@ from multiradar.runtime.queries.track_windows import bias_estimates
 #: Plots that are retained, whatever the number of readers.
 PLOTS_KEPT = 32_768
 #: Plots placed at once: of more since the last call, the oldest are skipped.
-PLOTS_READ_MAX = 8_192
+PLOTS_READ_MAX = 4_096
 _ROW = np.dtype(
     [
         ("time_s", np.float64), ("track_id", np.float64), ("latitude_deg", np.float64),

@@ -1,12 +1,18 @@
 """What the service retains of the past, as a source of pictures."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.runtime.memory.bias_board import bias_rows_frame
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.picture.past import Positions, last_of_each
+from multiradar.runtime.picture.track_columns import system_plane
 from multiradar.runtime.queries.track_windows import bias_estimates
+from multiradar.tracking.outputs import SPREAD_COUNT
 
 #: A track that is not updated ends at the first processing after `drop_after_s`, s later at most.
 _ENDING_S = 10.0
@@ -23,6 +29,7 @@ class RetainedPast:
 
     def __init__(self, known: Knowledge) -> None:
         self._known = known
+        self._plane = system_plane(known.sensors)
 
     @property
     def sensors(self) -> SensorTable:
@@ -43,6 +50,13 @@ class RetainedPast:
         live: NDArray[np.void] = rows[~np.isin(rows["track_id"], ended)]
         return live
 
+    def spread(self, rows: NDArray[np.void]) -> tuple[SystemPlane | None, NDArray[np.float64]]:
+        """Return the covariances of rows of `latest`, and their plane."""
+        if self._plane is None:
+            return None, np.full((len(rows), SPREAD_COUNT), np.nan)
+        place = self._plane.to_plane(rows["latitude_rad"], rows["longitude_rad"])
+        return self._plane, np.column_stack([*place, rows["spread"]])
+
     def positions(self, after_s: float, at_s: float) -> Positions:
         """Return the positions of the updates of a span."""
         rows = self._known.updates_between(after_s, at_s)
@@ -59,3 +73,11 @@ class RetainedPast:
     def biases(self, at_s: float) -> NDArray[np.float64]:
         """Return the biases published at a time."""
         return bias_estimates(self._known.biases_at(at_s), len(self.sensors))
+
+    def bias_records(self, at_s: float) -> list[dict[str, Any]]:
+        """Return the biases published at a time, as rows of `biases.parquet`."""
+        return bias_rows_frame(self._known.biases_at(at_s), self.sensors).to_dicts()
+
+    def health_records(self, at_s: float) -> list[dict[str, Any]]:
+        """Return the health of the radars at a time."""
+        return self._known.health_at(at_s)

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.memory.knowledge import AirTracks
 from multiradar.tracking.forecast.regions import ellipses
@@ -21,6 +22,13 @@ _IDENTITIES = {"callsign": np.float64, "mode_s_address": np.int32, "mode_3a": np
 
 Floats = NDArray[np.float64]
 Columns = dict[str, NDArray[Any]]
+
+
+def system_plane(sensors: SensorTable) -> SystemPlane | None:
+    """Return the plane of the covariances; None where no sensor has a position."""
+    if np.isnan(sensors.latitude_rad).all():
+        return None
+    return SystemPlane.for_sensors(sensors.latitude_rad, sensors.longitude_rad)
 
 
 def track_columns(air: AirTracks, plane: SystemPlane | None) -> Columns:

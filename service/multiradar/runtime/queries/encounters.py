@@ -1,4 +1,4 @@
-"""Encounters of live tracks: pairs predicted to come into proximity."""
+"""Encounters of live tracks: pairs predicted to come close to each other."""
 
 from collections.abc import Iterator
 from typing import Any, NamedTuple
@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.memory.live_tracks import ages_and_states
 from multiradar.runtime.queries.deadline import check_deadline
 from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.runtime.queries.forecasts import points_inside
+from multiradar.runtime.queries.moment import Moment
 from multiradar.runtime.queries.parameters import BY_PROBABILITY
 from multiradar.tracking.encounters.approaches import (
     Approaches,
@@ -135,13 +135,13 @@ def encounters(
     }
 
 
-def answer_encounters(known: Knowledge, **values: Any) -> dict[str, Any]:
+def answer_encounters(known: Moment, **values: Any) -> dict[str, Any]:
     """Return the encounters predicted among the live tracks.
 
     Parameters
     ----------
-    known : Knowledge
-        Present data of the service.
+    known : Moment
+        The data.
     **values
         The fields of `EncounterQuery`.
 

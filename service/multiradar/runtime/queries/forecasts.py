@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from multiradar.errors import ForecastError
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.queries.forecast_methods import (
     Known,
     Method,
@@ -15,6 +14,7 @@ from multiradar.runtime.queries.forecast_methods import (
     known_of,
     method_of,
 )
+from multiradar.runtime.queries.moment import Moment
 from multiradar.runtime.queries.polynomial_forecasts import LastPlots, last_plots
 from multiradar.runtime.trajectories.ensemble_paths import member_documents
 from multiradar.tracking.forecast.polynomial_forecast import WINDOW_S
@@ -185,14 +185,14 @@ def points_inside(plane: SystemPlane, means: NDArray[np.float64]) -> NDArray[np.
 
 
 def answer_forecast(
-    known: Knowledge, track_id: int, *, horizon_s: float, step_s: float, probability: float, by: str
+    known: Moment, track_id: int, *, horizon_s: float, step_s: float, probability: float, by: str
 ) -> dict[str, Any] | None:
     """Return the forecast of a live track, from the present data time on.
 
     Parameters
     ----------
-    known : Knowledge
-        Present data of the service.
+    known : Moment
+        The data.
     track_id : int
         The track.
     horizon_s, step_s : float
@@ -230,7 +230,7 @@ def answer_forecast(
     return {"track_id": track_id, "probability": probability, "by": by, "points": points}
 
 
-def last_plots_of(known: Knowledge, plane: SystemPlane, track_id: int) -> LastPlots | None:
+def last_plots_of(known: Moment, plane: SystemPlane, track_id: int) -> LastPlots | None:
     """Return the last plots of a live track for a polynomial; None where there are none."""
     window = known.window(track_id)
     if window is None:

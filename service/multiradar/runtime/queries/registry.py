@@ -16,6 +16,7 @@ from multiradar.runtime.queries import parameters
 from multiradar.runtime.queries.encounters import answer_encounters
 from multiradar.runtime.queries.forecasts import answer_forecast
 from multiradar.runtime.queries.manoeuvre_planes import plane_of_track
+from multiradar.runtime.queries.moment import Moment
 from multiradar.runtime.queries.observabilities import observability_of_track
 from multiradar.runtime.queries.parameters import Parameter
 from multiradar.runtime.queries.track_windows import WindowAnalysis
@@ -50,7 +51,7 @@ class Query:
     parameters : tuple of Parameter
         Its parameters.
     answer : callable
-        Called with the present data, the track if `of_track`, and the values of all parameters.
+        Called with the data of a time, the track if `of_track`, and the values of all parameters.
         Returns the document, or None when there is no such live track. Raises one of `NO_ANSWER`,
         and ForecastError for inconsistent values.
     model : type
@@ -59,6 +60,8 @@ class Query:
         One sentence for the documentation.
     no_answer : str
         Description of the conflict; empty if there is none.
+    of_past : bool
+        Whether it has answers for past times.
     """
 
     name: str
@@ -69,8 +72,9 @@ class Query:
     model: type[BaseModel]
     summary: str
     no_answer: str = ""
+    of_past: bool = True
 
-    def ask(self, known: Knowledge, track_id: int | None, given: dict[str, Any]) -> Document | None:
+    def ask(self, known: Moment, track_id: int | None, given: dict[str, Any]) -> Document | None:
         """Return the answer; absent parameters have their defaults.
 
         Raises
@@ -87,7 +91,7 @@ class Query:
 
 
 def _of_window(analyse: WindowAnalysis) -> Callable[..., Document | None]:
-    def answer(known: Knowledge, track_id: int, *, window_s: float) -> Document | None:
+    def answer(known: Moment, track_id: int, *, window_s: float) -> Document | None:
         window = known.window(track_id)
         if window is None:
             return None
@@ -117,10 +121,11 @@ TRAJECTORIES = Query(
     Trajectories,
     "Return the reconstructed trajectories of a live track over its last 90 s, with weights.",
     "There are no trajectories of the track; see `code`",
+    of_past=False,
 )  # fmt: skip
 ENCOUNTERS = Query(
     "encounters", "encounters", False, parameters.ENCOUNTERS, answer_encounters, Encounters,
-    "Predict which pairs of tracks come into proximity, when, and with which probability.",
+    "Predict which pairs of tracks come close to each other, when, and with which probability.",
 )  # fmt: skip
 PLOTS = Query(
     "plots", "plots", True, (parameters.WINDOW,), plots_of_track, TrackPlots,

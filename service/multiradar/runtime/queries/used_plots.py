@@ -11,7 +11,7 @@ from multiradar.estimation.measurement.known_biases import polar_without_biases
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.plot_rows import VARIANCES
-from multiradar.runtime.memory.knowledge import Knowledge
+from multiradar.runtime.queries.moment import Moment
 from multiradar.runtime.queries.plot_coordinates import plot_coordinates
 from multiradar.runtime.queries.track_windows import bias_estimates
 
@@ -25,13 +25,13 @@ Floats = NDArray[np.float64]
 Document = dict[str, Any]
 
 
-def plots_of_track(known: Knowledge, track_id: int, *, window_s: float) -> Document | None:
+def plots_of_track(known: Moment, track_id: int, *, window_s: float) -> Document | None:
     """Return the plots of a window before the last update of a live track.
 
     Parameters
     ----------
-    known : Knowledge
-        Present data.
+    known : Moment
+        The data.
     track_id : int
         The track.
     window_s : float
@@ -65,13 +65,13 @@ def plots_of_track(known: Knowledge, track_id: int, *, window_s: float) -> Docum
     }
 
 
-def residuals_of_radars(known: Knowledge, *, window_s: float) -> Document:
+def residuals_of_radars(known: Moment, *, window_s: float) -> Document:
     """Return the innovations of all radars by range and azimuth.
 
     Parameters
     ----------
-    known : Knowledge
-        Present data.
+    known : Moment
+        The data.
     window_s : float
         Length of the window before the data time, s.
 

@@ -23,6 +23,7 @@ from multiradar.runtime.recorded.plots import RecordedPlots
 from multiradar.runtime.recorded.update_rows import sensor_numbers, update_rows
 from multiradar.storage.time_table import TimeTable
 from multiradar.tracking.lifecycle.transitions import ENDED, TRANSITION_NAMES
+from multiradar.tracking.outputs import SPREAD_COUNT
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire.sensors import parameter_unit
 from multiradar_schemas.products.bias import BIAS_SCHEMA
@@ -134,6 +135,10 @@ class RecordedRun:
             live &= last["time_s"].to_numpy() >= at_s - self._drop_after_s
         return last.filter(pl.Series(live))
 
+    def spread(self, rows: NDArray[np.void]) -> tuple[None, Floats]:
+        """Return NaN: a run has the sigmas of positions, but no covariances."""
+        return None, np.full((len(rows), SPREAD_COUNT), np.nan)
+
     def positions(self, after_s: float, at_s: float) -> Positions:
         """Return the positions of the updates of a span."""
         rows = self._tracks.between(after_s, at_s)
@@ -157,12 +162,11 @@ class RecordedRun:
                 estimates[place] = record["estimate"] * parameter_unit(record["parameter"])
         return estimates
 
-    def bias_records(self, at_s: float | None) -> list[dict[str, Any]]:
-        """Return the latest row of each bias at a time or, None, of all, as of `biases.parquet`."""
+    def bias_records(self, at_s: float) -> list[dict[str, Any]]:
+        """Return the latest row of each bias at a time, as of `biases.parquet`."""
         if self._biases is None:
             return []
-        if at_s is None:
-            at_s = self._biases.span_s[1]
+        at_s = min(at_s, self._biases.span_s[1])
         latest = pl.DataFrame()
         for span_s in _BIAS_SPANS_S:
             rows = self._biases.between(at_s - span_s, at_s)
@@ -173,14 +177,14 @@ class RecordedRun:
             latest = found
         return latest.sort("sensor_id", maintain_order=True).to_dicts()
 
-    def health(self) -> dict[str, dict[str, Any]]:
-        """Return the last row of `health.parquet` of each radar; empty without the file."""
+    def health_records(self, at_s: float) -> list[dict[str, Any]]:
+        """Return the last row of `health.parquet` of each radar at a time; none without it."""
         path = self._beside(HEALTH_FILE)
         if not path.is_file():
-            return {}
-        rows = _table(path, list(HEALTH_SCHEMA)).collect()
+            return []
+        rows = _table(path, list(HEALTH_SCHEMA)).filter(pl.col("time_s") <= at_s).collect()
         last = rows.sort("time_s", maintain_order=True).unique("sensor_id", keep="last")
-        return {row["sensor_id"]: row for row in last.to_dicts()}
+        return last.to_dicts()
 
     def updates_by_sensor(self) -> dict[str, tuple[int, float]]:
         """Return the number of updates by each sensor, and the time of the last one, s."""

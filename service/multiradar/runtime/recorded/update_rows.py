@@ -42,13 +42,20 @@ def update_rows(frame: pl.DataFrame, sensors: SensorTable) -> NDArray[np.void]:
     for name, field in _ANGLES.items():
         rows[field] = np.radians(frame[name].fill_null(np.nan).to_numpy())
     for name, base in (("mode_3a", _OCTAL), ("mode_s_address", _HEXADECIMAL)):
-        numbers = frame[name].str.to_integer(base=base, strict=False)
-        rows[name] = numbers.fill_null(MISSING).to_numpy()
+        # A few hundred rows: an expression of polars costs more than all of them.
+        rows[name] = [_integer(text, base) for text in frame[name].to_list()]
     rows["callsign"] = packed_callsigns(frame["callsign"])
     rows["state"] = positions_in(frame["state"], STATE_NAMES, default=0)
     rows["on_ground"] = frame["on_ground"].cast(pl.Int8).fill_null(MISSING).to_numpy()
     rows["sensor"] = sensor_numbers(frame["sensor_id"], sensors)
     return rows
+
+
+def _integer(text: str | None, base: int) -> int:
+    try:
+        return MISSING if text is None else int(text, base)
+    except ValueError:
+        return MISSING
 
 
 def sensor_numbers(names: pl.Series, sensors: SensorTable) -> NDArray[np.int32]:

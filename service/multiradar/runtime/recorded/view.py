@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from importlib.metadata import version
 from typing import Any
 
+import numpy as np
 import polars as pl
 
 from multiradar.errors import RequestError
@@ -11,6 +12,7 @@ from multiradar.runtime.live.readiness import Reason
 from multiradar.runtime.memory.sensor_board import SensorBoard
 from multiradar.runtime.picture.air_picture import Asked
 from multiradar.runtime.picture.past import PastAsked, past_frame
+from multiradar.runtime.picture.past_sensors import past_sensors
 from multiradar.runtime.ports import EventSource
 from multiradar.runtime.queries.registry import BIASES, UPDATES, History, Query
 from multiradar.runtime.recorded.run import RecordedRun, final_diagnoses
@@ -33,7 +35,7 @@ class RecordedView:
         spans = [run.span_s() for run in runs]
         self._span_s = min(one[0] for one in spans), max(one[1] for one in spans)
         self._updates = self._runs[0].updates_by_sensor()
-        self._health = self._runs[0].health()
+        self._health = {row["sensor_id"]: row for row in self._runs[0].health_records(np.inf)}
 
     @property
     def page_rows_max(self) -> int:
@@ -59,7 +61,9 @@ class RecordedView:
         """Raise RequestError: nothing is live in a recorded run."""
         raise _not_recorded("receiver.json")
 
-    def ask(self, query: Query, track_id: int | None = None, **given: Any) -> dict[str, Any] | None:
+    def ask(
+        self, query: Query, track_id: int | None = None, at_s: float | None = None, /, **given: Any
+    ) -> dict[str, Any] | None:
         """Raise RequestError: queries need the states of the filter, which a run does not keep."""
         raise _not_recorded(query.name)
 
@@ -73,10 +77,12 @@ class RecordedView:
         read = run.updates if history is UPDATES else run.transitions
         return read(int(subject), since_s, limit)
 
-    def sensors(self) -> list[dict[str, Any]]:
-        """Return the sensors as at the end of the run; see `LiveView.sensors`."""
+    def sensors(self, at_s: float | None = None) -> list[dict[str, Any]]:
+        """Return the sensors at a time or, None, at the end of the run; see `LiveView.sensors`."""
         run, end_s = self._runs[0], self._span_s[1]
-        biases = run.bias_records(None)
+        if at_s is not None:
+            return past_sensors(run, at_s)
+        biases = run.bias_records(np.inf)
         diagnoses = final_diagnoses(run.report)
         records = SensorBoard(run.sensors).records(None)
         for record in records:

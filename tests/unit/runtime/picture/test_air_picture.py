@@ -86,8 +86,11 @@ def test_a_frame_continues_the_plots_and_a_first_one_has_those_of_the_last_secon
     air.push(40)
     header, tables = air.read()
     assert len(tables["plots"]["time_s"]) == header["next"] == 40
+    # A new page has earlier positions of its tracks.
+    assert set(tables["path"]["track_id"]) == set(tables["tracks"]["track_id"])
     air.push(10, seed=3)
     header, tables = air.read(Asked(40))
+    assert "path" not in tables
     assert len(tables["plots"]["time_s"]) == 10
     assert (header["next"], header["skipped"]) == (50, 0)
     # A number of a service that had more plots: it restarted.
