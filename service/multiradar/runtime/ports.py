@@ -88,8 +88,13 @@ class View(Protocol):
         """Return `receiver.json` of readsb."""
         ...
 
-    def ask(self, query: Query, track_id: int | None = None, **given: Any) -> dict[str, Any] | None:
-        """Return the answer to a query of `registry.QUERIES`; None for no such live track."""
+    def ask(
+        self, query: Query, track_id: int | None = None, at_s: float | None = None, /, **given: Any
+    ) -> dict[str, Any] | None:
+        """Return the answer to a query of `registry.QUERIES`; None for no such live track.
+
+        With `at_s` it is that of a past data time.
+        """
         ...
 
     def rows(
@@ -98,8 +103,8 @@ class View(Protocol):
         """Return rows of a track or a sensor, oldest first."""
         ...
 
-    def sensors(self) -> list[dict[str, Any]]:
-        """Return the sensors."""
+    def sensors(self, at_s: float | None = None) -> list[dict[str, Any]]:
+        """Return the sensors, at a past data time if one is given."""
         ...
 
     def picture(self, asked: Asked) -> bytes:
@@ -133,8 +138,20 @@ class MeasurementSink(Protocol):
         """Submit measurements; resolved when they are on disk."""
         ...
 
-    def flush(self, *, source: str, idempotency_key: str | None = None) -> Future[Receipt]:
+
+class OperatedSink(MeasurementSink, Protocol):
+    """The running service for senders, and for those who operate it."""
+
+    def flush(
+        self, *, source: str, idempotency_key: str | None = None, force: bool = False
+    ) -> Future[Receipt]:
         """Submit the end of a stream; resolved when all earlier measurements are processed."""
+        ...
+
+    def set_clock(
+        self, time_s: float, *, source: str, idempotency_key: str | None = None
+    ) -> Future[Receipt]:
+        """Set the data clock; resolved when it counts for all further measurements."""
         ...
 
 

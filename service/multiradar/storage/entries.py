@@ -25,6 +25,9 @@ class EntryKind(StrEnum):
     FLUSH = "flush"
     """The end of a stream: measurements in the reorder buffer are released."""
 
+    CLOCK = "clock"
+    """An operator has set the data clock, to that of the admission after the entry."""
+
 
 @dataclass(frozen=True, slots=True)
 class RejectedRow:
@@ -62,7 +65,7 @@ class Entry:
     Attributes
     ----------
     kind : EntryKind
-        A batch of measurements, or the end of a stream.
+        A batch of measurements, the end of a stream, or a new time of the data clock.
     source : str
         Input it was received from.
     idempotency_key : str or None

@@ -41,6 +41,10 @@ class Journal(Protocol):
         """Return the number of entries and measurements, and the state of the admission."""
         ...
 
+    def digest(self, sequence: int) -> bytes:
+        """Return the digest of an entry, which covers all before it."""
+        ...
+
     def skip(self, sequence: int, reason: str) -> None:
         """Mark an entry that the engine cannot process, so that replays skip it."""
         ...

@@ -59,6 +59,10 @@ class MemoryJournal:
             admission=self._entries[-1].entry.admission if self._entries else "",
         )
 
+    def digest(self, sequence: int) -> bytes:
+        """Return the digest of an entry, which covers all before it."""
+        return self._entries[sequence - 1].digest if sequence else self._origin
+
     def skip(self, sequence: int, reason: str) -> None:
         """Mark an entry so that replays skip it."""
         self._skipped[sequence] = reason

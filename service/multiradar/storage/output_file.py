@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from multiradar.errors import InputError, OutputExistsError
+from multiradar.storage.full_disk import named_if_full
 from multiradar_converters.leftovers import register_leftover, unregister_leftover
 
 #: Highest number tried after a name that exists.
@@ -33,7 +34,7 @@ def new_file(path: Path) -> Iterator[Path]:
     OutputExistsError
         The name exists already; it is not changed.
     InputError
-        The parent folder does not exist or cannot be written to.
+        The parent folder does not exist or cannot be written to, or the disk is full.
     """
     if os.path.lexists(path):
         raise _exists_error(path)
@@ -50,8 +51,9 @@ def new_file(path: Path) -> Iterator[Path]:
         msg = f"{path}: cannot write: {error.strerror or error}"
         raise InputError(msg) from error
     try:
-        yield partial
-        _finish(partial, path)
+        with named_if_full(path):
+            yield partial
+            _finish(partial, path)
     finally:
         partial.unlink(missing_ok=True)
         unregister_leftover(partial)

@@ -10,6 +10,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from multiradar.errors import InputError, OutputExistsError
+from multiradar.storage.full_disk import named_if_full
 from multiradar_converters.errors import ConversionError, OutputFolderExistsError
 from multiradar_converters.output_folder import OutputFolder
 
@@ -34,7 +35,7 @@ def new_folder(path: Path) -> Iterator[Path]:
     OutputExistsError
         The name exists already; it is not changed.
     InputError
-        The parent folder does not exist or cannot be written to.
+        The parent folder does not exist or cannot be written to, or the disk is full.
     """
     check_new(path)
     parent = path.absolute().parent
@@ -45,9 +46,10 @@ def new_folder(path: Path) -> Iterator[Path]:
     with ExitStack() as held:
         with _translated():
             held.enter_context(folder)
-        yield folder.path
-        with _translated():
-            folder.finish()
+        with named_if_full(path):
+            yield folder.path
+            with _translated():
+                folder.finish()
 
 
 def check_new(path: Path) -> None:

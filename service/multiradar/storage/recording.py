@@ -10,6 +10,7 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar.errors import InputError, MissingColumnError
+from multiradar_schemas.documents.contents import other_table, unreadable
 from multiradar_schemas.measurements.columns import MEASUREMENT_LATER, MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.measurement import TIME_MAX_S
 
@@ -201,7 +202,7 @@ def check_columns(name: str, found: pl.Schema) -> None:
     """
     missing = [one for one in MEASUREMENT_SCHEMA if one not in {*found, *MEASUREMENT_LATER}]
     if missing:
-        raise MissingColumnError(name, missing, list(found))
+        raise MissingColumnError(name, missing, list(found), other_table(found, missing))
     if found["time_s"] == pl.Float32():
         msg = (
             f"{name}: expected Float64 or whole seconds in the column time_s, found Float32, "
@@ -229,7 +230,7 @@ def _unreadable(path: Path, error: Exception) -> InputError:
     hint = ""
     if path.suffix.lower() != ".parquet":
         hint = "; `multiradar convert` creates one from a recording"
-    return InputError(f"{path}: expected a Parquet file ({_first_line(error)}){hint}")
+    return InputError(f"{unreadable(path, 'measurements', error)}{hint}")
 
 
 def _first_line(error: Exception) -> str:

@@ -28,7 +28,6 @@ from multiradar.errors import ConfigurationError, JournalError, JournalFullError
 from multiradar.storage.chain import Columns, entry_digest, mark_digest, origin_digest
 from multiradar.storage.entries import Entry, JournalCounts, Quarantined, StoredEntry
 from multiradar.storage.file_lock import FileLock, OpenFiles
-from multiradar.storage.folders import JOURNAL, content
 from multiradar.storage.journal import Space
 from multiradar.storage.sqlite_file import (
     SYNCHRONOUS_FULL,
@@ -43,6 +42,7 @@ from multiradar.storage.sqlite_file import (
 )
 from multiradar.storage.tip import ACCEPT, Tip, TipFile
 from multiradar.storage.write_ahead_log import log_damage
+from multiradar_schemas.documents.contents import JOURNAL, content
 
 FORMAT_VERSION = 2
 
@@ -231,6 +231,11 @@ class SqliteJournal:
             head = self._head(self._reader)
             admission = self._entry(head.sequence).entry.admission if head.sequence else ""
             return JournalCounts(head.sequence, head.accepted, head.rejected, admission)
+
+    def digest(self, sequence: int) -> bytes:
+        """Return the digest of an entry, which covers all before it."""
+        with journal_errors(self._path), self._reading:
+            return self._digest_of(self._reader, sequence)
 
     def skip(self, sequence: int, reason: str) -> None:
         """Mark an entry that the engine cannot process, so that replays skip it."""

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from multiradar.errors import InputError, MissingColumnError
 from multiradar.storage.table_writer import ROW_GROUP_ROWS
+from multiradar_schemas.documents.contents import other_table
 
 TIME = "time_s"
 #: Blocks in memory.
@@ -65,7 +66,7 @@ class TimeTable:
             absent = {name: dtype for name, dtype in (optional or {}).items() if name not in found}
             missing = [name for name in columns if name not in {*found, *absent}]
             if missing:
-                raise MissingColumnError(str(path), missing, found)
+                raise MissingColumnError(str(path), missing, found, other_table(found, missing))
             self._scan = scan.with_columns(
                 pl.lit(None, dtype).alias(name) for name, dtype in absent.items()
             ).select(columns)

@@ -2,7 +2,7 @@
 
 SQLite uses the log up to the first frame whose checksum does not match, and silently discards the
 rest. After a crash that is the transaction that was being written. A transaction starts only when
-the one before is on disk; so an invalid frame with a complete transaction behind it, and the begin
+the one before is on disk; so an invalid frame with a complete transaction behind it, and the start
 of another, is damage. Whether the last transaction is complete is decided by the tip of the journal
 (`multiradar.storage.tip`).
 

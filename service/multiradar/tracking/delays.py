@@ -1,5 +1,7 @@
 """Delays of transponders, as estimated by the filter."""
 
+from typing import ClassVar
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,6 +13,7 @@ from multiradar.estimation.filters.arrays import (
     Aircraft,
     Model,
 )
+from multiradar.state import Fields
 from multiradar.tracking.outputs import DelayRecords
 from multiradar.tracking.roster import Roster
 
@@ -19,6 +22,10 @@ Floats = NDArray[np.float64]
 
 class DelayLog:
     """The delays of tracks that have ended since the last output; owned by the engine."""
+
+    STATE: ClassVar[Fields] = {
+        "_parts": list[DelayRecords],
+    }
 
     def __init__(self) -> None:
         self._parts: list[DelayRecords] = []

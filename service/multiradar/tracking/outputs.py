@@ -393,3 +393,11 @@ class EngineOutput:
     outcomes: NDArray[np.int64] = field(default_factory=lambda: np.empty((0, 0), np.int64))
     delays: DelayRecords = field(default_factory=lambda: DelayRecords.concatenate([]))
     saturated: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, np.bool_))
+
+
+#: Output of a call without measurements.
+NO_OUTPUT = EngineOutput(
+    updates=TrackUpdates.concatenate([]),
+    biases=BiasRecords.concatenate([]),
+    ended=EndedTracks.concatenate([]),
+)

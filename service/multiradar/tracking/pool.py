@@ -6,14 +6,15 @@ partitions, and sums over aircraft are formed partition by partition, so that no
 the number of workers.
 """
 
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters.arrays import Work, partition_of
+from multiradar.estimation.filters.arrays import Aircraft, Work, partition_of
 from multiradar.estimation.filters.bank import FilterDefinition
 from multiradar.estimation.filters.height._height_kernels import GUESS, GUESS_VARIANCE
+from multiradar.state import Fields
 from multiradar.tracking._identity_kernels import assign, rebuild
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.lifecycle.lifecycle import Lifecycle
@@ -78,6 +79,14 @@ class AircraftPool:
     tentative_max : (m,) array, optional
         Greatest number of tentative tracks that each sensor may initiate; unbounded by default.
     """
+
+    STATE: ClassVar[Fields] = {
+        "roster": Roster,
+        "aircraft": Aircraft,
+        "life": Lifecycle,
+        "new_tracks": NewTracks,
+        "integrity": ReportIntegrity,
+    }
 
     def __init__(
         self, definition: FilterDefinition, bias_columns: int, sensors: int, modes: int = 1,

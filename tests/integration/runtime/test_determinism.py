@@ -12,7 +12,8 @@ from support.processes.live_process import live_service
 from support.processes.waiting import WAIT_TIMEOUT_S
 from support.scenarios.live_scene import cut, recording
 
-FRAME = recording(3000, step_s=0.05)
+ROWS = 1200
+FRAME = recording(ROWS, step_s=0.05)
 
 
 def _play(service: Service, pieces: list[pl.DataFrame]) -> tuple[list[Event], str]:
@@ -41,7 +42,7 @@ def expected(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Event], str
     return said
 
 
-@pytest.mark.parametrize(("size", "workers"), [(1, 1), (7, 2), (1000, 4), (1000, 1), (3000, 2)])
+@pytest.mark.parametrize(("size", "workers"), [(1, 1), (7, 2), (500, 4), (500, 1), (ROWS, 2)])
 def test_batches_and_workers_leave_no_trace(
     tmp_path: Path, expected: tuple[list[Event], str], size: int, workers: int
 ) -> None:
@@ -68,8 +69,8 @@ def test_events_are_numbered_without_gap_and_contain_every_update(
         kind: sum(event.kind == kind for event in events) for kind in ("track", "bias", "status")
     }
     assert kinds["track"] == len(FRAME)
-    assert kinds["bias"] == 4 * int(np.ceil(3000 * 0.05 / 4.0))
-    assert kinds["status"] == int(3000 * 0.05 / 10.0) - 1
+    assert kinds["bias"] == 4 * int(np.ceil(ROWS * 0.05 / 4.0))
+    assert kinds["status"] == int(ROWS * 0.05 / 10.0) - 1
 
 
 def test_numbers_go_on_over_a_restart_in_the_middle(
@@ -78,15 +79,15 @@ def test_numbers_go_on_over_a_restart_in_the_middle(
     path = tmp_path / "journal.db"
     first = live_service(path)
     first.start()
-    first.submit(FRAME[:1300], source="test").result(WAIT_TIMEOUT_S)
+    first.submit(FRAME[:500], source="test").result(WAIT_TIMEOUT_S)
     first.settled().result(WAIT_TIMEOUT_S)
     started, _ = _said(first)
     first.stop()
     assert started == expected[0][: len(started)]
-    assert len(started) > 1000
+    assert len(started) > 400
 
     second = live_service(path)
-    assert _play(second, [FRAME[1300:]]) == expected
+    assert _play(second, [FRAME[500:]]) == expected
     resumed = second.view.subscribe(started[-1].sequence, 10**6)
     assert resumed.poll(5) == expected[0][len(started) : len(started) + 5]
     second.stop()
@@ -95,15 +96,15 @@ def test_numbers_go_on_over_a_restart_in_the_middle(
 def test_the_output_is_a_function_of_the_journal(tmp_path: Path) -> None:
     """Late, future, duplicate and broken rows included."""
     random = np.random.default_rng(11)
-    rows = np.sort(np.r_[np.arange(3000), random.integers(0, 3000, 300)])
+    rows = np.sort(np.r_[np.arange(ROWS), random.integers(0, ROWS, 120)])
     step_s = random.choice([0.0, 1e6, -500.0], len(rows), p=[0.98, 0.01, 0.01])
     frame = FRAME[rows].with_columns(pl.col("time_s") + pl.Series(step_s))
     said = []
-    for number, sizes in enumerate(([], [13] * 200, [700] * 4)):
+    for number, sizes in enumerate(([], [13] * 80, [300] * 4)):
         service = live_service(tmp_path / f"{number}.db", 1 + number)
         said.append(_play(service, cut(frame, sizes)))
         status = service.view.status()
-        assert status["rejected"] > 30
-        assert status["engine"]["DUPLICATE"] > 200
+        assert status["rejected"] > 10
+        assert status["engine"]["DUPLICATE"] > 80
         service.stop()
     assert said[1:] == said[:1] * 2

@@ -109,8 +109,8 @@ def _play(service: Service, pieces: list[pl.DataFrame], answered: set[str]) -> d
 def test_no_crash_loses_an_answered_message_or_changes_what_follows(
     tmp_path: Path, seed: int
 ) -> None:
-    sizes = np.random.default_rng(seed).integers(1, 60, 30).tolist()
-    pieces = cut(recording(700, seed=seed), sizes)
+    sizes = np.random.default_rng(seed).integers(1, 16, 30).tolist()
+    pieces = cut(recording(250, seed=seed), sizes)
     (tmp_path / "images").mkdir()
     journal = _Watched(tmp_path / "journal.db", tmp_path / "images", seed)
     expected = _play(_service(journal), pieces, journal.answered)

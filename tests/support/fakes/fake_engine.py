@@ -1,11 +1,13 @@
 """A deterministic fake engine without estimation, for tests of the live pipeline."""
 
 from collections.abc import Callable
+from typing import ClassVar
 
 import numpy as np
 
 from multiradar.estimation.bias.observability import UnobservableBias
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.state import Fields
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import (
     STATE_CONFIRMED,
@@ -31,6 +33,8 @@ class FakeEngine:
     crash : callable, optional
         Called with each batch; may raise.
     """
+
+    STATE: ClassVar[Fields] = {"_sequence": int, "_epoch": int | None, "_last_s": dict[int, float]}
 
     def __init__(self, crash: Callable[[MeasurementBatch], None] | None = None) -> None:
         self._crash = crash
@@ -76,6 +80,10 @@ class FakeEngine:
         return EngineOutput(
             self._updates(MeasurementBatch.empty()), _records(biases), _nothing_ended()
         )
+
+    def restart(self) -> EngineOutput:
+        """End the epoch; it has no time of its own."""
+        return self.flush()
 
     def tracks(self) -> TrackStates:
         """All tracks ever seen, 1 km apart, flying north at 100 m/s."""

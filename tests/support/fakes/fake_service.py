@@ -8,6 +8,7 @@ from typing import Any
 
 import polars as pl
 
+from multiradar.errors import LiveStreamError
 from multiradar.runtime.live.readiness import Reason
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
 from multiradar.runtime.picture.air_picture import Asked
@@ -135,7 +136,9 @@ class FakeView:
             return rows.tail(limit)
         return rows.filter(pl.col("time_s") >= since_s).head(limit)
 
-    def ask(self, query: Query, track_id: int | None = None, **given: Any) -> dict[str, Any] | None:
+    def ask(
+        self, query: Query, track_id: int | None = None, at_s: float | None = None, /, **given: Any
+    ) -> dict[str, Any] | None:
         values = checked(query.parameters, given)
         if query is ENCOUNTERS:
             self.asked = EncounterQuery(**values)
@@ -184,7 +187,7 @@ class FakeView:
         known = {"track_id": track["track_id"], "probability": probability, "by": by}
         return {**known, "points": points}
 
-    def sensors(self) -> list[dict[str, Any]]:
+    def sensors(self, at_s: float | None = None) -> list[dict[str, Any]]:
         biases = self.biases.filter(pl.col("sensor_id") == "41-10").tail(2).to_dicts()
         known = {"id": "41-10", "kind": "radar", "updates": 7, "range_max_m": float("inf")}
         return [{**known, "biases": biases}]
@@ -232,6 +235,9 @@ class FakeService:
     view: FakeView = field(default_factory=FakeView)
     submissions: list[Submission] = field(default_factory=list)
     flushes: list[str] = field(default_factory=list)
+    clocks: list[float] = field(default_factory=list)
+    #: Sensors in real time: a stream ends only by force.
+    live: tuple[str, ...] = ()
     failure: Exception | None = None
     reasons: tuple[Reason, ...] = ()
     stalled: str = ""
@@ -273,10 +279,22 @@ class FakeService:
         future.set_result(receipt)
         return future
 
-    def flush(self, *, source: str, idempotency_key: str | None = None) -> "Future[Receipt]":
+    def flush(
+        self, *, source: str, idempotency_key: str | None = None, force: bool = False
+    ) -> "Future[Receipt]":
         if self.failure is not None:
             raise self.failure
+        if self.live and not force:
+            raise LiveStreamError(self.live)
         self.flushes.append(source)
         future: Future[Receipt] = Future()
         future.set_result(Receipt(0, (), False, len(self.submissions) + len(self.flushes)))
+        return future
+
+    def set_clock(
+        self, time_s: float, *, source: str, idempotency_key: str | None = None
+    ) -> "Future[Receipt]":
+        self.clocks.append(time_s)
+        future: Future[Receipt] = Future()
+        future.set_result(Receipt(0, (), False, 1))
         return future

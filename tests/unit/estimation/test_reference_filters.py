@@ -295,7 +295,7 @@ def test_orders_of_magnitude_of_section_1_6() -> None:
 
     Velocities count as the distance of 100 s in the trace of CI; with 10 s it converges later.
     """
-    scene = report_scene(np.random.default_rng(0), tracks=8, duration_s=1000, interval_s=4)
+    scene = report_scene(np.random.default_rng(0), tracks=4, duration_s=1000, interval_s=4)
     errors = {}
     filters: dict[str, ReferenceFilter] = {
         "joint": JointKalman(CARTESIAN, report_prior(), 0.0),

@@ -1,11 +1,13 @@
 """What every journal promises, on disk and in memory."""
 
+import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from multiradar.errors import JournalError
+from multiradar.storage.chain import json_array
 from multiradar.storage.journal import Journal
 from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.storage.sqlite_journal import SqliteJournal
@@ -114,3 +116,9 @@ def test_closing_twice_is_allowed(journal: Journal) -> None:
     journal.append([entry(1)])
     journal.close()
     journal.close()
+
+
+@pytest.mark.parametrize("count", [0, 1, 199, 200, 201, 1000])
+def test_an_array_encoded_in_pieces_is_the_same_text(count: int) -> None:
+    values = [[index, "CODE", 'a "reason"', "é"] for index in range(count)]
+    assert json_array(iter(values)) == json.dumps(values)

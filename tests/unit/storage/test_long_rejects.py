@@ -3,12 +3,15 @@
 import hashlib
 import json
 import sqlite3
+import zlib
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from multiradar.errors import JournalError
+from multiradar.storage.chain import Columns
 from multiradar.storage.entries import (
     RAW_BYTES_MAX,
     RAWS_BYTES_MAX,
@@ -92,3 +95,26 @@ def test_a_changed_type_of_the_column_is_damage(tmp_path: Path) -> None:
         damaged.close()
         with sqlite3.connect(path) as changed:
             changed.execute("UPDATE entry SET rejects = ? WHERE sequence = ?", (kept, sequence))
+
+
+@pytest.mark.parametrize("count", [1, 15, 16, 99_000])
+def test_rejects_cost_at_most_twice_the_rows(count: int) -> None:
+    random = np.random.default_rng(4)
+    digits = random.integers(0, 10, count).tolist()
+    rows = tuple(
+        RejectedRow(index, "WRONG_TYPE", f"expected an object, was {digit}", str(digit))
+        for index, digit in zip(
+            np.cumsum(random.integers(1, 3, count)).tolist(), digits, strict=True
+        )
+    )
+    columns = Columns.of(replace(journal_entry(1), rejects=rows))
+    assert columns.entry().rejects == rows
+    # Rows of two octets, and a fixed part.
+    assert len(columns.rejects) <= 2 * 2 * count + 1000
+
+
+def test_rejects_of_earlier_versions_are_read() -> None:
+    rows = [[index, "WRONG_TYPE", "expected an object", "1"] for index in range(50)]
+    written = zlib.compress(json.dumps(rows).encode())
+    columns = Columns.of(journal_entry(1))._replace(rejects=written)
+    assert [[row.index, row.code, row.reason, row.raw] for row in columns.entry().rejects] == rows

@@ -56,7 +56,7 @@ def test_a_missing_file_is_reported_with_its_name(tmp_path: Path) -> None:
 def test_a_file_that_is_not_parquet_is_rejected(tmp_path: Path) -> None:
     path = tmp_path / "measurements.parquet"
     path.write_bytes(b"time_s,sensor_id\n")
-    with pytest.raises(InputError, match="expected a Parquet file"):
+    with pytest.raises(InputError, match="expected measurements in Parquet"):
         Recording(path)
 
 

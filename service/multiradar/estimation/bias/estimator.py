@@ -1,5 +1,7 @@
 """Bias estimation by epochs: collects information, updates the biases at the end of an epoch."""
 
+from typing import ClassVar
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +22,7 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_RANGE_OFFSET,
     SensorTable,
 )
+from multiradar.state import Fields
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -41,6 +44,11 @@ class BiasEstimator:
     bias in recursive filtering", IEEE TAC 14 (1969), 359-367, for the sums of information over
     aircraft. Adding them by epochs is the project's own.
     """
+
+    STATE: ClassVar[Fields] = {
+        "_log": list[tuple[np.ndarray, np.ndarray]],
+        "state": BiasState,
+    }
 
     def __init__(self, sensors: SensorTable, definition: FilterDefinition) -> None:
         self._sensors = sensors

@@ -1,11 +1,14 @@
 """Why the plots of a sensor have not contributed to the biases."""
 
+from typing import ClassVar
+
 import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import SEVERAL
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.estimation.measurement.sites import numbers_of_sites
+from multiradar.state import Fields
 
 #: A bias whose sigma exceeds this fraction of that without measurements has had no information.
 UNTOUCHED_RATIO_MIN = 0.999
@@ -22,6 +25,11 @@ class SiteUse:
     sensors : SensorTable
         The sensors.
     """
+
+    STATE: ClassVar[Fields] = {
+        "_used": np.ndarray,
+        "_shared": np.ndarray,
+    }
 
     def __init__(self, sensors: SensorTable) -> None:
         self._sites = numbers_of_sites(sensors)

@@ -34,6 +34,7 @@ ROTATION_PERIOD_S = Bounds(0.1, 3600.0)
 EARTH_RADIUS_FACTOR = Bounds(1.0, 4.0)
 TRANSPONDER_DELAY_SIGMA_M = Bounds(0.1, 500.0)
 PLOTS_PER_SCAN_MAX = Bounds(10.0, 1e6)
+CLOCK_TOLERANCE_S = Bounds(0.0, 60.0)
 
 RANGE_OFFSET_M = ParameterBounds(2e4, Bounds(1e-9, 1e4), 100.0)
 AZIMUTH_OFFSET_DEG = ParameterBounds(90.0, Bounds(1e-9, 10.0), 1.0)

@@ -64,6 +64,7 @@ _OPTIONAL = {
     "earth_radius_factor": bounds.EARTH_RADIUS_FACTOR,
     "rotation_period_s": bounds.ROTATION_PERIOD_S,
     "plots_per_scan_max": bounds.PLOTS_PER_SCAN_MAX,
+    "clock_tolerance_s": bounds.CLOCK_TOLERANCE_S,
 }
 _WORDS = {_RADAR: "radars", _REPORTED_POSITION: "reported positions", _BEARING: "bearings"}
 _RADIAN_DEG = float(np.degrees(1.0))
@@ -72,10 +73,10 @@ _ROUNDING = 1e-9
 
 
 #: Columns added later, with defaults: not moving, no elevations, no refraction, no delays, bounds
-#: on plots by coverage.
+#: on plots by coverage, tolerances of clocks by the horizon.
 LATER_FIELDS = (
     "moving", "elevation_sigma_rad", "earth_radius_factor", "transponder_delay_sigma_m",
-    "plots_per_scan_max",
+    "plots_per_scan_max", "clock_tolerance_s",
 )  # fmt: skip
 
 
@@ -140,6 +141,9 @@ class SensorTable:
     plots_per_scan_max : (m,) float64
         Greatest number of plots in a scan; NaN, the default, for that by coverage
         (`multiradar.estimation.measurement.plot_rates`).
+    clock_tolerance_s : (m,) float64
+        Lead over the data time up to which measurements need no other clock to agree, s; NaN, the
+        default, for half of the reorder horizon.
 
     Raises
     ------
@@ -183,6 +187,7 @@ class SensorTable:
     earth_radius_factor: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     transponder_delay_sigma_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     plots_per_scan_max: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    clock_tolerance_s: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
 
     @property
     def delayed(self) -> NDArray[np.bool_]:
@@ -227,6 +232,7 @@ class SensorTable:
             "earth_radius_factor": np.full(count, np.nan),
             "transponder_delay_sigma_m": np.full(count, np.nan),
             "plots_per_scan_max": np.full(count, np.nan),
+            "clock_tolerance_s": np.full(count, np.nan),
         }
         for name, value in defaults.items():
             if not len(getattr(self, name)):
@@ -262,7 +268,7 @@ def _require_shapes(table: SensorTable) -> None:
         "kinds", "latitude_rad", "longitude_rad", "height_m", "range_sigma_m", "azimuth_sigma_rad",
         "position_sigma_m", "range_max_m", "rotation_period_s", "self_reported",
         "moving", "elevation_sigma_rad", "earth_radius_factor", "transponder_delay_sigma_m",
-        "plots_per_scan_max",
+        "plots_per_scan_max", "clock_tolerance_s",
     ):  # fmt: skip
         _require_shape(name, getattr(table, name), (count,))
     _require_shape("known_bias", table.known_bias, (count, len(PARAMETER_NAMES)))

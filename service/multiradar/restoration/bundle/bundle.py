@@ -390,7 +390,7 @@ class Bundle:
         if not self._live:
             raise RestorationError(
                 f"no track: expected three plots {TRIPLE_APART_S:g} s and {TRIPLE_APART_M:g} m "
-                f"apart within {self._settings.window_s:g} s, was none among "
+                f"apart within {self._settings.window_s:g} s; there is no such triple among "
                 f"{self._last - self._first} plots"
             )
 

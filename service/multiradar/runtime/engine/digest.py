@@ -1,11 +1,62 @@
 """A digest of all output, to compare two runs."""
 
 import hashlib
+from typing import ClassVar
 
 import numpy as np
 
+from multiradar.state import Fields
 from multiradar.tracking.columns import column_types, row_type, rows_of
 from multiradar.tracking.outputs import EngineOutput, TrackUpdates
+
+#: Octets of a block.
+BLOCK_OCTETS = 1 << 23
+
+
+class BlockDigest:
+    """SHA-256 of octets by blocks: each is hashed after the digest of those before it.
+
+    Of less than a block it is the SHA-256 of the octets. A plain SHA-256 could not be continued
+    from a snapshot, because its state cannot be read.
+    """
+
+    STATE: ClassVar[Fields] = {"_before": bytes, "_last": bytes}
+
+    def __init__(self) -> None:
+        self._before = b""
+        self._parts: list[bytes] = []
+        self.restored()
+
+    def update(self, octets: bytes) -> None:
+        """Add octets."""
+        while len(octets) >= self._room:
+            self._digest.update(octets[: self._room])
+            octets = octets[self._room :]
+            self._before, self._parts = self._digest.digest(), []
+            self.restored()
+        if octets:
+            self._digest.update(octets)
+            self._parts.append(octets)
+            self._room -= len(octets)
+
+    def digest(self) -> bytes:
+        """Return the digest of all octets so far."""
+        return self._digest.digest()
+
+    @property
+    def _last(self) -> bytes:
+        # The octets since the last full block.
+        self._parts = [b"".join(self._parts)]
+        return self._parts[0]
+
+    @_last.setter
+    def _last(self, octets: bytes) -> None:
+        self._parts = [octets]
+
+    def restored(self) -> None:
+        """Hash the octets since the last full block again."""
+        self._digest = hashlib.sha256(self._before + self._last)
+        self._room = BLOCK_OCTETS - len(self._last)
 
 
 class OutputDigest:
@@ -17,12 +68,21 @@ class OutputDigest:
     are not included.
     """
 
+    STATE: ClassVar[Fields] = {
+        "_updates": BlockDigest,
+        "_biases": BlockDigest,
+        "_ended": BlockDigest,
+        "_transitions": BlockDigest,
+        "_statuses": BlockDigest,
+        "_has_statuses": bool,
+    }
+
     def __init__(self) -> None:
-        self._updates = hashlib.sha256()
-        self._biases = hashlib.sha256()
-        self._ended = hashlib.sha256()
-        self._transitions = hashlib.sha256()
-        self._statuses = hashlib.sha256()
+        self._updates = BlockDigest()
+        self._biases = BlockDigest()
+        self._ended = BlockDigest()
+        self._transitions = BlockDigest()
+        self._statuses = BlockDigest()
         self._has_statuses = False
 
     def add(self, output: EngineOutput) -> None:

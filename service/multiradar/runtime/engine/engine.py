@@ -8,9 +8,8 @@ output depends only on the sequence of measurements, not on batches, workers or 
 import itertools
 import math
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import replace
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,12 +25,20 @@ from multiradar.estimation.filters.arrays import Model, Result, Rows, result_arr
 from multiradar.estimation.filters.bank import Outcome, find_filter_for
 from multiradar.estimation.measurement.plot_rates import plots_per_scan_max
 from multiradar.estimation.measurement.reported_motion import reported_motion
-from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
+from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.engine.run_updates import Described, Run, track_updates, update_innovations
+from multiradar.runtime.engine.prerequisites import plane_for, require_clocks_within
+from multiradar.runtime.engine.run_updates import (
+    Described,
+    Run,
+    plausibility_window,
+    track_updates,
+    update_innovations,
+)
 from multiradar.runtime.engine.shared_biases import SharedBiases
 from multiradar.runtime.engine.stepper import WORKERS_MAX, Stepper
 from multiradar.runtime.engine.track_states import sampled, track_states
+from multiradar.state import Fields
 from multiradar.tracking._identity_kernels import describe, observe
 from multiradar.tracking.association.association import WINDOW_S, Association, Window
 from multiradar.tracking.association.shared_plots import RowSelection, shared_plots
@@ -47,7 +54,7 @@ from multiradar.tracking.input.near_duplicates import NearDuplicates
 from multiradar.tracking.input.order import ReorderBuffer
 from multiradar.tracking.lifecycle.lifecycle import BY_IDENTITY
 from multiradar.tracking.lifecycle.lifecycle import CONFIRMED as STAGE_CONFIRMED
-from multiradar.tracking.lifecycle.transition_log import TransitionLog, Updated
+from multiradar.tracking.lifecycle.transition_log import NOT_UPDATED, TransitionLog, Updated
 from multiradar.tracking.lifecycle.transitions import (
     SILENT,
     UNCONFIRMED,
@@ -56,6 +63,7 @@ from multiradar.tracking.lifecycle.transitions import (
 )
 from multiradar.tracking.model import bias_columns
 from multiradar.tracking.outputs import (
+    NO_OUTPUT,
     BiasRecords,
     DelayRecords,
     EndedTracks,
@@ -66,7 +74,7 @@ from multiradar.tracking.outputs import (
     TrackStates,
     TrackUpdates,
 )
-from multiradar.tracking.plausibility.plausibility import Plausibility, PlausibilityWindow
+from multiradar.tracking.plausibility.plausibility import Plausibility
 from multiradar.tracking.pool import AircraftPool
 from multiradar.tracking.roster import RowIdentities
 from multiradar.tracking.settings import TrackingSettings
@@ -98,6 +106,15 @@ class Engine:
         If the filter of the settings does not exist.
     """
 
+    STATE: ClassVar[Fields] = {
+        "_order": ReorderBuffer, "_near": NearDuplicates, "_biases": SharedBiases,
+        "_plausibility": Plausibility, "_pool": AircraftPool, "_delays": DelayLog,
+        "_association": Association, "_bearing_starts": BearingStarts,
+        "_transitions": TransitionLog, "_health": SensorHealth, "_sampled": float,
+        "_epoch": int | None, "_epoch_open": bool, "_last_s": float, "_steps": int,
+        "_sequence": int, "_outcomes": Counter[str],
+    }  # fmt: skip
+
     def __init__(
         self,
         sensors: SensorTable,
@@ -109,41 +126,48 @@ class Engine:
     ) -> None:
         if not 1 <= workers <= WORKERS_MAX:
             raise ConfigurationError(f"workers: expected 1 to {WORKERS_MAX}, was {workers}")
-        _require_clocks_within(sensors, settings.reorder_horizon_s)
+        require_clocks_within(sensors, settings.reorder_horizon_s)
         self._settings, self._sensors = settings, sensors
         self._sources: Sources | None = None
         delays = bool(sensors.delayed.any())
         self._filter = find_filter_for(settings.filter_name, sensors.parameter_kind, delays=delays)
-        self._plane = _plane_for(sensors)
+        self._plane = plane_for(sensors)
         self._order = ReorderBuffer(settings.reorder_horizon_s)
         self._near = NearDuplicates(sensors, settings.hidden_fields)
         self._biases = SharedBiases(sensors, settings, self._filter, self._plane)
-        self._plausibility = Plausibility(sensors)
         sizes = bias_columns(sensors), len(sensors), len(self._biases.model.modes)
-        compared = len(sensors) if self._plausibility.active else 0
+        compared = len(sensors) if Plausibility(sensors).active else 0
         self._pool = AircraftPool(
             self._filter, *sizes, compared=compared, delays=delays,
             tentative_max=plots_per_scan_max(sensors),
         )  # fmt: skip
         self._delays = DelayLog()
-        self._association = Association(sensors, settings)
         self._shared = shared_plots(settings, self._filter, sizes, delays=delays)
-        self._bearing_starts = BearingStarts(
-            sensors, settings, active=self._filter.accepts_bearings
-        )
         self._transitions = TransitionLog(settings.coast_after_s)
-        self._health = SensorHealth(
-            sensors, settings, self._plane, bounds_bias_errors=self._filter.bounds_bias_errors
-        )
-        self._sampling, self._sampled = sampling, -math.inf
-        self._epoch: int | None = None
-        self._epoch_open = False
-        self._last_s = np.nan
+        self._sampling = sampling
+        self._begin_time()
         self._pictures: list[Picture] | None = [] if pictures else None
         self._steps = 1
         self._sequence = 0
         self._outcomes: Counter[str] = Counter()
         self._stepper = Stepper(self._filter, self._pool, self._biases, workers)
+
+    # What compares times with earlier ones.
+    def _begin_time(self) -> None:
+        sensors, settings = self._sensors, self._settings
+        self._plausibility = Plausibility(sensors)
+        self._association = Association(sensors, settings)
+        self._bearing_starts = BearingStarts(
+            sensors, settings, active=self._filter.accepts_bearings
+        )
+        self._health = SensorHealth(
+            sensors, settings, self._plane, bounds_bias_errors=self._filter.bounds_bias_errors
+        )
+        self._order.rewind()
+        self._near.rewind()
+        self._epoch: int | None = None
+        self._epoch_open = False
+        self._last_s, self._sampled = np.nan, -math.inf
 
     @property
     def plane(self) -> SystemPlane:
@@ -184,7 +208,7 @@ class Engine:
             Output of the rows released from the reorder buffer.
         """
         released = self._order.push(batch, clock_s)
-        return _EMPTY if released is None else self._process(released)
+        return NO_OUTPUT if released is None else self._process(released)
 
     def flush(self) -> EngineOutput:
         """Empty the reorder buffer and close the epoch: the end of a stream.
@@ -198,7 +222,7 @@ class Engine:
             The output.
         """
         released = self._order.flush()
-        output = _EMPTY if released is None else self._process(released)
+        output = NO_OUTPUT if released is None else self._process(released)
         biases, health, samples = self._close_epoch()
         live = self._pool.used()
         self._record_delays(live, self._pool.roster.track_id[live])
@@ -209,6 +233,24 @@ class Engine:
             health=HealthRecords.concatenate([output.health, health]),
             pictures=output.pictures + self._pop_pictures(),
             samples=(*output.samples, *samples),
+        )
+
+    def restart(self) -> EngineOutput:
+        """End the stream, terminate all tracks and accept measurements of earlier times.
+
+        The biases are kept; numbers of tracks and updates continue.
+        """
+        output = self.flush()
+        live = self._pool.used()
+        ends = self._pool.terminate(live, np.where(self._confirmed(live), SILENT, UNCONFIRMED))
+        ended = self._terminate(0, self._last_s, ends)
+        transitions = self._transitions.update(NOT_UPDATED, len(self._pool.roster.track_id))
+        self._delays.pop()  # The flush has them.
+        self._begin_time()
+        return replace(
+            output,
+            ended=EndedTracks.concatenate([output.ended, ended]),
+            transitions=TrackTransitions.concatenate([output.transitions, transitions]),
         )
 
     def tracks(self) -> TrackStates:
@@ -236,7 +278,7 @@ class Engine:
         shown, near = self._near.filter(released, self._order.arrivals)
         duplicates = Duplicates.concatenate([self._order.dropped, near])
         if len(shown) == 0:
-            return replace(_EMPTY, duplicates=duplicates)
+            return replace(NO_OUTPUT, duplicates=duplicates)
         batch = shown.without(self._settings.hidden_fields)
         rows, result, codes = self._prepare(batch)
         identities = RowIdentities.empty(len(batch))
@@ -256,7 +298,9 @@ class Engine:
                 ended.append(self._open_epoch(epoch, first))
                 self._epoch = epoch
             self._epoch_open = True
-            for begin, end in self._enter_steps(batch.time_s, first, last):
+            for begin, end in self._biases.enter_steps(
+                batch.time_s, (first, last), self._steps, self._pool
+            ):
                 ended += self._process_step(run, begin, end)
             self._last_s = float(batch.time_s[last - 1])
         updates, transitions, plots, accepted, outcomes = self._describe(shown, run)
@@ -290,11 +334,11 @@ class Engine:
                 ended.append(self._terminate(begin, start_s, ends))
                 shares = self._association.associate(window, self._model, self._pool)
                 self._plausibility.reassign_reports(
-                    _plausibility_window(run, begin, end), self._pool
+                    plausibility_window(run, begin, end), self._pool
                 )
             self._bearing_starts.assign(window, self._model, self._biases.state, self._pool)
             steps = self._plausibility.steps(
-                _plausibility_window(run, begin, end), self._model, self._biases.state, self._pool
+                plausibility_window(run, begin, end), self._model, self._biases.state, self._pool
             )
             if shares is None or self._shared is None:
                 for start, stop in steps:
@@ -315,21 +359,6 @@ class Engine:
                 first=begin, last=end,
             )  # fmt: skip
         return ended
-
-    def _enter_steps(self, time_s: Floats, first: int, last: int) -> Iterator[tuple[int, int]]:
-        """Yield the rows of one epoch step by step, with bias drift from each step to the next.
-
-        Steps are numbered from time zero, as epochs are. The number of steps in an epoch is a power
-        of two, so that their bounds are exact.
-        """
-        steps = np.floor(time_s[first:last] / self._settings.epoch_s * self._steps).astype(np.int64)
-        cuts = [0, *(np.flatnonzero(np.diff(steps)) + 1).tolist(), last - first]
-        for begin, end in itertools.pairwise(cuts):
-            start_s = int(steps[begin]) * self._settings.epoch_s / self._steps
-            if start_s > self._biases.drifted_s:
-                self._biases.merge(self._pool)
-                self._biases.drift(start_s, self._pool)
-            yield first + begin, first + end
 
     def _prepare(self, batch: MeasurementBatch) -> tuple[Rows, Result, NDArray[np.int64]]:
         n = len(batch)
@@ -391,7 +420,7 @@ class Engine:
 
     def _close_epoch(self) -> "_Closed":
         if self._epoch is None or not self._epoch_open:
-            return _Closed(_EMPTY.biases, _EMPTY.health, ())
+            return _Closed(NO_OUTPUT.biases, NO_OUTPUT.health, ())
         self._epoch_open = False
         self._biases.merge(self._pool)
         end_s = (self._epoch + 1) * self._settings.epoch_s
@@ -461,36 +490,5 @@ class _Closed(NamedTuple):
     samples: tuple[StateSample, ...]
 
 
-def _plausibility_window(run: Run, first: int, last: int) -> PlausibilityWindow:
-    return PlausibilityWindow(
-        run.rows, run.identities, run.batch.mode_s_address, run.flagged, first, last
-    )
-
-
-def _plane_for(sensors: SensorTable) -> SystemPlane:
-    if np.isnan(sensors.latitude_rad).all():
-        raise ConfigurationError(
-            "no sensor has a position; set latitude_deg and longitude_deg of at least one in the "
-            "sensors file (for ADS-B alone, the centre of the area)"
-        )
-    return SystemPlane.for_sensors(sensors.latitude_rad, sensors.longitude_rad)
-
-
-def _require_clocks_within(sensors: SensorTable, horizon_s: float) -> None:
-    # Time stamps are corrected before measurements are reordered.
-    apart_s = float(np.ptp(sensors.known_bias[:, PARAMETER_TIME_OFFSET]))
-    if apart_s > horizon_s:
-        raise ConfigurationError(
-            f"reorder_horizon_s: expected at least {apart_s:g} s, the difference between the "
-            f"known time offsets of the sensors, was {horizon_s:g}"
-        )
-
-
 # Columns of a readout with the position of a track in the plane, and its covariance.
 _SPREAD = np.array([0, 1, 4, 5, 6])
-
-_EMPTY = EngineOutput(
-    updates=TrackUpdates.concatenate([]),
-    biases=BiasRecords.concatenate([]),
-    ended=EndedTracks.concatenate([]),
-)

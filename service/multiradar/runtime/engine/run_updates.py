@@ -23,6 +23,7 @@ from multiradar.tracking.outputs import (
     STATE_TENTATIVE,
     TrackUpdates,
 )
+from multiradar.tracking.plausibility.plausibility import PlausibilityWindow
 from multiradar.tracking.roster import RowIdentities
 
 
@@ -171,3 +172,10 @@ def update_innovations(
     reported = (run.rows.kind[updated] == KIND_POSITION)[:, None]
     found[:, INNOVATION_COUNT:] = np.where(reported, variances[:, 2:3], variances[:, :2])
     return found
+
+
+def plausibility_window(run: Run, first: int, last: int) -> PlausibilityWindow:
+    """Return rows of a run for the check of their plausibility."""
+    return PlausibilityWindow(
+        run.rows, run.identities, run.batch.mode_s_address, run.flagged, first, last
+    )

@@ -1,6 +1,9 @@
 """The sensor biases shared by all tracks of an engine: merge, drift, publication."""
 
+import itertools
+from collections.abc import Iterator
 from dataclasses import replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +18,7 @@ from multiradar.estimation.filters.arrays import RECENT_TIME, Model, Result, Row
 from multiradar.estimation.filters.bank import FilterDefinition
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.state import Fields
 from multiradar.tracking.model import bias_columns, filter_model, with_biases
 from multiradar.tracking.outputs import BiasRecords
 from multiradar.tracking.pool import PARTITIONS, AircraftPool
@@ -49,6 +53,16 @@ class SharedBiases:
         Data time up to which the biases have drifted.
     """
 
+    STATE: ClassVar[Fields] = {
+        "_estimator": BiasEstimator,
+        "information": np.ndarray,
+        "vector": np.ndarray,
+        "model": Model,
+        "_started_s": float,
+        "drifted_s": float,
+        "_site_use": SiteUse,
+    }
+
     def __init__(
         self,
         sensors: SensorTable,
@@ -57,6 +71,7 @@ class SharedBiases:
         plane: SystemPlane,
     ) -> None:
         self._sensors, self._filter = sensors, definition
+        self._epoch_s = settings.epoch_s
         self._estimator = BiasEstimator(sensors, definition)
         columns = bias_columns(sensors)
         self.information = np.zeros((PARTITIONS, columns, columns))
@@ -129,6 +144,24 @@ class SharedBiases:
         if self._filter.stacks_plots:  # Its stacks are of a whole epoch.
             return 1
         return drift_steps(self._estimator.state, self._sensors.drift, epoch_s)
+
+    def enter_steps(
+        self, time_s: Floats, rows: tuple[int, int], steps: int, pool: AircraftPool
+    ) -> Iterator[tuple[int, int]]:
+        """Yield the rows of one epoch step by step, with bias drift from each step to the next.
+
+        Steps are numbered from time zero, as epochs are. The number of steps in an epoch is a power
+        of two, so that their bounds are exact.
+        """
+        (first, last), epoch_s = rows, self._epoch_s
+        number = np.floor(time_s[first:last] / epoch_s * steps).astype(np.int64)
+        cuts = [0, *(np.flatnonzero(np.diff(number)) + 1).tolist(), last - first]
+        for begin, end in itertools.pairwise(cuts):
+            start_s = int(number[begin]) * epoch_s / steps
+            if start_s > self.drifted_s:
+                self.merge(pool)
+                self.drift(start_s, pool)
+            yield first + begin, first + end
 
     def records(self, epoch: int, end_s: float) -> BiasRecords:
         """Return the bias estimates at the end of an epoch."""

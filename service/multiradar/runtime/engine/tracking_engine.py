@@ -1,9 +1,10 @@
 """Interface of the estimation engine to the live pipeline."""
 
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 from multiradar.estimation.bias.observability import UnobservableBias
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.state import Fields
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput, TrackStates
 
@@ -12,7 +13,14 @@ class TrackingEngine(Protocol):
     """Estimates tracks and biases; owned by one thread at a time.
 
     Its output depends only on the sequence of measurements, not on the batches.
+
+    Attributes
+    ----------
+    STATE : mapping
+        All that its later output depends on: see `multiradar.state`.
     """
+
+    STATE: ClassVar[Fields]
 
     @property
     def plane(self) -> SystemPlane:
@@ -38,6 +46,10 @@ class TrackingEngine(Protocol):
 
     def flush(self) -> EngineOutput:
         """Empty the reorder buffer and close the epoch: the end of a stream."""
+        ...
+
+    def restart(self) -> EngineOutput:
+        """Terminate all tracks, and accept earlier times: the data clock was set back."""
         ...
 
     def tracks(self) -> TrackStates:

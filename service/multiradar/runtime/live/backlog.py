@@ -19,7 +19,7 @@ class Journalled:
     sequence : int
         Number in the journal.
     kind : EntryKind
-        Measurements, or the end of a stream.
+        Measurements, the end of a stream, or a new time of the data clock.
     batch : MeasurementBatch
         The accepted measurements, in the order of their arrival.
     source : str
@@ -42,7 +42,7 @@ class Journalled:
 
 
 def grouped(waiting: deque[Journalled], rows_max: int) -> list[Journalled]:
-    """Pop the entries for one call of the engine: batches, or one end of a stream."""
+    """Pop the entries for one call of the engine: batches, or one entry of another kind."""
     popped = [waiting.popleft()]
     rows = len(popped[0].batch)
     while (

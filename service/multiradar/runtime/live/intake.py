@@ -28,7 +28,7 @@ class Submission:
     Attributes
     ----------
     kind : EntryKind
-        Measurements, or the end of a stream.
+        Measurements, the end of a stream, or a new time of the data clock.
     frame : DataFrame
         The rows, columns of `MEASUREMENT_SCHEMA` and perhaps `index`.
     source : str
@@ -41,6 +41,8 @@ class Submission:
         Measurements later than this are in the future, s.
     received_s : float or None
         Time of its reception, UTC, s, of a clock that is never set back.
+    clock_s : float
+        New time of the data clock, s.
     future : Future of Receipt
         Resolved when the message is in the journal.
     """
@@ -52,6 +54,7 @@ class Submission:
     rejected: Sequence[RejectedRow]
     latest_s: float = inf
     received_s: float | None = None
+    clock_s: float = inf
     future: Future[Receipt] = field(default_factory=Future)
 
     @property

@@ -88,6 +88,10 @@ class LiveDiagnosis:
         with self._lock:
             self._evidence = Evidence(self._sensors)
 
+    def set_back(self) -> None:
+        """Start over: earlier times follow."""
+        self.restart()
+
     def records(self) -> list[dict[str, str]]:
         """Return the present findings."""
         return [one.document() for one in self._found]

@@ -24,6 +24,8 @@ class FeedItem:
         Whether earlier output was discarded.
     restarted : bool
         Whether the engine restarts: its earlier output is repeated.
+    set_back : bool
+        Whether output of earlier times follows: the data clock was set back.
     caught_up : bool
         Whether the following output is new: the journal has been replayed.
     reached_s : float
@@ -33,6 +35,7 @@ class FeedItem:
     output: EngineOutput | None = None
     lost: bool = False
     restarted: bool = False
+    set_back: bool = False
     caught_up: bool = False
     reached_s: float = -math.inf
 
@@ -46,6 +49,10 @@ class OutputReader(Protocol):
 
     def restart(self) -> None:
         """Start over: the engine restarts."""
+        ...
+
+    def set_back(self) -> None:
+        """Expect earlier times: the data clock was set back, and all tracks were terminated."""
         ...
 
 
@@ -94,6 +101,13 @@ class OutputFeed:
             kept = [fed for fed in self._waiting if fed.caught_up]
             self._waiting = deque([*kept, FeedItem(restarted=True)])
             self._rows = 0
+            self._changed.notify()
+
+    def set_back(self) -> None:
+        """Queue a notice that output of earlier times follows."""
+        with self._changed:
+            self._waiting.append(FeedItem(set_back=True))
+            self._reached_s = -math.inf
             self._changed.notify()
 
     def catch_up(self) -> None:

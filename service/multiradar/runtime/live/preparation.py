@@ -7,7 +7,7 @@ number of rows. The result for each message is the same as if it had come alone.
 import itertools
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import polars as pl
@@ -86,8 +86,11 @@ def prepare(
     for submission, found in zip(submissions, translated, strict=True):
         if isinstance(found, Exception):
             prepared.append(found)
-        elif submission.kind is EntryKind.FLUSH:
-            admission.flush()
+        elif submission.kind is not EntryKind.BATCH:
+            if submission.kind is EntryKind.FLUSH:
+                admission.flush()
+            else:
+                admission.set_clock(submission.clock_s)
             entry = _entry(submission, pl.DataFrame(), [], admission)
             prepared.append(Prepared(entry, MeasurementBatch.empty(), admission.released_to_s))
         else:
@@ -133,18 +136,31 @@ def same_message(submission: Submission, entry: Entry) -> bool:
     """Return whether a message is identical to that of a journal entry."""
     if entry.kind is not submission.kind:
         return False
-    if submission.rows != entry.accepted + len(entry.rejects):
+    if submission.kind is EntryKind.CLOCK:
+        return submission.clock_s == admissions.data_clock_of(entry.admission)
+    same_rows = submission.rows == entry.accepted + len(entry.rejects)
+    if not (same_rows and _same_rejects(submission, entry.rejects)):
         return False
-    rejected = np.array([row.index for row in entry.rejects], np.int64)
-    accepted = submission.frame.filter(pl.Series(~np.isin(_indices(submission.frame), rejected)))
+    rejected = np.isin(_indices(submission.frame), [row.index for row in entry.rejects])
+    accepted = submission.frame.filter(~rejected)
     if not entry.payload:
         return not len(accepted)
     # An entry of an earlier version has fewer columns: only those are compared.
     stored = decode_rows(entry.payload)
     sent = complete(accepted)
-    if filled_columns(sent) != filled_columns(stored):
-        return False
-    return sent.select(stored.columns).equals(stored)
+    same_columns = filled_columns(sent) == filled_columns(stored)
+    return same_columns and sent.select(stored.columns).equals(stored)
+
+
+# By content: code and reason depend on when they were rejected. Some have no content.
+def _same_rejects(submission: Submission, stored: Sequence[RejectedRow]) -> bool:
+    kept = [row for row in stored if row.raw]
+    compared = np.isin(_indices(submission.frame), [row.index for row in kept])
+    places = np.flatnonzero(compared).tolist()
+    own = _rejected_rows(submission.frame, [(place, "", "") for place in places])
+    sent = {row.index: row.raw for row in (*submission.rejected, *own)}
+    again = [replace(row, raw=sent.get(row.index, "")) for row in kept]
+    return bounded(again) == tuple(kept)
 
 
 _NO_ROWS = pl.DataFrame(schema=MEASUREMENT_SCHEMA)
@@ -208,8 +224,13 @@ def _decide(
     admission: Admission,
 ) -> Prepared:
     frame = submission.frame
+    every = batch
     batch, rejected = _until(submission.latest_s, frame, batch, rejected)
     code = admission.admit(batch, submission.received_s)
+    if len(batch) < len(every) and submission.received_s is not None:
+        # The clock of the machine may be the wrong one.
+        ahead = every.time_s > submission.latest_s
+        admission.hear(every.time_s[ahead], every.sensor[ahead], submission.received_s)
     if not len(rejected) and not code.any():
         return Prepared(_entry(submission, frame, [], admission), batch, admission.released_to_s)
     by_time = TimeRejects(admission, admission.clock_s, batch, code).rejections

@@ -11,7 +11,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
-from typing import Any
+from typing import Any, ClassVar
 
 from multiradar.clock import Clock
 from multiradar.errors import MultiradarError, PipelineError
@@ -24,6 +24,8 @@ from multiradar.runtime.live.backlog import Backlog, Journalled, grouped
 from multiradar.runtime.live.preparation import journalled
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.live.receipt import Receipt
+from multiradar.runtime.live.snapshots import Snapshots
+from multiradar.state import Fields
 from multiradar.storage.entries import EntryKind, StoredEntry
 from multiradar.storage.journal import Journal
 from multiradar.tracking.input.measurements import MeasurementBatch
@@ -70,7 +72,16 @@ class Processor:
         For the time since it last moved.
     on_failure : callable
         Called when the engine has stopped for good.
+    snapshots : Snapshots, optional
+        Snapshots of the state; without them each start replays the whole journal.
     """
+
+    STATE: ClassVar[Fields] = {
+        "_digest": OutputDigest,
+        "_origins": Origins,
+        "_updates": int,
+        "_data_time_s": float | None,
+    }
 
     def __init__(
         self,
@@ -83,7 +94,9 @@ class Processor:
         rows_max: int,
         clock: Clock,
         on_failure: Callable[[], None],
+        snapshots: Snapshots | None = None,
     ) -> None:
+        self._snapshots = snapshots
         self._clock = clock
         self._on_failure = on_failure
         self._journal = journal
@@ -149,7 +162,7 @@ class Processor:
             return self._states, self._engine.plane
 
     def replay(self) -> None:
-        """Replay the journal from the start.
+        """Replay the journal, from a snapshot on if there is one.
 
         Raises
         ------
@@ -160,6 +173,8 @@ class Processor:
         """
         self._rebuild(None, one_by_one=False)
         self.moved_s = None
+        if self._snapshots is not None:
+            self._snapshots.verify_before(self._journal, self._stop)
 
     def run(self) -> None:
         """Process entries until the backlog is closed and drained."""
@@ -213,7 +228,11 @@ class Processor:
         return answer
 
     def close(self) -> None:
-        """Close the engine; unresolved futures fail."""
+        """Close the engine, with a last snapshot; unresolved futures fail."""
+        if self._snapshots is not None:
+            if self.failure is None and self._snapshots.is_new:
+                self._capture(self._snapshots)
+            self._snapshots.close()
         with self._lock:
             self._engine.close()
         self._give_up(self.failure or PipelineError("the service has stopped"))
@@ -242,10 +261,8 @@ class Processor:
         rows_max = 1 if one_by_one else self._rows_max
         for _ in range(POISON_ENTRIES_MAX + 2):
             self.skipped = self._journal.skipped()
-            with self._lock:
-                self._engine.close()
-                self._reset()
-            self._publication.restart()
+            self._start_over()
+            self._restore()
             try:
                 for group in self._stored(until, rows_max):
                     self._process(group)
@@ -278,7 +295,7 @@ class Processor:
     def _pieces(self, until: int | None, rows_max: int) -> Iterator[list[StoredEntry]]:
         piece: list[StoredEntry] = []
         rows = 0
-        for stored in self._journal.read(0):
+        for stored in self._journal.read(self.processed):
             if until is not None and stored.sequence > until:
                 break
             if stored.sequence in self.skipped:
@@ -293,6 +310,7 @@ class Processor:
 
     def _process(self, group: Sequence[Journalled]) -> None:
         self.moved_s = self._clock.monotonic_s()
+        set_back = self._is_set_back(group)
         with self._lock:
             try:
                 output = self._push(group)
@@ -303,11 +321,43 @@ class Processor:
             if len(output.updates):
                 self._updates = int(output.updates.sequence[-1])
         self._publication.publish(output, self._data_time_s)
+        if set_back:
+            self._publication.set_back()
         self._quarantine(group, output)
         # The output is visible to readers only from now on.
         self.processed = group[-1].sequence
+        snapshots = self._snapshots
+        if snapshots is not None and snapshots.note(sum(len(entry.batch) for entry in group)):
+            self._capture(snapshots)
+
+    def _capture(self, snapshots: Snapshots) -> None:
+        with self._lock:
+            snapshots.capture(
+                self._journal, self.processed, self.skipped, self._holders, self._publication.logs
+            )
+
+    # Continue from a snapshot, if there is one.
+    def _restore(self) -> None:
+        if self._snapshots is None:
+            return
+        self.processed = self._snapshots.restore(
+            self._journal, self.skipped, self._holders, self._publication, self._start_over
+        )
+
+    def _start_over(self) -> None:
+        with self._lock:
+            self._engine.close()
+            self._reset()
+        self._publication.restart()
+
+    @property
+    def _holders(self) -> dict[str, Any]:
+        return {"engine": self._engine, "processor": self, "publication": self._publication}
 
     def _push(self, group: Sequence[Journalled]) -> EngineOutput:
+        if self._is_set_back(group):
+            self._data_time_s = group[0].clock_s
+            return self._engine.restart()
         clock_s = group[-1].clock_s
         if math.isfinite(clock_s):
             self._data_time_s = clock_s
@@ -318,6 +368,12 @@ class Processor:
         batches = [entry.batch for entry in group]
         batch = batches[0] if len(batches) == 1 else MeasurementBatch.concatenate(batches)
         return self._engine.push(batch, clock_s)
+
+    # Whether an operator has set the data clock to an earlier time.
+    def _is_set_back(self, group: Sequence[Journalled]) -> bool:
+        if group[0].kind is not EntryKind.CLOCK or self._data_time_s is None:
+            return False
+        return group[0].clock_s < self._data_time_s
 
     # Record the rejected rows of these entries, and the duplicates found by the engine.
     def _quarantine(self, group: Sequence[Journalled], output: EngineOutput) -> None:

@@ -1,7 +1,10 @@
 """Distribution of the engine's output to its readers."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from multiradar.clock import Clock, SystemClock
 from multiradar.estimation.measurement.sensors import SensorTable
@@ -12,9 +15,11 @@ from multiradar.runtime.live.threads import Threads
 from multiradar.runtime.live.view import LiveView
 from multiradar.runtime.memory.knowledge import Knowledge, States
 from multiradar.runtime.memory.reject_board import RejectBoard
+from multiradar.runtime.row_ring import RowLog
 from multiradar.runtime.stream.output_events import OutputEvents
 from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.settings.limits import RuntimeLimits
+from multiradar.state import Fields
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 
@@ -36,6 +41,8 @@ class Publication:
         Starts threads; those of the system by default.
     """
 
+    STATE: ClassVar[Fields] = {"_known": Knowledge, "rejects": RejectBoard, "_events": OutputEvents}
+
     def __init__(
         self, sensors: SensorTable, tracking: TrackingSettings, limits: RuntimeLimits,
         clock: Clock | None = None, threads: Threads | None = None,
@@ -44,6 +51,8 @@ class Publication:
         self._events = OutputEvents(sensors, limits)
         self.diagnosis = LiveDiagnosis(sensors, threads=threads)
         self._readers: list[OutputReader] = [self.diagnosis]
+        #: Readers that need the whole output again after a restart.
+        self.repeating: list[str] = []
         #: Rejected rows by code.
         self.rejects = RejectBoard(sensors, limits.rejects_kept_max)
         #: The read interface.
@@ -66,12 +75,13 @@ class Publication:
     def keep(self, trajectories: TrajectoryFeed) -> None:
         """Reconstruct trajectory bundles from the output. To be called before the start."""
         self._known.trajectories = trajectories
-        self.feed(trajectories)
+        self.feed(trajectories, "trajectories")
         self.count_edge("trajectories", trajectories.counts)
 
-    def feed(self, reader: OutputReader) -> None:
-        """Add a reader of all output of the engine. To be called before the start."""
+    def feed(self, reader: OutputReader, name: str) -> None:
+        """Add a reader of all output of the engine, with a name for the log; before the start."""
         self._readers.append(reader)
+        self.repeating.append(name)
 
     def attach(self, states: Callable[[], States], counts: Callable[[], dict[str, Any]]) -> None:
         """Set the sources of the filter states, in their plane, and of the counters."""
@@ -93,6 +103,23 @@ class Publication:
         for reader in self._readers:
             reader.put(output)
 
+    def set_back(self) -> None:
+        """Expect earlier times: the data clock was set back, and all tracks were terminated."""
+        self._events.set_back()
+        for reader in self._readers:
+            reader.set_back()
+
+    @property
+    def logs(self) -> dict[str, RowLog]:
+        """Rows that are only ever appended, by name."""
+        return {**self._known.logs, **self._events.logs}
+
+    def refill(self) -> None:
+        """Make the events again, after the logs were refilled."""
+        logs = self._known.logs
+        history, biases = logs["history"], logs["biases"]
+        self._events.refill(_all_rows(history), _all_rows(biases))
+
     def restart(self) -> None:
         """Discard everything: the journal is replayed from the start."""
         self._known.clear()
@@ -100,3 +127,7 @@ class Publication:
         self._events.restart()
         for reader in self._readers:
             reader.restart()
+
+
+def _all_rows(log: RowLog) -> NDArray[np.void]:
+    return log.rows(max(log.appended - log.capacity, 0), log.appended)

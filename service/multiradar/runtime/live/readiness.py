@@ -3,9 +3,11 @@
 import threading
 from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
+from enum import StrEnum
 from typing import NamedTuple
 
 from multiradar.clock import Clock
+from multiradar.errors import JournalError, MultiradarError
 from multiradar.storage.entries import RejectedRow
 from multiradar.storage.journal import Space
 
@@ -27,6 +29,16 @@ REJECTED_ROWS_MIN = 10
 _MIB = 1024 * 1024
 # Rows are summed over such intervals, s.
 _INTERVAL_S = 5.0
+
+
+class ServiceState(StrEnum):
+    """State of the service."""
+
+    STOPPED = "stopped"
+    RECOVERING = "recovering"
+    RUNNING = "running"
+    #: No more measurements are accepted; tracks can still be read.
+    FAILED = "failed"
 
 
 class Reason(NamedTuple):
@@ -145,3 +157,28 @@ def lag_reason(lags_s: Mapping[str, float], most_s: float) -> Reason | None:
         LAG, f"the oldest message in the stage {stage} was received {lag_s:.0f} s ago (limit "
         f"{most_s:g} s): data arrive faster than they can be processed, or the stage has stopped",
     )  # fmt: skip
+
+
+def state_reason(
+    failure: MultiradarError | None, running: bool, state: str, start_step: str
+) -> Reason | None:
+    """Return why the service does not accept measurements; None if it does.
+
+    Parameters
+    ----------
+    failure : MultiradarError or None
+        Why it accepts no more.
+    running : bool
+        Whether it runs.
+    state, start_step : str
+        Its state, and the present step of its start, for the reason.
+    """
+    if failure is not None:
+        # Without the message, which names files: anybody may ask.
+        if isinstance(failure, JournalError):
+            return Reason(JOURNAL_FAILED, "the journal cannot be written; see the log")
+        return Reason(NOT_READY, "the engine has stopped; see the log")
+    if running:
+        return None
+    text = f"the service is starting: {start_step}" if start_step else f"the service is {state}"
+    return Reason(NOT_READY, text)

@@ -1,8 +1,9 @@
 """The receipt of a message once it is in the journal."""
 
+import json
 from dataclasses import dataclass
-from typing import Any
 
+from multiradar.storage.chain import json_array
 from multiradar.storage.entries import RejectedRow
 
 __all__ = [
@@ -13,7 +14,7 @@ __all__ = [
     "RejectedRow",
     "is_idempotency_key",
     "key_of_sender",
-    "receipt_document",
+    "receipt_json",
 ]
 
 IDEMPOTENCY_KEY_LENGTH_MAX = 128
@@ -48,16 +49,15 @@ class Receipt:
     journal_sequence: int
 
 
-def receipt_document(receipt: Receipt) -> dict[str, Any]:
+def receipt_json(receipt: Receipt) -> bytes:
     """Return the JSON document of a receipt, the same for all interfaces."""
-    return {
-        "accepted": receipt.accepted,
-        "rejected": [
-            {"index": row.index, "code": row.code, "reason": row.reason} for row in receipt.rejected
-        ],
-        "duplicate": receipt.duplicate,
-        "journal_sequence": receipt.journal_sequence,
-    }
+    rejected = json_array(
+        {"index": row.index, "code": row.code, "reason": row.reason} for row in receipt.rejected
+    )
+    rest = json.dumps(
+        {"duplicate": receipt.duplicate, "journal_sequence": receipt.journal_sequence}
+    )
+    return f'{{"accepted": {receipt.accepted}, "rejected": {rejected}, {rest[1:]}'.encode()
 
 
 def is_idempotency_key(text: str) -> bool:

@@ -35,8 +35,8 @@ class SensorAlarms:
     def storms(self) -> dict[str, str]:
         """Return a sentence for each sensor that delivers more than it can."""
         found = {
-            sensor_id: f"it initiated {self._tracks_max[sensor_id]:.0f} tentative tracks, as many "
-            f"as it may (plots_per_scan_max), and initiates no more: {_CHECK}"
+            sensor_id: f"it has {self._tracks_max[sensor_id]:.0f} tentative tracks, its limit "
+            f"(plots_per_scan_max), and initiates no more: {_CHECK}"
             for sensor_id in self._saturated()
         }
         if self.admission is None:

@@ -6,21 +6,19 @@
             bounded          on disk before the answer bounded            rings, bounded
 """
 
+import math
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
-from enum import StrEnum
 from importlib.metadata import version
 from typing import Any
 
 import polars as pl
 
 from multiradar.clock import Clock, SystemClock
-from multiradar.errors import JournalError, MultiradarError, PipelineError
-from multiradar.estimation.measurement.plot_rates import plot_paces
+from multiradar.errors import LiveStreamError, MultiradarError, PipelineError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.admission.admission import FORWARD_JUMP_MAX_S, Admission
-from multiradar.runtime.admission.arrivals import ArrivalBoard
 from multiradar.runtime.engine.tracking_engine import TrackingEngine
 from multiradar.runtime.live.accounting import Accounting
 from multiradar.runtime.live.backlog import Backlog
@@ -28,17 +26,16 @@ from multiradar.runtime.live.intake import Intake, Submission
 from multiradar.runtime.live.processor import NO_FIGURES, Processor
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.live.readiness import (
-    JOURNAL_FAILED,
-    NOT_READY,
     Check,
     Disk,
-    LastMinute,
     Reason,
+    ServiceState,
     lag_reason,
+    state_reason,
 )
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
-from multiradar.runtime.live.sensor_alarms import SensorAlarms
-from multiradar.runtime.live.silence import Silence
+from multiradar.runtime.live.snapshots import SnapshotRules, open_snapshots
+from multiradar.runtime.live.supervision import Supervision
 from multiradar.runtime.live.threads import SystemThreads, Thread, Threads
 from multiradar.runtime.live.writer import Writer
 from multiradar.runtime.memory.history import TrackHistory
@@ -52,16 +49,6 @@ __all__ = ["Receipt", "RejectedRow", "Service", "ServiceState"]
 
 #: Maximum skipped entries listed in the status.
 _SKIPPED_SHOWN_MAX = 100
-
-
-class ServiceState(StrEnum):
-    """State of the service."""
-
-    STOPPED = "stopped"
-    RECOVERING = "recovering"
-    RUNNING = "running"
-    #: No more measurements are accepted; tracks can still be read.
-    FAILED = "failed"
 
 
 class Service:
@@ -88,6 +75,8 @@ class Service:
     on_failure : callable, optional
         Called, from a thread of the service, when it has failed for good: to accept measurements
         again, the process must end and start again.
+    snapshots : SnapshotRules, optional
+        Where snapshots are, and when they are taken; without, each start replays the journal.
 
     Attributes
     ----------
@@ -111,12 +100,11 @@ class Service:
         clock: Clock | None = None,
         threads: Threads | None = None,
         on_failure: Callable[[], None] = lambda: None,
+        snapshots: SnapshotRules | None = None,
     ) -> None:
-        self._on_failure = on_failure
+        self._on_failure, self._snapshot_rules = on_failure, snapshots
         self._clock = clock or SystemClock()
         self._threads = threads or SystemThreads()
-        # Reception is timed by a clock that no correction of the system time moves.
-        self._started_s = self._clock.now_s() - self._clock.monotonic_s()
         self._open_journal = open_journal
         self._open_engine = open_engine
         self._sensors = sensors
@@ -124,7 +112,6 @@ class Service:
         self._horizon_s = tracking.reorder_horizon_s
         self._forward_jump_max_s = forward_jump_max_s
         self._accounting = Accounting()
-        self._arrivals = ArrivalBoard(sensors, tracking.reorder_horizon_s)
         self._intake = Intake(self._limits, threads, self._clock)
         self._backlog = Backlog(self._limits.backlog_rows_max, threads)
         self._version = version("multiradar")
@@ -133,24 +120,25 @@ class Service:
         self._changing = threading.Lock()
         self._journal: Journal | None = None
         self._was_started = False
-        self._admission: Admission | None = None
         self._writer: Writer | None = None
         self._processor: Processor | None = None
         self._running: list[Thread] = []
         self.publication = Publication(sensors, tracking, self._limits, self._clock, threads)
         self.view = self.publication.view
-        self._alarms = SensorAlarms(sensors, self.view.saturated)
-        self.view.clock_leads, self.view.storms = self._alarms.clock_leads, self._alarms.storms
-        self._silence = Silence(sensors, self._clock)
-        self.publication.watch_silence(self._silence)
-        self._disk = Disk(self._space, self._limits.disk_free_bytes_min, self._clock)
-        self._last_minute = LastMinute(self._clock)
+        self._watch = Supervision(
+            sensors, tracking.reorder_horizon_s, self._clock,
+            disk=Disk(self._space, self._limits.disk_free_bytes_min, self._clock),
+            sources=self._intake.sources, saturated=self.view.saturated,
+        )  # fmt: skip
+        alarms = self._watch.sensors
+        self.view.clock_leads, self.view.storms = alarms.clock_leads, alarms.storms
+        self.publication.watch_silence(self._watch.silence)
+        disk, *others = self._watch.checks()
         self.unready_checks: list[Check] = [
             self._state_reason,
-            self._disk.reason,
+            disk,
             lambda: lag_reason(self._lags_s(), self._limits.lag_max_s),
-            self._last_minute.reason,
-            self._silence.reason,
+            *others,
         ]
 
     @property
@@ -289,11 +277,13 @@ class Service:
                 idempotency_key,
                 tuple(rejected),
                 latest_s=self._clock.now_s() + self._limits.clock_ahead_max_s,
-                received_s=self._started_s + self._clock.monotonic_s(),
+                received_s=self._watch.host_clock.received_s,
             )
         )
 
-    def flush(self, *, source: str, idempotency_key: str | None = None) -> Future[Receipt]:
+    def flush(
+        self, *, source: str, idempotency_key: str | None = None, force: bool = False
+    ) -> Future[Receipt]:
         """Submit the end of a stream: the reorder buffer is emptied.
 
         Measurements older than the newest so far are late from then on.
@@ -304,6 +294,8 @@ class Service:
             The sender.
         idempotency_key : str, optional
             The sender's key for the message, as for `submit`.
+        force : bool
+            Whether it may make measurements of sensors in real time late.
 
         Returns
         -------
@@ -313,21 +305,42 @@ class Service:
 
         Raises
         ------
+        LiveStreamError
+            If sensors deliver in real time, unless it is forced.
         QueueFullError, PipelineError, JournalError
             As `submit`.
         """
-        journalled = self._put(
-            Submission(
-                EntryKind.FLUSH,
-                pl.DataFrame(),
-                source,
-                idempotency_key,
-                (),
-                received_s=self._started_s + self._clock.monotonic_s(),
-            )
-        )
-        assert self._processor is not None, "a running service has one"
-        return self._processor.when_processed(journalled)
+        live = [] if force else self._watch.host_clock.live()
+        if live:
+            raise LiveStreamError(live)
+        return self._put_mark(EntryKind.FLUSH, source, idempotency_key)
+
+    def set_clock(
+        self, time_s: float, *, source: str, idempotency_key: str | None = None
+    ) -> Future[Receipt]:
+        """Set the data clock, as an operator says.
+
+        A step back terminates all tracks, and measurements from then on initiate others; biases
+        are kept. After a step forward earlier measurements are late.
+
+        Parameters
+        ----------
+        time_s : float
+            The data time, s.
+        source, idempotency_key
+            As for `flush`.
+
+        Returns
+        -------
+        Future of Receipt
+            As that of `flush`.
+
+        Raises
+        ------
+        QueueFullError, PipelineError, JournalError
+            As `submit`.
+        """
+        return self._put_mark(EntryKind.CLOCK, source, idempotency_key, time_s)
 
     def settled(self) -> Future[int]:
         """Return a future that resolves when all journal entries so far are processed.
@@ -357,6 +370,18 @@ class Service:
 
     # ---------------------------------------------------------------- inside
 
+    def _put_mark(
+        self, kind: EntryKind, source: str, key: str | None, clock_s: float = math.inf
+    ) -> Future[Receipt]:
+        received_s = self._watch.host_clock.received_s
+        journalled = self._put(
+            Submission(
+                kind, pl.DataFrame(), source, key, (), received_s=received_s, clock_s=clock_s
+            )
+        )
+        assert self._processor is not None, "a running service has one"
+        return self._processor.when_processed(journalled)
+
     def _put(self, submission: Submission) -> Future[Receipt]:
         if self._state is not ServiceState.RUNNING:
             raise PipelineError(f"the service is not running: {self._state}")
@@ -369,15 +394,11 @@ class Service:
     def _recover(self, journal: Journal) -> None:
         self._journal = journal
         counts = journal.counts()
-        admission = Admission(
-            self._horizon_s, len(self._sensors), self._forward_jump_max_s,
-            paces=plot_paces(self._sensors),
-        )  # fmt: skip
+        admission = Admission.for_sensors(self._sensors, self._horizon_s, self._forward_jump_max_s)
         if counts.admission:
             admission.restore(counts.admission)
-        admission.arrivals = self._arrivals
+        self._watch.attach(admission)
         _warm_up(admission)
-        self._admission = self._alarms.admission = admission
         self._accounting.resume(counts.accepted, counts.rejected)
         self._processor = Processor(
             journal=journal,
@@ -388,7 +409,11 @@ class Service:
             rows_max=self._limits.push_rows_max,
             clock=self._clock,
             on_failure=self._on_failure,
-        )
+            snapshots=open_snapshots(
+                self._snapshot_rules, self._limits, self.publication.repeating, self._clock,
+                self._threads,
+            ),
+        )  # fmt: skip
         self.publication.attach(self._processor.states, self._counters)
         self._processor.replay()
         self._writer = Writer(
@@ -400,7 +425,7 @@ class Service:
             accounting=self._accounting,
             batches_max=self._limits.commit_batches_max,
             on_journalled=self._note_journalled,
-            on_full=self._disk.note_full,
+            on_full=self._watch.disk.note_full,
             on_failure=self._on_failure,
         )
         self.publication.diagnosis.start()
@@ -411,33 +436,19 @@ class Service:
         ]
 
     def _note_journalled(self, frame: pl.DataFrame, entry: Entry) -> None:
-        clock_s = None if self._admission is None else self._admission.data_clock_s
-        if entry.accepted and clock_s is not None:
-            self._silence.hear(clock_s)
-        self._intake.sources.note(entry)
-        self._disk.note_written()
-        self._last_minute.note(entry.accepted, entry.rejects)
+        self._watch.note(entry)
         self.publication.diagnosis.record(frame, entry.rejects)
 
     def _state_reason(self) -> Reason | None:
-        failure = self.failure
-        if failure is not None:
-            # Without the message, which names files: anybody may ask.
-            if isinstance(failure, JournalError):
-                return Reason(JOURNAL_FAILED, "the journal cannot be written; see the log")
-            return Reason(NOT_READY, "the engine has stopped; see the log")
-        if self._state is ServiceState.RUNNING:
-            return None
-        step = self._start_step
-        text = f"the service is starting: {step}" if step else f"the service is {self._state}"
-        return Reason(NOT_READY, text)
+        running = self._state is ServiceState.RUNNING
+        return state_reason(self.failure, running, str(self._state), self._start_step)
 
     def _space(self) -> Space | None:
         return None if self._journal is None else self._journal.space()
 
     # Time since reception of the oldest message in each stage.
     def _lags_s(self) -> dict[str, float]:
-        now_s = self._started_s + self._clock.monotonic_s()
+        now_s = self._watch.host_clock.received_s
         stages = {
             "intake": (self._intake,),
             "journal": (self._writer,),
@@ -474,24 +485,11 @@ class Service:
             "lags_s": {name: round(lag_s, 2) for name, lag_s in self._lags_s().items()},
             "journal_disk": None if space is None else space._asdict(),
             "unready": [one._asdict() for one in self.unready()],
-            "arrivals": self._arrivals.records(),
-            "warnings": [
-                *filter(None, [self._silence.sentence()]),
-                *self._intake.sources.warnings(),
-                *self._arrivals.warnings(),
-                *self._alarms.warnings(),
-            ],
-            "alarms": ["no_data"] if self._silence.is_alarm else [],
-            "data_delay_s": _rounded(self._silence.delay_s),
-            "silence_s": _rounded(self._silence.duration_s),
+            **self._watch.document(),
             **(NO_FIGURES if processor is None else processor.figures()),
             "skipped_entries": len(skipped),
             "skipped": sorted(skipped)[:_SKIPPED_SHOWN_MAX],
         }
-
-
-def _rounded(value: float | None) -> float | None:
-    return None if value is None else round(value, 2)
 
 
 # Compiles the kernels before the first message.

@@ -13,6 +13,8 @@ from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.memory.reject_board import RejectBoard
 from multiradar.runtime.picture.air_picture import AirPicture, Asked
 from multiradar.runtime.picture.past import PastAsked
+from multiradar.runtime.picture.past_knowledge import PastKnowledge
+from multiradar.runtime.picture.past_sensors import past_sensors
 from multiradar.runtime.queries.aircraft_json import AircraftSnapshots
 from multiradar.runtime.queries.registry import History, Query
 from multiradar.runtime.stream.events import Subscription
@@ -85,9 +87,25 @@ class LiveView:
         """Return the identifiers of the live tracks, ascending."""
         return np.ascontiguousarray(self._known.live_rows()[0]["track_id"])
 
-    def ask(self, query: Query, track_id: int | None = None, **given: Any) -> dict[str, Any] | None:
-        """Return the answer to a query; see `Query.ask`."""
-        return query.ask(self._known, track_id, given)
+    def ask(
+        self, query: Query, track_id: int | None = None, at_s: float | None = None, /, **given: Any
+    ) -> dict[str, Any] | None:
+        """Return the answer to a query; see `Query.ask`.
+
+        Parameters
+        ----------
+        query : Query
+            The query.
+        track_id : int or None
+            The track, if it concerns one.
+        at_s : float or None
+            A past data time, as far back as it is retained; None: the present.
+        **given
+            Values of its parameters.
+        """
+        past = self._picture.retained
+        moment = self._known if at_s is None else PastKnowledge(self._known, past, at_s)
+        return query.ask(moment, track_id, given)
 
     def rows(
         self, history: History, subject: int | str, since_s: float | None, limit: int
@@ -107,8 +125,13 @@ class LiveView:
         """
         return history.read(self._known, subject, since_s, limit)
 
-    def sensors(self) -> list[dict[str, Any]]:
+    def sensors(self, at_s: float | None = None) -> list[dict[str, Any]]:
         """Return the sensors by identifier, with their number of updates and the time of the last.
+
+        Parameters
+        ----------
+        at_s : float or None
+            A past data time (see `past_sensors`); None: the present.
 
         Returns
         -------
@@ -120,6 +143,8 @@ class LiveView:
             of the data time, s), `storm` (more measurements than it can deliver, in words),
             `diagnoses`. Missing values are None.
         """
+        if at_s is not None:
+            return past_sensors(self._picture.retained, at_s)
         records = self._known.sensor_records()
         leads, storms = self.clock_leads(), self.storms()
         for record in records:

@@ -1,11 +1,15 @@
 """Bias estimates of the present and of the last epochs."""
 
+from typing import ClassVar
+
 import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.runtime.row_ring import RowRing
+from multiradar.state import Fields
 from multiradar.tracking.columns import row_type, rows_of, table_of
 from multiradar.tracking.outputs import BiasRecords
 
@@ -27,10 +31,15 @@ class BiasBoard:
         Number of retained records.
     """
 
+    STATE: ClassVar[Fields] = {
+        "_latest": dict[int, dict[int, np.ndarray]],
+        "_epoch": int | None,
+    }
+
     def __init__(self, sensors: SensorTable, rows_max: int) -> None:
         self._sensor = {name: number for number, name in enumerate(sensors.ids)}
-        self._rows = np.empty(rows_max, BIAS_DTYPE)
-        self._count = 0
+        #: The last records of all sensors.
+        self.ring = RowRing(rows_max, BIAS_DTYPE)
         self._latest: dict[int, dict[int, NDArray[np.void]]] = {}
         self._epoch: int | None = None
 
@@ -44,10 +53,7 @@ class BiasBoard:
         if not len(records):
             return
         rows = rows_of(records, BIAS_DTYPE)
-        kept = rows[-len(self._rows) :]
-        first = self._count + len(rows) - len(kept)
-        self._rows[np.arange(first, first + len(kept)) % len(self._rows)] = kept
-        self._count += len(rows)
+        self.ring.append(rows)
         self._epoch = int(rows["epoch"][-1])
         for k, (sensor, parameter) in enumerate(
             zip(rows["sensor"].tolist(), rows["parameter"].tolist(), strict=True)
@@ -60,11 +66,11 @@ class BiasBoard:
         rows = [
             row for sensor in sensors for _, row in sorted(self._latest.get(sensor, {}).items())
         ]
-        return np.concatenate(rows) if rows else self._rows[:0].copy()
+        return np.concatenate(rows) if rows else np.empty(0, BIAS_DTYPE)
 
     def at(self, time_s: float) -> NDArray[np.void]:
         """Return the record of each parameter that was the latest at a data time; a copy."""
-        held = min(self._count, len(self._rows))
+        held = min(self.ring.appended, self.ring.capacity)
         parameters = sum(map(len, self._latest.values()))
         newest = min(held, EPOCHS_FIRST * parameters)
         found = self._at(time_s, newest)
@@ -76,23 +82,17 @@ class BiasBoard:
 
     def history(self, sensor_id: str, since_s: float | None, limit: int) -> NDArray[np.void]:
         """Return records of a sensor, oldest first: the first since a time, or the last; a copy."""
-        held = min(self._count, len(self._rows))
-        order = np.arange(self._count - held, self._count) % len(self._rows)
-        chosen = order[self._rows["sensor"][order] == self._sensor.get(sensor_id, -1)]
-        if since_s is None:
-            chosen = chosen[-limit:]
-        else:
-            chosen = chosen[self._rows["time_s"][chosen] >= since_s][:limit]
-        rows: NDArray[np.void] = self._rows[chosen]
-        return rows
+        rows: NDArray[np.void] = self.ring.last(self.ring.capacity)
+        rows = rows[rows["sensor"] == self._sensor.get(sensor_id, -1)]
+        return rows[-limit:] if since_s is None else rows[rows["time_s"] >= since_s][:limit]
 
     def _at(self, time_s: float, newest: int) -> NDArray[np.void]:
         """Return the result of `at` from the newest rows alone."""
-        order = np.arange(self._count - newest, self._count) % len(self._rows)
-        until = order[self._rows["time_s"][order] <= time_s][::-1]
-        named = np.stack([self._rows["sensor"][until], self._rows["parameter"][until]])
-        rows: NDArray[np.void] = self._rows[until[np.unique(named, axis=1, return_index=True)[1]]]
-        return rows
+        rows: NDArray[np.void] = self.ring.last(newest)
+        rows = rows[rows["time_s"] <= time_s][::-1]
+        named = np.stack([rows["sensor"], rows["parameter"]])
+        found: NDArray[np.void] = rows[np.unique(named, axis=1, return_index=True)[1]]
+        return found
 
 
 def bias_rows_frame(rows: NDArray[np.void], sensors: SensorTable) -> pl.DataFrame:

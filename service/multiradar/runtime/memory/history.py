@@ -12,13 +12,32 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import NONE
 from multiradar.runtime import _kernels as kernels
+from multiradar.runtime.row_ring import require_retained, ring_rows
 from multiradar.tracking.columns import row_type
 from multiradar.tracking.outputs import TrackUpdates
 
 #: A row of `TrackUpdates`; field names are the same.
 UPDATE_DTYPE = row_type(TrackUpdates)
+#: The same with the covariance of the position as in `EngineOutput.spread`, m²; NaN for none.
+SPREAD_DTYPE = np.dtype([*UPDATE_DTYPE.descr, ("spread", np.float32, (3,))])
 #: Maximum time by which a row may precede rows appended before it, s.
 DISORDER_S = 30.0
+
+
+def with_spread(rows: NDArray[np.void], spread: NDArray[np.float64]) -> NDArray[np.void]:
+    """Return rows of `UPDATE_DTYPE` as rows of `SPREAD_DTYPE`.
+
+    Parameters
+    ----------
+    rows : (n,) ndarray of `UPDATE_DTYPE`
+        Updates.
+    spread : (n, 5) ndarray, or of another length
+        `EngineOutput.spread` of them, if the engine has it.
+    """
+    wide = np.empty(len(rows), SPREAD_DTYPE)
+    wide[list(UPDATE_DTYPE.names or ())] = rows
+    wide["spread"] = spread[:, 2:] if len(spread) == len(rows) else np.nan
+    return wide
 
 
 class TrackHistory:
@@ -35,7 +54,8 @@ class TrackHistory:
     def __init__(self, rows_max: int, row_type: np.dtype[np.void] = UPDATE_DTYPE) -> None:
         self._rows = np.empty(rows_max, row_type)
         self._time_s = np.empty(rows_max, np.float64)
-        self._previous = np.full(rows_max, NONE, np.int64)
+        # Not filled: memory of rows that are never appended stays unused.
+        self._previous = np.empty(rows_max, np.int64)
         # Number of the newest row of each track, by track identifier (from 1).
         self._newest = np.full(1024, NONE, np.int64)
         # Rows below `_appended` − capacity may be overwritten at any moment.
@@ -43,6 +63,27 @@ class TrackHistory:
 
     def __len__(self) -> int:
         return min(self._appended, len(self._rows))
+
+    @property
+    def appended(self) -> int:
+        """Rows appended so far."""
+        return self._appended
+
+    @property
+    def capacity(self) -> int:
+        """Rows retained at most."""
+        return len(self._rows)
+
+    def rows(self, first: int, end: int) -> NDArray[np.void]:
+        """Return a copy of the rows first…end, counted from 0; see `RowLog.rows`."""
+        found: NDArray[np.void] = ring_rows(self._rows, first, end)
+        require_retained(first, self)
+        return found
+
+    def refill(self, first: int, rows: NDArray[np.void]) -> None:
+        """Replace the content, of a history without rows; see `RowLog.refill`."""
+        self._appended = first
+        self.append(rows.astype(self._rows.dtype, casting="equiv"))
 
     def append(self, rows: NDArray[np.void]) -> None:
         """Add rows, in order."""
@@ -127,21 +168,41 @@ class TrackHistory:
         (n,) ndarray of the type of the rows
             A copy.
         """
+        first = self._number_after(after_s - DISORDER_S)
+        return self._within(first, self._number_after(until_s + DISORDER_S), after_s, until_s)
+
+    # Number of the first retained row after a time, if they were in order.
+    def _number_after(self, time_s: float) -> int:
         capacity = len(self._rows)
         held = range(max(self._appended - capacity, 0), self._appended)
+        times = self._time_s
+        return held.start + bisect_right(held, time_s, key=lambda number: times[number % capacity])
 
-        def time_s(number: int) -> float:
-            return float(self._time_s[number % capacity])
-
-        start = bisect_right(held, after_s - DISORDER_S, key=time_s)
-        stop = bisect_right(held, until_s + DISORDER_S, lo=start, key=time_s)
-        numbers = np.arange(held.start + start, held.start + stop)
+    # Of the rows with these numbers, those of a span that are not overwritten, by ascending time.
+    def _within(self, first: int, last: int, after_s: float, until_s: float) -> NDArray[np.void]:
+        capacity = len(self._rows)
+        numbers = np.arange(first, last)
         rows: NDArray[np.void] = self._rows[numbers % capacity]
         times = rows["time_s"]
         intact = numbers >= self._appended - capacity
         chosen: NDArray[np.void] = rows[intact & (times > after_s) & (times <= until_s)]
         ordered: NDArray[np.void] = chosen[np.argsort(chosen["time_s"], kind="stable")]
         return ordered
+
+    def last_until(self, until_s: float, limit: int) -> NDArray[np.void]:
+        """Return the last retained rows of all tracks up to a time, by ascending time; a copy.
+
+        Parameters
+        ----------
+        until_s : float
+            Rows not later than that.
+        limit : int
+            Maximum number of rows.
+        """
+        sure = self._number_after(until_s - DISORDER_S)
+        first = max(sure - limit, self._appended - len(self._rows), 0)
+        last = self._number_after(until_s + DISORDER_S)
+        return self._within(first, last, -np.inf, until_s)[-limit:]
 
     @property
     def oldest_s(self) -> float | None:

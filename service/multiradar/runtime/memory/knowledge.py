@@ -6,7 +6,7 @@ and converts them to tables outside it.
 
 import threading
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import polars as pl
@@ -17,19 +17,30 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.plot_rows import PLOT_DTYPE, POINTS_MAX, plot_rows
 from multiradar.runtime.memory.bias_board import BiasBoard, bias_rows_frame
-from multiradar.runtime.memory.history import TrackHistory
+from multiradar.runtime.memory.health_board import HealthBoard
+from multiradar.runtime.memory.history import SPREAD_DTYPE, TrackHistory, with_spread
 from multiradar.runtime.memory.live_tracks import LiveTracks, ages_and_states, sources_of
 from multiradar.runtime.memory.sensor_board import SensorBoard
+from multiradar.runtime.memory.state_board import StateBoard
 from multiradar.runtime.memory.track_tally import TrackTally
+from multiradar.runtime.row_ring import RowLog
 from multiradar.runtime.trajectories.feed import TrajectoryFeed, required_feed
 from multiradar.settings.limits import RuntimeLimits
+from multiradar.state import Fields
 from multiradar.tracking.columns import row_type, rows_of, table_of
-from multiradar.tracking.forecast.forecast_calibration import COUNTED, calibration_for
+from multiradar.tracking.forecast.forecast_calibration import (
+    COUNTED,
+    ForecastCalibration,
+    calibration_for,
+)
 from multiradar.tracking.lifecycle.transitions import ENDED, TrackTransitions
 from multiradar.tracking.outputs import EngineOutput, TrackStates, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 
 States = tuple[TrackStates, SystemPlane]
+
+#: Epochs of which the health of the radars is retained: three hours with epochs of 4 s.
+HEALTH_EPOCHS_MAX = 2700
 
 
 class Window(NamedTuple):
@@ -113,6 +124,17 @@ class Knowledge:
     limits : RuntimeLimits
         Bounds of rings and answers.
     """
+
+    STATE: ClassVar[Fields] = {
+        "_live": LiveTracks,
+        "calibration": ForecastCalibration,
+        "_biases": BiasBoard,
+        "_board": SensorBoard,
+        "_healths": HealthBoard,
+        "_tally": TrackTally,
+        "_data_time_s": float | None,
+        "_updates": int,
+    }
 
     def __init__(
         self, sensors: SensorTable, tracking: TrackingSettings, limits: RuntimeLimits
@@ -237,12 +259,16 @@ class Knowledge:
         return self._history.oldest_s
 
     def updates_between(self, after_s: float, until_s: float) -> NDArray[np.void]:
-        """Return the retained updates of a span of time, rows of `UPDATE_DTYPE`, by time."""
+        """Return the retained updates of a span of time, rows of `SPREAD_DTYPE`, by time."""
         return self._history.between(after_s, until_s)
 
     def plots_between(self, after_s: float, until_s: float) -> NDArray[np.void]:
         """Return the retained measurements of a span of time, rows of `PLOT_DTYPE`, by time."""
         return self._plots.between(after_s, until_s)
+
+    def plots_before(self, until_s: float, limit: int) -> NDArray[np.void]:
+        """Return the last retained measurements up to a time, rows of `PLOT_DTYPE`, by time."""
+        return self._plots.last_until(until_s, limit)
 
     def ended_between(self, after_s: float, until_s: float) -> NDArray[np.int64]:
         """Return the tracks that ended in a span of time."""
@@ -254,6 +280,20 @@ class Knowledge:
         """Return the bias estimates that were the latest at a time, rows of `BIAS_DTYPE`."""
         with self._lock:
             return self._biases.at(time_s)
+
+    def states_between(self, after_s: float, until_s: float) -> TrackStates | None:
+        """Return the last retained state of each confirmed track in a span of time."""
+        return self._samples.at(after_s, until_s)
+
+    def plots_until(self, track_id: int, until_s: float) -> NDArray[np.void]:
+        """Return the last measurements of a track up to a time, rows of `PLOT_DTYPE`."""
+        rows = self._plots.read(track_id, None, self.limits.plot_rows_max)
+        found: NDArray[np.void] = rows[rows["time_s"] <= until_s][-POINTS_MAX:]
+        return found
+
+    def health_at(self, time_s: float) -> list[dict[str, Any]]:
+        """Return the health of the radars at a time, as rows of `health.parquet`."""
+        return wire.health_frame(self._healths.at(time_s), self.sensors).to_dicts()
 
     def latest_biases(self) -> NDArray[np.void]:
         """Return the latest bias estimate of each parameter, rows of `BIAS_DTYPE`."""
@@ -333,7 +373,7 @@ class Knowledge:
             if data_time_s is not None:
                 self._data_time_s = data_time_s
             if len(rows):
-                self._history.append(rows)
+                self._history.append(with_spread(rows, output.spread))
                 self._live.update(rows, output.spread)
                 self._board.count(rows)
                 self._updates = int(rows["sequence"][-1])
@@ -341,6 +381,8 @@ class Knowledge:
                 self._plots.append(plot_rows(output))
             self._biases.append(output.biases)
             self._board.update_health(output.health)
+            self._healths.append(output.health)
+            self._samples.append(output.samples)
             if output.saturated.any() and data_time_s is not None:
                 self._board.note_saturated(output.saturated, data_time_s)
             if len(output.transitions):
@@ -348,6 +390,22 @@ class Knowledge:
             self.calibration.observe(output)
             self._live.remove(output.ended.track_id)
             self._tally.update(output)
+            self._version += 1
+
+    @property
+    def logs(self) -> dict[str, RowLog]:
+        """The histories, by name."""
+        return {
+            "history": self._history,
+            "transitions": self._transitions,
+            "plots": self._plots,
+            "biases": self._biases.ring,
+            "states": self._samples,
+        }
+
+    def restored(self) -> None:
+        """Note that the state was replaced."""
+        with self._lock:
             self._version += 1
 
     def attach(self, states: Callable[[], States]) -> None:
@@ -358,7 +416,7 @@ class Knowledge:
         """Discard everything: the journal is replayed from the start."""
         with self._lock:
             limits = self.limits
-            self._history = TrackHistory(limits.history_rows_max)
+            self._history = TrackHistory(limits.history_rows_max, SPREAD_DTYPE)
             steps = row_type(TrackTransitions)
             self._transitions = TrackHistory(limits.transition_rows_max, steps)
             self._plots = TrackHistory(limits.plot_rows_max, PLOT_DTYPE)
@@ -366,6 +424,8 @@ class Knowledge:
             self.calibration = calibration_for(self.tracking)
             self._biases = BiasBoard(self.sensors, limits.bias_history_rows_max)
             self._board = SensorBoard(self.sensors)
+            self._healths = HealthBoard(HEALTH_EPOCHS_MAX)
+            self._samples = StateBoard(limits.state_bytes_max)
             self._data_time_s = None
             self._updates = 0
             self._version += 1

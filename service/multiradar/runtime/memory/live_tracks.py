@@ -1,5 +1,7 @@
 """The latest update of every live track."""
 
+from typing import ClassVar
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -7,6 +9,7 @@ from multiradar.estimation.filters._kernels import NONE
 from multiradar.estimation.measurement.kinds import KIND_POSITION
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.memory.history import UPDATE_DTYPE
+from multiradar.state import Fields
 from multiradar.tracking.outputs import SPREAD_COUNT, STATE_COASTING, STATE_CONFIRMED
 
 
@@ -55,6 +58,16 @@ class LiveTracks:
     sources : (s,) int8, optional
         Source of the updates by each sensor, as from `sources_of`.
     """
+
+    STATE: ClassVar[Fields] = {
+        "_rows": np.ndarray,
+        "_updates": np.ndarray,
+        "_heard_s": np.ndarray,
+        "_spread": np.ndarray,
+        "_free": list[int],
+        "_slot": np.ndarray,
+        "_count": int,
+    }
 
     def __init__(self, sources: NDArray[np.int8] | None = None) -> None:
         self._sources = sources

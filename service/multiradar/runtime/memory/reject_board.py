@@ -7,9 +7,11 @@ import json
 import threading
 from collections import Counter, deque
 from collections.abc import Sequence
+from typing import ClassVar
 
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.state import Fields
 from multiradar.storage.entries import Quarantined, RejectedRow
 from multiradar.tracking.input.duplicates import Duplicates
 from multiradar_schemas.measurements.reject import RejectCode
@@ -31,6 +33,13 @@ class RejectBoard:
     kept_max : int
         Retained rows of each code.
     """
+
+    STATE: ClassVar[Fields] = {
+        "_counts": Counter[str],
+        "_sources": dict[str, Counter[str]],
+        "_twice": Counter[int],
+        "_last": dict[str, deque[Quarantined]],
+    }
 
     def __init__(self, sensors: SensorTable, kept_max: int) -> None:
         self._sensors = sensors
@@ -66,9 +75,18 @@ class RejectBoard:
 
     def record(self, sequence: int, source: str, rows: Sequence[RejectedRow]) -> None:
         """Record the rejected rows of a message."""
+        by_code = Counter(row.code for row in rows)
+        # Of a message of 100 000 only the last are retained.
+        left = dict(by_code)
         with self._lock:
             for row in rows:
-                self._add(sequence, source, row)
+                left[row.code] -= 1
+                if left[row.code] < self._kept_max:
+                    number = self._counts[row.code] + by_code[row.code] - left[row.code]
+                    self._keep(Quarantined(number, sequence, source, row))
+            for code, count in by_code.items():
+                self._counts[code] += count
+                self._count(source or _TRACKER, code, count)
 
     def record_duplicates(self, found: Duplicates, entries: Sequence[tuple[int, int]]) -> None:
         """Record measurements accepted first and then found to be duplicates.
@@ -90,7 +108,10 @@ class RejectBoard:
             self._count(_TRACKER, code, skipped)
             self._twice.update(found.batch.sensor.tolist())
             for (sequence, index), reason, row in zip(entries[skipped:], reasons, raw, strict=True):
-                self._add(sequence, "", RejectedRow(index, code, reason, json.dumps(row)))
+                self._counts[code] += 1
+                self._count(_TRACKER, code, 1)
+                rejected = RejectedRow(index, code, reason, json.dumps(row))
+                self._keep(Quarantined(self._counts[code], sequence, "", rejected))
 
     def clear(self) -> None:
         """Discard everything: the journal is replayed."""
@@ -105,8 +126,6 @@ class RejectBoard:
             source = OTHER_SOURCES
         self._sources.setdefault(source, Counter())[code] += rows
 
-    def _add(self, sequence: int, source: str, row: RejectedRow) -> None:
-        self._counts[row.code] += 1
-        self._count(source or _TRACKER, row.code, 1)
-        kept = self._last.setdefault(row.code, deque(maxlen=self._kept_max))
-        kept.append(Quarantined(self._counts[row.code], sequence, source, row))
+    def _keep(self, rejected: Quarantined) -> None:
+        kept = self._last.setdefault(rejected.row.code, deque(maxlen=self._kept_max))
+        kept.append(rejected)

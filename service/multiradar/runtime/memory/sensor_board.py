@@ -1,12 +1,13 @@
 """The sensors as published, with the time and number of their updates."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.state import Fields
 from multiradar.tracking.health.health_records import HealthRecords
 
 #: Names of the kinds of measurement.
@@ -24,6 +25,13 @@ class SensorBoard:
     sensors : SensorTable
         The sensors.
     """
+
+    STATE: ClassVar[Fields] = {
+        "_updates": np.ndarray,
+        "_last_s": np.ndarray,
+        "_saturated_s": np.ndarray,
+        "_health": HealthRecords,
+    }
 
     def __init__(self, sensors: SensorTable) -> None:
         self._sensors = sensors

@@ -1,7 +1,10 @@
 """Numbers of tracks: initiated, confirmed, terminated."""
 
+from typing import ClassVar
+
 import numpy as np
 
+from multiradar.state import Fields
 from multiradar.tracking.lifecycle.transitions import (
     CONFIRMED,
     ENDED,
@@ -21,6 +24,12 @@ class TrackTally:
     A track that was confirmed once counts as confirmed, even if it is tentative again after it was
     reinitialised.
     """
+
+    STATE: ClassVar[Fields] = {
+        "_counts": dict[str, int],
+        "_confirmed_ended": int,
+        "_confirmed_live": set[int],
+    }
 
     def __init__(self) -> None:
         self._counts = dict.fromkeys(_COUNTED, 0)

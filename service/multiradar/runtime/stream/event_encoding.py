@@ -22,6 +22,7 @@ from multiradar.tracking.outputs import EngineOutput
 
 # Classes of events at one time, in their order.
 _BIAS, _ENDED, _STATUS, _TRACK = range(4)
+EVENT_KINDS = 4
 # For fewer rows, encoding each is faster than encoding a table.
 _FEW_ROWS = 4
 
@@ -79,14 +80,18 @@ def status_marks(
 
 def event_order(
     reached_s: NDArray[np.float64], output: EngineOutput, marks: StatusMarks
-) -> NDArray[np.intp]:
-    """Return the order of the events: biases, ends, status marks and updates, concatenated."""
+) -> tuple[NDArray[np.intp], NDArray[np.int8]]:
+    """Return the order of the events, and the class of each in that order.
+
+    Biases, ends, status marks and updates, concatenated. The events of a class keep their order.
+    """
     time_s = np.concatenate([output.biases.time_s, output.ended.time_s, marks.time_s, reached_s])
     kind = np.repeat(
-        [_BIAS, _ENDED, _STATUS, _TRACK],
+        np.array([_BIAS, _ENDED, _STATUS, _TRACK], np.int8),
         [len(output.biases), len(output.ended), len(marks.time_s), len(reached_s)],
     )
-    return np.lexsort((kind, time_s))
+    order = np.lexsort((kind, time_s))
+    return order, kind[order]
 
 
 def encode_events(

@@ -122,12 +122,12 @@ class EventRing:
         for subscription in woken:
             subscription.wake()
 
-    def clear(self) -> None:
-        """Discard all events and restart at number 1; subscribers wait for their number."""
+    def clear(self, head: int = 0) -> None:
+        """Discard all events and continue after a number; subscribers wait for theirs."""
         with self._lock:
             self._chunks.clear()
             self._held = 0
-            self._head = 0
+            self._head = head
 
     def subscribe(self, after: int | None, depth: int) -> "Subscription":
         """Return a reader of the events after a number (None: from now on)."""

@@ -1,18 +1,38 @@
 """The output of the engine as numbered events, with periodic status events."""
 
 from collections.abc import Callable
+from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
+from multiradar.errors import StateError
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.stream.event_encoding import encode_events, event_order, status_marks
+from multiradar.runtime.row_ring import RowLog, RowRing
+from multiradar.runtime.stream.event_encoding import (
+    EVENT_KINDS,
+    StatusMarks,
+    encode_events,
+    event_order,
+    status_marks,
+)
 from multiradar.runtime.stream.events import EventRing
 from multiradar.settings.limits import RuntimeLimits
-from multiradar.tracking.outputs import EngineOutput
+from multiradar.state import Fields
+from multiradar.tracking.columns import row_type, rows_of, table_of
+from multiradar.tracking.outputs import BiasRecords, EndedTracks, EngineOutput, TrackUpdates
+
+#: A status event: data time, and number of track updates so far.
+MARK_DTYPE = np.dtype([("time_s", np.float64), ("updates", np.int64)])
+# Events that are restored as one chunk.
+_CHUNK_EVENTS = 8192
 
 
 class OutputEvents:
     """Converts output to events in the ring; written by the engine's thread.
+
+    The events themselves are not in a snapshot: it has the kind of each, and where they come from
+    has the rest. Tracks and biases are in the histories of the service.
 
     Parameters
     ----------
@@ -22,13 +42,27 @@ class OutputEvents:
         The size of the ring, and the data time between two status events.
     """
 
+    STATE: ClassVar[Fields] = {"_reached_s": float, "_last_mark": float}
+
+    _reached_s: float
+    _last_mark: float
+    _kinds: RowRing
+    _ends: RowRing
+    _marks: RowRing
+
     def __init__(self, sensors: SensorTable, limits: RuntimeLimits) -> None:
         self._sensors = sensors
+        self._limits = limits
         self._period_s = limits.status_period_s
         self.ring = EventRing(limits.events_max)
         #: Returns the time of the machine less data time, s; None without data in real time.
         self.delay_s: Callable[[], float | None] = lambda: None
-        self._reached_s, self._last_mark = -np.inf, np.nan
+        self._start()
+
+    @property
+    def logs(self) -> dict[str, RowLog]:
+        """What the events are made of again: kinds, ended tracks, times of status events."""
+        return {"event_kinds": self._kinds, "event_ends": self._ends, "event_marks": self._marks}
 
     def publish(self, output: EngineOutput) -> None:
         """Append the events of one output."""
@@ -37,15 +71,81 @@ class OutputEvents:
         marks, self._last_mark = status_marks(
             reached_s, output.updates.sequence, self._last_mark, self._period_s
         )
-        order = event_order(reached_s, output, marks)
+        order, kinds = event_order(reached_s, output, marks)
         if len(order):
-            first, table, delay_s = self.ring.head + 1, self._sensors, self.delay_s()
-            self.ring.append(
-                len(order),
-                lambda: encode_events(first, output, marks, order, table, delay_s=delay_s),
-            )
+            self._kinds.append(kinds)
+            if len(output.ended):
+                self._ends.append(rows_of(output.ended))
+            if len(marks.time_s):
+                self._marks.append(_mark_rows(marks))
+            self._append(output, marks, order, self.delay_s())
+
+    def set_back(self) -> None:
+        """Expect earlier times."""
+        self._reached_s, self._last_mark = -np.inf, np.nan
 
     def restart(self) -> None:
         """Discard all events: the journal is replayed from the start."""
-        self._reached_s, self._last_mark = -np.inf, np.nan
+        self._start()
         self.ring.clear()
+
+    def refill(self, updates: NDArray[np.void], biases: NDArray[np.void]) -> None:
+        """Make the events again, after the logs were refilled.
+
+        Parameters
+        ----------
+        updates, biases : structured arrays
+            The last track updates and biases of the service, rows of their tables: as many as
+            there are events of each kind, or more.
+        """
+        kinds = self._kinds.last(self._kinds.capacity)
+        counts = np.bincount(kinds, minlength=EVENT_KINDS).tolist()
+        tables = [biases, self._ends.last(counts[1]), self._marks.last(counts[2]), updates]
+        if any(len(table) < count for table, count in zip(tables, counts, strict=True)):
+            raise StateError(f"expected {counts} rows for the events, by kind, were fewer")
+        self.ring.clear(self._kinds.appended - len(kinds))
+        begin = np.array([len(table) for table in tables]) - counts
+        for first in range(0, len(kinds), _CHUNK_EVENTS):
+            chunk = kinds[first : first + _CHUNK_EVENTS]
+            end = begin + np.bincount(chunk, minlength=EVENT_KINDS)
+            self._refill(
+                chunk,
+                [table[slice(*cut)] for table, *cut in zip(tables, begin, end, strict=True)],
+            )
+            begin = end
+
+    def _refill(self, kinds: NDArray[np.int8], rows: list[NDArray[np.void]]) -> None:
+        biases, ends, marks, updates = rows
+        output = EngineOutput(
+            updates=table_of(TrackUpdates, updates),
+            biases=table_of(BiasRecords, biases),
+            ended=table_of(EndedTracks, ends),
+        )
+        # Position of each event among all rows, kind by kind.
+        order = np.empty(len(kinds), np.intp)
+        order[np.argsort(kinds, kind="stable")] = np.arange(len(kinds))
+        marked = StatusMarks(marks["time_s"].copy(), marks["updates"].copy())
+        self._append(output, marked, order, None)
+
+    def _start(self) -> None:
+        events_max = self._limits.events_max
+        self._reached_s, self._last_mark = -np.inf, np.nan
+        self._kinds = RowRing(events_max, np.dtype(np.int8))
+        self._ends = RowRing(events_max, row_type(EndedTracks))
+        self._marks = RowRing(events_max, MARK_DTYPE)
+
+    def _append(
+        self, output: EngineOutput, marks: StatusMarks, order: NDArray[np.intp],
+        delay_s: float | None,
+    ) -> None:  # fmt: skip
+        first, table = self.ring.head + 1, self._sensors
+        self.ring.append(
+            len(order),
+            lambda: encode_events(first, output, marks, order, table, delay_s=delay_s),
+        )
+
+
+def _mark_rows(marks: StatusMarks) -> NDArray[np.void]:
+    rows = np.empty(len(marks.time_s), MARK_DTYPE)
+    rows["time_s"], rows["updates"] = marks.time_s, marks.updates
+    return rows

@@ -92,6 +92,9 @@ class TrajectoryFeed:
     def restart(self) -> None:
         """Start over: the output is repeated from the start, and what is known is skipped."""
 
+    def set_back(self) -> None:
+        """Expect earlier times: all tracks were terminated."""
+
     def settle(self, timeout_s: float | None = None) -> bool:
         """Wait until the queue is processed; return whether it was in time.
 

@@ -9,7 +9,7 @@ depends on the rows of the window and earlier ones alone.
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from multiradar.estimation.filters._kernels import NO_ROOM_SLOT
 from multiradar.estimation.filters.arrays import Model, Result, Rows
 from multiradar.estimation.measurement.kinds import KIND_BEARING
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.state import Fields
 from multiradar.tracking._identity_kernels import identify
 from multiradar.tracking.association import track_grid
 from multiradar.tracking.association._association_kernels import find_candidates
@@ -104,6 +105,12 @@ class Association:
     settings : TrackingSettings
         The settings of the tracker.
     """
+
+    STATE: ClassVar[Fields] = {
+        "_clutter": ClutterMap,
+        "_merge_step": int,
+        "_anonymous": bool,
+    }
 
     def __init__(self, sensors: SensorTable, settings: TrackingSettings) -> None:
         self._sensors = len(sensors)

@@ -1,10 +1,12 @@
 """Clutter density of a radar by range, learnt from unconfirmed tracks."""
 
 import math
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.state import Fields
 from multiradar.tracking.association._clutter_kernels import RINGS, fill_log_clutters
 
 Floats = NDArray[np.float64]
@@ -34,6 +36,13 @@ class ClutterMap:
     log_usual : float
         Logarithm of the default density.
     """
+
+    STATE: ClassVar[Fields] = {
+        "_faded_s": float | None,
+        "_seconds": float,
+        "counts": np.ndarray,
+        "log_densities": np.ndarray,
+    }
 
     def __init__(self, periods_s: Floats, usual_density: float) -> None:
         self._periods_s = periods_s

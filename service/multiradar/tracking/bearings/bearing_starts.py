@@ -9,7 +9,7 @@ attempt. The result depends on the order of the rows alone, not on batches.
 
 from collections import OrderedDict
 from dataclasses import replace
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from multiradar.estimation.filters.arrays import Model
 from multiradar.estimation.filters.bearings_only import DISTANCE_SHARE_MAX
 from multiradar.estimation.measurement.kinds import KIND_BEARING, KIND_RADAR
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.state import Fields
 from multiradar.tracking._identity_kernels import identify
 from multiradar.tracking.association.association import Window
 from multiradar.tracking.bearings.bearing_positions import Bounds, locate
@@ -69,6 +70,10 @@ class BearingStarts:
     active : bool
         Whether tracks are initiated by bearings at all.
     """
+
+    STATE: ClassVar[Fields] = {
+        "_waiting": OrderedDict[tuple[int, int], _Waiting],
+    }
 
     def __init__(self, sensors: SensorTable, settings: TrackingSettings, *, active: bool) -> None:
         self._sensors = sensors

@@ -1,12 +1,13 @@
 """Calibration of forecasts by the errors of earlier ones, from the measurements alone."""
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters.bank import find_filter
+from multiradar.state import Fields
 from multiradar.tracking.forecast.forecast_family import ForecastFamily
 from multiradar.tracking.forecast.pending import PendingForecasts
 from multiradar.tracking.forecast.region_sizes import (
@@ -71,6 +72,15 @@ class ForecastCalibration:
     family : ForecastFamily
         The motion models.
     """
+
+    STATE: ClassVar[Fields] = {
+        "_scores": ForecastScores,
+        "_pending": PendingForecasts,
+        "_seen": list[_Positions],
+        "_samples": int,
+        "_held": int,
+        "_counted": int,
+    }
 
     def __init__(self, settings: TrackingSettings, *, keeps_modes: bool) -> None:
         self.family = ForecastFamily(settings, keeps_modes=keeps_modes)

@@ -8,11 +8,12 @@ histogram of errors for each motion model and horizon, with that of the next sho
 prior, and the model with the smallest calibrated regions.
 """
 
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.state import Fields
 from multiradar.tracking.forecast.regions import gaussian_factor
 
 Floats = NDArray[np.float64]
@@ -102,6 +103,13 @@ class ForecastScores:
     first : int
         Default model before the shortest horizon was scored.
     """
+
+    STATE: ClassVar[Fields] = {
+        "_counts": np.ndarray,
+        "_heard": np.ndarray,
+        "_size": np.ndarray,
+        "_settled": RegionSizes,
+    }
 
     def __init__(self, motions: int, first: int) -> None:
         horizons = len(HORIZONS_S)

@@ -1,12 +1,14 @@
 """Trends of the estimated biases over the last minutes."""
 
 from collections import deque
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.bias.store import BiasState
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.state import Fields
 
 Floats = NDArray[np.float64]
 
@@ -24,6 +26,12 @@ class BiasTrends:
     sensors : SensorTable
         The sensors and their bias parameters.
     """
+
+    STATE: ClassVar[Fields] = {
+        "_since_s": np.ndarray,
+        "_kept": deque[tuple[float, np.ndarray, np.ndarray]],
+        "_now": tuple[float, np.ndarray, np.ndarray] | None,
+    }
 
     def __init__(self, sensors: SensorTable) -> None:
         self._sensors = sensors

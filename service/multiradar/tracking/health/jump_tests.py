@@ -1,8 +1,11 @@
 """Detection of bias jumps: cumulative tests of the innovations of many aircraft."""
 
+from typing import ClassVar
+
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.state import Fields
 from multiradar.tracking.health.health_sums import HealthSums
 from multiradar.tracking.health.health_tests import AIRCRAFT_MIN, JUMP_SIGMAS, jump_evidence
 
@@ -42,6 +45,15 @@ class JumpTests:
     last_s : (m,) float64
         Data time of the last one, NaN for never.
     """
+
+    STATE: ClassVar[Fields] = {
+        "_evidence": np.ndarray,
+        "_first_s": np.ndarray,
+        "_common": np.ndarray,
+        "_held_s": float,
+        "counts": np.ndarray,
+        "last_s": np.ndarray,
+    }
 
     def __init__(self, radars: NDArray[np.intp], periods: Floats, *, tests: bool) -> None:
         count = len(periods)

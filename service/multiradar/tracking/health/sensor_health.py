@@ -5,7 +5,7 @@ innovations; bias jumps by a cumulative likelihood ratio; silence from the track
 detected before. A function of the measurements in data time.
 """
 
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from multiradar.estimation.measurement.sensors import (
     SensorTable,
 )
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.state import Fields
 from multiradar.tracking.health._health_kernels import count_coverage, gather
 from multiradar.tracking.health.bias_trends import BiasTrends
 from multiradar.tracking.health.health_records import (
@@ -92,6 +93,19 @@ class SensorHealth:
         Whether the filter estimates the uncertainty of its biases. Otherwise its innovations may be
         off without any fault of the radar, and raise no alarms.
     """
+
+    STATE: ClassVar[Fields] = {
+        "_sums": HealthSums,
+        "_weight": np.ndarray,
+        "_noise_share": np.ndarray,
+        "_silent": np.ndarray,
+        "_confused": np.ndarray,
+        "_jumps": JumpTests,
+        "_trends": BiasTrends,
+        "_end_s": float,
+        "_site_step": float,
+        "_site": tuple[np.ndarray, np.ndarray, np.ndarray] | None,
+    }
 
     def __init__(
         self,

@@ -6,11 +6,13 @@ Used twice they would halve the covariance. The earlier one is kept.
 """
 
 from collections.abc import Collection
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.state import Fields
 from multiradar.tracking.input._duplicate_kernels import find_twins
 from multiradar.tracking.input.duplicates import NO_DUPLICATES, Duplicates
 from multiradar.tracking.input.measurements import MeasurementBatch
@@ -42,6 +44,11 @@ class NearDuplicates:
     count : int
         Plots left out so far.
     """
+
+    STATE: ClassVar[Fields] = {
+        "_recent": MeasurementBatch,
+        "count": int,
+    }
 
     def __init__(self, sensors: SensorTable, hidden: Collection[str] = ()) -> None:
         periods_s = np.nan_to_num(sensors.rotation_period_s, nan=0.0)
@@ -85,6 +92,10 @@ class NearDuplicates:
         return rows.select(lone[first:]), _duplicates(
             every, second, twins[second], arrivals[second - first]
         )
+
+    def rewind(self) -> None:
+        """Accept earlier times from the next rows on."""
+        self._recent = MeasurementBatch.empty()
 
     def _twins(self, rows: MeasurementBatch, first: int) -> NDArray[np.int64]:
         n = len(rows)

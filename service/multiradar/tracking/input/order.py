@@ -1,11 +1,12 @@
 """Reordering of measurements by time."""
 
 import math
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.state import Fields
 from multiradar.tracking.input._order_kernels import TIED_MAX, find_repeats, order_tied
 from multiradar.tracking.input.duplicates import NO_DUPLICATES, Duplicates
 from multiradar.tracking.input.measurements import SINGLE, MeasurementBatch
@@ -65,6 +66,16 @@ class ReorderBuffer:
         released.
     """
 
+    STATE: ClassVar[Fields] = {
+        "_waiting": list[_Piece],
+        "_arrived": int,
+        "_latest_s": float,
+        "_released_s": float,
+        "late": int,
+        "duplicates": int,
+        "waiting_from": int,
+    }
+
     def __init__(self, horizon_s: float) -> None:
         self._horizon_s = horizon_s
         self._waiting: list[_Piece] = []
@@ -121,6 +132,10 @@ class ReorderBuffer:
         if not self._waiting:
             return None
         return self._release(math.nextafter(self._latest_s, math.inf))
+
+    def rewind(self) -> None:
+        """Accept earlier rows again; to be called when the buffer is empty."""
+        self._latest_s = self._released_s = -math.inf
 
     def _release(self, watermark_s: float) -> MeasurementBatch | None:
         ready: list[_Piece] = []

@@ -1,10 +1,11 @@
 """Lifecycle transitions of tracks: time and reason of each."""
 
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.state import Fields
 from multiradar.tracking.lifecycle._transition_kernels import (
     TRANSITIONS_PER_ROW,
     VACANT,
@@ -48,6 +49,11 @@ class Updated(NamedTuple):
     confirmed: Integers
 
 
+_NONE: Integers = np.empty(0, np.int64)
+#: A release without measurements.
+NOT_UPDATED = Updated(_NONE, _NONE, _NONE, _NONE, _NONE, np.empty(0), _NONE)
+
+
 class TransitionLog:
     """Records the lifecycle transitions of tracks; owned by the engine.
 
@@ -61,6 +67,11 @@ class TransitionLog:
     Coasting is detected when an epoch opens, or with the next update, so that the result does not
     depend on batches.
     """
+
+    STATE: ClassVar[Fields] = {
+        "_previous": LastStates,
+        "_marks": list[tuple[int, int, float, float, int, int, int]],
+    }
 
     def __init__(self, coast_after_s: float) -> None:
         self._coast_after_s = coast_after_s

@@ -7,7 +7,7 @@ the published biases, latencies and height errors. The majority of independent s
 """
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from multiradar.estimation.bias.store import BiasState
 from multiradar.estimation.filters.arrays import Aircraft, Model, Rows
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.state import Fields
 from multiradar.tracking.lifecycle.report_integrity import IMPLAUSIBLE, PLAUSIBLE, SECTORS, Watch
 from multiradar.tracking.plausibility._plausibility_kernels import check_rows, reassign_reports
 from multiradar.tracking.pool import AircraftPool
@@ -60,6 +61,11 @@ class Plausibility:
     sensors : SensorTable
         The sensors; without one that relays ADS-B reports nothing is done.
     """
+
+    STATE: ClassVar[Fields] = {
+        "_heard": bool,
+        "_watch": Watch,
+    }
 
     def __init__(self, sensors: SensorTable) -> None:
         count = len(sensors)

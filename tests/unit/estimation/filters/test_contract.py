@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -64,6 +65,7 @@ PLAIN: dict[str, Plain] = {
 STACKS = "blom-macro"
 
 
+@cache
 def lively_scene(seed: int, drift: float = 0.0, length_s: float = 90.0) -> Scene:
     """Irregular and missing plots, aircraft initiated and removed, all kinds of bias parameters."""
     rng = np.random.default_rng(seed)
@@ -313,20 +315,27 @@ def test_reported_positions_need_no_biases(name: str) -> None:
             np.testing.assert_array_equal(filters[0].biases()[0], before)
 
 
+@cache
+def short_scene(seed: int) -> Scene:
+    """A minute of four aircraft; the biases are drawn from their priors."""
+    rng = np.random.default_rng(2000 + seed)
+    flights = random_flights(rng, 4, 60.0, acceleration_density=ACCELERATION)
+    drawn = rng.normal(size=(3, 2)) * [500.0, np.radians(0.5)]
+    radars = [
+        replace(one, biases=dict(enumerate(biases_of_one.tolist())))
+        for one, biases_of_one in zip(three_radars(), drawn, strict=True)
+    ]
+    return make_scene(rng, radars, flights)
+
+
 def normalised_errors(name: str, runs: int) -> tuple[list[float], list[float]]:
     """NEES of one aircraft and of the biases at the end of each of many short runs."""
     aircraft, biases = [], []
     for seed in range(runs):
-        rng = np.random.default_rng(2000 + seed)
-        flights = random_flights(rng, 4, 60.0, acceleration_density=ACCELERATION)
-        drawn = rng.normal(size=(3, 2)) * [500.0, np.radians(0.5)]
-        radars = [
-            replace(one, biases=dict(enumerate(biases_of_one.tolist())))
-            for one, biases_of_one in zip(three_radars(), drawn, strict=True)
-        ]
-        scene = make_scene(rng, radars, flights)
+        scene = short_scene(seed)
         one = compiled(name, scene)
-        for row, observation in play(scene, [one], start_guesses(rng, scene)):
+        guesses = start_guesses(np.random.default_rng(3000 + seed), scene)
+        for row, observation in play(scene, [one], guesses):
             last, chosen = row, observation.aircraft
         mean, covariance = one.aircraft(chosen)
         aircraft.append(float(normalised_squared(mean - scene.truth[last], covariance)))

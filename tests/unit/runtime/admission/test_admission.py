@@ -147,8 +147,9 @@ def test_the_compiled_loop_does_what_the_plain_one_does() -> None:
     compiled, plain = Admission(6.0, 3, paces=paces), Admission(6.0, 3, paces=paces)
     expected = np.empty(len(batch), np.int8)
     plain_form(kernels.admit)(
-        batch.time_s, batch.sensor, np.nan, plain._bounds, plain._pace, plain._due, plain._clock,
-        plain._run, plain._standing, plain._lead, plain._heard, expected, np.empty(len(batch)),
+        batch.time_s, batch.sensor, np.nan, plain._bounds, plain._tolerance, plain._pace,
+        plain._due, plain._clock, plain._run, plain._standing, plain._lead, plain._heard, expected,
+        np.empty(len(batch)),
     )  # fmt: skip
     assert compiled.admit(batch).tolist() == expected.tolist()
     assert compiled.state() == plain.state()

@@ -50,11 +50,42 @@ def test_a_wrong_clock_costs_the_others_nothing_and_is_named(
     assert leads[WRONG] == pytest.approx(offset_s, abs=1.5)
 
 
+@pytest.mark.parametrize("offset_s", [60.0, -60.0])
 @pytest.mark.parametrize("live", [True, False])
-def test_it_is_named_within_two_scans(live: bool) -> None:
+def test_it_is_named_within_two_scans(live: bool, offset_s: float) -> None:
     admission = Admission(6.0, 3)
-    _lost(admission, _stream(60.0, duration_s=8.0), NOW_S, live=live)
+    lost = _lost(admission, _stream(offset_s, duration_s=8.0), NOW_S, live=live)
     assert list(admission.clock_leads()) == [WRONG]
+    assert [lost[sensor] for sensor in RIGHT] == [0, 0]
+
+
+def test_the_tolerance_of_a_sensor_is_its_own() -> None:
+    tolerances_s = np.array([np.nan, 1.0, 5.0])
+    admission = Admission(6.0, 3, tolerances_s=tolerances_s)
+    _lost(admission, _stream(0.0, duration_s=5.0), NOW_S, live=False)
+    clock_s = admission.released_to_s
+    for sensor, lead_s, expected_s in ((0, 3.5, 0.0), (1, 1.5, 0.0), (2, 4.0, 4.0)):
+        # Rows that are farther ahead than their sensors may be wait for others.
+        admission.admit(timed_batch([clock_s + lead_s], sensor))
+        admission._run[0] = 0
+        assert admission.data_clock_s == clock_s + expected_s
+    assert [admission.tolerance_of(sensor) for sensor in range(3)] == [3.0, 1.0, 5.0]
+
+
+@pytest.mark.parametrize("step_s", [-600.0, 30.0])
+def test_an_operator_sets_the_data_clock(step_s: float) -> None:
+    admission = Admission(6.0, 3, paces=np.tile([0.2, 20.0], (3, 1)))
+    _lost(admission, _stream(0.0, duration_s=30.0), NOW_S, live=False)
+    state = admission.state()
+    admission.set_clock(NOW_S + 30.0 + step_s)
+    assert admission.released_to_s == NOW_S + 30.0 + step_s
+    again = Admission(6.0, 3, paces=np.tile([0.2, 20.0], (3, 1)))
+    again.restore(admission.state())
+    assert state != admission.state() == again.state()
+    later = [(30.0 + at, 30.0 + step_s + time, s) for at, time, s in _stream(0.0, duration_s=20.0)]
+    for one in (admission, again):
+        assert set(_lost(one, later, NOW_S, live=False).values()) == {0}
+        assert one.data_clock_s == pytest.approx(NOW_S + 50.0 + step_s, abs=0.5)
 
 
 def test_batches_of_whole_scans_do_not_move_the_clock_either() -> None:

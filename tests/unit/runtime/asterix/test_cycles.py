@@ -59,11 +59,11 @@ def followed(frame: pl.DataFrame, **said: float) -> list[TrackReports]:
 
 @pytest.mark.slow
 def test_the_octets_do_not_depend_on_the_batches() -> None:
-    frame = recording(1200)
+    frame = recording(600)
     whole = octets([frame])
-    assert len(whole) > 10_000
-    assert octets(cut(frame, [1, 2, 300, 17, 1, 500])) == whole
-    assert octets(cut(frame, [7] * 170)) == whole
+    assert len(whole) > 5_000
+    assert octets(cut(frame, [1, 2, 150, 17, 1, 250])) == whole
+    assert octets(cut(frame, [7] * 85)) == whole
 
 
 def test_every_track_is_reported_with_its_callsign() -> None:

@@ -1,6 +1,7 @@
 """Bearings in the engine: track maintenance without ranges, biases of direction finders."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import polars as pl
@@ -46,12 +47,22 @@ def _after(tracks: pl.DataFrame, since_s: float) -> pl.DataFrame:
     )
 
 
+@cache
+def _scene(*, named: bool) -> bearing_scene.Scene:
+    return bearing_scene.make(named=named)
+
+
+@cache
+def _run(filter_name: str, *, named: bool) -> tuple[Engine, pl.DataFrame]:
+    return _tracked(_scene(named=named), filter_name=filter_name)
+
+
 @pytest.mark.parametrize("filter_name", ["two-stage", "imm"])
 @pytest.mark.parametrize("named", [True, False])
 def test_tracks_are_maintained_by_bearings(filter_name: str, named: bool) -> None:
     """Three minutes without ranges: 300 m, and consistent errors, on bearings of 0.2°."""
-    scene = bearing_scene.make(named=named)
-    engine, tracks = _tracked(scene, filter_name=filter_name)
+    scene = _scene(named=named)
+    engine, tracks = _run(filter_name, named=named)
     late = _after(tracks, 130.0)
     assert late["track_number"].n_unique() == 5
     assert late["track_id"].n_unique() == 5
@@ -66,7 +77,7 @@ def test_tracks_are_maintained_by_bearings(filter_name: str, named: bool) -> Non
 
 
 def test_the_azimuth_bias_of_a_direction_finder_is_estimated() -> None:
-    engine, _ = _tracked(bearing_scene.make())
+    engine, _ = _run("two-stage", named=True)
     state = engine.biases
     own = (TABLE.parameter_sensor == TABLE.ids.index("df-1")) & (TABLE.parameter_kind == AZIMUTH)
     (place,) = np.flatnonzero(own)

@@ -1,6 +1,7 @@
 """The engine: reproducible output, and consistent tracks and biases."""
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import pytest
@@ -28,7 +29,7 @@ Integers = NDArray[np.int64]
 FILTERS = ("two-stage", "imm", "joint", "blom", "blom-macro", "ci")
 
 
-def busy_scene(seed: int = 1, aircraft: int = 30, duration_s: float = 240.0) -> Scene:
+def busy_scene(seed: int = 1, aircraft: int = 30, duration_s: float = 80.0) -> Scene:
     """More rows per epoch than the threshold for several workers."""
     rng = np.random.default_rng(seed)
     radars = [
@@ -250,18 +251,19 @@ def test_plots_without_identity_are_counted_and_not_used_with_association_by_ide
     assert engine.counts["UNASSOCIATED"] == 2
 
 
-def drifting_scene(seed: int) -> Scene:
+@lru_cache(maxsize=8)
+def drifting_scene(seed: int, duration_s: float = 150.0) -> Scene:
     """Radars with a scan period of 1 s, and biases that drift by 1 m and 0.02° per √s."""
     rng = np.random.default_rng(seed)
     drifts = {PARAMETER_RANGE_OFFSET: 1.0, PARAMETER_AZIMUTH_OFFSET: float(np.radians(0.02))}
     radars = [replace(radar, drifts=drifts, rotation_s=1.0) for radar in three_radars()]
-    return make_scene(rng, radars, random_flights(rng, 12, 150.0, acceleration_density=0.3))
+    return make_scene(rng, radars, random_flights(rng, 12, duration_s, acceleration_density=0.3))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", FILTERS)
 def test_output_depends_neither_on_batches_nor_on_workers_where_biases_drift(name: str) -> None:
-    scene, settings = drifting_scene(1), TrackingSettings(filter_name=name)
+    scene, settings = drifting_scene(1, 60.0), TrackingSettings(filter_name=name)
     expected = run(scene, settings, len(scene.batch))
     assert {run(scene, settings, size, workers) for size, workers in [(13, 1), (999, 4)]} == {
         expected

@@ -4,6 +4,7 @@ import io
 import threading
 from collections.abc import Iterator
 from concurrent.futures import Future
+from dataclasses import replace
 
 import polars as pl
 import pytest
@@ -165,6 +166,28 @@ def test_a_journal_without_callsigns_is_replayed_and_its_messages_recognised(
     with pytest.raises(IdempotencyConflictError):
         submit(service, frame[20:].with_columns(callsign=pl.lit("KLM2")), "other")
     assert settled(service)["accepted"] == 40
+
+
+def test_a_key_is_that_of_a_message_whose_rows_were_rejected(start: Starter) -> None:
+    service = start()
+    unknown = recording(8).with_columns(sensor_id=pl.lit("99-9"))
+    raw = [RejectedRow(index, "WRONG_TYPE", "a reason", f"[{index}]") for index in (8, 9)]
+
+    def sent(frame: pl.DataFrame, rejected: list[RejectedRow]) -> Receipt:
+        future = service.submit(frame, source="test", idempotency_key="k", rejected=rejected)
+        return future.result(WAIT_TIMEOUT_S)
+
+    assert len(sent(unknown, raw).rejected) == 10
+    assert sent(unknown, raw).duplicate
+    others = [
+        (unknown.with_columns(height_m=pl.lit(1.0)), raw),
+        (unknown, [raw[0], replace(raw[1], raw="[0]")]),
+        (unknown, [raw[0], replace(raw[1], index=10)]),
+    ]
+    for frame, rejected in others:
+        with pytest.raises(IdempotencyConflictError):
+            sent(frame, rejected)
+    assert settled(service)["read"] == 20
 
 
 def test_a_key_used_for_another_message_is_rejected(start: Starter) -> None:

@@ -55,7 +55,7 @@ def test_a_source_that_floods_the_service_does_not_delay_the_others(start: Start
     gate = GatedJournal()
     service = start(gate, commit_batches_max=4, commit_rows_max=20)
     _held(service, gate)
-    flood = [service.submit(ROWS[n : n + 1], source="flood") for n in range(1, 200)]
+    flood = [service.submit(ROWS[n : n + 1], source="flood") for n in range(1, 100)]
     other = service.submit(ROWS[200:201], source="other")
     gate.open.set()
     place = other.result(WAIT_TIMEOUT_S).journal_sequence
@@ -70,7 +70,7 @@ def test_sources_that_do_not_flood_keep_their_order(start: Starter) -> None:
     service = start(gate)
     _held(service, gate)
     # One sends often, another seldom: in turns the messages of the first would be late.
-    sources = ["seldom" if n % 10 == 0 else "often" for n in range(1, 300)]
+    sources = ["seldom" if n % 10 == 0 else "often" for n in range(1, 150)]
     pending = [service.submit(ROWS[n : n + 1], source=one) for n, one in enumerate(sources, 1)]
     gate.open.set()
     numbers = [one.result(WAIT_TIMEOUT_S).journal_sequence for one in pending]

@@ -110,7 +110,7 @@ def test_below_its_rate_it_is_named_for_the_tracks_that_it_initiates() -> None:
         assert status["engine"]["NO_ROOM"] > 50  # type: ignore[index]
         assert status["sensor_alarms"][STORM] == ["storm"]  # type: ignore[index]
         (sentence,) = [one for one in status["warnings"] if "tentative" in one]  # type: ignore[attr-defined]
-        assert sentence.startswith("41-10: it initiated 10 tentative tracks")
+        assert sentence.startswith("41-10: it has 10 tentative tracks")
     finally:
         service.stop()
 

@@ -1,6 +1,8 @@
 """The history ring beyond single readers: many tracks, and readers while it is written."""
 
+import os
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,6 +25,20 @@ def test_identifiers_may_grow_without_end() -> None:
     assert history.read(1_000_000, None, 5)["sequence"].tolist() == [2]
     assert history.read(5, None, 5)["sequence"].tolist() == [1, 3]
     assert history.read(999_999_999, None, 5)["sequence"].tolist() == []
+
+
+def test_rows_that_are_never_appended_take_no_memory() -> None:
+    """A restart once wrote to 40 MB before the first measurement."""
+    small = np.dtype([("track_id", np.int64), ("time_s", np.float64)])
+    before_b = _resident_b()
+    history = TrackHistory(10_000_000, small)
+    assert _resident_b() - before_b < 20e6
+    assert len(history) == 0
+
+
+def _resident_b() -> int:
+    pages = int(Path("/proc/self/statm").read_text("utf-8").split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE")
 
 
 def test_a_batch_larger_than_the_ring_leaves_its_end() -> None:

@@ -224,7 +224,7 @@ def test_the_calibration_does_not_depend_on_the_batches_of_output(
     monkeypatch.setattr(ensemble_scores, "PLOTS_EACH", 2.0)
     monkeypatch.setattr(region_sizes, "CALIBRATED", 10.0)
     often = (pl.col("track_number") != MUTE) | (pl.col("time_s") % 12.0 < 4.0)
-    rows = recording(200.0).filter(often)
+    rows = recording(150.0).filter(often)
     tables = []
     for count, sampling in ((20, Sampling.DRAWN), (len(rows), Sampling.ALL)):
         engine = Engine(TABLE, TRACKING, sampling=sampling)

@@ -26,7 +26,7 @@ pytestmark = pytest.mark.slow
 DURATION_S = 1200.0
 SETTINGS = {name: TrackingSettings(filter_name=name) for name in ("two-stage", "imm")}
 #: Horizons with enough data from a quarter of an hour of twelve aircraft.
-SCORED = slice(0, 3)
+SCORED_S = HORIZONS_S[:3]
 
 
 def _flights(*, turning: bool) -> list[Flight]:
@@ -116,14 +116,14 @@ def test_regions_contain_aircraft_with_their_probability(name: str, turning: boo
             sample = part.sample
             if sample is None or not 180.0 < sample.time_s < DURATION_S - 60.0:
                 continue
-            plan = calibration.scores.plan(HORIZONS_S, 0.95)
+            plan = calibration.scores.plan(SCORED_S, 0.95)
             for place, track in enumerate(sample.states.track_id.tolist()):
                 means, covariances, factors = calibration.forecast_by(
-                    plan, sample.states, place, HORIZONS_S
+                    plan, sample.states, place, SCORED_S
                 )
-                there = paths[number[track] - 1].position(sample.states.time_s[place] + HORIZONS_S)
+                there = paths[number[track] - 1].position(sample.states.time_s[place] + SCORED_S)
                 inside.append(normalised_squared(there - means, covariances) <= factors)
-    share = np.mean(inside, axis=0)[SCORED]
+    share = np.mean(inside, axis=0)
     # 1400 forecasts; those of one turn are correlated, and 100 turns determine 95 % to 3 %.
     assert (share > 0.90).all()
     assert (share < 0.995).all()

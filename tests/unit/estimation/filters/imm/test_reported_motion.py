@@ -1,6 +1,8 @@
 """Interacting modes with the motion that aircraft report: exactness, accuracy, wrong reports."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -21,7 +23,7 @@ from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from support.references.compiled_filters import UPPER
 from validation.motion.check_aircraft_derived import AIR, BOTH, FAULTY, ONLY_AIR, STORM
-from validation.motion.check_manoeuvres import Flown, figures, flights
+from validation.motion.check_manoeuvres import Figure, Flown, figures, flights
 
 Floats = NDArray[np.float64]
 
@@ -30,17 +32,29 @@ def settings() -> TrackingSettings:
     return TrackingSettings(filter_name="imm")
 
 
-def reporting(
-    registers: RegisterReports | None = None, air: Atmosphere = AIR, runs: int = 2
-) -> list[Flown]:
-    return flights(
-        runs, aircraft=20, duration_s=900.0, known=True, first_seed=40, registers=registers, air=air
-    )
+Reporting = Callable[[RegisterReports | None, Atmosphere], list[Flown]]
 
 
 @pytest.fixture(scope="module")
-def flown() -> list[Flown]:
-    return reporting()
+def reporting() -> Reporting:
+    @cache
+    def found(registers: RegisterReports | None, air: Atmosphere) -> list[Flown]:
+        return flights(
+            2, aircraft=20, duration_s=900.0, known=True, first_seed=40, registers=registers,
+            air=air,
+        )  # fmt: skip
+
+    return found
+
+
+@pytest.fixture(scope="module")
+def flown(reporting: Reporting) -> list[Flown]:
+    return reporting(None, AIR)
+
+
+@pytest.fixture(scope="module")
+def without(flown: list[Flown]) -> dict[str, Figure]:
+    return figures(settings(), flown)
 
 
 @pytest.mark.parametrize(
@@ -54,9 +68,9 @@ def flown() -> list[Flown]:
     ],
 )
 def test_reports_lower_the_errors_and_sigmas_stay_consistent(
-    flown: list[Flown], registers: RegisterReports, air: Atmosphere, ratio: float
-) -> None:
-    without = figures(settings(), flown)
+    without: dict[str, Figure], reporting: Reporting, registers: RegisterReports, air: Atmosphere,
+    ratio: float,
+) -> None:  # fmt: skip
     found = figures(settings(), reporting(registers, air))
     assert found["turns"].rms_m <= ratio * without["turns"].rms_m
     assert found["straights"].rms_m <= without["straights"].rms_m
@@ -65,8 +79,8 @@ def test_reports_lower_the_errors_and_sigmas_stay_consistent(
 
 
 # One aircraft in twenty each: frozen registers, a stuck heading, a roll of the wrong sign.
-def test_unchecked_faults_leave_sigmas_consistent() -> None:
-    found = figures(settings(), reporting(replace(FAULTY, checks=False)))
+def test_unchecked_faults_leave_sigmas_consistent(reporting: Reporting) -> None:
+    found = figures(settings(), reporting(replace(FAULTY, checks=False), AIR))
     for motion in ("turns", "straights", "all"):
         assert found[motion].nees <= 1.3, motion
 
@@ -82,8 +96,8 @@ def only_of(data: AircraftData, rows: NDArray[np.bool_]) -> AircraftData:
     return AircraftData(*(np.where(rows, column, np.nan) for column in data))
 
 
-def test_reports_of_one_aircraft_change_no_other(flown: list[Flown]) -> None:
-    (one,) = reporting(BOTH, runs=1)
+def test_reports_of_one_aircraft_change_no_other(flown: list[Flown], reporting: Reporting) -> None:
+    one = reporting(BOTH, AIR)[0]
     data = one.batch.aircraft_data
     assert data is not None
     own = one.batch.track_number == 3
@@ -97,16 +111,18 @@ def test_reports_of_one_aircraft_change_no_other(flown: list[Flown]) -> None:
 
 
 # An aircraft changes to another compass: rejected, then a slow state again.
-def test_a_compass_that_jumps_is_found_out(flown: list[Flown]) -> None:
+def test_a_compass_that_jumps_is_found_out(
+    without: dict[str, Figure], reporting: Reporting
+) -> None:
     given = []
-    for one in reporting(ONLY_AIR):
+    for one in reporting(ONLY_AIR, AIR):
         data = one.batch.aircraft_data
         assert data is not None
         late = one.batch.time_s > 450.0
         heading = (data.magnetic_heading_rad + np.radians(20.0) * late) % (2.0 * np.pi)
         wrong = data._replace(magnetic_heading_rad=heading)
         given.append(replace(one, batch=replace(one.batch, aircraft_data=wrong)))
-    without, found = figures(settings(), flown), figures(settings(), given)
+    found = figures(settings(), given)
     assert found["all"].rms_m <= without["all"].rms_m
     assert found["all"].nees <= 1.3
 

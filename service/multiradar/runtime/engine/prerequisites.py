@@ -1,0 +1,46 @@
+"""What the sensors need to have before an engine can use them."""
+
+import numpy as np
+
+from multiradar.errors import ConfigurationError
+from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
+from multiradar.geodesy.system_plane import SystemPlane
+
+
+def plane_for(sensors: SensorTable) -> SystemPlane:
+    """Return the system plane of sensors.
+
+    Raises
+    ------
+    ConfigurationError
+        If none of them has a position.
+    """
+    if np.isnan(sensors.latitude_rad).all():
+        raise ConfigurationError(
+            "no sensor has a position; set latitude_deg and longitude_deg of at least one in the "
+            "sensors file (for ADS-B alone, the centre of the area)"
+        )
+    return SystemPlane.for_sensors(sensors.latitude_rad, sensors.longitude_rad)
+
+
+def require_clocks_within(sensors: SensorTable, horizon_s: float) -> None:
+    """Check the clocks of sensors against the reorder horizon, s.
+
+    Raises
+    ------
+    ConfigurationError
+        If it is shorter than the time between two of them, or than a tolerance.
+    """
+    # Time stamps are corrected before measurements are reordered.
+    apart_s = float(np.ptp(sensors.known_bias[:, PARAMETER_TIME_OFFSET]))
+    if apart_s > horizon_s:
+        raise ConfigurationError(
+            f"reorder_horizon_s: expected at least {apart_s:g} s, the difference between the "
+            f"known time offsets of the sensors, was {horizon_s:g}"
+        )
+    for sensor, tolerance_s in zip(sensors.ids, sensors.clock_tolerance_s.tolist(), strict=True):
+        if tolerance_s > horizon_s:
+            raise ConfigurationError(
+                f"sensor {sensor}: clock_tolerance_s: expected at most the reorder horizon, "
+                f"{horizon_s:g} s, was {tolerance_s:g}; a longer one would make others late"
+            )

@@ -1,0 +1,416 @@
+"""Snapshots of a running service: when they are taken, written and used.
+
+The engine's thread copies the state between two calls of the engine; another thread encodes and
+writes the copy. Rows of histories are not copied: that thread reads those since the last snapshot
+where they are. A snapshot that cannot be written or used costs time at the next start, nothing
+else: the journal has everything.
+"""
+
+import hashlib
+import logging
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+from numpy.typing import NDArray
+
+from multiradar.clock import Clock
+from multiradar.errors import JournalError, SnapshotError, StateError
+from multiradar.runtime.live.journal_check import JournalCheck
+from multiradar.runtime.live.threads import Thread, Threads
+from multiradar.runtime.row_ring import RowLog
+from multiradar.settings.limits import RuntimeLimits
+from multiradar.state import CopiedState, copied_state, encoded_state, layout_of, restore_state
+from multiradar.storage.journal import Journal, Space
+from multiradar.storage.snapshots import Position, RowFile, Snapshot, SnapshotFolder, joined_rows
+
+_log = logging.getLogger(__name__)
+
+#: Greatest share of the time that taking and writing snapshots may cost.
+SHARE_MAX = 0.02
+#: Files of one table, after which all its rows are written again as one.
+FILES_MAX = 64
+#: Of a full history this fraction is copied at once, because the next rows overwrite it.
+_AT_RISK = 16
+
+
+#: Limits on which the state of a service depends.
+_LIMITS = (
+    "events_max", "history_rows_max", "bias_history_rows_max", "transition_rows_max",
+    "plot_rows_max", "state_bytes_max", "rejects_kept_max", "status_period_s",
+)  # fmt: skip
+
+
+class Tables(Protocol):
+    """Rows that the service retains, and what it makes of them."""
+
+    @property
+    def logs(self) -> Mapping[str, RowLog]:
+        """The tables of rows, by name."""
+        ...
+
+    def refill(self) -> None:
+        """Use the rows of all tables, which were refilled."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class SnapshotRules:
+    """Where snapshots are, when they are taken, and for which service they are valid.
+
+    Attributes
+    ----------
+    folder : SnapshotFolder
+        Where they are.
+    interval_s : float
+        Time after which one is taken if there were measurements, s.
+    rows : int
+        Measurements after which one is taken.
+    fingerprint : str
+        Fingerprint of the configuration of the service; see `configuration_fingerprint`.
+    """
+
+    folder: SnapshotFolder
+    interval_s: float
+    rows: int
+    fingerprint: str
+
+
+class Taken(NamedTuple):
+    """A copy of the state after an entry of the journal, to be written.
+
+    Attributes
+    ----------
+    sequence : int
+        The entry.
+    skipped : tuple of int
+        Entries up to it that the engine cannot process.
+    copies : mapping of str to CopiedState
+        States, by name.
+    cuts : mapping of str to Cut
+        Rows, by name of the table.
+    """
+
+    sequence: int
+    skipped: tuple[int, ...]
+    copies: Mapping[str, CopiedState]
+    cuts: "Mapping[str, Cut]"
+
+
+class Cut(NamedTuple):
+    """The rows first…end of a table, of which the first were copied."""
+
+    log: RowLog
+    first: int
+    copied: NDArray[Any]
+    end: int
+
+    @classmethod
+    def of(cls, log: RowLog, first: int) -> "Cut":
+        """Return the rows from a number on; those that the next rows may overwrite are copied."""
+        margin = max(log.capacity // _AT_RISK, 1)
+        at_risk = log.appended - log.capacity + margin
+        copied = log.rows(first, min(max(at_risk, first), log.appended))
+        return cls(log, first, copied, log.appended)
+
+    def rows(self) -> NDArray[Any]:
+        """Return all rows; raises StateError if they were overwritten meanwhile."""
+        begin = self.first + len(self.copied)
+        return joined_rows([self.copied, self.log.rows(begin, self.end)])
+
+
+class Snapshots:
+    """Takes snapshots of a service, and restores the newest that is sound.
+
+    Parameters
+    ----------
+    rules : SnapshotRules
+        Where they are, and when they are taken.
+    limits : RuntimeLimits
+        Limits of the service.
+    clock : Clock
+        Times them.
+    threads : Threads
+        Starts the threads that write.
+    """
+
+    def __init__(
+        self, rules: SnapshotRules, limits: RuntimeLimits, clock: Clock, threads: Threads
+    ) -> None:
+        self._folder, self._rules = rules.folder, rules
+        self._free_bytes_min = limits.disk_free_bytes_min
+        sizes = ", ".join(f"{name} {getattr(limits, name)}" for name in _LIMITS)
+        self._key = {"configuration": rules.fingerprint, "limits": sizes}
+        self._clock, self._threads = clock, threads
+        self._thread: Thread | None = None
+        self._writing = False
+        self._rows = 0
+        self._check_beside: JournalCheck | None = None
+        self._earliest_s = self._taken_s = clock.monotonic_s()
+        # The entry from which the service was started.
+        self._restored = Position(0, b"")
+        # Files of the last snapshot of this process, or of the one it started from.
+        self._files: Mapping[str, Sequence[RowFile]] = {}
+
+    # ---------------------------------------------------------------- taking
+
+    def note(self, rows: int) -> bool:
+        """Note processed measurements; return whether a snapshot is due."""
+        self._rows += rows
+        now_s = self._clock.monotonic_s()
+        if self._writing or now_s < self._earliest_s:
+            return False
+        since_s = now_s - self._taken_s
+        return self._rows >= self._rules.rows or (since_s >= self._rules.interval_s and self.is_new)
+
+    @property
+    def is_new(self) -> bool:
+        """Whether there were measurements since the last snapshot."""
+        return self._rows > 0
+
+    def capture(
+        self, journal: Journal, sequence: int, skipped: Mapping[int, str],
+        holders: Mapping[str, Any], logs: Mapping[str, RowLog],
+    ) -> None:  # fmt: skip
+        """Take a snapshot, and write it in another thread.
+
+        Parameters
+        ----------
+        journal : Journal
+            The journal.
+        sequence : int
+            Its last processed entry.
+        skipped : mapping of int to str
+            Entries that the engine cannot process.
+        holders : mapping of str to object
+            What has state, by name.
+        logs : mapping of str to RowLog
+            Tables of rows, by name.
+        """
+        self.wait()
+        begin_s = self._clock.monotonic_s()
+        taken = Taken(
+            sequence,
+            _until(skipped, sequence),
+            {name: copied_state(one) for name, one in holders.items()},
+            {name: Cut.of(log, self._first(name, log)) for name, log in logs.items()},
+        )
+        paused_s = self._clock.monotonic_s() - begin_s
+        self._rows, self._taken_s, self._writing = 0, begin_s, True
+
+        def write() -> None:
+            try:
+                octets = self._write(journal, taken)
+                cost_s = self._clock.monotonic_s() - begin_s
+                _log.info(
+                    "snapshot of entry %d: %.1f MB in %.2f s, the engine paused %.0f ms",
+                    sequence, octets / 1e6, cost_s, 1e3 * paused_s,
+                )  # fmt: skip
+            except Exception as error:
+                self._folder.tidy()
+                level = logging.WARNING if _is_expected(error) else logging.ERROR
+                _log.log(level, "no snapshot of entry %d: %s", sequence, error)
+            finally:
+                end_s = self._clock.monotonic_s()
+                self._earliest_s = end_s + (end_s - begin_s) / SHARE_MAX
+                self._writing = False
+
+        self._thread = self._threads.start(write, "snapshot")
+
+    def wait(self) -> None:
+        """Wait until the last snapshot is written."""
+        thread, self._thread = self._thread, None
+        if thread is not None:
+            thread.join()
+
+    # The first row of a table that is not yet in a file of the last snapshot.
+    def _first(self, name: str, log: RowLog) -> int:
+        oldest = max(log.appended - log.capacity, 0)
+        files = self._files.get(name, ())
+        if not files or len(files) >= FILES_MAX or not oldest <= files[-1].end <= log.appended:
+            return oldest
+        return files[-1].end
+
+    def _write(self, journal: Journal, taken: Taken) -> int:
+        arrays: list[NDArray[Any]] = []
+        states = {name: encoded_state(one, arrays) for name, one in taken.copies.items()}
+        # At once: the next rows overwrite the oldest.
+        rows = {name: cut.rows() for name, cut in taken.cuts.items()}
+        new = sum(one.nbytes for one in [*arrays, *rows.values()])
+        self._require_space(journal.space(), new)
+        tables = {
+            name: self._extended(name, taken.cuts[name], rows.pop(name)) for name in taken.cuts
+        }
+        key = _key(self._key, taken.skipped, {n: c.kind for n, c in taken.copies.items()})
+        position = Position(taken.sequence, journal.digest(taken.sequence))
+        octets = self._folder.write(Snapshot(position, key, states, tables))
+        self._files = tables
+        return octets
+
+    def _extended(self, name: str, cut: Cut, rows: NDArray[Any]) -> list[RowFile]:
+        oldest = max(cut.end - cut.log.capacity, 0)
+        before = [one for one in self._files.get(name, ()) if one.end > oldest]
+        if not before or before[-1].end != cut.first:
+            before = []
+        if len(rows) or not before:
+            before.append(self._folder.write_rows(name, cut.first, rows))
+        return before
+
+    def _require_space(self, space: Space | None, octets: int) -> None:
+        if space is not None and space.free_bytes - octets < self._free_bytes_min:
+            raise SnapshotError(
+                f"it needs {octets / 1e6:.0f} MB, and the disk of the journal has "
+                f"{space.free_bytes / 1e6:.0f} MB left; free some space"
+            )
+
+    # ---------------------------------------------------------------- using
+
+    def restore(
+        self, journal: Journal, skipped: Mapping[int, str], holders: Mapping[str, Any],
+        tables: Tables, restart: Callable[[], None],
+    ) -> int:  # fmt: skip
+        """Restore the newest snapshot that is sound; others are named in the log.
+
+        Parameters
+        ----------
+        journal : Journal
+            The journal.
+        skipped : mapping of int to str
+            Entries that the engine cannot process.
+        holders : mapping of str to object
+            What gets the states, without any.
+        tables : Tables
+            Tables of rows, without any.
+        restart : callable
+            Discards what was restored by half.
+
+        Returns
+        -------
+        int
+            The last entry that it covers; 0 without one.
+
+        Raises
+        ------
+        JournalError
+            If the journal cannot be read.
+        """
+        self.wait()
+        self._files, self._restored = {}, Position(0, b"")
+        for path in self._folder.files():
+            try:
+                snapshot = self._folder.read(path)
+                self._check(snapshot, journal, skipped, holders)
+                rows = {
+                    name: self._folder.read_rows(files) for name, files in snapshot.tables.items()
+                }
+            except SnapshotError as error:
+                self._reject(path, error)
+                continue
+            try:
+                for name, holder in holders.items():
+                    restore_state(holder, snapshot.states[name])
+                for name, log in tables.logs.items():
+                    log.refill(snapshot.tables[name][0].first, rows[name])
+                tables.refill()
+            except (KeyError, StateError, TypeError, ValueError) as error:
+                self._reject(path, error)
+                restart()
+                continue
+            self._files, self._restored = snapshot.tables, snapshot.position
+            break
+        return self._restored.sequence
+
+    def verify_before(self, journal: Journal, on_damage: Callable[[JournalError], None]) -> None:
+        """Verify what the start from a snapshot has not read of the journal, beside the service.
+
+        Damage discards the snapshots, so that no further start is before it is mended.
+        """
+
+        def damaged(error: JournalError) -> None:
+            self._folder.clear()
+            on_damage(error)
+
+        if self._restored.sequence:
+            self._check_beside = JournalCheck(
+                journal, self._restored, damaged, self._clock, self._threads
+            )
+
+    def close(self) -> None:
+        """Wait until the last snapshot is written, and end the verification."""
+        self.wait()
+        if self._check_beside is not None:
+            self._check_beside.stop()
+
+    def _reject(self, path: Path, error: Exception) -> None:
+        _log.warning("snapshot %s is not used: %s", path.name, error)
+        self._folder.reject(path)
+
+    def _check(
+        self, snapshot: Snapshot, journal: Journal, skipped: Mapping[int, str],
+        holders: Mapping[str, Any],
+    ) -> None:  # fmt: skip
+        sequence, digest = snapshot.position
+        kinds = {name: type(one) for name, one in holders.items()}
+        expected = _key(self._key, _until(skipped, sequence), kinds)
+        other = [name for name in expected if snapshot.key.get(name) != expected[name]]
+        if other:
+            raise SnapshotError(f"it differs from this service in: {', '.join(other)}")
+        if sequence > journal.counts().entries:
+            raise SnapshotError(f"it is of entry {sequence}, which the journal does not have")
+        if journal.digest(sequence) != digest:
+            raise SnapshotError(f"it is of another journal: entry {sequence} differs")
+        for name, files in snapshot.tables.items():
+            ends = [file.end for file in files]
+            if not files or ends[:-1] != [file.first for file in files[1:]]:
+                raise SnapshotError(f"rows of {name} are missing")
+
+
+def open_snapshots(
+    rules: SnapshotRules | None, limits: RuntimeLimits, repeating: Sequence[str], clock: Clock,
+    threads: Threads,
+) -> Snapshots | None:  # fmt: skip
+    """Return the snapshots of a service; None if it can have none, which is logged.
+
+    Parameters
+    ----------
+    rules : SnapshotRules or None
+        Where they are, and when they are taken; None for no snapshots.
+    limits : RuntimeLimits
+        Limits of the service. Its histories must retain what its events are made of.
+    repeating : sequence of str
+        Parts of the service that need the whole output again at each start.
+    clock, threads : Clock, Threads
+        Those of the service.
+    """
+    if rules is None:
+        return None
+    short = [
+        f"{name} is less than events_max"
+        for name in ("history_rows_max", "bias_history_rows_max")
+        if getattr(limits, name) < limits.events_max
+    ]
+    reasons = [*short, *(f"{part} needs the whole output" for part in repeating)]
+    if reasons:
+        _log.warning("no snapshots, each start replays the journal: %s", "; ".join(reasons))
+        return None
+    return Snapshots(rules, limits, clock, threads)
+
+
+def _key(
+    given: Mapping[str, str], skipped: Sequence[int], kinds: Mapping[str, type]
+) -> dict[str, str]:
+    layout = "\n".join(f"{name}\n{layout_of(kind)}" for name, kind in sorted(kinds.items()))
+    return {
+        **given,
+        "form of the state": hashlib.sha256(layout.encode()).hexdigest(),
+        "skipped entries": ",".join(map(str, skipped)),
+    }
+
+
+def _until(skipped: Mapping[int, str], sequence: int) -> tuple[int, ...]:
+    return tuple(sorted(one for one in skipped if one <= sequence))
+
+
+def _is_expected(error: Exception) -> bool:
+    return isinstance(error, SnapshotError | StateError | JournalError)

@@ -1,0 +1,54 @@
+"""Errors of a full disk, as one sentence that names the output."""
+
+import errno
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from multiradar.errors import InputError
+
+_FULL = (errno.ENOSPC, errno.EDQUOT)
+#: A disk with more free space was not the full one, octets.
+_FREE_MAX = 1 << 20
+
+
+@contextmanager
+def named_if_full(output: Path) -> Iterator[None]:
+    """Name an output in an error of its full disk: errors of a write have no name of a file.
+
+    Parameters
+    ----------
+    output : Path
+        The file or folder to create; its parent exists.
+
+    Raises
+    ------
+    InputError
+        The disk of the output is full. Other errors are raised as they are.
+    """
+    try:
+        yield
+    except Exception as error:
+        code = _code(error, (*_FULL, errno.EFBIG))
+        # The full disk may be that of temporary files. EFBIG: a limit on the size of files.
+        if code is None or (code in _FULL and not _lacks_space(output.absolute().parent)):
+            raise
+        msg = f"{output}: cannot write: {os.strerror(code)}; no output was kept"
+        raise InputError(msg) from error
+
+
+def is_full(error: Exception) -> bool:
+    """Return whether an error of Python or of polars is that of a full disk or quota."""
+    return _code(error, _FULL) is not None
+
+
+def _code(error: Exception, codes: tuple[int, ...]) -> int | None:
+    if isinstance(error, OSError) and error.errno in codes:
+        return error.errno
+    return next((code for code in codes if f"(os error {code})" in str(error)), None)
+
+
+def _lacks_space(folder: Path) -> bool:
+    found = os.statvfs(folder)
+    return found.f_bavail * found.f_frsize < _FREE_MAX
