@@ -110,8 +110,8 @@ class _InLoop(_Kernel):
     def add_overload(self, result: Any) -> None:
         self.overloads[tuple(result.signature.args)] = result
 
-    def _compile_for_args(self, *arguments: Any, **named: Any) -> Any:
-        return self._for_python._compile_for_args(*arguments, **named)
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        return self._for_python(*arguments, **named)
 
     @cached_property
     def _for_python(self) -> Any:

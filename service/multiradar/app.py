@@ -48,6 +48,7 @@ from multiradar.runtime.kernel_purposes import serve_purposes
 from multiradar.runtime.live import readiness
 from multiradar.runtime.live.output_feed import OutputFeed
 from multiradar.runtime.live.service import Service
+from multiradar.runtime.live.snapshots import SnapshotRules
 from multiradar.runtime.memory.live_tracks import LiveTracks
 from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.runtime.queries.encounters import TrackSnapshot, encounters
@@ -58,6 +59,7 @@ from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.settings.limits import HttpLimits
 from multiradar.settings.service import Settings
 from multiradar.storage.overlays import Overlays, read_overlays
+from multiradar.storage.snapshots import SnapshotFolder
 from multiradar.storage.sqlite_journal import SqliteJournal
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.forecast.state_samples import Sampling
@@ -237,11 +239,22 @@ def build_service(
 
     return Service(
         open_journal=lambda: SqliteJournal(journal, fingerprint, setting_of),
-        open_engine=lambda: Engine(sensors, tracking, settings.workers, sampling=Sampling.DRAWN),
+        open_engine=lambda: Engine(sensors, tracking, settings.workers, sampling=Sampling.ALL),
         sensors=sensors,
         tracking=tracking,
         limits=settings.runtime_limits(),
         on_failure=on_failure,
+        snapshots=snapshot_rules(settings, fingerprint),
+    )
+
+
+def snapshot_rules(settings: Settings, fingerprint: str) -> SnapshotRules | None:
+    """Return where snapshots are, and when they are taken; None where they are disabled."""
+    wanted = settings.journal
+    if not wanted.snapshot_interval_s:
+        return None
+    return SnapshotRules(
+        SnapshotFolder(wanted.path), wanted.snapshot_interval_s, wanted.snapshot_rows, fingerprint
     )
 
 
@@ -274,7 +287,7 @@ def asterix_sender(
         for one in settings.asterix.output
     ]
     feed = OutputFeed()
-    service.publication.feed(feed)
+    service.publication.feed(feed, "asterix.output")
     sender = AsterixSender(
         feed, service.view.live_ids, sensors, settings.tracking_settings(), outlets
     )
@@ -370,10 +383,13 @@ def overlays_of(settings: Settings) -> Overlays:
 
 def zenoh_options(settings: Settings, authentication: Authentication) -> ZenohOptions:
     """Return the Zenoh options; clients and message bounds are those of HTTP."""
+    http = settings.http_limits()
     return ZenohOptions(
+        query_threads=http.query_threads,
+        query_deadline_s=http.query_deadline_s,
         access=authentication.settings.model_copy(update={"clients": authentication.clients.all}),
         **settings.zenoh.model_dump(exclude={"enabled"}),
-        message_bytes_max=settings.http_limits().body_bytes_max,
+        message_bytes_max=http.body_bytes_max,
         message_rows_max=settings.rows_per_message_max,
     )
 

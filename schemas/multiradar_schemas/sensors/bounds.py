@@ -49,6 +49,7 @@ EARTH_RADIUS_FACTOR = Bounds(1.0, 4.0)
 TRANSPONDER_DELAY_SIGMA_M = Bounds(0.1, 500.0)
 #: Fewer would be below what one sector of a radar delivers at once.
 PLOTS_PER_SCAN_MAX = Bounds(10.0, 1e6)
+CLOCK_TOLERANCE_S = Bounds(0.0, 60.0)
 
 RANGE_OFFSET_M = ParameterBounds(2e4, Bounds(1e-9, 1e4), 100.0)
 AZIMUTH_OFFSET_DEG = ParameterBounds(90.0, Bounds(1e-9, 10.0), 1.0)

@@ -18,6 +18,7 @@ from pydantic import (
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from multiradar_schemas.base import Record
+from multiradar_schemas.documents.contents import SENSORS
 from multiradar_schemas.documents.explain import ABSENT_ERROR, SENTENCE_ERROR
 from multiradar_schemas.documents.files import Document, parse_toml, read_toml, validated
 from multiradar_schemas.documents.tables import Table, wrong
@@ -167,6 +168,16 @@ class Sensor(Table):
             "tentative tracks that the sensor may initiate; more are a fault of the sensor",
             "1",
             "from the coverage, 10 000 to 20 000",
+        ),
+    ] = None
+    clock_tolerance_s: Annotated[
+        float | None,
+        within(bounds.CLOCK_TOLERANCE_S),
+        of_file(
+            "A measurement farther ahead of the data time needs the other clocks to agree; at most "
+            "the reorder horizon",
+            "s",
+            "half of the reorder horizon",
         ),
     ] = None
     also: Annotated[
@@ -414,4 +425,4 @@ def _sensors(document: Document) -> SensorsFile:
     listed = document.values.get("sensor")
     if isinstance(listed, list):
         document = replace(document, values=document.values | {"sensor": tuple(listed)})
-    return validated(SensorsFile, document)
+    return validated(SensorsFile, document, SENSORS)

@@ -4,6 +4,7 @@ from contextlib import suppress
 
 from starlette.types import Scope
 
+from multiradar.access.attempts import Attempts
 from multiradar.access.clients import ANYONE, DEFAULT_FILE, KEY_PREFIX, Caller, Clients
 from multiradar.access.security_log import RepeatedEvents
 from multiradar.access.shares import client_at
@@ -15,6 +16,7 @@ from multiradar.settings.access import AccessSettings
 #: Key of the state of a connection: common name in the verified certificate of the client.
 CERTIFICATE_NAME = "certificate_name"
 
+CREDENTIALS_INVALID = "CREDENTIALS_INVALID"
 _CHALLENGE = {"www-authenticate": 'Bearer realm="multiradar"'}
 _MISSING = "expected an API key or a token (Authorization: Bearer …), or a client certificate"
 _INVALID = "the key or token is not valid: unknown, expired or revoked"
@@ -38,6 +40,8 @@ class Authentication:
         Whether callers need credentials. Without any in the settings, all callers may do all.
     events : RepeatedEvents
         Logs rejections.
+    attempts : Attempts
+        Counts wrong credentials.
 
     Raises
     ------
@@ -49,6 +53,7 @@ class Authentication:
         self.settings = settings = settings or AccessSettings()
         self._clock = clock or SystemClock()
         self.events = RepeatedEvents(self._clock)
+        self.attempts = Attempts(self._clock)
         self.clients = Clients(settings.clients, settings.keys_file)
         self._tokens = None if settings.issuer is None else Tokens(settings.issuer)
         self.required = settings.has_credentials
@@ -82,7 +87,7 @@ class Authentication:
         else:
             raise RequestError(401, "CREDENTIALS_MISSING", _MISSING, _CHALLENGE)
         if found is None:
-            raise RequestError(401, "CREDENTIALS_INVALID", _INVALID, _CHALLENGE)
+            raise RequestError(401, CREDENTIALS_INVALID, _INVALID, _CHALLENGE)
         return found
 
     def client(self, scope: Scope) -> str:

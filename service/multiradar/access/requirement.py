@@ -10,10 +10,15 @@ from fastapi.routing import APIRouter
 from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer, SecurityScopes
 from starlette.requests import HTTPConnection
 
-from multiradar.access.authentication import CERTIFICATE_NAME, Authentication
+from multiradar.access.authentication import (
+    CERTIFICATE_NAME,
+    CREDENTIALS_INVALID,
+    Authentication,
+)
 from multiradar.access.clients import Caller
 from multiradar.access.exposure import is_loopback
 from multiradar.access.security_log import SECURITY_LOG
+from multiradar.access.shares import client_at
 from multiradar.errors import ConfigurationError, RequestError
 from multiradar.settings.access import Role
 
@@ -58,6 +63,8 @@ async def authorised(
         )
     except RequestError as error:
         events.warn("rejected", address, code=error.code, method=method, path=path)
+        if error.code == CREDENTIALS_INVALID:
+            authentication.attempts.note_wrong(client_at(address))
         raise
     if not caller.may(Role(role)):
         code = "ROLE_NOT_ALLOWED"

@@ -5,6 +5,7 @@ second with the number of those between, so that an attack cannot fill a disk; t
 once a minute. The sender of each message is in the journal.
 """
 
+import threading
 from collections import OrderedDict
 from collections.abc import Callable
 from math import inf
@@ -24,7 +25,7 @@ RETAINED_MAX = 4096
 
 
 class RepeatedEvents:
-    """Logs events that others can cause at will. Called on one thread.
+    """Logs events that others can cause at will; for any thread.
 
     Parameters
     ----------
@@ -35,6 +36,7 @@ class RepeatedEvents:
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._seen: OrderedDict[tuple[str, str], tuple[float, int]] = OrderedDict()
+        self._lock = threading.Lock()
 
     def warn(self, event: str, origin: str, **values: Any) -> None:
         """Log a rejection of an address or client, or count it for the next entry."""
@@ -53,11 +55,12 @@ class RepeatedEvents:
         values: dict[str, Any],
     ) -> None:
         now_s = self._clock.monotonic_s()
-        since_s, unlogged = self._seen.pop((event, origin), (-inf, 0))
-        if now_s - since_s < interval_s:
-            self._seen[event, origin] = since_s, unlogged + 1
-            return
-        self._seen[event, origin] = now_s, 0
-        while len(self._seen) > RETAINED_MAX:
-            self._seen.popitem(last=False)
+        with self._lock:
+            since_s, unlogged = self._seen.pop((event, origin), (-inf, 0))
+            if now_s - since_s < interval_s:
+                self._seen[event, origin] = since_s, unlogged + 1
+                return
+            self._seen[event, origin] = now_s, 0
+            while len(self._seen) > RETAINED_MAX:
+                self._seen.popitem(last=False)
         log(event, origin=origin, unlogged=unlogged, **values)

@@ -8,6 +8,7 @@ from starlette.requests import HTTPConnection
 
 from multiradar.access.authentication import Authentication
 from multiradar.api.batches import StreamHub
+from multiradar.api.pages import Pages
 from multiradar.api.workers import QueryWorkers, Workers
 from multiradar.runtime.ports import ReadableService, View
 from multiradar.settings.limits import HttpLimits
@@ -23,6 +24,7 @@ class Access:
     hub: StreamHub
     limits: HttpLimits
     authentication: Authentication
+    pages: Pages
 
     @property
     def view(self) -> View:
@@ -30,7 +32,8 @@ class Access:
         return self.service.view
 
 
-def _access(connection: HTTPConnection) -> Access:
+# Not a plain function: each of these is a thread of its own in FastAPI, for each request.
+async def _access(connection: HTTPConnection) -> Access:
     access: Access = connection.app.state.access
     return access
 

@@ -55,7 +55,10 @@ class Body:
     def end(self) -> None:
         """End it now, for others."""
         self._until_s = 0.0
-        self._late = "expected the whole body earlier: others need the memory; send it again"
+        self._late = (
+            "the body arrived too slowly and its memory was needed for other requests; "
+            "send it again"
+        )
         if self._waiting is not None:
             self._waiting.reschedule(self._until_s)
 

@@ -12,8 +12,10 @@ from multiradar.api import documentation, openapi, problems
 from multiradar.api.access import Access
 from multiradar.api.batches import StreamHub
 from multiradar.api.guard import LimitLayer
+from multiradar.api.pages import Pages
 from multiradar.api.routes import aircraft, operations, page, queries, sensors, streams, tracks
 from multiradar.api.workers import QueryWorkers, Workers
+from multiradar.clock import SystemClock
 from multiradar.runtime.ports import ReadableService
 from multiradar.settings.limits import HttpLimits
 
@@ -81,7 +83,7 @@ def create_api(
         LimitLayer, limits=limits, allowed_hosts=allowed_hosts, authentication=authentication
     )
     application.state.access = Access(
-        service, workers, expensive, hub, limits, authentication
+        service, workers, expensive, hub, limits, authentication, Pages(SystemClock().monotonic_s)
     )  # fmt: skip
     application.state.authentication = authentication
     every = (

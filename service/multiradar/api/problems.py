@@ -18,6 +18,7 @@ from multiradar.errors import (
     InputError,
     JournalError,
     JournalFullError,
+    LiveStreamError,
     MultiradarError,
     PipelineError,
     QuarantineError,
@@ -40,6 +41,7 @@ _CODES_BY_STATUS = {404: "NOT_FOUND", 405: "METHOD_NOT_ALLOWED"}
 _SERVICE_ERRORS: tuple[tuple[type[MultiradarError], int, str], ...] = (
     (IdempotencyConflictError, 422, "IDEMPOTENCY_KEY_REUSED"),
     (InputError, 400, "MALFORMED_BODY"),
+    (LiveStreamError, 409, "STREAM_IS_LIVE"),
     (JournalFullError, 507, "JOURNAL_FULL"),
     (JournalError, 503, "JOURNAL_FAILED"),
     (PipelineError, 503, "NOT_READY"),
@@ -88,7 +90,6 @@ def problem_bytes(error: RequestError, request_id: str) -> bytes:
     """Return the problem document as JSON, in UTF-8."""
     HTTP_REJECTIONS.labels(code=error.code).inc()
     document: dict[str, object] = {
-        **error.members,
         "type": f"urn:multiradar:problem:{error.code.lower().replace('_', '-')}",
         "title": error.code.replace("_", " ").capitalize(),
         "status": error.status,
@@ -100,7 +101,8 @@ def problem_bytes(error: RequestError, request_id: str) -> bytes:
         document["errors"] = [
             {"parameter": name, "reason": reason} for name, reason in error.parameters.items()
         ]
-    return json.dumps(document, ensure_ascii=True).encode()
+    encoded = json.dumps(document, ensure_ascii=True).encode()
+    return b"{%s, %s" % (error.members, encoded[1:]) if error.members else encoded
 
 
 def parameter_error(parameters: Mapping[str, str], code: str = "INVALID_PARAMETER") -> RequestError:

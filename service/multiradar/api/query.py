@@ -148,7 +148,7 @@ SensorId = Annotated[
 ]
 
 
-def strict_query(request: Request) -> None:
+async def strict_query(request: Request) -> None:
     """Reject unknown and repeated query parameters.
 
     Raises

@@ -1,19 +1,19 @@
-"""Measurements over HTTP: `POST /v1/measurements`, and `POST /v1/flush` for the end of a stream."""
+"""Measurements over HTTP, and what changes their processing: ends of streams, the data clock."""
 
 import asyncio
 import json
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Query, Request
 from pydantic import BaseModel, Field
 from starlette.responses import Response
 
 from multiradar.access.clients import Caller
 from multiradar.access.requirement import FEED, OPERATE
-from multiradar.access.security_log import RepeatedEvents
+from multiradar.access.security_log import SECURITY_LOG, RepeatedEvents
 from multiradar.errors import RequestError
 from multiradar.ingest.bodies import MEDIA_TYPES, decode
 from multiradar.ingest.bound_sensors import of_allowed_sensors
@@ -23,10 +23,10 @@ from multiradar.runtime.live.receipt import (
     Receipt,
     is_idempotency_key,
     key_of_sender,
-    receipt_document,
+    receipt_json,
 )
-from multiradar.runtime.ports import MeasurementSink
-from multiradar_schemas.measurements.measurement import MEASUREMENTS
+from multiradar.runtime.ports import OperatedSink
+from multiradar_schemas.measurements.measurement import MEASUREMENTS, Seconds
 from multiradar_schemas.measurements.reject import RejectCode
 
 #: Reject codes that depend on the time of arrival and the configuration, not on the content.
@@ -51,6 +51,10 @@ _ENGINE_LATE = (
     "accepted measurements are not processed yet; "
     "send the end of the stream again with the same Idempotency-Key"
 )
+
+
+_FORCE_TEXT = "End the stream although sensors deliver in real time; their next plots are late then"
+_TIME_TEXT = "The data time, as in `time_s` of measurements, s"
 
 
 class RefusedRow(BaseModel):
@@ -93,12 +97,12 @@ class IntakeBounds:
     acknowledge_deadline_s: float = 30.0
 
 
-def measurement_routes(sink: MeasurementSink, bounds: IntakeBounds | None = None) -> APIRouter:
+def measurement_routes(sink: OperatedSink, bounds: IntakeBounds | None = None) -> APIRouter:
     """Return the routes that receive measurements.
 
     Parameters
     ----------
-    sink : MeasurementSink
+    sink : OperatedSink
         The running service.
     bounds : IntakeBounds, optional
         Limits of the intake. The limit layer around the application bounds the size of a body.
@@ -127,11 +131,22 @@ def measurement_routes(sink: MeasurementSink, bounds: IntakeBounds | None = None
         name="post_flush",
         description=_FLUSH_TEXT,
     )
+    router.add_api_route(
+        "/clock",
+        intake.set_clock,
+        methods=["POST"],
+        dependencies=[OPERATE],
+        response_model=Acknowledgement,
+        responses=_CLOCK_ANSWERS,
+        openapi_extra={"parameters": [_KEY_PARAMETER]},
+        name="post_clock",
+        description=_CLOCK_TEXT,
+    )
     return router
 
 
 class _Intake:
-    def __init__(self, sink: MeasurementSink, bounds: IntakeBounds) -> None:
+    def __init__(self, sink: OperatedSink, bounds: IntakeBounds) -> None:
         self._sink = sink
         self._bounds = bounds
         self._threads = ThreadPoolExecutor(bounds.threads, thread_name_prefix="multiradar-intake")
@@ -158,17 +173,24 @@ class _Intake:
         _log_sender(request, caller, receipt)
         return await self._answered(receipt)
 
-    async def flush(self, request: Request) -> Response:
-        _no_query(request)
-        caller: Caller = request.state.caller
-        key = _idempotency_key(request)
-        if await _body(request):
-            raise RequestError(400, "BODY_NOT_EXPECTED", "expected no body")
+    async def flush(
+        self,
+        request: Request,
+        force: Annotated[bool, Query(description=_FORCE_TEXT)] = False,
+    ) -> Response:
+        source, key = await _mark(request, "force")
         receipt = await self._acknowledged(
-            lambda: self._sink.flush(
-                source=_source(caller), idempotency_key=key_of_sender(caller.name, key)
-            ),
-            _ENGINE_LATE,
+            lambda: self._sink.flush(source=source, idempotency_key=key, force=force), _ENGINE_LATE
+        )
+        return await self._answered(receipt)
+
+    async def set_clock(
+        self, request: Request, time_s: Annotated[Seconds, Query(description=_TIME_TEXT)]
+    ) -> Response:
+        source, key = await _mark(request, "time_s")
+        SECURITY_LOG.info("clock_set", client=request.state.caller.name, time_s=time_s)
+        receipt = await self._acknowledged(
+            lambda: self._sink.set_clock(time_s, source=source, idempotency_key=key), _ENGINE_LATE
         )
         return await self._answered(receipt)
 
@@ -185,6 +207,16 @@ class _Intake:
     async def _answered(self, receipt: Receipt) -> Response:
         loop = asyncio.get_running_loop()
         return await loop.run_in_executor(self._threads, _answer, receipt)
+
+
+async def _mark(request: Request, *known: str) -> tuple[str, str | None]:
+    """Return source and key of a message without measurements."""
+    _no_query(request, *known)
+    caller: Caller = request.state.caller
+    key = key_of_sender(caller.name, _idempotency_key(request))
+    if await _body(request):
+        raise RequestError(400, "BODY_NOT_EXPECTED", "expected no body")
+    return _source(caller), key
 
 
 def _log_sender(request: Request, caller: Caller, receipt: Receipt) -> None:
@@ -209,7 +241,7 @@ def _retrieved(future: "asyncio.Future[Receipt]") -> None:
 
 
 def _answer(receipt: Receipt) -> Response:
-    document = receipt_document(receipt)
+    document = receipt_json(receipt)
     codes = {row.code for row in receipt.rejected}
     if receipt.accepted == 0 and codes and not codes & _CIRCUMSTANCES:
         raise RequestError(
@@ -217,9 +249,9 @@ def _answer(receipt: Receipt) -> Response:
             "NO_MEASUREMENTS",
             f"none of the {len(receipt.rejected)} rows is a valid measurement; the first: "
             f"{receipt.rejected[0].reason}",
-            members=document,
+            members=document[1:-1],
         )
-    return Response(json.dumps(document), media_type="application/json")
+    return Response(document, media_type="application/json")
 
 
 async def _body(request: Request) -> bytes:
@@ -229,10 +261,11 @@ async def _body(request: Request) -> bytes:
     return bytes(body)
 
 
-def _no_query(request: Request) -> None:
-    if request.query_params:
-        names = [ascii(name)[1:-1][:64] for name in list(request.query_params)[:8]]
-        reasons = dict.fromkeys(names, "expected no parameters")
+def _no_query(request: Request, *known: str) -> None:
+    unknown = [name for name in request.query_params if name not in known]
+    if unknown:
+        names = [ascii(name)[1:-1][:64] for name in unknown[:8]]
+        reasons = dict.fromkeys(names, f"expected {' or '.join(known) or 'no parameters'}")
         raise RequestError(
             422, "UNKNOWN_PARAMETER", f"unknown: {', '.join(names)}", parameters=reasons
         )
@@ -282,7 +315,14 @@ rows are listed with their index and reason and kept in the quarantine; the othe
 _FLUSH_TEXT = """\
 Mark the end of a stream: buffered measurements are processed immediately, the epoch closes, and
 measurements older than the newest one are late from then on. The mark is in the journal. The
-response is sent when the results of all earlier measurements can be read.
+response is sent when the results of all earlier measurements can be read. While sensors deliver in
+real time it is rejected unless forced, since it would make the measurements on their way late.
+"""
+
+_CLOCK_TEXT = """\
+Set the data clock, after most sensors had a wrong time: measurements are accepted from the reorder
+horizon before it. A step back terminates all tracks; radar biases are kept. It is in the journal,
+and the response is sent when it counts for all further measurements.
 """
 
 _KEY_PARAMETER = {
@@ -352,8 +392,13 @@ _ANSWERS: dict[int | str, dict[str, Any]] = {
     507: {"description": "Disk full; nothing was ingested"},
 }
 
-_FLUSH_ANSWERS: dict[int | str, dict[str, Any]] = {
+_CLOCK_ANSWERS: dict[int | str, dict[str, Any]] = {
     400: {"description": "There is a body, or the Idempotency-Key is not valid"},
-    422: {"description": "The Idempotency-Key was used for another message"},
+    422: {"description": "Invalid parameter, or the Idempotency-Key was used for another message"},
     **{code: _ANSWERS[code] for code in (429, 503, 507)},
+}
+
+_FLUSH_ANSWERS: dict[int | str, dict[str, Any]] = {
+    **_CLOCK_ANSWERS,
+    409: {"description": "Sensors deliver in real time; `force` ends the stream all the same"},
 }

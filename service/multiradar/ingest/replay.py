@@ -16,7 +16,7 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar.clock import Clock
-from multiradar.errors import PeerError, UnavailableError
+from multiradar.errors import PeerError, StreamGoesOnError, UnavailableError
 from multiradar.storage.recording import INDEX_COLUMN, Recording
 from multiradar_schemas.measurements.reject import RejectCode
 
@@ -213,7 +213,11 @@ class Replay:
             self._count(batch, answer)
             self.on_batch(self.counts)
         if plan.flush:
-            self._retry(partial(self.destination.flush, f"{run_name}-end"))
+            try:
+                self._retry(partial(self.destination.flush, f"{run_name}-end"))
+            except StreamGoesOnError as error:
+                # All measurements are there; those of the last seconds are processed with the next.
+                self.on_wait(str(error))
         return self.counts
 
     def _wait_until(self, due_s: float) -> None:

@@ -9,7 +9,12 @@ from typing import Any
 import httpx
 import polars as pl
 
-from multiradar.errors import ConfigurationError, PeerError, UnavailableError
+from multiradar.errors import (
+    ConfigurationError,
+    PeerError,
+    StreamGoesOnError,
+    UnavailableError,
+)
 from multiradar.ingest.replay import Answer
 from multiradar_schemas.measurements.directions import without_empty_columns
 
@@ -191,4 +196,6 @@ def _document(response: httpx.Response) -> dict[str, Any]:
 
 def _rejection(response: httpx.Response, problem: dict[str, Any]) -> PeerError:
     reason = problem.get("detail") or problem.get("title") or response.reason_phrase
+    if problem.get("code") == "STREAM_IS_LIVE":
+        return StreamGoesOnError(f"the stream was not ended: {reason}")
     return PeerError(f"{response.url}: rejected with {response.status_code}, {reason}")

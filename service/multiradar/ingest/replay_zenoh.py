@@ -7,7 +7,7 @@ from typing import Any
 import polars as pl
 import zenoh
 
-from multiradar.errors import PeerError, UnavailableError
+from multiradar.errors import PeerError, StreamGoesOnError, UnavailableError
 from multiradar.ingest.replay import NOT_RUNNING, Answer
 from multiradar.ingest.replay_http import MEDIA_TYPES, Encoding, encode
 from multiradar.ingest.zenoh.keys import MEASUREMENTS
@@ -97,6 +97,8 @@ class ZenohDestination:
 
     def _rejection(self, document: Mapping[str, Any]) -> PeerError:
         code, reason = str(document.get("code")), str(document.get("reason"))
+        if code == "STREAM_IS_LIVE":
+            return StreamGoesOnError(f"the stream was not ended: {reason}")
         msg = f"{self._endpoint}: {code}: {reason}"
         if code not in _RETRY_LATER:
             # A query that Zenoh gave up has no code of the service: the answer was lost.

@@ -38,6 +38,13 @@ _DISK = {
 }
 
 
+# Alarms of the whole service, and what they mean.
+_ALARMS = {
+    "no_data": "1 when data in real time have ceased",
+    "host_clock": "1 when all sensors disagree with the clock of the machine",
+}
+
+
 class PipelineCollector(Collector):
     """Converts the status into metrics at each scrape.
 
@@ -92,10 +99,9 @@ class PipelineCollector(Collector):
             "unready", "1 for each reason why the service is not ready", "reason",
             {code: float(code in present) for code in self._reasons},
         )  # fmt: skip
-        no_data = 1.0 if "no_data" in status.get("alarms", ()) else 0.0
-        yield GaugeMetricFamily(
-            "multiradar_no_data", "1 when data in real time have ceased", no_data
-        )
+        raised = status.get("alarms", ())
+        for name, meaning in _ALARMS.items():
+            yield GaugeMetricFamily(f"multiradar_{name}", meaning, float(name in raised))
         alarms = GaugeMetricFamily(
             "multiradar_sensor_alarm", "1 for each alarm of a sensor", labels=["sensor", "alarm"]
         )

@@ -112,6 +112,8 @@ class RuntimeLimits:
         State transitions of tracks retained in memory.
     plot_rows_max : int
         Measurements of the updates retained in memory.
+    state_bytes_max : int
+        Memory of the filter states retained for forecasts and encounters of the past.
     rejects_kept_max : int
         Rejected measurements retained in memory, per code.
     page_rows_max : int
@@ -148,6 +150,7 @@ class RuntimeLimits:
     bias_history_rows_max: int = 200_000
     transition_rows_max: int = 500_000
     plot_rows_max: int = 500_000
+    state_bytes_max: int = 64 * 1024 * 1024
     rejects_kept_max: int = 1000
     page_rows_max: int = 10_000
     forecast_steps_max: int = 1000

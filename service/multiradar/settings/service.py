@@ -25,8 +25,17 @@ from multiradar.settings.access import AccessSettings
 from multiradar.settings.asterix import AsterixSettings
 from multiradar.settings.feeds import FeedsSettings
 from multiradar.settings.limits import HttpLimits, RuntimeLimits
-from multiradar.settings.types import Count, Endpoint, Port, Seconds, Section, plain_number
+from multiradar.settings.types import (
+    Count,
+    Endpoint,
+    NotNegative,
+    Port,
+    Seconds,
+    Section,
+    plain_number,
+)
 from multiradar.tracking.settings import IMM_MODES_MAX, IMM_MODES_MIN, TrackingSettings
+from multiradar_schemas.documents.contents import SETTINGS, toml_content
 from multiradar_schemas.documents.files import Document, read_toml
 from multiradar_schemas.documents.mistakes import mistakes_in
 from multiradar_schemas.documents.names import shown, unknown
@@ -74,9 +83,16 @@ class ZenohSettings(Section):
 
 
 class JournalSettings(Section):
-    """Location of the journal, which holds acknowledged measurements on disk."""
+    """Location of the journal, which holds acknowledged measurements on disk; its snapshots."""
 
     path: Path = Path("multiradar-data/journal.sqlite")
+    snapshot_interval_s: Annotated[
+        NotNegative,
+        Field(description="Time after which a snapshot of the state is taken, s; 0: never"),
+    ] = 300.0
+    snapshot_rows: Annotated[
+        Count, Field(description="Measurements after which a snapshot of the state is taken")
+    ] = 1_000_000
 
 
 class PageSettings(Section):
@@ -313,6 +329,9 @@ def _wrong(
     # A value of an option or a variable has no line in the file, even if the file has the key.
     lines = {path: line for path, line in document.lines.items() if _of_file(path, overrides)}
     values = document.values
+    found = toml_content(values)
+    if found not in (None, SETTINGS):
+        return ConfigurationError(f"{document.source}: expected {SETTINGS}, was {found}")
     mistakes = mistakes_in(error, Settings, values, lines, key="setting")
     source = document.source if any(one.startswith("line ") for one in mistakes) else "settings"
     located = DocumentError(source, *(_placed(one) for one in mistakes))

@@ -73,6 +73,7 @@ def sensor_table(sensors: SensorsFile) -> SensorTable:
         earth_radius_factor=_numbers([one.earth_radius_factor for one in ordered]),
         transponder_delay_sigma_m=_numbers([one.transponder_delay_sigma_m for one in ordered]),
         plots_per_scan_max=_numbers([one.plots_per_scan_max for one in ordered]),
+        clock_tolerance_s=_numbers([one.clock_tolerance_s for one in ordered]),
     )
 
 

@@ -6,6 +6,7 @@ media type and form. The requests are the same in each run.
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -122,6 +123,11 @@ def _declare_forms(schemathesis: Any) -> None:
     latitudes = st.lists(st.integers(-90, 90), min_size=2, max_size=2).map(sorted)
     schemathesis.openapi.format(
         "bounding-box", st.builds("{0},{2[0]},{1},{2[1]}".format, longitudes, longitudes, latitudes)
+    )
+    # Later ones than the year 4821 are rejected.
+    times = st.integers(0, 90_000_000_000)
+    schemathesis.openapi.format(
+        "date-time", times.map(lambda time_s: datetime.fromtimestamp(time_s, UTC).isoformat())
     )
     schemathesis.openapi.format("cursor-by-number", st.integers(0, 10**18).map(track_cursor))
     _, by_time = page_by_time(lambda *_: updates_of(1, 9), None, None, 3)

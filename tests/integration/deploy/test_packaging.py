@@ -177,7 +177,8 @@ def test_the_unit_is_hardened() -> None:
     assert settings["IPAddressDeny"] == ["any"]
     state = settings["ExecStart"][0].partition("--state ")[2]
     assert state == f"/var/lib/{settings['StateDirectory'][0]}"
-    assert f"/var/cache/{settings['CacheDirectory'][0]}" in settings["Environment"][0]
+    cache = f"XDG_CACHE_HOME=/var/cache/{settings['CacheDirectory'][0]}"
+    assert any(cache in line.split() for line in settings["Environment"])
 
 
 @pytest.mark.skipif(SYSTEMD_ANALYZE is None, reason="systemd-analyze is not installed")

@@ -139,7 +139,14 @@ def test_names_have_the_same_roles_as_over_http() -> None:
     reached = {
         (name, target)
         for name, allowed in asked_by.items()
-        for target in ("status", "tracks/1", "flush", "measurements/41-20", "measurements/41-10")
+        for target in (
+            "status",
+            "tracks/1",
+            "flush",
+            "clock",
+            "measurements/41-20",
+            "measurements/41-10",
+        )
         for key in allowed
         if zenoh.KeyExpr(key).intersects(f"{ROOT}/{target}")
     }
@@ -149,6 +156,7 @@ def test_names_have_the_same_roles_as_over_http() -> None:
         *((name, target) for name in ("feed", "rival", "operate") for target in measured),
         ("radar", "measurements/41-10"),
         ("operate", "flush"),
+        ("operate", "clock"),
     }
     for one in clients():
         assert not keys(rules, one.name, "declare_queryable") | keys(rules, one.name, "reply")

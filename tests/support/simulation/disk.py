@@ -1,9 +1,9 @@
 """The virtual disk: files of the journal whose writes may fail, tear, and be lost before a sync.
 
 A layer above the file system of SQLite (https://www.sqlite.org/vfs.html) sees each write and sync
-of the journal; what Python writes itself, its tip, passes a replacement of `os`. The real files, in
-memory where possible, hold what the process sees; beside them the layer keeps what a power failure
-leaves.
+of the journal; what Python writes itself, its tip and snapshots, passes a replacement of `os`. The
+real files, in memory where possible, hold what the process sees; beside them the layer keeps what a
+power failure leaves.
 """
 
 import _sqlite3
@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from multiradar.storage import sqlite_file, tip
+from multiradar.storage import snapshots, sqlite_file, tip
 
 #: Results of SQLite.
 IOERR, FULL, IOERR_READ, IOERR_FSYNC = 10, 13, 266, 1034
@@ -121,6 +121,7 @@ class VirtualDisk:
         self.failing_syncs = self.failing_reads = 0
         self.faulted = False
         for name, content in image.items():
+            (folder / name).parent.mkdir(exist_ok=True)
             (folder / name).write_bytes(content)
             self._files[name] = _Content(bytearray(content))
         _layer().disks[str(folder)] = self
@@ -224,6 +225,15 @@ class VirtualDisk:
             self._removed[name] = self._files.pop(name)
         return 0
 
+    def renamed(self, name: str, new: str) -> int:
+        """Note a new name of a file; return the result."""
+        if self._dies():
+            self._die()
+        if self.dead:
+            return IOERR
+        self._files[new] = self._files.pop(name)
+        return 0
+
     def _dies(self) -> bool:
         self.boundaries += 1
         return not self.dead and self.kill_at is not None and self.boundaries >= self.kill_at
@@ -256,6 +266,10 @@ class _SqliteLayer:
 
     def disk_of(self, path: str) -> tuple[VirtualDisk, str] | None:
         folder, _, name = path.rpartition("/")
+        if folder not in self.disks:
+            # Snapshots are in a folder of their own.
+            folder, _, inner = folder.rpartition("/")
+            name = f"{inner}/{name}"
         disk = self.disks.get(folder)
         return None if disk is None else (disk, name)
 
@@ -329,7 +343,7 @@ class _SqliteLayer:
 
 
 class _FileSystem:
-    """The module `os` for what the service writes beside SQLite: the tip of the journal."""
+    """The module `os` for what the service writes beside SQLite: its tip, and snapshots."""
 
     def __init__(self) -> None:
         self._open: dict[int, tuple[VirtualDisk, str]] = {}
@@ -338,10 +352,29 @@ class _FileSystem:
         """Open a file; one of a virtual disk is followed."""
         file = os.open(path, flags, mode)
         found = _layer().disk_of(str(path))
-        if found is not None:
+        if found is not None and not os.path.isdir(path):
             found[0].opened(found[1])
             self._open[file] = found
         return file
+
+    def write(self, file: int, octets: bytes) -> int:
+        """Write at the end of what was written."""
+        self.pwrite(file, bytes(octets), os.lseek(file, 0, os.SEEK_CUR))
+        return os.lseek(file, len(octets), os.SEEK_CUR) and len(octets)
+
+    def rename(self, path: Path, new: Path) -> None:
+        """Rename a file."""
+        found, other = _layer().disk_of(str(path)), _layer().disk_of(str(new))
+        if found is not None and other is not None:
+            _require(found[0].renamed(found[1], other[1]))
+        os.rename(path, new)
+
+    def unlink(self, path: Path) -> None:
+        """Remove a file."""
+        found = _layer().disk_of(str(path))
+        if found is not None:
+            _require(found[0].removed(found[1]))
+        os.unlink(path)
 
     def pwrite(self, file: int, octets: bytes, place: int) -> int:
         """Write."""
@@ -365,13 +398,16 @@ class _FileSystem:
         os.close(file)
 
     def _checked(self, file: int, call: Callable[[VirtualDisk, str], int]) -> None:
-        result = call(*self._open[file]) if file in self._open else 0
-        if result:
-            number = errno.ENOSPC if result == FULL else errno.EIO
-            raise OSError(number, os.strerror(number))
+        _require(call(*self._open[file]) if file in self._open else 0)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(os, name)
+
+
+def _require(result: int) -> None:
+    if result:
+        number = errno.ENOSPC if result == FULL else errno.EIO
+        raise OSError(number, os.strerror(number))
 
 
 _installed: list[_SqliteLayer] = []
@@ -381,7 +417,7 @@ def _layer() -> _SqliteLayer:
     if not _installed:
         _installed.append(_SqliteLayer())
         files: Any = _FileSystem()
-        tip.os = sqlite_file.os = files  # type: ignore[attr-defined]
+        tip.os = sqlite_file.os = snapshots.os = files  # type: ignore[attr-defined]
     return _installed[0]
 
 

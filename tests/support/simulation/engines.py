@@ -1,8 +1,9 @@
 """An engine that fails on request: once, or always with a certain measurement."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 from multiradar.runtime.engine.engine import Engine
+from multiradar.state import Fields
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput
 
@@ -24,6 +25,8 @@ class Tampering:
 
 class Tampered:
     """An engine and its faults."""
+
+    STATE: ClassVar[Fields] = {"_engine": Engine}
 
     def __init__(self, engine: Engine, tampering: Tampering) -> None:
         self._engine = engine

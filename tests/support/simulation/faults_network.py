@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from support.simulation import traffic
 from support.simulation.faults_data import window
-from support.simulation.front import BODY_BYTES_MAX, Exchange
+from support.simulation.front import BODY_BYTES_MAX, KEYS, Exchange
 from support.simulation.traffic import Message
 from support.simulation.world import World
 
@@ -142,6 +142,17 @@ def _slow_body(world: World, drawn: random.Random) -> None:
         world.at(drawn.uniform(1.0, 15.0), begin)
 
 
+def _set_clock(world: World, drawn: random.Random) -> None:
+    """An operator sets the data clock back or forward."""
+    world.all_suspect = True
+    at_s, step_s = drawn.uniform(6.0, 16.0), drawn.choice((-600.0, -20.0, -3.0, 4.0))
+    time_s = traffic.START_S + at_s + step_s
+    path = f"/v1/clock?time_s={time_s:.1f}"
+    headers = {"host": "simulated", "authorization": f"Bearer {KEYS['operator']}"}
+    exchange = Exchange("POST", path, headers, [(0.0, b"")])
+    world.at(at_s, lambda: world.ask(exchange, lambda done: world.checked(done, 200)))
+
+
 def _asked(*asked: tuple[str, str, str, int]) -> Callable[[World, random.Random], None]:
     # Requests by method, path and credentials, and the status that each must get.
     def arm(world: World, drawn: random.Random) -> None:
@@ -174,6 +185,7 @@ _PATHS = _asked(
 FAULTS = (
     (20, "forged source of measurements", _forged_source),
     (20, "old keys again", _replay_of_keys),
+    (8, "operator sets the data clock", _set_clock),
     (31, "requests are lost", _setting("loss", 0.2, 0.9)),
     (31, "answers are lost", _setting("answer_loss", 0.2, 0.9)),
     (5, "requests arrive twice", _setting("copies", 0.5, 1.0)),

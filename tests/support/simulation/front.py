@@ -14,7 +14,7 @@ from multiradar.clock import Clock
 from multiradar.ingest.http import IntakeBounds, measurement_routes
 from multiradar.runtime.live.receipt import Receipt
 from multiradar.runtime.live.service import Service
-from multiradar.runtime.ports import MeasurementSink, ReadableService, View
+from multiradar.runtime.ports import OperatedSink, ReadableService, View
 from multiradar.settings.access import AccessSettings, ClientSettings, Role
 from multiradar.settings.limits import HttpLimits
 
@@ -93,6 +93,11 @@ class Current:
         assert self.service is not None
         return self.service.flush(**given)
 
+    def set_clock(self, time_s: float, **given: Any) -> Future[Receipt]:
+        """Submit to it."""
+        assert self.service is not None
+        return self.service.set_clock(time_s, **given)
+
     def __getattr__(self, name: str) -> Any:
         return getattr(self.service, name)
 
@@ -127,7 +132,7 @@ class Front:
             ClientSettings(name=name, role=role, sensors=own, key_sha256=key_digest(KEYS[name]))
             for name, (role, own) in CLIENTS.items()
         )
-        sink = cast(MeasurementSink, self.current)
+        sink = cast(OperatedSink, self.current)
         self.application: FastAPI = create_api(
             cast(ReadableService, self.current),
             limits,
@@ -159,10 +164,12 @@ class Exchange:
         known = whole and size <= BODY_BYTES_MAX
         framing = {"content-length": str(size)} if known else {"transfer-encoding": "chunked"}
         headers = headers | framing
+        path, _, query = path.partition("?")
         self._scope = {
             "type": "http", "asgi": {"version": "3.0"}, "http_version": "1.1", "method": method,
-            "path": path, "raw_path": path.encode(), "query_string": b"", "root_path": "",
-            "scheme": "http", "server": ("simulated", 80), "client": ("192.0.2.1", 1), "state": {},
+            "path": path, "raw_path": path.encode(), "query_string": query.encode(),
+            "root_path": "", "scheme": "http", "server": ("simulated", 80),
+            "client": ("192.0.2.1", 1), "state": {},
             "headers": [
                 (name.lower().encode(), value.encode("latin-1")) for name, value in headers.items()
             ],

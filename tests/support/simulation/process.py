@@ -18,9 +18,11 @@ from multiradar.ingest.asterix_sensors import names_by_source, scan_periods_by_s
 from multiradar.runtime.engine.tracking_engine import TrackingEngine
 from multiradar.runtime.live.receipt import Receipt
 from multiradar.runtime.live.service import Service
+from multiradar.runtime.live.snapshots import SnapshotRules
 from multiradar.runtime.stream.events import Event, Subscription
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage import tip
+from multiradar.storage.snapshots import SnapshotFolder
 from multiradar.storage.sqlite_journal import SqliteJournal
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_converters.asterix.live.reception import LiveDecoder, LiveOptions
@@ -47,8 +49,12 @@ LIMITS = RuntimeLimits(
     disk_free_bytes_min=1,
 )
 QUEUE_DATAGRAMS_MAX, QUEUE_OCTETS_MAX = 64, 100_000
+#: Fraction of the processes whose sensors are diagnosed.
+DIAGNOSED = 0.2
 #: Datagrams are decoded so often, s.
 INLET_INTERVAL_S = 0.5
+#: Time from one snapshot to the next, s.
+SNAPSHOT_S = 4.0
 
 
 class Process:
@@ -72,6 +78,8 @@ class Process:
         Fingerprint of the configuration.
     open_engine : callable
         Builds an engine.
+    snapshot_rows : int
+        Measurements from one snapshot to the next; 0 for none.
 
     Attributes
     ----------
@@ -86,7 +94,7 @@ class Process:
     def __init__(
         self, *, folder: Path, image: Mapping[str, bytes], seed: random.Random, clock: VirtualClock,
         front: Front, table: SensorTable, fingerprint: str,
-        open_engine: Callable[[], TrackingEngine],
+        open_engine: Callable[[], TrackingEngine], snapshot_rows: int,
     ) -> None:  # fmt: skip
         self._folder = folder
         self._front = front
@@ -112,7 +120,15 @@ class Process:
             clock=clock,
             threads=self.scheduler,
             on_failure=self._fail,
+            snapshots=SnapshotRules(
+                SnapshotFolder(folder / JOURNAL), SNAPSHOT_S, snapshot_rows, fingerprint
+            )
+            if snapshot_rows
+            else None,
         )
+        # No output depends on the diagnosis, which takes a fifth of a run.
+        if seed.random() >= DIAGNOSED:
+            self.service.publication.diagnosis.start = lambda: None  # type: ignore[method-assign]
         self.queue = DatagramQueue(QUEUE_DATAGRAMS_MAX, QUEUE_OCTETS_MAX)
         self.counts = AsterixCounts(("simulated",))
         self._inlet = AsterixInlet(

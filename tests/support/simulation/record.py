@@ -1,21 +1,28 @@
 """What a run has shown, and the invariants that it must have kept."""
 
+import functools
+import itertools
 import json
+import math
 import re
 from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import polars as pl
 
 from multiradar import wire
 from multiradar.errors import MultiradarError
+from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.engine.digest import OutputDigest
 from multiradar.runtime.engine.engine import Engine
-from multiradar.runtime.live.payload import decode_rows
+from multiradar.runtime.live.payload import complete, decode_rows
 from multiradar.runtime.live.receipt import SENDER_SEPARATOR
 from multiradar.runtime.stream.events import GAP, Event
 from multiradar.tracking.forecast.state_samples import Sampling
+from multiradar.tracking.input.measurements import MeasurementBatch
+from multiradar.tracking.outputs import EngineOutput
 from multiradar_schemas.measurements.reject import RejectCode
 from support.simulation.engines import POISON_HEIGHT_M
 from support.simulation.front import Exchange
@@ -68,6 +75,8 @@ class Record:
         self.detected: Counter[str] = Counter()
         self.wrote_since_damage = False
         self._thrown = self._dropped = 0
+        #: Number of the last event of the last process.
+        self.event_head = 0
 
     # ---------------------------------------------------------------- during the run
 
@@ -195,6 +204,9 @@ class Record:
         status = process.service.view.status()
         parts = [status[name] for name in ("accepted", "rejected", "duplicate")]
         require(status["read"] == sum(parts), "I1", f"read {status['read']}, was {parts}")
+        late = status["engine"]["LATE"]
+        require(late == 0, "I1", f"{late} accepted measurements are not processed: late")
+        self.event_head = status["event_sequence"]
         require(status["state"] == "running", "I8", f"{status['state']}: {status['failure']}")
         waiting = [status[name] for name in ("intake_rows", "backlog_rows")]
         require(not any(waiting), "I7", f"work is left: {waiting}")
@@ -241,7 +253,7 @@ class Record:
     def _same_rows(self, message: Message, entry: tuple[Any, ...]) -> None:
         rejected = {row["index"] for row in message.receipts[0]["rejected"]}
         sent = [row for place, row in enumerate(message.rows) if place not in rejected]
-        times = [] if not entry[4] else decode_rows(entry[4])["time_s"].to_list()
+        times = [] if not entry[4] else _rows(entry[4])["time_s"].to_list()
         require(
             [row["time_s"] for row in sent] == times, "I2", f"{message.key}: other rows on disk"
         )
@@ -267,21 +279,31 @@ class Record:
         engine = Engine(world.table, TRACKING, 1, sampling=Sampling.DRAWN)
         digest = OutputDigest()
         skipped = self._skipped(folder, entries)
-        for sequence, kind, *_, payload, _accepted, _rejects, admission in entries:
+        batches = _batches(entries, world.table)
+        before_s, events = -math.inf, _Events()
+        for sequence, kind, *_, admission in entries:
+            clock_s = float.fromhex(json.loads(admission)["clock"][0])
             if sequence not in skipped:
+                set_back, before_s = clock_s < before_s, np.fmax(clock_s, -math.inf)
+                output = None
                 if kind == "flush":
-                    digest.add(engine.flush())
-                else:
-                    rows = decode_rows(payload) if payload else None
-                    if rows is not None:
-                        batch, _ = wire.measurement_batch(rows, world.table)
-                        clock_s = float.fromhex(json.loads(admission)["clock"][0])
-                        digest.add(engine.push(batch, clock_s))
+                    output = engine.flush()
+                elif kind == "clock" and set_back:
+                    output = engine.restart()
+                elif sequence in batches:
+                    output = engine.push(batches[sequence], clock_s)
+                if output is not None:
+                    digest.add(output)
+                    events.add(output, ends=set_back and kind == "clock")
             if sequence in self.digests:
                 require(
                     self.digests[sequence] == digest.hexdigest(), "I3",
                     f"after entry {sequence} the output differs from that of one engine",
                 )  # fmt: skip
+        require(
+            self.event_head == events.count, "I6",
+            f"{self.event_head} events, the output has {events.count}",
+        )  # fmt: skip
         engine.close()
 
     def _skipped(self, folder: Path, entries: list[tuple[Any, ...]]) -> set[int]:
@@ -290,7 +312,47 @@ class Record:
         poisoned = {
             entry[0]
             for entry in entries
-            if entry[4] and (decode_rows(entry[4])["height_m"] == POISON_HEIGHT_M).any()
+            if entry[4] and (_rows(entry[4])["height_m"] == POISON_HEIGHT_M).any()
         }
         require(marked == poisoned, "I8", f"skipped {marked}, unprocessable {poisoned}")
         return poisoned
+
+
+@functools.lru_cache(maxsize=1024)
+def _rows(payload: bytes) -> pl.DataFrame:
+    return decode_rows(payload)
+
+
+def _batches(entries: list[tuple[Any, ...]], table: SensorTable) -> dict[int, MeasurementBatch]:
+    """Return the measurements of the entries, translated together."""
+    filled = [entry for entry in entries if entry[4]]
+    if not filled:
+        return {}
+    frames = [complete(_rows(entry[4])) for entry in filled]
+    whole, rejected = wire.measurement_batch(pl.concat(frames), table)
+    require(not len(rejected), "I1", "the journal has rows that are not valid")
+    ends = itertools.accumulate(map(len, frames), initial=0)
+    return {
+        entry[0]: whole.select(slice(first, last))
+        for entry, (first, last) in zip(filled, itertools.pairwise(ends), strict=True)
+    }
+
+
+class _Events:
+    """How many events output has: one for each update, bias and end, and each period of status."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._reached_s = -math.inf
+        self._period = math.nan
+
+    def add(self, output: EngineOutput, *, ends: bool) -> None:
+        """Count the events of output; time starts over after it if it ends."""
+        self.count += len(output.updates) + len(output.biases) + len(output.ended)
+        for time_s in output.updates.time_s.tolist():
+            self._reached_s = max(self._reached_s, time_s)
+            period = self._reached_s // LIMITS.status_period_s
+            self.count += period > self._period
+            self._period = period
+        if ends:
+            self._reached_s, self._period = -math.inf, math.nan

@@ -35,6 +35,9 @@ RESTART_S = 0.5
 STARTS_MAX = 60
 #: Events that a reader gets at once; one farther behind gets a notice of a gap.
 READER_EVENTS_MAX = 120
+#: Measurements from one snapshot to the next, and what their files have in their names.
+SNAPSHOT_ROWS = 60
+SNAPSHOTS = "-snapshots/"
 
 Change = Callable[[Row], list[Row]]
 
@@ -97,6 +100,8 @@ class World:
         self.start_faults: list[Callable[[Process], None]] = []
         #: Applied to the disk of each process that starts.
         self.disk_state: Callable[[Process], None] | None = None
+        #: Half of the runs have snapshots.
+        self._snapshot_rows = SNAPSHOT_ROWS if seed % 2 else 0
         self._otherwise = False
         #: Whether the tip may be older than the journal, so that not all damage is found.
         self._tip_is_old = False
@@ -284,6 +289,8 @@ class World:
             self._start_otherwise()
         intact = dict(self._image)
         if self.damage is not None and self._image and not self._tip_is_old:
+            # What a start from a snapshot does not read of the journal, it finds later.
+            self._image = {name: one for name, one in intact.items() if SNAPSHOTS not in name}
             self.damaged, self.damage = self.damage(self._image), None
         process = self._process(str(self._starts), _fingerprint(self.table))
         if self.disk_state is not None:
@@ -326,6 +333,7 @@ class World:
             table=self.table,
             fingerprint=fingerprint,
             open_engine=self._open_engine,
+            snapshot_rows=self._snapshot_rows,
         )
 
     def _start_otherwise(self) -> None:

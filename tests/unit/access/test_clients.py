@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 from structlog.testing import capture_logs
 
+from multiradar.access.attempts import RETAINED_MAX, WITHIN_S, WRONG_MAX, Attempts
 from multiradar.access.authentication import Authentication, with_default_file
 from multiradar.access.clients import add_client, key_digest, new_key, read_clients
 from multiradar.clock import FixedClock
@@ -142,6 +143,22 @@ def test_rejections_of_an_address_are_logged_once_a_second_with_their_number() -
         ("192.0.2.2", 0),
         ("192.0.2.1", 99),
     ]
+
+
+def test_a_client_with_many_wrong_keys_is_asked_to_pause() -> None:
+    clock = FixedClock()
+    attempts = Attempts(clock)
+    for _ in range(WRONG_MAX):
+        attempts.note_wrong("192.0.2.1")
+    with pytest.raises(RequestError, match="wrong keys") as error:
+        attempts.note_wrong("192.0.2.1")
+    assert (error.value.status, error.value.headers) == (429, {"retry-after": "61"})
+    attempts.note_wrong("192.0.2.2")
+    clock.advance(WITHIN_S)
+    attempts.note_wrong("192.0.2.1")
+    for number in range(2 * RETAINED_MAX):
+        attempts.note_wrong(str(number))
+    assert len(attempts._wrong) == RETAINED_MAX
 
 
 def test_every_client_has_one_role() -> None:

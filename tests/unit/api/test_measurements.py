@@ -9,6 +9,7 @@ import httpx
 import polars as pl
 import pyarrow
 import pytest
+from structlog.testing import capture_logs
 
 from multiradar.api.factory import create_api
 from multiradar.ingest.http import IntakeBounds, measurement_routes
@@ -343,3 +344,27 @@ async def test_one_object_whose_row_is_rejected_is_one_rejected_row(
     answer = await _post(client, json.dumps({**_PLOT, "range_m": "far"}).encode())
     assert (answer.status_code, answer.json()["code"]) == (422, "NO_MEASUREMENTS")
     assert [row["index"] for row in answer.json()["rejected"]] == [0]
+
+
+async def test_a_live_stream_ends_only_by_force(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    service.live = ("41-10",)
+    answer = await client.post("/v1/flush")
+    assert (answer.status_code, answer.json()["code"]) == (409, "STREAM_IS_LIVE")
+    assert "41-10" in answer.json()["detail"]
+    assert (await client.post("/v1/flush?force=true")).status_code == 200
+    assert service.flushes == ["http"]
+
+
+async def test_an_operator_sets_the_data_clock(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    for wrong in ("", "?time_s=now", "?time_s=nan", "?time_s=1e300", "?time_s=1&force=true"):
+        assert (await client.post(f"/v1/clock{wrong}")).status_code == 422, wrong
+    assert (await client.post("/v1/clock?time_s=5", content=b"x")).status_code == 400
+    assert service.clocks == []
+    with capture_logs() as logs:
+        assert (await client.post("/v1/clock?time_s=1700000000.5")).status_code == 200
+    assert service.clocks == [1_700_000_000.5]
+    assert [one["time_s"] for one in logs if one["event"] == "clock_set"] == service.clocks

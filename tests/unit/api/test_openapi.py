@@ -21,6 +21,7 @@ _PATHS = {
     "/v1/encounters": ["get"],
     "/v1/events": ["get"],
     "/v1/flush": ["post"],
+    "/v1/clock": ["post"],
     "/v1/measurements": ["post"],
     "/v1/picture": ["get"],
     "/v1/rejects": ["get"],

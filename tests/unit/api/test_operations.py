@@ -64,6 +64,7 @@ async def test_status_is_what_the_service_says(client: httpx.AsyncClient) -> Non
         "version": "0.1.0",
         "data_time_s": None,
         "event_sequence": 0,
+        "pages": {},
     }
 
 

@@ -1,5 +1,7 @@
 """Types of arguments as text and back."""
 
+import importlib
+import inspect
 from typing import Any
 
 import numba
@@ -65,3 +67,16 @@ def test_a_named_tuple_with_a_number_of_fields_of_the_past_is_rejected() -> None
 def test_an_invalid_text_is_rejected(text: str) -> None:
     with pytest.raises((ValueError, ModuleNotFoundError, AttributeError)):
         parse(text)
+
+
+def test_every_listed_kernel_has_as_many_arguments_as_are_listed() -> None:
+    # Otherwise each start of a command tries to compile it and fails.
+    wrong = {}
+    for listed in kernels_by_purpose().values():
+        for one in listed:
+            module, name = one.kernel.split(":")
+            kernel = getattr(importlib.import_module(module), name)
+            parameters = len(inspect.signature(getattr(kernel, "py_func", kernel)).parameters)
+            if parameters != len(one.arguments):
+                wrong[one.kernel] = parameters
+    assert wrong == {}, "run make kernel-list"

@@ -6,7 +6,7 @@ import polars as pl
 import pytest
 
 from multiradar.clock import FixedClock
-from multiradar.errors import PeerError, UnavailableError
+from multiradar.errors import PeerError, StreamGoesOnError, UnavailableError
 from multiradar.ingest.replay import (
     BACKOFF_MAX_S,
     FIRST_CONTACT_S,
@@ -264,3 +264,12 @@ def test_sensors_that_the_service_does_not_know_are_counted_by_name(tmp_path: Pa
     assert counts.unknown_sensors == {"1-1": 10}
     known = MemoryDestination(sensors=("1-1",))
     assert _replay(recording, known, ReplayPlan()).run().unknown_sensors == {}
+
+
+def test_a_stream_that_goes_on_is_no_failure(tmp_path: Path) -> None:
+    destination = MemoryDestination(failures=[StreamGoesOnError("41-10 deliver in real time")])
+    replay = _replay(_recording(tmp_path, []), destination, ReplayPlan())
+    said: list[str] = []
+    replay.on_wait = said.append
+    replay.run()
+    assert said == ["41-10 deliver in real time"]

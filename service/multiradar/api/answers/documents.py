@@ -127,6 +127,9 @@ class Status(BaseModel):
         description="Calibrated regions so far whose time has come, and whose track was seen then"
     )
     forecasts_held: int = Field(description="Those that contained the track")
+    pages: dict[str, int] = Field(
+        description="Open pages of the air picture by client: name of its credentials, or address"
+    )
 
 
 class Readiness(BaseModel):

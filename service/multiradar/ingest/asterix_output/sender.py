@@ -127,6 +127,10 @@ class AsterixSender:
             # Before the first catch-up nothing was sent.
             self._silent_until_s = max(self._silent_until_s, self._cycles.reached_s)
             self._cycles = self._begin()
+        elif fed.set_back:
+            self._cycles = self._begin()
+            if self._silent_until_s < math.inf:
+                self._silent_until_s = -math.inf
         elif fed.caught_up:
             self._silent_until_s = max(fed.reached_s, self._cycles.reached_s)
             # Losses during the replay of the journal affect no user.

@@ -9,6 +9,7 @@ from typing import Any
 
 from multiradar.ingest.zenoh.keys import (
     BIASES,
+    CLOCK,
     FLUSH,
     MEASUREMENTS,
     ROOT,
@@ -56,7 +57,7 @@ def access_control(access: AccessSettings) -> dict[str, Any]:
         _rule("read", "ingress", ("query",), _OUTPUT),
         _rule("written", "egress", _SENT, _ALL),
         _rule("measure", "ingress", ("put", "query"), (f"{MEASUREMENTS}/*",)),
-        _rule("flush", "ingress", ("query",), (FLUSH,)),
+        _rule("operate", "ingress", ("query",), (FLUSH, CLOCK)),
         _rule("receipts", "egress", ("reply", "declare_queryable"), (f"{MEASUREMENTS}/*",)),
         *_rules_of_sensors(access.clients),
     ]
@@ -70,7 +71,7 @@ def access_control(access: AccessSettings) -> dict[str, Any]:
 
 
 _READER = ("subscribe", "read", "written")
-_EVERYTHING = (*_READER, "measure", "flush")
+_EVERYTHING = (*_READER, "measure", "operate")
 
 
 def _rules_of(client: ClientSettings) -> tuple[str, ...]:

@@ -6,12 +6,13 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Protocol
 
+from multiradar.access.security_log import RepeatedEvents
 from multiradar.clock import Clock, SystemClock
 from multiradar.ingest.zenoh.bus import BusCounts, Inlet, Outlet
 from multiradar.ingest.zenoh.catch_up import CatchUp
 from multiradar.ingest.zenoh.counts import ZenohCounts
 from multiradar.ingest.zenoh.joining import JoinGate
-from multiradar.ingest.zenoh.keys import FLUSH, MEASUREMENTS, STATUS, TRACK_CACHES
+from multiradar.ingest.zenoh.keys import CLOCK, FLUSH, MEASUREMENTS, STATUS, TRACK_CACHES
 from multiradar.ingest.zenoh.measurements import MeasurementInlet
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.payload import PayloadBounds
@@ -19,17 +20,19 @@ from multiradar.ingest.zenoh.publisher import Publisher
 from multiradar.ingest.zenoh.queries import Answers
 from multiradar.ingest.zenoh.session import ZenohBus
 from multiradar.runtime.live.readiness import ZENOH_LOST, Reason
-from multiradar.runtime.ports import MeasurementSink, View
+from multiradar.runtime.ports import OperatedSink, View
 
 #: Threads that send answers; a querier that does not read occupies one for some seconds.
 _ANSWER_THREADS = 4
 #: Maximum queries queued for those threads. Answers to measurements are bounded by the intake.
 _QUERIES_MAX = 1024
+#: Likewise of expensive ones, which have threads of their own.
+_EXPENSIVE_MAX = 64
 #: Minimum interval between publications of alarms, s.
 _ALARM_PERIOD_S = 0.1
 
 
-class ZenohService(MeasurementSink, Protocol):
+class ZenohService(OperatedSink, Protocol):
     """The service as used by the gateway."""
 
     @property
@@ -97,6 +100,9 @@ class ZenohGateway:
         self._publisher: Publisher | None = None
         self._answering: ThreadPoolExecutor | None = None
         self._free = threading.Semaphore(_QUERIES_MAX)
+        self._asking: ThreadPoolExecutor | None = None
+        self._free_expensive = threading.Semaphore(_EXPENSIVE_MAX)
+        self._events = RepeatedEvents(self._clock)
         self._stopping = threading.Event()
         self._status_thread: threading.Thread | None = None
 
@@ -116,6 +122,7 @@ class ZenohGateway:
         options, view = self._options, self._service.view
         bus = self._bus = self._open_bus(options)
         self._answering = ThreadPoolExecutor(_ANSWER_THREADS, thread_name_prefix="zenoh-answer")
+        self._asking = ThreadPoolExecutor(options.query_threads, thread_name_prefix="zenoh-query")
         catch_up = CatchUp(options.catch_up_samples_max)
         known_until = int(view.status().get("event_sequence", 0))
         self._publisher = Publisher(
@@ -128,7 +135,10 @@ class ZenohGateway:
             options=options,
             clock=self._clock,
         )
-        answers = Answers(view, self._status, catch_up, self.counts, self._later_unless_full)
+        answers = Answers(
+            view, self._status, catch_up, self.counts, self._later_unless_full,
+            later_expensive=self._later_expensive, deadline_s=options.query_deadline_s,
+        )  # fmt: skip
         for key, handler in answers.handlers().items():
             bus.answer(key, handler)
         bus.answer(TRACK_CACHES, self._gate.on_query)
@@ -140,8 +150,10 @@ class ZenohGateway:
             bounds,
             self._later,
             named=options.access.has_credentials,
+            events=self._events,
         )
         bus.answer(FLUSH, inlet.on_flush)
+        bus.answer(CLOCK, inlet.on_clock)
         bus.answer(f"{MEASUREMENTS}/*", inlet.on_query)
         bus.subscribe(f"{MEASUREMENTS}/*", inlet.on_sample)
         self._publisher.start()
@@ -159,8 +171,9 @@ class ZenohGateway:
         if self._publisher is not None:
             self._publisher.stop()
             self._publisher = None
-        if self._answering is not None:
-            self._answering.shutdown(wait=True)
+        for pool in (self._asking, self._answering):
+            if pool is not None:
+                pool.shutdown(wait=True)
         if self._bus is not None:
             self._bus.close()
             self._bus = None
@@ -189,30 +202,40 @@ class ZenohGateway:
     # ---------------------------------------------------------------- inside
 
     def _later_unless_full(self, call: Callable[[], None]) -> bool:
-        if not self._free.acquire(blocking=False):
+        return self._bounded(call, self._free, self._answering)
+
+    def _later_expensive(self, call: Callable[[], None]) -> bool:
+        return self._bounded(call, self._free_expensive, self._asking)
+
+    def _bounded(
+        self, call: Callable[[], None], free: threading.Semaphore, pool: ThreadPoolExecutor | None
+    ) -> bool:
+        if not free.acquire(blocking=False):
             return False
 
         def release_after() -> None:
             try:
                 call()
             finally:
-                self._free.release()
+                free.release()
 
-        self._later(release_after)
+        self._run(release_after, pool)
         return True
 
     def _later(self, call: Callable[[], None]) -> None:
+        self._run(call, self._answering)
+
+    def _run(self, call: Callable[[], None], pool: ThreadPoolExecutor | None) -> None:
         def guarded() -> None:
             try:
                 call()
             except Exception as error:  # The querier has gone, or a bug: both are reported.
                 self.counts.alarm("ANSWER_FAILED", f"{type(error).__name__}: {error}"[:300], "")
 
-        answering = self._answering
-        if answering is None or self._stopping.is_set():
+        if pool is None or self._stopping.is_set():
             guarded()
             return
-        answering.submit(guarded)
+        pool.submit(guarded)
 
     def _status(self) -> bytes:
         document = self._service.view.status() | {"zenoh": self.document()}

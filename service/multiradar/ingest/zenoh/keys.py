@@ -4,6 +4,7 @@
 
     multiradar/v1/measurements/{sensor}   in: samples, and queries that are answered
     multiradar/v1/flush                   in: queries that are answered; the end of a stream
+    multiradar/v1/clock                   in: queries that are answered; sets the data clock
     multiradar/v1/tracks/{track}          out, and queryable
     multiradar/v1/ended/{track}           out: a track was dropped
     multiradar/v1/biases/{sensor}         out, and queryable
@@ -25,6 +26,7 @@ from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
 ROOT = "multiradar/v1"
 MEASUREMENTS = f"{ROOT}/measurements"
 FLUSH = f"{ROOT}/flush"
+CLOCK = f"{ROOT}/clock"
 TRACKS = f"{ROOT}/tracks"
 ENDED = f"{ROOT}/ended"
 BIASES = f"{ROOT}/biases"

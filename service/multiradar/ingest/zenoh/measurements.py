@@ -9,12 +9,15 @@ import json
 from collections.abc import Callable
 from concurrent.futures import Future
 
-from multiradar.access.security_log import SECURITY_LOG
+from pydantic import TypeAdapter, ValidationError
+
+from multiradar.access.security_log import SECURITY_LOG, RepeatedEvents
 from multiradar.errors import (
     IdempotencyConflictError,
     InputError,
     JournalError,
     JournalFullError,
+    LiveStreamError,
     MultiradarError,
     PayloadError,
     PipelineError,
@@ -24,16 +27,17 @@ from multiradar.errors import (
 from multiradar.ingest.bodies import Decoded
 from multiradar.ingest.zenoh.bus import Message, Request, wrong_parameters
 from multiradar.ingest.zenoh.counts import ZenohCounts
-from multiradar.ingest.zenoh.keys import FLUSH, MEASUREMENTS, last_part
+from multiradar.ingest.zenoh.keys import CLOCK, FLUSH, MEASUREMENTS, last_part
 from multiradar.ingest.zenoh.payload import PayloadBounds, read_payload
 from multiradar.runtime.live.receipt import (
     IDEMPOTENCY_KEY_FORM,
     Receipt,
     is_idempotency_key,
     key_of_sender,
-    receipt_document,
+    receipt_json,
 )
-from multiradar.runtime.ports import MeasurementSink
+from multiradar.runtime.ports import OperatedSink
+from multiradar_schemas.measurements.measurement import Seconds
 
 SOURCE = "zenoh"
 #: Codes of errors of the service; the first match counts. They are those of HTTP.
@@ -42,11 +46,15 @@ _CODES: tuple[tuple[type[MultiradarError], str], ...] = (
     (QueueFullError, "QUEUE_FULL"),
     (IdempotencyConflictError, "IDEMPOTENCY_KEY_REUSED"),
     (InputError, "MALFORMED_BODY"),
+    (LiveStreamError, "STREAM_IS_LIVE"),
     (JournalFullError, "JOURNAL_FULL"),
     (JournalError, "JOURNAL_FAILED"),
     (PipelineError, "NOT_READY"),
 )
 _PARAMETERS = frozenset({"flush"})
+_FLUSH_PARAMETERS = frozenset({"force"})
+_CLOCK_PARAMETERS = frozenset({"time_s"})
+_TIME_S = TypeAdapter(Seconds)
 _KEY_EXPECTED = f"expected an idempotency key as the attachment: {IDEMPOTENCY_KEY_FORM}"
 
 
@@ -55,7 +63,7 @@ class MeasurementInlet:
 
     Parameters
     ----------
-    intake : MeasurementSink
+    intake : OperatedSink
         Receives the decoded measurements.
     counts : ZenohCounts
         Counters.
@@ -67,18 +75,22 @@ class MeasurementInlet:
     named : bool
         Whether clients have names: an end of a stream then has a key of its own, and idempotency
         keys are those of the feeds of a sensor.
+    events : RepeatedEvents
+        The security log.
     """
 
     def __init__(
         self,
-        intake: MeasurementSink,
+        intake: OperatedSink,
         counts: ZenohCounts,
         bounds: PayloadBounds,
         later: Callable[[Callable[[], None]], None],
         *,
+        events: RepeatedEvents,
         named: bool = False,
     ) -> None:
         self._intake = intake
+        self._events = events
         self._named = named
         self._counts = counts
         self._bounds = bounds
@@ -106,11 +118,11 @@ class MeasurementInlet:
 
     def on_flush(self, request: Request) -> None:
         """Mark the end of a stream; it is answered when all earlier measurements are processed."""
-        if request.key == FLUSH:
-            self._take(request, self._submit_flush)
-        else:
-            # Wildcards ask for what there is to read.
-            request.finish()
+        self._operate(request, FLUSH, self._submit_flush)
+
+    def on_clock(self, request: Request) -> None:
+        """Set the data clock; it is answered when it counts for all further measurements."""
+        self._operate(request, CLOCK, self._submit_clock)
 
     # ---------------------------------------------------------------- inside
 
@@ -131,19 +143,34 @@ class MeasurementInlet:
                 lambda done: self._later(lambda: self._answer_settled(done, request))
             )
 
+    def _operate(
+        self, request: Request, key: str, submit: Callable[[Request], "Future[Receipt]"]
+    ) -> None:
+        if request.key == key:
+            self._take(request, submit)
+        else:
+            # Wildcards ask for what there is to read.
+            request.finish()
+
     def _submit_flush(self, request: Request) -> "Future[Receipt]":
-        wrong = wrong_parameters(request, frozenset())
-        if wrong is not None:
-            raise PayloadError(*wrong)
+        _require_known(request, _FLUSH_PARAMETERS)
+        force = request.parameters.get("force", "false")
+        if force not in ("true", "false"):
+            raise PayloadError("INVALID_PARAMETER", "force: expected true or false")
         SECURITY_LOG.info("operated", origin=SOURCE, path=request.key)
         key = self._idempotency_key(request)
-        return self._intake.flush(source=SOURCE, idempotency_key=key)
+        return self._intake.flush(source=SOURCE, idempotency_key=key, force=force == "true")
+
+    def _submit_clock(self, request: Request) -> "Future[Receipt]":
+        _require_known(request, _CLOCK_PARAMETERS)
+        time_s = _time_s(request.parameters.get("time_s", ""))
+        SECURITY_LOG.info("clock_set", origin=SOURCE, time_s=time_s)
+        key = self._idempotency_key(request)
+        return self._intake.set_clock(time_s, source=SOURCE, idempotency_key=key)
 
     def _submit_query(self, request: Request) -> "Future[Receipt]":
         idempotency_key = self._idempotency_key(request)
-        wrong = wrong_parameters(request, _PARAMETERS)
-        if wrong is not None:
-            raise PayloadError(*wrong)
+        _require_known(request, _PARAMETERS)
         if "flush" in request.parameters and not request.payload:
             # The key of a sensor is that of its feeds, which do not have the role operate.
             if self._named or last_part(request.key) != "*":
@@ -180,11 +207,15 @@ class MeasurementInlet:
             self._counts.add(rows_duplicate=receipt.accepted + len(receipt.rejected))
         else:
             self._counts.add(rows_accepted=receipt.accepted, rows_rejected=len(receipt.rejected))
+            if self._named:
+                accepted, rejected = receipt.accepted, len(receipt.rejected)
+                origin = f"{SOURCE}/{last_part(key)}"
+                self._events.note("sent", origin, accepted=accepted, rejected=rejected)
         return True
 
     def _answer_settled(self, done: "Future[Receipt]", request: Request) -> None:
         if self._settled(done, request.key):
-            answer = json.dumps(receipt_document(done.result())).encode()
+            answer = receipt_json(done.result())
             request.reply(_reply_key(request.key), answer, b"")
             request.finish()
         else:
@@ -192,11 +223,26 @@ class MeasurementInlet:
 
     def _malformed(self, error: PayloadError, key: str) -> None:
         self._counts.add(messages_malformed=1)
+        self._events.warn("rejected", SOURCE, code=error.code, path=key[:200])
         self._counts.alarm(error.code, error.reason, key)
 
     def _rejected(self, error: BaseException, key: str) -> None:
         self._counts.add(messages_refused=1)
+        self._events.warn("rejected", SOURCE, code=_code(error), path=key[:200])
         self._counts.alarm(_code(error), _reason(error)[:300], key)
+
+
+def _require_known(request: Request, known: frozenset[str]) -> None:
+    wrong = wrong_parameters(request, known)
+    if wrong is not None:
+        raise PayloadError(*wrong)
+
+
+def _time_s(text: str) -> float:
+    try:
+        return _TIME_S.validate_python(text)
+    except ValidationError as error:
+        raise PayloadError("INVALID_PARAMETER", "time_s: expected a data time, s") from error
 
 
 def _idempotency_key(attachment: bytes) -> str | None:

@@ -49,6 +49,10 @@ class ZenohOptions:
         Track updates retained for queries with `after`.
     status_period_s : float
         Status publication interval, s.
+    query_threads : int
+        Threads of expensive queries, which have no others.
+    query_deadline_s : float
+        Maximum time from an expensive query to its answer.
     retention_s : float
         Retention of the updates of a dropped track, s.
     """
@@ -68,6 +72,8 @@ class ZenohOptions:
     catch_up_samples_max: int = 200_000
     status_period_s: float = 1.0
     retention_s: float = 600.0
+    query_threads: int = 2
+    query_deadline_s: float = 10.0
 
     @property
     def lease_ms(self) -> int:
@@ -98,4 +104,6 @@ _POSITIVE = (
     "catch_up_samples_max",
     "status_period_s",
     "retention_s",
+    "query_threads",
+    "query_deadline_s",
 )

@@ -4,9 +4,11 @@ import json
 import math
 from collections.abc import Callable, Mapping
 from functools import partial
+from math import inf
 from typing import Any
 
-from multiradar.errors import ForecastError, RequestError
+from multiradar.clock import SystemClock
+from multiradar.errors import DeadlineError, ForecastError, RequestError
 from multiradar.ingest.zenoh.bus import Request, wrong_parameters
 from multiradar.ingest.zenoh.catch_up import CatchUp
 from multiradar.ingest.zenoh.counts import ZenohCounts
@@ -22,9 +24,13 @@ from multiradar.ingest.zenoh.keys import (
     track_id,
 )
 from multiradar.runtime.ports import View
+from multiradar.runtime.queries.deadline import check_deadline, deadline
 from multiradar.runtime.queries.parameters import Parameter
 from multiradar.runtime.queries.registry import NO_ANSWER, QUERIES, Query
 
+#: Runs a function in another thread; False when its queue is full.
+Later = Callable[[Callable[[], None]], bool]
+_CLOCK = SystemClock()
 #: Updates in one answer to a query with `after`, unless it asks for fewer.
 CATCH_UP_LIMIT = 10_000
 _WILD = frozenset({"*", "**"})
@@ -47,8 +53,11 @@ class Answers:
         The last track updates.
     counts : ZenohCounts
         Counts queries.
-    later : callable
-        Runs a function in another thread; False when its queue is full.
+    later, later_expensive : callable
+        Run a function in another thread, the second one those of the registry; False when the
+        queue is full.
+    deadline_s : float
+        Maximum time from a query of the registry to its answer.
     """
 
     def __init__(
@@ -57,13 +66,18 @@ class Answers:
         status: Callable[[], bytes],
         catch_up: CatchUp,
         counts: ZenohCounts,
-        later: Callable[[Callable[[], None]], bool],
+        later: Later,
+        *,
+        later_expensive: Later,
+        deadline_s: float,
     ) -> None:
         self._view = view
         self._status = status
         self._catch_up = catch_up
         self._counts = counts
         self._later = later
+        self._later_expensive = later_expensive
+        self._deadline_s = deadline_s
 
     def handlers(self) -> dict[str, Callable[[Request], None]]:
         """Return the handler of each key expression."""
@@ -74,7 +88,9 @@ class Answers:
             STATUS: self._guarded(self._answer_status, _NO_PARAMETERS),
             **{
                 query_key(query, "*"): self._guarded(
-                    partial(self._ask, query), frozenset(one.name for one in query.parameters)
+                    partial(self._ask, query),
+                    frozenset(one.name for one in query.parameters),
+                    self._later_expensive,
                 )
                 for query in QUERIES
             },
@@ -83,12 +99,21 @@ class Answers:
     # ---------------------------------------------------------------- inside
 
     def _guarded(
-        self, answer: Callable[[Request], None], parameters: frozenset[str]
+        self,
+        answer: Callable[[Request], None],
+        parameters: frozenset[str],
+        later: Later | None = None,
     ) -> Callable[[Request], None]:
-        def answered(request: Request) -> None:
+        run = later or self._later
+
+        def answered(request: Request, until_s: float) -> None:
             try:
                 _require_known(request, parameters)
-                answer(request)
+                with deadline(until_s - _CLOCK.monotonic_s()):
+                    check_deadline()
+                    answer(request)
+            except DeadlineError:
+                self._reject(request, "QUERY_TIMEOUT", self._late)
             except RequestError as error:
                 self._reject(request, error.code, str(error))
             except Exception as error:  # Every query is answered.
@@ -98,11 +123,19 @@ class Answers:
 
         def handle(request: Request) -> None:
             self._counts.add(queries=1)
-            if not self._later(lambda: answered(request)):
+            until_s = inf if later is None else _CLOCK.monotonic_s() + self._deadline_s
+            if not run(lambda: answered(request, until_s)):
                 self._reject(request, "BUSY", "too many queries are queued; try again later")
                 request.finish()
 
         return handle
+
+    @property
+    def _late(self) -> str:
+        return (
+            f"the query was not finished after {self._deadline_s:g} s (http.query_deadline_s); ask "
+            "for less, such as a shorter horizon or window, or try later"
+        )
 
     def _reject(self, request: Request, code: str, reason: str) -> None:
         self._counts.add(queries_refused=1)

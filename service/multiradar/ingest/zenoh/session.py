@@ -17,8 +17,10 @@ Reasons for its design (measured with 1.10, see docs/reference/zenoh.md):
 
 import json
 import re
+import socket
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import zenoh
@@ -154,6 +156,27 @@ def require_guarded(options: ZenohOptions) -> None:
         SECURITY_LOG.warning("insecure", reason=reason)
 
 
+def _with_ports(options: ZenohOptions) -> ZenohOptions:
+    """Return options with free ports for those that are 0: a session does not report its own."""
+    return replace(options, listen=tuple(with_port(one) for one in options.listen))
+
+
+def with_port(endpoint: str) -> str:
+    """Return an endpoint with a free port if its port is 0."""
+    found = re.fullmatch(r"(tcp|tls)/(.+):0([?#].*)?", endpoint)
+    if found is None:
+        return endpoint
+    protocol, host, rest = found.groups()
+    version = socket.AF_INET6 if host.startswith("[") else socket.AF_INET
+    try:
+        with socket.socket(version) as probe:
+            probe.bind((host.strip("[]"), 0))
+            return f"{protocol}/{host}:{probe.getsockname()[1]}{rest or ''}"
+    except OSError:
+        # The session says what is wrong with it.
+        return endpoint
+
+
 class ZenohBus:
     """A Zenoh session as inlet and outlet.
 
@@ -169,7 +192,7 @@ class ZenohBus:
     """
 
     def __init__(self, options: ZenohOptions) -> None:
-        config = zenoh_config(options)
+        config = zenoh_config(_with_ports(options))
         _guard(config, options.access)
         try:
             self._session = zenoh.open(config)

@@ -8,6 +8,7 @@ sensor ever accepted, several sensors accepted, run within the forward jump]; ``
 samples of each sensor, [time less time of reception, time of reception]; ``bounds`` = [reorder
 horizon, tolerance, forward jump, rows that agree, time alone, time alone within the jump];
 ``pace`` = [least mean interval of the rows, time by which they may be ahead at it] of each sensor;
+``tolerance`` = lead over the data clock up to which the rows of each sensor advance it, s;
 ``due`` = data time at which the rows of each sensor so far would be due at that interval, s.
 """
 
@@ -47,6 +48,7 @@ def admit(
     sensor: NDArray[np.int32],
     received_s: float,
     bounds: Floats,
+    tolerance: Floats,
     pace: Floats,
     due: Floats,
     clock: Floats,
@@ -72,17 +74,19 @@ def admit(
             # It advances nothing: the accepted rows alone give the same states.
             code[row] = EXCESS
             continue
-        elif time <= before_s + bounds[TOLERANCE]:
+        elif time <= before_s + tolerance[s]:
             decided = ACCEPTED
-            _advance(time, s, bounds[TOLERANCE], clock, run, standing, lead)
+            _advance(time, s, tolerance, clock, run, standing, lead)
         else:
-            decided = _ahead(time, s, received_s, bounds, clock, run, standing, lead, heard)
+            decided = _ahead(
+                time, s, received_s, bounds, tolerance, clock, run, standing, lead, heard
+            )
         code[row] = decided
         if decided == ACCEPTED:
             clock[NEWEST] = max(clock[NEWEST], time)
             # While there is no data clock, nothing is counted.
             if clock[CLOCK] == clock[CLOCK]:
-                reached_s = min(max(time, clock[CLOCK]), clock[CLOCK] + bounds[TOLERANCE])
+                reached_s = min(max(time, clock[CLOCK]), clock[CLOCK] + tolerance[s])
                 due[s] = max(due[s], reached_s) + pace[s, INTERVAL]
         else:
             standing[s, OFF] += 1
@@ -97,6 +101,7 @@ def _ahead(
     s: int,
     received_s: float,
     bounds: Floats,
+    tolerance: Floats,
     clock: Floats,
     run: Integers,
     standing: Integers,
@@ -121,7 +126,7 @@ def _ahead(
             return ACCEPTED
     # A sensor that was alone remains so until a row of another.
     alone = run[RUN_COUNT] if vote == 0 and run[RUN_NEAR] == 1 and run[RUN_SENSOR] == s else 0
-    _advance(time, s, bounds[TOLERANCE], clock, run, standing, lead)
+    _advance(time, s, tolerance, clock, run, standing, lead)
     run[RUN_COUNT] = alone
     return ACCEPTED
 
@@ -182,7 +187,7 @@ def _is_confirmed(time: float, s: int, bounds: Floats, clock: Floats, run: Integ
 def _advance(
     time: float,
     s: int,
-    tolerance_s: float,
+    tolerance: Floats,
     clock: Floats,
     run: Integers,
     standing: Integers,
@@ -197,7 +202,7 @@ def _advance(
     standing[s, OFF] = 0
     if run[RUN_COUNT] > 0 and run[RUN_NEAR] == 1:
         other = run[RUN_SENSOR]
-        if clock[RUN_LAST] <= clock[CLOCK] + tolerance_s:
+        if clock[RUN_LAST] <= clock[CLOCK] + tolerance[other]:
             clock[CLOCK] = max(clock[CLOCK], clock[RUN_LAST])
         elif other != s:
             standing[other, CONTRADICTED] += 1
@@ -248,6 +253,19 @@ def _vote(
     if contradict >= 2 and contradict > support:
         return -1
     return 1 if support > contradict else 0
+
+
+@kernel
+def hear(
+    time_s: Floats,
+    sensor: NDArray[np.int32],
+    received_s: float,
+    standing: Integers,
+    heard: Floats,
+) -> None:
+    """Keep samples of the reception of rows that are not admitted, in place."""
+    for row in range(len(time_s)):
+        _hear(sensor[row], time_s[row] - received_s, received_s, standing, heard)
 
 
 @kernel

@@ -4,8 +4,8 @@ The *data clock* is the time that the measurements have reached. A row is *late*
 than the data clock by more than the reorder horizon (or older than the end of a flushed stream).
 No sensor with a wrong clock may advance the data clock and so make all other sensors late.
 
-A row ahead of the data clock by at most half of the reorder horizon advances it. One farther ahead
-is a gap in the measurements, or a clock that is fast:
+A row ahead of the data clock by at most half of the reorder horizon (or the tolerance of its
+sensor) advances it. One farther ahead is a gap in the measurements, or a clock that is fast:
 
 - With times of reception, all sensors heard in real time vote, and so does the clock of the
   machine: a row that most of them have not reached is *in the future* and rejected, one that most
@@ -27,11 +27,14 @@ them it is in the journal: the accepted rows of each entry, and the data clock a
 
 import json
 from dataclasses import dataclass, field
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.errors import ConfigurationError, JournalError
+from multiradar.estimation.measurement.plot_rates import plot_paces
+from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.admission import _admission_kernels as kernels
 from multiradar.runtime.admission.arrivals import ArrivalBoard
 from multiradar.tracking.input.measurements import MeasurementBatch
@@ -79,6 +82,9 @@ class Admission:
     paces : (m, 2) float64, optional
         Least mean interval of the rows of each sensor, and the time by which they may be ahead of
         the data time at that interval, s; unbounded by default.
+    tolerances_s : (m,) float64, optional
+        Lead over the data clock up to which the rows of each sensor advance it, s, at most the
+        horizon; NaN and by default half of the horizon.
 
     Attributes
     ----------
@@ -91,6 +97,7 @@ class Admission:
     forward_jump_max_s: float = FORWARD_JUMP_MAX_S
     arrivals: ArrivalBoard | None = None
     paces: NDArray[np.float64] | None = None
+    tolerances_s: NDArray[np.float64] | None = None
     clock_s: NDArray[np.float64] = field(default_factory=lambda: np.empty(0), init=False)
     _bounds: NDArray[np.float64] = field(init=False)
     _clock: NDArray[np.float64] = field(init=False)
@@ -98,8 +105,28 @@ class Admission:
     _standing: NDArray[np.int64] = field(init=False)
     _lead: NDArray[np.float64] = field(init=False)
     _heard: NDArray[np.float64] = field(init=False)
+    _tolerance: NDArray[np.float64] = field(init=False)
     _pace: NDArray[np.float64] = field(init=False)
     _due: NDArray[np.float64] = field(init=False)
+
+    @classmethod
+    def for_sensors(
+        cls,
+        sensors: SensorTable,
+        horizon_s: float,
+        forward_jump_max_s: float = FORWARD_JUMP_MAX_S,
+        *,
+        arrivals: ArrivalBoard | None = None,
+    ) -> Self:
+        """Return the admission of sensors, with the paces and tolerances of each."""
+        return cls(
+            horizon_s,
+            len(sensors),
+            forward_jump_max_s,
+            arrivals,
+            plot_paces(sensors),
+            sensors.clock_tolerance_s,
+        )
 
     def __post_init__(self) -> None:
         if not (self.horizon_s >= 0.0 and self.forward_jump_max_s > 0.0):
@@ -118,13 +145,19 @@ class Admission:
         self._standing = np.zeros((self.sensors, 3), np.int64)
         self._lead = np.zeros(self.sensors)
         self._heard = np.zeros((self.sensors, kernels.HEARD_MAX, 2))
+        given = np.full(self.sensors, np.nan) if self.tolerances_s is None else self.tolerances_s
+        self._tolerance = np.where(np.isnan(given), self.tolerance_s, given)
         self._pace = np.zeros((self.sensors, 2)) if self.paces is None else self.paces
         self._due = np.full(self.sensors, -np.inf)
 
     @property
     def tolerance_s(self) -> float:
-        """Lead of a row that advances the data clock, s."""
+        """Lead of a row that advances the data clock, s, where the sensor has none of its own."""
         return TOLERANCE_HORIZONS * self.horizon_s
+
+    def tolerance_of(self, sensor: int) -> float:
+        """Return the lead of a row of a sensor that advances the data clock, s."""
+        return float(self._tolerance[sensor])
 
     @property
     def data_clock_s(self) -> float | None:
@@ -164,6 +197,7 @@ class Admission:
             batch.sensor,
             np.nan if received_s is None else received_s,
             self._bounds,
+            self._tolerance,
             self._pace,
             self._due,
             self._clock,
@@ -183,6 +217,47 @@ class Admission:
         if np.isfinite(self._clock[kernels.NEWEST]):
             self._clock[kernels.CLOCK] = self._clock[kernels.FLOOR] = self._clock[kernels.NEWEST]
         self._run[kernels.RUN_COUNT] = 0
+
+    def set_clock(self, time_s: float) -> None:
+        """Set the data clock to a time, s, as an operator says.
+
+        Earlier measurements, up to the horizon, are accepted again after a step back.
+        """
+        if time_s < self.released_to_s:
+            self._clock[kernels.FLOOR] = self._clock[kernels.NEWEST] = -np.inf
+            self._due[:] = -np.inf
+        self._clock[kernels.CLOCK] = time_s
+        self._clock[kernels.NEWEST] = max(self._clock[kernels.NEWEST], time_s)
+        self._run[kernels.RUN_COUNT] = 0
+        self._standing[:, [kernels.CONTRADICTED, kernels.OFF]] = 0
+
+    def hear(
+        self, time_s: NDArray[np.float64], sensor: NDArray[np.int32], received_s: float
+    ) -> None:
+        """Compare the times of rows that are not admitted with that of their reception, s."""
+        kernels.hear(time_s, sensor, received_s, self._standing, self._heard)
+
+    def leads_s(self, now_s: float) -> dict[int, float]:
+        """Return the sensors heard in real time, by number.
+
+        Parameters
+        ----------
+        now_s : float
+            The present time of the clock that the reception is timed by, s.
+
+        Returns
+        -------
+        dict
+            By how much the times of each are ahead of those of their reception, s.
+        """
+        found = {}
+        for sensor in np.flatnonzero(self._standing[:, kernels.SAMPLES] >= kernels.HEARD_MIN):
+            heard = self._heard[sensor, : int(self._standing[sensor, kernels.SAMPLES])]
+            lead_s, received_s = heard[:, kernels.LEAD], heard[:, kernels.RECEIVED]
+            steady = np.ptp(lead_s) <= self.tolerance_s
+            if steady and now_s - received_s.max() <= kernels.HEARD_FOR_S:
+                found[int(sensor)] = float(np.median(lead_s))
+        return found
 
     def clock_leads(self) -> dict[int, float]:
         """Return the sensors whose clock is wrong by what the others say.

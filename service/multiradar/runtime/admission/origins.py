@@ -2,10 +2,12 @@
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from multiradar.state import Fields
 
 
 class _Part(NamedTuple):
@@ -22,6 +24,11 @@ class Origins:
 
     The engine numbers measurements from 0 in the order of arrival.
     """
+
+    STATE: ClassVar[Fields] = {
+        "_next": int,
+        "_parts": list[_Part],
+    }
 
     def __init__(self) -> None:
         self._next = 0

@@ -148,7 +148,8 @@ class TimeRejects:
             late = codes[row] == LATE
             # The data time at the arrival of the row: the reason does not depend on the batches.
             met_s, time = float(clock_s[row]), float(batch.time_s[row])
-            bound = _late(admission, met_s) if late else _future(admission, met_s, time)
+            sensor = int(batch.sensor[row])
+            bound = _late(admission, met_s) if late else _future(admission, sensor, met_s, time)
             code = RejectCode.TIME_LATE if late else RejectCode.TIME_FUTURE
             self.rejections.append((row, code, f"expected a time {bound}, was {time} s"))
 
@@ -165,10 +166,10 @@ def _late(admission: Admission, met_s: float) -> str:
     return f"at most {admission.horizon_s:g} s before the data time {met_s} s"
 
 
-def _future(admission: Admission, met_s: float, time_s: float) -> str:
+def _future(admission: Admission, sensor: int, met_s: float, time_s: float) -> str:
     if time_s > met_s + admission.forward_jump_max_s:
         return f"at most {admission.forward_jump_max_s:g} s after the data time {met_s} s"
-    after = f"at most {admission.tolerance_s:g} s after"
+    after = f"at most {admission.tolerance_of(sensor):g} s after"
     if np.isnan(met_s):
         return f"{after} those of the other clocks"
     return f"{after} the data time {met_s} s, which other sensors agree on"

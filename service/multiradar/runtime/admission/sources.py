@@ -121,9 +121,9 @@ class Sources:
         for name, counts in self.document().items():
             if counts["quarantined"]:
                 yield (
-                    f"{name}: in quarantine, since it sends mostly rows that are rejected (see "
-                    f"/v1/rejects); it may send {self._limits.quarantine_rows_per_s} rows a second "
-                    "until it sends others: check the sender"
+                    f"{name}: in quarantine, because most of its rows are rejected (see "
+                    f"/v1/rejects); limited to {self._limits.quarantine_rows_per_s} rows a second "
+                    "until it sends valid rows: check the sender"
                 )
 
     # ---------------------------------------------------------------- inside

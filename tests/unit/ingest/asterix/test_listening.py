@@ -59,9 +59,6 @@ class Taken:
         future.set_result(Receipt(len(frame) - len(late), tuple(rejected), False, 1))
         return future
 
-    def flush(self, *, source: str, idempotency_key: str | None = None) -> Future[Receipt]:
-        return self.submit(pl.DataFrame(), source=source)
-
     @property
     def rows(self) -> int:
         return sum(len(frame) for _, frame in self.frames)

@@ -1,12 +1,15 @@
 """The Zenoh interface over the bus in memory: answers, rejections and counters."""
 
 import json
+import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from typing import Any
 
 import pytest
+from structlog.testing import capture_logs
 
+from multiradar.clock import SystemClock
 from multiradar.errors import JournalError, QueueFullError, TrajectoryError
 from multiradar.ingest.zenoh.bus import Message
 from multiradar.ingest.zenoh.gateway import ZenohGateway
@@ -14,8 +17,10 @@ from multiradar.ingest.zenoh.keys import is_sensor_id, sensor_key, track_id
 from multiradar.ingest.zenoh.memory_bus import MemoryAnswer, MemoryBus
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.runtime.live.receipt import Receipt
+from multiradar.runtime.queries.deadline import check_deadline
 from multiradar.runtime.queries.parameters import PATH_STEP_DEFAULT_S
 from support.fakes.fake_service import FakeService
+from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
 from support.scenarios.zenoh_scene import StreamingView
 
 KEY = "multiradar/v1/measurements/41-10"
@@ -24,11 +29,13 @@ PAYLOAD = json.dumps([PLOT]).encode()
 
 
 class Scene:
-    def __init__(self) -> None:
+    def __init__(self, options: ZenohOptions | None = None) -> None:
         self.bus = MemoryBus()
         self.view = StreamingView()
         self.service = FakeService(view=self.view)
-        self.gateway = ZenohGateway(self.service, ZenohOptions(), open_bus=lambda _: self.bus)
+        self.gateway = ZenohGateway(
+            self.service, options or ZenohOptions(), open_bus=lambda _: self.bus
+        )
 
     def count(self, name: str) -> int:
         return self.gateway.counts.number(name)
@@ -143,6 +150,28 @@ def test_the_end_of_a_stream_can_be_marked(scene: Scene) -> None:
     assert scene.service.flushes == ["zenoh"]
 
 
+@pytest.mark.parametrize(
+    ("key", "parameters", "code"),
+    [
+        ("clock", {"time_s": "1700000000.5"}, None),
+        ("clock", {}, "INVALID_PARAMETER"),
+        ("clock", {"time_s": "nan"}, "INVALID_PARAMETER"),
+        ("clock", {"time_s": "1", "force": "true"}, "UNKNOWN_PARAMETER"),
+        ("flush", {}, "STREAM_IS_LIVE"),
+        ("flush", {"force": "yes"}, "INVALID_PARAMETER"),
+        ("flush", {"force": "true"}, None),
+    ],
+)
+def test_operators_set_the_data_clock_and_end_a_live_stream(
+    scene: Scene, key: str, parameters: dict[str, str], code: str | None
+) -> None:
+    scene.service.live = ("41-10",)
+    asked = settled(scene, scene.bus.ask(f"multiradar/v1/{key}", parameters=parameters))
+    assert [json.loads(one)["code"] for one in asked.errors] == ([] if code is None else [code])
+    done = scene.service.flushes or scene.service.clocks
+    assert bool(done) == (code is None)
+
+
 def test_stopping_closes_the_session_and_may_be_repeated(scene: Scene) -> None:
     assert scene.bus.announced
     scene.gateway.stop()
@@ -216,3 +245,40 @@ def test_a_track_without_trajectories_says_why(scene: Scene) -> None:
     scene.view.failures["trajectories"] = TrajectoryError("NO_ROOM", "track 3 waits for room")
     answer = settled(scene, scene.bus.ask("multiradar/v1/trajectories/3"))
     assert json.loads(answer.errors[0]) == {"code": "NO_ROOM", "reason": "track 3 waits for room"}
+
+
+def test_expensive_queries_have_a_deadline_and_threads_of_their_own() -> None:
+    free = threading.Event()
+    held = threading.Barrier(3)
+
+    def slow(*_: Any, **__: Any) -> dict[str, Any]:
+        held.wait(WAIT_TIMEOUT_S)
+        free.wait(WAIT_TIMEOUT_S)
+        check_deadline()
+        return {}
+
+    scene = Scene(ZenohOptions(query_threads=2, query_deadline_s=0.5))
+    scene.view.ask = slow  # type: ignore[method-assign]
+    scene.gateway.start()
+    asked = [scene.bus.ask("multiradar/v1/encounters") for _ in range(2)]
+    held.wait(WAIT_TIMEOUT_S)
+    waiting = [scene.bus.ask("multiradar/v1/encounters") for _ in range(64)]
+    # Answers of others do not wait for them.
+    tracks = scene.bus.ask("multiradar/v1/tracks/*")
+    wait_until(lambda: tracks.finished == 1, "the answer about tracks")
+    started_s = SystemClock().monotonic_s()
+    wait_until(lambda: SystemClock().monotonic_s() - started_s > 0.5, "the deadline")
+    free.set()
+    settled(scene, waiting[0])
+    codes = [json.loads(one.errors[0])["code"] for one in (*asked, *waiting)]
+    assert codes == [*["QUERY_TIMEOUT"] * 64, "BUSY", "BUSY"]
+
+
+def test_rejections_are_in_the_security_log(scene: Scene) -> None:
+    with capture_logs() as logs:
+        for _ in range(3):
+            scene.bus.ask(KEY, payload=b"nothing")
+        scene.bus.deliver(Message(KEY, b"nothing", "application/json"))
+    found = [one for one in logs if one["event"] == "rejected"]
+    assert [(one["origin"], one["path"], one["unlogged"]) for one in found] == [("zenoh", KEY, 0)]
+    assert found[0]["code"] == "MALFORMED_JSON"

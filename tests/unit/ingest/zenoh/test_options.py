@@ -1,6 +1,7 @@
 """Options of the Zenoh interface: defaults for this host only, messages for invalid values."""
 
 import json
+import re
 from typing import Any
 
 import pytest
@@ -9,7 +10,7 @@ from multiradar.access.authentication import Authentication
 from multiradar.app import zenoh_options
 from multiradar.errors import ConfigurationError
 from multiradar.ingest.zenoh.options import ZenohOptions
-from multiradar.ingest.zenoh.session import zenoh_config
+from multiradar.ingest.zenoh.session import with_port, zenoh_config
 from multiradar.settings.service import load_settings
 
 
@@ -51,3 +52,11 @@ def test_an_invalid_option_is_rejected_with_a_message(wrong: Any, sentence: str)
 def test_an_invalid_endpoint_is_rejected() -> None:
     with pytest.raises(ConfigurationError, match="settings"):
         zenoh_config(ZenohOptions(listen=("nonsense",)))
+
+
+@pytest.mark.parametrize("endpoint", ["tcp/127.0.0.1:0", "tls/[::1]:0#iface=lo"])
+def test_a_free_port_is_found_for_port_0(endpoint: str) -> None:
+    found = with_port(endpoint)
+    assert re.sub(":[1-9][0-9]+", ":0", found) == endpoint != found
+    assert with_port(found) == found
+    assert with_port("tcp/no.such.host.invalid:0") == "tcp/no.such.host.invalid:0"
