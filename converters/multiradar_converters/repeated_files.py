@@ -4,7 +4,7 @@ from pathlib import Path
 
 #: Numbers of copies that are tried.
 _COPIES_MAX = 4
-#: Octets compared at the begin and at the end of each copy; shorter content repeats by accident.
+#: Octets compared at the start and at the end of each copy; shorter content repeats by accident.
 _COMPARED = 1 << 16
 _CONTENT_MIN = 256
 
@@ -51,6 +51,6 @@ def repeated_sentence(path: Path) -> str:
     if copies == 1:
         return ""
     return (
-        f"{path}: its content is in it {copies} times: the file was probably appended to itself; "
-        "equal records count as duplicates"
+        f"{path}: contains the same content {copies} times: the file was probably appended to "
+        "itself; equal records count as duplicates"
     )

@@ -109,11 +109,15 @@ def _agreement(times: Floats, phases: Floats, frequencies: Floats, stretch_s: fl
     begins = np.flatnonzero(np.diff(stretch, prepend=-1))
     counts = np.diff(np.append(begins, len(times)))
     powers = np.empty(len(frequencies))
-    for k, frequency in enumerate(frequencies.tolist()):
-        vectors = np.exp(1j * (2.0 * np.pi * frequency * times - phases))
-        sums = np.add.reduceat(vectors, begins)
+    # Frequencies in equal steps are sums of coarse and fine ones, their vectors products.
+    size = math.isqrt(len(frequencies)) + 1
+    fine = frequencies[:size] - frequencies[0]
+    further = np.exp(2j * np.pi * np.outer(fine, times))
+    for first in range(0, len(frequencies), size):
+        vectors = np.exp(1j * (2.0 * np.pi * frequencies[first] * times - phases))
+        sums = np.add.reduceat(vectors * further[: len(frequencies) - first], begins, axis=1)
         # Minus the expectation for random vectors.
-        powers[k] = np.sum(np.abs(sums) ** 2 - counts)
+        powers[first : first + size] = np.sum(np.abs(sums) ** 2 - counts, axis=1)
     return np.sqrt(np.maximum(powers, 0.0) / max(1.0, float(np.sum(counts**2 - counts))))
 
 

@@ -25,7 +25,10 @@
     ├── RestorationError            plots from which no trajectory can be reconstructed
     ├── JournalError                the journal cannot be written or does not verify
     │   └── JournalFullError        the disk is full; nothing was ingested
+    ├── SnapshotError               a snapshot that cannot be written or used
+    ├── StateError                  a state that an object cannot have
     ├── PipelineError               the live pipeline is not running
+    ├── LiveStreamError             the end of a stream whose sensors deliver in real time
     ├── AccountingError             counts of measurements do not add up
     ├── QueueFullError              a bounded queue is full; try again later
     │   └── QuarantineError         the source sent mostly rejected rows; try again later
@@ -36,6 +39,7 @@
     ├── BearingsError               lines of sight that do not determine a position
     ├── RequestError                an HTTP request that is rejected, with its status and code
     └── PeerError                   another process did not answer as agreed
+        ├── StreamGoesOnError       it has not ended a stream in real time
         └── UnavailableError        it cannot accept data now; try again
 
     DataWarning                     a warning about data or settings; the output is complete
@@ -97,16 +101,18 @@ class InputError(MultiradarError):
 
 
 class MissingColumnError(InputError):
-    """A table lacks columns that are needed."""
+    """A table lacks columns that are needed; `content` is what it has instead, if that is known."""
 
-    def __init__(self, source: str, missing: Sequence[str], found: Sequence[str]) -> None:
+    def __init__(
+        self, source: str, missing: Sequence[str], found: Sequence[str], content: str | None = None
+    ) -> None:
         self.source = source
         self.missing = tuple(missing)
         self.found = tuple(found)
         columns = "column" if len(self.missing) == 1 else "columns"
         super().__init__(
             f"{source}: missing {columns} {', '.join(self.missing)}{self._meant()}; "
-            f"found: {', '.join(self.found) or 'none'}"
+            f"found{f' those of {content}' if content else ''}: {', '.join(self.found) or 'none'}"
         )
 
     def _meant(self) -> str:
@@ -296,12 +302,32 @@ class JournalFullError(JournalError):
         return "the disk of the journal is full; nothing was ingested"
 
 
+class SnapshotError(MultiradarError):
+    """A snapshot cannot be written or used; the journal holds the same."""
+
+
+class StateError(MultiradarError):
+    """A state does not fit the object that is to have it."""
+
+
 class PipelineError(MultiradarError):
     """The live pipeline has stopped, or was not started."""
 
 
 class AccountingError(MultiradarError):
     """Measurements read differ from those accepted and rejected: a bug in multiradar."""
+
+
+class LiveStreamError(MultiradarError):
+    """The end of a stream would make measurements of sensors in real time late."""
+
+    def __init__(self, sensors: Sequence[str]) -> None:
+        self.sensors = sensors
+        named = ", ".join(sensors[:5]) + (", …" if len(sensors) > 5 else "")
+        super().__init__(
+            f"{named} deliver in real time, and their measurements on the way would be late; their "
+            "stream needs no end; force it if it has one"
+        )
 
 
 class QueueFullError(MultiradarError):
@@ -377,8 +403,8 @@ class RequestError(MultiradarError):
         Further headers of the response, such as ``Retry-After``.
     parameters : Mapping[str, str]
         The error of each wrong parameter.
-    members : Mapping[str, object]
-        Further members of the problem document.
+    members : bytes
+        Further members of the problem document, as JSON.
     """
 
     def __init__(
@@ -389,18 +415,22 @@ class RequestError(MultiradarError):
         headers: Mapping[str, str] | None = None,
         parameters: Mapping[str, str] | None = None,
         *,
-        members: Mapping[str, object] | None = None,
+        members: bytes = b"",
     ) -> None:
         self.status = status
         self.code = code
         self.headers = dict(headers or {})
         self.parameters = dict(parameters or {})
-        self.members = dict(members or {})
+        self.members = members
         super().__init__(detail)
 
 
 class PeerError(MultiradarError):
     """Another process did not answer as agreed."""
+
+
+class StreamGoesOnError(PeerError):
+    """The service has not ended the stream: its sensors deliver in real time."""
 
 
 class UnavailableError(PeerError):

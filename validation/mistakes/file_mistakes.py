@@ -79,6 +79,18 @@ def _exchanged(sample: Sample, folder: Path) -> None:
     write(folder, frame, sample.sensors)
 
 
+def _reports_as_text(names: str) -> Callable[[Sample, Path], None]:
+    """Return a function that writes the ADS-B reports as text, under names of the two columns."""
+    columns = (_TIME, "latitude_deg", "longitude_deg", "mode_s_address", "height_m")
+
+    def made(sample: Sample, folder: Path) -> None:
+        frame = sample.measurements.filter(_ID == "adsb").select(columns)
+        head = f"time,{names},icao24,height_m\n"
+        (folder / "adsb.csv").write_text(head + frame.write_csv(include_header=False))
+
+    return made
+
+
 def _sensors_as_table(sample: Sample, folder: Path) -> None:
     as_it_is(sample, folder)
     (folder / "measurements.parquet").replace(folder / "sensors.toml")
@@ -129,13 +141,73 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
         settings("41-10", height_m=2400.0),
         message=("41-10 and 41-1 are at one place, with a height_m of 2400 and 240",),
     ),
+    Mistake(
+        "range and height exchanged",
+        plots(RADAR, range_m=pl.col("height_m"), height_m=pl.col("range_m")),
+        message=("26-10: its range and height columns are probably exchanged",),
+    ),
+    Mistake(
+        "azimuth and height exchanged",
+        plots(RADAR, azimuth_deg=pl.col("height_m"), height_m=pl.col("azimuth_deg")),
+        message=("26-10: its height and azimuth columns are probably exchanged",),
+    ),
+    Mistake(
+        "times of one radar in milliseconds",
+        plots(RADAR, time_s=1e3 * _TIME),
+        message=("26-10: its times are probably in milliseconds",),
+    ),
+    Mistake(
+        "half of the azimuths missing",
+        plots(RADAR, azimuth_deg=pl.when(pl.int_range(pl.len()) % 2 == 0).then("azimuth_deg")),
+        message=("azimuth_deg: expected a value for this kind, was absent",),
+    ),
+    Mistake(
+        "times counted from 1900",
+        lambda sample, folder: write(
+            folder, sample.measurements.with_columns(_TIME + 2_208_988_800.0), sample.sensors
+        ),
+        status=0,
+        message=("in the future; counted from another epoch than 1970-01-01?",),
+    ),
+    Mistake(
+        "convert: latitude and longitude of ADS-B exchanged",
+        _reports_as_text("lon,lat"),
+        ("convert", "adsb", "adsb.csv", "--out", "out"),
+        message=("adsb: latitude and longitude are probably exchanged",),
+        sensors=("adsb",),
+    ),
+    Mistake(
+        "none: ADS-B as text",
+        _reports_as_text("lat,lon"),
+        ("convert", "adsb", "adsb.csv", "--out", "out"),
+        0,
+    ),
     # Files.
+    Mistake(
+        "a sensors file as the settings",
+        as_it_is,
+        (*TRACK_RADARS, "--config", "sensors.toml"),
+        1,
+        ("sensors.toml: expected a settings file, was a sensors file",),
+    ),
+    Mistake(
+        "settings as the sensors file",
+        lambda sample, folder: write(folder, sample.measurements, "[tracking]\nepoch_s = 4.0\n"),
+        message=("sensors.toml: expected a sensors file, was a settings file",),
+    ),
+    Mistake(
+        "a decimal comma in the sensors file",
+        lambda sample, folder: write(
+            folder, sample.measurements, sample.sensors.replace("46.4247", "46,4247")
+        ),
+        message=("not valid TOML", "write 46.4247 for 46,4247"),
+    ),
     Mistake(
         "a table as the sensors file",
         _sensors_as_table,
         TRACK_RADARS,
         1,
-        ("sensors.toml: expected TOML, was Parquet",),
+        ("sensors.toml: expected TOML, was the output of `convert`",),
     ),
     Mistake(
         "inspect: a recording cut short",
@@ -149,14 +221,14 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
         _recording(_plot_048, 2),
         ("inspect", "a.ast"),
         0,
-        ("a.ast: its content is in it 2 times",),
+        ("a.ast: contains the same content 2 times",),
     ),
     Mistake(
         "convert: a recording appended to itself",
         _recording(_plot_048, 3),
         _CONVERT,
         0,
-        ("a.ast: its content is in it 3 times",),
+        ("a.ast: contains the same content 3 times",),
     ),
     Mistake(
         "inspect: an edition of a category that is not recorded",

@@ -213,13 +213,13 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
     ),
     # Files and folders.
     Mistake("no such file", nothing, TRACK, 1, ("sensors.toml: no such file",)),
-    Mistake("a table cut short", cut, TRACK, 1, ("expected a Parquet file",)),
+    Mistake("a table cut short", cut, TRACK, 1, ("expected measurements in Parquet",)),
     Mistake(
         "text as a table",
         file("measurements.parquet", "time,range\n1,2\n"),
         TRACK,
         1,
-        ("expected a Parquet file",),
+        ("expected measurements in Parquet",),
     ),
     Mistake(
         "a table of something else",

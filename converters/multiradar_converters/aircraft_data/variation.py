@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 
 from multiradar_converters.aircraft_data import quantities as q
-from multiradar_converters.aircraft_data.checking import Integers
 from multiradar_converters.aircraft_data.plausibility import (
     AIRBORNE_MIN_M_S,
     VARIATION_MAX_DEG,
@@ -61,27 +60,30 @@ def magnetic_variation(values: Numbers, height_m: Numbers) -> Variation | None:
         return None
     rows = rows[:: len(rows) // REPORTS_MAX + 1]
     layer = np.floor(height_m[rows] / LAYER_M).astype(np.int64)
-    own = np.stack([ground[rows], track[rows], air[rows], heading[rows]])
+    rows = rows[np.argsort(layer, kind="stable")]
+    course = np.radians(track[rows])
+    parts = [ground[rows] * np.sin(course), ground[rows] * np.cos(course), air[rows], heading[rows]]
+    # Each layer apart.
+    cuts = np.flatnonzero(np.diff(np.sort(layer))) + 1
+    layers = list(zip(*(np.split(part, cuts) for part in parts), strict=True))
     best = 0.0
     around = np.arange(-VARIATION_MAX_DEG, VARIATION_MAX_DEG + 1.0, _STEPS_DEG[0])
     for step in _STEPS_DEG:
-        scatters = [_scatter(own, layer, one) for one in around]
+        scatters = [_scatter(layers, one) for one in around]
         best = float(around[int(np.argmin(scatters))])
         around = np.arange(best - step, best + step, _STEPS_DEG[1])
-    least = _scatter(own, layer, best)
-    others = (_scatter(own, layer, best - _OFF_DEG), _scatter(own, layer, best + _OFF_DEG))
+    least = _scatter(layers, best)
+    others = (_scatter(layers, best - _OFF_DEG), _scatter(layers, best + _OFF_DEG))
     return Variation(round(best, 1), least) if min(others) > CONTRAST_MIN * least else None
 
 
-def _scatter(own: Numbers, layer: Integers, variation_deg: float) -> float:
-    ground, track, air, heading = own
-    course, nose = np.radians(track), np.radians(heading + variation_deg)
-    east = ground * np.sin(course) - air * np.sin(nose)
-    north = ground * np.cos(course) - air * np.cos(nose)
-    apart = np.empty(len(layer))
-    for one in np.unique(layer):
-        same = layer == one
-        apart[same] = np.hypot(
-            east[same] - np.median(east[same]), north[same] - np.median(north[same])
-        )
-    return float(np.median(apart))
+# Median distance of the wind from that of its layer; of a layer: ground speed east and north,
+# airspeed, heading.
+def _scatter(layers: list[tuple[Numbers, ...]], variation_deg: float) -> float:
+    apart = []
+    for ground_east, ground_north, air, heading in layers:
+        nose = np.radians(heading + variation_deg)
+        east = ground_east - air * np.sin(nose)
+        north = ground_north - air * np.cos(nose)
+        apart.append(np.hypot(east - np.median(east), north - np.median(north)))
+    return float(np.median(np.concatenate(apart)))

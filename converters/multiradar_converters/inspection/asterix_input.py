@@ -288,7 +288,7 @@ def _thinned(found: Differences) -> Differences:
 
 
 def _day_start(received_s: Numbers, time_s: Numbers) -> float | None:
-    """Return the Unix time of the begin of the day of the first time, if the recorder knows it."""
+    """Return the Unix time of the start of the day of the first time, if the recorder knows it."""
     apart = (received_s - time_s)[np.isfinite(received_s) & np.isfinite(time_s)]
     if not len(apart) or np.median(apart) < _DATED_FROM_S:
         return None

@@ -12,10 +12,12 @@ from multiradar_converters.errors import LayoutError
 from multiradar_converters.inspection.asterix_input import DETAILED_OCTETS_MAX, inspect_asterix
 from multiradar_converters.inspection.survey import Survey
 from multiradar_converters.inspection.text_inputs import inspect_adsb, inspect_dump
+from multiradar_schemas.documents.contents import DUMP, MEASUREMENTS, content
 
 _HEAD = 4096
 _GZIP = b"\x1f\x8b"
-_PARQUET = b"PAR1"
+#: Contents that a recording may have; its reader has more to say of these.
+_RECORDED = (DUMP, "JSON", "Parquet", "a gzip file", "an empty file")
 _TEXT = frozenset(b"\t\n\r") | frozenset(range(0x20, 0x7F)) | frozenset(range(0x80, 0x100))
 _BOM = b"\xef\xbb\xbf"
 
@@ -86,20 +88,12 @@ def recording_kind(path: Path) -> str:
     LayoutError
         The path is nothing that can be inspected.
     """
+    check_recording(path)
     if path.is_dir():
-        if (path / "measurements.parquet").exists():
-            msg = (
-                f"{path}: already converted (report.json has the counts); inspect the recording "
-                f"from which it was made"
-            )
-            raise LayoutError(msg)
         return "dump"
     head = _head(path)
     if not head:
         msg = f"{path}: the file is empty"
-        raise LayoutError(msg)
-    if head.startswith(_PARQUET):
-        msg = f"{path}: already converted to a table; inspect the recording from which it was made"
         raise LayoutError(msg)
     packed = head.startswith(_GZIP)
     text = _unpacked(head) if packed else head
@@ -110,6 +104,20 @@ def recording_kind(path: Path) -> str:
         msg = f"{path}: this file belongs to a text dump; give its directory {path.parent}"
         raise LayoutError(msg)
     return "adsb"
+
+
+def check_recording(path: Path) -> None:
+    """Check that a path is not known to be something else than a recording.
+
+    Raises
+    ------
+    LayoutError
+        It is; the message gives what.
+    """
+    found = content(path)
+    if found not in (None, *_RECORDED):
+        hint = "; give the recording from which it was made" if found in MEASUREMENTS else ""
+        raise LayoutError(f"{path}: expected a recording, was {found}{hint}")
 
 
 def _head(path: Path) -> bytes:

@@ -86,7 +86,7 @@ class Survey:
     sampled : float
         Fraction of the octets from which the figures of plots are.
     start_s : float or None
-        Unix time of the begin of the first day, s, if the recorder knows it.
+        Unix time of the start of the first day, s, if the recorder knows it.
     """
 
     files: list[FileSurvey] = field(default_factory=list)

@@ -37,6 +37,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from multiradar_converters.errors import ProfileError
 from multiradar_converters.vid import fields
 from multiradar_converters.vid.fields import NAMES, OPTIONAL_ROLES, TABLES, Table
+from multiradar_schemas.documents.contents import PROFILE
 from multiradar_schemas.documents.files import read_toml, validated
 from multiradar_schemas.documents.names import unknown
 from multiradar_schemas.documents.toml_lines import Path as Location
@@ -121,7 +122,7 @@ def load_profile(path: Path | None) -> Profile:
         return Profile()
     try:
         document = read_toml(path)
-        profile = validated(Profile, document)
+        profile = validated(Profile, document, PROFILE)
         reasons = tuple(_wrong_names(profile, document.lines))
         if reasons:
             raise DocumentError(str(path), *reasons)

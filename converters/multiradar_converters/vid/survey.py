@@ -10,6 +10,7 @@ from multiradar_converters.vid.fields import PLOTS, TABLES
 from multiradar_converters.vid.options import Options
 from multiradar_converters.vid.text.detection import detect, with_times
 from multiradar_converters.vid.text.layout import FileLayout, TimeForm
+from multiradar_schemas.documents.contents import DUMP, content, no_such
 
 
 @dataclass(frozen=True)
@@ -42,28 +43,33 @@ def survey(dump: Path, options: Options) -> list[DumpFile]:
         The folder or a file is missing, or does not match its layout.
     """
     if not dump.is_dir():
-        msg = f"{dump}: expected a folder with the text files of a dump"
-        raise LayoutError(msg)
+        raise LayoutError(no_such(dump, "a folder with the text files of a dump"))
     files = []
     for table in TABLES:
         path = dump / options.profile.files.of(table)
         if not path.exists():
             if options.allow_missing and table is not PLOTS:
                 continue
-            hint = "" if table is PLOTS else "; use --allow-missing to convert without it"
-            packed = path.with_name(f"{path.name}.gz")
-            inside = [one.parent for one in sorted(dump.glob(f"*/{path.name}"))[:1]]
-            if packed.exists():
-                hint = f"; {packed.name} exists: decompress it first"
-            elif inside:
-                hint = f"; give the folder {inside[0]}"
-            msg = f"{dump}: missing file {path.name}{hint}"
-            raise LayoutError(msg)
+            raise LayoutError(_missing(dump, path, optional=table is not PLOTS))
         if not path.is_file():
             msg = f"{path}: expected a file, was a {'folder' if path.is_dir() else 'special file'}"
             raise LayoutError(msg)
         files.append(_file(path, detect(path, table, options.profile)))
     return _with_times(dump, files, options.date)
+
+
+def _missing(dump: Path, path: Path, *, optional: bool) -> str:
+    found = content(dump)
+    if found not in (None, DUMP):
+        return f"{dump}: expected a dump, was {found}"
+    hint = "; use --allow-missing to convert without it" if optional else ""
+    packed = path.with_name(f"{path.name}.gz")
+    inside = [one.parent for one in sorted(dump.glob(f"*/{path.name}"))[:1]]
+    if packed.exists():
+        hint = f"; {packed.name} exists: decompress it first"
+    elif inside:
+        hint = f"; give the folder {inside[0]}"
+    return f"{dump}: missing file {path.name}{hint}"
 
 
 def _file(path: Path, layout: FileLayout) -> DumpFile:

@@ -129,7 +129,7 @@ def dates_of(times: Iterable[float]) -> tuple[dt.date, dt.date] | None:
 
 
 def unix_start(date: dt.date | None) -> float:
-    """Return the Unix time of the begin of a day, s; 0 without a date."""
+    """Return the Unix time of the start of a day, s; 0 without a date."""
     if date is None:
         return 0.0
     return (date - dt.date(1970, 1, 1)).days * _DAY_S

@@ -1,5 +1,6 @@
 """Reads configuration files: TOML to a model, or a list of all errors."""
 
+import re
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path as FilePath
@@ -7,6 +8,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from multiradar_schemas.documents.contents import content, toml_content
 from multiradar_schemas.documents.mistakes import mistakes_in
 from multiradar_schemas.documents.toml_lines import Path, key_lines
 from multiradar_schemas.errors import DocumentError
@@ -16,6 +18,7 @@ Model = TypeVar("Model", bound=BaseModel)
 
 #: Octets at the start in which text has no zero, unless it is UTF-16.
 _HEAD = 4096
+_DECIMAL_COMMA = re.compile(r"^[^#\n]*=[ \t]*([-+]?\d+),(\d+)[ \t]*$", re.MULTILINE)
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 
 
@@ -64,18 +67,20 @@ def read_toml(path: FilePath) -> Document:
     except OSError as error:
         reason = f"cannot be read: {error.strerror}"
         if path.is_dir():
-            reason = "is a folder; give a file"
+            reason = f"expected a file, was {content(path) or 'a folder'}"
         raise DocumentError(str(path), reason) from error
     except UnicodeDecodeError as error:
         reason = f"not UTF-8 text (byte {error.start}); save the file as UTF-8"
         if b"\0" in error.object[:_HEAD] and error.object[:2] not in _UTF_16:
-            reason = f"expected TOML, was {'Parquet' if _is_parquet(error.object) else 'binary'}"
+            reason = f"expected TOML, was {content(path) or 'binary'}"
         raise DocumentError(str(path), reason) from error
-    return parse_toml(text, source=str(path))
-
-
-def _is_parquet(content: bytes) -> bool:
-    return content[:4] == b"PAR1"
+    try:
+        return parse_toml(text, source=str(path))
+    except DocumentError as error:
+        found = content(path)
+        if found is None:
+            raise
+        raise DocumentError(str(path), f"expected TOML, was {found}") from error
 
 
 def parse_toml(text: str, *, source: str) -> Document:
@@ -83,11 +88,15 @@ def parse_toml(text: str, *, source: str) -> Document:
     try:
         values = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
-        raise DocumentError(source, f"not valid TOML: {error}") from error
+        found = _DECIMAL_COMMA.search(text)
+        hint = f"; write {found[1]}.{found[2]} for {found[1]},{found[2]}" if found else ""
+        raise DocumentError(source, f"not valid TOML: {error}{hint}") from error
     return Document(source, values, key_lines(text))
 
 
-def validated(model: type[Model], document: Document, *, key: str = "key") -> Model:
+def validated(
+    model: type[Model], document: Document, wanted: str | None = None, *, key: str = "key"
+) -> Model:
     """Validate a document against a model.
 
     Parameters
@@ -96,6 +105,8 @@ def validated(model: type[Model], document: Document, *, key: str = "key") -> Mo
         The model.
     document : Document
         The document.
+    wanted : str, optional
+        What the document should be; see `multiradar_schemas.documents.contents`.
     key : str
         Name of a key in messages.
 
@@ -112,5 +123,8 @@ def validated(model: type[Model], document: Document, *, key: str = "key") -> Mo
     try:
         return model.model_validate(document.values)
     except ValidationError as error:
+        found = toml_content(document.values)
+        if wanted is not None and found not in (None, wanted):
+            raise DocumentError(document.source, f"expected {wanted}, was {found}") from error
         reasons = mistakes_in(error, model, document.values, document.lines, key=key)
         raise DocumentError(document.source, *reasons) from error

@@ -1,9 +1,11 @@
 """The command `multiradar`: subcommands, one line per error, exit status 0, 1 or 2."""
 
+import functools
 import os
 import sys
 import warnings
 from collections.abc import Sequence
+from tempfile import gettempdir
 from typing import Annotated, Any
 
 import typer
@@ -35,6 +37,7 @@ from multiradar.errors import (
     UnknownFilterError,
 )
 from multiradar.research.studies.catalogue import STUDIES
+from multiradar.storage.full_disk import is_full
 from multiradar_schemas.documents.names import unknown
 
 EXIT_DONE = 0
@@ -96,11 +99,17 @@ def run(arguments: Sequence[str], commands: typer.Typer = app) -> int:
     int
         0 done, 1 data error, 2 usage error, 130 stopped by Ctrl-C.
     """
-    root = typer.main.get_command(commands)
+    root = _built(commands)
     with warnings.catch_warnings():
         warnings.simplefilter("always", DataWarning)
         warnings.showwarning = _show_warning  # type: ignore[assignment]  # more is not used
         return _run(arguments, root)
+
+
+# Tests run hundreds of commands in a process.
+@functools.cache
+def _built(commands: typer.Typer) -> Any:
+    return typer.main.get_command(commands)
 
 
 def _run(arguments: Sequence[str], root: Any) -> int:
@@ -117,10 +126,7 @@ def _run(arguments: Sequence[str], root: Any) -> int:
     except Exception as error:
         if os.environ.get(TRACEBACK_VARIABLE) == "1":
             raise
-        hint = f"set {TRACEBACK_VARIABLE}=1 for a traceback"
-        return _print_error(
-            f"internal error, {type(error).__name__}: {error} ({hint})", EXIT_FAILED
-        )
+        return _fail(error)
 
 
 def _invoke(arguments: Sequence[str], root: Any) -> int:
@@ -169,8 +175,16 @@ def _one_line(text: str) -> str:
 def _describe(error: Exception) -> str:
     if isinstance(error, ConfigurationError) and len(error.mistakes) > 1:
         return f"{error.source}: {len(error.mistakes)} mistakes"
+    if is_full(error) and getattr(error, "filename", None) is None:
+        return (
+            f"no space left on device for the output or for temporary files in {gettempdir()} "
+            "(another folder for these: TMPDIR)"
+        )
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+    if not isinstance(error, MultiradarError | OSError):
+        hint = f"set {TRACEBACK_VARIABLE}=1 for a traceback"
+        return f"internal error, {type(error).__name__}: {error} ({hint})"
     return str(error) or type(error).__name__
 
 

@@ -182,8 +182,9 @@ EncountersOption = Annotated[
         metavar="SECONDS",
         min=ENCOUNTER_HORIZON.least,
         max=ENCOUNTER_HORIZON.most,
-        help="Write encounters.parquet: pairs of tracks predicted to come into proximity within "
-        "SECONDS, per epoch. Costs 0.05 ms CPU per plot with 30 aircraft, more with more aircraft.",
+        help="Write encounters.parquet: pairs of tracks predicted to come close to each other "
+        "within SECONDS, per epoch. Costs 0.05 ms CPU per plot with 30 aircraft, more with more "
+        "aircraft.",
         show_default="none",
     ),
 ]

@@ -259,7 +259,7 @@ def check_repeated(evidence: Evidence, name: str) -> Diagnosis | None:
         name,
         "measurements_twice",
         f"{name}: its measurements are probably in the recording twice: {again / len(plots):.0%} "
-        "are exact copies of another; record or merge each only once",
+        "are exact copies of another one; record or merge each plot once",
     )
 
 
@@ -272,8 +272,8 @@ def _of_two_feeds(evidence: Evidence, name: str) -> Diagnosis | None:
         name,
         "measurements_twice",
         f"{name}: its measurements are probably in the recording twice, by two feeds: "
-        f"{again / read:.0%} repeat another one within a fraction of a scan; they are not used, "
-        "record or merge each only once",
+        f"{again / read:.0%} repeat another one within a fraction of a scan and are not used; "
+        "record or merge each plot once",
     )
 
 

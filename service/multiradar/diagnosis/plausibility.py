@@ -43,20 +43,32 @@ _BELOW_M = 300.0
 FOOT_M = 0.3048
 #: Aircraft under air traffic control fly lower than this, m.
 CEILING_M = 16_000.0
+#: Pairs of columns that may be exchanged: the first ends at the first number, and the median of the
+#: second exceeds the second: no azimuth is above 360°, no height above 50 km even in feet.
+_EXCHANGED = (
+    ("range_m", "azimuth_deg", 360.0, 360.0),
+    ("height_m", "azimuth_deg", 360.0, 360.0),
+    ("range_m", "height_m", CEILING_M, 50_000.0),
+)
 
 
 def check_exchanged_columns(name: str, plots: Plots) -> Diagnosis | None:
-    """Diagnose exchanged range and azimuth columns."""
-    if plots.size < TESTED_MIN or not np.isfinite(plots.azimuth_deg).any():
-        return None
-    if plots.range_m.max() <= 360.0 and np.nanmedian(plots.azimuth_deg) > 360.0:
-        return Diagnosis(
-            name,
-            "columns_exchanged",
-            f"{name}: its range and azimuth columns are probably exchanged: ranges end at "
-            f"{plots.range_m.max():.1f}, azimuths at {np.nanmax(plots.azimuth_deg):.1f}; exchange "
-            "range_m and azimuth_deg",
-        )
+    """Diagnose two exchanged columns of range, azimuth and height, by their largest values."""
+    columns = {"range_m": plots.range_m, "azimuth_deg": plots.azimuth_deg}
+    columns["height_m"] = plots.height_m[np.isfinite(plots.height_m)]
+    for first, second, most, too_much in _EXCHANGED:
+        small, large = columns[first], columns[second]
+        if min(len(small), len(large)) < TESTED_MIN or not np.isfinite(large).any():
+            continue
+        if np.nanmax(small) <= most and np.nanmedian(large) > too_much:
+            names = [one.partition("_")[0] for one in (first, second)]
+            return Diagnosis(
+                name,
+                "columns_exchanged",
+                f"{name}: its {names[0]} and {names[1]} columns are probably exchanged: "
+                f"{names[0]}s end at {np.nanmax(small):.1f}, {names[1]}s at "
+                f"{np.nanmax(large):.1f}; exchange {first} and {second}",
+            )
     return None
 
 

@@ -1,5 +1,7 @@
 """Checks of reported positions without any other sensor: units, missing values, times."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from multiradar.diagnosis.columns import SAME_MIN
@@ -19,6 +21,9 @@ _JUMP_MPS = 600.0
 _HIGH_M, _FAST_MPS, _LOW_M = 3000.0, 130.0, 610.0
 #: Minutes as a fraction of a degree end here; steps over a whole degree that show it.
 _MINUTES_END, _MINUTES_STEPS = 0.6, 3
+#: Jets cruise above this, m, at about one speed in all directions, with wind: the 16th and 84th
+#: percentile of its logarithm are 0.1 to 0.25 apart. Latitudes for longitudes stretch a direction.
+_CRUISE_M, _CRUISING_MIN, _SPREAD_MIN, _SPREAD_RATIO = 7500.0, 10, 0.2, 2.0
 _TIME_UNITS = {"minutes": 60.0, "hours": 3600.0, "days": 86_400.0}
 
 
@@ -60,12 +65,13 @@ def check_reports(name: str, plots: Plots) -> Diagnosis | None:
         or _of_times(name, flown_m, apart_s)
         or _of_radians(name, plots.height_m[first], flown_m / apart_s)
         or _of_flight_levels(name, plots.height_m, flown_m / apart_s)
+        or _of_exchanged(name, plots, first, last)
     )
 
 
 # Successive reports of one aircraft.
 def _steps(plots: Plots) -> tuple[Integers, Integers]:
-    names = plots.keys[:, :2].max(axis=1)
+    names = _names(plots)
     order = np.lexsort((plots.time_s, names))
     first, last = order[:-1], order[1:]
     apart_s = plots.time_s[last] - plots.time_s[first]
@@ -152,3 +158,36 @@ def _of_flight_levels(name: str, height_m: Floats, speed_mps: Floats) -> Diagnos
         f"{known.max():.0f} m, at a median speed of {speed:.0f} m/s; check the unit of the "
         "altitude column, which is feet",
     )
+
+
+def _of_exchanged(name: str, plots: Plots, first: Integers, last: Integers) -> Diagnosis | None:
+    high = plots.height_m[first] > _CRUISE_M
+    first, last = first[high], last[high]
+    if len(np.unique(_names(plots)[first])) < _CRUISING_MIN:
+        return None
+    other = replace(plots, latitude_deg=plots.longitude_deg, longitude_deg=plots.latitude_deg)
+    spread, exchanged = _speed_spread(plots, first, last), _speed_spread(other, first, last)
+    if spread < max(_SPREAD_MIN, _SPREAD_RATIO * exchanged):
+        return None
+    return Diagnosis(
+        name,
+        "columns_exchanged",
+        f"{name}: latitude and longitude are probably exchanged: the speeds of its aircraft above "
+        f"{_CRUISE_M:.0f} m differ by {spread:.0%} between directions, and by {exchanged:.0%} with "
+        "the two exchanged; exchange the columns",
+    )
+
+
+# Between the 16th and 84th percentile of the logarithm of the median speeds of aircraft.
+def _speed_spread(plots: Plots, first: Integers, last: Integers) -> float:
+    where = reported(plots)
+    apart_s = plots.time_s[last] - plots.time_s[first]
+    speed = np.linalg.norm(where[last] - where[first], axis=1) / apart_s
+    names = _names(plots)[first]
+    medians = [np.median(speed[names == one]) for one in np.unique(names)]
+    return float(np.ptp(np.percentile(np.log(np.maximum(medians, 1.0)), [16.0, 84.0])))
+
+
+def _names(plots: Plots) -> Integers:
+    found: Integers = plots.keys[:, :2].max(axis=1)
+    return found

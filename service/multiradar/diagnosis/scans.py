@@ -4,6 +4,7 @@ A rotating antenna points in one direction at a time: for the right period T, az
 2π t / T is the same for all plots of some scans, regardless of the traffic.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -53,9 +54,8 @@ def rotation(time_s: Floats, azimuth_rad: Floats) -> Rotation:
     step = 1.0 / (_STEPS * WINDOW_S)
     size = np.arange(1.0 / PERIOD_MAX_S, 1.0 / PERIOD_MIN_S, step)
     frequency = np.concatenate([-size[::-1], size])
-    found = coherences(windows, frequency)
+    found = np.concatenate([coherences(windows, one) for one in (-size[::-1], size)])
     near = frequency[found.argmax()] + np.linspace(-step, step, 41)
-    near = near[np.abs(near) > 0.0]
     finer = coherences(windows, near)
     return Rotation(1.0 / float(near[finer.argmax()]), float(finer.max()))
 
@@ -69,11 +69,17 @@ def coherence_at(time_s: Floats, azimuth_rad: Floats, period_s: float) -> float:
 
 
 def coherences(windows: list[tuple[Floats, Floats]], frequency: Floats) -> Floats:
-    """Return the coherence at frequencies, 1/s."""
+    """Return the coherence at two or more frequencies, 1/s, in equal steps."""
+    # Frequencies are the sums of coarse and fine ones, and the exponentials their products: so
+    # there are √n exponentials for each plot instead of n.
+    size = math.isqrt(len(frequency)) + 1
+    coarse, fine = frequency[::size], (frequency[1] - frequency[0]) * np.arange(size)
     total = np.zeros(len(frequency))
     for time_s, azimuth in windows:
-        phase = azimuth - 2.0 * np.pi * np.outer(frequency, time_s)
-        total += np.abs(np.exp(1j * phase).mean(axis=1))
+        turned = np.exp(1j * (azimuth - 2.0 * np.pi * np.outer(coarse, time_s)))
+        further = np.exp(-2j * np.pi * np.outer(fine, time_s))
+        sums = np.abs(turned @ further.T).ravel()[: len(frequency)]
+        total += sums / len(time_s)
     return total / len(windows)
 
 

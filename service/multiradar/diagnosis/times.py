@@ -17,6 +17,9 @@ GAP_MIN_S = 600.0
 ZONE_WITHIN_S = 120.0
 #: Tolerance of a jump by whole days: time without measurements about it, s.
 DAY_S, JUMP_WITHIN_S = 86_400.0, 120.0
+_UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
+#: Unix times in seconds stay below this for 3000 years: gaps of larger times have no unit.
+_UNIX_MAX_S = 1e11
 #: Other gaps of a recording are reported from this on, s: some airports close for the night.
 GAP_MAX_S = 43_200.0
 
@@ -36,7 +39,11 @@ def check_times(sources: Mapping[str, Source]) -> list[Diagnosis]:
 
 def check_gaps(sources: Mapping[str, Source]) -> list[Diagnosis]:
     """Return jumps of the times of a recording by whole days, and gaps of a day or more."""
-    jumped = {name: source for name, source in sources.items() if source.gap_s >= GAP_MAX_S}
+    jumped = {
+        name: source
+        for name, source in sources.items()
+        if source.gap_s >= GAP_MAX_S and source.first_s < _UNIX_MAX_S
+    }
     if not jumped:
         return []
     of_all = len(jumped) == len(sources)
@@ -104,6 +111,8 @@ def _times_differ(name: str, own: tuple[float, float], rest: tuple[float, float]
     elif abs(rest[0]) < DATELESS_MAX_S <= abs(own[0]):
         cause = "its times have a date, but those of the others do not"
         remedy = "use one form of time"
+    elif unit := next((n for n, u in _UNITS.items() if 0.99 * u < own[0] / rest[0] < 1.01 * u), ""):
+        cause, remedy = f"its times are probably in {unit}", "convert them to seconds"
     else:
         cause, remedy = _shift(later), "correct its times, or exclude it"
     return Diagnosis(name, "times_apart", f"{name}: {cause}: {spans}; {remedy}")

@@ -10,6 +10,7 @@ from multiradar.evaluation.coverage import CoveredRegion
 from multiradar.evaluation.reference_rows import ROW_COLUMN, screened
 from multiradar.evaluation.trajectories import NUMBER_MAX, Floats, Indices, Reference, Tracks
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar_schemas.documents.contents import other_table
 
 #: Maximum height of an aircraft, m; larger ones count as unknown.
 HEIGHT_MAX_M = 1e6
@@ -250,7 +251,9 @@ def _climb(rows: pl.DataFrame) -> Floats:
 def _require_columns(frame: pl.DataFrame, wanted: tuple[str, ...], source: str) -> None:
     missing = [name for name in wanted if name not in frame.columns]
     if missing:
-        raise MissingColumnError(source, missing, frame.columns)
+        raise MissingColumnError(
+            source, missing, frame.columns, other_table(frame.columns, missing)
+        )
     kind = frame["height_m"].dtype
     if not (kind.is_numeric() or kind == pl.Null()):
         msg = f"{source}: expected numbers in the column height_m, was {kind}"

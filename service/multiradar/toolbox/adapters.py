@@ -9,6 +9,7 @@ system plane around a given centre.
 
 import datetime as dt
 from collections.abc import Iterable
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +17,7 @@ import polars as pl
 
 from multiradar.errors import InputError, MissingColumnError
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.toolbox.arguments import typed
 from multiradar.toolbox.frames import Frame, to_polars
 from multiradar.toolbox.run import Run
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
@@ -66,6 +68,7 @@ def to_traffic(tracks: "Run | Frame") -> pl.DataFrame:
     )
 
 
+@typed
 def from_traffic(flights: "Frame | Any", *, sensor_id: str = "adsb") -> pl.DataFrame:
     """Return trajectories of `traffic` as ADS-B measurements.
 
@@ -108,6 +111,7 @@ def from_traffic(flights: "Frame | Any", *, sensor_id: str = "adsb") -> pl.DataF
     ).sort("time_s", maintain_order=True)
 
 
+@typed
 def to_stone_soup(tracks: "Run | Frame", centre_deg: tuple[float, float]) -> "set[Track]":
     """Return tracks as those of Stone Soup.
 
@@ -160,6 +164,7 @@ def to_stone_soup(tracks: "Run | Frame", centre_deg: tuple[float, float]) -> "se
     return set(made.values())
 
 
+@typed
 def from_stone_soup(tracks: "Iterable[Track]", centre_deg: tuple[float, float]) -> pl.DataFrame:
     """Return tracks of Stone Soup in the columns that `evaluate` needs.
 
@@ -183,7 +188,12 @@ def from_stone_soup(tracks: "Iterable[Track]", centre_deg: tuple[float, float]) 
         A state is too far from the centre.
     """
     plane = _plane(centre_deg)
-    ordered = sorted((track for track in tracks if len(track)), key=lambda one: one[0].timestamp)
+    try:
+        started = [(track[0].timestamp, track) for track in tracks if len(track)]
+    except (AttributeError, TypeError) as error:
+        msg = f"tracks: expected tracks of Stone Soup, was {type(tracks).__name__}"
+        raise InputError(msg) from error
+    ordered = [track for _, track in sorted(started, key=itemgetter(0))]
     rows = []
     for number, track in enumerate(ordered, start=1):
         for state in track:

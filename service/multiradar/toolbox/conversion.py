@@ -13,15 +13,15 @@ from multiradar.errors import (
     InputError,
     OutputExistsError,
 )
+from multiradar.toolbox.arguments import typed
 from multiradar.toolbox.compiling import compile_kernels
 from multiradar.toolbox.diagnoses import findings_of, notes_of
+from multiradar.toolbox.incomplete_conversions import incomplete
 from multiradar.toolbox.inputs import (
     DumpChoice,
     check_sensors_argument,
     parse_day,
-    paths_of,
     read_sensors,
-    texts_of,
 )
 from multiradar.toolbox.output import Output, PathLike, new_output, remove_with
 from multiradar.toolbox.progress import progress_bar
@@ -84,7 +84,7 @@ _OF_FORMAT = {
 }  # fmt: skip
 
 
-class Conversion:
+class Conversion(Output):
     """A converted recording.
 
     Parameters
@@ -98,8 +98,7 @@ class Conversion:
         There is no such folder.
     """
 
-    def __init__(self, folder: PathLike) -> None:
-        self._output = Output(Path(folder), "the output of `convert`")
+    _wanted = "the output of `convert`"
 
     def __repr__(self) -> str:
         """Return the counts."""
@@ -110,31 +109,12 @@ class Conversion:
         )
 
     @property
-    def folder(self) -> Path:
-        """The folder, with `measurements.parquet`, `sensors.toml`, `rejects.ndjson`."""
-        return self._output.folder
-
-    @property
-    def report(self) -> dict[str, Any]:
-        """Contents of `report.json`: counts, rejects by code, settings, figures."""
-        return self._output.report
-
-    @property
     def measurements(self) -> "pl.DataFrame":
         """The measurements; columns and units as in docs/reference/fields.md."""
-        return self._output.table("measurements")
-
-    def table(self, name: str) -> "pl.DataFrame":
-        """Return a table of the folder, such as ``system_tracks``.
-
-        Raises
-        ------
-        InputError
-            There is no such table.
-        """
-        return self._output.table(name)
+        return self.table("measurements")
 
 
+@typed
 def convert(
     recordings: PathLike | Iterable[PathLike],
     *,
@@ -171,7 +151,8 @@ def convert(
     FindingsError
         The recording is truncated or at fault; what was read is in `.output`.
     """
-    paths = paths_of(recordings)
+    given = [recordings] if isinstance(recordings, str | Path) else recordings
+    paths = [Path(one) for one in given]
     if not paths:
         raise ArgumentError("`recordings`: expected at least one, found none", "recordings")
     chosen = format or detected(paths[0])
@@ -275,11 +256,16 @@ def convert_files(
     ArgumentError
         A file is given twice.
     """
+    from multiradar_converters.inspection.recordings import check_recording
+
     given: set[Path] = set()
     for path in files:
         if path.resolve() in given:
             raise ArgumentError(f"{path}: given twice")
         given.add(path.resolve())
+    with conversion_errors():
+        for path in files:
+            check_recording(path)
     compile_kernels([f"convert {kind}"])
     total = sum(path.stat().st_size for path in files if path.is_file())
     with conversion_errors(), bytes_bar(total) as advance:
@@ -364,11 +350,11 @@ def _asterix(paths: list[Path], out: Path, options: ConvertOptions) -> dict[str,
     from multiradar_converters.errors import ProfileError
 
     try:
-        editions = parse_editions(texts_of(options.get("edition", ())))
+        editions = parse_editions([*options.get("edition", ())])
     except ProfileError as error:
         raise ArgumentError(f"`edition`: {error}", "edition") from error
     try:
-        references = parse_references(texts_of(options.get("reference", ())))
+        references = parse_references([*options.get("reference", ())])
     except ProfileError as error:
         raise ArgumentError(f"`reference`: {error}", "reference") from error
     wanted = Options(
@@ -410,76 +396,12 @@ def _findings(kind: str, report: dict[str, Any], out: Path, options: ConvertOpti
     from multiradar.diagnosis.conversion import diagnose_conversion
     from multiradar.storage.recording import MEASUREMENTS_FILE
 
-    for check in _CHECKS[kind]:
-        if found := check(report, out):
-            return [found]
+    if found := incomplete(kind, report, out):
+        return [found]
     sensors = _sensors(options)
     table = None if sensors is None else wire.sensor_table(sensors)
     diagnoses = diagnose_conversion(out / MEASUREMENTS_FILE, report, table)
     return findings_of(diagnoses)
-
-
-# The amount of missing data is unknown; what was read is kept.
-def _truncated(report: dict[str, Any], out: Path) -> str:
-    cut = [f"{file}: {reason}" for file, reason in report["figures"]["cut_short"].items()]
-    if not cut:
-        return ""
-    return f"{'; '.join(cut)}; probably cut while copying, what was read is in {out}"
-
-
-def _truncated_adsb(report: dict[str, Any], out: Path) -> str:
-    cut = [
-        name
-        for name, account in report["figures"]["files"].items()
-        if "TRUNCATED" in account["rejected_by_code"]
-    ]
-    return f"{', '.join(cut)}: truncated; what was read is in {out}" if cut else ""
-
-
-def _without_reference_point(report: dict[str, Any], out: Path) -> str:
-    missing: dict[str, int] = report["figures"]["unreferenced"]
-    if not missing:
-        return ""
-    counts = ", ".join(f"{count:,} reports of {name}" for name, count in missing.items())
-    first = next(iter(missing))
-    return (
-        f"{counts} have local coordinates only, and their reference point is not known; give "
-        f"it by --reference {first}=LATITUDE,LONGITUDE, or as latitude_deg and longitude_deg "
-        f"of the sensor in --sensors; {out} has the other reports"
-    )
-
-
-# An option for a source that is not in the recording is a misspelt one.
-def _unused_options(report: dict[str, Any], out: Path) -> str:
-    records: dict[str, dict[str, int]] = report["figures"]["records_by_sensor"]
-    sources = {name for of_category in records.values() for name in of_category}
-    unused = [
-        f"--edition {name}={edition}"
-        for name, edition in report["settings"]["editions"].items()
-        if not _is_recorded(name, records)
-    ]
-    unused += [
-        f"--reference {name}" for name in report["settings"]["references"] if name not in sources
-    ]
-    if not unused:
-        return ""
-    recorded = "; ".join(f"{one} of {', '.join(of)}" for one, of in records.items())
-    return (
-        f"{', '.join(unused)}: not in the recording, which has {recorded}; correct the option, or "
-        f"omit it; {out} was written without it"
-    )
-
-
-def _is_recorded(name: str, records: dict[str, dict[str, int]]) -> bool:
-    source, _, category = name.rpartition("/")
-    return category in records and (not source or source in records[category])
-
-
-_CHECKS: dict[str, tuple[Callable[[dict[str, Any], Path], str], ...]] = {
-    "vid": (),
-    "asterix": (_truncated, _without_reference_point, _unused_options),
-    "adsb": (_truncated_adsb,),
-}
 
 
 def _share_heap() -> None:

@@ -25,6 +25,7 @@ from multiradar.runtime.trajectories.plots import (
     prior_biases,
     updated_biases,
 )
+from multiradar.toolbox.arguments import typed
 from multiradar.tracking.outputs import BiasRecords, EngineOutput, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 
@@ -105,6 +106,7 @@ class CustomFilter:
 _REGISTERED: dict[str, CustomFilter] = {}
 
 
+@typed
 def register_filter(name: str, make: Callable[[], AircraftFilter], *, host: str = "imm") -> None:
     """Register a filter of one aircraft, for `track` and `Tracker` by its name.
 

@@ -1,7 +1,7 @@
 """Inputs of commands: sensors, and measurements in any supported form."""
 
 import datetime as dt
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 from multiradar.clock import SystemClock
 from multiradar.errors import ArgumentError, ConfigurationError, DataWarning, InputError
-from multiradar.storage.folders import no_such
+from multiradar.toolbox.arguments import typed
 from multiradar.toolbox.output import PathLike
 from multiradar.toolbox.warning import warn
 from multiradar_converters.leftovers import temporary_folder
+from multiradar_schemas.documents.contents import no_such
 
 if TYPE_CHECKING:
     from multiradar.estimation.measurement.sensors import SensorTable
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 #: No recording is older.
 _FIRST_DAY = dt.date(1970, 1, 1)
+_DAY_S, _UNIX_MAX_S = 86_400.0, 1e11
 #: Sensors of a run, kept beside its tracks.
 SENSORS_FILE = "sensors.toml"
 
@@ -100,26 +102,14 @@ def parse_day(text: str | None, *, warned: bool = True) -> dt.date | None:
     return day
 
 
-def paths_of(recordings: PathLike | Iterable[PathLike]) -> list[Path]:
-    """Return the paths of recordings.
-
-    Raises
-    ------
-    ArgumentError
-        One is no path.
-    """
-    several = isinstance(recordings, Iterable) and not isinstance(recordings, str | bytes)
-    given = list(recordings) if several else [recordings]  # type: ignore[arg-type]  # as tested
-    for one in given:
-        if not isinstance(one, str | Path):
-            msg = f"`recordings`: expected a path, or several, was {one!r}"
-            raise ArgumentError(msg, "recordings")
-    return [Path(one) for one in given]  # type: ignore[arg-type]  # as tested
-
-
-def texts_of(given: str | Iterable[str]) -> list[str]:
-    """Return texts as a list; a single one is a list of one, not of its letters."""
-    return [given] if isinstance(given, str) else list(given)
+def in_future(span_s: tuple[float, float] | None) -> list[str]:
+    """Return a sentence where the last of (first, last) Unix times is more than a day ahead."""
+    last_s = 0.0 if span_s is None else span_s[1]
+    # Larger ones are in another unit, which has its own message.
+    if not SystemClock().now_s() + _DAY_S < last_s < _UNIX_MAX_S:
+        return []
+    day = dt.datetime.fromtimestamp(last_s, dt.UTC).date()
+    return [f"times until {day}: in the future; counted from another epoch than 1970-01-01?"]
 
 
 def check_sensors_argument(given: object) -> None:
@@ -170,6 +160,7 @@ def load_sensor_table(
     return table
 
 
+@typed
 def read_sensors(path: PathLike) -> "SensorsFile":
     """Return the contents of a `sensors.toml`.
 
@@ -220,7 +211,11 @@ def as_sensors_file(given: object) -> Iterator[tuple[Path, str]]:
     from multiradar_schemas.sensors.sensor import SensorsFile
 
     if isinstance(given, str | Path):
-        yield Path(given), str(given)
+        path = Path(given)
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            msg = f"{path}: expected a file, was a pipe or a device; write the sensors into a file"
+            raise ConfigurationError(msg)
+        yield path, str(given)
         return
     check_sensors_argument(given)
     assert isinstance(given, SensorsFile)

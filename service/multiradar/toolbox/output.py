@@ -6,10 +6,11 @@ import tempfile
 import weakref
 from pathlib import Path
 from secrets import token_hex
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 from multiradar.errors import InputError
-from multiradar.storage.folders import no_such
+from multiradar.toolbox.arguments import typed
+from multiradar_schemas.documents.contents import no_such, unreadable
 
 if TYPE_CHECKING:
     import polars as pl
@@ -21,21 +22,12 @@ REPORT_FILE = "report.json"
 
 
 class Output:
-    """A folder of tables with a report; tables are read when first used.
+    """A folder that a function or a command made: tables with a report.
 
     Parameters
     ----------
-    folder : Path
+    folder : str or Path
         The folder.
-    wanted : str
-        What it should contain, for errors.
-
-    Attributes
-    ----------
-    folder : Path
-        The folder.
-    report : dict
-        Contents of `report.json`.
 
     Raises
     ------
@@ -43,23 +35,48 @@ class Output:
         There is no such folder, or its report cannot be read.
     """
 
-    def __init__(self, folder: Path, wanted: str) -> None:
-        self.folder = folder
-        path = folder / REPORT_FILE
+    #: What the folder should contain, for errors.
+    _wanted: ClassVar[str]
+
+    @typed
+    def __init__(self, folder: PathLike) -> None:
+        self._folder = Path(folder)
+        path = self._folder / REPORT_FILE
         if not path.is_file():
-            raise InputError(no_such(folder, wanted))
+            raise InputError(no_such(self._folder, self._wanted))
         try:
-            self.report: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+            self._report: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
             raise InputError(f"{path}: not valid JSON: {error}") from error
         self._tables: dict[str, pl.DataFrame] = {}
+
+    @property
+    def folder(self) -> Path:
+        """The folder; a temporary one goes with this object."""
+        return self._folder
+
+    @property
+    def report(self) -> dict[str, Any]:
+        """Contents of `report.json`: counts, rejects by code, settings, figures."""
+        return self._report
 
     def names(self) -> list[str]:
         """Return the names of the tables."""
         return sorted(path.stem for path in self.folder.glob("*.parquet"))
 
+    @typed
     def table(self, name: str) -> "pl.DataFrame":
-        """Return a table by its name, such as ``tracks``.
+        """Return a table; columns and units as in docs/reference/fields.md.
+
+        Parameters
+        ----------
+        name : str
+            Such as ``tracks``, ``measurements`` or a requested one such as ``forecasts``.
+
+        Returns
+        -------
+        DataFrame
+            All rows.
 
         Raises
         ------
@@ -76,7 +93,7 @@ class Output:
             try:
                 self._tables[name] = pl.read_parquet(path)
             except (pl.exceptions.PolarsError, OSError) as error:
-                raise InputError(f"{path}: not readable as Parquet: {error}") from error
+                raise InputError(unreadable(path, "a table", error)) from error
         return self._tables[name]
 
 

@@ -1,9 +1,9 @@
 """The output of a tracking run."""
 
 from collections.abc import Mapping
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from multiradar.toolbox.arguments import typed
 from multiradar.toolbox.inputs import SENSORS_FILE, read_sensors
 from multiradar.toolbox.output import Output, PathLike
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from multiradar_schemas.sensors.sensor import SensorsFile
 
 
-class Run:
+class Run(Output):
     """The output of `track`: tracks, biases, report.
 
     Parameters
@@ -32,13 +32,16 @@ class Run:
         There is no such folder.
     """
 
+    _wanted = "the output of `track`"
+
+    @typed
     def __init__(
         self,
         folder: PathLike,
         seconds: Mapping[str, float] | None = None,
         span_s: tuple[float, float] | None = None,
     ) -> None:
-        self._output = Output(Path(folder), "the output of `track`")
+        super().__init__(folder)
         self.seconds = dict(seconds or {})
         self.span_s = span_s
 
@@ -49,16 +52,6 @@ class Run:
             f"Run({self.report['settings']['filter_name']}: {figures['tracks_confirmed']} "
             f"confirmed tracks from {counts['read']} measurements, {self.folder})"
         )
-
-    @property
-    def folder(self) -> Path:
-        """The folder; a temporary one goes with this object."""
-        return self._output.folder
-
-    @property
-    def report(self) -> dict[str, Any]:
-        """Contents of `report.json`: counts, rejects by code, settings, figures."""
-        return self._output.report
 
     @property
     def tracks(self) -> "pl.DataFrame":
@@ -75,27 +68,7 @@ class Run:
         """The sensors of the run."""
         return read_sensors(self.folder / SENSORS_FILE)
 
-    def table(self, name: str) -> "pl.DataFrame":
-        """Return a table of the run; columns and units as in docs/reference/fields.md.
-
-        Parameters
-        ----------
-        name : str
-            ``tracks``, ``biases``, ``transitions``, ``health``, or a requested one such as
-            ``forecasts``.
-
-        Returns
-        -------
-        DataFrame
-            All rows.
-
-        Raises
-        ------
-        InputError
-            There is no such table.
-        """
-        return self._output.table(name)
-
+    @typed
     def plot(self, *names: str) -> "Figure":
         """Draw a map of the confirmed tracks, and the biases over time with ± 2 sigma.
 

@@ -65,10 +65,10 @@ def checked_kinds(kinds: Collection[str] | None) -> frozenset[str] | None:
 
     if kinds is None:
         return None
-    for kind in [kinds] if isinstance(kinds, str) else kinds:
+    for kind in kinds:
         if kind not in KINDS:
             raise ArgumentError(f"`kinds`: {unknown('kind', kind, KINDS)}", "kinds")
-    return frozenset([kinds] if isinstance(kinds, str) else kinds)
+    return frozenset(kinds)
 
 
 def checked_fields(hide: Collection[str] | None) -> tuple[str, ...] | None:
@@ -83,7 +83,7 @@ def checked_fields(hide: Collection[str] | None) -> tuple[str, ...] | None:
 
     if hide is None:
         return None
-    given = {hide} if isinstance(hide, str) else set(hide)
+    given = set(hide)
     for name in sorted(given):
         if name not in HIDEABLE:
             raise ArgumentError(f"`hide`: {unknown('field', name, HIDEABLE)}", "hide")
@@ -97,15 +97,15 @@ def require(needed: str, given: Mapping[str, object]) -> None:
             raise ArgumentError(f"`{name}` requires `{needed}`", name, needed)
 
 
-def check_count(name: str, value: object) -> None:
+def check_count(name: str, value: Any) -> None:
     """Check a number of things, of which there is at least one; None is the default.
 
     Raises
     ------
     ArgumentError
-        It is no whole number, or below 1.
+        It is below 1.
     """
-    if value is None or (isinstance(value, int) and not isinstance(value, bool) and value >= 1):
+    if value is None or value >= 1:
         return
     msg = f"`{name}`: expected a whole number of at least 1, was {value!r}"
     raise ArgumentError(msg, name)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from multiradar.errors import ArgumentError, ConfigurationError, FindingsError
+from multiradar.toolbox.arguments import typed
 from multiradar.toolbox.inputs import read_sensors
 from multiradar.toolbox.output import Output, PathLike, new_output, remove_with
 from multiradar.toolbox.progress import progress_bar
@@ -28,7 +29,7 @@ _SENSORS_FILE = "sensors.toml"
 _SCENE_FILE = "scene.toml"
 
 
-class Simulation:
+class Simulation(Output):
     """Simulated measurements with their truth.
 
     Parameters
@@ -42,8 +43,7 @@ class Simulation:
         There is no such folder.
     """
 
-    def __init__(self, folder: PathLike) -> None:
-        self._output = Output(Path(folder), "the output of `simulate`")
+    _wanted = "the output of `simulate`"
 
     def __repr__(self) -> str:
         """Return what was simulated."""
@@ -54,29 +54,19 @@ class Simulation:
         )
 
     @property
-    def folder(self) -> Path:
-        """The folder; a temporary one goes with this object."""
-        return self._output.folder
-
-    @property
-    def report(self) -> dict[str, Any]:
-        """Contents of `report.json`."""
-        return self._output.report
-
-    @property
     def measurements(self) -> "pl.DataFrame":
         """What the sensors measured; columns as in docs/reference/fields.md."""
-        return self._output.table("measurements")
+        return self.table("measurements")
 
     @property
     def truth(self) -> "pl.DataFrame":
         """The true state of the aircraft of each measurement."""
-        return self._output.table("truth")
+        return self.table("truth")
 
     @property
     def true_biases(self) -> "pl.DataFrame":
         """The true biases over time, measured − true."""
-        return self._output.table("truth_biases")
+        return self.table("truth_biases")
 
     @property
     def sensors(self) -> "SensorsFile":
@@ -84,6 +74,7 @@ class Simulation:
         return read_sensors(self.folder / _SENSORS_FILE)
 
 
+@typed
 def simulate(
     scenario: "PathLike | Mapping[str, Any]",
     *,
@@ -174,7 +165,7 @@ def _with_path(scene: str) -> Iterator[None]:
         raise ConfigurationError(f"{scene}: {error}") from error
 
 
-def _table(given: "PathLike | Mapping[str, Any]") -> "ScenarioTable":
+def _table(given: object) -> "ScenarioTable":
     from multiradar.simulation.scenario.file import (
         builtin_names,
         builtin_table,
@@ -184,6 +175,12 @@ def _table(given: "PathLike | Mapping[str, Any]") -> "ScenarioTable":
 
     if isinstance(given, Mapping):
         return scenario_table(dict(given), source="scenario")
+    if not isinstance(given, str | Path):
+        msg = (
+            "`scenario`: expected a name, the path of a TOML file, or its contents, was "
+            f"{type(given).__name__}"
+        )
+        raise ArgumentError(msg, "scenario")
     if given in builtin_names():
         return builtin_table(str(given))
     path = Path(given)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from multiradar.errors import ArgumentError
 from multiradar.research.studies.catalogue import STUDIES, StudyEntry
+from multiradar.toolbox.arguments import typed
 from multiradar.toolbox.compiling import compile_kernels
 from multiradar.toolbox.output import PathLike
 from multiradar.toolbox.progress import counting_bar
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from multiradar.research.studies.result import StudyOptions, StudyResult
 
 
+@typed
 def study(
     name: str,
     *,

@@ -14,17 +14,18 @@ from multiradar.runtime.admission.reject_file import TimeRejects
 from multiradar.runtime.engine.engine import Engine
 from multiradar.runtime.kernel_purposes import track_purposes
 from multiradar.storage.recording import check_columns
+from multiradar.toolbox.arguments import typed
 from multiradar.toolbox.compiling import compile_kernels
 from multiradar.toolbox.custom_filters import host_of
 from multiradar.toolbox.frames import to_polars
 from multiradar.toolbox.inputs import as_sensors_file, load_sensor_table
+from multiradar.toolbox.output import PathLike
 from multiradar.toolbox.settings import checked_fields, settings_of
 from multiradar.tracking.outputs import EngineOutput
 from multiradar_schemas.measurements.columns import MEASUREMENT_LATER, MEASUREMENT_SCHEMA
 
 if TYPE_CHECKING:
     from multiradar.toolbox.frames import Frame
-    from multiradar.toolbox.output import PathLike
     from multiradar_schemas.sensors.sensor import SensorsFile
 
 _REJECT_SCHEMA = {"index": pl.Int64, "code": pl.String, "reason": pl.String}
@@ -85,6 +86,7 @@ class Tracker:
     IMM UrO RAN report (2016), sections 1.3 to 1.5.
     """
 
+    @typed
     def __init__(
         self,
         sensors: "PathLike | SensorsFile",
@@ -94,7 +96,7 @@ class Tracker:
         epoch_s: float | None = None,
         reorder_horizon_s: float | None = None,
         workers: int = 1,
-        config: "PathLike | None" = None,
+        config: PathLike | None = None,
     ) -> None:
         host, custom = host_of(filter)
         given = {

@@ -2,14 +2,15 @@
 
 import os
 import shutil
-from collections.abc import Collection, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Collection, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict, Unpack
 
 from multiradar.clock import SystemClock
-from multiradar.errors import ArgumentError, DataWarning, FindingsError, InputError
+from multiradar.errors import ArgumentError, DataWarning, FindingsError
+from multiradar.toolbox.arguments import typed
 from multiradar.toolbox.asterix_file import new_recorder
 from multiradar.toolbox.compiling import compile_kernels
 from multiradar.toolbox.diagnoses import findings_of
@@ -19,6 +20,7 @@ from multiradar.toolbox.inputs import (
     as_sensors_file,
     check_found,
     counts_by_code,
+    in_future,
     load_sensor_table,
     open_measurements,
     parse_day,
@@ -110,6 +112,7 @@ class TrackOptions(TypedDict, total=False):
     config: PathLike | None
 
 
+@typed
 def track(
     measurements: "FrameOrPath",
     sensors: "PathLike | SensorsFile",
@@ -308,7 +311,7 @@ def _run(
         stages.listening(), stages.enter(READING, opened) as recorded,
         with_reference(recorded, tracks, known, request.kinds) as referenced,
         recording_file as recorder, _page_file(request.path("report")) as partial,
-        new_folder(out) as folder, _with_path(out),
+        new_folder(out) as folder,
     ):  # fmt: skip
         job = OfflineJob(
             recording=referenced.recording,
@@ -336,7 +339,7 @@ def _run(
         if tracks is not None:
             tracks.append_to(folder / SENSORS_FILE)
         _write_page(partial, folder, report, given, stages)
-    warnings = result.warnings + _exhausted(result, settings.filter_name)
+    warnings = result.warnings + _exhausted(result, settings.filter_name) + in_future(span_s)
     return _Done(stages.seconds(), span_s, warnings, _findings(report, result, out))
 
 
@@ -470,18 +473,6 @@ def _trajectories(request: _Request) -> "TrajectoryOptions | None":
     given = request.options.get("trajectory_aircraft_max")
     most = given or wanted.aircraft_max or TRAJECTORY_AIRCRAFT_DEFAULT
     return trajectory_options(**wanted.model_dump() | {"aircraft_max": most})
-
-
-@contextmanager
-def _with_path(out: Path) -> Iterator[None]:
-    # An error of the disk without a file name concerns the output: input files have one.
-    try:
-        yield
-    except OSError as error:
-        if error.filename is not None:
-            raise
-        msg = f"{out}: cannot write: {error.strerror or error}; no output was kept"
-        raise InputError(msg) from error
 
 
 def _exhausted(result: "OfflineResult", filter_name: str) -> list[str]:

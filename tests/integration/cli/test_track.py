@@ -269,9 +269,9 @@ def _spoil(kind: str, measurements: Path, folder: Path) -> Path:
     ("kind", "sentence"),
     [
         ("missing file", "spoilt.parquet: no such file"),
-        ("no parquet", "expected a Parquet file"),
+        ("no parquet", "expected measurements in Parquet"),
         ("missing column", "missing column range_m; found: "),
-        ("truncated", "expected a Parquet file"),
+        ("truncated", "expected measurements in Parquet"),
         (
             "empty folder",
             "expected a folder with measurements.parquet, or a dump, was an empty folder",

@@ -52,7 +52,7 @@ def recode(path: Path, encoding: str) -> None:
 
 
 def test_a_path_that_is_not_a_folder_is_named(tmp_path: Path) -> None:
-    with pytest.raises(LayoutError, match="expected a folder"):
+    with pytest.raises(LayoutError, match="no such file or folder"):
         dumps.run(tmp_path / "nowhere", tmp_path / "out")
 
 

@@ -50,15 +50,9 @@ def test_a_column_of_another_type_is_named(made: Path) -> None:
         mr.track(frame, _sensors(made))
 
 
-@pytest.mark.parametrize("given", [5, None, b"a.ast", ["a.ast", 5]])
-def test_recordings_that_are_no_paths_are_named(given: Any) -> None:
-    with pytest.raises(ArgumentError, match="`recordings`: expected a path, or several, was "):
-        mr.convert(given)
-
-
 @pytest.mark.parametrize("name", ["workers", "batch"])
-@pytest.mark.parametrize("value", [0, -1, 1.5, "2", True])
-def test_numbers_of_workers_and_rows_are_whole(made: Path, name: Any, value: Any) -> None:
+@pytest.mark.parametrize("value", [0, -1])
+def test_numbers_of_workers_and_rows_are_at_least_one(made: Path, name: Any, value: Any) -> None:
     options: Any = {name: value}
     with pytest.raises(ArgumentError, match=f"`{name}`: expected a whole number of at least 1"):
         mr.track(_table(made), _sensors(made), **options)

@@ -219,7 +219,7 @@ def test_ctrl_c_terminates_long_compiled_work(tmp_path: Path) -> None:
         finally:
             one.kill()
     rest = [line for line in output.splitlines() if "compiling kernels, once:" not in line]
-    assert (one.returncode, rest) == (130, [])
+    assert (one.returncode, rest) == (130, ["multiradar: stopped"])
     assert not list(tmp_path.iterdir())
 
 

@@ -77,6 +77,14 @@ MISTAKES: dict[str, tuple[Edit, str]] = {
     "radians": (
         lambda one: one.changed(NAME, azimuth_deg=AZIMUTH * np.pi / 180.0), "azimuth_unit",
     ),
+    "azimuth for height": (
+        lambda one: one.changed(NAME, azimuth_deg=pl.col("height_m"), height_m=AZIMUTH),
+        "columns_exchanged",
+    ),
+    "range for height": (
+        lambda one: one.changed(NAME, range_m=pl.col("height_m"), height_m=pl.col("range_m")),
+        "columns_exchanged",
+    ),
     "gradians": (lambda one: one.changed(NAME, azimuth_deg=AZIMUTH / 0.9), "azimuth_unit"),
     "anticlockwise": (
         lambda one: one.changed(NAME, azimuth_deg=360.0 - AZIMUTH), "azimuth_anticlockwise",
@@ -211,6 +219,13 @@ def test_one_radar_under_two_identifiers_is_named() -> None:
     (said,) = both.diagnosed()
     assert (said.sensor_id, said.code) == ("9-10", "sensor_twice")
     assert f"100% of its plots are also those of {NAME}, with the same times" in said.sentence
+
+
+def test_plots_without_an_azimuth_are_not_compared() -> None:
+    """Regression: warnings of NumPy were shown."""
+    every_second = pl.when(pl.int_range(pl.len()) % 2 == 0).then(AZIMUTH)
+    (said,) = recording().changed(NAME, azimuth_deg=every_second).diagnosed()
+    assert "azimuth_deg: expected a value" in said.sentence
 
 
 def test_negative_ranges_are_not_taken_for_a_wrong_height() -> None:

@@ -1,6 +1,7 @@
 """Reported positions in another unit, without positions, or with wrong times."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -77,3 +78,29 @@ def test_a_slow_helicopter_below_3000_m_is_not_in_radians() -> None:
         height_m=lambda one: one / 20.0,
     )
     assert check_reports("adsb", slow) is None
+
+
+def cruising(north: float, east: float) -> Plots:
+    """Return reports of 12 aircraft at about 230 m/s in all directions, with a wind of 25 m/s."""
+    number = np.repeat(np.arange(12), REPORTS)
+    flown_s = np.tile(PERIOD_S * np.arange(REPORTS), 12)
+    course = 2.0 * np.pi * number / 12
+    speed = 225.0 + number + 25.0 * np.sin(course)
+    latitude = north + flown_s * speed * np.cos(course) / 111_195.0
+    longitude = east + flown_s * speed * np.sin(course) / 111_195.0 / np.cos(np.radians(north))
+    nothing, missing = np.full(len(number), np.nan), np.full(len(number), -1)
+    keys = np.column_stack([missing, number + 0x4B1800, missing])
+    height_m = np.full(len(number), 10_000.0)
+    return Plots(flown_s, nothing, nothing, latitude, longitude, height_m, keys)
+
+
+@pytest.mark.parametrize("place", [(46.0, 8.0), (59.0, -3.0), (-33.0, 70.0), (1.0, 60.0)])
+def test_latitudes_for_longitudes_are_named_by_speeds(place: tuple[float, float]) -> None:
+    plots = cruising(*place)
+    assert check_reports("adsb", plots) is None
+    swapped = replace(plots, latitude_deg=plots.longitude_deg, longitude_deg=plots.latitude_deg)
+    found = check_reports("adsb", swapped)
+    assert found is not None
+    assert found.code == "columns_exchanged"
+    few = swapped.select(swapped.keys[:, 1] < 0x4B1800 + 9)
+    assert check_reports("adsb", few) is None

@@ -35,7 +35,7 @@ def impossible_records(columns: Columns) -> Flags:
         least = np.full(len(columns), np.inf)
         for node, name in _fields(columns, kind):
             least = np.fmin(least, np.abs(columns.numbers(node, name)))
-        # The end of a day is the begin of the next.
+        # The end of a day is the start of the next.
         beyond = least >= bound if kind == "time" else least > bound
         impossible |= np.isfinite(least) & beyond
     return impossible

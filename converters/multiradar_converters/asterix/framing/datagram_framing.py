@@ -2,7 +2,7 @@
 
 Some networks precede the blocks of every datagram by a header, or append a footer: counters, times,
 checks. Their lengths are learnt from the datagrams themselves: those of which the blocks of known
-categories, chained by their lengths, leave the same number of octets at the begin and the end.
+categories, chained by their lengths, leave the same number of octets at the start and the end.
 """
 
 from collections import Counter

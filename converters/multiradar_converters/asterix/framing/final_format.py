@@ -30,7 +30,7 @@ _CUT = "an envelope of Final format is truncated"
 
 
 def is_final_format(data: NDArray[np.uint8]) -> bool:
-    """Return whether two envelopes follow each other at the begin of a file, or one is all."""
+    """Return whether two envelopes follow each other at the start of a file, or one is all."""
     raw = data[: 2 * _SEARCHED_MAX].tobytes()
     at = 0
     while 0 <= at < _SEARCHED_MAX:
@@ -114,7 +114,7 @@ def _envelope_end(raw: bytes, at: int) -> int:
 
 
 def _next_envelope(raw: bytes, at: int) -> int:
-    """Return the begin of the next envelope without a footer inside, -1 for none."""
+    """Return the start of the next envelope without a footer inside, -1 for none."""
     footer = raw.find(_FOOTER, at)
     while footer >= 0:
         end = footer + len(_FOOTER)

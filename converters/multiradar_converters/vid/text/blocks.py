@@ -52,7 +52,7 @@ def read_blocks(
     path : Path
         The file.
     start : int
-        Byte offset of the begin.
+        Byte offset of the start.
     terminator : int
         Line end, a byte.
     block_bytes : int

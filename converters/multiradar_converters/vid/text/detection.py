@@ -126,7 +126,7 @@ def _check_text(path: Path, head: bytes) -> None:
 
 
 def _first_line(head: bytes, start: int, terminator: int) -> tuple[int, bytes]:
-    """Return the begin of the first non-blank line, and the line without its end."""
+    """Return the start of the first non-blank line, and the line without its end."""
     end_mark = bytes((terminator,))
     while start < len(head):
         end = head.find(end_mark, start)

@@ -10,7 +10,7 @@ import typer
 
 from multiradar.cli.options import parse_date
 from multiradar.errors import InputError, MissingColumnError
-from multiradar.storage.folders import no_such
+from multiradar_schemas.documents.contents import no_such, other_table, unreadable
 
 if TYPE_CHECKING:
     import polars as pl
@@ -100,11 +100,10 @@ def _table(given: Path, date: str | None, *, tentative: bool) -> "pl.DataFrame":
         found = scan.collect_schema().names()
         missing = [name for name in (*_IDENTITY, *_PLACE, "state") if name not in found]
         if missing:
-            raise MissingColumnError(str(path), missing, found)
+            raise MissingColumnError(str(path), missing, found, other_table(found, missing))
         table = scan.select(*_IDENTITY, *_PLACE, "state").collect()
     except (pl.exceptions.PolarsError, OSError) as error:
-        msg = f"{path}: cannot be read as Parquet: {error}"
-        raise InputError(msg) from error
+        raise InputError(unreadable(path, "tracks", error)) from error
     if not tentative:
         table = table.filter((pl.col("state") != _TENTATIVE).any().over("track_id"))
     if not table.height:

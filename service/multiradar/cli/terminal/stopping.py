@@ -57,9 +57,7 @@ def _end(number: int, _frame: FrameType | None) -> None:
     with suppress(OSError):
         if os.isatty(2):
             os.write(2, _CLEAR_LINE)
-        if number == signal.SIGTERM:
-            # No message is needed after Ctrl-C.
-            os.write(2, b"multiradar: stopped\n")
+        os.write(2, b"multiradar: stopped\n")
     leave(_STATUS[signal.Signals(number)])
 
 

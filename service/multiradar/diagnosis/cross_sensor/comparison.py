@@ -69,7 +69,8 @@ class Comparison:
             if number < 0 or self._sensors.moving[number]:
                 continue
             plots = plots_of(source.plots())
-            column = plots.range_m if self.is_radar(number) else plots.latitude_deg
+            polar = plots.range_m + plots.azimuth_deg
+            column = polar if self.is_radar(number) else plots.latitude_deg
             wanted = self._sensors.kinds[number] in (KIND_RADAR, KIND_POSITION)
             plots = plots.select(np.isfinite(column) & wanted)
             late_s, _ = configured_bias(self._sensors, number, PARAMETER_TIME_OFFSET)

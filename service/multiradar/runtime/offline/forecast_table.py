@@ -75,12 +75,16 @@ class ForecastTable:
     def _rows(self, sample: StateSample) -> list[dict[str, Any]]:
         found: list[dict[str, Any]] = []
         states, method = sample.states, method_of(FILTER, PROBABILITY_DEFAULT)
-        for row, track_id in enumerate(states.track_id.tolist()):
-            live = self._live.get(track_id)
-            if live is None:
-                continue
-            updates = table_of(TrackUpdates, live)
-            track = wire.tracks_frame(updates, self._sensors).row(0, named=True)
+        latest = {
+            row: live
+            for row, track_id in enumerate(states.track_id.tolist())
+            if (live := self._live.get(track_id)) is not None
+        }
+        if not latest:
+            return []
+        updates = table_of(TrackUpdates, np.concatenate(list(latest.values())))
+        tracks = wire.tracks_frame(updates, self._sensors).iter_rows(named=True)
+        for row, track in zip(latest, tracks, strict=True):
             known = Known(states, row, self._calibration, no_bundle, no_plots)
             ahead_s = track["time_s"] + HORIZONS_S - states.time_s[row]
             if ahead_s[0] < 0.0:
@@ -89,7 +93,7 @@ class ForecastTable:
             time_s = states.time_s[row] + ahead_s
             points = forecast_points(course, time_s, track, self._plane)
             same = {
-                "track_id": track_id,
+                "track_id": track["track_id"],
                 "made_s": track["time_s"],
                 "probability": PROBABILITY_DEFAULT,
                 "by": FILTER,

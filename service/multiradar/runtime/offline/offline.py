@@ -21,7 +21,6 @@ from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.findings import diagnose
 from multiradar.errors import AccountingError
 from multiradar.estimation.bias.observability import UnobservableBias
-from multiradar.estimation.measurement.plot_rates import plot_paces
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.admission.admission import ACCEPTED, Admission
@@ -278,9 +277,7 @@ class _Run:
         self._engine = engine
         horizon_s = job.settings.reorder_horizon_s
         self._arrivals = ArrivalBoard(job.sensors, horizon_s)
-        self._admission = Admission(
-            horizon_s, len(job.sensors), arrivals=self._arrivals, paces=plot_paces(job.sensors)
-        )
+        self._admission = Admission.for_sensors(job.sensors, horizon_s, arrivals=self._arrivals)
         self._digest = OutputDigest()
         self._tally = TrackTally()
         self._tracks = TableWriter(folder / TRACKS_FILE, TRACK_SCHEMA)

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from multiradar.errors import ConfigurationError, InputError
-from multiradar.storage.folders import no_such
 from multiradar_converters.leftovers import temporary_folder
+from multiradar_schemas.documents.contents import no_such
 
 if TYPE_CHECKING:
     import polars as pl

@@ -73,7 +73,7 @@ class References:
         InputError
             They are.
         """
-        from multiradar.storage.folders import MEASUREMENTS, TRACKS, content
+        from multiradar_schemas.documents.contents import MEASUREMENTS, TRACKS, content
 
         first = content(tracks)
         for reference in (self.truth, self.adsb, self.smoothed, self.system_tracks):

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from multiradar.errors import InputError
+from multiradar_schemas.documents.contents import content
 
 TRUTH_FILE = "truth.json"
 _REPOSITORY = Path(__file__).resolve().parents[4]
@@ -77,7 +78,9 @@ def read_truth_file(path: Path) -> Truth:
         )
     except (OSError, ValueError, KeyError, TypeError) as error:
         what = f"missing {error}" if isinstance(error, KeyError) else str(error)
-        msg = f"{path}: not a valid truth file: {what}"
+        found = content(path)
+        was = "" if found in (None, "JSON") else f"was {found}, "
+        msg = f"{path}: not a valid truth file: {was}{what}"
         raise InputError(msg) from error
 
 

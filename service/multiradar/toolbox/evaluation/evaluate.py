@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from multiradar.errors import ArgumentError, ConfigurationError, FindingsError
 from multiradar.evaluation.settings import EvaluationSettings
+from multiradar.toolbox.arguments import checked_options, typed
 from multiradar.toolbox.conversion import Conversion
 from multiradar.toolbox.output import PathLike
 from multiradar.toolbox.run import Run
@@ -83,6 +84,7 @@ class Evaluation:
 
         return report_page(self.document(whole=True))
 
+    @typed
     def plot(self, *names: str) -> "Figure":
         """Draw tracks over the reference, and position errors.
 
@@ -112,6 +114,7 @@ class Evaluation:
         return picture(plots, names or tuple(name for name in usual if name in drawn))
 
 
+@typed
 def evaluate(
     tracks: "Source",
     *,
@@ -223,8 +226,9 @@ def evaluation_settings(given: dict[str, Any]) -> EvaluationSettings:
     for name in given:
         if name not in known:
             raise ArgumentError(unknown("argument", name, known), name)
+    chosen = {name: value for name, value in given.items() if value is not None}
     try:
-        return EvaluationSettings(**{n: value for n, value in given.items() if value is not None})
+        return EvaluationSettings(**checked_options(chosen, EvaluationSettings))
     except ConfigurationError as error:
         name, _, reason = str(error).partition(": ")
         raise ArgumentError(f"`{name}`: {reason}", name) from error

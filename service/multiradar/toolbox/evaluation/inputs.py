@@ -17,7 +17,6 @@ from multiradar.evaluation.tables import (
     reference_of_truth,
     with_rows,
 )
-from multiradar.storage.folders import TRACKS, content, no_such
 from multiradar.toolbox.evaluation.recorded import (
     dump_tracks,
     has_dump_tracks,
@@ -28,6 +27,7 @@ from multiradar.toolbox.evaluation.recorded import (
 from multiradar.toolbox.evaluation.tracked import bias_tables, named_by_tracks, read_table
 from multiradar.toolbox.inputs import read_sensors
 from multiradar.toolbox.warning import warn
+from multiradar_schemas.documents.contents import TRACKS, content, no_such
 
 if TYPE_CHECKING:
     from multiradar.evaluation.coverage import CoveredRegion

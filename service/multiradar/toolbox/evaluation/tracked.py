@@ -9,8 +9,8 @@ from multiradar.errors import InputError, MissingColumnError, OutsidePlaneError
 from multiradar.evaluation.measures.bias_errors import BiasHistory, bias_histories
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.tables import TRACK_COLUMNS, tracks_of
-from multiradar.storage.folders import no_such
 from multiradar.toolbox.inputs import SENSORS_FILE, read_sensors
+from multiradar_schemas.documents.contents import no_such, other_table, unreadable
 
 if TYPE_CHECKING:
     from multiradar.evaluation.coverage import CoveredRegion
@@ -72,7 +72,9 @@ def read_regions(given: Path, sensors: Path | None) -> "list[CoveredRegion]":
     path, frame = _tracks_table(given)
     missing = [name for name in TRACK_COLUMNS if name not in frame.columns]
     if missing:
-        raise MissingColumnError(str(path), missing, frame.columns)
+        raise MissingColumnError(
+            str(path), missing, frame.columns, other_table(frame.columns, missing)
+        )
     return covered_regions(frame, read_sensors(sensors).sensor)
 
 
@@ -181,9 +183,7 @@ def read_table(path: Path, what: str) -> pl.DataFrame:
     try:
         return pl.read_parquet(path)
     except (pl.exceptions.PolarsError, OSError) as error:
-        reason = str(error).strip().split("\n", maxsplit=1)[0]
-        msg = f"{path}: expected {what} in Parquet, but the file cannot be read ({reason})"
-        raise InputError(msg) from error
+        raise InputError(unreadable(path, what, error)) from error
 
 
 def named_by_tracks(measurements: pl.DataFrame, given: Path) -> pl.DataFrame:
@@ -211,7 +211,9 @@ def named_by_tracks(measurements: pl.DataFrame, given: Path) -> pl.DataFrame:
     path, frame = _tracks_table(given)
     missing = [name for name in TRACK_COLUMNS if name not in frame.columns]
     if missing:
-        raise MissingColumnError(str(path), missing, frame.columns)
+        raise MissingColumnError(
+            str(path), missing, frame.columns, other_table(frame.columns, missing)
+        )
     updates = frame.filter(pl.col("state") == "confirmed").filter(pl.len().over(key) == 1)
     named = measurements.drop("track_number").join(
         updates.select(*key, pl.col("track_id").cast(pl.Int64).alias("track_number")),

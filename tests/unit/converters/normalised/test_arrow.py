@@ -221,7 +221,7 @@ from multiradar_converters.normalised.arrow import parse_arrow
 from multiradar_schemas.errors import BodyError
 bases = [bytes.fromhex(line) for line in sys.stdin]
 generator = random.Random(20260101)
-for _ in range(2000):
+for _ in range(1000):
     body = bytearray(generator.choice(bases))
     for _ in range(generator.choice([1, 1, 2, 4])):
         body[generator.randrange(len(body))] = generator.choice([0, 1, 127, 128, 255])

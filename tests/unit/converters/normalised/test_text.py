@@ -1,6 +1,7 @@
 """JSON and NDJSON bodies: good rows pass, each bad one is named, nothing else happens."""
 
 import json
+import tracemalloc
 from collections.abc import Callable
 
 import pytest
@@ -232,3 +233,16 @@ def test_a_long_row_that_does_not_end_is_malformed(cut: int) -> None:
     with pytest.raises(BodyError) as rejection:
         parse_json(body)
     assert rejection.value.code is RejectCode.MALFORMED_JSON
+
+
+def test_a_text_of_many_escapes_takes_no_more_memory_than_its_length() -> None:
+    body = b'["' + b'\\"' * 500_000 + b'"]'
+    tracemalloc.start()
+    try:
+        parsed = parse_json(body)
+        _, peak_bytes = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert [one.code for one in parsed.rejected] == [RejectCode.TOO_LARGE]
+    # The search for the end of the text took 64 octets for each escape.
+    assert peak_bytes < 6 * len(body)

@@ -63,7 +63,7 @@ def test_residuals_of_a_radar_are_its_biases() -> None:
 
 
 def test_a_drift_is_found_and_constant_biases_have_none() -> None:
-    scene = PairScene(BIASES, aircraft=25, duration_s=2400.0, reference=True)
+    scene = PairScene(BIASES, aircraft=10, duration_s=2400.0, reference=True)
     for drift_m_per_h, drifts in ((0.0, False), (300.0, True)):
         problem = problem_of(replace(scene, drift_m_per_h=drift_m_per_h))
         whole = fit(problem, np.ones(problem.pairs.size, np.bool_))

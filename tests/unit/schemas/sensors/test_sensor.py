@@ -114,6 +114,7 @@ def test_a_sensor_without_id_is_named_by_its_numbers(numbers: str, name: str) ->
             "expected no prior of range_gain for the adsb x, was 0.05",
         ),
         ("[[sensor]", "not valid TOML: "),
+        ("[[sensor]]\nlatitude_deg = 46,4247\n", "; write 46.4247 for 46,4247"),
     ],
 )
 def test_a_fault_is_reported_in_one_sentence(text: str, sentence: str, tmp_path: Path) -> None:
