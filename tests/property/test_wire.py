@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import polars as pl
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from multiradar.wire import measurement_batch, sensor_table
@@ -49,6 +49,7 @@ def test_every_row_is_accepted_or_rejected_and_keeps_its_values(rows: list[dict[
     )
 
 
+@settings(max_examples=50)
 @given(st.lists(ROWS, max_size=8), st.integers(0, 8))
 def test_the_way_a_table_is_cut_does_not_matter(rows: list[dict[str, Any]], cut: int) -> None:
     frame = pl.DataFrame(rows, schema=MEASUREMENT_SCHEMA)

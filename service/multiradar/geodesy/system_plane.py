@@ -58,6 +58,8 @@ class SystemPlane:
     latitude_rad: float
     longitude_rad: float
     parameters: NDArray[np.float64] = field(init=False, repr=False, compare=False)
+    _centre: NDArray[np.float64] = field(init=False, repr=False, compare=False)
+    _rotation: NDArray[np.float64] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         # Written so that NaN fails.
@@ -69,6 +71,10 @@ class SystemPlane:
         parameters = kernels.plane_parameters(self.latitude_rad, self.longitude_rad)
         parameters.setflags(write=False)
         object.__setattr__(self, "parameters", parameters)
+        centre = geodetic_to_ecef(self.latitude_rad, self.longitude_rad, 0.0)
+        object.__setattr__(self, "_centre", centre)
+        rotation = enu_rotation(self.latitude_rad, self.longitude_rad)
+        object.__setattr__(self, "_rotation", rotation)
 
     @classmethod
     def for_sensors(cls, latitude_rad: ArrayLike, longitude_rad: ArrayLike) -> "SystemPlane":
@@ -133,9 +139,8 @@ class SystemPlane:
         )
         cosine = self._cosine(latitude, longitude)
         self._require_inside(cosine, latitude, longitude, "position (rad)")
-        rotation = enu_rotation(self.latitude_rad, self.longitude_rad)
-        centre = geodetic_to_ecef(self.latitude_rad, self.longitude_rad, 0.0)
-        foot = rotated(rotation, geodetic_to_ecef(latitude, longitude, 0.0) - centre)
+        line = geodetic_to_ecef(latitude, longitude, 0.0) - self._centre
+        foot = rotated(self._rotation, line)
         return foot[..., 0], foot[..., 1]
 
     def to_geodetic(
@@ -161,10 +166,8 @@ class SystemPlane:
         east, north, gradient = self._gradient(east_m, north_m)
         up = -(self.parameters[kernels.M_EE] * east**2 + self.parameters[kernels.M_NN] * north**2)
         up /= 1.0 + self.parameters[kernels.M_NU] * north + gradient[..., 2]
-        centre = geodetic_to_ecef(self.latitude_rad, self.longitude_rad, 0.0)
-        rotation = enu_rotation(self.latitude_rad, self.longitude_rad)
         latitude, longitude, _ = ecef_to_geodetic(
-            centre + rotated(rotation.T, np.stack([east, north, up], axis=-1))
+            self._centre + rotated(self._rotation.T, np.stack([east, north, up], axis=-1))
         )
         return latitude, longitude
 
@@ -207,9 +210,8 @@ class SystemPlane:
             axis=-1,
         )
         latitude, longitude = self.to_geodetic(east, north)
-        rotation = enu_rotation(self.latitude_rad, self.longitude_rad)
         level = enu_rotation(latitude, longitude)[..., :2, :]
-        slopes = [rotated(level, rotated(rotation.T, slope)) for slope in (by_east, by_north)]
+        slopes = [rotated(level, rotated(self._rotation.T, slope)) for slope in (by_east, by_north)]
         return np.stack(slopes, axis=-1)
 
     def ground_velocity(
@@ -287,7 +289,7 @@ class SystemPlane:
 
     # Cosine of the angle between the verticals of positions and that of the centre.
     def _cosine(self, latitude_rad: ArrayLike, longitude_rad: ArrayLike) -> NDArray[np.float64]:
-        upright = enu_rotation(self.latitude_rad, self.longitude_rad)[2]
+        upright = self._rotation[2]
         return rotated(upright[None], enu_rotation(latitude_rad, longitude_rad)[..., 2, :])[..., 0]
 
     # Broadcast coordinates and half the gradient of the quadric at the foot, (..., 3).

@@ -119,10 +119,12 @@ def enu_rotation(latitude_rad: ArrayLike, longitude_rad: ArrayLike) -> NDArray[n
     )
     sin_lat, cos_lat = np.sin(latitude), np.cos(latitude)
     sin_lon, cos_lon = np.sin(longitude), np.cos(longitude)
-    east = np.stack([-sin_lon, cos_lon, np.zeros_like(sin_lon)], axis=-1)
-    north = np.stack([-sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat], axis=-1)
-    up = np.stack([cos_lat * cos_lon, cos_lat * sin_lon, sin_lat], axis=-1)
-    return np.stack([east, north, up], axis=-2)
+    rotation = np.empty((*latitude.shape, 3, 3))
+    rotation[..., 0, 0], rotation[..., 0, 1], rotation[..., 0, 2] = -sin_lon, cos_lon, 0.0
+    rotation[..., 1, 0], rotation[..., 1, 1] = -sin_lat * cos_lon, -sin_lat * sin_lon
+    rotation[..., 2, 0], rotation[..., 2, 1] = cos_lat * cos_lon, cos_lat * sin_lon
+    rotation[..., 1, 2], rotation[..., 2, 2] = cos_lat, sin_lat
+    return rotation
 
 
 def rotated(rotation: NDArray[np.float64], vectors: NDArray[np.float64]) -> NDArray[np.float64]:

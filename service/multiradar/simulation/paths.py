@@ -1,6 +1,6 @@
 """Paths of aircraft over the plane and in height, as functions of time."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +45,11 @@ class Path:
     position_m: Floats
     velocity_mps: Floats
     height_m: Floats
+    _spline: CubicHermiteSpline = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        spline = CubicHermiteSpline(self.time_s, self.position_m, self.velocity_mps)
+        object.__setattr__(self, "_spline", spline)
 
     def position(self, time_s: Floats) -> Floats:
         """Return (n, 2) east and north at times (n,), m.
@@ -53,7 +58,7 @@ class Path:
         ----------
         The project's own: cubics between the knots of `fly`.
         """
-        return np.asarray(self._spline()(time_s))
+        return np.asarray(self._spline(time_s))
 
     def height(self, time_s: Floats) -> Floats:
         """Return (n,) heights at times (n,), m.
@@ -71,11 +76,7 @@ class Path:
         ----------
         IMM UrO RAN report (2016), equation (1.4): the order of χ.
         """
-        spline = self._spline()
-        return np.concatenate([spline(time_s), spline(time_s, 1)], axis=-1)
-
-    def _spline(self) -> CubicHermiteSpline:
-        return CubicHermiteSpline(self.time_s, self.position_m, self.velocity_mps)
+        return np.concatenate([self._spline(time_s), self._spline(time_s, 1)], axis=-1)
 
 
 def fly(aircraft: Aircraft, duration_s: float, rng: np.random.Generator) -> Path:

@@ -35,6 +35,7 @@ from multiradar.simulation.scenario.tables import (
     TrafficTable,
 )
 from multiradar.simulation.scenario.toml_text import toml_text
+from multiradar_schemas.documents.contents import SCENARIO
 from multiradar_schemas.documents.files import Document, parse_toml, read_toml, validated
 from multiradar_schemas.documents.names import unknown
 from multiradar_schemas.errors import DocumentError
@@ -108,7 +109,7 @@ def scenario_table(values: dict[str, Any], *, source: str) -> ScenarioTable:
 
 def _checked(document: Document) -> ScenarioTable:
     try:
-        return validated(ScenarioTable, document)
+        return validated(ScenarioTable, document, SCENARIO)
     except DocumentError as error:
         raise ConfigurationError(str(error), error.source, error.reasons) from error
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from multiradar.research.studies.bearing_only import study as bearing_only
-from multiradar.research.studies.bearing_only.runs import SCENARIOS
+from multiradar.research.studies.bearing_only.runs import SCENARIOS, fused
 from multiradar.research.studies.result import StudyOptions, StudyResult
 
 pytestmark = pytest.mark.slow
@@ -76,11 +76,15 @@ def test_the_filter_is_consistent(result: StudyResult, scenario: str) -> None:
     assert _value(result, scenario, "bearings", "crossing") > 3.0
 
 
-def test_the_band_over_all_times_counts_runs_and_holds_as_often_as_it_says() -> None:
+def test_the_band_over_all_times_counts_runs_and_holds_as_often_as_it_says(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Five seeds of twenty runs, seven scenes: 95 % of 35 less three sigma of the binomial.
 
     Times of a run are correlated: a scenario was inside the band of each time at 66 to 100 %.
     """
+    # The position fixes take most of the time, and have no band here.
+    monkeypatch.setattr(bearing_only, "triangulated", lambda bearings, **_: fused(bearings))
     held = []
     for seed in range(1, 6):
         rows = bearing_only.run(StudyOptions(runs=20, seed=seed), lambda _done, _total: None).rows

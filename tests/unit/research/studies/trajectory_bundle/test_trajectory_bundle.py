@@ -6,13 +6,25 @@ import pytest
 from multiradar.research.studies.result import StudyOptions, StudyResult
 from multiradar.research.studies.trajectory_bundle import study as trajectory_bundle
 from multiradar.research.studies.trajectory_bundle.plots import DRAWN
+from multiradar.research.studies.trajectory_bundle.runs import Run, one_run
 
 pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def result() -> StudyResult:
-    return trajectory_bundle.run(StudyOptions(runs=2, seed=1), lambda _done, _total: None)
+def runs() -> list[Run]:
+    return []
+
+
+@pytest.fixture(scope="module")
+def result(runs: list[Run]) -> StudyResult:
+    def kept(rng: np.random.Generator) -> Run:
+        runs.append(one_run(rng))
+        return runs[-1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(trajectory_bundle, "one_run", kept)
+        return trajectory_bundle.run(StudyOptions(runs=2, seed=1), lambda _done, _total: None)
 
 
 def number(result: StudyResult, step: str, name: str) -> float:
@@ -109,6 +121,12 @@ def test_the_bundle_is_closer_to_the_truth(result: StudyResult) -> None:
     assert ours < published
 
 
-def test_the_same_seed_gives_the_same(result: StudyResult) -> None:
-    again = trajectory_bundle.run(StudyOptions(runs=2, seed=1), lambda _done, _total: None)
-    assert again.rows == result.rows
+@pytest.mark.usefixtures("result")
+def test_the_same_seed_gives_the_same(runs: list[Run]) -> None:
+    again = one_run(np.random.Generator(np.random.PCG64([1, 1])))
+    other, expected = runs
+    np.testing.assert_array_equal(again.plots.position_m, expected.plots.position_m)
+    assert not np.array_equal(other.plots.position_m, expected.plots.position_m)
+    for one, before in zip(again.pictures, expected.pictures, strict=True):
+        np.testing.assert_array_equal(one.positions_m, before.positions_m)
+        assert (one.misfit, one.evaluations) == (before.misfit, before.evaluations)
