@@ -4,8 +4,9 @@ An advanced subscriber queries the caches for the history when it joins, and aga
 it misses meanwhile. If an update of a track arrives between the end of the first query and the
 answer to the second, the subscriber takes it as the beginning and discards the history
 (eclipse-zenoh 1.10). Therefore the first query is held open, and nothing is published, until there
-are no more queries. A subscriber that reconnects queries again, so there is a pause for every new
-connection. The pause is bounded, and so is its fraction of the time.
+are no more queries, and for another gap after its end, which an update may overtake. A subscriber
+that reconnects queries again, so there is a pause for every new connection. The pause is bounded,
+and so is its fraction of the time.
 """
 
 import threading
@@ -98,9 +99,12 @@ class JoinGate:
                     done: list[Request] = []
                 else:
                     remaining_s = 0.0
-                    done, self._held, self._waiting = self._held, [], False
-                    self._allowance_s -= now_s - self._began_s
-                    self._counted_s = self._ends_s = now_s
+                    done, self._held = self._held, []
+                    self._queried_s = now_s
+                    if not done or left_s <= 0.0:
+                        self._waiting = False
+                        self._allowance_s -= now_s - self._began_s
+                        self._counted_s = self._ends_s = now_s
             for request in done:
                 request.finish()
             if remaining_s > 0.0:

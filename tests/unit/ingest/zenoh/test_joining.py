@@ -55,19 +55,33 @@ def test_a_query_for_all_histories_is_held_open_until_there_are_no_more_queries(
     scene.clock.advance(0.04)
     scene.ask("multiradar/v1/tracks/7/@adv/pub/a/1/**", {"_sn": "3.."})
     assert scene.finished == 1
-    assert abs(scene.waited_s() - QUERY_GAP_S) < 1e-9
+    assert abs(scene.waited_s() - 2 * QUERY_GAP_S) < 1e-9
     assert scene.finished == 2
     assert not scene.gate.closed
+
+
+def test_nothing_is_sent_until_a_subscriber_has_the_end_of_its_query() -> None:
+    scene = Scene()
+    scene.ask()
+    closed_when_finished: list[bool] = []
+
+    def pause(duration_s: float) -> None:
+        if scene.finished:
+            closed_when_finished.append(scene.gate.closed)
+        scene.clock.advance(duration_s)
+
+    scene.gate.wait_for_joins(pause)
+    assert closed_when_finished == [True]
 
 
 def test_full_caches_are_given_time_to_answer() -> None:
     scene = Scene()
     scene.gate.samples = 20_000
     scene.ask()
-    assert abs(scene.waited_s() - (QUERY_GAP_S + 20_000 * ANSWER_S)) < 1e-9
+    assert abs(scene.waited_s() - (2 * QUERY_GAP_S + 20_000 * ANSWER_S)) < 1e-9
     scene.gate.samples = 10_000_000
     scene.ask()
-    assert abs(scene.waited_s() - QUERY_GAP_MAX_S) < 1e-9
+    assert abs(scene.waited_s() - QUERY_GAP_MAX_S - QUERY_GAP_S) < 1e-9
 
 
 def test_a_new_connection_starts_a_pause() -> None:
@@ -82,7 +96,7 @@ def test_a_new_connection_starts_a_pause() -> None:
     scene.gate.on_arrival()
     scene.clock.advance(QUERY_GAP_S / 2)
     scene.ask()
-    assert abs(scene.waited_s() - (QUERY_GAP_S + 20_000 * ANSWER_S)) < 1e-9
+    assert abs(scene.waited_s() - (2 * QUERY_GAP_S + 20_000 * ANSWER_S)) < 1e-9
     assert scene.finished == 1
 
 
