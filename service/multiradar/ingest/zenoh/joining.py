@@ -101,6 +101,7 @@ class JoinGate:
                     remaining_s = 0.0
                     done, self._held = self._held, []
                     self._queried_s = now_s
+                    # Otherwise the gap after the end of the queries begins.
                     if not done or left_s <= 0.0:
                         self._waiting = False
                         self._allowance_s -= now_s - self._began_s
