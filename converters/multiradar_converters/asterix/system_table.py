@@ -49,13 +49,12 @@ def frame(parts: list[tuple[Rows, pl.DataFrame]], start_s: float) -> pl.DataFram
 def write(path: Path, frames: list[pl.DataFrame]) -> pl.DataFrame:
     """Write and return the table by time without duplicates. No file without rows.
 
-    Ground status and columns of aircraft-derived data are omitted where they are empty.
+    Accuracy, ground status and columns of aircraft-derived data are omitted where they are empty.
     """
     whole = pl.concat([pl.DataFrame(schema=SCHEMA), *frames])
     whole = whole.unique(maintain_order=True).sort("time_s", maintain_order=True)
-    empty = [
-        name for name in ("on_ground", *QUANTITIES) if whole[name].null_count() == whole.height
-    ]
+    optional = ("position_sigma_m", "on_ground", *QUANTITIES)
+    empty = [name for name in optional if whole[name].null_count() == whole.height]
     if whole.height:
         whole.drop(empty).write_parquet(path, compression="snappy", statistics=True)
     return whole

@@ -2,7 +2,7 @@
 
 time 070 · track number 040 · position 105 · velocity 185 · Mode 3/A code 060 · address 380/ADR ·
 callsign 245, else 380/ID · flight level 136 (measured), else 135 (calculated) · state 080 ·
-ground status 080/SFC, 380/COM, 380/SAB · aircraft-derived data 380
+ground status 080/SFC, 380/COM, 380/SAB · accuracy 500/APC, else 500/APW · aircraft-derived data 380
 """
 
 import numpy as np
@@ -36,13 +36,16 @@ SCHEMA = pl.Schema(
         "height_m": pl.Float64(),
         "speed_mps": pl.Float64(),
         "heading_deg": pl.Float64(),
+        "position_sigma_m": pl.Float64(),
         "state": pl.String(),
         "on_ground": pl.Boolean(),
         **dict.fromkeys(QUANTITIES, pl.Float64()),
     }
 )
 
-_METRES_OF_LEVEL = 30.48
+FLIGHT_LEVEL_M = 30.48
+#: Length of a degree of latitude, to 0.6 %.
+DEGREE_M = 111_132.0
 
 
 def read_system_tracks(columns: Columns) -> pl.DataFrame:
@@ -68,9 +71,10 @@ def read_system_tracks(columns: Columns) -> pl.DataFrame:
         "track_number": columns.integers("040", absent=-1),
         "latitude_deg": columns.numbers("105", "LAT"),
         "longitude_deg": columns.numbers("105", "LON"),
-        "height_m": np.where(np.isnan(measured), calculated, measured) * _METRES_OF_LEVEL,
+        "height_m": np.where(np.isnan(measured), calculated, measured) * FLIGHT_LEVEL_M,
         "speed_mps": np.hypot(east, north),
         "heading_deg": np.rad2deg(np.arctan2(east, north)) % 360.0,
+        "position_sigma_m": _position_sigma(columns),
     }
     texts = {
         "mode_s_address": address_names(columns.integers("380/ADR")),
@@ -90,6 +94,16 @@ def read_system_tracks(columns: Columns) -> pl.DataFrame:
         | {name: pl.Series(column.copy(), nan_to_null=True) for name, column in derived.items()}
     )
     return made.with_columns(pl.col("track_number").replace(-1, None))
+
+
+def _position_sigma(columns: Columns) -> Numbers:
+    """Return the root of the trace of the horizontal covariance, m; NaN without or with zero."""
+    planar = np.hypot(columns.numbers("500/APC", "X"), columns.numbers("500/APC", "Y"))
+    north_deg, east_deg = columns.numbers("500/APW", "LAT"), columns.numbers("500/APW", "LON")
+    shrinking = np.cos(np.deg2rad(columns.numbers("105", "LAT")))
+    geographic = np.hypot(north_deg, east_deg * shrinking) * DEGREE_M
+    sigma = np.where(planar > 0.0, planar, geographic)
+    return np.where(sigma > 0.0, sigma, np.nan)
 
 
 def _ground_status(columns: Columns) -> Integers:

@@ -24,6 +24,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from multiradar_converters.asterix.decoding.system_tracks import DEGREE_M, FLIGHT_LEVEL_M
 from multiradar_converters.asterix.layout.catalogue import layout_of
 from multiradar_converters.asterix.layout.columns import Flags, Integers, Numbers
 from multiradar_converters.asterix.writing.encoding import Records
@@ -43,11 +44,8 @@ NO_SOURCE, TRIANGULATION = 0, 3
 UNDETERMINED = 3
 
 FOOT_M = 0.3048
-FLIGHT_LEVEL_M = 30.48
 NAUTICAL_MILE_M = 1852.0
 FOOT_PER_MINUTE_MPS = FOOT_M / 60.0
-#: Length of a degree of latitude, to 0.6 %.
-DEGREE_M = 111_132.0
 _LONGITUDE_STEPS = 1 << 26
 _AZIMUTH_STEPS = 1 << 16
 
