@@ -176,6 +176,8 @@ def _memory(browser: Browser, url: str, minutes: float) -> None:
         samples.append(_heap(session))
         print(f"  heap {samples[-1] / 1e6:.2f} MB", flush=True)
     frames: int = page.evaluate("window.multiradar.store.frames")
+    if page.evaluate("window.multiradar.store.plots.length") == 0:
+        raise SystemExit("no plots at the end: the traffic has stopped")
     middle = len(samples) // 2
     early = sum(samples[:middle]) / middle
     late = sum(samples[-middle:]) / middle

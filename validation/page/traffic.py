@@ -30,6 +30,7 @@ _TIMEOUT_S = 600.0
 _PAST_S = 7200.0
 
 Floats = NDArray[np.float64]
+_TEXTS = ("sensor_id", "kind", "mode_3a", "mode_s_address", "callsign")
 
 
 class Sky:
@@ -101,7 +102,9 @@ class Sky:
                 "mode_3a": [f"{one % 4096:04o}" for one in number.tolist()],
                 "mode_s_address": [f"{one + 0x400000:06x}" for one in number.tolist()],
                 "callsign": [f"TST{one}" for one in number.tolist()],
-            }
+            },
+            # Also for the half second in which a radar meets no aircraft.
+            schema_overrides=dict.fromkeys(_TEXTS, pl.String),
         )
 
     def _position(self, time_s: Floats, number: NDArray[np.int64]) -> tuple[Floats, Floats]:
