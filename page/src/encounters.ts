@@ -5,7 +5,7 @@ import { get } from "./feed";
 const EVERY_MS = 4000;
 /** The next question waits so many times as long as the answer took. */
 const PATIENCE = 20;
-const HORIZON_S = 120;
+export const HORIZON_S = 120;
 /** Within these the pair is an encounter: 5 NM and 1000 ft. */
 const DISTANCE_M = 9260;
 const HEIGHT_M = 305;

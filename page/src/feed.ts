@@ -43,7 +43,8 @@ export class Feed {
   status: Record<string, unknown> = {};
   /** The time of `sensors`, s; null: the present. */
   sensorsAtS: number | null = null;
-  problem = "";
+  /** Why the last question of each loop was not answered. */
+  private readonly problems = ["", ""];
   /** Counts the documents read. */
   revision = 0;
   /** Area shown and selected track: what frames have of more tracks than a page can show. */
@@ -67,6 +68,11 @@ export class Feed {
     private readonly changed: () => void,
   ) {}
 
+  /** What the service could not answer; empty: nothing. */
+  get problem(): string {
+    return this.problems.find((one) => one !== "") ?? "";
+  }
+
   start(): void {
     void this.loop(() => this.frame(), this.tickMs, 0);
     void this.loop(() => this.documents(), SLOW_TICK_MS, 1);
@@ -75,6 +81,11 @@ export class Feed {
   /** Read the next frame and the sensors at once: the clock was moved. */
   hurry(): void {
     for (const wake of this.wakes.values()) wake();
+  }
+
+  /** Whether the picture is that of the time chosen last. */
+  get isCurrent(): boolean {
+    return this.jumps === this.clock.jumps && this.store.dataTimeS !== null;
   }
 
   /** Whether the service has been silent for too long. */
@@ -99,9 +110,9 @@ export class Feed {
       const began = performance.now();
       try {
         await step();
-        this.problem = "";
+        this.problems[number] = "";
       } catch (error) {
-        this.problem = error instanceof Error ? error.message : String(error);
+        this.problems[number] = error instanceof Error ? error.message : String(error);
       }
       this.changed();
       await new Promise<void>((done) => {

@@ -42,7 +42,7 @@ export const KEYS: readonly Key[] = [
     key: "Escape", shown: "Esc", text: "End measuring, deselect, close",
     run: (app) => (app.measure.active ? app.measure.stop(app) : app.actions.select(null)),
   },
-  { key: "ArrowUp", shown: "arrows, + and −", text: "Move and zoom the map (with the map focused)" },
+  { key: "ArrowUp", shown: "↑ ↓", text: "With ← → + −: move and zoom the map, with the map focused" },
 ];
 
 function search(app: App): void {

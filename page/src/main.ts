@@ -37,6 +37,7 @@ const clock = new Clock(() => clockChanged());
 const feed = new Feed(store, clock, view.tick, () => read());
 const selection = new Selection(
   () => store.dataTimeS,
+  (id) => store.track(id) !== undefined,
   () => (clock.isLive ? "live" : clock.recorded ? "recorded" : "history"),
   (id) => view.shown.trajectories && store.bundles.includes(id),
 );
@@ -116,6 +117,7 @@ const app: App = {
 };
 attach(measure, app);
 let jumps = 0;
+let followed = -1;
 
 function keep(): void {
   history.replaceState(null, "", addressOf(view));
@@ -133,6 +135,11 @@ function keepSoon(): void {
 /** A frame or a document was read, or could not be. */
 function read(): void {
   app.ago.arrived(app);
+  // The first picture of a time that was chosen.
+  if (feed.isCurrent && followed !== clock.jumps) {
+    followed = clock.jumps;
+    selection.moved();
+  }
   // The first tracks are shown at once.
   redraw(store.frames === 1);
 }
@@ -147,7 +154,6 @@ function clockChanged(): void {
     jumps = clock.jumps;
     feed.hurry();
     encounters.hurry();
-    void selection.refresh();
   }
   picture.touch();
   redraw(true);

@@ -46,7 +46,11 @@ export class Picture {
   readonly scans: Scans;
   private readonly pixels: Record<Plane, Pixels> = { ground: new Pixels(), sweep: new Pixels(), moving: new Pixels() };
   private readonly land: VectorLayer;
+  /** Whether the user or the address chose the place. */
   private centred: boolean;
+  /** How many of sites and tracks the page itself fitted the map to, and where it put it: they do not come together. */
+  private fitted = 0;
+  private fittedTo = "";
   /** Drawings of the moving plane, and processor time of all drawings, ms: for measurements. */
   drawn = 0;
   drawnMs = 0;
@@ -102,6 +106,7 @@ export class Picture {
     this.map.on("moveend", () => {
       const { center, zoom } = { center: this.map.getView().getCenter(), zoom: this.map.getView().getZoom() };
       if (center !== undefined) feed.area = areaOf(this.map.getView().calculateExtent());
+      if (this.fitted > 0 && this.place() !== this.fittedTo) this.centred = true;
       if (!this.centred || center === undefined) return;
       const [longitude, latitude] = toLonLat(center);
       view.centre = [longitude ?? 0, latitude ?? 0];
@@ -188,7 +193,15 @@ export class Picture {
   }
 
   private centre(): void {
-    if (!this.centred && this.sites().length + this.store.tracks.length > 0) this.fit();
+    const there = Number(this.sites().length > 0) + Number(this.store.tracks.length > 0);
+    if (this.centred || there <= this.fitted) return;
+    this.fit();
+    [this.centred, this.fitted, this.fittedTo] = [there === 2, there, this.place()];
+  }
+
+  private place(): string {
+    const view = this.map.getView();
+    return `${view.getCenter()?.join()} ${view.getZoom()}`;
   }
 
   private async loadLand(): Promise<void> {

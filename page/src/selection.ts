@@ -93,9 +93,13 @@ export class Selection {
   revision = 0;
   private id: number | null = null;
   private busy = false;
+  /** Whether it is to be read again after what is being read. */
+  private again = false;
 
   constructor(
     private readonly dataTimeS: () => number | null,
+    /** Whether a track is in the picture: the service has no forecast of others. */
+    private readonly isShown: (id: number) => boolean,
     /** What is shown: a recorded run has no forecasts. */
     private readonly mode: () => "live" | "history" | "recorded",
     /** Whether the service makes trajectory sets, of which a track has one. */
@@ -116,20 +120,28 @@ export class Selection {
     void this.refresh();
   }
 
+  /** Another time is shown: what is being read is that of the one before. */
+  moved(): void {
+    this.again = this.busy;
+    void this.refresh();
+  }
+
   /** Read the past and the forecast again. */
   async refresh(): Promise<void> {
     const [id, time] = [this.id, this.dataTimeS()];
     if (id === null || time === null || this.busy) return;
     this.busy = true;
+    this.again = false;
     try {
       const since = `since=${time - PAST_S}&limit=5000`;
       const history = (await (await get(`v1/tracks/${id}/history?${since}`)).json()) as { updates: Update[] };
       const isLive = this.mode() === "live";
       const asked = `horizon_s=${HORIZON_S}&step_s=${STEP_S}${atOf(isLive ? null : time)}`;
-      const forecast = this.mode() === "recorded" ? { probability: 0, points: [] } : await get(`v1/tracks/${id}/forecast?${asked}`)
+      const isKnown = this.isShown(id);
+      const forecast = !isKnown || this.mode() === "recorded" ? { probability: 0, points: [] } : await get(`v1/tracks/${id}/forecast?${asked}`)
         .then(async (answer) => (await answer.json()) as Forecast)
         .catch(() => ({ probability: 0, points: [] }) as Forecast);
-      const bundle = isLive && this.hasBundle(id) ? await bundleOf(id).catch(() => null) : null;
+      const bundle = isLive && isKnown && this.hasBundle(id) ? await bundleOf(id).catch(() => null) : null;
       if (id !== this.id) return;
       this.bundle = bundle;
       this.updates = history.updates.filter((one) => isLive || one.time_s <= time);
@@ -148,8 +160,8 @@ export class Selection {
     } finally {
       this.revision += 1;
       this.busy = false;
-      // Another track was selected meanwhile.
-      if (id !== this.id) void this.refresh();
+      // Another track was selected meanwhile, or another time.
+      if (id !== this.id || this.again) void this.refresh();
     }
   }
 }

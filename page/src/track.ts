@@ -136,6 +136,8 @@ export class Trail {
 
   extend(timeS: number, x: number, y: number): void {
     if (!(timeS - this.lastS >= TRAIL_STEP_S)) return;
+    // After a gap the positions before it are not those of the last two minutes.
+    if (timeS - this.lastS > TRAIL_POINTS * TRAIL_STEP_S) this.end = 0;
     this.x[this.end % TRAIL_POINTS] = x;
     this.y[this.end % TRAIL_POINTS] = y;
     this.lastS = timeS;

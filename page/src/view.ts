@@ -57,7 +57,7 @@ export const SWITCHES: readonly [Switch, string, string, boolean][] = [
   ["joined", "i", "Plots of each sensor joined by lines", false],
   ["tracks", "s", "Tracks", true],
   ["labels", "l", "Labels", true],
-  ["trails", "h", "History", true],
+  ["trails", "h", "Earlier positions", true],
   ["vectors", "v", "Speed vectors (60 s)", true],
   ["uncertainty", "u", "Position uncertainty (3 sigma)", true],
   ["sites", "r", "Sites and range rings", true],

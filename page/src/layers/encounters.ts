@@ -2,7 +2,7 @@
 
 import { FONT } from "../drawing/palette";
 import type { Layer, Scene } from "../drawing/scene";
-import { probabilityOf, type Encounters } from "../encounters";
+import { HORIZON_S, probabilityOf, type Encounters } from "../encounters";
 import { mercatorX, mercatorY } from "../mercator";
 import type { Track } from "../store";
 import { distance } from "../units";
@@ -28,7 +28,8 @@ export class EncountersLayer implements Layer {
     for (const one of this.encounters.found) {
       const [first, second] = [store.track(one.first_track_id), store.track(one.second_track_id)];
       const left = one.closest_time_s - timeS;
-      if (first === undefined || second === undefined || left < 0) continue;
+      // The picture may be behind the answer: in a fast replay, or when the service is busy.
+      if (first === undefined || second === undefined || left < 0 || left > HORIZON_S) continue;
       const [ax, ay] = here(scene, first);
       const [bx, by] = here(scene, second);
       if (!scene.isInside(ax, ay, 0) && !scene.isInside(bx, by, 0)) continue;

@@ -37,7 +37,7 @@ class Label implements Wanted {
   write(units: Units, letter: number): void {
     const { track } = this;
     const height = track.onGround ? "GND" : level(track.heightM, units).replace(/ .*/, "");
-    const coasting = track.state === "coasting" ? ` ${Math.round(track.ageS)}s ago` : "";
+    const coasting = track.state === "coasting" ? ` ${Math.round(track.ageS)} s ago` : "";
     const second = `${height}${trend(track.climbMps)} ${speed(track.speedMps, units).replace(/ .*/, "")}${coasting}`;
     const first = nameOf(track);
     const key = `${first} ${second}`;

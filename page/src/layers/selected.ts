@@ -26,7 +26,8 @@ export class PastLayer implements Layer {
     let minute = Infinity;
     for (const point of selection.past) {
       const age = Math.floor((scene.timeS - point.timeS) / 60);
-      if (age < minute && minute !== Infinity) {
+      // The picture may be a little behind the past of the track: there is no minute 0.
+      if (age < minute && minute !== Infinity && age >= 0) {
         const [x, y] = [Math.round(scene.px(point.x)), Math.round(scene.py(point.y))];
         context.fillRect(x - 2, y - 2, 5, 5);
         context.fillText(`−${age + 1} min`, x + 6, y + 4);

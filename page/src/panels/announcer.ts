@@ -3,6 +3,9 @@
 import { alarmsOf } from "./sensors/severity";
 import type { App } from "./panel";
 
+/** Sentences that stay readable after they were announced. */
+const KEPT = 10;
+
 let lost = false;
 let alarms = new Set<string>();
 
@@ -16,7 +19,11 @@ export function announce({ feed }: App): void {
   for (const one of active) if (!alarms.has(one)) said.push(`Alarm of radar ${one}.`);
   for (const one of alarms) if (!active.has(one)) said.push(`Alarm of radar ${one} has ended.`);
   alarms = active;
-  if (said.length === 0) return;
-  const live = document.getElementById("announcer");
-  if (live !== null) live.textContent = said.join(" ");
+  const log = document.getElementById("announcer");
+  for (const one of said) {
+    const line = document.createElement("p");
+    line.textContent = one;
+    log?.append(line);
+  }
+  while (log !== null && log.children.length > KEPT) log.firstElementChild?.remove();
 }

@@ -36,6 +36,6 @@ export function bar({ store, view, actions }: App): TemplateResult {
       <button type="button" title="Units (m)" @click=${() => actions.units()}>${view.units === "aero" ? "FL, kt, NM" : "m, m/s, km"}</button>
       <button type="button" title="Dark or light (d)" @click=${() => actions.theme()}>${view.theme === "dark" ? "Light" : "Dark"}</button>
       <button type="button" @click=${() => window.print()}>Print</button>
-      <button type="button" @click=${() => actions.help()}>Keys <kbd>?</kbd></button>
+      <button type="button" @click=${() => actions.help()}>Help <kbd>?</kbd></button>
       <a href="docs">API</a></span>`;
 }

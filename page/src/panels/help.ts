@@ -1,9 +1,38 @@
-/** The sheet of keys, from their one declaration. */
+/** The help sheet: what the signs of the map mean, and the keys, from their one declaration. */
 
-import { html, type TemplateResult } from "lit";
+import { html, nothing, svg, type TemplateResult } from "lit";
 
+import { sensorColour } from "../drawing/palette";
+import { markPath } from "../drawing/marks";
 import { KEYS } from "../keys";
 
+/** A sign in a box of 34 by 16 around the origin, in classes of the style sheet, and its meaning. */
+const SIGNS: readonly [TemplateResult, string][] = [
+  [svg`<circle class="track full" r="4"></circle>`, "Confirmed track, of radars alone"],
+  [svg`<path class="track full" d="M0-5.4L5.4 0L0 5.4L-5.4 0Z"></path>`, "With ADS-B in the last 30 s"],
+  [svg`<path class="track full" d="M-3.6-3.6H3.6V3.6H-3.6Z"></path>`, "With multilateration"],
+  [svg`<circle class="track" r="4"></circle>`, "Open: tentative"],
+  [svg`<circle class="stale" r="4"></circle><path class="stale" d="M-6-6L6 6M6-6L-6 6"></path>`, "Crossed: coasting, no plots"],
+  [svg`<circle class="track full" r="2.2"></circle>`, "Small: on the ground"],
+  [svg`<circle class="track full" cx="-12" r="3"></circle><path class="faint" d="M-12 0H14"></path>`, "Flight of the next 60 s"],
+  [svg`<path class="faint" stroke-width="2" stroke-dasharray="2 4" d="M-13 0H12"></path>`, "Earlier positions, last two minutes"],
+  [svg`<ellipse class="region" rx="14" ry="6"></ellipse>`, "Position uncertainty, 3 sigma"],
+  [svg`${[-11, 0, 11].map((x, number) => svg`<path transform="translate(${x} 0) scale(4)" stroke-width=".35"
+    stroke=${sensorColour(number)} d=${markPath(number)}></path>`)}`, "Plots of the last 30 s, by sensor"],
+  [svg`<path class="warning" stroke-dasharray="4 3" d="M-15 5L-2-3M15 5L2-3"></path><path class="warning" d="M-5-6L1 0M1-6L-5 0M-1-6L5 0M5-6L-1 0"></path>`,
+    "Encounter: where, how close, when"],
+  [svg`<path class="selected" d="M-15 3L15-3"></path><path class="selected full" d="M-3-2H2V3H-3Z"></path>`, "Selected track, last ten minutes"],
+  [svg`<ellipse class="selected" cx="-9" rx="5" ry="3"></ellipse><ellipse class="selected" cx="6" rx="9" ry="6"></ellipse>`, "Its forecast: 95 % regions"],
+  [svg`<path class="bundle" d="M-15 4L0 0"></path><path class="bundle" d="M4-5V-1M2-3H6M8 0V4M6 2H10"></path>`, "Its trajectory set"],
+  [svg`<path class="site full" d="M0-6L5.5 4H-5.5Z"></path>`, "Radar; rings every 50 NM"],
+  [svg`<path class="second" d="M-5-5H5L0 5Z"></path>`, "Second run"],
+];
+
+export function legend(): TemplateResult {
+  return html`<ul class="legend">${SIGNS.map(([sign, text]) => html`<li><svg viewBox="-17 -8 34 16" width="34" height="16" aria-hidden="true">${sign}</svg>${text}</li>`)}</ul>`;
+}
+
 export function keyList(): TemplateResult {
-  return html`<dl>${KEYS.filter((one) => one.hidden !== true).map((one) => html`<dt><kbd>${one.shown ?? one.key}</kbd></dt><dd>${one.text}</dd>`)}</dl>`;
+  return html`<dl>${KEYS.map((one) => (one.hidden === true ? nothing
+    : html`<div><dt><kbd>${one.shown ?? one.key}</kbd></dt><dd>${one.text}</dd></div>`))}</dl>`;
 }

@@ -5,7 +5,7 @@ import { html, nothing, render, type TemplateResult } from "lit";
 import { TABS, type Tab } from "../view";
 import { announce } from "./announcer";
 import { banner, bar } from "./bar";
-import { keyList } from "./help";
+import { keyList, legend } from "./help";
 import type { App, Panel } from "./panel";
 import { sensorPanel } from "./sensors/list";
 import { switchPanel } from "./switches";
@@ -35,6 +35,7 @@ export function drawPanels(app: App): void {
   render(timeBar(app), at("time"));
   render(tabs(app), at("tabs"));
   render(html`${TABS.map(([tab, , title]) => tabPanel(tab, title, app))}`, at("panels"));
+  render(legend(), at("legend"));
   render(keyList(), at("keys"));
   announce(app);
 }
@@ -49,7 +50,7 @@ function tabs(app: App): TemplateResult {
 
 function badge(tab: Tab, app: App): TemplateResult | typeof nothing {
   const text = PANELS.filter((panel) => panel.tab === tab).map((panel) => panel.badge?.(app) ?? "").find((one) => one !== "");
-  return text === undefined ? nothing : html` <span class="badge">${text}</span>`;
+  return text === undefined ? nothing : html` <span class="badge ${/FAULT|ALARM/.test(text) ? "level-alarm" : ""}">${text}</span>`;
 }
 
 /** Arrows move between the tabs, as in every list of tabs. */

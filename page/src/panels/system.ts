@@ -35,7 +35,10 @@ export const systemPanel: Panel = {
   id: "system",
   title: "System",
   tab: "system",
-  badge: ({ feed }) => {
+  badge: (app) => {
+    // Also while another tab is open: rates are known at once.
+    sample(app);
+    const { feed } = app;
     const { state, warnings } = feed.status as { state?: string; warnings?: unknown[] };
     if (state !== undefined && state !== "running" && state !== "recorded") return state;
     return Array.isArray(warnings) && warnings.length > 0 ? `${warnings.length} warnings` : "";
@@ -46,7 +49,6 @@ export const systemPanel: Panel = {
 function draw(app: App): TemplateResult {
   const { feed, store } = app;
   const { status } = feed;
-  sample(app);
   const count = (name: string): number => (typeof status[name] === "number" ? status[name] : NaN);
   const text = (name: string): string => String(status[name] ?? "–");
   const warnings = Array.isArray(status["warnings"]) ? status["warnings"].map(String) : [];
@@ -81,7 +83,7 @@ function draw(app: App): TemplateResult {
       ["Pages", pages(status)], ["Streams of events", `${text("subscribers")} readers`], ["Zenoh", status["zenoh"] == null ? "off" : "on"],
       ["ASTERIX in, out", `${status["asterix"] == null ? "off" : "on"}, ${status["asterix_output"] == null ? "off" : "on"}`],
       ["Feeds of receivers", status["feeds"] == null ? "off" : "on"],
-      ["This page", `${store.frames} frames, ${store.malformed} malformed, ${store.skipped} plots missed`],
+      ["Frames of this page", `${store.frames}, ${store.malformed} malformed`], ["Plots it missed", String(store.skipped)],
     ])}`;
 }
 
@@ -126,12 +128,15 @@ function rejects(app: App): TemplateResult {
   const counts = Object.entries((app.feed.status["rejected_by_code"] ?? {}) as Record<string, number>);
   if (counts.length === 0) return html`<section aria-label="Rejects"><h3>Rejects by reason</h3><p class="hint">None.</p></section>`;
   counts.sort((a, b) => b[1] - a[1]);
+  const listed = counts.reduce((sum, [, count]) => sum + count, 0);
   return html`<section aria-label="Rejects"><h3>Rejects by reason</h3>${counts.map(([code, count]) => html`<details
     @toggle=${(event: Event) => {
       if ((event.target as HTMLDetailsElement).open) opened.add(code);
       else opened.delete(code);
       app.actions.redraw();
-    }}><summary>${code} <span class="count">${count}</span></summary>${opened.has(code) ? shown(code, app) : nothing}</details>`)}</section>`;
+    }}><summary>${code} <span class="count">${count}</span></summary>${opened.has(code) ? shown(code, app) : nothing}</details>`)}
+    ${listed > Number(app.feed.status["rejected"] ?? 0) + Number(app.feed.status["duplicate"] ?? 0)
+      ? html`<p class="hint">With accepted plots that the tracker did not use.</p>` : nothing}</section>`;
 }
 
 /** The last rejected rows of a reason. */

@@ -110,4 +110,6 @@ def page(browser: Browser) -> Iterator[Page]:
     expect.set_options(timeout=WAIT_TIMEOUT_S * 1000.0)
     page = context.new_page()
     yield page
+    # What answers for the service would answer a page that is closed.
+    page.unroute_all(behavior="ignoreErrors")
     context.close()

@@ -60,6 +60,31 @@ def test_the_picture_has_the_tracks_of_the_service_and_asks_no_other_host(
     assert all(address.startswith((air.url, "data:")) for address in watch.addresses)
 
 
+def test_the_first_picture_shows_all_tracks_also_when_the_sites_come_first(
+    page: Page, air: Air
+) -> None:
+    held = [True]
+
+    def later(route: Route) -> None:
+        if held[0]:
+            route.fulfill(status=503, json={"detail": "starting"})
+        else:
+            route.continue_()
+
+    page.route("**/v1/picture*", later)
+    page.goto(air.url)
+    # A map of the sites alone: one far from the aircraft would hide them.
+    settled(page, f"{PICTURE}.fitted === 1")
+    held[0] = False
+    settled(page, f"{PICTURE}.fitted === 2 && {PICTURE}.seenOnCanvas.length === 30")
+    inside = page.evaluate(f"{STORE}.tracks.filter((one) => {PICTURE}.contains(one)).length")
+    assert inside == 30
+    # From now on it stays where the user puts it.
+    page.evaluate(f"{PICTURE}.map.getView().setZoom(11)")
+    settled(page, "location.hash.includes('zoom=11')")
+    settled(page, f"Math.abs({PICTURE}.map.getView().getZoom() - 11) < 0.01")
+
+
 def spread(page: Page) -> float:
     """Return the median distance of plots from those of other radars of the track, map units."""
     found: float = page.evaluate(

@@ -12,6 +12,8 @@ export interface Bar {
 }
 
 const [WIDTH, HEIGHT, LEFT, BOTTOM] = [190, 76, 36, 14];
+/** Room for a name, which begins at its bar. */
+const NAME = 34;
 
 export function bars(label: string, unit: string, shown: readonly Bar[], digits: number): TemplateResult {
   const most = Math.max(1e-9, ...shown.map((one) => Math.abs(one.mean) + 2 * one.error));
@@ -32,7 +34,7 @@ export function bars(label: string, unit: string, shown: readonly Bar[], digits:
 function bar(one: Bar, x: number, step: number, y: (value: number) => number, at: number, count: number, digits: number, unit: string): TemplateResult {
   const [top, bottom] = [Math.min(y(one.mean), y(0)), Math.max(y(one.mean), y(0))];
   const centre = x + step / 2;
-  const named = at % Math.ceil(count / 4) === 0 && at < count - 1;
+  const named = at % Math.ceil(count / 4) === 0 && x < WIDTH - NAME;
   if (one.count === 0) return svg`<g>${named ? svg`<text x=${x} y=${HEIGHT - 3}>${one.name}</text>` : ""}</g>`;
   // A mean within two standard errors of zero is nothing to look at.
   const notable = Math.abs(one.mean) > 2 * one.error;

@@ -3,6 +3,8 @@
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 
+import { markPath } from "../../drawing/marks";
+
 export interface Curve {
   label: string;
   /** Name of a custom property of the page, or a colour. */
@@ -110,30 +112,16 @@ function series(curve: Curve): uPlot.Series {
   return { stroke: colour, paths: () => null, points: { show: true, paths: (plot, at) => marks(plot, at, mark), stroke: colour, width: 1.2 } };
 }
 
-/** The marks of a sensor's values: as on the map, cross, square, triangle or circle. */
+/** The marks of a sensor's values: as on the map. */
 function marks(plot: uPlot, at: number, mark: number): { stroke: Path2D } {
-  const path = new Path2D();
-  const size = 2.6 * devicePixelRatio;
+  const [path, form] = [new Path2D(), new Path2D(markPath(mark))];
+  const size = 3 * devicePixelRatio;
   const [times, values] = [plot.data[0], plot.data[at] ?? []];
   times.forEach((time, row) => {
     const value = values[row];
     if (value === null || value === undefined) return;
     const [x, y] = [plot.valToPos(time, "x", true), plot.valToPos(value, "y", true)];
-    if (mark % 4 === 0) {
-      path.moveTo(x - size, y);
-      path.lineTo(x + size, y);
-      path.moveTo(x, y - size);
-      path.lineTo(x, y + size);
-    } else if (mark % 4 === 1) path.rect(x - size, y - size, 2 * size, 2 * size);
-    else if (mark % 4 === 2) {
-      path.moveTo(x, y - size);
-      path.lineTo(x + size, y + size);
-      path.lineTo(x - size, y + size);
-      path.closePath();
-    } else {
-      path.moveTo(x + size, y);
-      path.arc(x, y, size, 0, 2 * Math.PI);
-    }
+    path.addPath(form, new DOMMatrix([size, 0, 0, size, x, y]));
   });
   return { stroke: path };
 }

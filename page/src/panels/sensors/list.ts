@@ -17,7 +17,9 @@ export const sensorPanel: Panel = {
   badge: ({ feed }) => {
     const wrong = bySeverity(feed.sensors).filter(({ severity }) => severity.rank > 0);
     const [first] = wrong;
-    return first === undefined ? "" : `${wrong.length} ${first.severity.level}`;
+    // Those of the worst level: two that are checked do not make a second fault.
+    const worst = wrong.filter(({ severity }) => severity.level === first?.severity.level).length;
+    return first === undefined ? "" : `${worst} ${first.severity.level}`;
   },
   draw,
 };
@@ -36,7 +38,7 @@ function draw(app: App): TemplateResult {
       <th scope="col" title="Estimated bias of the range">Range<br>bias</th>
       <th scope="col" title="Estimated bias of the azimuth">Azimuth<br>bias</th></tr></thead>
     <tbody>${sorted.map(({ sensor, severity }) => row(sensor, severity, sensor === open?.sensor, app))}</tbody></table>
-    ${open === undefined ? nothing : sensorSheet(open.sensor, open.severity, app)}`;
+    ${open === undefined ? nothing : sensorSheet(open.sensor, open === first ? open.severity.reasons.slice(1) : open.severity.reasons, app)}`;
 }
 
 /** One sentence: which sensor to look at first. */
@@ -45,7 +47,7 @@ function verdict(sorted: { sensor: Sensor; severity: Severity }[]): TemplateResu
   const wrong = sorted.filter(({ severity }) => severity.rank > 0).length;
   if (worst === undefined || wrong === 0) return html`<p class="summary">No sensor has an alarm.</p>`;
   return html`<p class="summary"><strong>${worst.sensor.id}: ${worst.severity.reasons[0] ?? worst.severity.level}</strong>${
-    wrong > 1 ? ` ${wrong - 1} more to look at.` : ""}</p>`;
+    wrong > 1 ? html` <span class="count">${wrong - 1} more to look at.</span>` : ""}</p>`;
 }
 
 function row(sensor: Sensor, severity: Severity, open: boolean, app: App): TemplateResult {

@@ -38,7 +38,8 @@ export function alarmsOf(sensor: Sensor): string[] {
 
 export function severityOf(sensor: Sensor): Severity {
   const alarms = alarmsOf(sensor);
-  const causes = sensor.diagnoses.map((one) => one.sentence);
+  // The name stands before them on the page.
+  const causes = sensor.diagnoses.map(({ sentence }) => (sentence.startsWith(`${sensor.id}: `) ? sentence.slice(sensor.id.length + 2) : sentence));
   const meaning = (alarm: string): string => alarm === "storm"
     ? `More measurements than it can deliver: ${sensor.storm}.` : alarm === "clock"
     ? `Its clock is ${(sensor.clock_lead_s ?? 0).toFixed(0)} s ahead of the data time.` : ALARMS[alarm] ?? `Alarm ${alarm}.`;

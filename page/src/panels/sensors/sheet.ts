@@ -10,13 +10,13 @@ import { Source } from "../source";
 import { signed } from "../track/contributions";
 import { figure } from "../track/curves";
 import { utc } from "../../units";
-import { numberOf, type Severity } from "./severity";
+import { numberOf } from "./severity";
 
 const EVERY_MS = 5000;
 const PAST_S = 3600;
 const ROWS_MAX = 5000;
 /** Means of fewer plots are not shown. */
-const PLOTS_MIN = 5;
+const PLOTS_MIN = 20;
 
 interface Estimate {
   time_s: number;
@@ -42,9 +42,10 @@ interface Residuals {
 const history = new Source<{ biases: Estimate[] }>(EVERY_MS);
 const residuals = new Source<Residuals>(EVERY_MS);
 
-export function sensorSheet(sensor: Sensor, severity: Severity, app: App): TemplateResult {
-  return html`<section class="sheet" aria-label="Sensor ${sensor.id}"><h3>${sensor.id}</h3>
-    ${severity.reasons.map((one) => html`<p class="alarm">${one}</p>`)}
+/** The sheet, with what is wrong with the sensor in sentences. */
+export function sensorSheet(sensor: Sensor, reasons: readonly string[], app: App): TemplateResult {
+  return html`<section class="sheet" aria-label="Sensor ${sensor.id}"><h3 class="own">${sensor.id}</h3>
+    ${reasons.map((one) => html`<p class="alarm">${one}</p>`)}
     ${sensor.biases.length === 0 ? html`<p class="hint">No bias is estimated${(sensor.updates ?? 1) === 0 ? " yet" : ""}.</p>` : biases(sensor)}
     ${curves(sensor, app)}
     ${sensor.kind === "radar" ? byPlace(sensor, app) : nothing}
@@ -153,7 +154,7 @@ function facts(sensor: Sensor, { feed }: App): TemplateResult {
       ["Noise of azimuth", noise(value("azimuth_sigma_ratio"), sensor.azimuth_sigma_deg, "°")],
       ["Tracks in coverage", Number.isFinite(value("tracks_in_cover")) ? `${value("tracks_heard")} detected of ${value("tracks_in_cover")}` : "–"],
       ["Site error", Number.isFinite(value("site_sigma_m"))
-        ? `${signed(value("site_east_m"), 0)} m east, ${signed(value("site_north_m"), 0)} m north (± ${(2 * value("site_sigma_m")).toFixed(0)} m)` : "not estimated yet"],
+        ? `${signed(value("site_east_m"), 0)} m east, ${signed(value("site_north_m"), 0)} m north (±\u00a0${(2 * value("site_sigma_m")).toFixed(0)}\u00a0m)` : "not estimated yet"],
       ["Bias jumps", `${Number.isFinite(value("bias_jumps")) ? value("bias_jumps") : 0}${
         Number.isFinite(value("last_jump_s")) ? `, the last at ${utc(value("last_jump_s"))}` : ""}`],
     );

@@ -18,6 +18,8 @@ const WINDOW_S = 600;
 const HEARD_S = 60;
 const TRANSITIONS_MAX = 6;
 
+/** The track that was shown last, by the name that people know. */
+let last: { id: number; name: string } | null = null;
 const plots = new Source<TrackPlots>(EVERY_MS);
 const transitions = new Source<{ transitions: Transition[] }>(EVERY_MS);
 
@@ -37,6 +39,7 @@ function draw(app: App): TemplateResult {
   const shownS = app.clock.isLive ? Infinity : app.clock.at(performance.now()) ?? Infinity;
   const steps = (past?.transitions ?? []).filter((one) => one.time_s <= shownS);
   if (track === undefined) return absent(selected, steps, shownS);
+  last = { id: selected, name: nameOf(track) };
   const used = plots.read(app, String(selected), `v1/tracks/${selected}/plots?window_s=${WINDOW_S}`);
   const { updates } = app.selection;
   return html`${head(track, app)}
@@ -58,18 +61,18 @@ function head(track: Track, { actions }: App): TemplateResult {
       <button type="button" @click=${() => actions.select(null)}>Deselect <kbd>Esc</kbd></button></div></div>`;
 }
 
-function facts(track: Track, last: Update | undefined, { view }: App): TemplateResult {
+function facts(track: Track, newest: Update | undefined, { view }: App): TemplateResult {
   const { units } = view;
-  const sigma = last?.height_sigma_m ?? NaN;
+  const sigma = newest?.height_sigma_m ?? NaN;
   const rows: [string, string, string][] = [
     ["Level", track.onGround ? "on the ground" : Number.isFinite(track.heightM) ? level(track.heightM, units) : "not received",
       Number.isFinite(sigma) ? `± ${(2 * sigma).toFixed(0)} m` : ""],
     ["Vertical rate", climb(track.climbMps, units), ""],
-    ["Speed", speed(track.speedMps, units), last === undefined ? "" : `± ${speed(2 * last.velocity_sigma_mps, units)}`],
+    ["Speed", speed(track.speedMps, units), newest === undefined ? "" : `± ${speed(2 * newest.velocity_sigma_mps, units)}`],
     ["Heading", heading(track.headingDeg), ""],
     ["Position", `${track.latitude.toFixed(4)}, ${track.longitude.toFixed(4)}`, ""],
     ["Position sigma", distance(track.sigmaM, units), ""],
-    ["Last plot", `${track.ageS.toFixed(1)} s ago`, last === undefined ? "" : `by ${last.sensor_id}`],
+    ["Last plot", `${track.ageS.toFixed(1)} s ago`, newest === undefined ? "" : `by ${newest.sensor_id}`],
     ["Track number", String(track.id), ""],
   ];
   return html`<dl class="facts">${rows.map(([name, value, more]) => html`<dt>${name}</dt><dd>${value}${
@@ -115,12 +118,13 @@ function life(found: readonly Transition[]): TemplateResult | typeof nothing {
 }
 
 function absent(id: number, found: readonly Transition[], shownS: number): TemplateResult {
-  const last = found[found.length - 1];
-  if (Number.isFinite(shownS) && last?.transition !== "ended") {
-    return html`<p class="hint">Track ${id} was not tracked at ${utc(shownS)}.</p>`;
+  const end = found[found.length - 1];
+  const name = last?.id === id && !last.name.startsWith("#") ? `Track ${id} (${last.name})` : `Track ${id}`;
+  if (Number.isFinite(shownS) && end?.transition !== "ended") {
+    return html`<p class="hint">${name} was not tracked at ${utc(shownS)}.</p>`;
   }
-  const how = last?.transition === "ended" ? ` at ${utc(last.time_s)}: ${said(last)}` : "";
-  return html`<p class="hint">Track ${id} has ended${how}.</p>${life(found)}`;
+  const how = end?.transition === "ended" ? ` at ${utc(end.time_s)}: ${said(end)}` : "";
+  return html`<p class="hint">${name} has ended${how}.</p>${life(found)}`;
 }
 
 const REASONS: Record<string, string> = {
