@@ -16,6 +16,7 @@
     │   ├── PayloadError            a Zenoh sample or query that is rejected as a whole
     │   └── IdempotencyConflictError  a key was already used for another message
     ├── FindingsError               output was written, but what it was made from is at fault
+    │   └── DamageError             a state or backup is damaged; nothing was written
     ├── OutputExistsError           the output file or folder already exists
     ├── OutsidePlaneError           a position too far from the centre of the system plane
     ├── UnknownAircraftError        an aircraft that was not initiated, or was dropped
@@ -169,6 +170,19 @@ class FindingsError(MultiradarError):
         self.findings = tuple(findings)
         self.output = output
         super().__init__("; ".join(self.findings))
+
+
+class DamageError(FindingsError):
+    """A state or a backup is damaged; nothing was written.
+
+    Attributes
+    ----------
+    findings : tuple of str
+        A sentence for each damaged file or entry.
+    """
+
+    def __init__(self, findings: Sequence[str]) -> None:
+        super().__init__(findings, None)
 
 
 class DataWarning(UserWarning):

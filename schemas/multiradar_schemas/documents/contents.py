@@ -6,6 +6,7 @@ from collections.abc import Collection
 from pathlib import Path
 
 JOURNAL = "the state of `serve`"
+BACKUP = "the output of `backup`"
 TRACKS = "the output of `track`"
 MEASUREMENTS = ("the output of `convert`", "the output of `simulate`")
 DUMP = "a dump; `convert vid` it first"
@@ -15,6 +16,7 @@ SCENARIO = "a scenario"
 PROFILE = "a layout of a dump"
 #: Files that identify a folder, and its description; the first match counts.
 _MARKS = (
+    ("backup.json", BACKUP),
     ("tracks.parquet", TRACKS),
     ("truth.parquet", MEASUREMENTS[1]),
     ("system_tracks.parquet", "the output of `convert asterix`"),

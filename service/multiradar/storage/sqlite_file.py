@@ -1,9 +1,11 @@
-"""Files of a journal: opening, consistent reads, translation of errors."""
+"""Files of a journal: opening, consistent reads, copies, translation of errors."""
 
+import errno
 import os
+import re
 import sqlite3
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from urllib.parse import quote
 
@@ -15,10 +17,22 @@ SYNCHRONOUS_FULL = 2
 _BUSY_S = 10.0
 #: The first bytes of a database file (https://www.sqlite.org/fileformat.html, section 1.3.1).
 _MAGIC = b"SQLite format 3\0"
+#: Pages that are copied at once: 4 MiB, between which other threads and writers have their turn.
+_STEP_PAGES = 1024
+_PAGE = re.compile(r"page (\d+)", re.IGNORECASE)
 
 
 def open_database(path: Path, mode: str) -> sqlite3.Connection:
-    """Open a database file; `mode` is `ro` (read), `rw` or `rwc` (create when absent)."""
+    """Open a database file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    mode : str
+        `ro` (read), `rw`, `rwc` (create when absent), or `ro&immutable=1` for a file that no other
+        process changes: its folder is not written to either.
+    """
     return sqlite3.connect(
         f"file:{quote(str(path.absolute()))}?mode={mode}",
         uri=True,
@@ -43,10 +57,46 @@ def check_file_type(path: Path) -> None:
 
 
 def check_pages(connection: sqlite3.Connection, path: Path) -> None:
-    """Raise JournalError if tables and indexes of a database are not consistent."""
+    """Raise JournalError if tables and indexes of a database are not consistent.
+
+    Only the first inconsistency is named: of further ones SQLite may report none.
+    """
     found = connection.execute("PRAGMA integrity_check(1)").fetchone()[0]
-    if found != "ok":
-        raise JournalError(f"{path}: damaged: {found.splitlines()[-1]}")
+    if found == "ok":
+        return
+    line = found.splitlines()[-1]
+    page = _PAGE.search(line)
+    octets = connection.execute("PRAGMA page_size").fetchone()[0]
+    place = "" if page is None else f" (byte {(int(page[1]) - 1) * octets})"
+    raise JournalError(f"{path}: damaged: {line}{place}")
+
+
+def copy_database(connection: sqlite3.Connection, copy: Path) -> None:
+    """Copy a database as the present transaction of a connection reads it.
+
+    Parameters
+    ----------
+    connection : Connection
+        The database, within a transaction: others may write meanwhile.
+    copy : Path
+        The file to create; it has no write-ahead log, and is not synced.
+
+    Raises
+    ------
+    OSError
+        The disk of the copy is full.
+    """
+    with closing(open_database(copy, "rwc")) as target:
+        # The file is synced as a whole when it is complete.
+        target.execute("PRAGMA journal_mode=OFF")
+        target.execute("PRAGMA synchronous=OFF")
+        try:
+            connection.backup(target, pages=_STEP_PAGES)
+            target.execute("PRAGMA journal_mode=DELETE")
+        except sqlite3.Error as error:
+            if getattr(error, "sqlite_errorname", "") == "SQLITE_FULL":
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)) from error
+            raise
 
 
 def sync(path: Path) -> None:

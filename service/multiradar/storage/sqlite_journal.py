@@ -1,19 +1,8 @@
 """The journal on disk: SQLite with a write-ahead log, synced at each transaction.
 
-====================  ==========================================================================
-Table                 Rows
-====================  ==========================================================================
-``header``            one: format version, fingerprint of the configuration
-``head``              one: last entry, its digest, rows accepted and rejected so far
-``entry``             one for each message or mark, chained by digests
-``quarantine``        one for each entry with rejected rows: the number of its first rejected row
-``skipped``           one for each entry that the engine cannot process
-====================  ==========================================================================
-
-Reads are verified: the digest of each entry is recomputed from the previous one, the numbers must
-be complete, and the last entry must be the one in ``head``. Before SQLite opens a journal for
-writing, and changes its files, the write-ahead log, the pages and the tip are verified: the last
-acknowledged entry must be there (`multiradar.storage.tip`).
+Its tables, and how reads of them are verified: `multiradar.storage.journal_rows`. Before SQLite
+opens a journal for writing, and changes its files, the write-ahead log, the pages and the tip are
+verified: the last acknowledged entry must be there (`multiradar.storage.tip`).
 """
 
 import shutil
@@ -22,13 +11,20 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
 
 from multiradar.errors import ConfigurationError, JournalError, JournalFullError
-from multiradar.storage.chain import Columns, entry_digest, mark_digest, origin_digest
+from multiradar.storage.chain import Columns, entry_digest, mark_digest
 from multiradar.storage.entries import Entry, JournalCounts, Quarantined, StoredEntry
 from multiradar.storage.file_lock import FileLock, OpenFiles
 from multiradar.storage.journal import Space
+from multiradar.storage.journal_rows import (
+    ENTRY,
+    FORMAT_VERSION,
+    SCHEMA,
+    Head,
+    JournalRows,
+    fingerprint_of,
+)
 from multiradar.storage.sqlite_file import (
     SYNCHRONOUS_FULL,
     check_file_type,
@@ -44,40 +40,11 @@ from multiradar.storage.tip import ACCEPT, Tip, TipFile
 from multiradar.storage.write_ahead_log import log_damage
 from multiradar_schemas.documents.contents import JOURNAL, content
 
-FORMAT_VERSION = 2
-
 #: Entries read in one transaction; rows are fetched one at a time.
 _PIECE_ENTRIES = 256
 
 # Ends of the names of its files.
 _FILES = ("", "-wal", "-shm", "-tip")
-
-_SCHEMA = """
-CREATE TABLE header (format_version INTEGER NOT NULL, fingerprint TEXT NOT NULL);
-CREATE TABLE head (
-    sequence INTEGER NOT NULL, digest BLOB NOT NULL,
-    accepted INTEGER NOT NULL, rejected INTEGER NOT NULL
-);
-CREATE TABLE entry (
-    sequence INTEGER PRIMARY KEY, kind TEXT NOT NULL, source TEXT NOT NULL,
-    idempotency_key TEXT UNIQUE, payload BLOB NOT NULL, accepted INTEGER NOT NULL,
-    rejects TEXT NOT NULL, admission TEXT NOT NULL, digest BLOB NOT NULL
-);
-CREATE TABLE quarantine (first INTEGER PRIMARY KEY, sequence INTEGER NOT NULL);
-CREATE TABLE skipped (sequence INTEGER PRIMARY KEY, reason TEXT NOT NULL, digest BLOB NOT NULL);
-"""
-_ENTRY = (
-    "SELECT kind, source, idempotency_key, payload, accepted, rejects, admission, digest, sequence "
-    "FROM entry "
-)
-
-
-class _Head(NamedTuple):
-    # The end of the journal.
-    sequence: int
-    digest: bytes
-    accepted: int
-    rejected: int
 
 
 class SqliteJournal:
@@ -109,6 +76,7 @@ class SqliteJournal:
         path = path.resolve() if path.is_symlink() else path
         self._path = path
         self._setting_of = setting_of
+        self._rows = JournalRows(path, fingerprint)
         self._log_path, self._tip_path = self._beside("-wal"), self._beside("-tip")
         self._writing = threading.Lock()
         self._reading = threading.Lock()
@@ -164,28 +132,28 @@ class SqliteJournal:
     def read(self, after: int) -> Iterator[StoredEntry]:
         """Yield the verified entries after a sequence number, in bounded pieces."""
         with journal_errors(self._path), closing(open_database(self._path, "ro")) as connection:
-            previous = self._digest_of(connection, after)
+            previous = self._rows.digest_of(connection, after)
             sequence = after
             accepted, rejected = 0, 0
             while True:
                 begin = sequence
                 with snapshot(connection):
-                    head = self._head(connection)
+                    head = self._rows.head(connection)
                     piece = connection.execute(
-                        _ENTRY + "WHERE sequence > ? ORDER BY sequence LIMIT ?",
+                        ENTRY + "WHERE sequence > ? ORDER BY sequence LIMIT ?",
                         (sequence, _PIECE_ENTRIES),
                     )
                     for row in piece:
                         sequence += 1
-                        stored = self._verified(previous, sequence, row)
+                        stored = self._rows.verified(previous, sequence, row)
                         previous = stored.digest
                         accepted += stored.entry.accepted
                         rejected += len(stored.entry.rejects)
                         yield stored
                 if sequence - begin < _PIECE_ENTRIES:
-                    self._check_end(head, sequence, previous)
-                    if not after and (accepted, rejected) != (head.accepted, head.rejected):
-                        raise self._damaged(sequence, "its counts are not those of the entries")
+                    self._rows.check_end(head, sequence, previous)
+                    if not after:
+                        self._rows.check_counts(head, accepted, rejected)
                 if sequence == begin:
                     break
 
@@ -194,14 +162,14 @@ class SqliteJournal:
         # On the writer's connection, so that long reads do not block the writer.
         with journal_errors(self._path), self._writing:
             row = self._writer.execute(
-                _ENTRY + "WHERE idempotency_key = ?", (idempotency_key,)
+                ENTRY + "WHERE idempotency_key = ?", (idempotency_key,)
             ).fetchone()
-            return None if row is None else self._alone(self._writer, row)
+            return None if row is None else self._rows.alone(self._writer, row)
 
     def quarantined(self, after: int, limit: int) -> list[Quarantined]:
         """Return at most `limit` rejected rows after a number in the quarantine."""
         with journal_errors(self._path), self._reading, snapshot(self._reader):
-            total = self._head(self._reader).rejected
+            total = self._rows.head(self._reader).rejected
             begin = self._reader.execute(
                 "SELECT max(first) FROM quarantine WHERE first <= ?", (after + 1,)
             ).fetchone()[0]
@@ -212,9 +180,9 @@ class SqliteJournal:
             found: list[Quarantined] = []
             number = begin or 1
             for first, sequence in places:
-                stored = self._entry(sequence)
+                stored = self._rows.one(self._reader, sequence)
                 if first != number or not stored.entry.rejects:
-                    raise self._damaged(
+                    raise self._rows.damaged(
                         sequence, f"expected its rejected rows to start at {number}"
                     )
                 found.extend(_numbered(stored, first))
@@ -228,14 +196,16 @@ class SqliteJournal:
     def counts(self) -> JournalCounts:
         """Return the number of entries and measurements, and the state of the admission."""
         with journal_errors(self._path), self._reading:
-            head = self._head(self._reader)
-            admission = self._entry(head.sequence).entry.admission if head.sequence else ""
+            head = self._rows.head(self._reader)
+            admission = (
+                self._rows.one(self._reader, head.sequence).entry.admission if head.sequence else ""
+            )
             return JournalCounts(head.sequence, head.accepted, head.rejected, admission)
 
     def digest(self, sequence: int) -> bytes:
         """Return the digest of an entry, which covers all before it."""
         with journal_errors(self._path), self._reading:
-            return self._digest_of(self._reader, sequence)
+            return self._rows.digest_of(self._reader, sequence)
 
     def skip(self, sequence: int, reason: str) -> None:
         """Mark an entry that the engine cannot process, so that replays skip it."""
@@ -250,13 +220,7 @@ class SqliteJournal:
     def skipped(self) -> dict[int, str]:
         """Return the entries that replays skip, with their reasons."""
         with journal_errors(self._path), self._reading:
-            marks = self._reader.execute(
-                "SELECT sequence, reason, digest FROM skipped ORDER BY sequence"
-            ).fetchall()
-        for sequence, reason, digest in marks:
-            if mark_digest(sequence, reason) != digest:
-                raise self._damaged(sequence, "its checksum does not match")
-        return {sequence: reason for sequence, reason, _ in marks}
+            return self._rows.skipped(self._reader)
 
     def space(self) -> Space | None:
         """Return the space on its disk; None if the disk cannot be read."""
@@ -282,8 +246,7 @@ class SqliteJournal:
         tip = self._verified_tip(fingerprint)
         created = tip is None
         if tip is None:
-            self._origin = origin_digest(FORMAT_VERSION, fingerprint)
-            tip = Tip(0, self._origin)
+            tip = Tip(0, self._rows.origin)
         elif self._log_path.exists():
             # After a kill it may have entries that were never synced.
             sync(self._log_path)
@@ -294,7 +257,7 @@ class SqliteJournal:
         set_pragma(self._writer, self._path, "synchronous", "FULL", SYNCHRONOUS_FULL)
         if created:
             self._create(fingerprint)
-        self._head(self._writer)
+        self._rows.head(self._writer)
         # One that can be read but not written is reported here, not by the first measurement.
         self._writer.execute("UPDATE head SET sequence = sequence WHERE 0")
         self._reader = opened.enter_context(closing(open_database(self._path, "ro")))
@@ -329,34 +292,25 @@ class SqliteJournal:
         return None
 
     def _check_tip(self, connection: sqlite3.Connection, tip: Tip) -> Tip:
-        end = self._head(connection).sequence
+        end = self._rows.head(connection).sequence
         if end < tip.sequence:
             raise self._incomplete(
                 f"entry {end + 1} of the journal is missing: {tip.sequence} were acknowledged, it "
                 f"holds {end}"
             )
-        if tip.sequence and self._digest_of(connection, tip.sequence) != tip.digest:
+        if tip.sequence and self._rows.digest_of(connection, tip.sequence) != tip.digest:
             raise self._incomplete(f"entry {tip.sequence} is not the one that was acknowledged")
-        return Tip(end, self._digest_of(connection, end))
+        return Tip(end, self._rows.digest_of(connection, end))
 
     def _create(self, fingerprint: str) -> None:
         with self._transaction():
-            for statement in _SCHEMA.strip().split(";\n"):
+            for statement in SCHEMA.strip().split(";\n"):
                 self._writer.execute(statement)
             self._writer.execute("INSERT INTO header VALUES (?, ?)", (FORMAT_VERSION, fingerprint))
-            origin = origin_digest(FORMAT_VERSION, fingerprint)
-            self._writer.execute("INSERT INTO head VALUES (0, ?, 0, 0)", (origin,))
+            self._writer.execute("INSERT INTO head VALUES (0, ?, 0, 0)", (self._rows.origin,))
 
     def _check_header(self, connection: sqlite3.Connection, fingerprint: str) -> None:
-        rows = connection.execute("SELECT format_version, fingerprint FROM header").fetchall()
-        if len(rows) != 1:
-            raise JournalError(f"{self._path}: expected a journal with one header, was {len(rows)}")
-        version, written_with = rows[0]
-        if version != FORMAT_VERSION:
-            raise ConfigurationError(
-                f"{self._path}: expected a journal of format {FORMAT_VERSION}, was {version}; "
-                "use the multiradar version that wrote it, or choose another journal"
-            )
+        written_with = fingerprint_of(connection, self._path)
         if written_with != fingerprint:
             other = self._setting_of(written_with) or (
                 "other sensors or tracking settings, or on another kind of processor (fingerprint "
@@ -366,7 +320,6 @@ class SqliteJournal:
                 f"{self._path}: the journal was created with {other}; start with those, or choose "
                 "another journal (--state) and replay the measurements into it"
             )
-        self._origin = origin_digest(version, written_with)
 
     # ---------------------------------------------------------------- writing
 
@@ -381,8 +334,8 @@ class SqliteJournal:
                 self._writer.execute("ROLLBACK")
             raise
 
-    def _insert(self, entries: Sequence[Entry]) -> _Head:
-        sequence, digest, accepted, rejected = self._head(self._writer)
+    def _insert(self, entries: Sequence[Entry]) -> Head:
+        sequence, digest, accepted, rejected = self._rows.head(self._writer)
         for entry in entries:
             sequence += 1
             columns = Columns.of(entry)
@@ -402,61 +355,7 @@ class SqliteJournal:
             "UPDATE head SET sequence = ?, digest = ?, accepted = ?, rejected = ?",
             (sequence, digest, accepted, rejected),
         )
-        return _Head(sequence, digest, accepted, rejected)
-
-    # ---------------------------------------------------------------- verifying
-
-    def _verified(self, previous: bytes, sequence: int, row: tuple[Any, ...]) -> StoredEntry:
-        columns = Columns(*row[:7])
-        digest, found = row[7:]
-        if found != sequence:
-            raise self._damaged(sequence, f"expected this entry, found {found}")
-        try:
-            intact = entry_digest(previous, sequence, columns) == digest
-        except (AttributeError, TypeError, UnicodeError):
-            # A column has a type other than the written one.
-            intact = False
-        if not intact:
-            raise self._damaged(sequence, "its digest does not match its content")
-        return StoredEntry(sequence, columns.entry(), digest)
-
-    def _entry(self, sequence: int) -> StoredEntry:
-        row = self._reader.execute(_ENTRY + "WHERE sequence = ?", (sequence,)).fetchone()
-        if row is None:
-            raise self._damaged(sequence, "the entry is missing")
-        return self._alone(self._reader, row)
-
-    def _check_end(self, head: _Head, sequence: int, digest: bytes) -> None:
-        if sequence < head.sequence:
-            raise self._damaged(sequence + 1, "the entry is missing")
-        if sequence > head.sequence or digest != head.digest:
-            raise self._damaged(sequence, "it is not the last entry written")
-
-    # A single entry, verified against the digest of the previous entry.
-    def _alone(self, connection: sqlite3.Connection, row: tuple[Any, ...]) -> StoredEntry:
-        sequence = row[8]
-        if not isinstance(sequence, int):
-            raise JournalError(f"{self._path}: expected a sequence number, was {sequence!r}")
-        return self._verified(self._digest_of(connection, sequence - 1), sequence, row)
-
-    def _digest_of(self, connection: sqlite3.Connection, sequence: int) -> bytes:
-        if sequence == 0:
-            return self._origin
-        row = connection.execute(
-            "SELECT digest FROM entry WHERE sequence = ?", (sequence,)
-        ).fetchone()
-        if row is None or not isinstance(row[0], bytes):
-            raise self._damaged(sequence, "the entry is missing")
-        return row[0]
-
-    def _head(self, connection: sqlite3.Connection) -> _Head:
-        rows = connection.execute(
-            "SELECT sequence, digest, accepted, rejected FROM head"
-        ).fetchall()
-        intact = len(rows) == 1 and [type(value) for value in rows[0]] == [int, bytes, int, int]
-        if not intact:
-            raise JournalError(f"{self._path}: expected a journal with one head, was {rows}")
-        return _Head(*rows[0])
+        return Head(sequence, digest, accepted, rejected)
 
     def _beside(self, end: str) -> Path:
         return self._path.with_name(self._path.name + end)
@@ -466,9 +365,6 @@ class SqliteJournal:
             f"{self._path}: {how}; restore all files {self._path.name}* from one copy, or write "
             f'"{ACCEPT}" into {self._tip_path.name} to continue with what is left'
         )
-
-    def _damaged(self, sequence: int, how: str) -> JournalError:
-        return JournalError(f"{self._path}: entry {sequence} of the journal is damaged: {how}")
 
 
 def _numbered(stored: StoredEntry, first: int) -> list[Quarantined]:

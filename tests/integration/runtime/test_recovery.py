@@ -21,7 +21,8 @@ from multiradar.runtime.live.service import Service
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.entries import Entry
 from multiradar.storage.journal import Journal
-from multiradar.storage.sqlite_journal import SqliteJournal, _Head
+from multiradar.storage.journal_rows import Head
+from multiradar.storage.sqlite_journal import SqliteJournal
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
@@ -59,7 +60,7 @@ class _Watched(SqliteJournal):
             self._copy(answered, int(self._random.integers(before, wal.stat().st_size)), tip)
         return sequences
 
-    def _insert(self, entries: Sequence[Entry]) -> _Head:
+    def _insert(self, entries: Sequence[Entry]) -> Head:
         head = super()._insert(entries)
         self._copy(frozenset(self.answered), None)
         return head

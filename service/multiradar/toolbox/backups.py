@@ -1,0 +1,189 @@
+"""Backup, verification and restoration of the state of a service."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from multiradar.errors import ConfigurationError, DamageError
+
+if TYPE_CHECKING:
+    from multiradar.settings.service import Settings
+    from multiradar.storage.backup import Backup
+    from multiradar.storage.verification import Progress, Verification
+
+#: Files of the configuration in a backup.
+SENSORS_FILE, SETTINGS_FILE = "sensors.toml", "settings.toml"
+#: Sections of the settings on which the output, or the use of snapshots, depends.
+_SECTIONS = ("tracking", "runtime")
+
+
+def backup(
+    state: Path, out: Path, *, sensors: Path | None = None,
+    config: Path | None = None, filter_name: str | None = None,
+    on_progress: "Progress" = lambda _done, _total: None,
+) -> "Backup":  # fmt: skip
+    """Copy the state of a service, which may run meanwhile.
+
+    Parameters
+    ----------
+    state : Path
+        Folder of the state, or the journal in it.
+    out : Path
+        The folder to create.
+    sensors, config : Path, optional
+        The sensors file and the settings file of the service.
+    filter_name : str, optional
+        The filter of the service, where it is not that of the settings.
+    on_progress : callable
+        Called with the number of verified entries and that of all.
+
+    Returns
+    -------
+    Backup
+        What it contains.
+
+    Raises
+    ------
+    ConfigurationError
+        The journal was created with other sensors or settings; the service could not continue it
+        with those in the backup.
+    DamageError
+        The state is damaged; nothing is kept.
+    InputError, OutputExistsError
+        There is no such state, or the output cannot be written.
+    """
+    from importlib.metadata import version
+
+    from multiradar.clock import SystemClock
+    from multiradar.settings.service import load_settings
+    from multiradar.storage.backup import write_backup
+    from multiradar.storage.output_folder import new_folder
+
+    overrides: dict[str, Any] = {} if sensors is None else {"sensors": sensors}
+    if filter_name is not None:
+        overrides["tracking"] = {"filter_name": filter_name}
+    settings = load_settings(config, overrides)
+    journal = _journal_of(state)
+    with new_folder(out) as folder:
+        _check_configuration(journal, settings)
+        extra = {
+            SENSORS_FILE: settings.sensors.read_bytes(),
+            SETTINGS_FILE: _settings_text(settings).encode(),
+        }
+        return write_backup(
+            journal, folder, extra, time_s=SystemClock().now_s(), version=version("multiradar"),
+            on_progress=on_progress,
+        )  # fmt: skip
+
+
+def verify(path: Path, *, on_progress: "Progress" = lambda _done, _total: None) -> "Verification":
+    """Verify a state, which may be in use, or a backup; nothing is changed.
+
+    Parameters
+    ----------
+    path : Path
+        Folder of a state or of a backup, or a journal.
+    on_progress : callable
+        Called with the number of verified entries and that of all.
+
+    Returns
+    -------
+    Verification
+        What was found; `damage` is empty if all is sound.
+
+    Raises
+    ------
+    InputError
+        There is neither.
+    JournalError, ConfigurationError
+        It is no journal, or one of another format.
+    """
+    from multiradar.storage.backup import MANIFEST, verify_backup
+    from multiradar.storage.verification import verify_journal
+
+    if (path / MANIFEST).is_file():
+        return verify_backup(path, on_progress)
+    return verify_journal(_journal_of(path), on_progress)
+
+
+def restore(
+    folder: Path, state: Path, *, on_progress: "Progress" = lambda _done, _total: None
+) -> "Backup":
+    """Restore a backup into a new folder; it is verified before and after it is copied.
+
+    Parameters
+    ----------
+    folder : Path
+        The backup.
+    state : Path
+        The folder to create, for `serve --state`.
+    on_progress : callable
+        Called with the number of verified entries and that of all.
+
+    Returns
+    -------
+    Backup
+        What was restored.
+
+    Raises
+    ------
+    DamageError
+        The backup is damaged; nothing is created.
+    InputError, OutputExistsError
+        There is no backup, or the folder exists or cannot be written.
+    """
+    from multiradar.storage.backup import copy_backup, read_backup, verify_backup
+    from multiradar.storage.output_folder import check_new, new_folder
+
+    check_new(state)
+    listed = read_backup(folder)
+    damage = verify_backup(folder, on_progress).damage
+    if damage:
+        raise DamageError(damage)
+    with new_folder(state) as made:
+        copy_backup(folder, made)
+    return listed
+
+
+def _journal_of(state: Path) -> Path:
+    from multiradar.storage.backup import DATABASE
+
+    return state if state.is_file() else state / DATABASE
+
+
+# A journal is continued only with the sensors and settings that it was created with.
+def _check_configuration(journal: Path, settings: "Settings") -> None:
+    from multiradar.estimation.filters.bank import FILTERS
+    from multiradar.runtime.engine.fingerprint import configuration_fingerprint, filter_of
+    from multiradar.storage.backup import journal_fingerprint
+    from multiradar.toolbox.inputs import load_sensor_table
+
+    sensors, tracking = load_sensor_table(settings.sensors), settings.tracking_settings()
+    found = journal_fingerprint(journal)
+    if found == configuration_fingerprint(sensors, tracking):
+        return
+    name = filter_of(found, sensors, tracking, FILTERS)
+    other = (
+        f"the filter {name}, not {tracking.filter_name}"
+        if name
+        else f"other sensors than {settings.sensors}, other tracking settings, or on another kind "
+        "of processor"
+    )
+    raise ConfigurationError(
+        f"{journal}: the journal was created with {other}; give the backup what the service is "
+        "started with (--sensors, --config, --filter)"
+    )
+
+
+# The settings that differ from their defaults, as TOML; JSON values are TOML values.
+def _settings_text(settings: "Settings") -> str:
+    lines = []
+    for name in _SECTIONS:
+        section = getattr(settings, name)
+        defaults = type(section)().model_dump()
+        given = {
+            key: value for key, value in section.model_dump().items() if value != defaults[key]
+        }
+        if given:
+            lines += [f"[{name}]", *(f"{key} = {json.dumps(one)}" for key, one in given.items())]
+    return "".join(f"{line}\n" for line in lines)
