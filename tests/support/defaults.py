@@ -60,6 +60,15 @@ def parameter_lines(document: dict[str, Any]) -> list[str]:
     ]
 
 
+def answer_lines(document: dict[str, Any]) -> list[str]:
+    """Return a line for each operation of an OpenAPI document with the statuses it may answer."""
+    return [
+        f"{verb} {path} answers: {', '.join(sorted(operation['responses']))}"
+        for path, verbs in document["paths"].items()
+        for verb, operation in verbs.items()
+    ]
+
+
 def _models(kind: Any) -> Iterator[type[BaseModel]]:
     if isinstance(kind, type) and issubclass(kind, BaseModel):
         yield kind

@@ -1,4 +1,4 @@
-"""Defaults and bounds of settings, options and parameters change on purpose only.
+"""Defaults, bounds of settings, options and parameters, and statuses of answers change on purpose.
 
 A change of one changes its line in `tests/golden/defaults.txt`, too, and has an entry in the
 changelog.
@@ -30,7 +30,13 @@ from multiradar_converters.inspection.recordings import InspectionOptions
 from multiradar_converters.vid.options import Options as VidOptions
 from multiradar_converters.vid.profile import Profile
 from multiradar_schemas.sensors.sensor import SensorsFile
-from support.defaults import command_lines, dataclass_lines, model_lines, parameter_lines
+from support.defaults import (
+    answer_lines,
+    command_lines,
+    dataclass_lines,
+    model_lines,
+    parameter_lines,
+)
 from support.fakes.fake_service import FakeService
 from support.paths import TESTS
 
@@ -52,5 +58,5 @@ def test_defaults_and_bounds_are_those_on_record() -> None:
     lines = [line for model in MODELS for line in model_lines(model)]
     lines += [line for kind in DATACLASSES for line in dataclass_lines(kind)]
     lines += command_lines(typer.main.get_command(app), "multiradar")
-    lines += parameter_lines(api.openapi())
+    lines += [*parameter_lines(api.openapi()), *answer_lines(api.openapi())]
     assert lines == RECORD.read_text(encoding="utf-8").splitlines()

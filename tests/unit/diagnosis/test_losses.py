@@ -37,6 +37,12 @@ def test_a_third_of_the_measurements_may_be_lost() -> None:
     assert diagnose(evidence_of(recording(), UPDATED=600, REFUSED=300)) == []
 
 
+@pytest.mark.parametrize(("known", "codes"), [(19, []), (20, ["measurements_lost"])])
+def test_losses_are_reported_from_20_measurements_on(known: int, codes: list[str]) -> None:
+    evidence = evidence_of(recording(), UPDATED=known - 10, REFUSED=10)
+    assert [one.code for one in diagnose(evidence)] == codes
+
+
 def test_more_than_a_third_is_reported_with_causes_and_what_to_check() -> None:
     found = said(evidence_of(recording(), UPDATED=600, REFUSED=301, RESTARTED=9))
     assert (found.sensor_id, found.code) == ("1-10", "measurements_lost")

@@ -63,7 +63,12 @@ def test_an_estimated_frame_counts_as_the_site_of_the_nearest_turned_radar() -> 
     turned = {PARAMETER_AZIMUTH_OFFSET: 0.0}
     frame = dict.fromkeys((PARAMETER_FRAME_EAST, PARAMETER_FRAME_ROTATION), 0.0)
 
-    def numbers(first: dict[int, float], second: dict[int, float], third: dict[int, float]) -> Any:
+    def numbers(
+        first: dict[int, float],
+        second: dict[int, float],
+        third: dict[int, float],
+        kinds: tuple[int, ...] = (KIND_RADAR, KIND_RADAR, KIND_POSITION),
+    ) -> Any:
         own = [replace(one, biases={}) for one in radars]
         rng = np.random.default_rng(1)
         table = make_scene(rng, own, random_flights(rng, 1, 10.0)).sensors
@@ -72,7 +77,7 @@ def test_an_estimated_frame_counts_as_the_site_of_the_nearest_turned_radar() -> 
         return numbers_of_sites(
             replace(
                 table,
-                kinds=np.array([KIND_RADAR, KIND_RADAR, KIND_POSITION], np.int8),
+                kinds=np.array(kinds, np.int8),
                 parameter_sensor=np.array([i for i, _ in listed], np.int32),
                 parameter_kind=np.array([k for _, k in listed], np.int8),
                 prior_mean=np.zeros(count),
@@ -83,6 +88,8 @@ def test_an_estimated_frame_counts_as_the_site_of_the_nearest_turned_radar() -> 
 
     assert numbers(turned, turned, frame) == [0, 1, 1]
     assert numbers(turned, {}, frame) == [0, 1, 0]
+    # Another frame that is estimated may be turned, too.
+    assert numbers({}, frame, frame, (KIND_RADAR, KIND_POSITION, KIND_POSITION)) == [0, 1, 1]
     # Radars with known azimuths anchor it, and a rotation alone is about a known point.
     assert numbers({}, {}, frame) == [0, 1, 2]
     assert numbers(turned, turned, {PARAMETER_FRAME_ROTATION: 0.0}) == [0, 1, 2]

@@ -74,6 +74,12 @@ def test_straight_flight_continues_straight() -> None:
     assert np.all(np.diff(sigma_m(ensemble)) > 0.0)
 
 
+def test_a_segment_applies_from_its_start_time() -> None:
+    ends = ends_of(flight(((0.0, 0.0), (60.0, 3.0))), (0, 1), 75.0)
+    found = [ends.kind_at(time_s).tolist() for time_s in (-1.0, np.nextafter(60.0, 0.0), 60.0)]
+    assert found == [[0], [0], [1]]
+
+
 def test_a_turn_continues_and_ends() -> None:
     controls = flight(((0.0, 0.0), (60.0, 3.0)))
     ensemble = forecast(ends_of(controls, (0, 1), 75.0), AHEAD_S, ForecastSettings(), CRUISE)
