@@ -133,12 +133,16 @@ def test_code_in_a_description_is_code_on_the_page(text: str, page: str) -> None
 
 
 def test_the_forms_of_a_message_are_those_that_are_taken(document: dict[str, Any]) -> None:
-    content = document["paths"]["/v1/measurements"]["post"]["requestBody"]["content"]
+    body = document["paths"]["/v1/measurements"]["post"]["requestBody"]
+    content = body["content"]
+    assert body["required"]
     assert sorted(content) == [
         "application/json",
         "application/vnd.apache.arrow.stream",
         "application/x-ndjson",
     ]
+    columns = content["application/vnd.apache.arrow.stream"]["schema"]
+    assert columns == {"type": "string", "format": "binary"}
     rows = content["application/json"]["example"]
     lines = content["application/x-ndjson"]["example"].splitlines()
     assert [json.loads(line) for line in lines] == rows
@@ -147,6 +151,8 @@ def test_the_forms_of_a_message_are_those_that_are_taken(document: dict[str, Any
     jsonschema.validate(rows[0], schema)
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate([{**rows[0], "range_m": -5.0}], schema)
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate([{**rows[0], "time": "2026-01-01T00:00:00Z"}], schema)
     jsonschema.validate(rows, json.loads(documents()["measurements.json"]))
 
 

@@ -35,6 +35,17 @@ def test_the_lease_is_long_for_subscribers_and_short_for_routers() -> None:
     assert setting(ZenohOptions(lease_s=3.5), "transport/link/tx/lease") == 3500
 
 
+def test_a_client_waits_for_its_router_and_a_peer_does_not() -> None:
+    client = ZenohOptions(
+        mode="client", listen=(), connect=("tcp/127.0.0.1:7447",), client_wait_s=2.5
+    )
+    for options, timeout_ms in ((client, 2500), (ZenohOptions(), -1)):
+        assert setting(options, "connect/timeout_ms") == timeout_ms
+        assert setting(options, "connect/exit_on_failure") is (timeout_ms > 0)
+        assert setting(options, "listen/exit_on_failure") is True
+        assert setting(options, "timestamping/enabled") is True
+
+
 @pytest.mark.parametrize(
     ("wrong", "sentence"),
     [

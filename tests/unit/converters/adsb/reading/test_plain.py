@@ -6,6 +6,7 @@ import pytest
 from multiradar_converters.adsb.reading import plain, roles
 from multiradar_converters.adsb.reading.layout import lay_out
 from multiradar_converters.adsb.reading.plain import Row
+from multiradar_converters.vid.text.lines import RejectedError
 
 BEGIN_S = 1_533_110_400.0
 LAYOUT = lay_out(
@@ -56,3 +57,16 @@ def test_the_bounds_themselves_are_taken_and_what_lies_beyond_is_not(
         assert not good
         assert reason is not None
         assert reason.startswith(LAYOUT.name_of(role))
+
+
+@pytest.mark.parametrize(
+    ("text", "on_ground"),
+    [("1", 1), ("0", 0), ("true", 1), ("True", 1), ("false", 0), ("False", 0), ("yes", None)],
+)
+def test_the_forms_of_true_and_false(text: str, on_ground: int | None) -> None:
+    if on_ground is None:
+        with pytest.raises(RejectedError, match="expected true or false, was 'yes'"):
+            plain.read_cells({roles.GROUND: text}, LAYOUT)
+    else:
+        row = plain.read_cells({roles.GROUND: text}, LAYOUT)
+        assert row.words[roles.GROUND - roles.FIRST_WORD] == on_ground
