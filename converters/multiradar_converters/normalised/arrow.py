@@ -137,11 +137,8 @@ def _typed(frame: pl.DataFrame) -> pl.DataFrame:
     if "time" not in columns:
         absent.append(pl.lit(None, pl.Datetime("us", "UTC")).alias("time"))
     overflow = pl.coalesce(*lost, pl.lit(None, pl.String))
-    return (
-        typed.with_columns(absent)
-        .with_columns(overflow.alias(_LOST), pl.int_range(pl.len(), dtype=pl.UInt32).alias("index"))
-        .with_columns(SECONDS)
-    )
+    index = pl.int_range(pl.len(), dtype=pl.UInt32).alias("index")
+    return typed.with_columns(absent).with_columns(overflow.alias(_LOST), index, SECONDS)
 
 
 def _column(column: pl.Series) -> pl.Series:
@@ -169,7 +166,7 @@ def _wrong_type(column: pl.Series, expected: str) -> BodyError:
 
 def _check_text(frame: pl.DataFrame, body_bytes: int) -> None:
     texts = [name for name, kind in MEASUREMENT_SCHEMA.items() if kind == pl.String()]
-    total = sum(int(frame[name].str.len_bytes().sum() or 0) for name in texts)
+    total = sum(frame.select(pl.col(texts).str.len_bytes().cast(pl.Int64).sum()).row(0))
     most = TEXT_EXPANSION_MAX * body_bytes
     if total > most:
         reason = f"expected at most {most} bytes of text in all rows, was {total}"

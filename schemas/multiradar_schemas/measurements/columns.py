@@ -1,5 +1,7 @@
 """Columns of measurements: `measurements.parquet` and Arrow bodies."""
 
+import polars as pl
+
 from multiradar_schemas.columns import table_schema
 from multiradar_schemas.measurements.aircraft_data import AircraftData
 from multiradar_schemas.measurements.measurement import RadarMeasurement
@@ -40,3 +42,16 @@ MEASUREMENT_LATER = (
     "callsign", ON_GROUND, POSITION_SIGMA, DETECTION, *MEASUREMENT_DIRECTIONS,
     *MEASUREMENT_AIRCRAFT,
 )  # fmt: skip
+
+
+def complete(frame: pl.DataFrame) -> pl.DataFrame:
+    """Return exactly the columns of `MEASUREMENT_SCHEMA`; absent ones are null."""
+    schema = frame.schema
+    if schema == MEASUREMENT_SCHEMA:
+        return frame
+    if all(schema.get(name) == kind for name, kind in MEASUREMENT_SCHEMA.items()):
+        return frame.select(MEASUREMENT_SCHEMA.names())
+    return frame.select(
+        pl.col(name).cast(kind) if name in schema else pl.lit(None, kind).alias(name)
+        for name, kind in MEASUREMENT_SCHEMA.items()
+    )

@@ -1,7 +1,7 @@
 """Columnar validation: a table of measurements in, rejected rows with reasons out."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import polars as pl
@@ -41,7 +41,7 @@ from multiradar_schemas.measurements.reject import RejectCode
 from multiradar_schemas.sensors.bounds import POSITION_SIGMA_M
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Gate:
     """A reason to reject a row.
 
@@ -71,7 +71,7 @@ _OF_ABSENCE = (RejectCode.MISSING_FIELD, RejectCode.UNKNOWN_SENSOR, RejectCode.U
 
 
 def rejections(
-    frame: pl.DataFrame, gates: Sequence[Gate]
+    frame: pl.DataFrame, gates: tuple[Gate, ...]
 ) -> tuple[NDArray[np.int64], tuple[RejectCode, ...], tuple[str, ...]]:
     """Return the rejected rows, each with the first gate that rejects it.
 
@@ -79,7 +79,7 @@ def rejections(
     ----------
     frame : DataFrame
         Columns of `MEASUREMENT_SCHEMA` and those of the gates.
-    gates : sequence of Gate
+    gates : tuple of Gate
         Reasons to reject a row, the most important first.
 
     Returns
@@ -92,10 +92,8 @@ def rejections(
         The message of each.
     """
     # Most recordings leave most columns empty. Only an absent value is a reason to reject there.
-    empty = {name for name in frame.columns if frame[name].null_count() == len(frame)}
-    gates = [gate for gate in gates if gate.field not in empty or gate.code in _OF_ABSENCE]
-    cascade = [pl.when(gate.rejects).then(pl.lit(n, pl.Int16)) for n, gate in enumerate(gates)]
-    gate_number = frame.select(pl.coalesce(cascade).alias("gate")).to_series()
+    empty = frozenset(one.name for one in frame if one.null_count() == len(frame))
+    gate_number = frame.select(_first_gate(gates, empty)).to_series()
     if gate_number.null_count() == len(gate_number):
         return np.empty(0, np.int64), (), ()
     index = gate_number.is_not_null().arg_true().to_numpy().astype(np.int64)
@@ -104,6 +102,17 @@ def rejections(
     codes = tuple(gates[number].code for number in first)
     reasons = tuple(_sentence(gates[number], row) for number, row in zip(first, rows, strict=True))
     return index, codes, reasons
+
+
+# Building it takes longer than its evaluation on a short message.
+@lru_cache(maxsize=64)
+def _first_gate(gates: tuple[Gate, ...], empty: frozenset[str]) -> pl.Expr:
+    cascade = [
+        pl.when(gate.rejects).then(pl.lit(number, pl.Int16))
+        for number, gate in enumerate(gates)
+        if gate.field not in empty or gate.code in _OF_ABSENCE
+    ]
+    return pl.coalesce(cascade).alias("gate")
 
 
 def _sentence(gate: Gate, row: dict[str, object]) -> str:

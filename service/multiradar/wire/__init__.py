@@ -1,6 +1,11 @@
 """Translation between the published formats and the arrays of the core."""
 
-from multiradar.wire.measurements import Rejected, measurement_batch, measurement_rows
+from multiradar.wire.measurements import (
+    Rejected,
+    measurement_batch,
+    measurement_rows,
+    require_columns,
+)
 from multiradar.wire.sensors import sensor_table
 from multiradar.wire.tables import (
     alarm_names,
@@ -19,6 +24,7 @@ __all__ = [
     "health_frame",
     "measurement_batch",
     "measurement_rows",
+    "require_columns",
     "sensor_table",
     "tracks_frame",
     "transitions_frame",

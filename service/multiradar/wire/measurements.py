@@ -28,6 +28,7 @@ from multiradar_schemas.measurements.columns import (
     MEASUREMENT_SCHEMA,
     ON_GROUND,
     POSITION_SIGMA,
+    complete,
 )
 from multiradar_schemas.measurements.directions import (
     has_column,
@@ -93,8 +94,8 @@ def measurement_batch(frame: pl.DataFrame, table: SensorTable) -> tuple[Measurem
     InputError
         When a column has another type than in `MEASUREMENT_SCHEMA`.
     """
-    frame = _known_columns(frame)
-    frame = _with_sensors(frame, table)
+    require_columns(frame)
+    frame = _with_sensors(complete(frame), table)
     directed = table.moving.any() or has_directions(frame)
     frame = with_movers(frame, table, _SENSOR) if directed else frame
     index, code, reason = rejections(frame, _DIRECTED_GATES if directed else _GATES)
@@ -152,19 +153,23 @@ def measurement_rows(batch: MeasurementBatch, table: SensorTable) -> list[dict[s
     return rows
 
 
-def _known_columns(frame: pl.DataFrame) -> pl.DataFrame:
-    missing = [name for name in MEASUREMENT_REQUIRED if name not in frame.columns]
+def require_columns(frame: pl.DataFrame) -> None:
+    """Check the columns of measurements, as `measurement_batch` does.
+
+    Raises
+    ------
+    MissingColumnError, InputError
+        As `measurement_batch`.
+    """
+    schema = frame.schema
+    missing = [name for name in MEASUREMENT_REQUIRED if name not in schema]
     if missing:
         raise MissingColumnError("measurements", missing, frame.columns)
     for name, kind in MEASUREMENT_SCHEMA.items():
-        found = frame.schema.get(name, kind)
+        found = schema.get(name, kind)
         if found not in (kind, pl.Null()):
             msg = f"measurements: expected the column {name} to be {kind}, was {found}"
             raise InputError(msg)
-    return frame.select(
-        pl.col(name).cast(kind) if name in frame.columns else pl.lit(None, kind).alias(name)
-        for name, kind in MEASUREMENT_SCHEMA.items()
-    )
 
 
 def _with_sensors(frame: pl.DataFrame, table: SensorTable) -> pl.DataFrame:

@@ -9,8 +9,8 @@ import polars as pl
 
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.polar import slant_range_azimuth
-from multiradar.runtime.live.payload import complete
 from multiradar.wire import sensor_table
+from multiradar_schemas.measurements.columns import complete
 from multiradar_schemas.sensors.sensor import Sensor, SensorsFile
 from support.asterix.octets import block, plot_048
 

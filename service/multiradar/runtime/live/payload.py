@@ -4,7 +4,7 @@ import io
 
 import polars as pl
 
-from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import complete
 from multiradar_schemas.measurements.directions import without_empty_columns
 
 
@@ -20,15 +20,3 @@ def encode_rows(frame: pl.DataFrame) -> bytes:
 def decode_rows(payload: bytes) -> pl.DataFrame:
     """Return the measurements of an Arrow IPC stream."""
     return pl.read_ipc_stream(io.BytesIO(payload))
-
-
-def complete(frame: pl.DataFrame) -> pl.DataFrame:
-    """Return exactly the columns of `MEASUREMENT_SCHEMA`; absent ones are null."""
-    if frame.schema == MEASUREMENT_SCHEMA:
-        return frame
-    if all(frame.schema.get(name) == dtype for name, dtype in MEASUREMENT_SCHEMA.items()):
-        return frame.select(MEASUREMENT_SCHEMA.names())
-    return frame.select(
-        pl.col(name).cast(dtype) if name in frame.columns else pl.lit(None, dtype).alias(name)
-        for name, dtype in MEASUREMENT_SCHEMA.items()
-    )

@@ -21,10 +21,10 @@ from multiradar.runtime.admission.admission import Admission
 from multiradar.runtime.admission.reject_file import TimeRejects
 from multiradar.runtime.live.backlog import Journalled
 from multiradar.runtime.live.intake import Submission
-from multiradar.runtime.live.payload import complete, decode_rows, encode_rows
+from multiradar.runtime.live.payload import decode_rows, encode_rows
 from multiradar.storage.entries import Entry, EntryKind, RejectedRow, StoredEntry, bounded
 from multiradar.tracking.input.measurements import MeasurementBatch
-from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA, complete
 from multiradar_schemas.measurements.directions import (
     filled_columns,
     without_empty_columns,
@@ -177,9 +177,7 @@ def _translate(frames: Sequence[pl.DataFrame], table: SensorTable) -> list[_Tran
         if not len(frame):
             continue
         try:
-            # Rejects columns of the wrong type.
-            if not _is_complete(frame):
-                wire.measurement_batch(frame.clear(), table)
+            wire.require_columns(frame)
             whole[index] = complete(frame)
         except Exception as error:
             found[index] = error
@@ -300,11 +298,6 @@ def _rejected_rows(
         )
         for row, code, reason in rejections
     ]  # fmt: skip
-
-
-def _is_complete(frame: pl.DataFrame) -> bool:
-    columns = itertools.filterfalse(lambda one: one[0] == INDEX_COLUMN, frame.schema.items())
-    return list(columns) == list(MEASUREMENT_SCHEMA.items())
 
 
 def _indices(frame: pl.DataFrame) -> NDArray[np.int64]:

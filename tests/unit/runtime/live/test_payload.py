@@ -3,8 +3,8 @@
 import polars as pl
 from polars.testing import assert_frame_equal
 
-from multiradar.runtime.live.payload import complete, decode_rows, encode_rows
-from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
+from multiradar.runtime.live.payload import decode_rows, encode_rows
+from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA, complete
 from support.scenarios.live_scene import recording
 
 

@@ -16,7 +16,7 @@ from multiradar.errors import (
     QueueFullError,
 )
 from multiradar.runtime.live import preparation
-from multiradar.runtime.live.payload import complete, decode_rows
+from multiradar.runtime.live.payload import decode_rows
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
 from multiradar.runtime.live.service import Service, ServiceState
 from multiradar.storage.journal import Journal
@@ -24,6 +24,7 @@ from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
+from multiradar_schemas.measurements.columns import complete
 from support.fakes.fake_engine import FakeEngine
 from support.processes.live_services import TABLE, GatedJournal, Starter, services, settled, submit
 from support.processes.waiting import WAIT_TIMEOUT_S

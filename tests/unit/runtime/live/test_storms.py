@@ -13,11 +13,11 @@ from multiradar.estimation.measurement.plot_rates import plot_paces
 from multiradar.runtime.admission.admission import ACCEPTED, Admission
 from multiradar.runtime.engine.digest import OutputDigest
 from multiradar.runtime.engine.engine import Engine
-from multiradar.runtime.live.payload import complete
 from multiradar.runtime.live.preparation import EXCESS_KEPT_MAX
 from multiradar.runtime.live.service import Service
 from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.tracking.settings import TrackingSettings
+from multiradar_schemas.measurements.columns import complete
 from support.processes.live_services import TABLE, settled, submit
 from support.processes.waiting import WAIT_TIMEOUT_S
 from support.scenarios.live_scene import recording
