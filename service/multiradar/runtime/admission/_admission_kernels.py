@@ -260,12 +260,22 @@ def hear(
     time_s: Floats,
     sensor: NDArray[np.int32],
     received_s: float,
+    tolerance: Floats,
+    clock: Floats,
     standing: Integers,
+    lead: Floats,
     heard: Floats,
 ) -> None:
-    """Keep samples of the reception of rows that are not admitted, in place."""
+    """Count rows that are not admitted, and keep samples of their reception, in place.
+
+    A row ahead of the data clock, too, is off: its sensor is wrong, not the clock of the machine.
+    """
     for row in range(len(time_s)):
-        _hear(sensor[row], time_s[row] - received_s, received_s, standing, heard)
+        s = sensor[row]
+        _hear(s, time_s[row] - received_s, received_s, standing, heard)
+        if time_s[row] > clock[CLOCK] + tolerance[s]:
+            standing[s, OFF] += 1
+            lead[s] = time_s[row] - clock[CLOCK]
 
 
 @kernel

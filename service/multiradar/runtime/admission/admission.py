@@ -234,8 +234,11 @@ class Admission:
     def hear(
         self, time_s: NDArray[np.float64], sensor: NDArray[np.int32], received_s: float
     ) -> None:
-        """Compare the times of rows that are not admitted with that of their reception, s."""
-        kernels.hear(time_s, sensor, received_s, self._standing, self._heard)
+        """Compare the times of rows that are not admitted with others, and their reception, s."""
+        kernels.hear(
+            time_s, sensor, received_s, self._tolerance, self._clock, self._standing, self._lead,
+            self._heard,
+        )  # fmt: skip
 
     def leads_s(self, now_s: float) -> dict[int, float]:
         """Return the sensors heard in real time, by number.

@@ -28,7 +28,10 @@ class Machine(FixedClock):
 class Live:
     """A service that receives a recording in real time, or faster."""
 
-    def __init__(self, ahead_s: float = 0.0, wrong: tuple[str, ...] = (), speed: float = 1.0):
+    def __init__(
+        self, ahead_s: float = 0.0, wrong: tuple[str, ...] = (), wrong_s: float = 60.0,
+        speed: float = 1.0,
+    ):  # fmt: skip
         self.clock = Machine(START_S - ahead_s)
         self.service = Service(
             open_journal=MemoryJournal,
@@ -38,7 +41,7 @@ class Live:
             clock=self.clock,
         )
         self.service.start()
-        offset_s = pl.when(pl.col("sensor_id").is_in(wrong)).then(60.0).otherwise(0.0)
+        offset_s = pl.when(pl.col("sensor_id").is_in(wrong)).then(wrong_s).otherwise(0.0)
         frame = recording(600).with_columns(time_s=pl.col("time_s") + offset_s)
         for (_,), part in frame.group_by(
             ((pl.col("time_s") - START_S) // 1.0) % 60.0, maintain_order=True
@@ -71,9 +74,11 @@ def test_all_sensors_against_the_clock_of_the_machine(ahead_s: float, words: str
         assert all(re.match(f"all 3 sensors in real time are {words}", one) for one in found)
 
 
-def test_one_wrong_sensor_is_no_wrong_machine() -> None:
-    with Live(wrong=("41-20",)) as live:
+@pytest.mark.parametrize("wrong_s", [60.0, 600.0])
+def test_one_wrong_sensor_is_named_and_not_the_machine(wrong_s: float) -> None:
+    with Live(wrong=("41-20",), wrong_s=wrong_s) as live:
         assert not live.host_warnings
+        assert live.service.view.clock_leads() == {"41-20": pytest.approx(wrong_s, abs=2.0)}
 
 
 def test_a_machine_whose_time_is_set_says_so() -> None:
