@@ -42,6 +42,8 @@ _DISK = {
 _ALARMS = {
     "no_data": "1 when data in real time have ceased",
     "host_clock": "1 when all sensors disagree with the clock of the machine",
+    "disk_filling": "1 when 80 % of the disk of the journal are used (disk_filling_share)",
+    "disk_nearly_full": "1 when 90 % of it are used (disk_nearly_full_share)",
 }
 
 

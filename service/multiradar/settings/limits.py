@@ -133,6 +133,9 @@ class RuntimeLimits:
         Maximum duration of a call of the engine, s; beyond it the service is not alive.
     disk_free_bytes_min : int
         Free space on the disk of the journal below which the service is not ready.
+    disk_filling_share, disk_nearly_full_share : float
+        Used shares of that disk from which the alarms `disk_filling` and `disk_nearly_full` are
+        raised; 1 or more: never.
     """
 
     intake_batches_max: int = 2048
@@ -160,6 +163,8 @@ class RuntimeLimits:
     lag_max_s: float = 10.0
     stall_max_s: float = 60.0
     disk_free_bytes_min: int = 64 * 1024 * 1024
+    disk_filling_share: float = 0.8
+    disk_nearly_full_share: float = 0.9
 
     def __post_init__(self) -> None:
         for field in fields(self):

@@ -47,6 +47,8 @@ LIMITS = RuntimeLimits(
     rejects_kept_max=100,
     # The disk of the machine that simulates is none of the run's.
     disk_free_bytes_min=1,
+    disk_filling_share=2.0,
+    disk_nearly_full_share=2.0,
 )
 QUEUE_DATAGRAMS_MAX, QUEUE_OCTETS_MAX = 64, 100_000
 #: Fraction of the processes whose sensors are diagnosed.

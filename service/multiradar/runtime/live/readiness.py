@@ -1,5 +1,6 @@
 """Whether the service does what it is for: the reasons why not, for load balancers and alarms."""
 
+import logging
 import threading
 from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
@@ -8,6 +9,7 @@ from typing import NamedTuple
 
 from multiradar.clock import Clock
 from multiradar.errors import JournalError, MultiradarError
+from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.entries import RejectedRow
 from multiradar.storage.journal import Space
 
@@ -26,7 +28,12 @@ RECENT_S = 60.0
 #: Fewer rejected rows are no reason.
 REJECTED_ROWS_MIN = 10
 
+#: Alarms of the disk of the journal, before it is full.
+DISK_FILLING, DISK_NEARLY_FULL = "disk_filling", "disk_nearly_full"
+
+_log = logging.getLogger(__name__)
 _MIB = 1024 * 1024
+_GIB = 1024 * _MIB
 # Rows are summed over such intervals, s.
 _INTERVAL_S = 5.0
 
@@ -58,19 +65,24 @@ class Disk:
     ----------
     space : callable
         Returns the space on the disk of the journal; None where it has no disk.
-    free_bytes_min : int
-        Less free space is a reason.
+    limits : RuntimeLimits
+        The free space below which it is a reason, and the used shares that raise alarms.
     clock : Clock
         For the time since a failed write.
     """
 
     def __init__(
-        self, space: Callable[[], Space | None], free_bytes_min: int, clock: Clock
+        self, space: Callable[[], Space | None], limits: RuntimeLimits, clock: Clock
     ) -> None:
         self._space = space
-        self._free_bytes_min = free_bytes_min
+        self._free_bytes_min = limits.disk_free_bytes_min
+        self._shares = {
+            DISK_FILLING: limits.disk_filling_share,
+            DISK_NEARLY_FULL: limits.disk_nearly_full_share,
+        }
         self._clock = clock
         self._full_s: float | None = None
+        self._logged: list[str] = []
 
     def note_full(self) -> None:
         """Note that the disk was full at a write."""
@@ -79,6 +91,20 @@ class Disk:
     def note_written(self) -> None:
         """Note that a write succeeded."""
         self._full_s = None
+
+    def alarms(self) -> tuple[list[str], list[str]]:
+        """Return the alarms of a disk that fills up, and a warning in words if there is one."""
+        space = self._space()
+        share = 0.0 if space is None else 1.0 - space.free_bytes / max(space.size_bytes, 1)
+        raised = [name for name, least in self._shares.items() if share >= least]
+        warning = [] if space is None or not raised else [
+            f"the disk of the journal is {share:.0%} full, {space.free_bytes / _GIB:.1f} GiB are "
+            "left: free some space, or enlarge it"
+        ]  # fmt: skip
+        if len(raised) > len(self._logged):
+            _log.warning("%s", *warning)
+        self._logged = raised
+        return raised, warning
 
     def reason(self) -> Reason | None:
         """Return why the journal may not be writable; None if it is."""

@@ -127,7 +127,7 @@ class Service:
         self.view = self.publication.view
         self._watch = Supervision(
             sensors, tracking.reorder_horizon_s, self._clock,
-            disk=Disk(self._space, self._limits.disk_free_bytes_min, self._clock),
+            disk=Disk(self._space, self._limits, self._clock),
             sources=self._intake.sources, saturated=self.view.saturated,
         )  # fmt: skip
         alarms = self._watch.sensors

@@ -80,6 +80,7 @@ class Supervision:
             NO_DATA: self.silence.is_alarm,
             HOST_CLOCK: self.host_clock.lead_s() is not None,
         }
+        disk_alarms, disk_warnings = self.disk.alarms()
         return {
             "arrivals": self.arrivals.records(),
             "warnings": [
@@ -88,8 +89,9 @@ class Supervision:
                 *self._sources.warnings(),
                 *self.arrivals.warnings(),
                 *self.sensors.warnings(),
+                *disk_warnings,
             ],
-            "alarms": [name for name, raised in alarms.items() if raised],
+            "alarms": [*(name for name, raised in alarms.items() if raised), *disk_alarms],
             "data_delay_s": _rounded(self.silence.delay_s),
             "silence_s": _rounded(self.silence.duration_s),
         }

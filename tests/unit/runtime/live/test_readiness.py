@@ -11,7 +11,7 @@ import pytest
 from multiradar.api.factory import create_api
 from multiradar.clock import FixedClock
 from multiradar.errors import JournalError, JournalFullError
-from multiradar.runtime.live.readiness import RECENT_S, REJECTED_ROWS_MIN
+from multiradar.runtime.live.readiness import RECENT_S, REJECTED_ROWS_MIN, Disk
 from multiradar.runtime.live.service import Service
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.journal import Space
@@ -111,6 +111,48 @@ async def test_little_space_is_a_reason(
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(journal, "space", lambda: Space(free, 2 * free, 10))
         assert (await scene.ask("/readyz"))[1] == [code]
+
+
+@pytest.mark.parametrize(
+    ("free_bytes", "alarms"),
+    [
+        (201, []),
+        (200, ["disk_filling"]),
+        (101, ["disk_filling"]),
+        (100, ["disk_filling", "disk_nearly_full"]),
+        (0, ["disk_filling", "disk_nearly_full"]),
+    ],
+)
+def test_a_disk_that_fills_up_raises_alarms_and_reads_go_on(
+    scene: _Scene, journal: FailingJournal, free_bytes: int, alarms: list[str],
+    caplog: pytest.LogCaptureFixture,
+) -> None:  # fmt: skip
+    unit = 2**30
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(journal, "space", lambda: Space(free_bytes * unit, 1000 * unit, 10))
+        journal.failing = not free_bytes
+        if journal.failing:
+            with pytest.raises(JournalFullError):
+                submit(scene.service, recording(10))
+        status = scene.service.view.status()
+        scene.service.view.status()
+    assert status["alarms"] == alarms
+    said = [one for one in status["warnings"] if "disk" in one]
+    percent = 100 - free_bytes // 10
+    expected = f"the disk of the journal is {percent}% full, {free_bytes}.0 GiB are left"
+    assert [one.startswith(expected) for one in said] == [True] * bool(alarms)
+    # Once for each alarm, not at each reading.
+    assert caplog.text.count("the disk of the journal is") == bool(alarms)
+    assert scene.service.view.status()["alarms"] == []
+
+
+def test_the_shares_of_the_disk_are_settings() -> None:
+    limits = RuntimeLimits(disk_filling_share=0.5, disk_nearly_full_share=1.0)
+    disk = Disk(lambda: Space(0, 10, 10), limits, FixedClock())
+    assert disk.alarms()[0] == ["disk_filling", "disk_nearly_full"]
+    disk = Disk(lambda: Space(1, 10, 10), limits, FixedClock())
+    assert disk.alarms()[0] == ["disk_filling"]
+    assert Disk(lambda: None, limits, FixedClock()).alarms() == ([], [])
 
 
 async def test_a_service_that_is_behind_is_not_ready(scene: _Scene) -> None:
