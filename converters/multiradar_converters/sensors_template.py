@@ -16,11 +16,12 @@ from multiradar_schemas.sensors.sensor import (
 )
 
 _HEADER = """\
-# Sensors found in the recording. Fill in what is nan (position of the antenna, WGS 84), check the
-# rest, and uncomment what differs from its default. Angles are in degrees, lengths in metres.
+# Sensors found in the recording. Replace each nan (position of the antenna, WGS 84), check the
+# rest, and uncomment each value that differs from its default. Angles are in degrees, lengths in
+# metres.
 """
 #: Source of the position of a sensor other than a radar.
-MIDDLE_OF_REPORTS = "the middle of its reports, for a plane to track in"
+MIDDLE_OF_REPORTS = "centre of its reports, for the system plane"
 #: Origin of its local coordinates; where unknown, it is to be filled in.
 REFERENCE_POINT = "reference point of its local coordinates"
 #: Width of a key and value before the comment.
@@ -141,7 +142,7 @@ def _antenna(one: FoundSensor) -> list[str]:
     if one.range_max_m > 0.0:
         far_km = one.range_max_m / _KILOMETRE_M
         limit_m = math.ceil(far_km) * _KILOMETRE_M
-        comment = f"its farthest plot is at {far_km:.1f} km; the instrumented range if larger"
+        comment = f"the farthest plot is at {far_km:.1f} km; the instrumented range if larger"
         lines.append(_line("range_max_m", f"{limit_m:.1f}", comment))
     else:
         lines.append(_line("# range_max_m", "400000.0", "instrumented range; no limit without it"))
@@ -157,13 +158,15 @@ def _errors(one: FoundSensor) -> list[str]:
         noise = [_line(key, str(value), _SURFACE) for key, value in _SURFACE_NOISE.items()]
     return [
         *noise,
-        _line("# elevation_sigma_deg", "0.1", "random error of elevation, only where measured"),
-        _line("# also", '["ID"]', "further ids of the same radar, as of a second network"),
+        _line("# elevation_sigma_deg", "0.1", "random error of elevation, if it is measured"),
+        _line("# also", '["ID"]', "further ids of the same radar, for example in a second network"),
     ]
 
 
 def _biases(one: FoundSensor) -> list[str]:
-    lines = ["# Biases (measured minus true): whether estimated, mean and sigma beforehand, drift."]
+    lines = [
+        "# Biases (measured minus true): whether they are estimated, prior mean and sigma, drift."
+    ]
     for name in PARAMETERS_BY_KIND[one.kind]:
         estimate = str(name in ESTIMATED_BY_KIND[one.kind]).lower()
         own = one.surface and name in _SURFACE_PRIOR_SIGMA

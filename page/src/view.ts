@@ -52,9 +52,9 @@ const TICK_MIN_MS = 100;
 
 /** Each switch: its key, its name and whether it is on at first. */
 export const SWITCHES: readonly [Switch, string, string, boolean][] = [
-  ["biases", "b", "Remove biases from plots", true],
+  ["biases", "b", "Correct plots for biases", true],
   ["plots", "p", "Plots", true],
-  ["joined", "i", "Plots of each sensor joined by lines", false],
+  ["joined", "i", "Lines between the plots of each sensor", false],
   ["tracks", "s", "Tracks", true],
   ["labels", "l", "Labels", true],
   ["trails", "h", "Earlier positions", true],

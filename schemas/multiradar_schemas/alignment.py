@@ -41,11 +41,11 @@ class AlignedResiduals(Record):
     before: Annotated[AlignedDistances | None, _number("Without biases", "m", "no pairs")]
     after: Annotated[
         AlignedDistances | None,
-        _number("With the biases fitted without the aircraft of the pair", "m", "one aircraft"),
+        _number("With biases fitted without the aircraft of the pair", "m", "one aircraft"),
     ]
     best: Annotated[
         AlignedDistances | None,
-        _number("With the biases fitted to all aircraft: the noise floor", "m", "no pairs"),
+        _number("With biases fitted to all aircraft: the noise floor", "m", "no pairs"),
     ]
 
 
@@ -56,7 +56,7 @@ class AlignedBias(Record):
     parameter: Annotated[str, _text("The parameter, as in `sensors.toml`")]
     estimate: Annotated[float, _number("Estimate", _OF_PARAMETER)]
     sigma: Annotated[float, _number("Its standard deviation", _OF_PARAMETER)]
-    prior_ratio: Annotated[float, _number("Sigma over that of the prior", "1")]
+    prior_ratio: Annotated[float, _number("Sigma / prior sigma", "1")]
     drift_per_h: Annotated[
         float | None,
         _number("Slope of the trend", f"{_OF_PARAMETER} / h", "fewer than three intervals"),
@@ -72,7 +72,7 @@ class AlignedBias(Record):
 class AlignedInterval(Record):
     """A bias in an interval of time."""
 
-    time_s: Annotated[float, _number("Middle of the interval", "s")]
+    time_s: Annotated[float, _number("Centre of the interval", "s")]
     sensor_id: Annotated[str, _text("The sensor")]
     parameter: Annotated[str, _text("The parameter")]
     estimate: Annotated[float, _number("Estimate from the pairs of the interval", _OF_PARAMETER)]
@@ -85,19 +85,28 @@ class AlignedRadar(Record):
     sensor_id: Annotated[str, _text("The radar")]
     residuals: Annotated[AlignedResiduals, _number("Its pairs", "residuals")]
     range_before_m: Annotated[
-        float | None, _number("Median range minus that of the others' positions", "m", "no pairs")
+        float | None,
+        _number(
+            "Median of the measured range minus the range of the positions by other sensors",
+            "m",
+            "no pairs",
+        ),
     ]
     range_after_m: Annotated[float | None, _number("The same after", "m", "no pairs")]
     range_spread_m: Annotated[
-        float | None, _number("Robust standard deviation after", "m", "no pairs")
+        float | None, _number("Robust standard deviation after correction", "m", "no pairs")
     ]
     azimuth_before_deg: Annotated[
         float | None,
-        _number("Median azimuth minus that of the others' positions", "degree", "no pairs"),
+        _number(
+            "Median of the measured azimuth minus the azimuth of the positions by other sensors",
+            "degree",
+            "no pairs",
+        ),
     ]
     azimuth_after_deg: Annotated[float | None, _number("The same after", "degree", "no pairs")]
     azimuth_spread_deg: Annotated[
-        float | None, _number("Robust standard deviation after", "degree", "no pairs")
+        float | None, _number("Robust standard deviation after correction", "degree", "no pairs")
     ]
     range_noise_m: Annotated[
         float | None, _number("Estimated random error of range, 1 sigma", "m", "no pairs")
@@ -119,7 +128,7 @@ class AlignedUnobservable(Record):
     """Biases that the recording does not determine."""
 
     what: Annotated[str, _text("A bias, or a combination of biases")]
-    prior_ratio: Annotated[float, _number("Its sigma over that of the prior", "1")]
+    prior_ratio: Annotated[float, _number("Sigma / prior sigma", "1")]
 
 
 class Alignment(Record):
@@ -130,16 +139,19 @@ class Alignment(Record):
     first_s: Annotated[float | None, _number("First time", "s", "no measurements")]
     last_s: Annotated[float | None, _number("Last time", "s", "no measurements")]
     tracks: Annotated[Count, _number("Confirmed tracks", "1")]
-    track_fraction: Annotated[float, _number("Fraction of the tracks that was used", "1")]
-    folds: Annotated[Count, _number("Folds over aircraft; 1: none was withheld", "1")]
+    track_fraction: Annotated[float, _number("Fraction of the tracks used", "1")]
+    folds: Annotated[
+        Count, _number("Number of folds over aircraft; 1: no aircraft was withheld", "1")
+    ]
     pair_time_s: Annotated[float, _number("Longest time between the plots of a pair", "s")]
     residuals: Annotated[AlignedResiduals, _number("All pairs", "residuals")]
     biases: Annotated[list[AlignedBias], _number("Final biases", "biases")]
     radars: Annotated[list[AlignedRadar], _number("By radar", "radars")]
     pairs: Annotated[list[AlignedPair], _number("By pair of sensors", "pairs")]
     unobservable: Annotated[
-        list[AlignedUnobservable], _number("What the recording does not determine", "unobservable")
+        list[AlignedUnobservable],
+        _number("Biases that the recording does not determine", "unobservable"),
     ]
     trend: Annotated[list[AlignedInterval], _number("Biases by time", "trend")]
-    warnings: Annotated[list[str], _text("What restricts the result")]
+    warnings: Annotated[list[str], _text("Restrictions of the result")]
     sensors_toml: Annotated[str, _text("The sensors file, with the biases as priors")]

@@ -95,22 +95,24 @@ _PLANES = """
 ## Manoeuvre planes: `manoeuvre_planes.parquet`, `GET /v1/tracks/{id}/manoeuvre-plane`
 
 The file has a row for each track and epoch in which it was updated. If the plots determine no
-plane, all columns but `track_id`, `time_s` and `window_s` are null and the column `reason` has the
-cause; over HTTP the answer is a problem document, 409, with the reason as its `code`.
+plane, all columns but `track_id`, `time_s` and `window_s` are null and the column `reason`
+contains the cause; over HTTP, the response is a problem document with status 409 and the reason
+as its `code`.
 """
 
 _TRAJECTORIES = """
 ## Trajectories: `GET /v1/tracks/{id}/trajectories`, Zenoh, `trajectories.parquet`
 
-Without trajectories the answer is a problem document, 409, with the reason as its `code`.
+If there are no trajectories, the response is a problem document with status 409 and the reason as
+its `code`.
 """
 _TRAJECTORY_TABLE = """
 The file has a row for each epoch and each track whose bundle was updated in it, with the state of
 the bundle after the last update: the fields above and those of `estimate` under their names;
 `weights` by trajectory; the segments of all trajectories concatenated, in lists `segment_…`, with
 the index of their trajectory, from 0, in `segment_trajectory`; and paths at multiples of 5 s, in
-lists `best_…` and `weighted_…` beside `point_time_s`. Without trajectories all columns but
-`track_id` and `time_s` are null and the column `reason` has the cause.
+lists `best_…` and `weighted_…`, with the times in `point_time_s`. Without trajectories all
+columns but `track_id` and `time_s` are null and the column `reason` contains the cause.
 """
 
 

@@ -20,12 +20,14 @@ class InspectedFile(Record):
     """A file of a recording."""
 
     file: Annotated[str, _text("Its name")]
-    form: Annotated[str, _text("Form of the file, such as `gps`, `capture` or `text: plots`")]
+    form: Annotated[str, _text("Format of the file, such as `gps`, `capture` or `text: plots`")]
     bytes: Annotated[Count, _number("Its size", "byte")]
-    read: Annotated[Count, _number("Records, and stretches that are none", "1")]
-    rejected: Annotated[Count, _number("Of these, undecodable or implausible ones", "1")]
+    read: Annotated[Count, _number("Records, and unreadable parts", "1")]
+    rejected: Annotated[
+        Count, _number("Number of these that cannot be decoded or are implausible", "1")
+    ]
     quarantined_bytes: Annotated[
-        Count | None, _number("Octets in no record", "byte", "the form is text")
+        Count | None, _number("Octets that belong to no record", "byte", "the format is text")
     ] = None
 
 
@@ -63,7 +65,7 @@ class InspectedSite(Record):
     sigma_m: Annotated[
         float | None, _number("Standard deviation of each axis", "m", "the position is not solved")
     ] = None
-    source: Annotated[str, _text("Where the position is from")]
+    source: Annotated[str, _text("Source of the position")]
 
 
 class InspectedClock(Record):
@@ -71,18 +73,24 @@ class InspectedClock(Record):
 
     clock_offset_s: Annotated[
         float,
-        _number("Times of its fastest messages minus those of their reception", _TIME_UNIT),
+        _number("Times of the fastest messages minus their times of reception", _TIME_UNIT),
     ]
     latency_min_s: Annotated[
         float | None,
-        _number("First percentile of reception minus time of reports", _TIME_UNIT, "no reports"),
+        _number(
+            "First percentile of the time of reception minus the time of the report",
+            _TIME_UNIT,
+            "no reports",
+        ),
     ]
     latency_median_s: Annotated[float | None, _number("Median of it", _TIME_UNIT, "no reports")]
     latency_p99_s: Annotated[
-        float | None, _number("99th percentile of it", _TIME_UNIT, "no reports")
+        float | None, _number("99th percentile of the same difference", _TIME_UNIT, "no reports")
     ]
     alarm: Annotated[str | None, _text("`clock` or `latency`", "the times are plausible")] = None
-    reason: Annotated[str | None, _text("The alarm in words", "the times are plausible")] = None
+    reason: Annotated[str | None, _text("The alarm as a sentence", "the times are plausible")] = (
+        None
+    )
 
 
 class InspectedQuantity(Record):
@@ -98,7 +106,7 @@ class InspectedQuantity(Record):
 class InspectedData(Record):
     """Aircraft-derived data of a sensor."""
 
-    with_data: Annotated[Count, _number("Measurements with any of them", "1")]
+    with_data: Annotated[Count, _number("Measurements with any of these quantities", "1")]
     values: Annotated[
         dict[str, InspectedQuantity], _number("Quantities by the name of their column", "figures")
     ]
@@ -108,7 +116,7 @@ class InspectedData(Record):
     magnetic_variation_deg: Annotated[
         float | None,
         _number(
-            "Magnetic variation with which the winds of all aircraft agree, positive to the east",
+            "Magnetic variation for which the winds of all aircraft agree, positive to the east",
             "degree",
             "too few headings, or all in one direction",
         ),
@@ -118,42 +126,50 @@ class InspectedData(Record):
 class InspectedSensor(Record):
     """Reports of a sensor; fractions are of its measurements, unless described otherwise."""
 
-    sensor_id: Annotated[str, _text("As the conversion names it")]
+    sensor_id: Annotated[str, _text("Name of the sensor, as in the conversion")]
     kind: Annotated[str, _text("radar, mlat or adsb")]
     reports: Annotated[Count, _number("Target reports", "1")]
-    measurements: Annotated[Count, _number("Reports of aircraft in the figures", "1")]
+    measurements: Annotated[Count, _number("Reports of aircraft used for these figures", "1")]
     duplicates: Annotated[Count, _number("Reports equal to another one within 1 s", "1")]
     left_out: Annotated[
-        dict[str, Count], _number("Reports that are no measurements of aircraft, by reason", "1")
+        dict[str, Count], _number("Reports that are not measurements of aircraft, by reason", "1")
     ]
     first_s: Annotated[float | None, _number("First time", _TIME_UNIT, "no report has a time")]
     last_s: Annotated[float | None, _number("Last time", _TIME_UNIT, "no report has a time")]
     mean_per_s: Annotated[float | None, _number("Mean rate of reports", "1/s", "no times")]
     max_per_s: Annotated[float | None, _number("Maximum rate in a second", "1/s", "no times")]
     gaps: Annotated[Count, _number("Times without reports", "1")]
-    longest_gaps: Annotated[list[InspectedGap], _number("The longest of these, by time", "gaps")]
+    longest_gaps: Annotated[list[InspectedGap], _number("The longest gaps, by time", "gaps")]
     scan_period_s: Annotated[
         float | None, _number("Scan period", _TIME_UNIT, "not a radar, or no rotation found")
     ]
     scan_period_source: Annotated[
-        str, _text("What the scan period is from, or why there is none; empty unless a radar")
+        str,
+        _text(
+            "Source of the scan period, or the reason why there is none; empty for sensors other "
+            "than radars"
+        ),
     ]
     range_min_m: Annotated[float | None, _number("Least slant range", "m", "no ranges")]
     range_max_m: Annotated[float | None, _number("Greatest slant range", "m", "no ranges")]
     empty_sectors_deg: Annotated[
-        list[int], _number("Begin of sectors of 10° without plots, clockwise", "degree")
+        list[int], _number("Start of sectors of 10° without plots, clockwise", "degree")
     ]
     height_min_m: Annotated[float | None, _number("Least height", "m", "no heights")]
     height_median_m: Annotated[float | None, _number("Median height", "m", "no heights")]
     height_max_m: Annotated[float | None, _number("Greatest height", "m", "no heights")]
-    aircraft: Annotated[Count, _number("Distinct addresses; codes where there are none", "1")]
+    aircraft: Annotated[
+        Count, _number("Number of distinct addresses, or of codes if there are none", "1")
+    ]
     located_fraction: Annotated[
         float | None,
-        _number("Of reports, those with a position", "1", "no reports"),
+        _number("Fraction of the reports with a position", "1", "no reports"),
     ]
     local_fraction: Annotated[
         float | None,
-        _number("Of reports, those with local coordinates only (010/042, 020/042)", "1", "none"),
+        _number(
+            "Fraction of the reports with local coordinates only (010/042, 020/042)", "1", "none"
+        ),
     ]
     mode_s_fraction: Annotated[float | None, _number("With an address", "1", "no measurements")]
     mode_3a_fraction: Annotated[float | None, _number("With a code", "1", "no measurements")]
@@ -165,7 +181,7 @@ class InspectedSensor(Record):
     ]
     aircraft_data: Annotated[
         InspectedData | None,
-        _number("What aircraft report of their flight", "figures", "none of it"),
+        _number("Data that aircraft report about their flight", "figures", "none of it"),
     ] = None
     clock: Annotated[
         InspectedClock | None, _number("Its clock", "clock", "no times of reception")
@@ -179,7 +195,7 @@ class InspectedBias(Record):
     processor_id: Annotated[str, _text("`SAC-SIC` of the processor")]
     sensor_id: Annotated[str, _text("`SAC-SIC` of the radar")]
     parameter: Annotated[
-        str, _text("As in `biases.parquet`; with `psr_` before it of primary plots")
+        str, _text("As in `biases.parquet`; with the prefix `psr_` for primary plots")
     ]
     reports: Annotated[Count, _number("Reports", "1")]
     estimate: Annotated[float, _number("The last report, measured minus true", "m, degree, 1 or s")]
@@ -207,7 +223,12 @@ class Inspection(Record):
         str | None, _text("First day by the recorder's clock", "the recorder notes no date")
     ]
     sampled_fraction: Annotated[
-        float, _number("Fraction of the octets from which `measurements` and what follows are", "1")
+        float,
+        _number(
+            "Fraction of the octets from which `measurements` and the following fields are "
+            "computed",
+            "1",
+        ),
     ]
     system_tracks: Annotated[Count, _number("Updates of system tracks of another tracker", "1")]
     reported_biases: Annotated[

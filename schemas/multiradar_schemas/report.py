@@ -96,7 +96,7 @@ class Report(Record):
             "measurements, how many were `late` or in the `future`, and the median and 99th "
             "percentile of the delay behind data time, s; `sensor_health`, the last row of "
             "`health.parquet` of each radar; `sensor_alarms`: the `time_s`, the `sensor_id` and "
-            "the `alarm` of each alarm raised; `warnings` in words; and `diagnoses`: probable "
+            "the `alarm` of each alarm raised; `warnings` as sentences; and `diagnoses`: probable "
             "faults, each with the `sensor_id` (empty if it concerns all), a `code` such as "
             "`range_unit`, and a "
             "`sentence` with the cause and the remedy, and the `severity`, `error` or `warning`",

@@ -304,7 +304,7 @@ class JournalError(MultiradarError):
     @property
     def for_clients(self) -> str:
         """The message without the path of the journal."""
-        return "the journal failed; the log of the service has the reason"
+        return "the journal failed; see the log of the service"
 
 
 class JournalFullError(JournalError):
@@ -339,8 +339,8 @@ class LiveStreamError(MultiradarError):
         self.sensors = sensors
         named = ", ".join(sensors[:5]) + (", …" if len(sensors) > 5 else "")
         super().__init__(
-            f"{named} deliver in real time, and their measurements on the way would be late; their "
-            "stream needs no end; force it if it has one"
+            f"{named} deliver in real time, and measurements still in transit would be late; do "
+            "not end their stream, or use force to end it anyway"
         )
 
 
@@ -360,8 +360,8 @@ class QuarantineError(QueueFullError):
     def __init__(self, source: str, retry_after_s: float) -> None:
         super().__init__(source, 0, retry_after_s)
         self.args = (
-            f"{source} is in quarantine: it sent mostly rows that were rejected, see /v1/rejects; "
-            f"send correct rows, not before {retry_after_s:.1f} s from now",
+            f"{source} is in quarantine: most of the rows it sent were rejected (see "
+            f"/v1/rejects); correct them, and retry in {retry_after_s:.1f} s",
         )
 
 
@@ -369,7 +369,7 @@ class DeadlineError(MultiradarError):
     """A query took longer than it may."""
 
     def __init__(self) -> None:
-        super().__init__("the query took longer than it may; ask for less")
+        super().__init__("the query exceeded its deadline; reduce its extent")
 
 
 class ForecastError(MultiradarError):

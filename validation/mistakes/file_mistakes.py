@@ -264,6 +264,6 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
         as_it_is,
         (*_SERVE, "."),
         1,
-        ("expected the folder of a journal, was the output of `convert`",),
+        ("expected a folder with a journal, was the output of `convert`",),
     ),
 )

@@ -131,7 +131,7 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         nothing,
         ("convert", "vid", "my", "dump", "out"),
         2,
-        ("quote names that contain blanks",),
+        ("quote names that contain spaces",),
     ),
     Mistake("a negative port", nothing, ("serve", "--port", "-1"), 2, ("from 0 to 65535",)),
     Mistake("an epoch of nan", as_it_is, (*TRACK, "--epoch-s", "nan"), 2, ("finite number",)),

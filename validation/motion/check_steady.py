@@ -70,7 +70,9 @@ def main() -> None:
     parser.add_argument("--scenes", nargs="+", default=[one[0] for one in SCENES])
     parser.add_argument("--estimated", action="store_true", help="biases are estimated")
     options = parser.parse_args()
-    print("| scenario | filter | heading, °: median, worst tenth | speed, m/s | error² / sigma² |")
+    print(
+        "| scenario | filter | heading, °: median, 90th percentile | speed, m/s | error² / sigma² |"
+    )
     print("|---|---|---|---|---|")
     for name, places, away_m in (one for one in SCENES if one[0] in options.scenes):
         known = not options.estimated

@@ -70,7 +70,7 @@ from multiradar_schemas.measurements.reject import Reject, RejectCode
 #: Octets of an undecodable block that are retained in the quarantine.
 RAW_OCTETS_MAX = 4096
 
-FAR_OFF = "a time more than an hour from those around it"
+FAR_OFF = "a time more than an hour from its neighbours"
 
 
 @dataclass

@@ -97,7 +97,7 @@ class LiveFeed:
         self._lines = Lines()
         if left.strip():
             self._before += 1
-            reason = "the connection ended within the line"
+            reason = "the connection was closed in the middle of a line"
             self._decoder.reject(self._before, RejectCode.TRUNCATED, reason, left)
 
     def drain(self) -> FeedBatch:

@@ -113,7 +113,7 @@ def parsed(text: str) -> Values:
     try:
         value = _DECODER.decode(text)
     except RecursionError as error:
-        raise RejectedError(RejectCode.MALFORMED_JSON, "expected JSON of few levels") from error
+        raise RejectedError(RejectCode.MALFORMED_JSON, "the JSON is nested too deeply") from error
     except json.JSONDecodeError as error:
         reason = f"not valid JSON at character {error.pos}: {error.msg}"
         raise RejectedError(RejectCode.MALFORMED_JSON, reason) from error
@@ -307,7 +307,7 @@ def _closed(text: str, at: int, found: Snapshot) -> int:
     try:
         _, end = _DECODER.raw_decode(tail)
     except (json.JSONDecodeError, RecursionError):
-        found.fault = (at, "expected the end of the snapshot after its aircraft")
+        found.fault = (at, "unexpected data after the list of aircraft")
         return at
     return at + end - len(_OPENING)
 

@@ -67,7 +67,7 @@ DIFFERENCES_MAX = 2_000
 
 Octets = NDArray[np.uint8]
 
-FAR_OFF = "a time more than an hour from those around it"
+FAR_OFF = "a time more than an hour from its neighbours"
 
 Item = TypeVar("Item")
 

@@ -78,7 +78,7 @@ class SensorFigures:
     local, unreferenced : int
         Reports with local coordinates only; of those, the ones without a reference point.
     left_out : Counter
-        Reports that are no measurements of aircraft, by reason.
+        Reports that are not measurements of aircraft, by reason.
     measurements, with_address, with_code, with_height, on_ground : int
         Measurements, and those with an address, a code, a height, on the ground.
     first_s, last_s : float

@@ -241,9 +241,7 @@ def _decoded(body: bytes) -> str:
     try:
         return body.decode("utf-8")
     except UnicodeDecodeError as error:
-        raise BodyError(
-            RejectCode.ENCODING, f"expected UTF-8, was another encoding at byte {error.start}"
-        ) from error
+        raise BodyError(RejectCode.ENCODING, f"not valid UTF-8 at byte {error.start}") from error
 
 
 def _slow_array(text: str, rows_max: int) -> Parsed:
@@ -287,7 +285,7 @@ def _value(text: str, place: int) -> tuple[Any, int]:
             # It may only be cut.
             continue
         except RecursionError as error:
-            reason = f"expected JSON of few levels, was deeper at character {place}"
+            reason = f"the JSON is nested too deeply, at character {place}"
             raise BodyError(RejectCode.MALFORMED_JSON, reason) from error
         if end < len(part) or place + end == len(text):
             return value, place + end

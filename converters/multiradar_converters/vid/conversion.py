@@ -190,7 +190,7 @@ class _Conversion:
             days = dates_of(self._first_times[file.layout.table.name])
             if days is not None and not days[0] <= date <= days[1]:
                 own = " or ".join(dict.fromkeys(map(str, days)))
-                msg = f"{file.path}: expected a recording of {date}, is one of {own}"
+                msg = f"{file.path}: expected a recording of {date}, was one of {own}"
                 raise LayoutError(msg)
 
     def run(self) -> dict[str, object]:

@@ -22,7 +22,7 @@ function draw(app: App): TemplateResult {
     ${overlays.listed.map((one) => one.problem === ""
       ? box(app, keyOf(one), html`${one.name} <small>${one.features} ${one.features === 1 ? "feature" : "features"}</small>`)
       : html`<li class="alarm">${one.name} is not shown: ${one.problem}</li>`)}</ul>
-    ${runs.length > 0 ? html`<p class="hint">Plots and sheets are those of ${runs[0]}.</p>` : nothing}`;
+    ${runs.length > 0 ? html`<p class="hint">Plots and details are those of ${runs[0]}.</p>` : nothing}`;
 }
 
 function box(app: App, key: string, text: TemplateResult): TemplateResult {

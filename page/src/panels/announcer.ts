@@ -17,7 +17,7 @@ export function announce({ feed }: App): void {
   lost = isLost;
   const active = new Set(feed.sensors.flatMap((one) => alarmsOf(one).map((alarm) => `${one.id}: ${alarm}`)));
   for (const one of active) if (!alarms.has(one)) said.push(`Alarm of radar ${one}.`);
-  for (const one of alarms) if (!active.has(one)) said.push(`Alarm of radar ${one} has ended.`);
+  for (const one of alarms) if (!active.has(one)) said.push(`Alarm of radar ${one} cleared.`);
   alarms = active;
   const log = document.getElementById("announcer");
   for (const one of said) {

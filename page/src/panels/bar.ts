@@ -14,7 +14,7 @@ export function banner(app: App): TemplateResult | typeof nothing {
   }
   const silence = feed.silenceS;
   if (silence !== null) {
-    return html`<p role="alert">No measurement of any sensor for ${silence.toFixed(0)} s: all tracks are stale.</p>`;
+    return html`<p role="alert">No measurements from any sensor for ${silence.toFixed(0)} s: all tracks are stale.</p>`;
   }
   if (feed.problem !== "") return html`<p role="alert">${feed.problem}</p>`;
   return app.biasHint.draw(app);

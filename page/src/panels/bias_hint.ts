@@ -26,7 +26,7 @@ export class BiasHint {
     const metres = shiftM(app);
     const perMetre = app.picture.scene.a * scaleAt(app.picture.latitude);
     if (!(metres > 0) || metres * perMetre >= SEEN_PX) return nothing;
-    return html`<p class="note" role="status">The biases move plots by ${distance(metres, app.view.units)}: too little to be seen at this zoom.
+    return html`<p class="note" role="status">The biases move plots by ${distance(metres, app.view.units)}, too little to be visible at this zoom.
       <button type="button" @click=${() => zoom(app, metres)}>Zoom to an aircraft</button></p>`;
   }
 }

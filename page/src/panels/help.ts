@@ -8,19 +8,19 @@ import { KEYS } from "../keys";
 
 /** A sign in a box of 34 by 16 around the origin, in classes of the style sheet, and its meaning. */
 const SIGNS: readonly [TemplateResult, string][] = [
-  [svg`<circle class="track full" r="4"></circle>`, "Confirmed track, of radars alone"],
-  [svg`<path class="track full" d="M0-5.4L5.4 0L0 5.4L-5.4 0Z"></path>`, "With ADS-B in the last 30 s"],
-  [svg`<path class="track full" d="M-3.6-3.6H3.6V3.6H-3.6Z"></path>`, "With multilateration"],
+  [svg`<circle class="track full" r="4"></circle>`, "Confirmed track, updated by radars only"],
+  [svg`<path class="track full" d="M0-5.4L5.4 0L0 5.4L-5.4 0Z"></path>`, "Also by ADS-B in the last 30 s"],
+  [svg`<path class="track full" d="M-3.6-3.6H3.6V3.6H-3.6Z"></path>`, "Also by multilateration"],
   [svg`<circle class="track" r="4"></circle>`, "Open: tentative"],
   [svg`<circle class="stale" r="4"></circle><path class="stale" d="M-6-6L6 6M6-6L-6 6"></path>`, "Crossed: coasting, no plots"],
   [svg`<circle class="track full" r="2.2"></circle>`, "Small: on the ground"],
-  [svg`<circle class="track full" cx="-12" r="3"></circle><path class="faint" d="M-12 0H14"></path>`, "Flight of the next 60 s"],
+  [svg`<circle class="track full" cx="-12" r="3"></circle><path class="faint" d="M-12 0H14"></path>`, "Predicted movement in the next 60 s"],
   [svg`<path class="faint" stroke-width="2" stroke-dasharray="2 4" d="M-13 0H12"></path>`, "Earlier positions, last two minutes"],
   [svg`<ellipse class="region" rx="14" ry="6"></ellipse>`, "Position uncertainty, 3 sigma"],
   [svg`${[-11, 0, 11].map((x, number) => svg`<path transform="translate(${x} 0) scale(4)" stroke-width=".35"
     stroke=${sensorColour(number)} d=${markPath(number)}></path>`)}`, "Plots of the last 30 s, by sensor"],
   [svg`<path class="warning" stroke-dasharray="4 3" d="M-15 5L-2-3M15 5L2-3"></path><path class="warning" d="M-5-6L1 0M1-6L-5 0M-1-6L5 0M5-6L-1 0"></path>`,
-    "Encounter: where, how close, when"],
+    "Encounter: position, distance, time"],
   [svg`<path class="selected" d="M-15 3L15-3"></path><path class="selected full" d="M-3-2H2V3H-3Z"></path>`, "Selected track, last ten minutes"],
   [svg`<ellipse class="selected" cx="-9" rx="5" ry="3"></ellipse><ellipse class="selected" cx="6" rx="9" ry="6"></ellipse>`, "Its forecast: 95 % regions"],
   [svg`<path class="bundle" d="M-15 4L0 0"></path><path class="bundle" d="M4-5V-1M2-3H6M8 0V4M6 2H10"></path>`, "Its trajectory set"],

@@ -27,7 +27,7 @@ export class Source<T> {
     }
     const past = OF_PAST.test(address);
     if (past && app.clock.recorded) {
-      this.problem = "A recorded run does not contain the innovations of its plots: the service shows them.";
+      this.problem = "A recorded run does not contain the innovations of its plots; only the service can show them.";
       return null;
     }
     const at = past ? app.clock.at(performance.now()) : null;

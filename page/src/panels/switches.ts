@@ -16,8 +16,7 @@ export const switchPanel: Panel = {
       @change=${() => app.actions.toggle(name)}> ${text} <kbd>${key}</kbd></label></li>`)}</ul>
     <h2>Sensors</h2>
     <ul class="switches sensors" aria-label="Plots of sensors">${app.store.sensors.map((id, number) => sensor(id, number, app))}</ul>
-    <p class="hint">Each is a layer: its plots, rings and sweep. To compare two sensors, show these two, without tracks
-      (<kbd>s</kbd>), with their plots joined (<kbd>i</kbd>).</p>`,
+    <p class="hint">Each sensor is a layer with its plots, rings and sweep. To compare two sensors, show only these two, hide the tracks (<kbd>s</kbd>), and connect their plots by lines (<kbd>i</kbd>).</p>`,
 };
 
 function sensor(id: string, number: number, app: App): TemplateResult {

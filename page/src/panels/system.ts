@@ -77,7 +77,7 @@ function draw(app: App): TemplateResult {
     ${unobservable.length === 0 ? nothing : html`<h3>Biases that are not observable</h3>${unobservable.map((one) => html`<p class="hint">${one.what}: ${one.reason}</p>`)}`}
     ${group("Tracks", [
       ["Live", text("tracks")], ["Confirmed", text("tracks_confirmed_live")],
-      ["Initiated so far", text("tracks_initiated")], ["Ended so far", text("tracks_ended")],
+      ["Initiated", text("tracks_initiated")], ["Terminated", text("tracks_ended")],
     ])}
     ${group("Connections", [
       ["Pages", pages(status)], ["Streams of events", `${text("subscribers")} readers`], ["Zenoh", status["zenoh"] == null ? "off" : "on"],
@@ -146,7 +146,7 @@ function shown(code: string, app: App): TemplateResult {
   const found = source.read(app, code, `v1/rejects?code=${encodeURIComponent(code)}&limit=1000`);
   if (found === null) return html`<p class="hint">${source.problem || "Reading…"}</p>`;
   return html`${found.rejects.slice(-EXAMPLES).reverse().map((one) => html`<p>${one.reason}<br><code>${one.raw}</code></p>`)}
-    <p class="hint"><a href="v1/rejects?code=${encodeURIComponent(code)}" @click=${follow}>All that are retained</a></p>`;
+    <p class="hint"><a href="v1/rejects?code=${encodeURIComponent(code)}" @click=${follow}>All retained rejects</a></p>`;
 }
 
 function outcomes(status: Record<string, unknown>): TemplateResult | typeof nothing {

@@ -55,7 +55,7 @@ function draw(app: App): TemplateResult {
       <tbody>${body(app)}</tbody>
     </table></div>
     ${rows.length > 0 ? nothing : html`<p class="hint">${store.tracks.length === 0
-      ? "No tracks: the sky is empty, or no measurements have arrived." : "No track matches the filters."}</p>`}`;
+      ? "No tracks: there are no aircraft, or no measurements have been received." : "No track matches the filters."}</p>`}`;
 }
 
 /** The rows in sight, between spaces as high as those that are not. */

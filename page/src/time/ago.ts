@@ -20,7 +20,7 @@ export class Ago {
     const first = clock.span?.[0] ?? atS;
     const name = track.callsign ?? track.code ?? track.address ?? `#${track.id}`;
     if (atS < first) {
-      this.message = `${utc(atS)} is before the first time that is retained, ${utc(first)}.`;
+      this.message = `${utc(atS)} is before the earliest retained time, ${utc(first)}.`;
       app.actions.changed();
       return;
     }
@@ -41,7 +41,7 @@ export class Ago {
       this.wanted = null;
       const track = app.store.track(wanted.id);
       this.message = track === undefined
-        ? `${wanted.name} was not tracked at ${utc(wanted.atS)}.`
+        ? `${wanted.name} had no track at ${utc(wanted.atS)}.`
         : `${wanted.name} ${wanted.isFirst ? "was first tracked " : ""}at ${utc(wanted.atS)}: ${
           track.latitude.toFixed(4)}, ${track.longitude.toFixed(4)}`;
       if (track !== undefined) app.picture.show(track);

@@ -160,12 +160,14 @@ SourceLatitude = Annotated[
 SourceLongitude = Annotated[
     float,
     Field(ge=-LONGITUDE_MAX_DEG, le=LONGITUDE_MAX_DEG),
-    described("WGS 84 longitude of the same", unit="degree", source="sensor", absent=_MOVED),
+    described("WGS 84 longitude of the same sensor", unit="degree", source="sensor", absent=_MOVED),
 ]
 SourceHeight = Annotated[
     float,
     Field(ge=HEIGHT_MIN_M, le=HEIGHT_MAX_M),
-    described("Height of the same above the ellipsoid", unit="m", source="sensor", absent=_MOVED),
+    described(
+        "Height of the same sensor above the ellipsoid", unit="m", source="sensor", absent=_MOVED
+    ),
 ]
 Mode3A = Annotated[
     str,
@@ -207,7 +209,7 @@ Callsign = Annotated[
 OnGround = Annotated[
     bool,
     described(
-        "Whether the aircraft reports to be on the ground (Mode S flight status, ground bit, "
+        "Whether the aircraft reports that it is on the ground (Mode S flight status, ground bit, "
         "surface position), or a surface movement radar detects it",
         unit="true or false",
         source="aircraft",

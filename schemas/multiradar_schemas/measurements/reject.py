@@ -54,7 +54,7 @@ CODE_MEANINGS: dict[RejectCode, str] = {
     "or that its sensor does not provide.",
     RejectCode.TIME_LATE: "Older than the reorder horizon allows.",
     RejectCode.TIME_FUTURE: "Too far ahead of the data time.",
-    RejectCode.RATE_EXCEEDED: "More than the sensor can deliver (`plots_per_scan_max`).",
+    RejectCode.RATE_EXCEEDED: "Above the maximum rate of the sensor (`plots_per_scan_max`).",
     RejectCode.DUPLICATE: "Already ingested.",
     RejectCode.MALFORMED_JSON: "Not JSON, or not of the required structure.",
     RejectCode.MALFORMED_ARROW: "Not an Arrow IPC stream, or columns of the wrong type.",
@@ -80,7 +80,7 @@ class Reject(Record):
     file: Annotated[str, described("Name of the input", unit="text", source="reader")]
     line: Annotated[int | None, Field(ge=1), _LINE] = None
     offset: Annotated[int | None, Field(ge=0), _OFFSET] = None
-    reason: Annotated[str, described("Reason in words", unit="text", source="reader")]
+    reason: Annotated[str, described("Reason as a sentence", unit="text", source="reader")]
     code: Annotated[RejectCode, described("Stable code", unit="code", source="reader")]
     raw: Annotated[str, described("Original content, unchanged", unit="text", source="input")]
 

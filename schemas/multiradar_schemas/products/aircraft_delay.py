@@ -33,7 +33,8 @@ class AircraftDelay(Record):
     delay_m: Annotated[
         float,
         described(
-            "Range error by the turn-around time of the transponder, one way, measured minus true "
+            "Range error caused by the turn-around time of the transponder, one way, measured "
+            "minus true "
             "(150 m for 1 µs)",
             unit="m",
             source="filter",

@@ -71,7 +71,7 @@ class Encounter(Record):
         float,
         Field(ge=0.0),
         described(
-            "97.5 % quantile of the same; 95 % if `distance_low_m` is 0",
+            "97.5 % quantile of the same distance, or 95 % if `distance_low_m` is 0",
             unit="m",
             source="filter",
         ),
@@ -87,8 +87,8 @@ class Encounter(Record):
         bool,
         described(
             "Whether the tracks are within the distance threshold now and their relative "
-            "velocity is not significant; the time of closest approach is then undefined and "
-            "`time_s` is given",
+            "velocity is not significant; the time of closest approach is then undefined and set "
+            "to `time_s`",
             unit="true or false",
             source="filter",
         ),
@@ -242,7 +242,7 @@ class Encounters(Record):
         Field(ge=0),
         described(
             "Pairs not compared, or omitted for lack of capacity, because of too many close "
-            "tracks; counted separately for each 10 s of the horizon. 0: complete",
+            "tracks; counted separately for each 10 s of the horizon; 0 means complete",
             unit="1",
             source="service",
         ),

@@ -50,8 +50,8 @@ class RadarHealth(Record):
         float,
         Field(ge=0.0),
         described(
-            "Scans (detection opportunities) that it is based on, with a weight of a third after "
-            "15 minutes",
+            "Scans (detection opportunities) on which it is based, with a weight of one third "
+            "after 15 minutes",
             unit="1",
             source="tracker",
         ),
@@ -152,7 +152,9 @@ class RadarHealth(Record):
     ]
     tracks_heard: Annotated[
         int,
-        described("Number of them that it updated within 5 scans", unit="1", source="tracker"),
+        described(
+            "Number of these tracks that it updated within 5 scans", unit="1", source="tracker"
+        ),
     ]
     bias_jumps: Annotated[int, described("Number of bias jumps so far", unit="1", source="tracker")]
     last_jump_s: Annotated[

@@ -12,7 +12,7 @@ class ResidualBin(Record):
     """Innovations of the plots of a radar in one interval of range, or of azimuth."""
 
     begin: Annotated[
-        float, described("Begin of the interval", unit="m or degree", source="service")
+        float, described("Start of the interval", unit="m or degree", source="service")
     ]
     end: Annotated[float, described("End of the interval", unit="m or degree", source="service")]
     plots: Annotated[int, Field(ge=1), described("Number of plots", unit="1", source="service")]
@@ -20,20 +20,24 @@ class ResidualBin(Record):
         float, described("Mean innovation of the range", unit="m", source="filter")
     ]
     range_rms_m: Annotated[
-        float, Field(ge=0.0), described("Its root mean square", unit="m", source="filter")
+        float,
+        Field(ge=0.0),
+        described("Root mean square of the innovation", unit="m", source="filter"),
     ]
     azimuth_mean_deg: Annotated[
         float, described("Mean innovation of the azimuth", unit="degree", source="filter")
     ]
     azimuth_rms_deg: Annotated[
-        float, Field(ge=0.0), described("Its root mean square", unit="degree", source="filter")
+        float,
+        Field(ge=0.0),
+        described("Root mean square of the innovation", unit="degree", source="filter"),
     ]
     nis_mean: Annotated[
         float,
         Field(ge=0.0),
         described(
-            "Mean normalised innovation squared: 2 where noise and biases are as configured and "
-            "estimated",
+            "Mean normalised innovation squared: 2 if the noise agrees with the configuration and "
+            "the biases with their estimates",
             unit="1",
             source="filter",
         ),

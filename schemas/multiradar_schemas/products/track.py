@@ -61,8 +61,9 @@ class TrackUpdate(Record):
     height_m: Annotated[
         float | None,
         described(
-            "Height from received heights, of their kind (Mode C: pressure altitude); for an "
-            "aircraft without height reports, estimated from several radars",
+            "Height estimated from the received heights and of the same kind (for Mode C, a "
+            "pressure altitude); for an aircraft without height reports, estimated from the plots "
+            "of several radars",
             unit="m",
             source="filter",
             absent="not received, and not estimated to 1000 m",
@@ -190,8 +191,8 @@ class TrackUpdate(Record):
         str | None,
         StringConstraints(pattern=r"^[0-9a-f]{6}$"),
         described(
-            "ICAO 24-bit address in this measurement; never another than `mode_s_address`, which "
-            "a track without one takes over from two measurements in a row",
+            "ICAO 24-bit address in this measurement; it never differs from `mode_s_address`, "
+            "which a track without an address adopts after two consecutive measurements",
             unit="6 lower-case hexadecimal digits",
             source="measurement",
             absent="not in the measurement",
@@ -200,8 +201,8 @@ class TrackUpdate(Record):
     on_ground: Annotated[
         bool | None,
         described(
-            "Whether the aircraft is on the ground, as reported and plausible by speed and height; "
-            "`height_m` is then that of the site of the radar that measured",
+            "Whether the aircraft is on the ground, as reported and consistent with speed and "
+            "height; `height_m` is then the height of the radar site",
             unit="true or false",
             source="tracker",
             absent="never reported",
@@ -225,7 +226,7 @@ class Track(TrackUpdate):
         float | None,
         Field(ge=0.0),
         described(
-            "`age_s` and the time since the last measurement of any sensor",
+            "Sum of `age_s` and the time since the last measurement of any sensor",
             unit="s",
             source="service",
             absent="data not in real time",

@@ -60,7 +60,7 @@ class TrackPlot(Record):
     latitude_deg: Annotated[
         float | None,
         described(
-            "WGS 84 latitude without the estimated biases",
+            "Bias-corrected WGS 84 latitude",
             unit="degree",
             source="filter",
             absent="a bearing, or a range shorter than the height",
@@ -73,7 +73,7 @@ class TrackPlot(Record):
     innovation_range_m: Annotated[
         float | None,
         described(
-            "Innovation: measured range minus predicted range, without biases",
+            "Innovation: bias-corrected measured range minus predicted range",
             unit="m",
             source="filter",
             absent=_INITIATED,
@@ -100,8 +100,9 @@ class TrackPlot(Record):
         float | None,
         Field(ge=0.0),
         described(
-            "Normalised innovation squared, at the biases published then: χ² distributed with "
-            "`degrees_of_freedom` where noise and motion are as configured",
+            "Normalised innovation squared, computed with the biases published at that time: χ² "
+            "distributed with `degrees_of_freedom` if noise and motion agree with the "
+            "configuration",
             unit="1",
             source="filter",
             absent="the measurement initiated the track",
@@ -125,7 +126,7 @@ class TrackPlot(Record):
     residual_east_m: Annotated[
         float | None,
         described(
-            "Position without biases minus position of the track after the update, east",
+            "Bias-corrected position minus position of the track after the update, east",
             unit="m",
             source="filter",
             absent="`latitude_deg` is absent",

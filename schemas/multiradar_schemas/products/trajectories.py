@@ -58,9 +58,7 @@ def _chance(kind: str) -> object:
 class TrajectorySegment(Record):
     """A part of a trajectory with constant accelerations."""
 
-    begin_s: Annotated[
-        float, described("Data time of its beginning", unit="s", source="restoration")
-    ]
+    begin_s: Annotated[float, described("Data time of its start", unit="s", source="restoration")]
     end_s: Annotated[
         float | None,
         described(
@@ -156,7 +154,9 @@ class Trajectories(Record):
         int,
         Field(ge=3),
         described(
-            "Number of plots of the bundle since its initiation", unit="1", source="restoration"
+            "Number of plots processed by the bundle since its initiation",
+            unit="1",
+            source="restoration",
         ),
     ]
     restarts: Annotated[

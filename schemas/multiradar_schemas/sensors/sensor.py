@@ -116,7 +116,7 @@ class Sensor(Table):
     position_sigma_m: Annotated[
         float,
         within(bounds.POSITION_SIGMA_M),
-        of_file("Random error of a reported position, 1 sigma each axis", "m"),
+        of_file("Random error of a reported position, 1 sigma on each axis", "m"),
     ] = 30.0
     elevation_sigma_deg: Annotated[
         float | None,
@@ -126,8 +126,8 @@ class Sensor(Table):
     moving: Annotated[
         bool,
         of_file(
-            "Whether a direction finder is moving: its bearings then have its position, and the "
-            "position here is approximate",
+            "Whether a direction finder is moving: its bearings then contain its position, and "
+            "the position given here is approximate",
             "true or false",
         ),
     ] = False
@@ -145,7 +145,7 @@ class Sensor(Table):
         float | None,
         within(bounds.EARTH_RADIUS_FACTOR),
         of_file(
-            "Refraction of ranges: factor of the effective radius of the Earth, such as 1.2",
+            "Refraction of ranges: factor applied to the radius of the Earth, such as 1.2",
             "1",
             "ranges are straight",
         ),
@@ -154,8 +154,8 @@ class Sensor(Table):
         float | None,
         within(bounds.TRANSPONDER_DELAY_SIGMA_M),
         of_file(
-            "Ranges include the delay of each aircraft's transponder, which is estimated: its "
-            "prior sigma as a range, one way, the same for all such radars",
+            "Prior sigma of the transponder delays, as a range error one way, the same for all "
+            "such radars: the ranges contain these delays, and one is estimated for each aircraft",
             "m",
             "not estimated, or a primary radar",
         ),
@@ -164,8 +164,8 @@ class Sensor(Table):
         float | None,
         within(bounds.PLOTS_PER_SCAN_MAX),
         of_file(
-            "Greatest number of plots in a scan (without a scan period: in a second), and of "
-            "tentative tracks that the sensor may initiate; more are a fault of the sensor",
+            "Maximum number of plots in a scan (without a scan period: in a second), and of "
+            "tentative tracks initiated by the sensor; a larger number indicates a fault",
             "1",
             "from the coverage, 10 000 to 20 000",
         ),
@@ -174,8 +174,8 @@ class Sensor(Table):
         float | None,
         within(bounds.CLOCK_TOLERANCE_S),
         of_file(
-            "A measurement farther ahead of the data time needs the other clocks to agree; at most "
-            "the reorder horizon",
+            "A measurement that is farther ahead of the data time is accepted only if other "
+            "clocks agree; at most the reorder horizon",
             "s",
             "half of the reorder horizon",
         ),
@@ -184,7 +184,7 @@ class Sensor(Table):
         tuple[Annotated[str, StringConstraints(pattern=SENSOR_ID_PATTERN)], ...],
         BeforeValidator(lambda names: tuple(names) if isinstance(names, list) else names),
         of_file(
-            "Further names of the sensor in measurements, such as from a second network",
+            "Further names of the sensor in measurements, for example from a second network",
             "list of ids, such as `43-10`",
         ),
     ] = ()

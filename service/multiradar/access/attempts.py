@@ -49,7 +49,7 @@ class Attempts:
             raise RequestError(
                 429,
                 "TOO_MANY_ATTEMPTS",
-                f"{count} wrong keys or tokens within {WITHIN_S:g} s; correct the key of this "
+                f"{count} invalid keys or tokens within {WITHIN_S:g} s; correct the key of this "
                 "client and try again later",
                 {"retry-after": str(pause_s)},
             )

@@ -7,7 +7,7 @@ from multiradar.access.security_log import SECURITY_LOG
 from multiradar.errors import ConfigurationError
 from multiradar.settings.service import Settings
 
-_REMEDY = "or start with --insecure if any host on that network may do anything"
+_REMEDY = "or start with --insecure to give every host on that network full access"
 
 
 def is_loopback(host: str) -> bool:
@@ -47,7 +47,7 @@ def _open_addresses(settings: Settings, authenticated: bool) -> Iterator[str]:
     if not is_loopback(host):
         if not authenticated:
             yield (
-                f"server.host: {host} is reachable beyond loopback, but no client has a key; "
+                f"server.host: {host} can be reached from other hosts, but no client has a key; "
                 f"create one with `multiradar key`"
             )
         elif settings.access.certificate is None:

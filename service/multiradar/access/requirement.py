@@ -31,9 +31,9 @@ class _Bearer(HTTPBearer):
 
 _bearer = _Bearer(
     scheme_name="bearer",
-    description="API key, or a JSON Web Token of the configured issuer. Not needed where the "
-    "service is configured without credentials. The scope is the role that is required; `operate` "
-    "includes the others.",
+    description="API key, or a JSON Web Token of the configured issuer. Not needed if the service "
+    "is configured without credentials. The scope is the required role; `operate` includes the "
+    "others.",
     auto_error=False,
 )
 

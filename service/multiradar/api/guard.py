@@ -102,7 +102,7 @@ class LimitLayer:
         except RequestError as error:
             await exchange.reject(error)
         except ClientDisconnect:
-            _log.debug("client left within its body", request=scope[REQUEST_ID_KEY])
+            _log.debug("client disconnected while sending the body", request=scope[REQUEST_ID_KEY])
         except Exception as error:
             await exchange.fail(error)
         finally:
@@ -141,7 +141,7 @@ class LimitLayer:
         host = header(scope, b"host").decode("latin-1").lower()
         name = urlsplit(f"//{host}").hostname if _plain_host(host) else None
         if self._allowed_hosts and name not in self._allowed_hosts:
-            raise RequestError(421, "HOST_NOT_ALLOWED", "the Host header names another service")
+            raise RequestError(421, "HOST_NOT_ALLOWED", "the Host header names another host")
         origin = header(scope, b"origin").decode("latin-1").lower()
         changes = scope["type"] == "websocket" or scope["method"] not in _SAFE_METHODS
         if changes and origin and origin.partition("://")[2] != host:

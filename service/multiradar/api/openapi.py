@@ -19,12 +19,12 @@ _REJECTIONS = {
 #: Error answers of all routes.
 _ERROR_ANSWERS = {
     "400": "The length of the body is ambiguous",
-    "421": "The Host header names another service",
+    "421": "The Host header names another host",
     "422": "A parameter is unknown, repeated or out of bounds",
     "429": "Too many requests, streams or expensive queries from this client",
     "431": "The path and the headers are too long",
     "500": "Internal error; search the log for the identifier of the request",
-    "503": "Too many requests, a query beyond its deadline, or the service is not ready",
+    "503": "Too many requests, a query exceeded its deadline, or the service is not ready",
 }
 #: Further ones of routes that read a body.
 _BODY_ANSWERS = {

@@ -162,8 +162,8 @@ class QueryWorkers:
         return RequestError(
             503,
             "QUERY_TIMEOUT",
-            f"the query {state} after {self._deadline_s:g} s (http.query_deadline_s); ask for "
-            "less, such as a shorter horizon or window, a smaller distance or limit, or try later",
+            f"the query {state} after {self._deadline_s:g} s (http.query_deadline_s); use a "
+            "shorter horizon or window, or a smaller distance or limit, or try again later",
             {"retry-after": "5"},
         )
 

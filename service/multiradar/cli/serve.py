@@ -100,8 +100,8 @@ def serve(
         bool,
         typer.Option(
             "--insecure",
-            help="Listen beyond loopback without credentials: any host on the network may do "
-            "anything.",
+            help="Listen on addresses other than loopback without credentials: every host on the "
+            "network then has full access.",
         ),
     ] = False,
     config: ConfigOption = None,
@@ -207,8 +207,8 @@ def _print_addresses(application: "Application", json_wanted: bool) -> None:
     else:
         line = f"multiradar serves {application.http_url}"
         line += f" and Zenoh at {', '.join(endpoints)}" if endpoints else " (no Zenoh)"
-        line += f", and listens to ASTERIX at {', '.join(asterix)}" if asterix else ""
-        line += f", and reads feeds from {', '.join(feeds)}" if feeds else ""
+        line += f", receives ASTERIX on {', '.join(asterix)}" if asterix else ""
+        line += f", and receives feeds from {', '.join(feeds)}" if feeds else ""
     print(line, flush=True)
 
 

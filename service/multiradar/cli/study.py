@@ -94,7 +94,7 @@ def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
                 metavar="FILE.html",
                 help="HTML report; must not exist. With --json, no report is written unless this "
                 "option is given.",
-                show_default="NAME.html, or NAME-2.html … where that exists",
+                show_default="NAME.html, or NAME-2.html … if it already exists",
             ),
         ] = None,
         figures: Annotated[
@@ -224,6 +224,6 @@ def _parse_duration(text: str) -> float:
     except ValueError:
         seconds = math.nan
     if not 0.0 < seconds <= DURATION_S_MAX:
-        msg = f"expected seconds above 0 and up to {DURATION_S_MAX:g}, was {text!r}"
+        msg = f"expected a number of seconds above 0 and at most {DURATION_S_MAX:g}, was {text!r}"
         raise typer.BadParameter(msg)
     return seconds

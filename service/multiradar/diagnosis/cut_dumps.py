@@ -50,14 +50,16 @@ def check_truncation(measurements: Path, report: Mapping[str, Any]) -> list[Diag
         return [_cut((plots, plots_end_s), (tracks, tracks_end_s), why)]
     if not _plots_go_on(measurements, tracks_end_s):
         return []
-    why = "with as many plots as before"
+    why = "with no fewer plots than before"
     return [_cut((tracks, tracks_end_s), (plots, plots_end_s), why)]
 
 
 def _no_plots(report: Mapping[str, Any]) -> list[Diagnosis]:
     return [
         Diagnosis(
-            "", "file_cut", f"{name}: contains no plots, although there are tracks; copy it again"
+            "",
+            "file_cut",
+            f"{name}: contains no plots, although there are tracks; copy the file again",
         )
         for name, one in report["figures"]["files"].items()
         if one.get("table") == "plots" and not one["rejected"]
@@ -90,5 +92,5 @@ def _cut(short: tuple[str, float], whole: tuple[str, float], why: str) -> Diagno
         "",
         "file_cut",
         f"{short[0]}: probably cut short: it ends at {utc(short[1])}, but {whole[0]} goes on to "
-        f"{utc(whole[1])}, {why}; copy it again",
+        f"{utc(whole[1])}, {why}; copy the file again",
     )

@@ -51,8 +51,8 @@ def check_reports(name: str, plots: Plots) -> Diagnosis | None:
         return Diagnosis(
             name,
             "column_constant",
-            f"{name}: all its times are {plots.time_s[0]:.10g} s, which is probably not when the "
-            f"reports were made; give the time of each report",
+            f"{name}: all its times are {plots.time_s[0]:.10g} s, which is probably not the time "
+            "of the reports; give the time of each report",
         )
     first, last = _steps(plots)
     if len(first) < TESTED_MIN:

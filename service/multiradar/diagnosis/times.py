@@ -109,8 +109,8 @@ def _times_differ(name: str, own: tuple[float, float], rest: tuple[float, float]
     if abs(own[0]) < DATELESS_MAX_S <= abs(rest[0]):
         cause, remedy = "its times probably lack the date", "add the date"
     elif abs(rest[0]) < DATELESS_MAX_S <= abs(own[0]):
-        cause = "its times have a date, but those of the others do not"
-        remedy = "use one form of time"
+        cause = "its times have a date, but those of the other sensors do not"
+        remedy = "use the same form of time for all"
     elif unit := next((n for n, u in _UNITS.items() if 0.99 * u < own[0] / rest[0] < 1.01 * u), ""):
         cause, remedy = f"its times are probably in {unit}", "convert them to seconds"
     else:

@@ -111,7 +111,8 @@ def shared_sensors(tracks: Tracks, reporters: Sequence[str]) -> list[str]:
         return []
     names = ", ".join(sorted(set(tracks.sensor_id[used].tolist())))
     return [
-        f"{used.mean():.0%} of the updates are by {names}, the reference itself, so the errors are "
+        f"{used.mean():.0%} of the updates are from {names}, the reference itself, so the errors "
+        "are "
         "too small: run `track` without it (`--kinds radar`)"
     ]
 
@@ -153,7 +154,8 @@ def uncovered_rows(counts: RowCounts) -> str:
     ]
     return (
         f"{lost.total} of {counts.accepted} positions of the reference lie outside the coverage "
-        f"of the sensors ({', '.join(parts)}) and are not compared; --whole-reference compares them"
+        f"of the sensors ({', '.join(parts)}) and are not compared; use --whole-reference to "
+        "compare them"
     )
 
 

@@ -32,7 +32,7 @@ SPEED_MAX_MPS, TIME_ERROR_S = 600.0, 3.0
 CHAIN_MIN = 3
 #: Chains that may be continued; of more, the longest ones.
 OPEN_MAX = 16
-#: Rows farther from the middle of the reference do not fit on one plane, degrees.
+#: Rows farther from the centre of the reference do not fit on one plane, degrees.
 FAR_DEG = 55.0
 #: Optional columns with the location of each row: the index in its table, or a line of a file.
 ROW_COLUMN, FILE_COLUMN, LINE_COLUMN = "index", "file", "line"
@@ -93,7 +93,7 @@ def screened(
     # Wrong rows are found with those outside, and distances with those inside only.
     inside, uncovered = _covered(frame, usable, aircraft, values, regions)
     for row in np.flatnonzero(inside & _far(direction[inside], direction)).tolist():
-        reason = f"more than {FAR_DEG:g}° from the middle of the reference"
+        reason = f"more than {FAR_DEG:g}° from the centre of the reference"
         reasons.setdefault(int(usable[row]), reason)
     kept = frame[np.setdiff1d(usable[inside], list(reasons))]
     accepted = kept.unique(["name", "time_s"], keep="first", maintain_order=True)

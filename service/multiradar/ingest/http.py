@@ -44,7 +44,7 @@ _CIRCUMSTANCES = frozenset(
 _SOURCE = "http"
 #: Reasons of a timeout.
 _JOURNAL_LATE = (
-    "the journal did not answer in time and may have the message or not; "
+    "the journal did not respond in time, and may or may not contain the message; "
     "send it again with the same Idempotency-Key"
 )
 _ENGINE_LATE = (
@@ -53,7 +53,7 @@ _ENGINE_LATE = (
 )
 
 
-_FORCE_TEXT = "End the stream although sensors deliver in real time; their next plots are late then"
+_FORCE_TEXT = "End the stream even if sensors deliver in real time; their next plots are then late"
 _TIME_TEXT = "The data time, as in `time_s` of measurements, s"
 
 
@@ -62,7 +62,7 @@ class RefusedRow(BaseModel):
 
     index: int = Field(description="Index of the row in the message, from 0", examples=[2])
     code: str = Field(description="Stable code", examples=["OUT_OF_RANGE"])
-    reason: str = Field(description="Reason in words")
+    reason: str = Field(description="Reason as a sentence")
 
 
 class Acknowledgement(BaseModel):
@@ -71,8 +71,10 @@ class Acknowledgement(BaseModel):
     accepted: int = Field(description="Rows in the journal")
     rejected: list[RefusedRow] = Field(description="Rejected rows, by ascending index")
     duplicate: bool = Field(
-        description="A message with this Idempotency-Key was ingested before; this one was not, "
-        "and the counts are those of the first"
+        description=(
+            "A message with this Idempotency-Key was ingested earlier; this one was not ingested, "
+            "and the counts are those of the earlier one"
+        )
     )
     journal_sequence: int = Field(description="Entry of the journal that holds the message")
 
@@ -314,15 +316,17 @@ rows are listed with their index and reason and kept in the quarantine; the othe
 
 _FLUSH_TEXT = """\
 Mark the end of a stream: buffered measurements are processed immediately, the epoch closes, and
-measurements older than the newest one are late from then on. The mark is in the journal. The
-response is sent when the results of all earlier measurements can be read. While sensors deliver in
-real time it is rejected unless forced, since it would make the measurements on their way late.
+measurements older than the newest one are late from then on. The request is recorded in the
+journal. The response is sent when the results of all earlier measurements can be read. While
+sensors deliver in real time, the request is rejected unless forced, because measurements still in
+transit would then be late.
 """
 
 _CLOCK_TEXT = """\
-Set the data clock, after most sensors had a wrong time: measurements are accepted from the reorder
-horizon before it. A step back terminates all tracks; radar biases are kept. It is in the journal,
-and the response is sent when it counts for all further measurements.
+Set the data time, for use after most sensors had wrong clocks. From then on, measurements are
+accepted if they are at most the reorder horizon older than this time. A step back terminates all
+tracks; radar biases are kept. The request is recorded in the journal, and the response is sent when
+the new time applies.
 """
 
 _KEY_PARAMETER = {
@@ -381,7 +385,7 @@ _REQUEST_BODY: dict[str, Any] = {
 
 _ANSWERS: dict[int | str, dict[str, Any]] = {
     400: {"description": "The body cannot be read, or the Idempotency-Key is not valid"},
-    413: {"description": "The body is too long; reported before it is read whole"},
+    413: {"description": "The body is too long; it is not read to its end"},
     415: {"description": "Unsupported media type, or a compressed body; see `Accept-Post`"},
     422: {
         "description": "No row could be read as a measurement, see `rejected`; or the "
@@ -393,12 +397,12 @@ _ANSWERS: dict[int | str, dict[str, Any]] = {
 }
 
 _CLOCK_ANSWERS: dict[int | str, dict[str, Any]] = {
-    400: {"description": "There is a body, or the Idempotency-Key is not valid"},
+    400: {"description": "The request has a body, or the Idempotency-Key is not valid"},
     422: {"description": "Invalid parameter, or the Idempotency-Key was used for another message"},
     **{code: _ANSWERS[code] for code in (429, 503, 507)},
 }
 
 _FLUSH_ANSWERS: dict[int | str, dict[str, Any]] = {
     **_CLOCK_ANSWERS,
-    409: {"description": "Sensors deliver in real time; `force` ends the stream all the same"},
+    409: {"description": "Sensors deliver in real time; use `force` to end the stream anyway"},
 }

@@ -240,7 +240,7 @@ class Replay:
                 continue
             if phase.message:
                 waited_s = self.clock.monotonic_s() - phase.first_s
-                self.on_wait(f"the service answers after {waited_s:.0f} s; the replay continues")
+                self.on_wait(f"the service responds after {waited_s:.0f} s; the replay continues")
             self._answered = True
             return answer
 

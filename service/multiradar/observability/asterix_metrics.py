@@ -10,7 +10,7 @@ from multiradar_converters.asterix.decoding.sensor_clocks import TIME_ALARMS
 
 #: Metrics: name, help, label, and the counter of a listener for each value of the label.
 _FAMILIES: tuple[tuple[str, str, str, dict[str, str]], ...] = (
-    ("datagrams", "Datagrams received, dropped, and lost by the system", "result", {
+    ("datagrams", "Datagrams received, dropped, and lost by the operating system", "result", {
         "received": "datagrams",
         "dropped": "datagrams_dropped",
         "lost_by_system": "datagrams_lost_by_system",

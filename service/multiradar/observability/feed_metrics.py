@@ -70,7 +70,7 @@ def _state_metrics(feeds: dict[str, dict[str, Any]]) -> Iterator[Metric]:
     )
     connected = GaugeMetricFamily("multiradar_feed_connected", "1 while connected", labels=["feed"])
     latest = GaugeMetricFamily(
-        "multiradar_feed_last_received_seconds", "Unix time of the last text", labels=["feed"]
+        "multiradar_feed_last_received_seconds", "Unix time of the last message", labels=["feed"]
     )
     for feed, numbers in feeds.items():
         connected.add_metric([feed], numbers["state"] == "connected")

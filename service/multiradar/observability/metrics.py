@@ -24,7 +24,7 @@ EXPOSITION_MEDIA_TYPE = "text/plain; version=0.0.4; charset=utf-8"
 
 HTTP_REQUESTS = Counter(
     "multiradar_http_requests",
-    "Requests answered, by method, route template and status",
+    "Responses, by method, route template and status",
     ["method", "route", "status"],
     registry=REGISTRY,
 )

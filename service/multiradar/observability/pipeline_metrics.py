@@ -9,8 +9,8 @@ from prometheus_client.registry import Collector
 #: Gauges: name of the status field and help.
 _GAUGES = {
     "data_time_s": "Latest data time passed to the engine, s",
-    "data_delay_s": "Time of the machine less data time, of data in real time, s",
-    "silence_s": "Time since the last measurement of any sensor, of data in real time, s",
+    "data_delay_s": "Clock of the machine minus data time, for data in real time, s",
+    "silence_s": "Time since the last measurement of any sensor, for data in real time, s",
     "tracks": "Live tracks",
     "journal_sequence": "Last entry of the journal",
     "processed_sequence": "Last entry of the journal that the engine has processed",
@@ -40,10 +40,10 @@ _DISK = {
 
 # Alarms of the whole service, and what they mean.
 _ALARMS = {
-    "no_data": "1 when data in real time have ceased",
-    "host_clock": "1 when all sensors disagree with the clock of the machine",
-    "disk_filling": "1 when 80 % of the disk of the journal are used (disk_filling_share)",
-    "disk_nearly_full": "1 when 90 % of it are used (disk_nearly_full_share)",
+    "no_data": "1 if data in real time no longer arrive",
+    "host_clock": "1 if all sensors disagree with the clock of the machine",
+    "disk_filling": "1 if 80 % of the disk of the journal is used (disk_filling_share)",
+    "disk_nearly_full": "1 if 90 % of the disk of the journal is used (disk_nearly_full_share)",
 }
 
 
@@ -95,7 +95,7 @@ class PipelineCollector(Collector):
 
     def _alarms(self, status: dict[str, Any]) -> Iterator[Metric]:
         running = 1.0 if status.get("state") == "running" else 0.0
-        yield GaugeMetricFamily("multiradar_running", "1 when measurements are accepted", running)
+        yield GaugeMetricFamily("multiradar_running", "1 if measurements are accepted", running)
         present = {one["code"] for one in status.get("unready", ())}
         yield _gauge(
             "unready", "1 for each reason why the service is not ready", "reason",

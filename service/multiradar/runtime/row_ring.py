@@ -98,4 +98,4 @@ def ring_rows(ring: NDArray[Any], first: int, end: int) -> NDArray[Any]:
 def require_retained(first: int, log: RowLog) -> None:
     """Raise StateError if rows from a number on are not all retained any more."""
     if first < log.appended - log.capacity:
-        raise StateError(f"row {first} is not retained any more, of {log.appended}")
+        raise StateError(f"row {first} is no longer retained, of {log.appended}")

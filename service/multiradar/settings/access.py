@@ -47,7 +47,7 @@ class Role(StrEnum):
     DISPLAY = "display"
     """Read tracks, biases, status and all other output."""
     OPERATE = "operate"
-    """Everything: also what changes the processing for all, such as the end of a stream."""
+    """Everything, including operations that affect all clients, such as ending a stream."""
 
 
 class ClientSettings(Section):
@@ -74,7 +74,7 @@ class ClientSettings(Section):
     def _sensors_are_of_a_feed(self) -> Self:
         if self.sensors and self.role is not Role.FEED:
             raise PydanticCustomError(
-                "sensors", "Input should have sensors only with the role feed"
+                "sensors", "Input should have sensors only if the role is feed"
             )
         return self
 

@@ -202,7 +202,8 @@ def _copy_journal(journal: Path, copy: Path, tip: Tip | None) -> tuple[Head, str
         head = rows.head(connection)
         if tip is not None and tip.sequence > head.sequence:
             raise JournalError(
-                f"{journal}: {tip.sequence} entries were acknowledged, it holds {head.sequence}; "
+                f"{journal}: {tip.sequence} entries were acknowledged, but it contains "
+                f"{head.sequence}; "
                 "restore all its files from one copy"
             )
         copy_database(connection, copy)

@@ -124,7 +124,7 @@ class JournalRows:
     def check_counts(self, head: Head, accepted: int, rejected: int) -> None:
         """Raise JournalError if the rows of all entries are not those in the head."""
         if (accepted, rejected) != (head.accepted, head.rejected):
-            raise self.damaged(head.sequence, "its counts are not those of the entries")
+            raise self.damaged(head.sequence, "its counts do not match those of the entries")
 
     def head(self, connection: sqlite3.Connection) -> Head:
         """Return the end of the journal."""

@@ -89,7 +89,7 @@ class SqliteJournal:
             found = None if path.exists() else content(path.parent)
             if found not in (None, JOURNAL):
                 msg = (
-                    f"{path.parent}: expected the folder of a journal, was {found}; choose another "
+                    f"{path.parent}: expected a folder with a journal, was {found}; choose another "
                     "folder, which is created (`replay` sends a recording to the service)"
                 )
                 raise JournalError(msg)
@@ -269,7 +269,7 @@ class SqliteJournal:
         tip = Tip.read(self._tip_path)
         empty = not file_size(self._path)
         if empty and (file_size(self._log_path) or (tip and tip.sequence)):
-            raise self._incomplete("it is missing or empty, its other files are not")
+            raise self._incomplete("it is missing or empty, but its other files are not")
         if empty:
             return None
         damage = None if tip and tip.accepts_any else log_damage(self._log_path)
@@ -288,15 +288,17 @@ class SqliteJournal:
                 check_pages(connection, self._path)
                 return self._check_tip(connection, tip)
         if tip.sequence:
-            raise self._incomplete(f"{tip.sequence} entries were acknowledged, it holds none")
+            raise self._incomplete(
+                f"{tip.sequence} entries were acknowledged, but it contains none"
+            )
         return None
 
     def _check_tip(self, connection: sqlite3.Connection, tip: Tip) -> Tip:
         end = self._rows.head(connection).sequence
         if end < tip.sequence:
             raise self._incomplete(
-                f"entry {end + 1} of the journal is missing: {tip.sequence} were acknowledged, it "
-                f"holds {end}"
+                f"entry {end + 1} of the journal is missing: {tip.sequence} were acknowledged, "
+                f"but it contains {end}"
             )
         if tip.sequence and self._rows.digest_of(connection, tip.sequence) != tip.digest:
             raise self._incomplete(f"entry {tip.sequence} is not the one that was acknowledged")
@@ -313,7 +315,8 @@ class SqliteJournal:
         written_with = fingerprint_of(connection, self._path)
         if written_with != fingerprint:
             other = self._setting_of(written_with) or (
-                "other sensors or tracking settings, or on another kind of processor (fingerprint "
+                "other sensors or tracking settings, or on a different kind of processor "
+                "(fingerprint "
                 f"{written_with[:12]}, now {fingerprint[:12]})"
             )
             raise ConfigurationError(

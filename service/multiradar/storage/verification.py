@@ -263,7 +263,7 @@ class _Check:
         with self._noting():
             if tip.sequence > head.sequence:
                 raise JournalError(
-                    f"{self._path}: {tip.sequence} entries were acknowledged, it holds "
+                    f"{self._path}: {tip.sequence} entries were acknowledged, but it contains "
                     f"{head.sequence}"
                 )
             if rows.digest_of(connection, tip.sequence) != tip.digest:
@@ -277,7 +277,7 @@ class _Check:
             if position.sequence > head.sequence:
                 how = f"it is of entry {position.sequence}, which the journal does not have"
             elif rows.digest_of(connection, position.sequence) != position.digest:
-                how = f"it is of another journal: entry {position.sequence} differs"
+                how = f"it belongs to another journal: entry {position.sequence} differs"
             else:
                 return
             raise JournalError(f"{SnapshotFolder(self._path).path}: {name}: {how}")

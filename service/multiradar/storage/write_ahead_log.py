@@ -53,7 +53,7 @@ def log_damage(path: Path) -> str | None:
             header = _header(begin)
             if header is None:
                 # It is on disk before the first frame is written.
-                return "its header does not verify"
+                return "its header is invalid"
             frames = _frames(stream, header)
     except FileNotFoundError:
         return None
@@ -65,7 +65,9 @@ def log_damage(path: Path) -> str | None:
     if not len(ends) or not behind[ends[0] + 1 :].any():
         return None
     offset = _HEADER_BYTES + first * (_FRAME_HEADER_BYTES + header.page_bytes)
-    return f"frame {first + 1} (byte {offset}) does not verify, transactions written after it do"
+    return (
+        f"frame {first + 1} (byte {offset}) is invalid, but transactions written after it are valid"
+    )
 
 
 # The header of a log; None if it does not verify.

@@ -132,7 +132,9 @@ def register_filter(name: str, make: Callable[[], AircraftFilter], *, host: str 
     and plots in the cone of silence, have no position: for these the state is that of the host.
     """
     if not name or name in FILTERS:
-        raise ArgumentError(f"`name`: expected a name that no filter has yet, was {name!r}", "name")
+        raise ArgumentError(
+            f"`name`: expected a new name, but there is already a filter {name!r}", "name"
+        )
     if host not in FILTERS:
         raise UnknownFilterError(host, list(FILTERS))
     _REGISTERED[name] = CustomFilter(name, make, host)

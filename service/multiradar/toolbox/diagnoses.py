@@ -85,4 +85,4 @@ def _of_asterix(report: Mapping[str, Any], out: Path) -> list[str]:
     found = [f"{alarm['sensor_id']}: {alarm['reason']}" for alarm in alarms]
     path = out / SYSTEM_TRACKS_FILE
     unseen = unseen_states(pl.read_parquet(path, columns=["state"])) if path.is_file() else ""
-    return [*found, f"{unseen}; they are no reference of `evaluate`"] if unseen else found
+    return [*found, f"{unseen}; `evaluate` cannot use them as a reference"] if unseen else found

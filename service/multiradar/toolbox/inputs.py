@@ -98,7 +98,7 @@ def parse_day(text: str | None, *, warned: bool = True) -> dt.date | None:
     last = dt.datetime.fromtimestamp(SystemClock().now_s(), dt.UTC).date() + dt.timedelta(days=1)
     if warned and day is not None and (day > last or day < _FIRST_DAY):
         when = "in the future" if day > last else "earlier than any recording"
-        warn(f"date {day}: {when}; times of the output depend on it", DataWarning)
+        warn(f"date {day}: {when}; the the times of the output depend on it", DataWarning)
     return day
 
 

@@ -83,7 +83,7 @@ def run(plan: Plan) -> list[Row]:
             )
         rows.append(Row(label, value, "ns/plot", 11, name, peer))
         rows.append(Row(f"two-stage without biases, speed over {name}", peer / value, "×", runs))
-        rows.append(Row(f"estimates apart from those of {name}", position * 1e9, "nm", 1))
+        rows.append(Row(f"difference of the estimates from {name}", position * 1e9, "nm", 1))
     return rows
 
 

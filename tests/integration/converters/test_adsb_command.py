@@ -336,7 +336,7 @@ def test_a_packed_file_that_is_cut_short_gives_what_came_before_and_status_1(
         f"multiradar: file-0: truncated; what was read is in {out}\n"
     )
     last = rejects(out)[-1]
-    assert (last.code, last.reason) == (RejectCode.TRUNCATED, "the packed file is cut short")
+    assert (last.code, last.reason) == (RejectCode.TRUNCATED, "the compressed file is truncated")
     assert 1000 < len(rows(out)) < 4000
 
 
@@ -473,7 +473,7 @@ def test_a_decompression_bomb_is_rejected(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bomb = packed(b"[" + json.dumps(report()).encode() + b" " * (96 << 20))
-    assert "compressed file that grows at most 100 times" in failure(tmp_path, capsys, bomb)
+    assert "compressed file that expands at most 100 times" in failure(tmp_path, capsys, bomb)
 
 
 def test_the_output_is_never_overwritten_and_json_is_the_report(

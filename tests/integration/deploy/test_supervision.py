@@ -86,7 +86,7 @@ def test_a_process_whose_journal_is_removed_ends(tmp_path: Path) -> None:
     process.stdout.close()
     again = run_command("serve", *options)
     assert again.returncode == 1
-    assert "journal.sqlite: it is missing or empty, its other files are not" in again.stderr
+    assert "journal.sqlite: it is missing or empty, but its other files are not" in again.stderr
 
 
 def test_a_process_that_is_stuck_reports_nothing(tmp_path: Path) -> None:
@@ -102,7 +102,7 @@ def test_a_process_that_is_stuck_reports_nothing(tmp_path: Path) -> None:
         supervisor.start()
         supervisor.ready()
         wait_until(lambda: "WATCHDOG=1" in heard, "the watchdog")
-        why[0] = "the engine has not finished a call for 61 s"
+        why[0] = "the engine has made no progress for 61 s"
         before = asked[0]
         wait_until(lambda: asked[0] > before + 2, "two more intervals")
         supervisor.stop()

@@ -112,7 +112,7 @@ def test_the_bias_switch_moves_the_plots_onto_the_tracks(page: Page, air: Air) -
     opened(page, air)
     without = spread(page)
     page.keyboard.press("b")
-    expect(page.get_by_label("Remove biases from plots")).not_to_be_checked()
+    expect(page.get_by_label("Correct plots for biases")).not_to_be_checked()
     assert spread(page) > 2.0 * without
     assert "off=biases" in page.url
     # The plots move to the other place, and the canvas with them.
@@ -125,7 +125,7 @@ def test_the_bias_switch_moves_the_plots_onto_the_tracks(page: Page, air: Air) -
       return all.sort((a, b) => a - b)[Math.floor(all.length / 2)];
     }})()"""
     settled(page, f"{shift} > 15")
-    expect(page.get_by_text("too little to be seen")).to_have_count(0)
+    expect(page.get_by_text("too little to be visible")).to_have_count(0)
     page.keyboard.press("b")
     settled(page, f"{PICTURE}.corrected === 1")
 
@@ -226,7 +226,7 @@ def test_an_empty_sky_is_shown_as_one(page: Page, tmp_path: Any) -> None:
         watch = Watch(page)
         page.goto(empty.url)
         expect(page.locator("#bar").get_by_text("no tracks")).to_be_visible()
-        expect(page.get_by_text("No tracks: the sky is empty")).to_be_visible()
+        expect(page.get_by_text("No tracks: there are no aircraft")).to_be_visible()
         page.keyboard.press("3")
         expect(page.locator("#sensors .badge")).to_have_text(["NO DATA"] * 3)
         expect(page.locator("#bar").get_by_text("no data")).to_be_visible()
@@ -246,7 +246,7 @@ def test_total_silence_is_said_and_seen(page: Page, air: Air) -> None:
     page.route("**/v1/status", without_data)
     opened(page, air)
     alert = page.get_by_role("alert")
-    expect(alert).to_have_text("No measurement of any sensor for 75 s: all tracks are stale.")
+    expect(alert).to_have_text("No measurements from any sensor for 75 s: all tracks are stale.")
     expect(page.locator(".picture.lost")).to_have_count(1)
     silent["alarms"] = []
     expect(alert).to_have_count(0)

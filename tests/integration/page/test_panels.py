@@ -242,7 +242,7 @@ def test_the_sheet_says_why_the_track_is_where_it_is(page: Page, air: Air) -> No
     assert weights == sorted(weights, reverse=True)
     why.get_by_text("Each plot").click()
     expect(why.locator("details tbody tr")).to_have_count(len(answer["plots"]))
-    for name in ("Motion", "Identity", "Life of the track"):
+    for name in ("Motion", "Identity", "History of the track"):
         expect(page.get_by_role("region", name=name)).to_be_visible()
     expect(page.get_by_role("region", name="Identity").get_by_text("the same")).to_be_visible()
 
@@ -283,7 +283,7 @@ def test_an_ended_track_says_so_and_why(page: Page, shared: tuple[Page, Watch]) 
     step = {"time_s": 170.0, "transition": "ended", "reason": "merged", "into_track_id": 7}
     answered(page, 9999, step)
     page.evaluate(f"{ACTIONS}.select(9999)")
-    ended = page.get_by_text("Track 9999 has ended at 00:02:50: duplicate of track 7.")
+    ended = page.get_by_text("Track 9999 was terminated at 00:02:50: duplicate of track 7.")
     expect(ended).to_be_visible()
     settled(page, "window.multiradar.selection.updates.length === 0")
     # The service answers 404 to that, which the browser writes to the console.

@@ -170,7 +170,9 @@ def test_one_click_shows_where_the_aircraft_was_five_minutes_ago(page: Page, lon
     settled(page, f"Math.abs({STORE}.dataTimeS - {present - 300.0}) < 0.1")
     # Five minutes before that nothing is retained.
     button.click()
-    expect(page.locator("#time p[role=status]")).to_contain_text("before the first time")
+    expect(page.locator("#time p[role=status]")).to_contain_text(
+        "before the earliest retained time"
+    )
     assert abs(time_of(page) - (present - 300.0)) < 0.1
 
 

@@ -52,7 +52,7 @@ def test_a_name_is_added_once(tmp_path: Path) -> None:
     [
         ('[[client]]\nname = "a b"\nrole = "feed"', "line 2"),
         ('[[client]]\nname = "a"\nrole = "admin"', "expected .*feed"),
-        ('[[client]]\nname = "a"\nrole = "display"\nsensors = ["1"]', "only with the role feed"),
+        ('[[client]]\nname = "a"\nrole = "display"\nsensors = ["1"]', "only if the role is feed"),
         ('[[client]]\nname = "a"\nrole = "feed"\nkey_sha256 = "secret"', "key_sha256"),
         ('[[client]]\nname = "a"\nrole = "feed"\nkey = "mr_"', "key"),
         ('[[client]]\nname = "a"\nrole = "feed"\n' * 2, "each name once, was 2 times a"),
@@ -150,7 +150,7 @@ def test_a_client_with_many_wrong_keys_is_asked_to_pause() -> None:
     attempts = Attempts(clock)
     for _ in range(WRONG_MAX):
         attempts.note_wrong("192.0.2.1")
-    with pytest.raises(RequestError, match="wrong keys") as error:
+    with pytest.raises(RequestError, match="invalid keys") as error:
         attempts.note_wrong("192.0.2.1")
     assert (error.value.status, error.value.headers) == (429, {"retry-after": "61"})
     attempts.note_wrong("192.0.2.2")

@@ -24,9 +24,9 @@ def _biases(epochs: int) -> pl.DataFrame:
 async def test_only_a_service_that_a_restart_helps_is_not_alive(
     client: httpx.AsyncClient, service: FakeService
 ) -> None:
-    service.reasons = (Reason("NO_DATA", "no measurement of any sensor for 75 s"),)
+    service.reasons = (Reason("NO_DATA", "no measurements from any sensor for 75 s"),)
     assert (await client.get("/healthz")).json() == {"status": "alive"}
-    service.stalled = "the engine has not finished a call for 75 s (limit 60 s)"
+    service.stalled = "the engine has made no progress for 75 s (limit 60 s)"
     answer = await client.get("/healthz")
     assert (answer.status_code, answer.json()["code"]) == (503, "STALLED")
     assert answer.json()["detail"] == service.stalled

@@ -117,7 +117,7 @@ async def test_a_query_beyond_its_deadline_is_answered_with_what_to_do(
             await task
         assert (rejected.value.status, rejected.value.code) == (503, "QUERY_TIMEOUT")
         assert rejected.value.headers["retry-after"]
-        assert "ask for less, such as a shorter horizon" in str(rejected.value)
+        assert "use a shorter horizon" in str(rejected.value)
 
 
 def test_encounters_check_the_deadline_between_pieces() -> None:

@@ -126,7 +126,7 @@ def test_a_usage_error_is_one_sentence_and_status_2(
         ),
         (
             ["convert", "vid", "a", "b", "c d"],
-            "unexpected argument 'c d'; quote names that contain blanks",
+            "unexpected argument 'c d'; quote names that contain spaces",
         ),
         (["serve", "--port", "x"], "--port: expected a whole number from 0 to 65535, was 'x'"),
         (["serve", "--port=-1"], "--port: expected a whole number from 0 to 65535, was '-1'"),

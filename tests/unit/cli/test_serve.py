@@ -29,7 +29,7 @@ def test_asterix_listeners_are_reported(capsys: pytest.CaptureFixture[str]) -> N
     alone = "multiradar serves http://127.0.0.1:8321 and Zenoh at tcp/127.0.0.1:7447"
     assert ready_line(capsys, ()) == f"{alone}\n"
     line = ready_line(capsys, ("udp/239.0.0.1:8600", "udp/127.0.0.1:8601"))
-    assert line == (f"{alone}, and listens to ASTERIX at udp/239.0.0.1:8600, udp/127.0.0.1:8601\n")
+    assert line == (f"{alone}, receives ASTERIX on udp/239.0.0.1:8600, udp/127.0.0.1:8601\n")
 
 
 def test_asterix_listeners_are_reported_as_json(capsys: pytest.CaptureFixture[str]) -> None:
@@ -40,6 +40,6 @@ def test_asterix_listeners_are_reported_as_json(capsys: pytest.CaptureFixture[st
 
 def test_feeds_are_reported(capsys: pytest.CaptureFixture[str]) -> None:
     line = ready_line(capsys, (), feeds=("tcp/127.0.0.1:30047",))
-    assert line.endswith(", and reads feeds from tcp/127.0.0.1:30047\n")
+    assert line.endswith(", and receives feeds from tcp/127.0.0.1:30047\n")
     found = json.loads(ready_line(capsys, (), as_json=True, feeds=("tcp/127.0.0.1:30047",)))
     assert found["feeds"] == ["tcp/127.0.0.1:30047"]

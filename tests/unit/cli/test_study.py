@@ -117,7 +117,8 @@ def test_standard_output_stays_pure_while_a_bar_is_drawn(
         *(
             (
                 ("fake", "--duration", duration),
-                f"--duration: expected seconds above 0 and up to 86400, was '{duration}'",
+                f"--duration: expected a number of seconds above 0 and at most 86400, was "
+                f"'{duration}'",
             )
             for duration in ("0", "-5", "nan", "inf", "1e9", "long")
         ),

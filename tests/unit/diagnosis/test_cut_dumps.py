@@ -53,7 +53,7 @@ def test_plots_that_end_before_the_tracks_that_name_them_are_cut(tmp_path: Path)
     (said,) = said_of(tmp_path, LAST_S - 900.0, LAST_S, missing=500)
     assert said == (
         "p.txt: probably cut short: it ends at 8:15:00 (no date), but t.txt goes on to 8:30:00 "
-        "(no date), whose rows refer to missing plots (50%); copy it again"
+        "(no date), whose rows refer to missing plots (50%); copy the file again"
     )
 
 
@@ -87,6 +87,8 @@ def test_an_empty_file_of_plots_beside_tracks_is_reported() -> None:
         "t.txt": {"table": "tracks", "last_s": LAST_S},
     }
     (said,) = check_truncation(Path("none"), {"figures": {"files": files}})
-    assert said.sentence == "p.txt: contains no plots, although there are tracks; copy it again"
+    assert (
+        said.sentence == "p.txt: contains no plots, although there are tracks; copy the file again"
+    )
     files["p.txt"]["rejected"] = 1
     assert check_truncation(Path("none"), {"figures": {"files": files}}) == []

@@ -129,7 +129,7 @@ def test_a_service_that_goes_away_is_waited_for_as_long_as_asked_for(tmp_path: P
         replay.run()
     assert said == [
         "gone; retrying for 20 s",
-        "the service answers after 0 s; the replay continues",
+        "the service responds after 0 s; the replay continues",
         "away; retrying for 20 s",
     ]
     assert sum(pauses[1:]) == pytest.approx(20.0)
@@ -143,7 +143,7 @@ def test_a_returning_service_is_reported_once_and_the_next_wait_restarts(
     assert replay.run().retries == 3
     assert said == [
         "away; retrying for 5 s",
-        "the service answers after 1 s; the replay continues",
+        "the service responds after 1 s; the replay continues",
     ]
 
 
@@ -157,7 +157,7 @@ def test_a_service_that_is_starting_is_waited_for_as_long_as_it_says_so(tmp_path
         "503: the service is starting: compiling: 1 of 3; waiting",
         "503: the service is starting: compiling: 2 of 3; waiting",
         "503; retrying for 3 s",
-        "the service answers after 202 s; the replay continues",
+        "the service responds after 202 s; the replay continues",
     ]
     assert pauses == [1.0] * 202
 

@@ -143,7 +143,7 @@ def test_a_journal_without_its_end_gives_no_backup(tmp_path: Path) -> None:
     longer = tmp_path / "longer" / "journal.sqlite"
     _written(longer, 60).close()
     shutil.copy(_tip(longer), _tip(path))
-    with pytest.raises(JournalError, match="60 entries were acknowledged, it holds 40"):
+    with pytest.raises(JournalError, match="60 entries were acknowledged, but it contains 40"):
         _backup(path, tmp_path / "backup")
     assert not (tmp_path / "backup").exists()
 

@@ -174,7 +174,7 @@ def test_damage_to_the_log_is_named_by_frame_and_byte(killed: Path, tmp_path: Pa
     folder = _copy(killed, tmp_path / "copy")
     content = (folder / "journal.db-wal").read_bytes()
     (folder / "journal.db-wal").write_bytes(_flipped(content, (32 + 12 * _FRAME + 500) * 8))
-    place = f"frame 13 \\(byte {32 + 12 * _FRAME}\\) does not verify"
+    place = f"frame 13 \\(byte {32 + 12 * _FRAME}\\) is invalid"
     with pytest.raises(JournalError, match=rf"journal\.db-wal is damaged: {place}"):
         _open(folder)
 
@@ -221,11 +221,11 @@ def test_copies_that_are_incomplete_say_what_is_missing(killed: Path, tmp_path: 
         _open(alone)
     without = _copy(killed, tmp_path / "without")
     (without / "journal.db-wal").unlink()
-    with pytest.raises(JournalError, match="30 entries were acknowledged, it holds none"):
+    with pytest.raises(JournalError, match="30 entries were acknowledged, but it contains none"):
         _open(without)
     gone = _copy(killed, tmp_path / "gone")
     (gone / "journal.db").unlink()
-    with pytest.raises(JournalError, match="missing or empty, its other files are not"):
+    with pytest.raises(JournalError, match="missing or empty, but its other files are not"):
         _open(gone)
 
 
@@ -243,7 +243,7 @@ def test_an_older_or_another_journal_is_reported(tmp_path: Path) -> None:
     journal.append([entry(number) for number in range(20, 40)])
     journal.close()
     for folder, said in (
-        (older, "entry 6 of the journal is missing: 9 were acknowledged, it holds 5"),
+        (older, "entry 6 of the journal is missing: 9 were acknowledged, but it contains 5"),
         (other, "entry 9 is not the one that was acknowledged"),
     ):
         shutil.copy(current / "journal.db-tip", folder / "journal.db-tip")
@@ -307,7 +307,7 @@ def test_a_second_service_does_not_replace_a_removed_journal(tmp_path: Path) -> 
     first = _open(tmp_path)
     first.append([entry(1)])
     (tmp_path / "journal.db").unlink()
-    with pytest.raises(JournalError, match="missing or empty, its other files are not"):
+    with pytest.raises(JournalError, match="missing or empty, but its other files are not"):
         _open(tmp_path)
     first.close()
 

@@ -89,7 +89,7 @@ def test_the_output_of_another_command_is_no_place_for_a_journal(
     tmp_path: Path, name: str, what: str
 ) -> None:
     (tmp_path / name).write_bytes(b"")
-    with pytest.raises(JournalError, match=f"expected the folder of a journal, was the {what}"):
+    with pytest.raises(JournalError, match=f"expected a folder with a journal, was the {what}"):
         SqliteJournal(tmp_path / "journal.sqlite", FINGERPRINT)
     assert [one.name for one in tmp_path.iterdir()] == [name]
 

@@ -95,7 +95,7 @@ def test_the_progress_ends_with_all_entries(path: Path) -> None:
             ["the entries 9 to 11 of the journal are missing"],
         ),
         ("DELETE FROM entry WHERE sequence > 35", ["entry 36 of the journal is damaged: the entr"]),
-        ("UPDATE head SET accepted = 1", ["its counts are not those of the entries"]),
+        ("UPDATE head SET accepted = 1", ["its counts do not match those of the entries"]),
         ("UPDATE head SET digest = x'00'", ["entry 40 of the journal is damaged: it is not the"]),
         ("UPDATE quarantine SET first = 0 WHERE first = 1", ["rejected rows to start at 1"]),
         ("UPDATE skipped SET reason = 'other'", ["entry 7 of the journal is damaged: its checks"]),
@@ -162,7 +162,7 @@ def test_a_journal_that_lost_its_end_lacks_acknowledged_entries(path: Path) -> N
     _written(shorter, 20).close()
     _tip(shorter).write_bytes(acknowledged)
     (damage,) = verify_journal(shorter).damage
-    assert "40 entries were acknowledged, it holds 20" in damage
+    assert "40 entries were acknowledged, but it contains 20" in damage
 
 
 def test_a_snapshot_of_another_journal_is_named(path: Path) -> None:
@@ -177,7 +177,7 @@ def test_a_snapshot_of_another_journal_is_named(path: Path) -> None:
     _written(longer, ENTRIES, size=901).close()
     SnapshotFolder(other).path.rename(SnapshotFolder(longer).path)
     (damage,) = verify_journal(longer).damage
-    assert "it is of another journal: entry 30 differs" in damage
+    assert "it belongs to another journal: entry 30 differs" in damage
 
 
 def test_damage_of_the_log_is_named_with_its_frame(tmp_path: Path) -> None:

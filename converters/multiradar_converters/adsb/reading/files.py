@@ -190,9 +190,9 @@ def _element_pieces(
     for block in blocks:
         yield from elements.push(block)
     if unpacked.damage or form == "lines" or elements.ended:
-        why = unpacked.damage or "the text ends within a record"
+        why = unpacked.damage or "the text ends in the middle of a record"
     else:
-        why = "the list is not closed"
+        why = "the list is incomplete"
     fault = elements.finish(why)
     if fault is None and (unpacked.damage or (form != "lines" and not elements.ended)):
         fault = Fault(unpacked.text_bytes, b"", RejectCode.TRUNCATED, why)
@@ -243,8 +243,8 @@ def _of_columns(file: str, unpacked: Unpacked, head: bytes, blocks: Iterator[byt
         text += block
         if len(text) > COLUMNS_BYTES_MAX:
             msg = (
-                f"{file}: too large: JSON columns may have at most {COLUMNS_BYTES_MAX} bytes, as "
-                f"they are read in one piece; write a list of records"
+                f"{file}: too large: JSON columns may have at most {COLUMNS_BYTES_MAX} bytes, "
+                "because they are read as a whole; use a list of records"
             )
             raise LayoutError(msg)
     if unpacked.damage:

@@ -133,14 +133,14 @@ def _unzipped(chunks: Iterator[bytes], unpacked: Unpacked) -> Iterator[bytes]:
                 _check_growth(unpacked, len(block))
                 yield block
     if not part.eof:
-        unpacked.damage = "the packed file is cut short"
+        unpacked.damage = "the compressed file is truncated"
 
 
 def _check_growth(unpacked: Unpacked, more: int) -> None:
     bound = EXPANSION_MAX * unpacked.packed_bytes + EXPANSION_FREE_BYTES
     if unpacked.text_bytes + more > bound:
         msg = (
-            f"{unpacked.path}: expected a compressed file that grows at most {EXPANSION_MAX} "
+            f"{unpacked.path}: expected a compressed file that expands at most {EXPANSION_MAX} "
             f"times, but {unpacked.packed_bytes} bytes gave more than {bound}"
         )
         raise LayoutError(msg)

@@ -24,7 +24,8 @@ _RADAR = KINDS.index("radar")
 
 #: Reason, and what to do.
 NO_REFERENCE_POINT = (
-    "local coordinates only (item 042), whose reference point is unknown: give it by --reference "
+    "local coordinates only (item 042), whose reference point is unknown: specify it with "
+    "--reference "
     "SAC-SIC=LATITUDE,LONGITUDE, or as latitude_deg and longitude_deg of the sensor in the sensors "
     "file"
 )
@@ -60,7 +61,7 @@ def untimed(timed: Timed) -> list[Rejection]:
         (
             truncated,
             RejectCode.MISSING_FIELD,
-            "only the time modulo 512 s (item 141), and nothing to resolve it: no service "
+            "only the time modulo 512 s (item 141), which cannot be resolved: there is no service "
             "message of the radar, no recorder's clock, no time of another sensor",
         ),
         (

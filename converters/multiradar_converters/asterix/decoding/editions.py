@@ -104,8 +104,8 @@ class Editions:
         known = [name for one in layouts_of(category) for name in one.editions]
         return (
             f"category {category:03d} of {source_name(source)}: {unfit} of {tried} blocks fit no "
-            f"known edition ({', '.join(known)}), so that all are quarantined; to decode them "
-            "nevertheless, select an edition"
+            f"known edition ({', '.join(known)}), so all of them are quarantined; to decode them "
+            "anyway, select an edition"
         )
 
     def _layout(self, blocks: Blocks, category: int, source: Source, own: Integers) -> Layout:

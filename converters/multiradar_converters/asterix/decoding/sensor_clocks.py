@@ -61,7 +61,7 @@ class SensorClock:
     messages : int
         Messages with a time, and a time of reception.
     offset_s : float
-        Times of its fastest messages minus those of their reception, s: positive where its clock is
+        Times of the fastest messages minus their times of reception, s: positive where its clock is
         ahead, negative where it is behind or all messages are late.
     latency_min_s, latency_median_s, latency_p99_s : float
         First percentile, median and 99th percentile of reception minus time of target reports, s;

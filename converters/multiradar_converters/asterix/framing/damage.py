@@ -36,12 +36,13 @@ def damage_of(data: NDArray[np.uint8]) -> str:
     feeds = np.flatnonzero(data == _LINE_FEED)
     if len(feeds) >= _LINES_MIN and feeds[0] > 0 and (data[feeds - 1] == _RETURN).all():
         return (
-            "was changed by a transfer as text (each line feed follows a carriage return); "
+            "was changed by a transfer in text mode (each line feed follows a carriage return); "
             "transfer it again in binary mode"
         )
     if _is_utf_8(head):
         return (
-            "was changed by a program that took it for text (it is valid UTF-8); copy the original"
+            "was changed by a program that treated it as text (it is valid UTF-8); copy the "
+            "original"
         )
     return ""
 

@@ -12,7 +12,7 @@ from multiradar_converters.asterix.layout.program import catalogue
 #: datagram reassembled from a damaged capture may be larger and gets more.
 _NOTED = 1 << 15
 
-NO_BLOCK = "no block begins here"
+NO_BLOCK = "there is no block at this position"
 
 
 @dataclass(frozen=True)

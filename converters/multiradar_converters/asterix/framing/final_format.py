@@ -25,7 +25,7 @@ _TICKS_PER_S = 100.0
 _DAY_S = 86_400.0
 # A recording may begin inside an envelope; the largest has 65 535 octets.
 _SEARCHED_MAX = 1 << 17
-_DAMAGED = "no envelope of Final format begins here"
+_DAMAGED = "there is no envelope of the Final format at this position"
 _CUT = "an envelope of Final format is truncated"
 
 

@@ -65,7 +65,7 @@ def read_replay_file(data: NDArray[np.uint8]) -> tuple[Datagrams, list[tuple[int
         ends.append(begin + octets)
         times.append(now_ms / 1000.0)
         at = begin + octets
-    gaps = [(at, len(raw) - at, "no datagram begins here, or it is truncated")]
+    gaps = [(at, len(raw) - at, "there is no datagram at this position, or it is truncated")]
     return (
         Datagrams(
             data,

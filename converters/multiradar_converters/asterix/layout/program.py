@@ -30,7 +30,7 @@ REASONS = {
     _kernels.NO_ITEM: "the edition has no such item",
     _kernels.ZERO_LENGTH: "has the length 0",
     _kernels.EMPTY_RECORD: "the field specification is empty",
-    _kernels.LONG_FIELD_SPECIFICATION: "the field specification does not end",
+    _kernels.LONG_FIELD_SPECIFICATION: "the field specification has no end",
 }
 
 

@@ -201,8 +201,8 @@ def _columns(path: Path, table: Table, names: tuple[str, ...], given: list[str])
     missing = [name for name in expected if name not in given]
     if missing:
         msg = (
-            f"{path.name}: expected the columns {', '.join(expected)}; missing are "
-            f"{', '.join(missing)}, found {_shown(given)}"
+            f"{path.name}: missing column{'s' * (len(missing) > 1)} {', '.join(missing)}; expected "
+            f"{', '.join(expected)}, found {_shown(given)}"
         )
         raise LayoutError(msg)
     twice = [name for name in expected if given.count(name) > 1]

@@ -226,7 +226,7 @@ def _parse_special(block: Block, layout: FileLayout, parsed: Parsed) -> None:
         np.zeros(1, dtype=np.int64),
     )
     if is_truncated(raw, block.before):
-        reason = "the file ends within this line"
+        reason = "the file ends in the middle of this line"
         parsed.rejected.append(RejectedLine(0, RejectCode.TRUNCATED, reason, raw))
     elif _decide(raw, 0, place=0, rows=rows, layout=layout, parsed=parsed):
         parsed.rows.append(rows)

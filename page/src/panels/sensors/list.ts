@@ -27,14 +27,14 @@ export const sensorPanel: Panel = {
 function draw(app: App): TemplateResult {
   const { feed, view } = app;
   const sorted = bySeverity(feed.sensors);
-  if (sorted.length === 0) return html`<p class="hint">The service has no sensors, or has not answered yet.</p>`;
+  if (sorted.length === 0) return html`<p class="hint">The service has no sensors, or has not responded yet.</p>`;
   const [first] = sorted;
   const open = sorted.find(({ sensor }) => sensor.id === view.sensor) ?? first;
   return html`${feed.sensorsAtS === null ? nothing : html`<p class="summary"><span class="badge check">${utc(feed.sensorsAtS)}</span>&nbsp;Biases and health of the time shown.</p>`}
     ${first !== undefined ? verdict(sorted) : nothing}
     <table class="sensors"><thead><tr><th scope="col">Sensor</th><th scope="col">State</th>
       <th scope="col" title="Probability of detection">Pd</th>
-      <th scope="col" title="Measured noise over the configured one: range, azimuth">Noise</th>
+      <th scope="col" title="Measured noise relative to the configured noise: range, azimuth">Noise</th>
       <th scope="col" title="Estimated bias of the range">Range<br>bias</th>
       <th scope="col" title="Estimated bias of the azimuth">Azimuth<br>bias</th></tr></thead>
     <tbody>${sorted.map(({ sensor, severity }) => row(sensor, severity, sensor === open?.sensor, app))}</tbody></table>

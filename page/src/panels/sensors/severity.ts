@@ -23,9 +23,9 @@ const RANKS: Record<Level, number> = { FAULT: 4, ALARM: 3, CHECK: 2, "NO DATA": 
 const ALARMS: Record<string, string> = {
   silent: "No plot for five scans of tracks that other radars still detect.",
   bias_jump: "A bias jumped within the last eight scans.",
-  noise: "The noise is more than twice the configured one.",
+  noise: "The noise is more than twice the configured noise.",
   site: "The configured site position is wrong.",
-  address: "A plot updated a track with another Mode S address: a bug of multiradar.",
+  address: "A plot updated a track with another Mode S address: a bug in multiradar.",
 };
 
 export function alarmsOf(sensor: Sensor): string[] {
@@ -41,7 +41,7 @@ export function severityOf(sensor: Sensor): Severity {
   // The name stands before them on the page.
   const causes = sensor.diagnoses.map(({ sentence }) => (sentence.startsWith(`${sensor.id}: `) ? sentence.slice(sensor.id.length + 2) : sentence));
   const meaning = (alarm: string): string => alarm === "storm"
-    ? `More measurements than it can deliver: ${sensor.storm}.` : alarm === "clock"
+    ? `Excessive number of measurements: ${sensor.storm}.` : alarm === "clock"
     ? `Its clock is ${(sensor.clock_lead_s ?? 0).toFixed(0)} s ahead of the data time.` : ALARMS[alarm] ?? `Alarm ${alarm}.`;
   const reasons = [...causes, ...alarms.map(meaning), ...doubts(sensor)];
   const level: Level = causes.length > 0 ? "FAULT" : alarms.length > 0 ? "ALARM"
@@ -63,7 +63,7 @@ function doubts({ health, age_s: age, rotation_period_s: period }: Sensor): stri
   const value = (name: string): number => numberOf(health?.[name]);
   for (const [name, what] of [["range_sigma_ratio", "range"], ["azimuth_sigma_ratio", "azimuth"]] as const) {
     const ratio = value(name);
-    if (ratio > NOISE_RATIO_MAX) found.push(`The noise of the ${what} is ${ratio.toFixed(1)} times the configured one.`);
+    if (ratio > NOISE_RATIO_MAX) found.push(`The noise of the ${what} is ${ratio.toFixed(1)} times the configured noise.`);
   }
   const detection = value("detection_probability");
   if (detection < DETECTION_MIN) found.push(`It detects only ${(100 * detection).toFixed(0)} % of the scans.`);

@@ -54,7 +54,7 @@ export function sensorSheet(sensor: Sensor, reasons: readonly string[], app: App
 
 function biases({ biases: found }: Sensor): TemplateResult {
   return html`<table><thead><tr><th scope="col">Bias</th><th scope="col">Estimate</th><th scope="col">± 2 sigma</th>
-    <th scope="col" title="Sigma over that of the prior: 100 %: not observable">Of prior</th></tr></thead>
+    <th scope="col" title="Sigma relative to the prior sigma (100 %: not observable)">Of prior</th></tr></thead>
     <tbody>${found.map((bias) => {
       const [estimate, sigma, ratio] = [numberOf(bias["estimate"]), numberOf(bias["sigma"]), numberOf(bias["prior_ratio"])];
       const [name, unit] = named(String(bias["parameter"] ?? ""));
@@ -104,7 +104,7 @@ function byPlace(sensor: Sensor, app: App): TemplateResult {
   const range = (one: Bin): [number, number] => [one.range_mean_m, one.range_rms_m];
   const azimuth = (one: Bin): [number, number] => [one.azimuth_mean_deg, one.azimuth_rms_deg];
   return html`<h4>Mean innovation of the last ten minutes <small>${found.plots} plots</small></h4>
-    <p class="hint">A pattern here is an error that the biases do not describe: a wrong site, a tilted or eccentric azimuth.</p>
+    <p class="hint">A pattern indicates an error that the biases do not model, such as a wrong site or a tilted or eccentric antenna.</p>
     <div class="grid">
     ${bars("Range by azimuth", "m", barsOf(found.by_azimuth, 360, degrees, range), 0)}
     ${bars("Azimuth by azimuth", "°", barsOf(found.by_azimuth, 360, degrees, azimuth), 3)}

@@ -27,9 +27,9 @@ export function contributions({ plots, time_s: time }: TrackPlots, app: App): Te
   return html`<p class="summary">${recent.length} ${recent.length === 1 ? "plot" : "plots"} of ${sums.length} ${
       sums.length === 1 ? "sensor" : "sensors"} in the last minute${share}.</p>
     <table><thead><tr><th scope="col">Sensor</th><th scope="col">Plots</th>
-      <th scope="col" title="Share of the influence on the estimate">Weight</th>
-      <th scope="col" title="Bias removed from range and azimuth">Bias removed</th>
-      <th scope="col" title="Median distance of the plots, without biases, from the track">Residual</th></tr></thead>
+      <th scope="col" title="Fraction of the influence on the estimate">Weight</th>
+      <th scope="col" title="Bias correction of range and azimuth">Bias removed</th>
+      <th scope="col" title="Median distance of the bias-corrected plots from the track">Residual</th></tr></thead>
     <tbody>${sums.map((one) => html`<tr><th scope="row">${swatch(one.sensor, app)}${one.sensor}</th><td>${one.plots.length}</td>
       <td>${whole === 0 ? "–" : `${((100 * one.weight) / whole).toFixed(0)} %`}</td>
       <td>${removed(one.plots[one.plots.length - 1])}</td>
@@ -37,9 +37,9 @@ export function contributions({ plots, time_s: time }: TrackPlots, app: App): Te
     <details><summary>Each plot</summary>
       <table><thead><tr><th scope="col">UTC</th><th scope="col">Sensor</th>
         <th scope="col" title="Innovation along the line of sight (positions: east)">Along</th>
-        <th scope="col" title="Innovation across it (positions: north)">Across</th>
+        <th scope="col" title="Innovation across the line of sight (positions: north)">Across</th>
         <th scope="col" title="Normalised innovation: about 1 is usual">Sigmas</th>
-        <th scope="col" title="Influence on the estimate: 0 ignored, 100 % followed">Weight</th></tr></thead>
+        <th scope="col" title="Influence on the estimate: 0 % (ignored) to 100 % (followed)">Weight</th></tr></thead>
       <tbody>${recent.slice(-PLOTS_MAX).reverse().map(plotRow)}</tbody></table>
       ${recent.length > PLOTS_MAX ? html`<p class="hint">The last ${PLOTS_MAX} of ${recent.length}.</p>` : nothing}</details>`;
 }

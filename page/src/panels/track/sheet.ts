@@ -113,7 +113,7 @@ function identity(track: Track, updates: readonly Update[]): TemplateResult {
 
 function life(found: readonly Transition[]): TemplateResult | typeof nothing {
   if (found.length === 0) return nothing;
-  return html`<section aria-label="Life of the track"><h3>Life of the track</h3><table><tbody>${found.slice(-TRANSITIONS_MAX).map((one) => html`<tr>
+  return html`<section aria-label="History of the track"><h3>History of the track</h3><table><tbody>${found.slice(-TRANSITIONS_MAX).map((one) => html`<tr>
     <th scope="row">${utc(one.time_s)}</th><td>${one.transition}</td><td>${said(one)}</td></tr>`)}</tbody></table></section>`;
 }
 
@@ -121,10 +121,10 @@ function absent(id: number, found: readonly Transition[], shownS: number): Templ
   const end = found[found.length - 1];
   const name = last?.id === id && !last.name.startsWith("#") ? `Track ${id} (${last.name})` : `Track ${id}`;
   if (Number.isFinite(shownS) && end?.transition !== "ended") {
-    return html`<p class="hint">${name} was not tracked at ${utc(shownS)}.</p>`;
+    return html`<p class="hint">${name} did not exist at ${utc(shownS)}.</p>`;
   }
   const how = end?.transition === "ended" ? ` at ${utc(end.time_s)}: ${said(end)}` : "";
-  return html`<p class="hint">${name} has ended${how}.</p>${life(found)}`;
+  return html`<p class="hint">${name} was terminated${how}.</p>${life(found)}`;
 }
 
 const REASONS: Record<string, string> = {

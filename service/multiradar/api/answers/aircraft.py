@@ -16,12 +16,12 @@ class Aircraft(_Strict):
         str,
         Field(
             pattern=r"^~?[0-9a-f]{6}$",
-            description="ICAO address; with `~` the number of a track without one",
+            description="ICAO address; `~` and the track number if there is none",
         ),
     ]
     type: Annotated[
         Literal["adsb_icao", "adsb_other", "mlat", "tisb_icao", "tisb_trackfile"],
-        Field(description="Best source of its updates; `tisb_…` are radars"),
+        Field(description="Best source of its updates; `tisb_…` stands for radars"),
     ]
     flight: Annotated[str | None, Field(pattern=r"^[0-9A-Z ]{8}$", description="Callsign")] = None
     alt_baro: Annotated[
@@ -57,5 +57,5 @@ class ReceiverJson(_Strict):
     version: str
     refresh: Annotated[int, Field(description="Interval of requests, ms")]
     history: Annotated[Literal[0], Field(description="Number of history files")]
-    lat: Annotated[float | None, Field(description="Middle of the sensors, degrees")] = None
+    lat: Annotated[float | None, Field(description="Centre of the sensors, degrees")] = None
     lon: Annotated[float | None, Field(description="Likewise")] = None

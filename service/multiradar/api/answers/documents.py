@@ -64,7 +64,7 @@ class SensorDiagnosis(BaseModel):
     code: str = Field(description="The cause, for programs", examples=["range_unit"])
     sentence: str = Field(description="The cause and what to do")
     severity: str = Field(
-        default="error", description="`error`, or `warning` where the tracks can be used"
+        default="error", description="`error`, or `warning` if the tracks can be used"
     )
 
 
@@ -97,12 +97,12 @@ class RejectedMeasurement(BaseModel):
     """A row in the quarantine."""
 
     number: int = Field(description="Its number in the quarantine: 1, 2, 3, …")
-    journal_sequence: int = Field(description="Journal entry it belongs to")
-    source: str = Field(description="Input it came from")
+    journal_sequence: int = Field(description="Journal entry that contains it")
+    source: str = Field(description="Input from which it was received")
     index: int = Field(description="Index of the row in its message, from 0")
     code: str = Field(description="Stable code of the reason", examples=["OUT_OF_RANGE"])
-    reason: str = Field(description="The reason in words")
-    raw: str = Field(description="Original content; empty where it was not retained")
+    reason: str = Field(description="The reason as a sentence")
+    raw: str = Field(description="Original content; empty if it was not retained")
 
 
 class RejectPage(BaseModel):
@@ -124,9 +124,12 @@ class Status(BaseModel):
     tracks_ended: int = Field(description="Tracks so far that were dropped")
     forecast_probability: float = Field(description="Probability of the counted forecast regions")
     forecasts_counted: int = Field(
-        description="Calibrated regions so far whose time has come, and whose track was seen then"
+        description=(
+            "Calibrated forecast regions whose time has been reached and whose track still "
+            "existed then"
+        )
     )
-    forecasts_held: int = Field(description="Those that contained the track")
+    forecasts_held: int = Field(description="Number of counted regions that contained the track")
     pages: dict[str, int] = Field(
         description="Open pages of the air picture by client: name of its credentials, or address"
     )
@@ -155,4 +158,4 @@ def table_answers(*, geojson: bool = False) -> dict[int | str, dict[str, Any]]:
         content[GEOJSON] = {
             "schema": {"type": "object", "description": "RFC 7946 FeatureCollection"}
         }
-    return {200: {"content": content}, 406: {"description": "No such response format"}}
+    return {200: {"content": content}, 406: {"description": "The response format is not supported"}}

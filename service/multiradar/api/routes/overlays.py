@@ -19,9 +19,9 @@ class OverlayState(BaseModel):
     """One overlay."""
 
     number: int = Field(description="Its number, for `/v1/overlays/{number}`")
-    name: str = Field(description="Name of its file, without the ending")
+    name: str = Field(description="Name of its file, without the extension")
     features: int
-    problem: str = Field(description="Why it cannot be shown; empty where it can")
+    problem: str = Field(description="Why it cannot be shown; empty if it can")
 
 
 class OverlayList(BaseModel):

@@ -106,14 +106,16 @@ async def picture(
     bbox: Annotated[
         str | None,
         Query(
-            description="Area shown, min_lon,min_lat,max_lon,max_lat in degrees; it selects where "
-            f"there are more than {WHOLE_MAX} tracks",
+            description=(
+                "Area shown, min_lon,min_lat,max_lon,max_lat in degrees; applied only if there "
+                f"are more than {WHOLE_MAX} tracks"
+            ),
             json_schema_extra=BOX_FORM,
         ),
     ] = None,
     track: Annotated[
         int | None,
-        Query(ge=1, le=INTEGER_MOST, description="A track that the frame has in any case"),
+        Query(ge=1, le=INTEGER_MOST, description="A track that is always included in the frame"),
         AsInteger,
     ] = None,
     at: At = None,

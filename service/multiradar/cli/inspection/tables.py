@@ -318,7 +318,7 @@ def _notes(found: Inspection) -> list[str]:
         notes.append(f"No site is known of {', '.join(missing)}.")
     notes += [
         f"{one.sensor_id}: {one.local_fraction:.0%} of its reports have local coordinates only, "
-        "and their reference point is not known: give it by --reference."
+        "and their reference point is not known: specify it with --reference."
         for one in found.sensors
         if one.local_fraction and one.kind != "radar" and one.site is None
     ]

@@ -101,8 +101,9 @@ def replay(
             metavar="SECONDS",
             min=0.0,
             max=86_400.0,
-            help="How long to retry after losing the service. A service that never answered is "
-            "retried for at most 5 s, one that is starting for as long as it answers.",
+            help="How long to retry if the connection to the service is lost, s. A service that "
+            "has never responded is retried for at most 5 s, one that is starting until it has "
+            "started.",
         ),
     ] = 120.0,
     interface: Annotated[

@@ -72,7 +72,7 @@ def usage_sentence(error: Exception, arguments: Sequence[str], root: Any) -> str
     if found := _COMMAND.match(sentence):
         return unknown("command", found["was"], getattr(error, "cmd", root).commands)
     if found := _EXTRA.match(sentence):
-        return f"unexpected argument {found['was']!r}; quote names that contain blanks"
+        return f"unexpected argument {found['was']!r}; quote names that contain spaces"
     if option is None or not _names(option):
         return sentence
     return f"{option.opts[0]}: {_of_value(sentence, option, arguments)}"
@@ -82,7 +82,7 @@ def _of_option(sentence: str, name: str, command: Any) -> str:
     known = [one for option in getattr(command, "params", ()) for one in _names(option)]
     if name in known:
         option = next(one for one in command.params if name in _names(one))
-        return sentence if option.is_flag else f"missing value of {_called(option)}"
+        return sentence if option.is_flag else f"missing value for {_called(option)}"
     near = did_you_mean(name, known)
     return f"unknown option '{name}'{near}; see --help"
 

@@ -245,7 +245,7 @@ def check_clock_errors(sensors: SensorTable, joint: JointFit) -> list[Diagnosis]
 
 def _sentence(sensors: SensorTable, error: SiteError, others: Sequence[SiteError]) -> str:
     what = [_description(sensors, one) for one in (error, *others)]
-    alone = "" if len(what) == 1 else " (another radar or ADS-B would show which)"
+    alone = "" if len(what) == 1 else " (another radar, or ADS-B, would determine which)"
     kinds = {one.kind for one in (error, *others)}
     remedies = [_REMEDIES[kind] for kind in _REMEDIES if kind in kinds]
     return (

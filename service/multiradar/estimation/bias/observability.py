@@ -35,7 +35,7 @@ _WORDS = (
 )  # fmt: skip
 # Effect that is common to sensors whose parameters of a kind cannot be separated from it.
 _COMMON = {
-    PARAMETER_RANGE_OFFSET: "one offset of all ranges",
+    PARAMETER_RANGE_OFFSET: "a common offset of all ranges",
     PARAMETER_AZIMUTH_OFFSET: "a common turn",
     PARAMETER_RANGE_GAIN: "a common scale",
 }
@@ -150,7 +150,7 @@ def _name(direction: Floats, sensors: SensorTable) -> str:
         common = f" ({_COMMON[kinds[0]]})" if kinds[0] in _COMMON else ""
         return f"{_WORDS[kinds[0]]}s of {_listed(names)} together{common}"
     if len(set(names)) == 1 and len(parts) == 2:
-        way = "together" if weights.prod() > 0.0 else "one against the other"
+        way = "together" if weights.prod() > 0.0 else "with opposite signs"
         return f"{_WORDS[kinds[0]]} and {_WORDS[kinds[1]]} of {names[0]}, {way}"
     terms = [
         f"{weight:+.2f} {_WORDS[kind]} of {name}"

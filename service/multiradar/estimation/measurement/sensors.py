@@ -250,7 +250,7 @@ class SensorTable:
 def _require_each_once(table: SensorTable) -> None:
     for sensor, times in Counter(table.ids).items():
         if times > 1:
-            raise ConfigurationError(f"sensor {sensor}: id occurs {times} times; give it once")
+            raise ConfigurationError(f"sensor {sensor}: id occurs {times} times; list it once")
     named = zip(table.parameter_sensor.tolist(), table.parameter_kind.tolist(), strict=True)
     for (owner, kind), times in Counter(named).items():
         if not 0 <= kind < len(PARAMETER_NAMES):
@@ -258,7 +258,7 @@ def _require_each_once(table: SensorTable) -> None:
         if times > 1:
             raise ConfigurationError(
                 f"sensor {table.ids[owner]}: {PARAMETER_NAMES[kind]} occurs {times} times; "
-                "give it once"
+                "list it once"
             )
 
 

@@ -73,7 +73,7 @@ def _map(card: Scorecard) -> Plot:
         y_label="north, km",
         series=tuple(series),
         equal_axes=True,
-        caption="On the plane through the middle of the reference.",
+        caption="On the plane through the centre of the reference.",
         name="map",
     )
 

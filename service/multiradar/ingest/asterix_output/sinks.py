@@ -100,7 +100,7 @@ class FileSink:
         assert settings.file is not None
         if settings.file.is_fifo():
             # Opening a pipe would wait for a reader, and a slow reader would block the sender.
-            msg = f"{settings.file}: expected a file or no file, was a pipe"
+            msg = f"{settings.file}: is a pipe; choose a regular file or a new file name"
             raise ConfigurationError(msg)
         try:
             # Unbuffered: a block that cannot be written is counted as lost.

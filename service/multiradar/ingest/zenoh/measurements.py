@@ -175,7 +175,7 @@ class MeasurementInlet:
             # The key of a sensor is that of its feeds, which do not have the role operate.
             if self._named or last_part(request.key) != "*":
                 raise PayloadError(
-                    "ROLE_NOT_ALLOWED", f"no stream ends on this key; flush with {FLUSH}"
+                    "ROLE_NOT_ALLOWED", f"a stream cannot be ended on this key; use {FLUSH}"
                 )
             return self._intake.flush(source=SOURCE, idempotency_key=idempotency_key)
         if request.payload is None:

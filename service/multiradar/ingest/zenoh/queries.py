@@ -133,8 +133,8 @@ class Answers:
     @property
     def _late(self) -> str:
         return (
-            f"the query was not finished after {self._deadline_s:g} s (http.query_deadline_s); ask "
-            "for less, such as a shorter horizon or window, or try later"
+            f"the query was not finished after {self._deadline_s:g} s (http.query_deadline_s); "
+            "use a shorter horizon or window, or try again later"
         )
 
     def _reject(self, request: Request, code: str, reason: str) -> None:

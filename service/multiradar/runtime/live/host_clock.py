@@ -79,7 +79,8 @@ class HostClock:
             )
         if abs(self.set_by_s) > SET_BY_S:
             found.append(
-                f"the clock of this machine was set by {self.set_by_s:+.1f} s since the start; the "
+                f"the clock of this machine was stepped by {self.set_by_s:+.1f} s since the "
+                "start; the "
                 "data time does not follow it: check its time synchronisation"
             )
         return found

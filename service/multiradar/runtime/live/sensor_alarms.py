@@ -6,7 +6,7 @@ from multiradar.estimation.measurement.plot_rates import plots_per_scan_max
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.admission.admission import Admission
 
-_CHECK = "check the sensor, and who sends in its name"
+_CHECK = "check the sensor, and whether another sender uses its name"
 
 
 class SensorAlarms:
@@ -36,7 +36,7 @@ class SensorAlarms:
         """Return a sentence for each sensor that delivers more than it can."""
         found = {
             sensor_id: f"it has {self._tracks_max[sensor_id]:.0f} tentative tracks, its limit "
-            f"(plots_per_scan_max), and initiates no more: {_CHECK}"
+            f"(plots_per_scan_max), and cannot initiate more: {_CHECK}"
             for sensor_id in self._saturated()
         }
         if self.admission is None:

@@ -169,7 +169,7 @@ class Service:
         if still_s <= self._limits.stall_max_s:
             return ""
         return (
-            f"the engine has not finished a call for {still_s:.0f} s (limit "
+            f"the engine has made no progress for {still_s:.0f} s (limit "
             f"{self._limits.stall_max_s:g} s)"
         )
 

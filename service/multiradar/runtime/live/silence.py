@@ -69,7 +69,7 @@ class Silence:
         if not self.is_alarm:
             return ""
         return (
-            f"no measurement of any sensor for {self.duration_s:.0f} s (limit "
+            f"no measurements from any sensor for {self.duration_s:.0f} s (limit "
             f"{self.bound_s:g} s); all tracks are stale: check the network and the converters"
         )
 

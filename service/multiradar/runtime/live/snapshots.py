@@ -359,7 +359,7 @@ class Snapshots:
         if sequence > journal.counts().entries:
             raise SnapshotError(f"it is of entry {sequence}, which the journal does not have")
         if journal.digest(sequence) != digest:
-            raise SnapshotError(f"it is of another journal: entry {sequence} differs")
+            raise SnapshotError(f"it belongs to another journal: entry {sequence} differs")
         for name, files in snapshot.tables.items():
             ends = [file.end for file in files]
             if not files or ends[:-1] != [file.first for file in files[1:]]:
@@ -390,7 +390,7 @@ def open_snapshots(
         for name in ("history_rows_max", "bias_history_rows_max")
         if getattr(limits, name) < limits.events_max
     ]
-    reasons = [*short, *(f"{part} needs the whole output" for part in repeating)]
+    reasons = [*short, *(f"{part} requires the whole output" for part in repeating)]
     if reasons:
         _log.warning("no snapshots, each start replays the journal: %s", "; ".join(reasons))
         return None
@@ -403,7 +403,7 @@ def _key(
     layout = "\n".join(f"{name}\n{layout_of(kind)}" for name, kind in sorted(kinds.items()))
     return {
         **given,
-        "form of the state": hashlib.sha256(layout.encode()).hexdigest(),
+        "format of the state": hashlib.sha256(layout.encode()).hexdigest(),
         "skipped entries": ",".join(map(str, skipped)),
     }
 

@@ -61,7 +61,7 @@ class StateBoard:
             if kept.first < end and first < kept.first + len(kept.states)
         ]
         if sum(map(len, parts)) != end - first:
-            raise StateError(f"state {first} is not retained any more, of {self._appended}")
+            raise StateError(f"state {first} is no longer retained, of {self._appended}")
         return np.concatenate(parts) if parts else np.empty(0, [(_SAMPLE, np.float64)])
 
     def refill(self, first: int, rows: NDArray[np.void]) -> None:

@@ -39,7 +39,7 @@ class Asked(NamedTuple):
     area : Area or None
         What it shows; counts where there are more than `WHOLE_MAX` tracks.
     track : int or None
-        A track that the frame has in any case.
+        A track that is always included in the frame.
     """
 
     after: int | None = None

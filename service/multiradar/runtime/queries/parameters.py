@@ -102,18 +102,18 @@ METHOD = Parameter("by", FILTER, "Prediction method", choices=(FILTER, BUNDLE, P
 FORECAST = (FORECAST_HORIZON, FORECAST_STEP, PROBABILITY, METHOD)
 
 WINDOW = Parameter(
-    "window_s", WINDOW_DEFAULT_S, "Window: measurements of the last so many seconds are used, s",
+    "window_s", WINDOW_DEFAULT_S, "Window: use measurements of the last so many seconds, s",
     least=5.0, most=600.0, example=60,
 )  # fmt: skip
 RESIDUAL_WINDOW = Parameter(
-    "window_s", 600.0, "Window: plots of the last so many seconds before the data time are used, s",
+    "window_s", 600.0, "Window: use plots of the last so many seconds before the data time, s",
     least=5.0, most=86_400.0, example=600,
 )  # fmt: skip
 
 PATH_POINTS = Parameter(
     "points",
     PATH_POINTS_DEFAULT,
-    "Maximum points of each path, the last ones",
+    "Maximum number of points of each path; earlier points are omitted",
     least=0,
     most=600,
     example=30,
@@ -137,8 +137,9 @@ ENCOUNTER_DISTANCE = Parameter(
     least=1.0, most=100_000.0, example=9260,
 )  # fmt: skip
 ENCOUNTER_HEIGHT = Parameter(
-    "height_m", None, "Vertical threshold, m: skip pairs separated by more throughout; pairs of "
-    "unknown height are kept",
+    "height_m", None,
+    "Vertical threshold, m: skip pairs that are always separated by more; "
+    "pairs of unknown height are included",
     least=1.0, most=20_000.0, example=305,
 )  # fmt: skip
 ENCOUNTERS = (

@@ -125,11 +125,11 @@ TRAJECTORIES = Query(
 )  # fmt: skip
 ENCOUNTERS = Query(
     "encounters", "encounters", False, parameters.ENCOUNTERS, answer_encounters, Encounters,
-    "Predict which pairs of tracks come close to each other, when, and with which probability.",
+    "Predict which pairs of tracks come close to each other, when, and with what probability.",
 )  # fmt: skip
 PLOTS = Query(
     "plots", "plots", True, (parameters.WINDOW,), plots_of_track, TrackPlots,
-    "Return the last plots of a live track, with the biases removed, innovations and weights.",
+    "Return the last plots of a live track, corrected for biases, with innovations and weights.",
 )  # fmt: skip
 RESIDUALS = Query(
     "residuals", "residuals", False, (parameters.RESIDUAL_WINDOW,), residuals_of_radars, Residuals,

@@ -18,7 +18,7 @@ def answer_trajectories(
     track_id : int
         The track.
     points : int
-        Maximum points of each path, the last ones.
+        Maximum number of points of each path; earlier points are omitted.
     step_s : int
         Whole seconds between them.
 

@@ -34,7 +34,7 @@ def trajectories_of(
     plane : SystemPlane
         The plane of the bundle.
     points : int
-        Maximum points of each path, the last ones.
+        Maximum number of points of each path; earlier points are omitted.
     step_s : int
         Whole seconds between them; their times are multiples of it.
 

@@ -1,4 +1,4 @@
-"""What aircraft report of their flight, in a scenario: atmosphere, registers, faults."""
+"""Data that aircraft report about their flight, in a scenario: atmosphere, registers, faults."""
 
 from dataclasses import dataclass
 from typing import Literal

@@ -99,10 +99,10 @@ class Referenced:
         counts = self.counts
         if counts is None or reference is None:
             return []
-        note = "where its processor uses the same radars, they carry its registration"
+        note = "where its processor uses the same radars, they contain its registration"
         if self.shared:
             names = ", ".join(self.shared)
-            note = f"its processor uses {names}, and errors of its registration are invisible"
+            note = f"its processor uses {names}, whose registration errors cannot be detected"
         return [
             f"reference {reference.path}: {counts.used} of {counts.read} updates used, sigma "
             f"{reference.sensor.position_sigma_m:.0f} m each axis ({counts.turning} not in "

@@ -211,11 +211,14 @@ def _warnings(found: Registration, radars: Sequence[AlignedRadar]) -> list[str]:
             )
         elif count < AIRCRAFT_FEW:
             lines.append(
-                f"{one.sensor_id}: {count} aircraft in common with other sensors; the sigma of its "
-                "biases is from few"
+                f"{one.sensor_id}: {count} aircraft in common with other sensors; so the sigma of "
+                "its biases is uncertain"
             )
     if len(np.unique(found.validation.fold)) < AIRCRAFT_MIN:
-        lines.append("one aircraft: none could be withheld, residuals after are not validated")
+        lines.append(
+            "only one aircraft: none could be withheld, so the residuals after correction are not "
+            "validated"
+        )
     if found.track_fraction < 1.0:
         lines.append(f"the recording is long: {found.track_fraction:.1%} of its tracks were used")
     return lines

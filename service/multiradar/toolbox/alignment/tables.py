@@ -52,7 +52,7 @@ def _summary(found: Alignment) -> str:
     if own.before is not None and own.after is not None:
         text += (
             f": median distance {own.before.median_m:.0f} m as recorded, "
-            f"{own.after.median_m:.0f} m with the biases, of withheld aircraft"
+            f"{own.after.median_m:.0f} m with the biases, for withheld aircraft"
         )
     counts = found.counts
     text += (
@@ -92,7 +92,8 @@ def _biases(found: Alignment) -> Table:
         header=(*header, "remarks"),
         rows=tuple(rows),
         caption=(
-            "Measured minus true. Sigma is from the scatter of aircraft. Not observed: the sigma "
+            "Measured minus true. Sigma is computed from the scatter of aircraft. Not observed: "
+            "the sigma "
             "is more than half of that of the prior. Drifts: the slope is above four sigma, so "
             "the estimate is a mean over the recording."
         ),
@@ -186,7 +187,8 @@ def _radars(found: Alignment) -> Table:
         rows=rows,
         caption=(
             "Range and azimuth: median of the plots of the radar minus the positions by the other "
-            "sensors, whose biases are part of it before. Noise: estimated random error, 1 sigma."
+            "sensors, whose biases are included before correction. Noise: estimated random error, "
+            "1 sigma."
         ),
     )  # fmt: skip
 
@@ -205,7 +207,9 @@ def _pairs(found: Alignment) -> Table:
         rows=tuple(
             (f"{one.first}, {one.second}", *_row(one.residuals)) for one in ordered[:PAIRS_MAX]
         ),
-        caption=f"{left} pairs of sensors with fewer plots are in --json." if left > 0 else "",
+        caption=f"{left} pairs of sensors with fewer plots are listed by --json."
+        if left > 0
+        else "",
     )
 
 

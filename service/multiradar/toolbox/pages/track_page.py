@@ -175,8 +175,14 @@ def _tracks(run: TrackRun, confirmed: pl.DataFrame) -> Table:
              if name not in {"started", "confirmed"}]  # fmt: skip
     if lives.height:
         rows += [
-            ("median life of a confirmed track, s", f"{np.median(lives['life_s'].to_numpy()):.0f}"),
-            ("median number of its updates", f"{np.median(lives['n'].to_numpy()):.0f}"),
+            (
+                "median lifetime of a confirmed track, s",
+                f"{np.median(lives['life_s'].to_numpy()):.0f}",
+            ),
+            (
+                "median number of updates of a confirmed track",
+                f"{np.median(lives['n'].to_numpy()):.0f}",
+            ),
             ("updates with a Mode S address", f"{_fraction(confirmed, 'mode_s_address'):.1%}"),
             ("updates with a height", f"{_fraction(confirmed, 'height_m'):.1%}"),
         ]

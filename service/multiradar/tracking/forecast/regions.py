@@ -133,7 +133,7 @@ def region_factors(
     centres = finite_array(means, "means of a mixture", (n, k, 2))
     spreads = finite_array(covariances, "covariances of a mixture", (n, k, 2, 2))
     if (shares < 0.0).any() or (np.abs(shares.sum(axis=1) - 1.0) > _SUM_ERROR).any():
-        msg = "weights of a mixture: expected none below 0 and a sum of 1"
+        msg = "weights of a mixture: expected non-negative weights with a sum of 1"
         raise ConfigurationError(msg)
     require_covariance(spreads[shares > 0.0], "covariances of a mixture")
     if n == 0 or k == 1:

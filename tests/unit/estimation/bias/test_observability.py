@@ -55,7 +55,10 @@ def test_observable_biases_are_not_listed() -> None:
 @pytest.mark.parametrize(
     ("kind", "sentence"),
     [
-        (PARAMETER_RANGE_OFFSET, "range offsets of A, B and C together (one offset of all ranges)"),
+        (
+            PARAMETER_RANGE_OFFSET,
+            "range offsets of A, B and C together (a common offset of all ranges)",
+        ),
         (PARAMETER_AZIMUTH_OFFSET, "azimuth offsets of A, B and C together (a common turn)"),
         (PARAMETER_RANGE_GAIN, "range gains of A, B and C together (a common scale)"),
     ],
@@ -80,15 +83,13 @@ def test_a_common_azimuth_offset_is_found_with_different_priors() -> None:
 def test_two_common_parts_are_separated() -> None:
     assert sorted(names(table(2), [[1.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, -1.0]])) == [
         "azimuth offsets of A and B together (a common turn)",
-        "range offsets of A and B together (one offset of all ranges)",
+        "range offsets of A and B together (a common offset of all ranges)",
     ]
 
 
 def test_correlated_parameters_of_one_sensor_are_named_with_their_sign() -> None:
     sensors = table(1, (PARAMETER_RANGE_OFFSET, PARAMETER_RANGE_GAIN))
-    assert names(sensors, [[1.0, 1.0]]) == [
-        "range offset and range gain of A, one against the other"
-    ]
+    assert names(sensors, [[1.0, 1.0]]) == ["range offset and range gain of A, with opposite signs"]
     assert names(sensors, [[1.0, -1.0]]) == ["range offset and range gain of A, together"]
 
 

@@ -58,7 +58,7 @@ def test_common_biases_of_two_close_radars_are_unobservable(name: str) -> None:
     scene = scene_of([first, near], duration_s=60.0)
     unobservable, engine = tracked(name, scene, scene.batch)
     assert {one.name for one in unobservable} == {
-        "range offsets of A and A2 together (one offset of all ranges)",
+        "range offsets of A and A2 together (a common offset of all ranges)",
         "azimuth offsets of A and A2 together (a common turn)",
     }
     assert min(one.prior_ratio for one in unobservable) > 0.7

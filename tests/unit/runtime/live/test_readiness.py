@@ -175,7 +175,7 @@ async def test_a_service_that_is_behind_is_not_ready(scene: _Scene) -> None:
     scene.clock.advance(_LIMITS.stall_max_s)
     status, codes, detail = await scene.ask("/healthz")
     assert (status, codes) == (503, ["STALLED"])
-    assert detail == "the engine has not finished a call for 71 s (limit 60 s)"
+    assert detail == "the engine has made no progress for 71 s (limit 60 s)"
     scene.gate.set()
     settled(scene.service)
     assert await scene.ask("/readyz") == _READY

@@ -51,7 +51,7 @@ def test_a_failed_journal_stops_the_intake_and_reading_continues(start: Starter)
         service.submit(frame[50:60], source="test")
     assert service.state is ServiceState.FAILED
     status = settled(service)
-    reason = "the journal failed; the log of the service has the reason"
+    reason = "the journal failed; see the log of the service"
     assert (status["state"], status["failure"]) == ("failed", reason)
     assert status["read"] == status["accepted"] == 40
     assert len(service.view.tracks()) == frame[:40]["track_number"].n_unique()

@@ -62,7 +62,7 @@ def test_it_is_visible_and_ends(running: tuple[Service, FixedClock, bool]) -> No
     assert status["alarms"] == ["no_data"]
     assert status["silence_s"] == 75.0
     assert status["data_delay_s"] == pytest.approx(75.2, abs=0.2)
-    assert status["warnings"][0].startswith("no measurement of any sensor for 75 s (limit 10 s)")  # type: ignore[index]
+    assert status["warnings"][0].startswith("no measurements from any sensor for 75 s (limit 10 s)")  # type: ignore[index]
     assert set(tracks["state"]) == {"stale"}
     assert (tracks["reception_age_s"] - tracks["age_s"]).to_list() == [75.0] * len(tracks)
     track = service.view.track(int(tracks["track_id"][0]))

@@ -141,7 +141,7 @@ def test_an_invalid_mixture_is_rejected() -> None:
     two, both = np.zeros((2, 2)), np.tile(np.eye(2), (2, 1, 1))
     with pytest.raises(ConfigurationError, match="a sum of 1"):
         region_factor([0.5, 0.6], two, both, 0.9)
-    with pytest.raises(ConfigurationError, match="none below 0"):
+    with pytest.raises(ConfigurationError, match="non-negative weights"):
         region_factor([1.5, -0.5], two, both, 0.9)
     with pytest.raises(CovarianceError):
         region_factor([0.5, 0.5], two, 0.0 * both, 0.9)

@@ -57,13 +57,13 @@ def test_an_empty_file_has_no_blocks(tmp_path: Path) -> None:
 def test_blocks_after_noise_are_found_again(tmp_path: Path, noise: bytes) -> None:
     blocks = read(tmp_path, ONE + noise + TWO + NORTH)
     assert cut(blocks) == [ONE, TWO, NORTH]
-    assert blocks.gaps == [(len(ONE), len(noise), "no block begins here")]
+    assert blocks.gaps == [(len(ONE), len(noise), "there is no block at this position")]
 
 
 def test_a_block_that_is_cut_off_is_a_gap(tmp_path: Path) -> None:
     blocks = read(tmp_path, ONE + TWO[:-1])
     assert cut(blocks) == [ONE]
-    assert blocks.gaps == [(len(ONE), len(TWO) - 1, "no block begins here")]
+    assert blocks.gaps == [(len(ONE), len(TWO) - 1, "there is no block at this position")]
 
 
 def test_blocks_of_unknown_categories_are_blocks_where_others_follow(tmp_path: Path) -> None:

@@ -35,7 +35,7 @@ def test_a_recording_is_not_damaged() -> None:
         (base64.encodebytes(RECORDING), "was text"),
         (b"time;range;azimuth\n" * 20, "was text"),
         (b"PAR1" + RECORDING, "was a Parquet table"),
-        (RECORDING.replace(b"\n", b"\r\n"), "transfer as text"),
+        (RECORDING.replace(b"\n", b"\r\n"), "transfer in text mode"),
         (RECORDING.decode("latin-1").encode("utf-8"), "it is valid UTF-8"),
     ],
 )

@@ -69,7 +69,9 @@ def test_a_recording_that_begins_inside_an_envelope_is_read_from_the_next(
 ) -> None:
     blocks = read(tmp_path, THREE[begin:])
     assert cut(blocks) == [TWO, NORTH]
-    assert blocks.gaps == [(0, len(ONE) + 12 - begin, "no envelope of Final format begins here")]
+    assert blocks.gaps == [
+        (0, len(ONE) + 12 - begin, "there is no envelope of the Final format at this position")
+    ]
 
 
 @pytest.mark.parametrize("noise", [b"\x00", b"\x00\x0d", b"\xff" * 40, b"\xa5" * 9, ONE])
