@@ -142,7 +142,8 @@ class _Registry:
         self._open: dict[asyncio.Transport, _Progress] = {}
         # In order of insertion: the first has been idle longest.
         self._idle: dict[asyncio.Transport, None] = {}
-        # Open connections of each address.
+        # The client of each, which a closed connection with TLS does not know, and their numbers.
+        self._client_of: dict[asyncio.Transport, str] = {}
         self._clients: Counter[str] = Counter()
         self._sweeping = False
 
@@ -153,6 +154,7 @@ class _Registry:
         if full and not self._evict(client if of_client else None):
             _drop(transport, "too_many_of_client" if of_client else "too_many")
             return False
+        self._client_of[transport] = client
         self._clients[client] += 1
         loop = asyncio.get_running_loop()
         self._open[transport] = _Progress(0, loop.time())
@@ -174,14 +176,14 @@ class _Registry:
         self._idle.pop(transport, None)
         if self._open.pop(transport, None) is not None:
             HTTP_CONNECTIONS.dec()
-            client = _client_of(transport)
+            client = self._client_of.pop(transport)
             self._clients[client] -= 1
             if not self._clients[client]:
                 del self._clients[client]
 
     def _evict(self, client: str | None) -> bool:
         # Of a client, or of all.
-        candidates = (one for one in self._idle if client in (None, _client_of(one)))
+        candidates = (one for one in self._idle if client in (None, self._client_of[one]))
         oldest = next(candidates, None)
         if oldest is None:
             return False

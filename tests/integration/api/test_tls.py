@@ -71,6 +71,19 @@ def test_a_certificate_counts_for_streams(secured: Secured) -> None:
         socket.send("ends it")
 
 
+def test_closed_connections_do_not_count(secured: Secured) -> None:
+    """After that many a client was locked out until the service was started again."""
+    limits = HttpLimits(client_connections_max=2)
+    context = secured.context("display")
+    with serving(guarded_api(FakeService()), limits, secured.files) as port:
+        for _ in range(6):
+            answer = httpx.get(
+                f"https://127.0.0.1:{port}/v1/tracks", verify=context, timeout=WAIT_TIMEOUT_S,
+                trust_env=False,
+            )  # fmt: skip
+            assert answer.status_code == 200
+
+
 def test_a_certificate_of_another_authority_is_rejected(secured: Secured, tmp_path: Path) -> None:
     stranger = Authority(tmp_path, "another-authority")
     with pytest.raises(httpx.TransportError):
