@@ -277,6 +277,7 @@ def _decoded_items(document: Any, kind: Any, arrays: list[NDArray[Any]]) -> Any:
 # ---------------------------------------------------------------- types
 
 
+@cache
 def _without_none(kind: Any) -> Any:
     if get_origin(kind) not in (Union, UnionType):
         return kind
@@ -284,6 +285,7 @@ def _without_none(kind: Any) -> Any:
     return kind
 
 
+@cache
 def _is_array(kind: Any) -> bool:
     return (get_origin(kind) or kind) is np.ndarray
 
