@@ -1,12 +1,14 @@
 """Columns that are not filled as measured: one value for all plots, or times in another unit."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
 from multiradar.diagnosis.diagnosis import Diagnosis
-from multiradar.diagnosis.losses import LOST_MAX
+from multiradar.diagnosis.losses import LOST_MAX, two_digits
 from multiradar.diagnosis.names import counted
-from multiradar.diagnosis.plots import Floats, Plots
+from multiradar.diagnosis.plots import EARTH_RADIUS_M, Floats, Plots
 
 #: A value that this fraction of the plots has was not measured.
 SAME_MIN = 1.0 - LOST_MAX
@@ -27,7 +29,10 @@ _SPEED_MPS = 250.0
 _STEPS = {
     "range_m": (10_000.0, 1852.0, 1000.0, 926.0, 500.0),
     "azimuth_deg": (10.0, 5.0, 1.0, 0.5),
+    "latitude_deg": (1.0, 0.1, 0.01),
 }
+#: Length of a degree of latitude, m.
+_DEGREE_M = EARTH_RADIUS_M * float(np.radians(1.0))
 
 
 def check_constant(name: str, plots: Plots) -> Diagnosis | None:
@@ -119,33 +124,37 @@ def check_time_resolution(name: str, plots: Plots, period_s: float) -> Diagnosis
     )
 
 
-def check_rounded(name: str, plots: Plots, sigmas: tuple[float, float]) -> Diagnosis | None:
-    """Diagnose ranges or azimuths rounded so much that this is their largest error.
+def check_rounded(name: str, plots: Plots, sigmas: Mapping[str, float]) -> Diagnosis | None:
+    """Diagnose values rounded so much that this is their largest error.
 
     Parameters
     ----------
     name : str
-        The radar.
+        The sensor.
     plots : Plots
         Its plots.
-    sigmas : (float, float)
-        Configured standard deviations of range, m, and azimuth, degrees.
+    sigmas : mapping
+        Configured standard deviation by column: `range_m` and `latitude_deg`, m, `azimuth_deg`,
+        degrees.
     """
     if plots.size < _RESOLUTION_PLOTS:
         return None
-    columns = {"range_m": (plots.range_m, " m"), "azimuth_deg": (plots.azimuth_deg, "°")}
-    for (column, (values, unit)), sigma in zip(columns.items(), sigmas, strict=True):
+    for column, sigma in sigmas.items():
+        values: Floats = getattr(plots, column)
         known = values[np.isfinite(values)]
         steps = [one for one in _STEPS[column] if _are_multiples(known, one)]
         # The standard deviation of a rounding error is the step over √12.
-        if not steps or steps[0] / np.sqrt(12.0) <= sigma or len(np.unique(known)) < TESTED_MIN:
+        error = steps[0] / np.sqrt(12.0) if steps else 0.0
+        in_metres = error * _DEGREE_M if column == "latitude_deg" else error
+        if not in_metres > sigma or len(np.unique(known)) < TESTED_MIN:
             continue
-        error = steps[0] / np.sqrt(12.0)
+        unit = "°" if column == "azimuth_deg" else " m"
+        step = f"{steps[0]:g}{unit if column == 'range_m' else '°'}"
         return Diagnosis(
             name,
             "resolution",
-            f"{name}: its {column} is probably rounded: all values are multiples of {steps[0]:g}"
-            f"{unit}, an error of {error:.2g}{unit} (1 sigma), and the sigma in the sensors file "
+            f"{name}: its {column} is probably rounded: all values are multiples of {step}, an "
+            f"error of {two_digits(in_metres)}{unit} (1 sigma), and the sigma in the sensors file "
             f"is {sigma:g}{unit}; write the values as measured",
         )
     return None

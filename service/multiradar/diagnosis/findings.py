@@ -30,7 +30,7 @@ from multiradar.diagnosis.cross_sensor.identities import check_identities
 from multiradar.diagnosis.cross_sensor.offsets import (
     OFFSET_CODE,
     check_common_azimuth,
-    check_large_azimuths,
+    check_large_offsets,
     check_offsets,
 )
 from multiradar.diagnosis.cross_sensor.references import RECORDING, Pairs, are_named
@@ -42,17 +42,18 @@ from multiradar.diagnosis.cross_sensor.site_errors import (
 )
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import Evidence
-from multiradar.diagnosis.names import check_names, first_and_last
+from multiradar.diagnosis.names import SILENT_CODE, check_names, first_and_last
 from multiradar.diagnosis.plausibility import (
     FOOT_M,
+    aircraft_of,
     check_azimuth_unit,
     check_exchanged_columns,
     check_height_unit,
     check_nearer_than_height,
     check_range_unit,
     check_scan_period,
+    check_two_radars,
 )
-from multiradar.diagnosis.plots import KEYS
 from multiradar.diagnosis.times import check_gaps, check_times, utc
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 
@@ -83,12 +84,13 @@ def diagnose(evidence: Evidence) -> list[Diagnosis]:
             found += _check_alone(evidence, comparison, name)
     named = {one.sensor_id for one in found}
     found += _check_against_others(evidence, comparison, named)
-    causes = any(one.severity == "error" for one in found)
+    # A sensor without measurements disturbs no other.
+    causes = any(one.severity == "error" and one.code != SILENT_CODE for one in found)
     named = {one.sensor_id for one in found}
     for name in known:
         if name not in named:
             found += _check_losses(evidence, comparison, name, causes=causes)
-    found = found or check_large_azimuths(evidence)
+    found = found or check_large_offsets(evidence)
     if not evidence.confirmed and not found:
         found += _check_no_tracks(evidence)
     return found
@@ -104,17 +106,24 @@ def _check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[
         return []
     plots = comparison.plots(number)
     if not comparison.is_radar(number):
-        return _first(check_identities(name, plots, None))
+        sigma_m = float(evidence.sensors.position_sigma_m[number])
+        return _first(
+            check_identities(name, plots, None),
+            check_rounded(name, plots, {"latitude_deg": sigma_m}),
+        )
+    sigmas = loss_checks.sigmas(evidence, name)
     period_s = float(evidence.sensors.rotation_period_s[number])
     return _first(
         check_constant(name, plots),
+        # Speeds and times between plots of an aircraft rely on its identity.
+        check_identities(name, plots, comparison.site(number)),
         check_time_unit(name, plots, period_s),
         check_exchanged_columns(name, plots) or check_azimuth_unit(name, plots),
+        check_two_radars(name, plots),
         check_signed(name, plots),
         check_time_resolution(name, plots, period_s),
-        check_rounded(name, plots, loss_checks.sigmas(evidence, name)),
+        check_rounded(name, plots, dict(zip(("range_m", "azimuth_deg"), sigmas, strict=True))),
         check_height_unit(name, plots, comparison.site(number)),
-        check_identities(name, plots, comparison.site(number)),
     )
 
 
@@ -368,12 +377,8 @@ def _check_losses(
 def _range_unit(evidence: Evidence, comparison: Comparison, name: str) -> Diagnosis | None:
     number = evidence.number(name)
     plots = comparison.plots(number)
-    paths = next(
-        (plots.keys[:, key] for key in range(len(KEYS)) if np.mean(plots.keys[:, key] >= 0) >= 0.5),
-        np.full(plots.size, -1, np.int64),
-    )
     end_m = float(evidence.sensors.range_max_m[number])
-    return check_range_unit(name, plots, comparison.site(number), paths, end_m)
+    return check_range_unit(name, plots, comparison.site(number), aircraft_of(plots), end_m)
 
 
 def _check_no_tracks(evidence: Evidence) -> list[Diagnosis]:

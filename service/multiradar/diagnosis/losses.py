@@ -174,7 +174,7 @@ def check_spread(evidence: Evidence, name: str, spread: tuple[float, float]) -> 
     for setting, sigma, scatter, unit in zip(
         SIGMAS, sigmas(evidence, name), scatters, units, strict=True
     ):
-        amount = f"{_two_digits(scatter)}{unit}"
+        amount = f"{two_digits(scatter)}{unit}"
         words = f"its plots scatter by {amount} about the positions by other sensors"
         low = scatter < sigma / NOISE_FACTOR
         found.append(_WrongSigma(setting, "large", sigma, words, "error") if low else None)
@@ -207,7 +207,7 @@ def _by_noise(evidence: Evidence, name: str, *, causes: bool) -> list[_WrongSigm
         wrong = ratio < 1.0 / NOISE_WARNING or (ratio > high and not causes)
         sense = "large" if ratio < 1.0 else "small"
         far = not 1.0 / NOISE_LOW_FACTOR <= ratio <= NOISE_FACTOR
-        words = f"the measured noise is {_two_digits(ratio)} times that"
+        words = f"the measured noise is {two_digits(ratio)} times that"
         severity: Severity = "error" if far else "warning"
         found.append(_WrongSigma(setting, sense, sigma, words, severity) if wrong else None)
     return found
@@ -243,7 +243,8 @@ def _of_sigmas(name: str, wrong: list[_WrongSigma]) -> Diagnosis | None:
     return Diagnosis(name, "noise", f"{name}: {head}: {text}; correct {them} there", severity)
 
 
-def _two_digits(ratio: float) -> str:
+def two_digits(ratio: float) -> str:
+    """Return a positive number with two digits, whole numbers with all."""
     return f"{ratio:.0f}" if ratio >= 10.0 else f"{ratio:.2g}"
 
 

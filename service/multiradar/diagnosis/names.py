@@ -11,6 +11,8 @@ from multiradar.estimation.measurement.kinds import KIND_BEARING, KIND_POSITION,
 
 #: Kinds of measurement that a kind of sensor sends.
 _KINDS = {KIND_RADAR: {"radar", "bearing"}, KIND_BEARING: {"bearing"}}
+#: Code of a sensor without measurements.
+SILENT_CODE = "no_measurements"
 #: Names that a sentence lists.
 _LISTED_MAX = 8
 
@@ -71,7 +73,7 @@ def _read(evidence: Evidence, name: str) -> int:
 def _silent(name: str) -> Diagnosis:
     return Diagnosis(
         name,
-        "no_measurements",
+        SILENT_CODE,
         f"{name}: no measurements in the recording; check its id or its source and sensor numbers, "
         "or remove it from the sensors file",
     )

@@ -5,8 +5,8 @@ import numpy as np
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
 from multiradar.diagnosis.cross_sensor.hypotheses import AZIMUTH_UNITS, RANGE_UNITS, Reading
 from multiradar.diagnosis.diagnosis import Diagnosis
-from multiradar.diagnosis.plots import EARTH_RADIUS_M, Floats, Integers, Plots, Site, located
-from multiradar.diagnosis.scans import Rotation, coherence_at, rotation
+from multiradar.diagnosis.plots import EARTH_RADIUS_M, KEYS, Floats, Integers, Plots, Site, located
+from multiradar.diagnosis.scans import Rotation, coherence_at, rotation, two_rotations
 
 #: Coherence of azimuth and time of a rotating antenna; another unit is preferred when it reduces
 #: the incoherence by this factor.
@@ -35,9 +35,15 @@ HIGH_MAX = 0.05
 #: Fraction of plots that must be impossible in one unit and possible in the other.
 MOST = 0.5
 FLIGHT_LEVEL_M = 30.48
-_LARGE_UNITS = {"flight levels": FLIGHT_LEVEL_M, "hundreds of metres": 100.0, "kilometres": 1e3}
+_LARGE_UNITS = {
+    "units of 25 ft": FLIGHT_LEVEL_M / 4.0, "flight levels": FLIGHT_LEVEL_M,
+    "hundreds of metres": 100.0, "kilometres": 1e3,
+}  # fmt: skip
 #: All traffic is below the first only near a radar, in a median range below the second, m.
 _LOW_M, _LOW_SEEN_M = 600.0, 60e3
+#: Below the first, 10 000 ft, aircraft fly at 250 kt at most; most of a traffic of so many aircraft
+#: is not there with a median ground speed above the second, m/s.
+_SLOW_M, _SLOW_MPS, _SLOW_AIRCRAFT_MIN = 3048.0, 190.0, 5
 #: Tolerance of heights about a horizon or a site, m: pressure heights.
 _BELOW_M = 300.0
 FOOT_M = 0.3048
@@ -117,6 +123,21 @@ def check_scan_period(name: str, plots: Plots, configured_s: float) -> Diagnosis
         return None
     return _of_period(
         name, configured_s, found.period_s, "the azimuths of the plots complete a revolution"
+    )
+
+
+def check_two_radars(name: str, plots: Plots) -> Diagnosis | None:
+    """Diagnose plots of two radars under one identifier, by their scan periods."""
+    found = two_rotations(plots.time_s, np.radians(plots.azimuth_deg))
+    if found is None:
+        return None
+    first, second, share = found
+    return Diagnosis(
+        name,
+        "two_radars",
+        f"{name}: its plots are probably those of two radars: {share:.0%} complete a revolution in "
+        f"{abs(first.period_s):.2f} s, the others in {abs(second.period_s):.2f} s; give each radar "
+        "its own identifier",
     )
 
 
@@ -255,18 +276,51 @@ def check_height_unit(name: str, plots: Plots, site: Site) -> Diagnosis | None:
     hidden = np.mean(heights < lowest - _BELOW_M)
     # A radar on a mountain sees low aircraft far away, but not only such.
     low = heights.max() < _LOW_M and np.median(ranges) > _LOW_SEEN_M
-    if hidden <= MOST / 2.0 and not low:
+    speed = _low_speed(plots.select(np.flatnonzero(known)), site)
+    if hidden <= MOST / 2.0 and not low and not speed > _SLOW_MPS:
         return None
+    if np.ptp(heights) == 0.0:
+        return Diagnosis(
+            name,
+            "column_constant",
+            f"{name}: its height_m is probably a placeholder: it is {heights[0]:g} in all plots "
+            "that have one; leave it empty where no height was reported",
+        )
     units = [
         unit
         for unit, metres in _LARGE_UNITS.items()
         if np.mean(heights * metres > CEILING_M) < 0.01
         and np.mean(heights * metres < lowest - _BELOW_M) <= 0.1 * hidden
+        and (not speed > _SLOW_MPS or heights.max() * metres > _SLOW_M)
     ]
     why = f"{hidden:.0%} of its plots are below its horizon"
+    if speed > _SLOW_MPS:
+        why = (
+            f"the aircraft below {_SLOW_M:.0f} m (FL100), most of all, have a median speed of "
+            f"{speed:.0f} m/s"
+        )
     if low:
         why = f"none of them is above {heights.max():.0f} m"
     return _height(name, " or ".join(units), why) if units else None
+
+
+# Median speed of aircraft lower than `_SLOW_M`, m/s; NaN unless most plots are of such.
+def _low_speed(plots: Plots, site: Site) -> float:
+    rows = np.flatnonzero(plots.height_m < _SLOW_M)
+    paths = aircraft_of(plots)
+    aircraft = np.unique(paths[rows][paths[rows] >= 0])
+    if len(rows) <= (1.0 - HIGH_MAX) * plots.size or len(aircraft) < _SLOW_AIRCRAFT_MIN:
+        return np.nan
+    chosen = plots.select(rows)
+    return median_speed(chosen, chosen.range_m, site, paths[rows])
+
+
+def aircraft_of(plots: Plots) -> Integers:
+    """Return the aircraft of each plot by the first of `KEYS` that most have, −1 where unknown."""
+    return next(
+        (plots.keys[:, key] for key in range(len(KEYS)) if np.mean(plots.keys[:, key] >= 0) >= 0.5),
+        np.full(plots.size, -1, np.int64),
+    )
 
 
 def check_nearer_than_height(name: str, plots: Plots, site: Site) -> Diagnosis | None:

@@ -21,6 +21,11 @@ EARTH_RADIUS_M = 6_371_008.8
 
 #: Columns that identify an aircraft, the most reliable first.
 KEYS = ("track_number", "mode_s_address", "mode_3a")
+#: Codes shared by many aircraft, which identify none: Mode S and VFR conspicuity (ICAO EUR Doc 023;
+#: FAA JO 7110.66), and 0000 and 2000, of aircraft without an assigned code.
+CONSPICUITY = tuple(
+    int(code, 8) for code in ("0000", "1000", "1200", "1400", "2000", "7000", "7001", "7010")
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +51,7 @@ class Plots(Rows):
     time_s, range_m, azimuth_deg, latitude_deg, longitude_deg, height_m : (n,) float64
         NaN where missing.
     keys : (n, 3) int64
-        Identity by `KEYS`, −1 where missing.
+        Identity by `KEYS`, −1 where missing or a code of `CONSPICUITY`.
     """
 
     time_s: Floats
@@ -72,10 +77,11 @@ class Plots(Rows):
 def plots_of(frame: pl.DataFrame) -> Plots:
     """Return the plots of a frame of `Source.plots`."""
     numbers = ("time_s", "range_m", "azimuth_deg", "latitude_deg", "longitude_deg", "height_m")
+    code = pl.col("mode_3a").str.to_integer(base=8, strict=False)
     keys = frame.select(
         pl.col("track_number"),
         pl.col("mode_s_address").str.to_integer(base=16, strict=False),
-        pl.col("mode_3a").str.to_integer(base=8, strict=False),
+        pl.when(~code.is_in(CONSPICUITY)).then(code),
     )
     return Plots(
         **{name: frame[name].fill_null(np.nan).to_numpy() for name in numbers},

@@ -20,6 +20,9 @@ PERIOD_MIN_S, PERIOD_MAX_S = 0.8, 20.0
 _STEPS = 6.0
 #: Minimum coherence of azimuth and time of a rotation (1: exact).
 COHERENT_MIN = 0.9
+#: Minimum coherence of the plots of two antennas, half width of the directions that count as those
+#: of one, rad, and minimum relative difference of their periods: one antenna may have two faces.
+MIXED_MIN, MIXED_WITHIN_RAD, PERIODS_APART_MIN = 0.3, 0.3, 0.01
 
 
 class Rotation(NamedTuple):
@@ -58,6 +61,35 @@ def rotation(time_s: Floats, azimuth_rad: Floats) -> Rotation:
     near = frequency[found.argmax()] + np.linspace(-step, step, 41)
     finer = coherences(windows, near)
     return Rotation(1.0 / float(near[finer.argmax()]), float(finer.max()))
+
+
+def two_rotations(time_s: Floats, azimuth_rad: Floats) -> tuple[Rotation, Rotation, float] | None:
+    """Return the rotations of two antennas whose plots are mixed, None where there is one.
+
+    Parameters
+    ----------
+    time_s, azimuth_rad : (n,) float64
+        Plots by time.
+
+    Returns
+    -------
+    first, second : Rotation
+        Of the plots near the direction of the first antenna, and of the others.
+    share : float
+        Fraction of the plots of the first one.
+    """
+    both = rotation(time_s, azimuth_rad)
+    if not MIXED_MIN <= both.coherence < COHERENT_MIN:
+        return None
+    turned = np.exp(1j * (azimuth_rad - 2.0 * np.pi * (time_s - time_s[0]) / both.period_s))
+    _, number = np.unique(np.floor((time_s - time_s[0]) / WINDOW_S), return_inverse=True)
+    sums = np.bincount(number, turned.real) + 1j * np.bincount(number, turned.imag)
+    near = np.abs(np.angle(turned * np.conj(sums[number]))) <= MIXED_WITHIN_RAD
+    parts = [rotation(time_s[one], azimuth_rad[one]) for one in (near, ~near)]
+    apart = abs(parts[0].period_s / parts[1].period_s - 1.0)
+    if min(one.coherence for one in parts) < COHERENT_MIN or not apart > PERIODS_APART_MIN:
+        return None
+    return parts[0], parts[1], float(np.mean(near))
 
 
 def coherence_at(time_s: Floats, azimuth_rad: Floats, period_s: float) -> float:

@@ -40,6 +40,10 @@ AZIMUTH, HEIGHT, RANGE, TIME = (
             "azimuth_unit", "in hundredths of a degree",
         ),
         (
+            lambda one: one.changed(NAME, height_m=pl.lit(-9999.0)),
+            "column_constant", "its height_m is probably a placeholder: it is -9999 in all plots",
+        ),
+        (
             lambda one: one.changed(NAME, time_s=TIME.floor()),
             "time_resolution", "all are multiples of 1 s, in which an aircraft flies 250 m",
         ),
@@ -173,7 +177,7 @@ def test_a_gap_is_found_between_parts_and_a_night_is_none() -> None:
 
 
 def test_a_loss_without_a_cause_gives_the_first_reason() -> None:
-    found = recording().changed(NAME, height_m=pl.lit(-9999.0)).diagnosed()
+    found = recording().changed(NAME, height_m=-HEIGHT).diagnosed()
     (of_it,) = (one for one in found if one.sensor_id == NAME)
     assert "the first OUT_OF_RANGE: height_m: expected" in of_it.sentence
     assert "check the values and the unit of height_m" in of_it.sentence

@@ -80,3 +80,22 @@ def test_a_radar_under_the_id_of_adsb_is_reported_with_both_ids() -> None:
         "kind adsb, and the plots of 3-10 ("
     )
     assert found[0].sentence.endswith('declare the radar as 3-10, and adsb with kind = "adsb"')
+
+
+def test_two_radars_under_one_identifier_are_named_with_their_scan_periods() -> None:
+    one = recording()
+    name = pl.col("sensor_id")
+    mixed = Recording(one.frame.with_columns(sensor_id=name.replace({"2-10": "1-10"})), one.sensors)
+    said, silent = sorted(mixed.diagnosed(), key=lambda found: found.sensor_id)
+    assert (said.sensor_id, said.code) == ("1-10", "two_radars")
+    assert "in 4.00 s, the others in 4.90 s; give each radar its own identifier" in said.sentence
+    assert (silent.sensor_id, silent.code) == ("2-10", "no_measurements")
+
+
+def test_the_losses_of_a_radar_are_reported_beside_a_sensor_without_measurements() -> None:
+    """Regression: a sensor without measurements hid what was lost of the others."""
+    half = pl.when(pl.int_range(pl.len()) % 2 == 0).then(pl.col("azimuth_deg"))
+    one = recording().changed("1-10", azimuth_deg=half)
+    silent = one.sensors[0].model_copy(update={"id": "9-10"})
+    found = Recording(one.frame, (*one.sensors, silent)).codes()
+    assert found == [("9-10", "no_measurements"), ("1-10", "measurements_lost")]

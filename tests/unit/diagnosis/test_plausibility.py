@@ -1,14 +1,18 @@
 """Range units from the plots of one radar: by speeds, else by the largest range."""
 
 import numpy as np
+import polars as pl
 import pytest
 
+from multiradar.diagnosis.evidence import COLUMNS
 from multiradar.diagnosis.plausibility import (
+    aircraft_of,
+    check_height_unit,
     check_nearer_than_height,
     check_range_unit,
     median_speed,
 )
-from multiradar.diagnosis.plots import Plots
+from multiradar.diagnosis.plots import Plots, plots_of
 
 SITE = (0.87, 0.26, 300.0)
 FARTHEST_M = 100e3
@@ -94,3 +98,45 @@ def test_the_median_speed_is_that_of_the_aircraft_in_the_middle() -> None:
     speed = median_speed(found, found.range_m, SITE, paths[order])
     assert speed == pytest.approx(180.0, rel=0.01)
     assert np.isnan(median_speed(found, found.range_m, SITE, np.full(count, -1)))
+
+
+# 7000 is shared by all VFR aircraft: speeds between their plots are those of none.
+@pytest.mark.parametrize(("code", "known"), [("4321", True), ("7000", False), ("1000", False)])
+def test_a_code_of_conspicuity_names_no_aircraft(code: str, *, known: bool) -> None:
+    names = [one for one in COLUMNS if one not in ("kind", "mode_3a", "mode_s_address")]
+    empty = {one: pl.Series([None] * 3, dtype=pl.Float64) for one in names}
+    texts = {"mode_3a": [code] * 3, "mode_s_address": pl.Series([None] * 3, dtype=pl.String)}
+    found = aircraft_of(plots_of(pl.DataFrame({**empty, **texts})))
+    assert found.tolist() == [int(code, 8) if known else -1] * 3
+
+
+def flights(height_m: float, speed_mps: float, aircraft: int) -> Plots:
+    """Aircraft that approach at 30 km and less, in steps of 4 s, each along its azimuth."""
+    parts = [plots(1.0, speed_mps) for _ in range(aircraft)]
+    count = parts[0].size
+    missing = np.full(aircraft * count, np.nan)
+    return Plots(
+        np.tile(parts[0].time_s, aircraft), np.tile(parts[0].range_m - 0.3 * FARTHEST_M, aircraft),
+        np.repeat(np.linspace(0.0, 300.0, aircraft), count), missing, missing,
+        np.full(aircraft * count, height_m) + np.arange(aircraft * count) % 2,
+        np.repeat(np.arange(aircraft), count)[:, None] * np.ones((1, 3), np.int64),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("height_m", "speed_mps", "aircraft", "unit"),
+    [
+        # 10 668 m in units of 25 ft; traffic of an approach; a pair of military aircraft.
+        (1400.0, 230.0, 6, "units of 25 ft"),
+        (1400.0, 120.0, 6, None),
+        (1400.0, 230.0, 2, None),
+        (10_668.0, 230.0, 6, None),
+    ],
+)
+def test_fast_traffic_at_low_heights_shows_their_unit(
+    height_m: float, speed_mps: float, aircraft: int, unit: str | None
+) -> None:
+    said = check_height_unit("1-10", flights(height_m, speed_mps, aircraft), SITE)
+    assert (said is None) == (unit is None)
+    if said is not None:
+        assert f"its heights are probably in {unit}: the aircraft below 3048 m" in said.sentence

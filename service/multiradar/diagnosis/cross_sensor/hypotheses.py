@@ -78,6 +78,7 @@ RANGE_UNITS = (
 #: Possible units of azimuth, rad; the last two are counts of an encoder.
 AZIMUTH_UNITS = (
     _azimuth_unit("radians", 1.0),
+    _azimuth_unit("revolutions", 2.0 * np.pi),
     _azimuth_unit("milliradians", 1e-3),
     _azimuth_unit("gradians", np.pi / 200.0),
     _azimuth_unit("mils (6400 to a circle)", np.pi / 3200.0),

@@ -12,11 +12,6 @@ SAME_MIN = 0.95
 #: occupied in a window. One aircraft flies 4 km in it and occupies at most two cells except at a
 #: corner; two aircraft with the same address occupy up to four.
 WINDOW_S, CELL_M, CELLS_MIN = 12.0, 20_000.0, 6
-#: Codes legitimately shared by many aircraft: Mode S and VFR conspicuity (ICAO EUR Doc 023; FAA JO
-#: 7110.66), and 0000 and 2000, of aircraft without an assigned code.
-CONSPICUITY = frozenset(
-    int(code, 8) for code in ("0000", "1000", "1200", "1400", "2000", "7000", "7001", "7010")
-)
 _TEXTS = {"track_number": "d", "mode_s_address": "06X", "mode_3a": "04o"}
 
 
@@ -38,8 +33,7 @@ def check_identities(name: str, plots: Plots, site: Site | None) -> Diagnosis | 
             continue
         values, counts = np.unique(plots.keys[known, column], return_counts=True)
         value = int(values[counts.argmax()])
-        legitimate = key == "mode_3a" and value in CONSPICUITY
-        if legitimate or counts.max() < SAME_MIN * len(known):
+        if counts.max() < SAME_MIN * len(known):
             continue
         cells = _cells(plots.select(known), site)
         if cells >= CELLS_MIN:

@@ -29,9 +29,12 @@ OFFSET_CODE = "bias"
 #: Azimuth offsets of all radars from this value on, and within it of each other, have one cause,
 #: rad: two prior standard deviations.
 COMMON_AZIMUTH = float(np.radians(1.0))
-#: An azimuth offset is unusual from this number of prior standard deviations on.
+#: An offset is unusual from this number of prior standard deviations on.
 LARGE_SIGMAS = 2.0
 _KINDS = (PARAMETER_RANGE_OFFSET, PARAMETER_AZIMUTH_OFFSET)
+#: ... and from these values on, m and rad.
+LARGE = dict(zip(_KINDS, (1000.0, COMMON_AZIMUTH), strict=True))
+_LARGE_CODES = dict(zip(_KINDS, ("range_offset", "azimuth_offset"), strict=True))
 
 
 def check_offsets(
@@ -107,8 +110,8 @@ def check_common_azimuth(evidence: Evidence) -> list[Diagnosis]:
     ]
 
 
-def check_large_azimuths(evidence: Evidence) -> list[Diagnosis]:
-    """Warn of azimuths that the run found off by more than radars are.
+def check_large_offsets(evidence: Evidence) -> list[Diagnosis]:
+    """Warn of ranges and azimuths that the run found off by more than radars are.
 
     The tracks are corrected for such an offset; the radar needs an adjustment, or its azimuths
     refer to magnetic north.
@@ -124,26 +127,37 @@ def check_large_azimuths(evidence: Evidence) -> list[Diagnosis]:
         One for each radar with such an offset.
     """
     sensors = evidence.sensors
-    found = []
+    found: dict[str, Diagnosis] = {}
     for (number, kind), (estimate, sigma) in sorted(evidence.biases.items()):
-        if kind != PARAMETER_AZIMUTH_OFFSET or sensors.kinds[number] != KIND_RADAR:
+        if kind not in _KINDS or sensors.kinds[number] != KIND_RADAR:
             continue
         configured, prior_sigma = configured_bias(sensors, number, kind)
         apart = abs(estimate - configured)
-        if not max(COMMON_AZIMUTH, SIGMAS * sigma, LARGE_SIGMAS * prior_sigma) <= apart:
+        if not max(LARGE[kind], SIGMAS * sigma, LARGE_SIGMAS * prior_sigma) <= apart:
             continue
         name = sensors.ids[number]
-        found.append(
-            Diagnosis(
-                name,
-                "azimuth_offset",
-                f"{name}: its azimuths are off by {np.degrees(estimate):+.2f}° as estimated, and "
-                f"{np.degrees(configured):+.2f}° ± {np.degrees(prior_sigma):.2f}° is configured: "
-                "the tracks are corrected; check its north alignment (magnetic north?)",
-                "warning",
-            )
+        found[name] = Diagnosis(
+            name,
+            _LARGE_CODES[kind],
+            f"{name}: {_large(kind, estimate, configured, prior_sigma)}",
+            "warning",
         )
-    return found
+    return list(found.values())
+
+
+def _large(kind: int, estimate: float, configured: float, prior_sigma: float) -> str:
+    if kind == PARAMETER_RANGE_OFFSET:
+        return (
+            f"its ranges are off by {estimate:+.0f} m as estimated, and {configured:+.0f} m ± "
+            f"{prior_sigma:.0f} m is configured: the tracks are corrected; check its range "
+            "calibration"
+        )
+    estimate_deg, configured_deg, sigma_deg = np.degrees([estimate, configured, prior_sigma])
+    return (
+        f"its azimuths are off by {estimate_deg:+.2f}° as estimated, and {configured_deg:+.2f}° ± "
+        f"{sigma_deg:.2f}° is configured: the tracks are corrected; check its north alignment "
+        "(magnetic north?)"
+    )
 
 
 def _has_gain(sensors: SensorTable, number: int) -> bool:

@@ -2,9 +2,9 @@
 
 Differences between positions of one aircraft by two sensors are fitted with offsets of range,
 azimuth and time of every radar and a scale of pressure heights, and then with one error of a radar
-in addition; a clock error is the offset in time of one radar alone. An error shows in every pair
-with this radar and in no other: a sensor that reports positions, or the shape of the network,
-determines which radar is wrong.
+in addition, or a displacement of the positions that a sensor reports; a clock error is the offset
+in time of one radar alone. An error shows in every pair with this sensor and in no other: a sensor
+that reports positions, or the shape of the network, determines which one is wrong.
 
 Errors of all plots of an aircraft are common. The covariance is therefore that of clusters by
 aircraft (Liang and Zeger, *Longitudinal data analysis using generalized linear models*,
@@ -26,7 +26,9 @@ from multiradar.diagnosis.cross_sensor.trimmed_fit import Equations, TrimmedFit
 from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.names import listed
 from multiradar.diagnosis.plots import Floats, Integers, located
+from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.estimation.measurement.sensors import (
+    PARAMETER_FRAME_EAST,
     PARAMETER_RANGE_GAIN,
     PARAMETER_TIME_OFFSET,
     SensorTable,
@@ -68,10 +70,10 @@ class SiteError:
     kind : str
         `SHIFT`, `GAIN` or `CLOCK`.
     radars : tuple of int
-        Rows of the radars in the table of sensors.
+        Rows of the radars, or of a sensor that reports positions, in the table of sensors.
     value : tuple of float
-        Configured minus true site east and north, m, ratio of measured to true range minus 1, or
-        claimed minus true time, s.
+        Configured minus true site, or reported minus true position, east and north, m, ratio of
+        measured to true range minus 1, or claimed minus true time, s.
     before_m, after_m : float
         Median residual of the pairs with these radars as configured and with the error corrected,
         m.
@@ -133,6 +135,7 @@ class JointFit:
         radars = np.unique(self._rows.own).tolist()
         with_gain = [one for one in radars if self._is_given(one, PARAMETER_RANGE_GAIN)]
         candidates = [(SHIFT, one) for one in _sites(self._comparison, radars)]
+        candidates += [(SHIFT, (one,)) for one in self._reporting()]
         candidates += [(GAIN, (one,)) for one in radars if one not in with_gain]
         return self._search(self._rows, candidates, {})
 
@@ -151,6 +154,17 @@ class JointFit:
             # Most recordings need this fit only.
             return []
         return self._search(self._rows, [(CLOCK, (one,)) for one in timed], timed)
+
+    # Sensors that report positions.
+    def _reporting(self) -> list[int]:
+        sources = [] if self._rows is None else np.unique(self._rows.pairs.source).tolist()
+        return [
+            one
+            for one in sources
+            if one >= 0
+            and not self._comparison.is_radar(one)
+            and not self._is_given(one, PARAMETER_FRAME_EAST)
+        ]
 
     def _is_given(self, number: int, kind: int) -> bool:
         return configured_bias(self._sensors, number, kind) != (0.0, 0.0)
@@ -190,10 +204,15 @@ class JointFit:
             scale = min(fits[one].scale for one in errors)
             gains = {one: _cost(plain, scale) - _cost(fits[one], scale) for one in errors}
             ranked = sorted(errors, key=lambda one: -gains[one])
-            likely = [one for one in ranked if gains[one] >= (1.0 - ALIKE) * gains[ranked[0]]]
+            alike = [one for one in ranked if gains[one] >= (1.0 - ALIKE) * gains[ranked[0]]]
+            # A radar and the positions that it is compared with alone: the radar is wrong.
+            sited = [one for one in alike if candidates[one][1][0] not in self._reporting()]
+            likely = sited or alike
             found.append(tuple(errors[one] for one in likely))
-            known += own[ranked[0]]
-            wrong = set(errors[ranked[0]].radars)
+            known += own[likely[0]]
+            wrong = set(errors[likely[0]].radars).union(
+                *(candidates[one][1] for one in alike if one not in likely)
+            )
             remaining = [one for one in remaining if not wrong & set(candidates[one][1])]
         return found
 
@@ -226,6 +245,7 @@ def check_site_errors(sensors: SensorTable, joint: JointFit) -> tuple[set[int], 
         radars.update(one for error in likely for one in error.radars)
         sentence = _sentence(sensors, likely[0], likely[1:])
         code = "site" if likely[0].kind == SHIFT else "range_gain"
+        code = code if _is_sited(sensors, likely[0]) else "positions_displaced"
         found.append(Diagnosis(sensors.ids[likely[0].radars[0]], code, sentence))
     return radars, found
 
@@ -248,6 +268,8 @@ def _sentence(sensors: SensorTable, error: SiteError, others: Sequence[SiteError
     alone = "" if len(what) == 1 else " (another radar, or ADS-B, would determine which)"
     kinds = {one.kind for one in (error, *others)}
     remedies = [_REMEDIES[kind] for kind in _REMEDIES if kind in kinds]
+    if not _is_sited(sensors, error):
+        remedies = ["its positions, or remove it from the recording"]
     return (
         f"{', or '.join(what)}{alone}: with the {'first ' if others else ''}error corrected, the "
         f"median distance of its plots from the positions by others is {error.after_m:.0f} m "
@@ -264,10 +286,20 @@ def _description(sensors: SensorTable, error: SiteError) -> str:
         sense = "long" if error.value[0] > 0.0 else "short"
         return f"{names}: its ranges are probably {abs(error.value[0]):.1%} too {sense}"
     east_km, north_km = -error.value[0] / 1e3, -error.value[1] / 1e3
+    if not _is_sited(sensors, error):
+        return (
+            f"{names}: its positions are probably displaced by {np.hypot(east_km, north_km):.2f} "
+            f"km ({-east_km:+.2f} km east, {-north_km:+.2f} km north; another datum?)"
+        )
     return (
         f"{names}: its site is probably {np.hypot(east_km, north_km):.2f} km from the one "
         f"configured ({east_km:+.2f} km east, {north_km:+.2f} km north)"
     )
+
+
+# Whether an error is of a radar; else of a sensor that reports positions.
+def _is_sited(sensors: SensorTable, error: SiteError) -> bool:
+    return bool(sensors.kinds[error.radars[0]] == KIND_RADAR)
 
 
 # The error of a fit, None where it is not significant or too small.

@@ -46,6 +46,7 @@ def test_a_unit_in_which_azimuths_go_beyond_a_circle_is_not_tried(
     seen = plots(np.linspace(0.0, circle, 1000, endpoint=False))
     units = (
         "radians",
+        "revolutions",
         "milliradians",
         "gradians",
         "mils",

@@ -1,0 +1,58 @@
+"""Positions that ADS-B reports wrong are named, and not the radars beside it."""
+
+import re
+
+import polars as pl
+import pytest
+
+from multiradar_schemas.sensors.sensor import Sensor
+from support.inputs.mistaken import METRES_PER_DEGREE, RADARS, Recording, recording
+
+NAME = "1-10"
+SITE = RADARS[NAME][0]
+
+
+def with_reports(one: Recording) -> Recording:
+    """Return a recording with ADS-B reports at the times of the plots of the second radar."""
+    nothing = pl.lit(None, pl.Float64)
+    reports = one.frame.filter(sensor_id="2-10").with_columns(
+        sensor_id=pl.lit("adsb"), kind=pl.lit("adsb"), range_m=nothing, azimuth_deg=nothing
+    )
+    adsb = Sensor(id="adsb", kind="adsb")
+    return Recording(pl.concat([one.frame, reports]).sort("time_s"), (*one.sensors, adsb))
+
+
+LATITUDE, LONGITUDE = pl.col("latitude_deg"), pl.col("longitude_deg")
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_reports_beside_plots_have_no_diagnosis(seed: int) -> None:
+    assert with_reports(recording(seed, positions=True)).diagnosed() == []
+
+
+# Regression: the site of every radar was said to be wrong.
+@pytest.mark.parametrize("offset_deg", [0.01, -0.02])
+def test_displaced_reports_are_named_and_not_the_radars(offset_deg: float) -> None:
+    one = with_reports(recording(positions=True)).changed(
+        "adsb", latitude_deg=LATITUDE + offset_deg
+    )
+    (said,) = one.diagnosed()
+    assert (said.sensor_id, said.code) == ("adsb", "positions_displaced")
+    found = re.search(r"km east, ([+-][\d.]+) km north", said.sentence)
+    assert found is not None
+    assert float(found[1]) == pytest.approx(offset_deg * METRES_PER_DEGREE / 1e3, abs=0.1)
+
+
+def test_a_site_beside_reports_is_still_that_of_the_radar() -> None:
+    one = with_reports(recording(positions=True))
+    shifted = one.configured(NAME, longitude_deg=SITE[1] + 0.01)
+    assert shifted.codes() == [(NAME, "site")]
+    assert shifted.only(NAME, "adsb").codes() == [(NAME, "site")]
+
+
+def test_reported_positions_that_are_rounded_are_named() -> None:
+    one = with_reports(recording(positions=True))
+    rounded = one.changed("adsb", latitude_deg=LATITUDE.round(2), longitude_deg=LONGITUDE.round(2))
+    (said,) = rounded.diagnosed()
+    assert (said.sensor_id, said.code) == ("adsb", "resolution")
+    assert "all values are multiples of 0.01°, an error of 321 m (1 sigma)" in said.sentence
