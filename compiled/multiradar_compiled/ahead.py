@@ -50,13 +50,21 @@ def compile_ahead(kernels: Iterable[TypedKernel], on_progress: Progress) -> int:
     folder = kernel_folder()
     if folder is None or os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
         return 0
-    marks = folder / _MARKS
-    missing = [one for one in kernels if not _mark(marks, one).exists()]
+    missing = missing_kernels(kernels)
     if missing:
+        marks = folder / _MARKS
         marks.mkdir(exist_ok=True)
         with (folder / _LOCK).open("w") as lock:
             _compile_or_wait(lock, marks, missing, on_progress)
     return len(missing)
+
+
+def missing_kernels(kernels: Iterable[TypedKernel]) -> list[TypedKernel]:
+    """Return those kernels that are not in the cache."""
+    folder = kernel_folder()
+    if folder is None:
+        return list(kernels)
+    return [one for one in kernels if not _mark(folder / _MARKS, one).exists()]
 
 
 def _mark(marks: Path, one: TypedKernel) -> Path:

@@ -1,15 +1,17 @@
-"""The command `multiradar` in a process of its own, forked from one that has its modules loaded.
+"""The command `multiradar` in a process of its own, forked from one that has loaded what it needs.
 
-A process that starts from nothing spends two seconds on imports. What a start itself does is seen
-with `support.processes.waiting.run_to_end` and `RUN`.
+A process that starts from nothing spends seconds on modules and compiled kernels. What a start
+itself does is seen with `support.processes.waiting.run_to_end` and `RUN`.
 """
 
+import functools
 import multiprocessing
 import os
 import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
+from multiprocessing import forkserver
 from multiprocessing.context import ForkServerProcess
 from multiprocessing.reduction import DupFd
 from typing import Any
@@ -22,7 +24,7 @@ RUN = [sys.executable, "-m", "multiradar"]
 Forked = ForkServerProcess
 
 _PROCESSES = multiprocessing.get_context("forkserver")
-_PROCESSES.set_forkserver_preload(["multiradar.app", "support.processes.live_process"])
+_PROCESSES.set_forkserver_preload(["support.processes.preloaded"])
 
 
 class Command:
@@ -103,9 +105,24 @@ def fork(function: Callable[..., object], *arguments: object, streams: Mapping[i
         Standard streams of the process, by the files that are open here.
     """
     inherited = {number: _Stream(file) for number, file in streams.items()}
+    _start_server()
     process = _PROCESSES.Process(target=_call, args=(function, arguments, inherited))
     process.start()
     return process
+
+
+# It imports what is preloaded before it knows the paths of this process.
+@functools.cache
+def _start_server() -> None:
+    before = os.environ.get("PYTHONPATH")
+    os.environ["PYTHONPATH"] = os.pathsep.join(sys.path)
+    try:
+        forkserver.ensure_running()
+    finally:
+        if before is None:
+            del os.environ["PYTHONPATH"]
+        else:
+            os.environ["PYTHONPATH"] = before
 
 
 def ended(process: Forked) -> int:
