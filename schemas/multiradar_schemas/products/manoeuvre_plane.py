@@ -11,7 +11,7 @@ from multiradar_schemas.columns import table_schema
 PlaneReason = Literal["TOO_FEW_POINTS", "POINTS_ON_A_LINE", "NO_CONVERGENCE"]
 
 #: Reasons for the absence of a plane.
-PLANE_REASON_MEANINGS: dict[str, str] = {
+PLANE_REASON_MEANINGS: dict[PlaneReason, str] = {
     "TOO_FEW_POINTS": "fewer than four plots of the window have a height and a position.",
     "POINTS_ON_A_LINE": "the plots are on a straight line, which does not determine a plane.",
     "NO_CONVERGENCE": "the plane fit did not converge.",

@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from multiradar.estimation.bias.store import multiplied, symmetric_inverse, symmetric_root
+from multiradar.estimation.bias.store import (
+    BiasState,
+    drift,
+    multiplied,
+    symmetric_inverse,
+    symmetric_root,
+)
 
 # Groups of four rows, and every remainder.
 SIZES = (1, 2, 3, 4, 5, 8, 11, 30)
@@ -47,3 +53,19 @@ def test_a_matrix_that_is_not_positive_definite_is_an_error(diagonal: float) -> 
 
 def test_without_biases_nothing_is_factored() -> None:
     assert symmetric_root(np.empty((0, 0))).shape == (0, 0)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_a_drift_widens_the_covariance_and_its_gain_is_the_share_of_before(size: int) -> None:
+    # Metres and radians.
+    scale = np.where(np.arange(size) % 2, 1e-3, 100.0)
+    covariance = _positive(size) * np.outer(scale, scale)
+    rates = 0.1 * scale
+    state = BiasState(np.linspace(0.0, 1.0, size), covariance, scale)
+    after, gain = drift(state, rates, 16.0)
+    walked = covariance + np.diag(16.0 * rates**2)
+    np.testing.assert_allclose(after.covariance, walked, rtol=1e-14)
+    assert after.estimate is state.estimate
+    # G (P + Q) = P, each element in its units.
+    units = np.outer(scale, scale)
+    np.testing.assert_allclose(gain @ walked / units, covariance / units, rtol=0.0, atol=1e-11)

@@ -19,7 +19,12 @@ from multiradar.runtime.memory.history import UPDATE_DTYPE
 from multiradar.runtime.memory.live_tracks import LiveTracks
 from multiradar.runtime.offline.encounter_table import EncounterTable
 from multiradar.runtime.queries.encounter_query import EncounterQuery
-from multiradar.runtime.queries.encounters import TrackSnapshot, encounters, no_encounters
+from multiradar.runtime.queries.encounters import (
+    TrackSnapshot,
+    _paths,
+    encounters,
+    no_encounters,
+)
 from multiradar.runtime.queries.forecast_methods import Known, PredictedPath, by_plan, known_of
 from multiradar.runtime.queries.forecasts import forecast_from
 from multiradar.runtime.queries.registry import ENCOUNTERS
@@ -267,6 +272,22 @@ def test_what_the_biases_do_to_both_alike_does_not_part_them() -> None:
     assert apart["distance_sigma_m"] > 600.0
     assert found["distance_sigma_m"] < 150.0
     assert abs(found["distance_m"] - 2e3) < 3.0 * found["distance_sigma_m"]
+
+
+def test_an_error_that_tracks_share_moves_them_by_its_velocity_until_the_question() -> None:
+    shared = np.array([[[300.0], [-40.0], [2.0], [5.0]], [[0.0], [0.0], [-1.0], [0.0]]])
+    states = TrackStates(
+        track_id=np.array([1, 2]), time_s=np.zeros(2), mean=np.zeros((2, 4)),
+        covariance=np.array([covariance(50.0, 4.0)] * 2) + shared @ shared.swapaxes(-1, -2),
+        height_m=np.full(2, np.nan), shared=shared,
+    )  # fmt: skip
+    ahead_s = np.array([10.0, 3.0])
+    paths = _paths(calibration_for(TrackingSettings()), states, ahead_s, np.arange(0.0, 60.0, 10.0))
+    np.testing.assert_allclose(
+        paths.shared[..., 0], [[320.0, 10.0, 2.0, 5.0], [-3.0, 0.0, -1.0, 0.0]]
+    )
+    # The states are those of the tracker.
+    assert shared[0, 0, 0] == 300.0
 
 
 def _states_of(engine: Engine) -> tuple[TrackStates, SystemPlane]:

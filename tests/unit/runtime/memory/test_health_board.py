@@ -1,0 +1,27 @@
+"""The health of radars at a past time."""
+
+from multiradar.runtime.memory.health_board import HealthBoard
+from support.fakes.health import health_records
+
+
+def test_the_last_epoch_that_had_ended_applies() -> None:
+    board = HealthBoard(2)
+    board.append(health_records(epoch=[1, 1, 2], time_s=[4.0, 4.0, 8.0], sensor=[0, 1, 0]))
+    assert len(board.at(3.999)) == 0
+    assert board.at(4.0).epoch.tolist() == [1, 1]
+    assert board.at(7.999).epoch.tolist() == [1, 1]
+    assert board.at(8.0).epoch.tolist() == [2]
+    # The oldest is discarded.
+    board.append(health_records(epoch=[3], time_s=[12.0], sensor=[0]))
+    assert len(board.at(7.999)) == 0
+    assert board.at(100.0).epoch.tolist() == [3]
+
+
+def test_a_restored_state_replaces_what_was_known() -> None:
+    one, other = HealthBoard(5), HealthBoard(5)
+    one.append(health_records(epoch=[1, 1, 2], time_s=[4.0, 4.0, 8.0], sensor=[0, 1, 0]))
+    other.append(health_records(epoch=[7], time_s=[1.0], sensor=[0]))
+    other._joined = one._joined
+    assert len(other.at(3.999)) == 0
+    assert other.at(4.0).sensor.tolist() == [0, 1]
+    assert other.at(8.0).epoch.tolist() == [2]
