@@ -6,6 +6,7 @@ import sys
 import tomllib
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 import pytest
 import yaml
@@ -131,9 +132,10 @@ def test_what_the_image_copies_is_in_the_tree() -> None:
 
 def test_the_image_has_every_package_of_the_wheel() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    packages = project["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]
+    wheel = project["tool"]["hatch"]["build"]["targets"]["wheel"]
     copied = {source for name, rest in instructions() if name == "COPY" for source in rest.split()}
-    assert {package.partition("/")[0] for package in packages} <= copied
+    assert {package.partition("/")[0] for package in wheel["packages"]} <= copied
+    assert set(wheel["force-include"]) <= copied
 
 
 def test_a_distribution_has_the_same_bytes_each_time(tmp_path: Path) -> None:
@@ -144,6 +146,9 @@ def test_a_distribution_has_the_same_bytes_each_time(tmp_path: Path) -> None:
         found.append({one.name: one.read_bytes() for one in folder.iterdir()})
     assert len(found[0]) == 2
     assert found[0] == found[1]
+    (wheel,) = (tmp_path / "one").glob("*.whl")
+    # `multiradar demo` works without the repository.
+    assert "multiradar_examples/vid-sample/plots.txt" in ZipFile(wheel).namelist()
 
 
 def test_supervisors_ask_for_liveness(services: dict[str, dict[str, Any]]) -> None:

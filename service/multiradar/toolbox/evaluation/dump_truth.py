@@ -9,8 +9,12 @@ from multiradar.errors import InputError
 from multiradar_schemas.documents.contents import content
 
 TRUTH_FILE = "truth.json"
-_REPOSITORY = Path(__file__).resolve().parents[4]
-_SAMPLE = _REPOSITORY / "examples" / "vid-sample"
+_HERE = Path(__file__).resolve()
+#: The sample in the repository, and where the wheel installs it.
+_SAMPLES = (
+    _HERE.parents[4] / "examples" / "vid-sample",
+    _HERE.parents[3] / "multiradar_examples" / "vid-sample",
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,10 +44,11 @@ def sample_folder() -> Path:
     InputError
         In an installation without the examples.
     """
-    if not _SAMPLE.is_dir():
-        msg = f"{_SAMPLE}: sample recording not found; give a dump with --dump"
-        raise InputError(msg)
-    return _SAMPLE
+    for folder in _SAMPLES:
+        if folder.is_dir():
+            return folder
+    msg = f"{_SAMPLES[-1]}: sample recording not found; give a dump with --dump"
+    raise InputError(msg)
 
 
 def read_truth(dump: Path) -> Truth:
