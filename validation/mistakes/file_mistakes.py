@@ -139,7 +139,9 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "a height of 2400 in place of 240 for one of two radars at one place",
         settings("41-10", height_m=2400.0),
-        message=("41-10 and 41-1 are at one place, with a height_m of 2400 and 240",),
+        message=(
+            "41-10 and 41-1 are at the same position, but their height_m differs:  2400 and 240",
+        ),
     ),
     Mistake(
         "range and height exchanged",
@@ -214,7 +216,7 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
         _recording(_plot_048, lost=9),
         ("inspect", "a.ast"),
         1,
-        ("the file ends inside a block", "probably cut while copying"),
+        ("the file ends inside a block", "probably truncated during copying"),
     ),
     Mistake(
         "inspect: a recording appended to itself",

@@ -256,7 +256,7 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         dump(lambda _path: None),
         (*_CONVERT, "--sensor-only", "99"),
         1,
-        ("no row is of sensor 99; found:",),
+        ("no row belongs to sensor 99; found:",),
     ),
     Mistake(
         "text as an ASTERIX recording",

@@ -1,4 +1,4 @@
-"""Prints the table of forecasts of howto/restoration.md: by bundle, filter's modes, polynomial.
+"""Prints the table of forecasts of howto/trajectory-forecasts.md: bundle, modes, polynomial.
 
 ::
 

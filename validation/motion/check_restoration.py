@@ -1,4 +1,4 @@
-r"""Prints the tables of docs/howto/restoration.md: bundle, IMM and smoother on the same scenes.
+r"""Prints the tables of validation/restoration.md: bundle, IMM and smoother on the same scenes.
 
 ::
 

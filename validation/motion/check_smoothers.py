@@ -1,4 +1,4 @@
-"""Prints the table of smoothers of docs/howto/evaluate.md: filters and smoothers against the truth.
+"""Prints the table of smoothers of howto/scorecard.md: filters and smoothers against the truth.
 
 ::
 

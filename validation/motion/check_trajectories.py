@@ -1,4 +1,4 @@
-"""Prints the cost of trajectory bundles in the service: howto/restoration.md, "In the service".
+"""Prints the cost of trajectory bundles in the service: howto/trajectory-service.md.
 
 ::
 

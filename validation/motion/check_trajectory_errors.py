@@ -1,4 +1,4 @@
-"""Prints the errors of bundles and tracks of whole scenarios: docs/howto/restoration.md.
+"""Prints the errors of bundles and tracks of whole scenarios: docs/howto/trajectory-service.md.
 
 ::
 

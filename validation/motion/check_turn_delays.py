@@ -1,4 +1,4 @@
-r"""Prints the tables of howto/restoration.md on the delay of turn detection at equal false rates.
+r"""Prints validation/restoration.md on the delay of turn detection at equal false rates.
 
 ::
 

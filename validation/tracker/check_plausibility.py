@@ -1,4 +1,4 @@
-"""Prints docs/guide/faults.md's table of implausible ADS-B reports: the scenario `ghost-adsb`.
+"""Prints guide/plausibility.md: implausible ADS-B reports in the scenario `ghost-adsb`.
 
 ::
 

@@ -241,7 +241,7 @@ class _Conversion:
         only, found = self._options.sensor_only, sorted({sensor for _, sensor in names})
         if only is not None and only not in found:
             known = ", ".join(map(str, found))
-            msg = f"--sensor-only: no row is of sensor {only}; found: {known}"
+            msg = f"--sensor-only: no row belongs to sensor {only}; found: {known}"
             raise LayoutError(msg)
 
     def close(self) -> None:

@@ -72,7 +72,7 @@ Seconds = Annotated[
     Field(gt=-TIME_MAX_S, lt=TIME_MAX_S),
     described(
         "Time of the measurement: UTC since the Unix epoch, or the time of day continued past "
-        "midnight where the recording has no date",
+        "midnight if the recording has no date",
         unit="s",
         source="sensor",
         absent="JSON with `time_ns` or `time`",

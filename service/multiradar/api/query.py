@@ -119,7 +119,9 @@ At = Annotated[
     AsTime,
 ]
 Limit = Annotated[
-    int, Query(ge=1, le=10_000, description="Maximum rows per page", examples=[1000]), AsInteger
+    int,
+    Query(ge=1, le=10_000, description="Maximum number of rows per page", examples=[1000]),
+    AsInteger,
 ]
 _CURSOR_TEXT = "`next_cursor` of the previous page; keep the other parameters unchanged"
 #: Cursors of a list by number, and of a table by time; their content is not an interface.

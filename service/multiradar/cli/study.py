@@ -76,7 +76,7 @@ def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
             typer.Option(
                 metavar="NAME,NAME",
                 help="Filters to compare.",
-                show_default="all of the study",
+                show_default="all filters of the study",
             ),
         ] = None,
         duration: Annotated[

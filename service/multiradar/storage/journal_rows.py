@@ -79,7 +79,7 @@ class JournalRows:
         columns = Columns(*row[:7])
         digest, found = row[7:]
         if found != sequence:
-            raise self.damaged(sequence, f"expected this entry, found {found}")
+            raise self.damaged(sequence, f"expected this entry, but found {found}")
         try:
             intact = entry_digest(previous, sequence, columns) == digest
         except (AttributeError, TypeError, UnicodeError):

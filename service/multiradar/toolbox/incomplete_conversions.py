@@ -26,7 +26,7 @@ def _truncated(report: dict[str, Any], out: Path) -> str:
     cut = [f"{file}: {reason}" for file, reason in report["figures"]["cut_short"].items()]
     if not cut:
         return ""
-    return f"{'; '.join(cut)}; probably cut while copying, what was read is in {out}"
+    return f"{'; '.join(cut)}; probably truncated during copying; the readable part is in {out}"
 
 
 def _truncated_adsb(report: dict[str, Any], out: Path) -> str:
@@ -35,7 +35,7 @@ def _truncated_adsb(report: dict[str, Any], out: Path) -> str:
         for name, account in report["figures"]["files"].items()
         if "TRUNCATED" in account["rejected_by_code"]
     ]
-    return f"{', '.join(cut)}: truncated; what was read is in {out}" if cut else ""
+    return f"{', '.join(cut)}: truncated; the readable part is in {out}" if cut else ""
 
 
 def _without_reference_point(report: dict[str, Any], out: Path) -> str:
@@ -45,7 +45,7 @@ def _without_reference_point(report: dict[str, Any], out: Path) -> str:
     counts = ", ".join(f"{count:,} reports of {name}" for name, count in missing.items())
     first = next(iter(missing))
     return (
-        f"{counts} have local coordinates only, and their reference point is not known; give "
+        f"{counts} have local coordinates only, and their reference point is unknown; give "
         f"it by --reference {first}=LATITUDE,LONGITUDE, or as latitude_deg and longitude_deg "
         f"of the sensor in --sensors; {out} has the other reports"
     )

@@ -131,7 +131,7 @@ def simulate(
     if out is None:
         remove_with(done, made)
     blind = [
-        f"{name}: sensor {sensor.identifier}: no aircraft came within its coverage; check "
+        f"{name}: sensor {sensor.identifier}: no aircraft enters its coverage; check "
         "latitude_deg and longitude_deg (or east_m and north_m) of its site and of the plane, "
         "and range_max_m"
         for sensor, opportunities in zip(described.sensors, seen.opportunities, strict=True)

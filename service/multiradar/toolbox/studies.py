@@ -39,7 +39,7 @@ def study(
     seed : int
         Random seed; the same seed gives the same results.
     filters : iterable of str, optional
-        Filters to compare; by default all of the study.
+        Filters to compare; by default all filters of the study.
     duration_s : float, optional
         Duration of its scenario, s; by default that of the study.
     out : path, optional

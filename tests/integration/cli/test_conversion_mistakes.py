@@ -69,7 +69,7 @@ def test_a_truncated_recording_is_named(
     assert converted(tmp_path, whole[:-6], name) == 1
     said = capsys.readouterr().err
     assert words in said
-    assert "probably cut while copying" in said
+    assert "probably truncated during copying" in said
 
 
 @pytest.mark.parametrize(
@@ -92,7 +92,7 @@ def test_an_inspection_names_a_truncated_recording(
     done = capsys.readouterr()
     assert "Recording: " in done.out
     assert f"multiradar: {name}: {words}" in done.err
-    assert "probably cut while copying" in done.err
+    assert "probably truncated during copying" in done.err
 
 
 @pytest.mark.parametrize("copies", [1, 2, 3])

@@ -46,7 +46,7 @@ def test_the_text_names_sensor_category_and_site(
 ) -> None:
     assert run(["inspect", str(recording)]) == EXIT_DONE
     text = capsys.readouterr().out
-    for words in ("20-130", "048", "08:00:00 to 08:03:19", "No site is known of 20-130"):
+    for words in ("20-130", "048", "08:00:00 to 08:03:19", "The site is unknown for 20-130"):
         assert words in text
 
 

@@ -188,7 +188,7 @@ def test_a_sensor_without_any_aircraft_is_named(
     path.write_text(AWAY.replace("SPEED", "20").replace("RANGE", "500"), encoding="utf-8")
     assert _simulate(path, "--out", tmp_path / "out") == 1
     shown = capsys.readouterr().err
-    assert f"{path}: sensor a: no aircraft came within its coverage; check latitude_deg" in shown
+    assert f"{path}: sensor a: no aircraft enters its coverage; check latitude_deg" in shown
     # The results are kept.
     assert (tmp_path / "out" / "report.json").exists()
 

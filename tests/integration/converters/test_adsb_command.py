@@ -333,7 +333,7 @@ def test_a_packed_file_that_is_cut_short_gives_what_came_before_and_status_1(
     content = packed(json_list([report(k) for k in range(5000)]))
     out = converted(tmp_path, content[: len(content) // 2], expected=EXIT_FAILED)
     assert capsys.readouterr().err == (
-        f"multiradar: file-0: truncated; what was read is in {out}\n"
+        f"multiradar: file-0: truncated; the readable part is in {out}\n"
     )
     last = rejects(out)[-1]
     assert (last.code, last.reason) == (RejectCode.TRUNCATED, "the compressed file is truncated")

@@ -44,7 +44,8 @@ def test_a_file_that_ends_inside_a_block_is_reported_and_read_up_to_it(
     out = converted(tmp_path, whole[:-missing], status=EXIT_FAILED)
     inside = f"the file ends inside a block: {len(second) - 5} of its {len(second)} octets"
     assert capsys.readouterr().err == (
-        f"multiradar: recording: {inside}; probably cut while copying, what was read is in {out}\n"
+        f"multiradar: recording: {inside}; probably truncated during copying; the readable part "
+        f"is in {out}\n"
     )
     assert pl.read_parquet(out / "measurements.parquet")["time_s"].to_list() == [1.0]
     last = last_reject(out)

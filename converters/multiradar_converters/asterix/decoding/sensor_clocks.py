@@ -202,7 +202,7 @@ def clock_alarm(one: SensorClock, zone_s: float = 0.0) -> tuple[str, str] | None
         if not least_s > LATE_MAX_S:
             return None
         return LATENCY_ALARM, (
-            f"even its fastest reports are received {_duration(least_s)} after their times, its "
+            f"even its fastest reports arrive {_duration(least_s)} after their times, its "
             f"service messages after {_duration(abs(offset_s))}: check its processing and network"
         )
     way = "ahead of" if offset_s > 0.0 else "behind"

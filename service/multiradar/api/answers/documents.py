@@ -117,11 +117,15 @@ class Status(BaseModel):
     """Counts, sequence numbers and digests; further members may be added."""
 
     version: str
-    tracks: int = Field(description="Live tracks, tentative ones included")
-    tracks_initiated: int = Field(description="All tracks so far, tentative ones included")
-    tracks_confirmed: int = Field(description="Tracks so far that were confirmed")
-    tracks_confirmed_live: int = Field(description="Live tracks that were confirmed")
-    tracks_ended: int = Field(description="Tracks so far that were dropped")
+    tracks: int = Field(description="Number of live tracks, including tentative ones")
+    tracks_initiated: int = Field(
+        description="Number of tracks initiated so far, including tentative ones"
+    )
+    tracks_confirmed: int = Field(description="Number of tracks confirmed so far")
+    tracks_confirmed_live: int = Field(
+        description="Number of live tracks that are or were confirmed"
+    )
+    tracks_ended: int = Field(description="Number of tracks dropped so far")
     forecast_probability: float = Field(description="Probability of the counted forecast regions")
     forecasts_counted: int = Field(
         description=(

@@ -77,7 +77,7 @@ async def list_rejects(
     ] = 0,
     limit: Limit = 1000,
     code: Annotated[
-        RejectCode | None, Query(description="Only rows with this code: the last ones retained")
+        RejectCode | None, Query(description="Only rows with this code: the last retained ones")
     ] = None,
 ) -> Response:
     """Return rejected measurements, oldest first: source, position in it, code and reason."""

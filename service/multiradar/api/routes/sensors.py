@@ -27,7 +27,9 @@ History = Annotated[
     Query(description="`true`: the estimates of every epoch, oldest first"),
 ]
 HistoryLimit = Annotated[
-    int, Query(ge=1, le=HISTORY_ROWS_MAX, description="Maximum rows of a history"), AsInteger
+    int,
+    Query(ge=1, le=HISTORY_ROWS_MAX, description="Maximum number of rows of a history"),
+    AsInteger,
 ]
 
 

@@ -87,7 +87,7 @@ FieldsText = Annotated[
     ),
 ]
 HistoryLimit = Annotated[
-    int, Query(ge=1, le=HISTORY_ROWS_MAX, description="Maximum rows per page"), AsInteger
+    int, Query(ge=1, le=HISTORY_ROWS_MAX, description="Maximum number of rows per page"), AsInteger
 ]
 
 

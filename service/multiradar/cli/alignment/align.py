@@ -29,8 +29,9 @@ _WORKERS_MAX = 8
 ALIGN_HELP = (
     "Register radars: estimate biases from recordings and check them on withheld aircraft.\n\n"
     "RECORDING… are ASTERIX recordings, ADS-B trajectories, dumps, and output directories of "
-    "`convert`; together they form one recording. Output: biases with sigma, distances between "
-    "plots of different sensors before and after correction (by radar and by sensor pair), "
+    "`convert`; together they form one recording. The output contains biases with sigma, "
+    "distances between plots of different sensors before and after correction (by radar and by "
+    "sensor pair), "
     "trends, and unobservable parameters. No file is written unless an option names it."
 )
 

@@ -139,7 +139,7 @@ def evaluate(
         ),
     ] = None,
     step: Annotated[
-        float | None, _number("--step", "Time between evaluation instants, s.", 4)
+        float | None, _number("--step", "Interval between evaluation instants, s.", 4)
     ] = None,
     gate: Annotated[float | None, _number("--gate", "Association radius, m.", 2000)] = None,
     age: Annotated[
@@ -165,7 +165,7 @@ def evaluate(
         _number("--dwell", "Minimum dwell on another aircraft to count as a swap, s.", 20),
     ] = None,
     settling: Annotated[
-        float | None, _number("--settling", "Ignore errors during the first … s of a track.", 0)
+        float | None, _number("--settling", "Ignore errors during the first SECONDS of a track.", 0)
     ] = None,
     reference_sigma: Annotated[
         float | None,

@@ -24,9 +24,9 @@ _TRUNCATED = "TRUNCATED"
 INSPECT_HELP = (
     "Inspect recordings before conversion.\n\n"
     "FILE… are ASTERIX recordings of any format and ADS-B trajectories, in chronological order, "
-    "or directories of text dumps; together they form one recording. Output: categories and "
-    "editions, "
-    "sensors, times, gaps, rates, duplicates, coverage, identity, BDS registers, rejected records "
+    "or directories of text dumps; together they form one recording. The output contains "
+    "categories and editions, sensors, times, gaps, rates, duplicates, coverage, identity, BDS "
+    "registers, rejected records "
     "with their reasons, and a suggested sensors.toml. No file is written unless an option names "
     "it."
 )
@@ -158,7 +158,7 @@ def _command(files: list[Path]) -> str:
 def _fail_when_truncated(found: "Inspection") -> None:
     cut = [f"{one.file}: {one.reason}" for one in found.rejects if one.code == _TRUNCATED]
     if cut:
-        msg = f"{'; '.join(cut)}; probably cut while copying"
+        msg = f"{'; '.join(cut)}; probably truncated during copying"
         raise InputError(msg)
 
 

@@ -112,7 +112,7 @@ def _rates(rates: list[tuple[str, Integers, Integers]]) -> Iterator[Plot]:
         y_label="reports per s",
         series=tuple(series),
         x_scale="time",
-        caption=f"Mean over {step_s} s; gaps reach 0.",
+        caption=f"Mean over {step_s} s; gaps appear as 0.",
         name="rates",
     )
 

@@ -255,7 +255,7 @@ def _sites(found: Inspection) -> Table:
             None if one.site is None else f"{one.site.longitude_deg:.6f}",
             None if one.site is None else f"{one.site.height_m:.0f}",
             None if one.site is None else _metres(one.site.sigma_m),
-            "to be given: not in the recording" if one.site is None else one.site.source,
+            "to be specified: not in the recording" if one.site is None else one.site.source,
         )
         for one in found.sensors
         if one.kind == "radar" or one.local_fraction
@@ -299,15 +299,21 @@ def _notes(found: Inspection) -> list[str]:
     notes = list(found.unknown_editions)
     if found.sampled_fraction < 1.0:
         notes.append(
-            f"Figures of aircraft, coverage and registers are of {found.sampled_fraction:.1%} of "
-            "the recording; all other figures are of the whole."
+            f"Figures for aircraft, coverage and registers are based on "
+            f"{found.sampled_fraction:.1%} of "
+            "the recording; all other figures on the whole recording."
         )
     if found.date is not None:
-        notes.append(f"By the recorder's clock the first day is {found.date}: convert with --date.")
+        notes.append(
+            f"According to the recorder's clock, the first day is {found.date}: convert with "
+            "--date."
+        )
     if found.categories and not found.sensors:
-        notes.append("No category of the recording has measurements: `convert` writes none.")
+        notes.append(
+            "No category of the recording contains measurements: `convert` would write none."
+        )
     if found.system_tracks:
-        notes.append(f"{found.system_tracks:,} updates of system tracks of another tracker.")
+        notes.append(f"{found.system_tracks:,} updates of system tracks from another tracker.")
     notes += [
         f"{one.sensor_id}: {one.clock.reason}"
         for one in found.sensors
@@ -315,10 +321,10 @@ def _notes(found: Inspection) -> list[str]:
     ]
     missing = [one.sensor_id for one in found.sensors if one.kind == "radar" and one.site is None]
     if missing:
-        notes.append(f"No site is known of {', '.join(missing)}.")
+        notes.append(f"The site is unknown for {', '.join(missing)}.")
     notes += [
         f"{one.sensor_id}: {one.local_fraction:.0%} of its reports have local coordinates only, "
-        "and their reference point is not known: specify it with --reference."
+        "and their reference point is unknown: specify it with --reference."
         for one in found.sensors
         if one.local_fraction and one.kind != "radar" and one.site is None
     ]

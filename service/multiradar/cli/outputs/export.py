@@ -53,8 +53,7 @@ def export(
         str | None,
         typer.Option(
             metavar="YYYY-MM-DD",
-            help="Start date, for tracks with times of day only; gives the lines in KML their "
-            "times.",
+            help="Start date, for tracks with times of day only; adds times to the lines in KML.",
             parser=parse_date,
             show_default=False,
         ),

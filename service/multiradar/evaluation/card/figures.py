@@ -33,7 +33,7 @@ def figures_of(card: Scorecard) -> Figures:
     -------
     dict
         Plain Python values, every number finite, None in place of what is not; described in
-        ``docs/howto/evaluate.md``.
+        ``docs/howto/scorecard.md``.
     """
     errors = card.errors
     return {

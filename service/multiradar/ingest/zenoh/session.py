@@ -1,6 +1,6 @@
 """The Zenoh session as inlet and outlet.
 
-Reasons for its design (measured with 1.10, see docs/reference/zenoh.md):
+Reasons for its design (measured with 1.10, see docs/reference/zenoh-design.md):
 
 - Data for subscribers are sent with congestion control DROP: BLOCK lets one slow subscriber delay
   all others and is not lossless either. Dropped samples are recovered from caches.

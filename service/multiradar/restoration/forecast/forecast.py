@@ -1,7 +1,7 @@
 """Forecast of an aircraft from its bundle: an ensemble of weighted trajectories.
 
 Every track is continued: its last segment for one of several remaining durations, then straight
-flight, then possibly a manoeuvre that has not started yet. See docs/howto/restoration.md.
+flight, then possibly a manoeuvre that has not started yet. See docs/howto/trajectory-forecasts.md.
 """
 
 from typing import NamedTuple

@@ -36,7 +36,7 @@ class TrajectoryOptions:
         for name in ("aircraft_max", "plots_waiting_max"):
             value = getattr(self, name)
             if value < 1:
-                raise ConfigurationError(f"{name}: expected 1 or more, was {value}")
+                raise ConfigurationError(f"{name}: expected at least 1, was {value}")
 
 
 def trajectory_options(

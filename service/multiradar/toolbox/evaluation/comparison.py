@@ -53,16 +53,16 @@ class References:
         if len(given) != 1 and not (len(others) == 1 and self._recorded()):
             if given:
                 named = " and ".join(f"`{name}`" for name in given)
-                raise ArgumentError(f"expected one reference, was {named}", *given)
+                raise ArgumentError(f"expected exactly one reference, was {named}", *given)
             known = ", ".join(f"`{name}`" for name in options)
             raise ArgumentError(f"missing reference: one of {known}", *options)
         if self.smoothed is None and self.smoother is not None:
-            raise ArgumentError("`smoother` is for `smoothed` only", "smoother", "smoothed")
+            raise ArgumentError("`smoother` applies to `smoothed` only", "smoother", "smoothed")
         if self.smoother is not None and self.smoother not in SMOOTHERS:
             msg = f"`smoother`: {unknown('smoother', self.smoother, SMOOTHERS)}"
             raise ArgumentError(msg, "smoother")
         if self.system_tracks is None and self.processor is not None:
-            msg = "`processor` is for `system_tracks` only"
+            msg = "`processor` applies to `system_tracks` only"
             raise ArgumentError(msg, "processor", "system_tracks")
 
     def check_order(self, tracks: Path) -> None:

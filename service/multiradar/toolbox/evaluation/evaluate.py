@@ -170,7 +170,7 @@ def evaluate(
 
     Notes
     -----
-    docs/howto/evaluate.md defines every measure and names its source.
+    docs/howto/scorecard.md defines every measure and names its source.
     """
     from multiradar.evaluation.presets import PRESETS
     from multiradar.toolbox.evaluation.comparison import References, compared

@@ -95,7 +95,7 @@ def start(
     one given as γ_01(0) = D α_0 is γ_00(0).
     """
     if not is_integer(degree) or degree < 0:
-        raise ConfigurationError(f"degree: expected an integer of 0 or more, was {degree!r}")
+        raise ConfigurationError(f"degree: expected an integer of at least 0, was {degree!r}")
     size = degree + 1
     start_s = float(require_shape(start_s, "start", ()))
     if not abs(start_s) <= TIME_MAX_S:

@@ -225,7 +225,7 @@ def test_an_invalid_prior_is_rejected(
 
 
 def test_an_invalid_degree_or_mean_is_rejected() -> None:
-    with pytest.raises(ConfigurationError, match="degree: expected an integer of 0 or more"):
+    with pytest.raises(ConfigurationError, match="degree: expected an integer of at least 0"):
         start(-1, np.zeros(0), np.zeros((0, 0)))
     with pytest.raises(ShapeError, match=r"prior mean: expected the shape \(3,\)"):
         start(2, np.zeros(2), PAPER)
