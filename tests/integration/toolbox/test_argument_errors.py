@@ -19,6 +19,7 @@ from multiradar.errors import (
     OutputExistsError,
     UnknownFilterError,
 )
+from multiradar.toolbox.conversion import Conversion
 
 
 def _table(made: Path) -> pl.DataFrame:
@@ -175,6 +176,17 @@ def test_a_run_with_findings_is_kept_with_them(made: Path) -> None:
     done = caught.value.output
     assert isinstance(done, mr.Run)
     assert done.report["counts"]["accepted"] == 0
+
+
+def test_a_conversion_with_findings_is_kept_with_them(tmp_path: Path) -> None:
+    reports = tmp_path / "reports.csv"
+    rows = [f"{1_533_110_400 + k},3c6444,{47.0 + 0.1 * k},8.5,35000\n" for k in range(1000)]
+    reports.write_text("timestamp,icao24,latitude,longitude,altitude\n" + "".join(rows))
+    with pytest.raises(FindingsError, match=r"57% of its 1.000 records were rejected") as caught:
+        mr.convert(reports)
+    done = caught.value.output
+    assert isinstance(done, Conversion)
+    assert done.measurements.height == done.report["counts"]["accepted"] > 400
 
 
 def test_rows_out_of_order_are_sorted_with_a_warning(made: Path, tracked: mr.Run) -> None:

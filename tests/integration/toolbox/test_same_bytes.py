@@ -1,6 +1,7 @@
 """Functions and commands write the same bytes, and a tracker yields the same rows."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import polars as pl
@@ -8,6 +9,7 @@ import pytest
 
 import multiradar as mr
 from multiradar.cli.main import EXIT_DONE, run
+from multiradar.toolbox.conversion import Conversion
 from multiradar.toolbox.simulation import Simulation
 from support.paths import SAMPLE
 
@@ -48,12 +50,27 @@ def test_tracks_of_a_table_are_those_of_its_file(made: Path, tracked: mr.Run) ->
     assert done.sensors == sensors
 
 
-def test_a_temporary_folder_goes_with_its_run(made: Path) -> None:
-    done = mr.simulate("one-radar-adsb", duration_s=5.0)
+@pytest.mark.parametrize("name", ["simulate", "track", "convert"])
+def test_only_a_temporary_folder_goes_with_its_result(
+    made: Path, tmp_path: Path, name: str
+) -> None:
+    reports = tmp_path / "reports.csv"
+    rows = [f"{1_533_110_400 + k},3c6444,{47.0 + 0.002 * k},8.5,35000\n" for k in range(3)]
+    reports.write_text("timestamp,icao24,latitude,longitude,altitude\n" + "".join(rows))
+    frame = _frame(made).head(200)
+    made_by: dict[str, Callable[[Path | None], mr.Run | Simulation | Conversion]] = {
+        "simulate": lambda out: mr.simulate("one-radar-adsb", duration_s=5.0, out=out),
+        "track": lambda out: mr.track(frame, made / "scene" / "sensors.toml", out=out),
+        "convert": lambda out: mr.convert(reports, out=out),
+    }
+    done = made_by[name](None)
     folder = done.folder
     assert folder.is_dir()
     del done
     assert not folder.exists()
+    done = made_by[name](tmp_path / "kept")
+    del done
+    assert (tmp_path / "kept" / "report.json").is_file()
 
 
 @pytest.mark.parametrize("rows", [137, 100_000])
