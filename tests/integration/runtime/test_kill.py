@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import polars as pl
+import pytest
 
 from multiradar.runtime.engine.fingerprint import configuration_fingerprint
 from multiradar.runtime.live.payload import decode_rows, encode_rows
@@ -16,9 +17,12 @@ from support.processes.live_process import LiveProcess, live_service
 from support.processes.waiting import WAIT_TIMEOUT_S, join
 from support.scenarios.live_scene import cut, recording, sensors
 
-#: `MULTIRADAR_KILLS=50` for the long run.
+#: `MULTIRADAR_KILLS=1000` for the long run, on several journals.
 KILLS = int(os.environ.get("MULTIRADAR_KILLS", "8"))
+KILLS_A_JOURNAL = min(KILLS, 20)
 ROWS_A_KILL = 6000
+#: Every other process takes snapshots, after so many measurements.
+SNAPSHOT_ROWS = 2000
 OUTSTANDING_MAX = 12
 KILLED = -9
 
@@ -31,6 +35,7 @@ class _Replay:
         self._journal = journal
         self.acknowledged: dict[int, int] = {}
         self.duplicates = 0
+        self._processes = 0
         self.sha256 = ""
 
     @property
@@ -39,7 +44,12 @@ class _Replay:
 
     def run(self, answers_until_kill: int | None, delay_s: float) -> int:
         """Send what is open; kill after so many answers (the first means that it is ready)."""
-        process = LiveProcess(self._journal, workers=1 + len(self.acknowledged) % 2)
+        self._processes += 1
+        process = LiveProcess(
+            self._journal,
+            workers=1 + len(self.acknowledged) % 2,
+            snapshot_rows=SNAPSHOT_ROWS * (self._processes % 2),
+        )
         room = threading.Semaphore(OUTSTANDING_MAX)
         ready = threading.Event()
         reader = threading.Thread(
@@ -85,16 +95,18 @@ class _Replay:
             room.release()
 
 
-def test_kills_at_random_times_do_not_change_the_output(tmp_path: Path) -> None:
-    random = np.random.default_rng(20260101 + KILLS)
-    frame = recording(KILLS * ROWS_A_KILL, aircraft=40, step_s=0.02)
-    sizes = random.choice([1, 7, 50, 400], KILLS * ROWS_A_KILL, p=[0.2, 0.3, 0.3, 0.2])
+@pytest.mark.parametrize("campaign", range(KILLS // KILLS_A_JOURNAL))
+def test_kills_at_random_times_do_not_change_the_output(campaign: int, tmp_path: Path) -> None:
+    kills = KILLS_A_JOURNAL
+    random = np.random.default_rng(20260101 + kills + 1000 * campaign)
+    frame = recording(kills * ROWS_A_KILL, aircraft=40, step_s=0.02)
+    sizes = random.choice([1, 7, 50, 400], kills * ROWS_A_KILL, p=[0.2, 0.3, 0.3, 0.2])
     ends = int(np.searchsorted(np.cumsum(sizes), len(frame)))
     batches = cut(frame, sizes[:ends].tolist())
     path = tmp_path / "journal.db"
     replay = _Replay(batches, path)
     killed = 0
-    while killed < KILLS:
+    while killed < kills:
         # One in four during the recovery, the others while it accepts measurements.
         answers = int(random.choice([0, 1, 10, 60, 90]))
         delay_s = float(random.uniform(0.2, 1.5) if answers == 0 else random.exponential(0.01))
@@ -103,7 +115,7 @@ def test_kills_at_random_times_do_not_change_the_output(tmp_path: Path) -> None:
         killed += status == KILLED
         if status == 0:
             break
-    assert killed > KILLS // 2
+    assert killed > kills // 2
     assert replay.run(None, 0.0) == 0
 
     undisturbed = live_service(tmp_path / "undisturbed.db")

@@ -5,6 +5,7 @@ the key `end` ends the stream. Each answer on standard output is a line of JSON.
 """
 
 import json
+import math
 import os
 import threading
 from concurrent.futures import Future
@@ -17,6 +18,8 @@ from multiradar.runtime.engine.fingerprint import configuration_fingerprint
 from multiradar.runtime.live.payload import decode_rows
 from multiradar.runtime.live.receipt import Receipt
 from multiradar.runtime.live.service import Service
+from multiradar.runtime.live.snapshots import SnapshotRules
+from multiradar.storage.snapshots import SnapshotFolder
 from multiradar.storage.sqlite_journal import SqliteJournal
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.settings import TrackingSettings
@@ -24,25 +27,29 @@ from support.processes.commands import ended, fork
 from support.scenarios.live_scene import sensors
 
 
-def live_service(journal: Path, workers: int = 1) -> Service:
-    """Return a service with the real engine and a journal on disk."""
+def live_service(journal: Path, workers: int = 1, snapshot_rows: int = 0) -> Service:
+    """Return a service with the real engine and a journal on disk; 0 for no snapshots."""
     table, tracking = sensors(), TrackingSettings()
     fingerprint = configuration_fingerprint(table, tracking)
+    rules = SnapshotRules(SnapshotFolder(journal), math.inf, snapshot_rows, fingerprint)
     return Service(
         open_journal=lambda: SqliteJournal(journal, fingerprint),
         open_engine=lambda: Engine(table, tracking, workers, sampling=Sampling.DRAWN),
         sensors=table,
         tracking=tracking,
+        snapshots=rules if snapshot_rows else None,
     )
 
 
 class LiveProcess:
     """The service as its parent sees it."""
 
-    def __init__(self, journal: Path, workers: int = 1) -> None:
+    def __init__(self, journal: Path, workers: int = 1, snapshot_rows: int = 0) -> None:
         reading, to = os.pipe()
         said, writing = os.pipe()
-        self._process = fork(main, journal, workers, streams={0: reading, 1: writing, 2: 2})
+        self._process = fork(
+            main, journal, workers, snapshot_rows, streams={0: reading, 1: writing, 2: 2}
+        )
         os.close(reading)
         os.close(writing)
         self._stdin, self._stdout = open(to, "wb"), open(said, "rb")  # noqa: SIM115
@@ -73,13 +80,13 @@ class LiveProcess:
         return status
 
 
-def main(journal: Path, workers: int) -> None:
+def main(journal: Path, workers: int, snapshot_rows: int) -> None:
     """Serve until the end of the stream."""
     with open(0, "rb", closefd=False) as heard, open(1, "w", closefd=False) as said:
-        _serve(journal, workers, heard, said)
+        _serve(live_service(journal, workers, snapshot_rows), heard, said)
 
 
-def _serve(journal: Path, workers: int, heard: BinaryIO, said: TextIO) -> None:
+def _serve(service: Service, heard: BinaryIO, said: TextIO) -> None:
     answering = threading.Lock()
 
     def answer(**fields: object) -> None:
@@ -91,7 +98,6 @@ def _serve(journal: Path, workers: int, heard: BinaryIO, said: TextIO) -> None:
         receipt = future.result()
         answer(key=key, accepted=receipt.accepted, duplicate=receipt.duplicate)
 
-    service = live_service(journal, workers)
     service.start()
     answer(ready=True)
     for key, payload in _messages(heard):

@@ -14,8 +14,8 @@ _OVER_HTTP = {"41-10": "alpha", "41-20": "bravo", traffic.ADSB: "charlie"}
 
 def window(drawn: random.Random) -> tuple[float, float]:
     """Draw an interval in which a fault holds, s."""
-    begin_s = drawn.uniform(2.0, 12.0)
-    return begin_s, begin_s + drawn.uniform(2.0, 10.0)
+    begin_s = drawn.uniform(2.0, 9.0)
+    return begin_s, begin_s + drawn.uniform(2.0, 7.0)
 
 
 def _radar(drawn: random.Random) -> str:
@@ -147,7 +147,7 @@ def _hostile_body(*bodies: bytes, media: str = "application/json") -> Callable[.
 
     def arm(world: World, drawn: random.Random) -> None:
         for number in range(3):
-            due_s = drawn.uniform(1.0, 20.0)
+            due_s = drawn.uniform(1.0, 14.0)
             octets = drawn.choice(bodies)
             key = f"hostile {octets[:8].hex()} {number}"
             world.send(Message("any", key, media, octets, [], due_s, "any"))

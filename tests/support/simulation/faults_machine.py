@@ -28,7 +28,7 @@ def _kills(*, power_lost: bool) -> Callable[[World, random.Random], None]:
             process.disk.kill_at = process.disk.boundaries + drawn.randint(1, 20)
 
         for _ in range(drawn.randint(1, 3)):
-            world.at(drawn.uniform(0.5, 22.0), kill)
+            world.at(drawn.uniform(0.5, 15.0), kill)
         if drawn.random() < 0.3:
             world.start_faults.append(kill_at_start)
 
@@ -62,7 +62,7 @@ def _once(name: str) -> Callable[[World, random.Random], None]:
                 setattr(world.process.disk, name, drawn.randint(1, 2))
 
         for _ in range(drawn.randint(1, 2)):
-            world.at(drawn.uniform(1.0, 22.0), fail)
+            world.at(drawn.uniform(1.0, 15.0), fail)
         if name == "failing_reads":
             world.start_faults.append(lambda process: setattr(process.disk, name, 1))
 
@@ -104,13 +104,13 @@ def _damage(world: World, drawn: random.Random, change: Callable[[dict[str, byte
         if world.process is not None:
             world.process.kill()
 
-    world.at(drawn.uniform(4.0, 20.0), strike)
+    world.at(drawn.uniform(4.0, 14.0), strike)
 
 
 def _error(error: Callable[[], Exception]) -> Callable[[World, random.Random], None]:
     # The engine fails once.
     def arm(world: World, drawn: random.Random) -> None:
-        world.at(drawn.uniform(1.0, 20.0), lambda: setattr(world.tampering, "error", error()))
+        world.at(drawn.uniform(1.0, 14.0), lambda: setattr(world.tampering, "error", error()))
 
     return arm
 
@@ -118,7 +118,7 @@ def _error(error: Callable[[], Exception]) -> Callable[[World, random.Random], N
 def _poison(world: World, drawn: random.Random) -> None:
     """A measurement with which the engine always fails."""
     world.tampering.poisoned = True
-    due_s = drawn.uniform(2.0, 15.0)
+    due_s = drawn.uniform(2.0, 11.0)
     row = {
         "time_s": traffic.START_S + due_s, "sensor_id": "41-10", "kind": "radar",
         "range_m": 70_000.0, "azimuth_deg": 5.0, **traffic.identity(70),
@@ -140,7 +140,7 @@ def _stall(world: World, drawn: random.Random) -> None:
 
     world.all_suspect = True
     for _ in range(drawn.randint(1, 3)):
-        world.at(drawn.uniform(1.0, 18.0), stall)
+        world.at(drawn.uniform(1.0, 12.0), stall)
 
 
 def _host_clock(world: World, drawn: random.Random) -> None:
@@ -156,7 +156,7 @@ def _host_clock(world: World, drawn: random.Random) -> None:
 
 def _other_configuration(world: World, drawn: random.Random) -> None:
     """The service is started with other sensors, and then as before."""
-    world.at(drawn.uniform(4.0, 20.0), world.start_otherwise)
+    world.at(drawn.uniform(4.0, 14.0), world.start_otherwise)
 
 
 FAULTS = (

@@ -30,7 +30,7 @@ def _setting(name: str, low: float, high: float) -> Callable[[World, random.Rand
 def _partition(world: World, drawn: random.Random) -> None:
     """All clients lose the service, for some seconds or again and again."""
     for _ in range(drawn.randint(1, 3)):
-        begin_s = drawn.uniform(2.0, 18.0)
+        begin_s = drawn.uniform(2.0, 12.0)
 
         def cut(value: bool) -> None:
             for sender in world.senders.values():
@@ -64,13 +64,13 @@ def _replay_of_keys(world: World, drawn: random.Random) -> None:
             )  # fmt: skip
 
     for _ in range(4):
-        world.at(drawn.uniform(5.0, 22.0), again)
+        world.at(drawn.uniform(5.0, 15.0), again)
 
 
 def _forged_source(world: World, drawn: random.Random) -> None:
     """A client sends plots of a sensor that is not its own, and squats keys of another."""
     for number in range(3):
-        due_s = drawn.uniform(1.0, 20.0)
+        due_s = drawn.uniform(1.0, 14.0)
         row = {
             "time_s": traffic.START_S + due_s + 50.0, "sensor_id": "41-20", "kind": "radar",
             "range_m": 70_000.0, "azimuth_deg": 5.0, **traffic.identity(60),
@@ -126,7 +126,7 @@ def _reconnects(world: World, drawn: random.Random) -> None:
 def _oversized(world: World, drawn: random.Random) -> None:
     for number in range(2):
         body = b"[" + b" " * (BODY_BYTES_MAX + drawn.randint(1, 100)) + b"]"
-        due_s = drawn.uniform(1.0, 20.0)
+        due_s = drawn.uniform(1.0, 14.0)
         world.send(Message("any", f"large {number}", "application/json", body, [], due_s, "error"))
 
 
@@ -139,13 +139,13 @@ def _slow_body(world: World, drawn: random.Random) -> None:
         world.ask(Exchange("POST", "/v1/measurements", headers, chunks, whole=False), world.checked)
 
     for _ in range(6):
-        world.at(drawn.uniform(1.0, 15.0), begin)
+        world.at(drawn.uniform(1.0, 11.0), begin)
 
 
 def _set_clock(world: World, drawn: random.Random) -> None:
     """An operator sets the data clock back or forward."""
     world.all_suspect = True
-    at_s, step_s = drawn.uniform(6.0, 16.0), drawn.choice((-600.0, -20.0, -3.0, 4.0))
+    at_s, step_s = drawn.uniform(5.0, 11.0), drawn.choice((-600.0, -20.0, -3.0, 4.0))
     time_s = traffic.START_S + at_s + step_s
     path = f"/v1/clock?time_s={time_s:.1f}"
     headers = {"host": "simulated", "authorization": f"Bearer {KEYS['operator']}"}
@@ -163,7 +163,7 @@ def _asked(*asked: tuple[str, str, str, int]) -> Callable[[World, random.Random]
                 world.ask(one, lambda done: world.checked(done, status))
 
             exchange = Exchange(method, path, headers, [(0.0, b"")])
-            world.at(drawn.uniform(1.0, 20.0), functools.partial(ask, exchange))
+            world.at(drawn.uniform(1.0, 14.0), functools.partial(ask, exchange))
 
     return arm
 

@@ -154,12 +154,13 @@ class Scheduler:
         return inf if timeout_s is None else self._clock.elapsed_s + timeout_s
 
     def _run(self, thread: SimulatedThread, resume: Callable[[], Any]) -> None:
-        self._current = thread
+        # A thread that joins another runs it, and goes on itself afterwards.
+        before, self._current = self._current, thread
         try:
             with contextlib.suppress(Killed):
                 resume()
         finally:
-            self._current = None
+            self._current = before
 
 
 class SimulatedCondition:

@@ -24,7 +24,7 @@ from support.simulation.scheduler import VirtualClock
 from support.simulation.traffic import Message, Row
 
 #: Duration of the traffic, and the time after which all must be acknowledged, s.
-DURATION_S = 24.0
+DURATION_S = 16.0
 PATIENCE_S = 300.0
 TICK_S = 0.5
 #: A client waits so long for an answer, and pauses before it repeats, s.
