@@ -140,7 +140,7 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
         "a height of 2400 in place of 240 for one of two radars at one place",
         settings("41-10", height_m=2400.0),
         message=(
-            "41-10 and 41-1 are at the same position, but their height_m differs:  2400 and 240",
+            "41-10 and 41-1 are at the same position, but their height_m differs: 2400 and 240",
         ),
     ),
     Mistake(

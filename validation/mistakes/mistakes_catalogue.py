@@ -750,13 +750,13 @@ CATALOGUE: tuple[Mistake, ...] = (
         "convert: plots.txt cut short",
         dump(plots=lambda rows: rows[: len(rows) // 2]),
         CONVERT,
-        message=("plots.txt: probably cut short",),
+        message=("plots.txt: probably truncated",),
     ),
     Mistake(
         "convert: tracks.txt cut short",
         dump(tracks=lambda rows: rows[: len(rows) // 2]),
         CONVERT,
-        message=("tracks.txt: probably cut short",),
+        message=("tracks.txt: probably truncated",),
     ),
     Mistake(
         "none: a dump without its date",

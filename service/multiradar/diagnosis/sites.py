@@ -55,8 +55,8 @@ def _two_heights(sensors: SensorTable) -> str | None:
             level = [(*_site(sensors, one)[:2], 0.0) for one in (first, second)]
             if _nearest_m(level[0], level[1:]) <= ONE_PLACE_M:
                 return (
-                    f"{sensors.ids[second]} and {sensors.ids[first]} are at one place, with a "
-                    f"height_m of {high:g} and {low:g}; correct the wrong one"
+                    f"{sensors.ids[second]} and {sensors.ids[first]} are at the same position, "
+                    f"but their height_m differs: {high:g} and {low:g}; correct the wrong one"
                 )
     return None
 

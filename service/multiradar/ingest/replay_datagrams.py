@@ -63,7 +63,7 @@ class UdpSink:
                 # Only a connected socket reports an unreachable port, at the next datagram.
                 self._socket.connect(self._target)
         except OSError as error:
-            msg = f"udp:{address}:{port}: cannot send via {interface}:  {error.strerror}"
+            msg = f"udp:{address}:{port}: cannot send via {interface}: {error.strerror}"
             raise PeerError(msg) from error
 
     def send(self, octets: bytes) -> None:
@@ -73,7 +73,7 @@ class UdpSink:
         except OSError as error:
             address, port = self._target
             raise PeerError(
-                f"udp:{address}:{port}: cannot send to this address:  {error.strerror}"
+                f"udp:{address}:{port}: cannot send to this address: {error.strerror}"
             ) from error
 
     def rejected(self) -> int:

@@ -181,6 +181,6 @@ def test_convert_reports_the_truncated_file_of_a_dump(
     (dump / name).write_bytes(text[: len(text) // 2])
     assert run(["convert", "vid", str(dump), str(out), "--kinds", "plots"]) == 1
     (said,) = capsys.readouterr().err.splitlines()
-    assert said.startswith(f"multiradar: {name}: probably truncated:  it ends at 8:1")
-    assert f"but {other} goes on to 8:" in said
+    assert said.startswith(f"multiradar: {name}: probably truncated: it ends at 8:1")
+    assert f"but {other} continues until 8:" in said
     assert (out / "measurements.parquet").is_file()

@@ -109,7 +109,7 @@ def test_a_usage_error_is_one_sentence_and_status_2(
         ),
         (["track", "m"], "missing option --sensors FILE"),
         (["track"], "missing argument MEASUREMENTS"),
-        (["track", "m", "--sensors"], "missing value of option --sensors FILE"),
+        (["track", "m", "--sensors"], "missing value for option --sensors FILE"),
         (["track", "m", "-q"], "unknown option '-q'; see --help"),
         (
             ["track", "m", "-s", "s.toml"],

@@ -199,7 +199,7 @@ def test_a_datagram_that_is_too_large_is_dropped() -> None:
 
 def test_a_missing_interface_is_reported() -> None:
     wrong = AsterixOutputSettings(address="239.192.77.62", port=9, interface="192.0.2.1")
-    with pytest.raises(ConfigurationError, match=r"cannot send by 192\.0\.2\.1"):
+    with pytest.raises(ConfigurationError, match=r"cannot send via 192\.0\.2\.1"):
         open_sink(wrong)
 
 
@@ -221,7 +221,7 @@ def test_a_file_that_cannot_be_written_to_is_reported(tmp_path: Path) -> None:
 def test_a_pipe_is_rejected_instead_of_waited_for(tmp_path: Path) -> None:
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
-    with pytest.raises(ConfigurationError, match="was a pipe"):
+    with pytest.raises(ConfigurationError, match="is a pipe"):
         open_sink(AsterixOutputSettings(file=pipe))
 
 

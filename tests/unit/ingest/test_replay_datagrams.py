@@ -77,14 +77,14 @@ def test_no_time_that_is_sent_lies_in_the_future(speed: float) -> None:
 def test_what_cannot_be_sent_is_reported() -> None:
     sink = UdpSink("127.0.0.1", 9, "127.0.0.1")
     try:
-        with pytest.raises(PeerError, match=r"udp:127\.0\.0\.1:9: cannot send there"):
+        with pytest.raises(PeerError, match=r"udp:127\.0\.0\.1:9: cannot send to this address"):
             sink.send(bytes(70_000))
     finally:
         sink.close()
 
 
 def test_a_missing_interface_is_reported() -> None:
-    with pytest.raises(PeerError, match=r"cannot send by 192\.0\.2\.1"):
+    with pytest.raises(PeerError, match=r"cannot send via 192\.0\.2\.1"):
         UdpSink("239.192.0.1", 8600, "192.0.2.1")
 
 

@@ -62,7 +62,7 @@ class DatagramSink:
             )
         except OSError as error:
             msg = (
-                f"ASTERIX output {settings.label}: cannot send via {settings.interface}:  "
+                f"ASTERIX output {settings.label}: cannot send via {settings.interface}: "
                 f"{error.strerror or error}"
             )
             raise ConfigurationError(msg) from error
