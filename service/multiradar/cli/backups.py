@@ -1,4 +1,4 @@
-"""`multiradar backup`, `verify` and `restore`: the state of a service, copied and checked."""
+"""`multiradar backup`, `archive`, `verify` and `restore`: the state of a service, kept safe."""
 
 import json
 from collections.abc import Mapping
@@ -54,30 +54,66 @@ def backup(
     )
 
 
-def verify(
-    path: Annotated[
+def archive(
+    state: Annotated[
+        Path,
+        typer.Argument(metavar="STATE", help="State of `serve`: its folder.", show_default=False),
+    ],
+    folder: Annotated[
         Path,
         typer.Argument(
-            metavar="STATE|BACKUP",
-            help="State of `serve`, also while it runs, or a backup.",
+            metavar="ARCHIVE",
+            help="Directory of the archive; created when absent.",
             show_default=False,
         ),
     ],
     *,
     json_wanted: JsonOption = False,
 ) -> None:
-    """Check every entry, digest and file of a state or a backup; name what is damaged."""
+    """Seal the measurements that an archive does not have yet as compressed files."""
+    from multiradar.toolbox.backups import archive as seal
+    from multiradar.toolbox.progress import counting_bar
+
+    with counting_bar("sealing entries") as show:
+        new = seal(state, folder, on_progress=show)
+    names = [one.path.name for one in new]
+    octets = sum(one.path.stat().st_size for one in new)
+    entries = sum(one.last - one.first + 1 for one in new)
+    _print(
+        json_wanted, {"segments": names, "entries": entries, "octets": octets},
+        f"{folder}: {entries:,} entries sealed in {len(new)} segments, {octets / 1e6:.1f} MB",
+    )  # fmt: skip
+
+
+def verify(
+    path: Annotated[
+        Path,
+        typer.Argument(
+            metavar="STATE|BACKUP|ARCHIVE",
+            help="State of `serve`, also while it runs, a backup, or an archive.",
+            show_default=False,
+        ),
+    ],
+    *,
+    json_wanted: JsonOption = False,
+) -> None:
+    """Check every entry, digest and file of a state, backup or archive; name what is damaged."""
+    from multiradar.storage.verification import Verification
     from multiradar.toolbox.backups import verify as check
     from multiradar.toolbox.progress import counting_bar
 
     with counting_bar("verifying entries") as show:
         found = check(path, on_progress=show)
-    snapshots = f"{found.snapshots} snapshot{'' if found.snapshots == 1 else 's'}"
-    counted = _counted(found.entries, found.accepted, found.rejected)
+    if isinstance(found, Verification):
+        entries, kept = found.entries, f"{found.snapshots} snapshots"
+    else:
+        entries = found.last - found.first + 1
+        kept = f"{found.segments} segments from entry {found.first} on, {found.octets / 1e6:.1f} MB"
+    counted = _counted(entries, found.accepted, found.rejected)
     if json_wanted or not found.damage:
         _print(
             json_wanted, asdict(found),
-            f"{path}: sound: {counted}, {snapshots}; digest {found.digest[:16]}",
+            f"{path}: sound: {counted}, {kept}; digest {found.digest[:16]}",
         )  # fmt: skip
     if found.damage:
         raise DamageError(found.damage)
@@ -86,7 +122,9 @@ def verify(
 def restore(
     folder: Annotated[
         Path,
-        typer.Argument(metavar="BACKUP", help="Output of `backup`.", show_default=False),
+        typer.Argument(
+            metavar="BACKUP|ARCHIVE", help="Output of `backup` or `archive`.", show_default=False
+        ),
     ],
     state: Annotated[
         Path,
@@ -97,18 +135,24 @@ def restore(
     *,
     json_wanted: JsonOption = False,
 ) -> None:
-    """Create a state from a backup, which is verified before and after it is copied."""
+    """Create a state from a backup or an archive, which is verified before and after."""
+    from multiradar.storage.backup import Backup
     from multiradar.toolbox.backups import SENSORS_FILE, SETTINGS_FILE
     from multiradar.toolbox.backups import restore as copy
     from multiradar.toolbox.progress import counting_bar
 
     with counting_bar("verifying entries") as show:
         found = copy(folder, state, on_progress=show)
+    configured = " --sensors …"
+    if isinstance(found, Backup):
+        counted = _counted(found.entries, found.accepted, found.rejected)
+        configured = f" --sensors {state / SENSORS_FILE} --config {state / SETTINGS_FILE}"
+    else:
+        counted = _counted(found.last, found.accepted, found.rejected)
     _print(
         json_wanted, asdict(found),
-        f"{state}: {_counted(found.entries, found.accepted, found.rejected)}; verified. Start it "
-        f"with: multiradar serve --state {state} --sensors {state / SENSORS_FILE} "
-        f"--config {state / SETTINGS_FILE}",
+        f"{state}: {counted}; verified. Start it with: multiradar serve --state {state}"
+        + configured,
     )  # fmt: skip
 
 

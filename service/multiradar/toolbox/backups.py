@@ -1,4 +1,4 @@
-"""Backup, verification and restoration of the state of a service."""
+"""Backup, archive, verification and restoration of the state of a service."""
 
 import json
 from pathlib import Path
@@ -8,6 +8,7 @@ from multiradar.errors import ConfigurationError, DamageError
 
 if TYPE_CHECKING:
     from multiradar.settings.service import Settings
+    from multiradar.storage.archive import Archived, Segment
     from multiradar.storage.backup import Backup
     from multiradar.storage.verification import Progress, Verification
 
@@ -76,7 +77,40 @@ def backup(
         )  # fmt: skip
 
 
-def verify(path: Path, *, on_progress: "Progress" = lambda _done, _total: None) -> "Verification":
+def archive(
+    state: Path, folder: Path, *, on_progress: "Progress" = lambda _done, _total: None
+) -> "list[Segment]":
+    """Seal the entries of a state, which may be in use, that an archive does not have yet.
+
+    Parameters
+    ----------
+    state : Path
+        Folder of the state, or the journal in it.
+    folder : Path
+        The archive; created when absent.
+    on_progress : callable
+        Called with the number of the last sealed entry and that of all.
+
+    Returns
+    -------
+    list of Segment
+        The new segments.
+
+    Raises
+    ------
+    InputError, OutputExistsError
+        There is no such state, or the archive cannot be written.
+    JournalError, ConfigurationError
+        The journal is damaged, of another format, or not that of the archive.
+    """
+    from multiradar.storage.archive import archive_journal
+
+    return archive_journal(_journal_of(state), folder, on_progress=on_progress)
+
+
+def verify(
+    path: Path, *, on_progress: "Progress" = lambda _done, _total: None
+) -> "Verification | Archived":
     """Verify a state, which may be in use, or a backup; nothing is changed.
 
     Parameters
@@ -98,23 +132,26 @@ def verify(path: Path, *, on_progress: "Progress" = lambda _done, _total: None) 
     JournalError, ConfigurationError
         It is no journal, or one of another format.
     """
+    from multiradar.storage.archive import segments_of, verify_archive
     from multiradar.storage.backup import MANIFEST, verify_backup
     from multiradar.storage.verification import verify_journal
 
     if (path / MANIFEST).is_file():
         return verify_backup(path, on_progress)
+    if segments_of(path):
+        return verify_archive(path, on_progress)
     return verify_journal(_journal_of(path), on_progress)
 
 
 def restore(
     folder: Path, state: Path, *, on_progress: "Progress" = lambda _done, _total: None
-) -> "Backup":
-    """Restore a backup into a new folder; it is verified before and after it is copied.
+) -> "Backup | Archived":
+    """Restore a backup or an archive into a new folder; it is verified before and after.
 
     Parameters
     ----------
     folder : Path
-        The backup.
+        The backup or archive.
     state : Path
         The folder to create, for `serve --state`.
     on_progress : callable
@@ -132,10 +169,14 @@ def restore(
     InputError, OutputExistsError
         There is no backup, or the folder exists or cannot be written.
     """
-    from multiradar.storage.backup import copy_backup, read_backup, verify_backup
+    from multiradar.storage.archive import restore_archive, segments_of
+    from multiradar.storage.backup import DATABASE, copy_backup, read_backup, verify_backup
     from multiradar.storage.output_folder import check_new, new_folder
 
     check_new(state)
+    if segments_of(folder):
+        with new_folder(state) as made:
+            return restore_archive(folder, made / DATABASE, on_progress)
     listed = read_backup(folder)
     damage = verify_backup(folder, on_progress).damage
     if damage:

@@ -44,3 +44,9 @@ def test_a_backup_of_a_running_service_continues_with_the_same_bytes(tmp_path: P
     for name in ("output_sha256", "accepted", "journal_sequence", "output_sequence"):
         assert found[name] == expected[name]
     assert command("verify", first).returncode == 0
+    archive, again = tmp_path / "archive", tmp_path / "again"
+    for arguments in (("archive", first, archive), ("restore", archive, again)):
+        done = command(*arguments)
+        assert done.returncode == 0, done.stderr
+    with serving("--state", again, "--sensors", sensors, *common) as served:
+        assert served.status()["output_sha256"] == expected["output_sha256"]

@@ -61,6 +61,31 @@ def test_a_state_is_backed_up_verified_and_restored(
     assert (found["entries"], found["damage"]) == (10, [])
 
 
+def test_a_state_is_archived_verified_and_restored(
+    state: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, restored = tmp_path / "archive", tmp_path / "restored"
+    for expected in ("10 entries sealed in 1 segments", "0 entries sealed in 0 segments"):
+        assert run(["archive", str(state), str(folder)]) == 0
+        assert f"{folder}: {expected}" in capsys.readouterr().out
+    assert run(["verify", str(folder)]) == 0
+    counts = "10 entries, 45 measurements, 9 rejected rows"
+    assert f"sound: {counts}, 1 segments from entry 1 on" in capsys.readouterr().out
+    assert run(["restore", str(folder), str(restored)]) == 0
+    assert f"{restored}: {counts}; verified. Start it with" in capsys.readouterr().out
+    digests = []
+    for path in (state, folder, restored):
+        assert run(["verify", str(path), "--json"]) == 0
+        digests.append(json.loads(capsys.readouterr().out)["digest"])
+    assert len(set(digests)) == 1
+    (segment,) = folder.iterdir()
+    segment.write_bytes(segment.read_bytes()[:-1])
+    for arguments in (["verify", str(folder)], ["restore", str(folder), str(tmp_path / "new")]):
+        assert run(arguments) == 1
+        assert f"{segment}: damaged at entry " in capsys.readouterr().err
+    assert not (tmp_path / "new").exists()
+
+
 def test_the_settings_of_the_journal_are_in_the_backup(
     sensors: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

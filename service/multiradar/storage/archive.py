@@ -1,0 +1,415 @@
+"""An archive of a journal: sealed segments, compressed, chained by the digests of its entries.
+
+A segment is one file, `000000000001-000000004096.segment.xz`: the entries first-last of a journal
+in a format that needs no database. Decompressed (`xz -d`), it has a line of JSON with its place in
+the chain, for each entry a line of JSON and the octets whose lengths stand in it, and a last line
+with the digest of the last entry. The container has a SHA-256 of its own. A file gets its name when
+it is on disk and is never changed; a run that ends early leaves complete segments.
+"""
+
+import fcntl
+import itertools
+import json
+import lzma
+import os
+import re
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import closing, contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any, NamedTuple
+
+from multiradar.errors import InputError, JournalError, OutputExistsError
+from multiradar.storage.chain import Columns, entry_digest, origin_digest
+from multiradar.storage.entries import StoredEntry
+from multiradar.storage.journal_rows import (
+    ENTRY,
+    FORMAT_VERSION,
+    JournalRows,
+    fingerprint_of,
+)
+from multiradar.storage.sqlite_file import (
+    check_file_type,
+    journal_errors,
+    open_database,
+    snapshot,
+    sync,
+)
+from multiradar.storage.sqlite_journal import SqliteJournal
+from multiradar_schemas.documents.contents import JOURNAL, no_such
+
+#: Octets of the payloads of a segment, after which it is sealed.
+SEGMENT_OCTETS = 64 * 1024 * 1024
+
+_VERSION = 1
+_NAME = re.compile(r"(\d{12})-(\d{12})\.segment\.xz")
+_PARTIAL = ".partial"
+#: 28 octets a measurement at 6, 29 at 1, which takes a quarter of the time.
+_PRESET = 6
+_APPENDED = 256
+_LINE_MAX = 1 << 26
+
+#: Called with the entries done so far, and those of all.
+Progress = Callable[[int, int], None]
+
+
+class Segment(NamedTuple):
+    """A segment by its name: the numbers of its first and last entry."""
+
+    path: Path
+    first: int
+    last: int
+
+
+class _End(NamedTuple):
+    # The entry before a segment, and the configuration of its journal.
+    sequence: int
+    digest: bytes
+    fingerprint: str
+
+
+@dataclass(frozen=True, slots=True)
+class Archived:
+    """What an archive contains.
+
+    Attributes
+    ----------
+    first, last : int
+        Its first and last entry; 0 without any.
+    accepted, rejected : int
+        Measurements and rejected rows in them.
+    segments, octets : int
+        Its files.
+    fingerprint, digest : str
+        Fingerprint of the configuration, and digest of the last entry, hexadecimal.
+    damage : tuple of str
+        A sentence for each damaged or missing segment, with the entry.
+    """
+
+    first: int
+    last: int
+    accepted: int
+    rejected: int
+    segments: int
+    octets: int
+    fingerprint: str
+    digest: str
+    damage: tuple[str, ...]
+
+
+def segments_of(folder: Path) -> list[Segment]:
+    """Return the segments in a folder, in order; empty where there are none."""
+    found = []
+    for path in folder.glob("*.segment.xz"):
+        name = _NAME.fullmatch(path.name)
+        if name is not None:
+            found.append(Segment(path, int(name[1]), int(name[2])))
+    return sorted(found, key=lambda one: one.first)
+
+
+# ---------------------------------------------------------------- writing
+
+
+def archive_journal(
+    journal: Path,
+    folder: Path,
+    *,
+    segment_octets: int = SEGMENT_OCTETS,
+    on_progress: Progress = lambda _done, _total: None,
+) -> list[Segment]:
+    """Seal the entries of a journal, which may be in use, that are not yet in an archive.
+
+    Parameters
+    ----------
+    journal : Path
+        The database file of the journal.
+    folder : Path
+        The archive; created when absent, with the parent in place.
+    segment_octets : int
+        Octets of payloads after which a segment is sealed; the last one may have fewer.
+    on_progress : callable
+        Called with the number of the last sealed entry and that of all.
+
+    Returns
+    -------
+    list of Segment
+        The new ones.
+
+    Raises
+    ------
+    InputError
+        There is no such journal, or the archive cannot be written.
+    JournalError
+        The journal or the last segment is damaged, or they do not belong together.
+    ConfigurationError
+        The journal is of another format.
+    """
+    if not journal.is_file():
+        raise InputError(no_such(journal, JOURNAL))
+    check_file_type(journal)
+    new: list[Segment] = []
+    with (
+        _locked(folder),
+        journal_errors(journal),
+        closing(open_database(journal, "ro")) as connection,
+        snapshot(connection),
+    ):
+        fingerprint = fingerprint_of(connection, journal)
+        rows = JournalRows(journal, fingerprint)
+        head, marks = rows.head(connection), rows.skipped(connection)
+        end = _end_of(folder) or _End(0, rows.origin, fingerprint)
+        if (
+            end.fingerprint != fingerprint
+            or end.sequence > head.sequence
+            or rows.digest_of(connection, end.sequence) != end.digest
+        ):
+            raise JournalError(
+                f"{folder}: entry {end.sequence}, its last, is not that of {journal}; choose "
+                "another archive"
+            )
+        found = connection.execute(ENTRY + "WHERE sequence > ? ORDER BY sequence", (end.sequence,))
+        while end.sequence < head.sequence:
+            stored: list[StoredEntry] = []
+            octets, digest = 0, end.digest
+            for row in found:
+                stored.append(rows.verified(digest, end.sequence + len(stored) + 1, row))
+                digest = stored[-1].digest
+                octets += len(stored[-1].entry.payload)
+                if octets >= segment_octets:
+                    break
+            if not stored:
+                raise rows.damaged(end.sequence + 1, "the entry is missing")
+            new.append(_write(folder, end, stored, marks))
+            end = _End(stored[-1].sequence, digest, fingerprint)
+            on_progress(end.sequence, head.sequence)
+    return new
+
+
+# The last entry in an archive, whose last segment is verified; None without one.
+def _end_of(folder: Path) -> _End | None:
+    last = segments_of(folder)[-1:]
+    if not last:
+        return None
+    reader = _Reader(last[0])
+    *_, entry = reader.entries()
+    return _End(entry.sequence, entry.digest, reader.fingerprint)
+
+
+def _write(
+    folder: Path, before: _End, stored: list[StoredEntry], marks: Mapping[int, str]
+) -> Segment:
+    first, last = stored[0].sequence, stored[-1].sequence
+    path = folder / f"{first:012d}-{last:012d}.segment.xz"
+    partial = folder / f"{path.name}{_PARTIAL}"
+    own = {str(one): reason for one, reason in marks.items() if first <= one <= last}
+    try:
+        with lzma.open(partial, "wb", preset=_PRESET, check=lzma.CHECK_SHA256) as stream:
+            _line(stream, {
+                "format": _VERSION, "fingerprint": before.fingerprint, "first": first,
+                "before": before.digest.hex(),
+            })  # fmt: skip
+            for one in stored:
+                columns = Columns.of(one.entry)
+                packed = columns.rejects if isinstance(columns.rejects, bytes) else None
+                _line(stream, {
+                    **columns._asdict(), "payload": len(columns.payload),
+                    "rejects": columns.rejects if packed is None else len(packed),
+                })  # fmt: skip
+                stream.write(columns.payload)
+                stream.write(packed or b"")
+            _line(stream, {"last": last, "digest": stored[-1].digest.hex(), "skipped": own})
+        sync(partial)
+        os.rename(partial, path)
+        sync(folder)
+    except OSError as error:
+        with suppress(OSError):
+            os.unlink(partial)
+        raise InputError(
+            f"{folder}: cannot write: {error.strerror}; segments before entry {first} are complete"
+        ) from error
+    return Segment(path, first, last)
+
+
+def _line(stream: IO[bytes], document: Mapping[str, Any]) -> None:
+    stream.write(json.dumps(document).encode() + b"\n")
+
+
+@contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    try:
+        folder.mkdir(exist_ok=True)
+        lock = os.open(folder, os.O_RDONLY | os.O_CLOEXEC)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot write: {error.strerror}") from error
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        for path in folder.glob(f"*{_PARTIAL}"):
+            path.unlink()
+        yield
+    except BlockingIOError as error:
+        raise OutputExistsError(
+            f"{folder}: another command writes this archive; wait for its end"
+        ) from error
+    finally:
+        os.close(lock)
+
+
+# ---------------------------------------------------------------- reading
+
+
+class _Reader:
+    # Reads a segment; every entry is verified.
+
+    def __init__(self, segment: Segment) -> None:
+        self._segment = segment
+        #: Known once the first entry is read.
+        self.fingerprint, self.before = "", b""
+        #: Known once all entries are read.
+        self.skipped: dict[int, str] = {}
+        self._sequence = segment.first
+
+    def entries(self) -> Iterator[StoredEntry]:
+        try:
+            with lzma.open(self._segment.path, "rb") as stream:
+                yield from self._entries(stream)
+        except FileNotFoundError as error:
+            raise self._damaged("the file is missing") from error
+        except (OSError, EOFError, lzma.LZMAError) as error:
+            raise self._damaged(f"the file cannot be read: {error}") from error
+        except (AttributeError, KeyError, TypeError, UnicodeError, ValueError) as error:
+            raise self._damaged("the file has another form") from error
+
+    def _entries(self, stream: IO[bytes]) -> Iterator[StoredEntry]:
+        header = json.loads(stream.readline(_LINE_MAX))
+        if header["format"] != _VERSION:
+            raise JournalError(
+                f"{self._segment.path}: expected a segment of format {_VERSION}, was "
+                f"{header['format']}; use the multiradar version that wrote it"
+            )
+        if header["first"] != self._segment.first:
+            raise self._damaged(f"its name is not that of entry {header['first']}")
+        self.fingerprint, self.before = header["fingerprint"], bytes.fromhex(header["before"])
+        digest = self.before
+        while self._sequence <= self._segment.last:
+            found = json.loads(stream.readline(_LINE_MAX))
+            found["payload"] = stream.read(found["payload"])
+            if isinstance(found["rejects"], int):
+                found["rejects"] = stream.read(found["rejects"])
+            columns = Columns(**found)
+            digest = entry_digest(digest, self._sequence, columns)
+            yield StoredEntry(self._sequence, columns.entry(), digest)
+            self._sequence += 1
+        last = json.loads(stream.readline(_LINE_MAX))
+        # To its end, so that the container is checked, too.
+        if stream.read(1) or last["last"] != self._segment.last or last["digest"] != digest.hex():
+            raise self._damaged("its digest does not match its entries")
+        self.skipped = {int(one): reason for one, reason in last["skipped"].items()}
+
+    def _damaged(self, how: str) -> JournalError:
+        return JournalError(f"{self._segment.path}: damaged at entry {self._sequence}: {how}")
+
+
+def verify_archive(folder: Path, on_progress: Progress = lambda _done, _total: None) -> Archived:
+    """Verify every entry of an archive, and that no segment between the others is missing.
+
+    The oldest segments may have been removed.
+
+    Raises
+    ------
+    InputError
+        There is no archive.
+    """
+    found = _required(folder)
+    damage: list[str] = []
+    accepted = rejected = 0
+    end: _End | None = None
+    for segment in found:
+        reader = _Reader(segment)
+        try:
+            for one in reader.entries():
+                accepted += one.entry.accepted
+                rejected += len(one.entry.rejects)
+                last = one
+        except JournalError as error:
+            damage.append(str(error))
+            end = None
+        else:
+            damage += _gap(segment, reader, end)
+            end = _End(last.sequence, last.digest, reader.fingerprint)
+        on_progress(segment.last, found[-1].last)
+    damage += [
+        f"{folder}: {_span(one.last + 1, other.first - 1)} missing"
+        for one, other in itertools.pairwise(found)
+        if other.first > one.last + 1
+    ]
+    return Archived(
+        found[0].first, found[-1].last, accepted, rejected, len(found),
+        sum(one.path.stat().st_size for one in found),
+        "" if end is None else end.fingerprint, "" if end is None else end.digest.hex(),
+        tuple(damage),
+    )  # fmt: skip
+
+
+def restore_archive(
+    folder: Path, journal: Path, on_progress: Progress = lambda _done, _total: None
+) -> Archived:
+    """Write the entries of a verified archive into a new journal.
+
+    Raises
+    ------
+    InputError
+        There is no archive, or its first entries are not in it.
+    JournalError
+        A segment is damaged, or the journal cannot be written.
+    """
+    found = _required(folder)
+    if found[0].first != 1:
+        raise InputError(
+            f"{folder}: expected the entries from 1 on, was {found[0].first}: the journal cannot "
+            "be restored without the segments before"
+        )
+    archived = verify_archive(folder)
+    if archived.damage:
+        raise JournalError(archived.damage[0])
+    written = SqliteJournal(journal, archived.fingerprint)
+    try:
+        for segment in found:
+            reader = _Reader(segment)
+            waiting = []
+            for one in reader.entries():
+                waiting.append(one.entry)
+                if len(waiting) == _APPENDED or one.sequence == segment.last:
+                    written.append(waiting)
+                    waiting = []
+            for sequence, reason in reader.skipped.items():
+                written.skip(sequence, reason)
+            on_progress(segment.last, archived.last)
+        if written.digest(archived.last).hex() != archived.digest:
+            raise JournalError(f"{journal}: its last entry is not that of {folder}")
+    finally:
+        written.close()
+    return archived
+
+
+def _required(folder: Path) -> list[Segment]:
+    found = segments_of(folder)
+    if not found:
+        raise InputError(no_such(folder, "the output of `archive`"))
+    return found
+
+
+# Why a segment does not follow the one before, or is not the first of a journal.
+def _gap(segment: Segment, reader: _Reader, end: _End | None) -> list[str]:
+    if segment.first == 1:
+        expected = _End(0, origin_digest(FORMAT_VERSION, reader.fingerprint), reader.fingerprint)
+    elif end is None or end.sequence + 1 < segment.first:
+        return []
+    else:
+        expected = end
+    if (expected.digest, expected.fingerprint) == (reader.before, reader.fingerprint):
+        return []
+    return [f"{segment.path}: entry {segment.first} does not follow the entry before"]
+
+
+def _span(first: int, last: int) -> str:
+    return f"entry {first} is" if first == last else f"the entries {first} to {last} are"

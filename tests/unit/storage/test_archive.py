@@ -1,0 +1,226 @@
+"""An archive has every entry of a journal, in sealed files; what is missing or damaged is named."""
+
+import errno
+import os
+import shutil
+import threading
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from multiradar.errors import ConfigurationError, InputError, JournalError, OutputExistsError
+from multiradar.storage import archive as archives
+from multiradar.storage.archive import (
+    archive_journal,
+    restore_archive,
+    segments_of,
+    verify_archive,
+)
+from multiradar.storage.sqlite_journal import SqliteJournal
+from support.inputs.journal_entries import entry
+from support.processes.waiting import WAIT_TIMEOUT_S, join
+from unit.storage.test_verification import (
+    ENTRIES,
+    FINGERPRINT,
+    _flip,
+    _tamper,
+    _writing,
+    _written,
+)
+
+_MODULE: Any = archives
+#: Four entries a segment.
+OCTETS = 3600
+
+
+@pytest.fixture(name="path")
+def _path(tmp_path: Path) -> Path:
+    path = tmp_path / "state" / "journal.sqlite"
+    journal = _written(path)
+    journal.append([entry(ENTRIES, rejects=30), entry(ENTRIES + 1, key=None, size=0)])
+    journal.close()
+    return path
+
+
+@pytest.fixture(name="folder")
+def _folder(path: Path, tmp_path: Path) -> Path:
+    folder = tmp_path / "archive"
+    archive_journal(path, folder, segment_octets=OCTETS)
+    return folder
+
+
+def _content(path: Path) -> list[object]:
+    journal = SqliteJournal(path, FINGERPRINT)
+    try:
+        return [
+            *journal.read(0), *journal.quarantined(0, 1000), journal.counts(), journal.skipped(),
+            journal.find("key 11"),
+        ]  # fmt: skip
+    finally:
+        journal.close()
+
+
+def _parts(folder: Path) -> list[tuple[int, int]]:
+    return [(one.first, one.last) for one in segments_of(folder)]
+
+
+def test_a_journal_restored_from_segments_has_the_content_of_the_first(
+    path: Path, folder: Path, tmp_path: Path
+) -> None:
+    assert _parts(folder)[:2] == [(1, 4), (5, 8)]
+    found = verify_archive(folder)
+    assert (found.first, found.last, found.damage) == (1, ENTRIES + 2, ())
+    assert found.octets == sum(one.stat().st_size for one in folder.iterdir())
+    restored = tmp_path / "restored" / "journal.sqlite"
+    assert restore_archive(folder, restored) == found
+    assert _content(restored) == _content(path)
+
+
+def test_only_new_entries_are_sealed_and_no_file_changes(path: Path, folder: Path) -> None:
+    before = {one.name: one.read_bytes() for one in folder.iterdir()}
+    assert archive_journal(path, folder) == []
+    journal = SqliteJournal(path, FINGERPRINT)
+    journal.append([entry(100), entry(101)])
+    (new,) = archive_journal(path, folder)
+    journal.close()
+    assert (new.first, new.last) == (ENTRIES + 3, ENTRIES + 4)
+    assert {name: (folder / name).read_bytes() for name in before} == before
+    assert verify_archive(folder).damage == ()
+
+
+def test_segments_beside_a_service_that_writes_are_complete(tmp_path: Path) -> None:
+    path, folder = tmp_path / "state" / "journal.sqlite", tmp_path / "archive"
+    journal = _written(path)
+    with _writing(journal, path) as state:
+        while state.written < ENTRIES + 200:
+            archive_journal(path, folder)
+    archive_journal(path, folder)
+    found = verify_archive(folder)
+    assert (found.last, found.damage) == (state.written, ())
+    assert found.digest == journal.digest(state.written).hex()
+    journal.close()
+
+
+@pytest.mark.parametrize("call", ["open", "sync", "rename"])
+def test_a_run_that_ends_at_any_step_leaves_complete_segments(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, call: str
+) -> None:
+    """The disk fills up, or the process ends, at each step of each segment."""
+    whole = tmp_path / "whole"
+    archive_journal(path, whole, segment_octets=OCTETS)
+    expected = _parts(whole)
+    place = {"open": (_MODULE.lzma, "open"), "sync": (archives, "sync"), "rename": (os, "rename")}
+    holder, name = place[call]
+    real = getattr(holder, name)
+    for step in range(len(expected) * (2 if call == "sync" else 1)):
+        folder = tmp_path / f"{call}-{step}"
+        steps = iter(range(step + 1))
+
+        def failing(*args: object, **options: object) -> object:
+            if next(steps, None) == step:  # noqa: B023
+                raise OSError(errno.ENOSPC, "No space left on device")
+            return real(*args, **options)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(holder, name, failing)
+            with pytest.raises(InputError, match=r"cannot write: No space .* are complete"):
+                archive_journal(path, folder, segment_octets=OCTETS)
+        left = _parts(folder)
+        assert left == expected[: len(left)]
+        # As a kill leaves it.
+        (folder / "000000000001-000000000099.segment.xz.partial").write_bytes(b"half")
+        archive_journal(path, folder, segment_octets=OCTETS)
+        assert sorted(one.name for one in folder.iterdir()) == sorted(
+            one.name for one in whole.iterdir()
+        )
+        assert verify_archive(folder).damage == ()
+
+
+def test_every_damaged_segment_is_named_with_its_entry(folder: Path) -> None:
+    for segment in segments_of(folder)[:3]:
+        content = segment.path.read_bytes()
+        for place in range(0, len(content), max(len(content) // 25, 1)):
+            _flip(segment.path, place)
+            damage = verify_archive(folder).damage
+            assert damage, place
+            assert f"{segment.path}: damaged at entry " in damage[0]
+            segment.path.write_bytes(content)
+        segment.path.write_bytes(content[: len(content) // 2])
+        assert (
+            f"{segment.path}: damaged at entry {segment.first}" in verify_archive(folder).damage[0]
+        )
+        segment.path.write_bytes(content)
+    assert verify_archive(folder).damage == ()
+
+
+def test_a_missing_segment_is_named_but_the_oldest_may_be_removed(
+    path: Path, folder: Path, tmp_path: Path
+) -> None:
+    first, second, third = [one.path for one in segments_of(folder)[:3]]
+    kept = third.read_bytes()
+    third.unlink()
+    (damage,) = verify_archive(folder).damage
+    assert "the entries 9 to 12 are missing" in damage
+    third.write_bytes(kept)
+    first.unlink()
+    second.unlink()
+    found = verify_archive(folder)
+    assert (found.first, found.damage) == (9, ())
+    # The archive goes on, the journal cannot be made of it.
+    assert archive_journal(path, folder) == []
+    with pytest.raises(InputError, match="expected the entries from 1 on, was 9"):
+        restore_archive(folder, tmp_path / "restored" / "journal.sqlite")
+
+
+def test_segments_of_two_journals_are_not_mixed(folder: Path, tmp_path: Path) -> None:
+    other = tmp_path / "other" / "journal.sqlite"
+    _written(other, 60, size=901).close()
+    with pytest.raises(JournalError, match="entry 42, its last, is not that of"):
+        archive_journal(other, folder)
+    own = tmp_path / "own"
+    archive_journal(other, own, segment_octets=OCTETS)
+    name = segments_of(folder)[1].path.name
+    shutil.copy(own / name, folder / name)
+    assert "entry 5 does not follow the entry before" in verify_archive(folder).damage[0]
+
+
+def test_a_renamed_segment_is_damage(folder: Path) -> None:
+    second = segments_of(folder)[1].path
+    second.rename(second.with_name("000000000006-000000000008.segment.xz"))
+    assert any("its name is not that of entry 5" in one for one in verify_archive(folder).damage)
+
+
+def test_a_damaged_journal_is_not_sealed(path: Path, tmp_path: Path) -> None:
+    _tamper(path, "UPDATE entry SET source = 'x' WHERE sequence = 12")
+    with pytest.raises(JournalError, match="entry 12 of the journal is damaged"):
+        archive_journal(path, tmp_path / "archive", segment_octets=OCTETS)
+    assert _parts(tmp_path / "archive") == [(1, 4), (5, 8)]
+    _tamper(path, "UPDATE header SET format_version = 3")
+    with pytest.raises(ConfigurationError, match="of format 2, was 3"):
+        archive_journal(path, tmp_path / "archive")
+
+
+def test_one_command_writes_an_archive_at_a_time(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "archive"
+    entered, leave = threading.Event(), threading.Event()
+    real = _MODULE.sync
+
+    def waiting(synced: Path) -> None:
+        entered.set()
+        leave.wait(WAIT_TIMEOUT_S)
+        real(synced)
+
+    monkeypatch.setattr(archives, "sync", waiting)
+    thread = threading.Thread(target=archive_journal, args=(path, folder))
+    thread.start()
+    try:
+        assert entered.wait(WAIT_TIMEOUT_S)
+        with pytest.raises(OutputExistsError, match="another command writes this archive"):
+            archive_journal(path, folder)
+    finally:
+        leave.set()
+        join(thread)
+    assert verify_archive(folder).damage == ()
