@@ -38,6 +38,11 @@ def _sensor_twice(sample: Sample, folder: Path) -> None:
     write(folder, sample.measurements, text_of([*tables, tables[0]]))
 
 
+def _two_under_one(sample: Sample, folder: Path) -> None:
+    name = pl.col("sensor_id").replace({"35-10": RADAR})
+    write(folder, sample.measurements.with_columns(name), sample.sensors)
+
+
 def _degrees_minutes(one: dict[str, float], name: str) -> float:
     """Return degrees and minutes of a coordinate as one number."""
     degrees = int(one[name])
@@ -204,6 +209,60 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
         TRACK,
         message=("adsb: kind is probably wrong", "declares mlat"),
         sensors=("adsb",),
+    ),
+    Mistake(
+        "ADS-B displaced by 3 km",
+        plots("adsb", latitude_deg=pl.col("latitude_deg") + 0.027),
+        TRACK,
+        message=("adsb: its positions are probably displaced by 3.0", "+3.0"),
+        sensors=("adsb",),
+    ),
+    Mistake(
+        "ADS-B positions in hundredths of a degree",
+        plots(
+            "adsb",
+            latitude_deg=pl.col("latitude_deg").round(2),
+            longitude_deg=pl.col("longitude_deg").round(2),
+        ),
+        TRACK,
+        message=("adsb: its latitude_deg is probably rounded", "multiples of 0.01°"),
+        sensors=("adsb",),
+    ),
+    Mistake(
+        "a range offset of 5 km",
+        plots(RADAR, range_m=pl.col("range_m") + 5000.0),
+        status=0,
+        message=("26-10: its ranges are off by +51",),
+    ),
+    Mistake(
+        "azimuths in revolutions",
+        plots(RADAR, azimuth_deg=_AZIMUTH / 360.0),
+        message=("26-10: its azimuths are probably in revolutions",),
+    ),
+    Mistake(
+        "heights of all radars in units of 25 ft",
+        plots(height_m=pl.col("height_m") / 7.62),
+        message=("26-10: its heights are probably in units of 25 ft",),
+        sensors=SENSORS,
+    ),
+    Mistake(
+        "missing heights written as 0",
+        plots(RADAR, height_m=pl.lit(0.0)),
+        message=("26-10: its height_m is probably a placeholder: it is 0 in all plots",),
+    ),
+    Mistake(
+        "one address in all plots of a radar",
+        plots(RADAR, mode_s_address=pl.lit("3C6444")),
+        message=("26-10: mode_s_address is probably the same for all its aircraft",),
+    ),
+    Mistake(
+        "two radars under one identifier",
+        _two_under_one,
+        message=(
+            "26-10: its plots are probably those of two radars",
+            "35-10: no measurements in the recording",
+        ),
+        sensors=(RADAR, "35-10"),
     ),
     Mistake(
         "align: ranges in kilometres",

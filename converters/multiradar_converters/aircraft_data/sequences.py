@@ -116,7 +116,7 @@ def plane_positions(
     float64[n], float64[n]
         East and north; differences of close positions are correct within 1 %.
     """
-    height = np.minimum(np.nan_to_num(height_m), range_m)
+    height = np.clip(np.nan_to_num(height_m), -range_m, range_m)
     ground = np.sqrt(range_m**2 - height**2)
     azimuth = np.radians(azimuth_deg)
     latitude, longitude = (np.radians(angle) for angle in position_deg)

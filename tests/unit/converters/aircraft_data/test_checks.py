@@ -14,7 +14,11 @@ from multiradar_converters.aircraft_data.plausibility import (
     findings,
     speed_of_sound_m_s,
 )
-from multiradar_converters.aircraft_data.sequences import Reports, sequence_findings
+from multiradar_converters.aircraft_data.sequences import (
+    Reports,
+    plane_positions,
+    sequence_findings,
+)
 from multiradar_converters.aircraft_data.variation import magnetic_variation
 
 CRUISE: dict[int, float] = {
@@ -214,3 +218,12 @@ def test_noise_is_estimated_from_neighbours_and_not_below_the_rounding() -> None
     document = figures.document()
     assert document["reports"] == document["with_data"] == count
     assert document["values"]["roll_deg"] == {"reports": 5, "sigma": None}  # type: ignore[index]
+
+
+def test_a_height_farther_below_the_radar_than_the_range_has_a_position() -> None:
+    """Regression: a warning of NumPy was shown for damaged records."""
+    nothing = np.full(1, np.nan)
+    east, north = plane_positions(
+        np.array([100.0]), np.array([90.0]), (nothing, nothing), np.array([-900.0])
+    )
+    assert (east.tolist(), north.tolist()) == ([0.0], [0.0])
