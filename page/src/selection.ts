@@ -8,6 +8,8 @@ const EVERY_MS = 3000;
 const PAST_S = 600;
 const HORIZON_S = 120;
 const STEP_S = 20;
+/** Forecasts of the past start from states that the service samples every 8 s: a younger track has none, s. */
+const SAMPLED_S = 9;
 const BUNDLE_S = 60;
 const BUNDLE_STEP_S = 30;
 
@@ -137,7 +139,8 @@ export class Selection {
       const history = (await (await get(`v1/tracks/${id}/history?${since}`)).json()) as { updates: Update[] };
       const isLive = this.mode() === "live";
       const asked = `horizon_s=${HORIZON_S}&step_s=${STEP_S}${atOf(isLive ? null : time)}`;
-      const isKnown = this.isShown(id);
+      const isYoung = !isLive && !((history.updates[0]?.time_s ?? time) <= time - SAMPLED_S);
+      const isKnown = this.isShown(id) && !isYoung;
       const forecast = !isKnown || this.mode() === "recorded" ? { probability: 0, points: [] } : await get(`v1/tracks/${id}/forecast?${asked}`)
         .then(async (answer) => (await answer.json()) as Forecast)
         .catch(() => ({ probability: 0, points: [] }) as Forecast);

@@ -39,7 +39,7 @@ export class JoinedLayer implements Layer {
     }
     context.lineWidth = 1;
     paths.forEach((path, sensor) => {
-      context.strokeStyle = sensorColour(sensor);
+      context.strokeStyle = sensorColour(sensor, scene.palette);
       context.stroke(path);
     });
   }

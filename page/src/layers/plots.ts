@@ -1,6 +1,6 @@
 /** Plots by sensor, between the positions as measured and those without biases. */
 
-import { sensorColour } from "../drawing/palette";
+import { sensorColour, type Palette } from "../drawing/palette";
 import { word, type Pixels } from "../drawing/pixels";
 import type { PixelLayer, Scene } from "../drawing/scene";
 import { PLOTS_KEPT_S } from "../plots";
@@ -14,11 +14,13 @@ export class PlotsLayer implements PixelLayer {
   readonly plane = "ground";
   /** Word of the colour by sensor and step of age. */
   private words: number[][] = [];
+  private of: Palette | null = null;
 
   paint(scene: Scene, pixels: Pixels): void {
     const { store, corrected, ratio, view, timeS } = scene;
     if (!view.shown.plots) return;
     const { plots } = store;
+    if (scene.palette !== this.of) [this.of, this.words] = [scene.palette, []];
     const hidden = store.sensors.map((id) => view.hiddenSensors.has(id));
     for (let number = plots.first; number < plots.last; number++) {
       const at = plots.slot(number);
@@ -32,13 +34,13 @@ export class PlotsLayer implements PixelLayer {
       const step = Math.max(0, Math.min(STEPS - 1, Math.floor(STEPS * age)));
       const sensor = plots.sensor[at] ?? 0;
       const size = plots.track[at] === view.selected ? SELECTED_SIZE : 1;
-      pixels.mark(sensor, x * ratio, y * ratio, this.colour(sensor, step), size);
+      pixels.mark(sensor, x * ratio, y * ratio, this.colour(sensor, step, scene.palette), size);
     }
   }
 
-  private colour(sensor: number, step: number): number {
+  private colour(sensor: number, step: number, palette: Palette): number {
     const known = (this.words[sensor] ??= Array.from({ length: STEPS }, (_, one) =>
-      word(sensorColour(sensor), 1 - (0.65 * one) / (STEPS - 1))));
+      word(sensorColour(sensor, palette), 1 - (0.65 * one) / (STEPS - 1))));
     return known[step] ?? 0;
   }
 }

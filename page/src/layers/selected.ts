@@ -7,6 +7,9 @@ import { scaleAt } from "../mercator";
 /** Distance of the sentence from the lower left corner. */
 const CORNER_PX = 14;
 const LETTER_PX = 6.7;
+/** Room for the name of a minute. */
+const NAME_PX = 52;
+const LINE_PX = 13;
 
 /** The path, with a mark and its age at each minute. */
 export class PastLayer implements Layer {
@@ -24,14 +27,19 @@ export class PastLayer implements Layer {
     for (const point of selection.past) context.lineTo(scene.px(point.x), scene.py(point.y));
     context.stroke();
     let minute = Infinity;
+    let [lastX, lastY] = [-Infinity, -Infinity];
     for (const point of selection.past) {
       const age = Math.floor((scene.timeS - point.timeS) / 60);
       // The picture may be a little behind the past of the track: there is no minute 0.
       if (age < minute && minute !== Infinity && age >= 0) {
         const [x, y] = [Math.round(scene.px(point.x)), Math.round(scene.py(point.y))];
         context.fillRect(x - 2, y - 2, 5, 5);
-        context.fillText(`−${age + 1} min`, x + 6, y + 4);
-        scene.reserved.push(x - 2, y - 7, 6 * LETTER_PX + 8, 14);
+        // Far out the minutes are closer than their names.
+        if (Math.abs(x - lastX) >= NAME_PX || Math.abs(y - lastY) >= LINE_PX) {
+          context.fillText(`−${age + 1} min`, x + 6, y + 4);
+          scene.reserved.push(x - 2, y - 7, 6 * LETTER_PX + 8, 14);
+          [lastX, lastY] = [x, y];
+        }
       }
       minute = age;
     }

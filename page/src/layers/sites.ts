@@ -52,7 +52,7 @@ export class SitesLayer implements Layer {
     const named = new Map<string, { x: number; y: number; names: string[] }>();
     for (const site of this.sites.all(scene.feed.sensors)) {
       if (view.hiddenSensors.has(site.sensor.id)) continue;
-      const colour = sensorColour(store.sensors.indexOf(site.sensor.id));
+      const colour = sensorColour(store.sensors.indexOf(site.sensor.id), palette);
       context.strokeStyle = colour;
       context.fillStyle = colour;
       context.globalAlpha = 0.22;

@@ -28,14 +28,14 @@ export class SweepsLayer implements Layer {
   }
 
   draw(scene: Scene): void {
-    const { context, store, view, timeS } = scene;
+    const { context, palette, store, view, timeS } = scene;
     this.drawn.length = 0;
     if (!view.shown.sweeps) return;
     context.lineWidth = 1;
     for (const { sensor } of this.sites.all(scene.feed.sensors)) {
       const azimuth = this.scans.azimuth(sensor, timeS);
       if (azimuth === null || view.hiddenSensors.has(sensor.id)) continue;
-      context.strokeStyle = sensorColour(store.sensors.indexOf(sensor.id));
+      context.strokeStyle = sensorColour(store.sensors.indexOf(sensor.id), palette);
       for (const [behind, opacity] of BEAM) {
         context.globalAlpha = opacity;
         context.beginPath();

@@ -2,12 +2,13 @@
 
 import { html, nothing, svg, type TemplateResult } from "lit";
 
-import { sensorColour } from "../drawing/palette";
+import { sensorColour, type Palette } from "../drawing/palette";
 import { markPath } from "../drawing/marks";
 import { KEYS } from "../keys";
+import type { App } from "./panel";
 
 /** A sign in a box of 34 by 16 around the origin, in classes of the style sheet, and its meaning. */
-const SIGNS: readonly [TemplateResult, string][] = [
+const signs = (palette: Palette): readonly [TemplateResult, string][] => [
   [svg`<circle class="track full" r="4"></circle>`, "Confirmed track, updated by radars only"],
   [svg`<path class="track full" d="M0-5.4L5.4 0L0 5.4L-5.4 0Z"></path>`, "Also by ADS-B in the last 30 s"],
   [svg`<path class="track full" d="M-3.6-3.6H3.6V3.6H-3.6Z"></path>`, "Also by multilateration"],
@@ -18,7 +19,7 @@ const SIGNS: readonly [TemplateResult, string][] = [
   [svg`<path class="faint" stroke-width="2" stroke-dasharray="2 4" d="M-13 0H12"></path>`, "Earlier positions, last two minutes"],
   [svg`<ellipse class="region" rx="14" ry="6"></ellipse>`, "Position uncertainty, 3 sigma"],
   [svg`${[-11, 0, 11].map((x, number) => svg`<path transform="translate(${x} 0) scale(4)" stroke-width=".35"
-    stroke=${sensorColour(number)} d=${markPath(number)}></path>`)}`, "Plots of the last 30 s, by sensor"],
+    stroke=${sensorColour(number, palette)} d=${markPath(number)}></path>`)}`, "Plots of the last 30 s, by sensor"],
   [svg`<path class="warning" stroke-dasharray="4 3" d="M-15 5L-2-3M15 5L2-3"></path><path class="warning" d="M-5-6L1 0M1-6L-5 0M-1-6L5 0M5-6L-1 0"></path>`,
     "Encounter: position, distance, time"],
   [svg`<path class="selected" d="M-15 3L15-3"></path><path class="selected full" d="M-3-2H2V3H-3Z"></path>`, "Selected track, last ten minutes"],
@@ -28,8 +29,8 @@ const SIGNS: readonly [TemplateResult, string][] = [
   [svg`<path class="second" d="M-5-5H5L0 5Z"></path>`, "Second run"],
 ];
 
-export function legend(): TemplateResult {
-  return html`<ul class="legend">${SIGNS.map(([sign, text]) => html`<li><svg viewBox="-17 -8 34 16" width="34" height="16" aria-hidden="true">${sign}</svg>${text}</li>`)}</ul>`;
+export function legend({ picture }: App): TemplateResult {
+  return html`<ul class="legend">${signs(picture.scene.palette).map(([sign, text]) => html`<li><svg viewBox="-17 -8 34 16" width="34" height="16" aria-hidden="true">${sign}</svg>${text}</li>`)}</ul>`;
 }
 
 export function keyList(): TemplateResult {

@@ -35,7 +35,7 @@ export function drawPanels(app: App): void {
   render(timeBar(app), at("time"));
   render(tabs(app), at("tabs"));
   render(html`${TABS.map(([tab, , title]) => tabPanel(tab, title, app))}`, at("panels"));
-  render(legend(), at("legend"));
+  render(legend(app), at("legend"));
   render(keyList(), at("keys"));
   announce(app);
 }

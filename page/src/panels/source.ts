@@ -30,10 +30,12 @@ export class Source<T> {
       this.problem = "A recorded run does not contain the innovations of its plots; only the service can show them.";
       return null;
     }
-    const at = past ? app.clock.at(performance.now()) : null;
+    // Of the picture that is shown, of whose tracks the service knows.
+    const at = past && !app.clock.isLive ? app.store.dataTimeS : null;
     // A jump to another time makes the answer that of another question.
     if (past && app.clock.jumps !== this.jumps) [this.jumps, this.readMs] = [app.clock.jumps, -Infinity];
     const whole = at === null ? address : `${address}${address.includes("?") ? "&" : "?"}at=${at.toFixed(3)}`;
+    if (past && !app.feed.isCurrent) return this.value;
     if (!this.busy && performance.now() - this.readMs >= this.everyMs) void this.refresh(app, key, whole);
     return this.value;
   }

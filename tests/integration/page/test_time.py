@@ -135,7 +135,7 @@ def test_it_plays_at_any_speed_from_the_keyboard_until_it_is_live(page: Page, lo
 
 
 def test_one_click_shows_where_the_aircraft_was_five_minutes_ago(page: Page, long: Air) -> None:
-    opened(page, long)
+    watch = opened(page, long)
     present = time_of(page)
     button = page.get_by_role("button", name="Where 5 min ago?")
     expect(button).to_be_disabled()
@@ -165,6 +165,10 @@ def test_one_click_shows_where_the_aircraft_was_five_minutes_ago(page: Page, lon
     page.evaluate(f"window.multiradar.ago.show(window.multiradar, {present - first_s - 0.1})")
     expect(page.locator("#time p[role=status]")).to_contain_text("was first tracked at")
     assert abs(time_of(page) - born_s) < 0.1
+    # Before that it was not there, and the service is not asked for its plots: it would answer 404.
+    expect(page.locator("#sheet")).to_contain_text("in the last minute")
+    page.evaluate(f"{CLOCK}.seek({first_s})")
+    expect(page.locator("#sheet")).to_contain_text("was not tracked at")
     page.evaluate(f"window.multiradar.actions.select({old})")
     page.evaluate(f"{CLOCK}.seek({present - 300.0})")
     settled(page, f"Math.abs({STORE}.dataTimeS - {present - 300.0}) < 0.1")
@@ -174,6 +178,7 @@ def test_one_click_shows_where_the_aircraft_was_five_minutes_ago(page: Page, lon
         "before the earliest retained time"
     )
     assert abs(time_of(page) - (present - 300.0)) < 0.1
+    assert watch.messages == []
 
 
 def test_a_service_that_restarts_is_announced_and_the_picture_goes_on_without_doubles(

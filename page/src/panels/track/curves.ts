@@ -43,7 +43,7 @@ export function residuals(plots: readonly TrackPlot[], app: App): TemplateResult
   const times = plots.map((one) => one.time_s);
   const curves = (value: (plot: TrackPlot) => number | null): Curve[] => names.map((name) => {
     const mark = Math.max(0, app.store.sensors.indexOf(name));
-    return { label: name, colour: sensorColour(mark), mark, values: plots.map((one) => (one.sensor_id === name ? value(one) : null)) };
+    return { label: name, colour: sensorColour(mark, app.picture.scene.palette), mark, values: plots.map((one) => (one.sensor_id === name ? value(one) : null)) };
   });
   return html`${figure({ label: "Along the line of sight (positions: east)", unit: "m", times, curves: curves(alongOf), zero: true })}
     ${figure({ label: "Across it (positions: north)", unit: "m", times, curves: curves(acrossOf), zero: true })}`;
