@@ -85,7 +85,7 @@ def test_a_machine_whose_time_is_set_says_so() -> None:
     with Live(-600.0) as live:
         live.clock.set_by_s = -600.0
         (sentence,) = live.host_warnings
-        assert "was set by -600.0 s" in sentence
+        assert "was stepped by -600.0 s" in sentence
 
 
 def test_a_replay_of_older_data_is_no_wrong_machine() -> None:
