@@ -45,11 +45,6 @@ def unregister_leftover(path: Path) -> None:
 def temporary_folder(prefix: str) -> Iterator[Path]:
     """Provide a temporary folder, which is removed at the end or when the process is stopped.
 
-    Parameters
-    ----------
-    prefix : str
-        Prefix of its name.
-
     Yields
     ------
     Path

@@ -45,11 +45,6 @@ def format_lines(points: NDArray[np.float64]) -> bytes:
 def read(path: Path) -> NDArray[np.float64]:
     """Read a `.new4` file.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-
     Returns
     -------
     float64[n, 4]

@@ -10,13 +10,7 @@ _CONTENT_MIN = 256
 
 
 def copies_in(path: Path) -> int:
-    """Return how many times the content of a file is in it; 1 for a usual one.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    """
+    """Return how many times the content of a file is in it; 1 for a usual one."""
     size = path.stat().st_size
     with path.open("rb") as file:
 
@@ -40,13 +34,7 @@ def copies_in(path: Path) -> int:
 
 
 def repeated_sentence(path: Path) -> str:
-    """Return a message about a file that was appended to itself; empty for a usual one.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    """
+    """Return a message about a file that was appended to itself; empty for a usual one."""
     copies = copies_in(path) if path.is_file() else 1
     if copies == 1:
         return ""

@@ -49,13 +49,6 @@ class Converted:
 def write_report(path: Path, converted: Converted) -> dict[str, object]:
     """Write and return a report.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    converted : Converted
-        Its content.
-
     Returns
     -------
     dict

@@ -81,11 +81,6 @@ class FoundSensor:
 def sensors_text(sensors: Sequence[FoundSensor]) -> str:
     """Write `sensors.toml`.
 
-    Parameters
-    ----------
-    sensors : sequence of FoundSensor
-        Sensors found.
-
     Returns
     -------
     str

@@ -7,7 +7,7 @@
     └── BodyError               an unreadable message, with its reject code
 """
 
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 
 class SchemaError(ValueError):

@@ -18,7 +18,6 @@ from multiradar_schemas.columns import required_columns
 from multiradar_schemas.inspection import Inspection
 from multiradar_schemas.measurements.columns import MEASUREMENT_REQUIRED, MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.measurement import MEASUREMENT, MEASUREMENTS
-from multiradar_schemas.measurements.reject import Reject
 from multiradar_schemas.products.aircraft_delay import AIRCRAFT_DELAY_SCHEMA, AircraftDelay
 from multiradar_schemas.products.bias import BIAS_SCHEMA, BiasEstimate
 from multiradar_schemas.products.encounter import ENCOUNTER_SCHEMA, Encounter, Encounters
@@ -31,6 +30,7 @@ from multiradar_schemas.products.track import TRACK_SCHEMA, Track, TrackUpdate
 from multiradar_schemas.products.track_plots import TrackPlots
 from multiradar_schemas.products.trajectories import TRAJECTORY_SCHEMA, Trajectories
 from multiradar_schemas.products.transition import TRANSITION_SCHEMA, Transition
+from multiradar_schemas.reject import Reject
 from multiradar_schemas.report import Report
 from multiradar_schemas.sensors.sensor import SensorsFile
 

@@ -33,7 +33,6 @@ from multiradar_schemas.inspection import (
 )
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.measurement import KIND_NEEDS, RadarMeasurement
-from multiradar_schemas.measurements.reject import CODE_MEANINGS, Reject
 from multiradar_schemas.products.aircraft_delay import AIRCRAFT_DELAY_SCHEMA, AircraftDelay
 from multiradar_schemas.products.bias import BIAS_SCHEMA, BiasEstimate
 from multiradar_schemas.products.encounter import ENCOUNTER_SCHEMA, Encounter, Encounters
@@ -64,6 +63,7 @@ from multiradar_schemas.products.trajectories import (
     TrajectorySegment,
 )
 from multiradar_schemas.products.transition import REASON_MEANINGS, TRANSITION_SCHEMA, Transition
+from multiradar_schemas.reject import CODE_MEANINGS, Reject
 from multiradar_schemas.report import Counts, InputFile, OutputFile, Report
 from multiradar_schemas.sensors.bias import RangeOffset, SensorBias
 from multiradar_schemas.sensors.sensor import ESTIMATED_BY_KIND, PRIOR_SIGMA_DEFAULT, Sensor

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Self
 from pydantic import AfterValidator, Field, JsonValue, model_validator
 
 from multiradar_schemas.base import Record, described
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 from multiradar_schemas.rounding import rounded_members
 
 Count = Annotated[int, Field(ge=0)]

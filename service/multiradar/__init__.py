@@ -17,17 +17,17 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from multiradar.research.sequential.filter import SequentialFilter
-    from multiradar.restoration.bundle.bundle import Bundle
+    from multiradar.restoration.bundle.trajectory_bundle import Bundle
     from multiradar.toolbox import adapters
-    from multiradar.toolbox.conversion import convert
-    from multiradar.toolbox.custom_filters import register_filter
+    from multiradar.toolbox.conversion.convert import convert
     from multiradar.toolbox.evaluation.evaluate import evaluate
     from multiradar.toolbox.inputs import read_sensors as load_sensors
     from multiradar.toolbox.run import Run
     from multiradar.toolbox.simulation import simulate
     from multiradar.toolbox.studies import study
-    from multiradar.toolbox.tracker import Tracker
-    from multiradar.toolbox.tracking import track
+    from multiradar.toolbox.tracking.custom_filters import register_filter
+    from multiradar.toolbox.tracking.track import track
+    from multiradar.toolbox.tracking.tracker import Tracker
 
 __all__ = [
     "Bundle",
@@ -45,18 +45,18 @@ __all__ = [
 ]
 
 _PLACES = {
-    "Bundle": ("restoration.bundle.bundle", "Bundle"),
+    "Bundle": ("restoration.bundle.trajectory_bundle", "Bundle"),
     "Run": ("toolbox.run", "Run"),
     "SequentialFilter": ("research.sequential.filter", "SequentialFilter"),
-    "Tracker": ("toolbox.tracker", "Tracker"),
+    "Tracker": ("toolbox.tracking.tracker", "Tracker"),
     "adapters": ("toolbox.adapters", None),
-    "convert": ("toolbox.conversion", "convert"),
+    "convert": ("toolbox.conversion.convert", "convert"),
     "evaluate": ("toolbox.evaluation.evaluate", "evaluate"),
     "load_sensors": ("toolbox.inputs", "read_sensors"),
-    "register_filter": ("toolbox.custom_filters", "register_filter"),
+    "register_filter": ("toolbox.tracking.custom_filters", "register_filter"),
     "simulate": ("toolbox.simulation", "simulate"),
     "study": ("toolbox.studies", "study"),
-    "track": ("toolbox.tracking", "track"),
+    "track": ("toolbox.tracking.track", "track"),
 }
 
 

@@ -4,7 +4,6 @@ import os
 from collections.abc import Callable, Sequence
 from functools import partial
 
-import numpy as np
 import structlog
 from starlette.types import ASGIApp
 
@@ -42,29 +41,24 @@ from multiradar.observability.pipeline_metrics import PipelineCollector
 from multiradar.observability.supervisor import Supervisor
 from multiradar.runtime.asterix.channel import Channel
 from multiradar.runtime.asterix.options import channel_options
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.engine.fingerprint import configuration_fingerprint, filter_of
 from multiradar.runtime.kernel_purposes import serve_purposes
 from multiradar.runtime.live import readiness
 from multiradar.runtime.live.output_feed import OutputFeed
 from multiradar.runtime.live.service import Service
 from multiradar.runtime.live.snapshots import SnapshotRules
-from multiradar.runtime.memory.live_tracks import LiveTracks
-from multiradar.runtime.queries.encounter_query import EncounterQuery
-from multiradar.runtime.queries.encounters import TrackSnapshot, encounters
 from multiradar.runtime.recorded.run import RecordedRun
 from multiradar.runtime.recorded.view import RecordedService
 from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.runtime.trajectories.options import trajectory_options
+from multiradar.runtime.warm_up import warm_up
 from multiradar.settings.limits import HttpLimits
 from multiradar.settings.service import Settings
 from multiradar.storage.overlays import Overlays, read_overlays
 from multiradar.storage.snapshots import SnapshotFolder
-from multiradar.storage.sqlite_journal import SqliteJournal
-from multiradar.tracking.forecast.forecast_calibration import calibration_for
+from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar.tracking.forecast.state_samples import Sampling
-from multiradar.tracking.input.measurements import MeasurementBatch
-from multiradar.tracking.roster import MISSING
 from multiradar_compiled.ahead import compile_ahead
 from multiradar_compiled.kernel_list import kernels_for
 from multiradar_converters.asterix.decoding.editions import parse_editions
@@ -153,7 +147,7 @@ class Application:
         self._compile()
         for edge in self._edges:
             edge.start()
-        warm_up(sensors=self._sensors, settings=self._settings)
+        warm_up(self._sensors, self._settings.tracking_settings())
         if self._sender is not None:
             self._sender.start()
         if self._trajectories is not None:
@@ -444,36 +438,3 @@ def asterix_gateway(
     )
     service.publication.count_edge("asterix", gateway.counts.document)
     return gateway
-
-
-def warm_up(sensors: SensorTable, settings: Settings) -> None:
-    """Compile or load the kernels before the first measurement arrives.
-
-    A separate engine processes plots of an identified and of an unidentified aircraft.
-    """
-    engine = Engine(sensors, settings.tracking_settings())
-    number = np.array([1, 1, MISSING, MISSING, 1], np.int64)
-    same = np.zeros(len(number))
-    engine.push(
-        MeasurementBatch(
-            time_s=np.array([0.0, 1.0, 2.0, 5.0, 5.25]),
-            sensor=np.zeros(len(number), np.int32),
-            kind=np.full(len(number), sensors.kinds[0], np.int8),
-            range_m=np.where(number == 1, 1e5, 6e4),
-            azimuth_rad=same + 1.0,
-            latitude_rad=same + np.nanmean(sensors.latitude_rad),
-            longitude_rad=same + np.nanmean(sensors.longitude_rad),
-            height_m=same + 9000.0,
-            mode_3a=np.full(len(number), MISSING, np.int32),
-            mode_s_address=np.full(len(number), MISSING, np.int64),
-            track_number=number,
-            callsign=np.full(len(number), MISSING, np.int64),
-        )
-    )
-    engine.flush()
-    states, tracking = engine.tracks(), settings.tracking_settings()
-    calibration = calibration_for(tracking)
-    calibration.family.forecast_all(states, np.ones(1))
-    no_tracks = TrackSnapshot(0.0, LiveTracks().all(), states)
-    encounters(no_tracks, EncounterQuery(), engine.plane, tracking, calibration)
-    engine.close()

@@ -29,7 +29,7 @@ from multiradar.ingest.asterix_gateway import AsterixGateway
 from multiradar.ingest.asterix_inlet import AsterixInlet, InletBounds
 from multiradar.ingest.asterix_queue import DatagramQueue, Received
 from multiradar.ingest.asterix_source import UdpSource
-from multiradar.ingest.replay_datagrams import UdpSink
+from multiradar.ingest.replay.datagrams import UdpSink
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
 from multiradar_converters.asterix.conversion import convert
 from multiradar_converters.asterix.decoding.editions import Editions, sources_of

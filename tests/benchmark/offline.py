@@ -13,7 +13,8 @@ from benchmark.report import Row
 from benchmark.scenes.sky import make_recording, write_sensors
 from multiradar import wire
 from multiradar.estimation.filters.bank import FILTERS
-from multiradar.runtime.offline.offline import TRACKS_FILE, OfflineJob, track_recording
+from multiradar.runtime.offline.offline_job import TRACKS_FILE, OfflineJob
+from multiradar.runtime.offline.offline_run import track_recording
 from multiradar.storage.recording import MEASUREMENTS_FILE, Recording
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.sensors.sensor import load_sensors

@@ -16,7 +16,8 @@ from benchmark.plan import Plan
 from benchmark.report import Row
 from benchmark.scenes import airspace
 from multiradar import wire
-from multiradar.runtime.offline.offline import TRACKS_FILE, OfflineJob, track_recording
+from multiradar.runtime.offline.offline_job import TRACKS_FILE, OfflineJob
+from multiradar.runtime.offline.offline_run import track_recording
 from multiradar.storage.recording import MEASUREMENTS_FILE, Recording
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.sensors.sensor import load_sensors

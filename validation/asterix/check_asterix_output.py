@@ -29,7 +29,8 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.stereographic import StereographicPlane
 from multiradar.runtime.asterix.channel import Channel, ChannelOptions
 from multiradar.runtime.asterix.cycles import Cycles
-from multiradar.runtime.offline.offline import OfflineJob, track_recording
+from multiradar.runtime.offline.offline_job import OfflineJob
+from multiradar.runtime.offline.offline_run import track_recording
 from multiradar.storage.recording import Recording, measurements_path
 from multiradar.toolbox.inputs import load_sensor_table
 from multiradar.tracking.settings import TrackingSettings

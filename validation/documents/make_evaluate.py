@@ -20,7 +20,8 @@ from multiradar.report.cells import plain_text
 from multiradar.report.content import Table, Value
 from multiradar.report.markdown import markdown_table
 from multiradar.report.plot_files import plot_svg
-from multiradar.toolbox.evaluation.inputs import Known, radar_plots, read_reports, read_truth
+from multiradar.toolbox.evaluation.inputs import radar_plots, read_reports, read_truth
+from multiradar.toolbox.evaluation.known import Known
 from multiradar.toolbox.evaluation.tracked import (
     read_biases,
     read_regions,

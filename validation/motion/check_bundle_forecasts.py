@@ -24,16 +24,16 @@ from time import process_time
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.restoration.bundle.bundle import Bundle
+from multiradar.restoration.bundle.trajectory_bundle import Bundle
 from multiradar.restoration.control_tracks.settings import BundleSettings
-from multiradar.restoration.forecast.forecast import forecast
+from multiradar.restoration.forecast.bundle_forecast import forecast
 from multiradar.restoration.forecast.settings import ForecastSettings
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.trajectories.ensemble_paths import ensemble_path
 from multiradar.runtime.trajectories.ensemble_scores import EnsembleScores
 from multiradar.runtime.trajectories.pool import Reading
 from multiradar.simulation.paths import fly
-from multiradar.tracking.forecast.forecast import forecast_modes_of, forecast_of_modes
+from multiradar.tracking.forecast.forecast_of_modes import forecast_modes_of, forecast_of_modes
 from multiradar.tracking.forecast.polynomial_forecast import polynomial_forecast
 from multiradar.tracking.forecast.region_sizes import RegionSizes
 from multiradar.tracking.forecast.regions import gaussian_factor

@@ -18,10 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.gaussian import normalised_squared
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.simulation.paths import Path, fly
 from multiradar.simulation.scenario.model import Aircraft
-from multiradar.tracking.forecast.forecast import density_of, forecast_modes_of, forecast_of_modes
+from multiradar.tracking.forecast.forecast_of_modes import (
+    density_of,
+    forecast_modes_of,
+    forecast_of_modes,
+)
 from multiradar.tracking.forecast.persistent_walk import propagate_straight
 from multiradar.tracking.outputs import TrackStates
 from multiradar.tracking.settings import TrackingSettings

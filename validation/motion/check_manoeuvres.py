@@ -24,9 +24,9 @@ from multiradar.estimation.gaussian import normalised_squared
 from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.simulation.observation.measurements import Measurements
-from multiradar.simulation.observation.observation import observe
+from multiradar.simulation.observation.observe import observe
 from multiradar.simulation.output import reported_data
 from multiradar.simulation.scenario.model import Aircraft, Bias, Leg, Scenario, Sensor
 from multiradar.simulation.scenario.reported_data import Atmosphere, RegisterReports

@@ -29,7 +29,7 @@ from multiradar import wire
 from multiradar.estimation.gaussian import normalised_squared
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.toolbox.inputs import load_sensor_table
 from multiradar.tracking.forecast.forecast_calibration import calibration_for
 from multiradar.tracking.forecast.region_sizes import HORIZONS_S

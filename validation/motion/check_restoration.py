@@ -32,11 +32,11 @@ from multiradar.evaluation.smoothing.motion_modes import civil_modes
 from multiradar.evaluation.smoothing.multiple_modes import ResidualBiases, smooth_modes
 from multiradar.evaluation.smoothing.single_mode import PositionMeasurements
 from multiradar.research.bundle.published import PublishedBundle
-from multiradar.restoration.bundle.bundle import Bundle
 from multiradar.restoration.bundle.estimate import BEST, WEIGHTED
+from multiradar.restoration.bundle.trajectory_bundle import Bundle
 from multiradar.restoration.control_tracks.settings import BundleSettings
 from multiradar.restoration.control_tracks.tracks import measurement_track
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from validation.motion.check_manoeuvres import CLASSES, TURN, Flown, flights

@@ -22,7 +22,7 @@ from multiradar.evaluation.smoothing.multiple_modes import ResidualBiases, smoot
 from multiradar.evaluation.smoothing.plot_positions import Radar, locate_plots, noise_on_plane
 from multiradar.evaluation.smoothing.single_mode import PositionMeasurements, Smoothed, smooth
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.tracking.settings import TrackingSettings
 from validation.motion.check_manoeuvres import CLASSES, SETTLED_S, Flown, figures, flights
 

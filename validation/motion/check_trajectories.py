@@ -17,7 +17,7 @@ from pathlib import Path
 from time import process_time
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.queries.parameters import PATH_POINTS_DEFAULT, PATH_STEP_DEFAULT_S
 from multiradar.runtime.trajectories.document import trajectories_of
 from multiradar.runtime.trajectories.options import trajectory_options

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.restoration.bundle.bundle import Bundle
+from multiradar.restoration.bundle.trajectory_bundle import Bundle
 from multiradar.restoration.control_tracks.settings import BundleSettings
 from validation.motion.check_manoeuvres import GRAVITY_MPS2, SPEEDING, STRAIGHT, TURN, flights
 from validation.motion.check_restoration import SETTLED_S, WRONG_SHARE, delays, imm_estimates, moved

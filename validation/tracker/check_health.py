@@ -25,8 +25,8 @@ import polars as pl
 from multiradar import wire
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
-from multiradar.runtime.engine.engine import Engine
-from multiradar.simulation.observation.observation import observe
+from multiradar.runtime.engine.epoch_engine import Engine
+from multiradar.simulation.observation.observe import observe
 from multiradar.simulation.output import measurements_frame
 from multiradar.simulation.scenario.file import builtin_names, builtin_scenario
 from multiradar.simulation.scenario.model import Scenario

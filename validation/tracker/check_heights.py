@@ -17,8 +17,8 @@ import numpy as np
 import polars as pl
 
 from multiradar import wire
-from multiradar.runtime.engine.engine import Engine
-from multiradar.simulation.observation.observation import Observation, observe
+from multiradar.runtime.engine.epoch_engine import Engine
+from multiradar.simulation.observation.observe import Observation, observe
 from multiradar.simulation.output import measurements_frame, truth_frame
 from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.model import Bias, Scenario

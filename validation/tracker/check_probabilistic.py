@@ -30,8 +30,8 @@ from multiradar.evaluation.card.figures import figures_of
 from multiradar.evaluation.scorecard import evaluate
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.tables import reference_of_truth, tracks_of
-from multiradar.runtime.engine.engine import Engine
-from multiradar.simulation.observation.observation import observe
+from multiradar.runtime.engine.epoch_engine import Engine
+from multiradar.simulation.observation.observe import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
 from multiradar.simulation.scenario.file import builtin_names, builtin_scenario, load_scenario
 from multiradar.simulation.scenario.model import Scenario

@@ -27,7 +27,8 @@ import polars as pl
 from multiradar.evaluation.card.figures import figures_of
 from multiradar.evaluation.scorecard import evaluate
 from multiradar.evaluation.settings import EvaluationSettings
-from multiradar.toolbox.evaluation.inputs import Known, read_reports
+from multiradar.toolbox.evaluation.inputs import read_reports
+from multiradar.toolbox.evaluation.known import Known
 from multiradar.toolbox.evaluation.tracked import read_biases, read_tracks
 from multiradar.tracking.settings import TrackingSettings
 from validation.documents.marked_parts import put

@@ -27,7 +27,7 @@ import numpy as np
 import polars as pl
 
 from multiradar import wire
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.toolbox.inputs import load_sensor_table
 from multiradar.tracking.outputs import TrackUpdates
 from multiradar.tracking.settings import TrackingSettings

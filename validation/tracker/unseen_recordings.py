@@ -19,7 +19,7 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_RANGE_OFFSET,
 )
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.simulation.observation.observation import observe
+from multiradar.simulation.observation.observe import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
 from multiradar.simulation.scenario.model import (
     PARAMETERS,

@@ -29,7 +29,7 @@ from multiradar_converters.adsb._consistency_kernels import GOOD, REPEATED
 from multiradar_converters.adsb.reading import roles
 from multiradar_converters.adsb.reading.batches import Batch, RejectedRecord
 from multiradar_converters.errors import LayoutError
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 #: Minimum distance flown for a stale position, m: the resolution of ADS-B is 5 m, of tables up to
 #: 11 m.

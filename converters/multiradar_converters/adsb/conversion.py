@@ -18,8 +18,8 @@ from multiradar_converters.adsb.sensors import sensors_toml
 from multiradar_converters.errors import LayoutError
 from multiradar_converters.output_folder import OutputFolder
 from multiradar_converters.vid.spool import TimeSorter
-from multiradar_converters.vid.times import dates_of, unix_start
-from multiradar_schemas.measurements.reject import Reject
+from multiradar_converters.vid.text.times import dates_of, unix_start
+from multiradar_schemas.reject import Reject
 
 _UNREADABLE = {"code": roles.CODE, "callsign": roles.CALLSIGN}
 

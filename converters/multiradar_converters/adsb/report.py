@@ -8,7 +8,7 @@ from multiradar_converters.adsb.options import Options
 from multiradar_converters.adsb.table import Written
 from multiradar_converters.errors import AccountingError
 from multiradar_converters.report_file import Converted, write_report
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 
 @dataclass

@@ -120,7 +120,7 @@ class DataFigures:
                 if count
             },
             "dropped": dict(sorted(self.dropped.items())),
-            "magnetic_variation_deg": None if variation is None else variation.variation_deg,
+            "magnetic_variation_deg": variation,
         }
 
 

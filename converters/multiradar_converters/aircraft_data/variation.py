@@ -6,8 +6,6 @@ with the least scatter. Headings of one direction leave it open, since every var
 same wind to all.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from multiradar_converters.aircraft_data import quantities as q
@@ -29,14 +27,7 @@ _OFF_DEG = 10.0
 _STEPS_DEG = (2.0, 0.1)
 
 
-class Variation(NamedTuple):
-    """Magnetic variation, positive to the east, and the scatter of the winds with it, m/s."""
-
-    variation_deg: float
-    scatter_m_s: float
-
-
-def magnetic_variation(values: Numbers, height_m: Numbers) -> Variation | None:
+def magnetic_variation(values: Numbers, height_m: Numbers) -> float | None:
     """Estimate the magnetic variation.
 
     Parameters
@@ -48,8 +39,9 @@ def magnetic_variation(values: Numbers, height_m: Numbers) -> Variation | None:
 
     Returns
     -------
-    Variation or None
-        None if there are too few reports, or all have the same heading.
+    float or None
+        Degrees, positive to the east; None if there are too few reports, or all have the same
+        heading.
     """
     air = q.first_of(values[:, q.TRUE_AIRSPEED], values[:, q.MACH] * speed_of_sound_m_s(height_m))
     ground = values[:, q.GROUND_SPEED]
@@ -74,7 +66,7 @@ def magnetic_variation(values: Numbers, height_m: Numbers) -> Variation | None:
         around = np.arange(best - step, best + step, _STEPS_DEG[1])
     least = _scatter(layers, best)
     others = (_scatter(layers, best - _OFF_DEG), _scatter(layers, best + _OFF_DEG))
-    return Variation(round(best, 1), least) if min(others) > CONTRAST_MIN * least else None
+    return round(best, 1) if min(others) > CONTRAST_MIN * least else None
 
 
 # Median distance of the wind from that of its layer; of a layer: ground speed east and north,

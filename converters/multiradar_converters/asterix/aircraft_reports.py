@@ -66,7 +66,7 @@ def _of_sensor(
 ) -> tuple[dict[str, object], Numbers]:
     height_m, time_s = columns["height_m"], columns["time_s"]
     variation = magnetic_variation(values, height_m)
-    found = [] if variation is None else findings(values, height_m, variation.variation_deg)
+    found = [] if variation is None else findings(values, height_m, variation)
     values = drop(values, found)
     position = columns["latitude_deg"], columns["longitude_deg"]
     east, north = plane_positions(columns["range_m"], columns["azimuth_deg"], position, height_m)

@@ -64,8 +64,8 @@ from multiradar_converters.output_folder import OutputFolder
 from multiradar_converters.report_file import extremes
 from multiradar_converters.scan_period import scan_period_s, why_no_period
 from multiradar_converters.sensors_template import FROM_PLOTS
-from multiradar_converters.vid.times import unix_start
-from multiradar_schemas.measurements.reject import Reject, RejectCode
+from multiradar_converters.vid.text.times import unix_start
+from multiradar_schemas.reject import Reject, RejectCode
 
 #: Octets of an undecodable block that are retained in the quarantine.
 RAW_OCTETS_MAX = 4096

@@ -11,13 +11,7 @@ from multiradar_converters.asterix.layout.program import Walked
 
 
 class RecordDump:
-    """Collects the fields of the records of a file.
-
-    Parameters
-    ----------
-    blocks : Blocks
-        The file.
-    """
+    """Collects the fields of the records of a file."""
 
     def __init__(self, blocks: Blocks) -> None:
         self._blocks = blocks

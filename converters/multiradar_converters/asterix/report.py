@@ -20,7 +20,7 @@ from multiradar_converters.asterix.options import Options
 from multiradar_converters.asterix.reported_biases import ReportedBias
 from multiradar_converters.errors import AccountingError
 from multiradar_converters.report_file import Converted, write_report
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 #: System tracks in the recording, if any.
 SYSTEM_TRACKS_FILE = "system_tracks.parquet"

@@ -33,7 +33,7 @@ from dataclasses import dataclass, field
 from multiradar_converters.adsb.reading import roles
 from multiradar_converters.feeds.aircraft import Aircraft
 from multiradar_converters.vid.text.lines import RejectedError
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 #: The beginning of a line.
 BEGIN = re.compile(rb"(?:MSG|MLAT|SEL|ID|AIR|STA|CLK),")

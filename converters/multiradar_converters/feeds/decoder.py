@@ -25,7 +25,7 @@ from multiradar_converters.feeds import basestation, layouts, multilateration, r
 from multiradar_converters.feeds.ages import RegisterAges
 from multiradar_converters.feeds.aircraft import Aircraft
 from multiradar_converters.vid.text.lines import RejectedError
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 #: Same positions within this time are duplicates, s; aircraft send one every half second.
 REPEATED_S = 0.25

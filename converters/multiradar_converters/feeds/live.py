@@ -17,7 +17,7 @@ from multiradar_converters.asterix.decoding.sensor_clocks import clock_alarm, se
 from multiradar_converters.feeds.decoder import FeedDecoder
 from multiradar_converters.feeds.recorded import SNAPSHOT_BYTES_MAX
 from multiradar_schemas.measurements.directions import PLAIN_GROUND_SCHEMA
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 #: Maximum aircraft of the consistency check; beyond it the check starts again.
 AIRCRAFT_MAX = 1 << 16

@@ -32,8 +32,8 @@ from multiradar_converters.adsb.reading import roles
 from multiradar_converters.adsb.reading.time_forms import DECIMAL
 from multiradar_converters.feeds import layouts
 from multiradar_converters.vid.text.lines import RejectedError
-from multiradar_schemas.measurements.reject import RejectCode
-from multiradar_schemas.sensors.bounds import POSITION_SIGMA_M
+from multiradar_schemas.bounds import POSITION_SIGMA_M
+from multiradar_schemas.reject import RejectCode
 
 #: The beginning of a line: Unix time and address.
 BEGIN = re.compile(rb"[0-9]{9,10}\.[0-9]{1,6},[0-9A-Fa-f]{6},")

@@ -30,7 +30,7 @@ from multiradar_converters.adsb.reading.time_forms import DECIMAL
 from multiradar_converters.asterix.decoding.position_quality import sigma_of_category
 from multiradar_converters.feeds import layouts
 from multiradar_converters.vid.text.lines import RejectedError
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 #: The beginning of an object.
 BEGIN = b"{"

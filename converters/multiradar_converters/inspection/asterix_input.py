@@ -57,7 +57,7 @@ from multiradar_converters.asterix.layout.program import Walked
 from multiradar_converters.asterix.table import repeated
 from multiradar_converters.inspection.reports import Reports
 from multiradar_converters.inspection.survey import Antenna, FileSurvey, Survey
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 #: Recordings of more octets than this are sampled for the figures of plots.
 DETAILED_OCTETS_MAX = 1 << 28

@@ -26,7 +26,7 @@ from multiradar_converters.vid.table import ADSB_ID
 from multiradar_converters.vid.text.detection import first_times
 from multiradar_converters.vid.text.reading import read_rows
 from multiradar_converters.vid.text.time_filter import Rows
-from multiradar_converters.vid.times import TimeUnwrapper, agreed_start
+from multiradar_converters.vid.text.times import TimeUnwrapper, agreed_start
 
 _SENSOR_BITS = 31
 

@@ -26,7 +26,7 @@ from multiradar_schemas.errors import BodyError
 from multiradar_schemas.measurements.columns import MEASUREMENT_REQUIRED, MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.directions import without_empty_columns
 from multiradar_schemas.measurements.gates import PHYSICAL_GATES, Gate, rejections
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 #: Maximum total text, as a multiple of the body: dictionaries and views can repeat one long text in
 #: every row.

@@ -8,7 +8,7 @@ import polars as pl
 from multiradar_schemas.errors import BodyError
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.measurement import Measurement
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 #: Column with the index of a row in its message.
 INDEX_COLUMN = "index"

@@ -27,7 +27,7 @@ from multiradar_schemas.documents.explain import explain
 from multiradar_schemas.documents.names import shown
 from multiradar_schemas.errors import BodyError
 from multiradar_schemas.measurements.measurement import MEASUREMENT, Measurement, RadarMeasurement
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 #: Integers with more digits are read as floats: no field accepts them, and exact parsing takes
 #: quadratic time.

@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Self
 
 from multiradar_converters.errors import AccountingError, LayoutError
-from multiradar_schemas.measurements.reject import Reject, RejectCode
+from multiradar_schemas.reject import Reject, RejectCode
 
 
 @dataclass(frozen=True)

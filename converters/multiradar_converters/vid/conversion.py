@@ -48,7 +48,7 @@ from multiradar_converters.vid.table import table_rows, write_table
 from multiradar_converters.vid.text.detection import first_times
 from multiradar_converters.vid.text.reading import Progress, read_rows
 from multiradar_converters.vid.text.time_filter import Rows
-from multiradar_converters.vid.times import (
+from multiradar_converters.vid.text.times import (
     TimeUnwrapper,
     agreed_start,
     agreeing,

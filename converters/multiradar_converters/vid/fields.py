@@ -12,7 +12,6 @@ SOURCE, SENSOR, GLOBAL, PLOT, CODE, ADDRESS = range(6, 12)
 FIRST_INTEGER = SOURCE
 NUMBERS = 6
 INTEGERS = 6
-ROLES = NUMBERS + INTEGERS
 IGNORED = -1
 
 #: Absent integer; an absent number is NaN.

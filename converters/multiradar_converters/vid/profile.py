@@ -108,11 +108,6 @@ def load_profile(path: Path | None) -> Profile:
     path : Path or None
         The TOML file; None is the default profile.
 
-    Returns
-    -------
-    Profile
-        The profile.
-
     Raises
     ------
     ProfileError

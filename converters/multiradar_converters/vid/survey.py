@@ -25,13 +25,6 @@ class DumpFile:
 def survey(dump: Path, options: Options) -> list[DumpFile]:
     """Find the files of a dump and detect their layouts.
 
-    Parameters
-    ----------
-    dump : Path
-        The folder.
-    options : Options
-        Options.
-
     Returns
     -------
     list of DumpFile

@@ -38,11 +38,6 @@ def table_rows(named: Iterator[NamedPlots], reports: Iterator[Records]) -> Itera
         Plots, by time.
     reports : iterator of records
         Reports, by time.
-
-    Yields
-    ------
-    int64[n, 10]
-        Rows of the table.
     """
     waiting = np.empty((0, _WORDS), dtype=np.int64)
     for block in named:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from multiradar_schemas.documents.names import shown
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 #: Type of errors whose message is complete.
 SENTENCE_ERROR = "sentence"

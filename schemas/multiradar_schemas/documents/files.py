@@ -44,11 +44,6 @@ class Document:
 def read_toml(path: FilePath) -> Document:
     """Read a TOML file.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-
     Returns
     -------
     Document

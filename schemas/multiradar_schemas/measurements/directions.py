@@ -16,7 +16,7 @@ from multiradar_schemas.measurements.columns import (
 )
 from multiradar_schemas.measurements.gates import Gate
 from multiradar_schemas.measurements.measurement import SOURCE, SOURCE_FIELDS
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 #: Columns that are omitted, each by itself, where no measurement has a value.
 _SINGLE = (ON_GROUND, POSITION_SIGMA, DETECTION, *MEASUREMENT_AIRCRAFT)

@@ -7,6 +7,7 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
+from multiradar_schemas.bounds import POSITION_SIGMA_M
 from multiradar_schemas.documents.names import shown
 from multiradar_schemas.measurements.aircraft_data import (
     MACH_MAX,
@@ -37,8 +38,7 @@ from multiradar_schemas.measurements.measurement import (
     SOURCE_FIELDS,
     TIME_MAX_S,
 )
-from multiradar_schemas.measurements.reject import RejectCode
-from multiradar_schemas.sensors.bounds import POSITION_SIGMA_M
+from multiradar_schemas.reject import RejectCode
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,8 +16,8 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from multiradar_schemas.base import Record, described
+from multiradar_schemas.bounds import POSITION_SIGMA_M
 from multiradar_schemas.measurements.aircraft_data import AircraftData
-from multiradar_schemas.sensors.bounds import POSITION_SIGMA_M
 
 TIME_MAX_S = 1e11
 RANGE_MAX_M = 1e6

@@ -4,10 +4,10 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
+from multiradar_schemas import bounds as bounds
 from multiradar_schemas.base import described
+from multiradar_schemas.bounds import Bounds, ParameterBounds
 from multiradar_schemas.documents.tables import Table
-from multiradar_schemas.sensors import bounds as bounds
-from multiradar_schemas.sensors.bounds import Bounds, ParameterBounds
 
 #: Source of the fields.
 FILE = "sensors.toml"

@@ -17,13 +17,13 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
+from multiradar_schemas import bounds as bounds
 from multiradar_schemas.base import Record
 from multiradar_schemas.documents.contents import SENSORS
 from multiradar_schemas.documents.explain import ABSENT_ERROR, SENTENCE_ERROR
 from multiradar_schemas.documents.files import Document, parse_toml, read_toml, validated
 from multiradar_schemas.documents.tables import Table, wrong
 from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
-from multiradar_schemas.sensors import bounds as bounds
 from multiradar_schemas.sensors.bias import FILE, BiasParameter, SensorBias, of_file, within
 
 SensorKind = Literal["radar", "adsb", "mlat", "direction-finder"]

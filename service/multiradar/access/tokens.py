@@ -24,11 +24,6 @@ _SENSORS = TypeAdapter[tuple[str, ...]](tuple[SensorName, ...])
 class Tokens:
     """Verifies tokens of one issuer.
 
-    Parameters
-    ----------
-    issuer : IssuerSettings
-        The issuer.
-
     Raises
     ------
     ConfigurationError

@@ -38,7 +38,7 @@ def backup(
 ) -> None:
     """Copy the state of a service, also while it runs: journal, snapshot, sensors and settings."""
     from multiradar.toolbox.backups import backup as copy
-    from multiradar.toolbox.progress import counting_bar
+    from multiradar.toolbox.messages.progress import counting_bar
 
     chosen = None if filter_name is None else filter_name.value
     with counting_bar("verifying entries") as show:
@@ -72,7 +72,7 @@ def archive(
 ) -> None:
     """Seal the measurements that an archive does not have yet as compressed files."""
     from multiradar.toolbox.backups import archive as seal
-    from multiradar.toolbox.progress import counting_bar
+    from multiradar.toolbox.messages.progress import counting_bar
 
     with counting_bar("sealing entries") as show:
         new = seal(state, folder, on_progress=show)
@@ -100,7 +100,7 @@ def verify(
     """Check every entry, digest and file of a state, backup or archive; name what is damaged."""
     from multiradar.storage.verification import Verification
     from multiradar.toolbox.backups import verify as check
-    from multiradar.toolbox.progress import counting_bar
+    from multiradar.toolbox.messages.progress import counting_bar
 
     with counting_bar("verifying entries") as show:
         found = check(path, on_progress=show)
@@ -139,7 +139,7 @@ def restore(
     from multiradar.storage.backup import Backup
     from multiradar.toolbox.backups import SENSORS_FILE, SETTINGS_FILE
     from multiradar.toolbox.backups import restore as copy
-    from multiradar.toolbox.progress import counting_bar
+    from multiradar.toolbox.messages.progress import counting_bar
 
     with counting_bar("verifying entries") as show:
         found = copy(folder, state, on_progress=show)

@@ -140,7 +140,7 @@ def track(
 
     Costs were measured on the sample recording; without options, 24,000 plots take 3 s of CPU.
     """
-    from multiradar.toolbox.tracking import track as track_recording
+    from multiradar.toolbox.tracking.track import track as track_recording
 
     run, findings = with_findings(
         lambda: track_recording(

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
-from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.losses import LOST_MAX, two_digits
+from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import counted
 from multiradar.diagnosis.plots import EARTH_RADIUS_M, Floats, Plots
 

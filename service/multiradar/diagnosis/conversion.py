@@ -26,17 +26,17 @@ from multiradar.diagnosis.cross_sensor.hypotheses import (
     as_given,
 )
 from multiradar.diagnosis.cross_sensor.identities import check_identities
-from multiradar.diagnosis.cross_sensor.references import recorded_pairs
-from multiradar.diagnosis.cut_dumps import check_truncation
-from multiradar.diagnosis.diagnosis import Diagnosis
-from multiradar.diagnosis.evidence import COLUMNS, ROWS_MAX, Evidence, Source
-from multiradar.diagnosis.losses import LOST_MAX, READ_MIN
-from multiradar.diagnosis.names import check_names, counted
-from multiradar.diagnosis.plausibility import (
+from multiradar.diagnosis.cross_sensor.plausibility import (
     check_azimuth_unit,
     check_exchanged_columns,
     check_height_unit,
 )
+from multiradar.diagnosis.cross_sensor.references import recorded_pairs
+from multiradar.diagnosis.cut_dumps import check_truncation
+from multiradar.diagnosis.evidence import COLUMNS, ROWS_MAX, Evidence, Source
+from multiradar.diagnosis.losses import LOST_MAX, READ_MIN
+from multiradar.diagnosis.model import Diagnosis
+from multiradar.diagnosis.names import check_names, counted
 from multiradar.diagnosis.plots import Plots, Site, plots_of
 from multiradar.diagnosis.reports import check_reports
 from multiradar.diagnosis.times import check_gaps, check_times

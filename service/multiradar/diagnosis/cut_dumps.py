@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from multiradar.diagnosis.diagnosis import Diagnosis
+from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.times import utc
 
 #: Tracks coast for some scans after the last plot, and clutter continues after the last track: a

@@ -33,17 +33,7 @@ from multiradar.diagnosis.cross_sensor.offsets import (
     check_large_offsets,
     check_offsets,
 )
-from multiradar.diagnosis.cross_sensor.references import RECORDING, Pairs, are_named
-from multiradar.diagnosis.cross_sensor.registration import Registration, check_registration
-from multiradar.diagnosis.cross_sensor.site_errors import (
-    JointFit,
-    check_clock_errors,
-    check_site_errors,
-)
-from multiradar.diagnosis.diagnosis import Diagnosis
-from multiradar.diagnosis.evidence import Evidence
-from multiradar.diagnosis.names import SILENT_CODE, check_names, first_and_last
-from multiradar.diagnosis.plausibility import (
+from multiradar.diagnosis.cross_sensor.plausibility import (
     FOOT_M,
     aircraft_of,
     check_azimuth_unit,
@@ -54,6 +44,16 @@ from multiradar.diagnosis.plausibility import (
     check_scan_period,
     check_two_radars,
 )
+from multiradar.diagnosis.cross_sensor.references import RECORDING, Pairs, are_named
+from multiradar.diagnosis.cross_sensor.registration import Registration, check_registration
+from multiradar.diagnosis.cross_sensor.site_errors import (
+    JointFit,
+    check_clock_errors,
+    check_site_errors,
+)
+from multiradar.diagnosis.evidence import Evidence
+from multiradar.diagnosis.model import Diagnosis
+from multiradar.diagnosis.names import SILENT_CODE, check_names, first_and_last
 from multiradar.diagnosis.times import check_gaps, check_times, utc
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 

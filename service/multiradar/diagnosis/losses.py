@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from multiradar.diagnosis.diagnosis import Diagnosis, Severity
 from multiradar.diagnosis.evidence import COLUMNS, Evidence
+from multiradar.diagnosis.model import Diagnosis, Severity
 from multiradar.diagnosis.names import counted
 from multiradar.diagnosis.times import utc
 from multiradar.estimation.filters.bank import Outcome

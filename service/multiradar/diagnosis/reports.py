@@ -6,9 +6,9 @@ import numpy as np
 
 from multiradar.diagnosis.columns import SAME_MIN
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
-from multiradar.diagnosis.diagnosis import Diagnosis
+from multiradar.diagnosis.cross_sensor.plausibility import SPEED_MAX_MPS, SPEED_MIN_MPS
 from multiradar.diagnosis.losses import LOST_MAX
-from multiradar.diagnosis.plausibility import SPEED_MAX_MPS, SPEED_MIN_MPS
+from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import Booleans, Floats, Integers, Plots, reported
 
 #: Time between two reports of an aircraft from which a speed is computed, s; times often have a

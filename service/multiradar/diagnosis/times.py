@@ -5,8 +5,8 @@ from datetime import UTC, datetime, timedelta
 
 import numpy as np
 
-from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import Source
+from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import first_and_last
 
 #: Times below this are times of day without a date, s.

@@ -20,7 +20,7 @@ References
 ----------
 Schelleng, J. C., Burrows, C. R., Ferrell, E. B., "Ultra-short-wave propagation", Proceedings of the
 IRE 21 (1933), 427-463. Recommendation ITU-R P.453: refractivity 315 exp(−h / 7.35 km) of the mean
-atmosphere, with which `tests/unit/geodesy/test_refraction.py` traces rays.
+atmosphere, with which `tests/unit/core/geodesy/test_refraction.py` traces rays.
 """
 
 import numpy as np

@@ -11,7 +11,7 @@ from multiradar_converters.normalised.arrow import parse_arrow
 from multiradar_converters.normalised.parsed import Parsed
 from multiradar_converters.normalised.text import parse_json, parse_ndjson
 from multiradar_schemas.errors import BodyError
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 
 @dataclass(frozen=True, slots=True)

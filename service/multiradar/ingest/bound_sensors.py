@@ -8,7 +8,7 @@ import polars as pl
 from multiradar.ingest.bodies import Decoded
 from multiradar.runtime.live.receipt import RejectedRow
 from multiradar_schemas.measurements.directions import without_empty_columns
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 _SENSOR = "sensor_id"
 _INDEX = "index"

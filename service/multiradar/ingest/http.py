@@ -27,7 +27,7 @@ from multiradar.runtime.live.receipt import (
 )
 from multiradar.runtime.ports import OperatedSink
 from multiradar_schemas.measurements.measurement import MEASUREMENTS, Seconds
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 #: Reject codes that depend on the time of arrival and the configuration, not on the content.
 _CIRCUMSTANCES = frozenset(
@@ -111,39 +111,23 @@ def measurement_routes(sink: OperatedSink, bounds: IntakeBounds | None = None) -
     """
     intake = _Intake(sink, bounds or IntakeBounds())
     router = APIRouter(prefix="/v1", tags=["measurements"])
-    router.add_api_route(
-        "/measurements",
-        intake.measurements,
-        methods=["POST"],
-        dependencies=[FEED],
-        response_model=Acknowledgement,
-        responses=_ANSWERS,
-        openapi_extra=_REQUEST_BODY,
-        name="post_measurements",
-        description=_MEASUREMENTS_TEXT,
-    )
-    router.add_api_route(
-        "/flush",
-        intake.flush,
-        methods=["POST"],
-        dependencies=[OPERATE],
-        response_model=Acknowledgement,
-        responses=_FLUSH_ANSWERS,
-        openapi_extra={"parameters": [_KEY_PARAMETER]},
-        name="post_flush",
-        description=_FLUSH_TEXT,
-    )
-    router.add_api_route(
-        "/clock",
-        intake.set_clock,
-        methods=["POST"],
-        dependencies=[OPERATE],
-        response_model=Acknowledgement,
-        responses=_CLOCK_ANSWERS,
-        openapi_extra={"parameters": [_KEY_PARAMETER]},
-        name="post_clock",
-        description=_CLOCK_TEXT,
-    )
+    keyed = {"parameters": [_KEY_PARAMETER]}
+    for name, role, receive, answers, extra, text in (
+        ("measurements", FEED, intake.measurements, _ANSWERS, _REQUEST_BODY, _MEASUREMENTS_TEXT),
+        ("flush", OPERATE, intake.flush, _FLUSH_ANSWERS, keyed, _FLUSH_TEXT),
+        ("clock", OPERATE, intake.set_clock, _CLOCK_ANSWERS, keyed, _CLOCK_TEXT),
+    ):
+        router.add_api_route(
+            f"/{name}",
+            receive,
+            methods=["POST"],
+            dependencies=[role],
+            response_model=Acknowledgement,
+            responses=answers,
+            openapi_extra=extra,
+            name=f"post_{name}",
+            description=text,
+        )
     return router
 
 

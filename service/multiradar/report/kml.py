@@ -17,13 +17,6 @@ _HEAD = """<?xml version="1.0" encoding="UTF-8"?>
 def kml(lines: Iterable[TrackLine], name: str) -> Iterator[str]:
     """Yield a KML document in parts, a placemark for each track.
 
-    Parameters
-    ----------
-    lines : iterable of TrackLine
-        The tracks.
-    name : str
-        Name of the document.
-
     Yields
     ------
     str

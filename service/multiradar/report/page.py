@@ -21,11 +21,6 @@ _POLICY = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-
 def report_page(document: Document) -> str:
     """Return a report as one HTML page.
 
-    Parameters
-    ----------
-    document : Document
-        Contents of the page.
-
     Returns
     -------
     str

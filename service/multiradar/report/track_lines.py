@@ -61,11 +61,6 @@ def iso_time(time_s: float) -> str:
 def geojson(lines: Iterable[TrackLine]) -> Iterator[str]:
     """Yield a GeoJSON feature collection in parts, a line for each track.
 
-    Parameters
-    ----------
-    lines : iterable of TrackLine
-        The tracks.
-
     Yields
     ------
     str

@@ -135,7 +135,34 @@ class MeasurementSink(Protocol):
         idempotency_key: str | None = None,
         rejected: Sequence[RejectedRow] = (),
     ) -> Future[Receipt]:
-        """Submit measurements; resolved when they are on disk."""
+        """Submit measurements.
+
+        Parameters
+        ----------
+        frame : DataFrame
+            Columns of `MEASUREMENT_SCHEMA` (optional ones may be missing); a column `index` gives
+            the index of each row in its message.
+        source : str
+            The sender.
+        idempotency_key : str, optional
+            The sender's key for the message: messages with the same key are accepted once.
+        rejected : sequence of RejectedRow
+            Rows of the message rejected at the interface; they go to the quarantine.
+
+        Returns
+        -------
+        Future of Receipt
+            Resolved when the message is in the journal, on disk. Fails with `InputError` when the
+            columns are wrong, `IdempotencyConflictError` when the key was used for another message,
+            `JournalError` when the journal cannot be written.
+
+        Raises
+        ------
+        QueueFullError
+            If the intake is full; try again later.
+        PipelineError, JournalError
+            If the service is not running, or does not accept measurements any more.
+        """
         ...
 
 
@@ -145,13 +172,59 @@ class OperatedSink(MeasurementSink, Protocol):
     def flush(
         self, *, source: str, idempotency_key: str | None = None, force: bool = False
     ) -> Future[Receipt]:
-        """Submit the end of a stream; resolved when all earlier measurements are processed."""
+        """Submit the end of a stream: the reorder buffer is emptied.
+
+        Measurements older than the newest so far are late from then on.
+
+        Parameters
+        ----------
+        source : str
+            The sender.
+        idempotency_key : str, optional
+            The sender's key for the message, as for `submit`.
+        force : bool
+            Whether it may make measurements of sensors in real time late.
+
+        Returns
+        -------
+        Future of Receipt
+            Resolved when all measurements accepted before are processed. Fails as that of
+            `submit`, and with `PipelineError` when the engine stops before.
+
+        Raises
+        ------
+        LiveStreamError
+            If sensors deliver in real time, unless it is forced.
+        QueueFullError, PipelineError, JournalError
+            As `submit`.
+        """
         ...
 
     def set_clock(
         self, time_s: float, *, source: str, idempotency_key: str | None = None
     ) -> Future[Receipt]:
-        """Set the data clock; resolved when it counts for all further measurements."""
+        """Set the data clock, as an operator says.
+
+        A step back terminates all tracks, and measurements from then on initiate others; biases
+        are kept. After a step forward earlier measurements are late.
+
+        Parameters
+        ----------
+        time_s : float
+            The data time, s.
+        source, idempotency_key
+            As for `flush`.
+
+        Returns
+        -------
+        Future of Receipt
+            As that of `flush`.
+
+        Raises
+        ------
+        QueueFullError, PipelineError, JournalError
+            As `submit`.
+        """
         ...
 
 

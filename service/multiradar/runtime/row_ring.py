@@ -53,6 +53,8 @@ class RowRing:
     def __init__(self, rows_max: int, row_type: "np.dtype[Any]") -> None:
         self._rows = np.empty(rows_max, row_type)
         self._appended = 0
+        # Rows below `_claimed` − capacity may be overwritten at any moment.
+        self._claimed = 0
 
     @property
     def appended(self) -> int:
@@ -64,17 +66,25 @@ class RowRing:
         """Rows retained at most."""
         return len(self._rows)
 
+    @property
+    def oldest(self) -> int:
+        """Number of the oldest row that is retained."""
+        return max(self._claimed - len(self._rows), 0)
+
     def append(self, rows: NDArray[Any]) -> None:
         """Add rows, in order."""
         kept = rows[-len(self._rows) :]
-        end = self._appended + len(rows)
-        self._rows[np.arange(end - len(kept), end) % len(self._rows)] = kept
-        self._appended = end
+        self._claimed = self._appended + len(rows)
+        self._rows[np.arange(self._claimed - len(kept), self._claimed) % len(self._rows)] = kept
+        self._appended = self._claimed
 
     def rows(self, first: int, end: int) -> NDArray[Any]:
         """Return a copy of the rows first…end; see `RowLog.rows`."""
-        found = ring_rows(self._rows, first, end)
-        require_retained(first, self)
+        begin, count = first % len(self._rows), end - first
+        beyond = max(begin + count - len(self._rows), 0)
+        found = np.concatenate([self._rows[begin : begin + count], self._rows[:beyond]])
+        if first < self.oldest:
+            raise StateError(f"row {first} is no longer retained, of {self._appended}")
         return found
 
     def last(self, count: int) -> NDArray[Any]:
@@ -84,18 +94,5 @@ class RowRing:
 
     def refill(self, first: int, rows: NDArray[Any]) -> None:
         """Replace the content; see `RowLog.refill`."""
-        self._appended = first
+        self._appended = self._claimed = first
         self.append(rows.astype(self._rows.dtype, casting="equiv"))
-
-
-def ring_rows(ring: NDArray[Any], first: int, end: int) -> NDArray[Any]:
-    """Return a copy of the rows first…end of a ring, whether or not they are still there."""
-    begin, count = first % len(ring), end - first
-    parts = ring[begin : begin + count], ring[: max(begin + count - len(ring), 0)]
-    return np.concatenate(parts)
-
-
-def require_retained(first: int, log: RowLog) -> None:
-    """Raise StateError if rows from a number on are not all retained any more."""
-    if first < log.appended - log.capacity:
-        raise StateError(f"row {first} is no longer retained, of {log.appended}")

@@ -11,7 +11,7 @@ from multiradar.estimation.measurement.sensors import (
     PARAMETER_UNITS,
 )
 from multiradar.simulation.observation.measurements import NO_AIRCRAFT
-from multiradar.simulation.observation.observation import Observation
+from multiradar.simulation.observation.observe import Observation
 from multiradar.simulation.scenario.model import SITED, Aircraft, ReceivedField, Scenario, Sensor
 from multiradar_converters.aircraft_data.checking import checked
 from multiradar_converters.aircraft_data.quantities import named_columns, without

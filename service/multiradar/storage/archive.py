@@ -20,22 +20,22 @@ from pathlib import Path
 from typing import IO, Any, NamedTuple
 
 from multiradar.errors import InputError, JournalError, OutputExistsError
-from multiradar.storage.chain import Columns, entry_digest, origin_digest
 from multiradar.storage.entries import StoredEntry
-from multiradar.storage.journal_rows import (
+from multiradar.storage.sqlite.chain import Columns, entry_digest, origin_digest
+from multiradar.storage.sqlite.journal_rows import (
     ENTRY,
     FORMAT_VERSION,
     JournalRows,
     fingerprint_of,
 )
-from multiradar.storage.sqlite_file import (
+from multiradar.storage.sqlite.sqlite_file import (
     check_file_type,
     journal_errors,
     open_database,
     snapshot,
     sync,
 )
-from multiradar.storage.sqlite_journal import SqliteJournal
+from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar_schemas.documents.contents import JOURNAL, no_such
 
 #: Octets of the payloads of a segment, after which it is sealed.

@@ -23,9 +23,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from multiradar.errors import DamageError, InputError, JournalError, SnapshotError
-from multiradar.storage.journal_rows import Head, JournalRows, fingerprint_of
 from multiradar.storage.snapshots import SnapshotFolder
-from multiradar.storage.sqlite_file import (
+from multiradar.storage.sqlite.journal_rows import Head, JournalRows, fingerprint_of
+from multiradar.storage.sqlite.sqlite_file import (
     check_file_type,
     copy_database,
     file_size,
@@ -34,7 +34,7 @@ from multiradar.storage.sqlite_file import (
     snapshot,
     sync,
 )
-from multiradar.storage.tip import Tip
+from multiradar.storage.sqlite.tip import Tip
 from multiradar.storage.verification import Progress, Verification, verify_journal
 from multiradar_schemas.documents.contents import BACKUP, JOURNAL, no_such
 

@@ -38,7 +38,7 @@ class RejectedRow:
     index : int
         Index of the row in the message, from 0.
     code : str
-        Stable code, one of `multiradar_schemas.measurements.reject.RejectCode`.
+        Stable code, one of `multiradar_schemas.reject.RejectCode`.
     reason : str
         Reason in words.
     raw : str

@@ -4,9 +4,9 @@ import threading
 from collections.abc import Iterator, Sequence
 
 from multiradar.errors import JournalError
-from multiradar.storage.chain import Columns, entry_digest, origin_digest
 from multiradar.storage.entries import Entry, JournalCounts, Quarantined, StoredEntry
 from multiradar.storage.journal import Space
+from multiradar.storage.sqlite.chain import Columns, entry_digest, origin_digest
 
 
 class MemoryJournal:

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from multiradar.errors import InputError, JournalError, SnapshotError
-from multiradar.storage.journal_rows import ENTRY, Head, JournalRows, Row, fingerprint_of
 from multiradar.storage.snapshots import KEPT, Position, SnapshotFolder
-from multiradar.storage.sqlite_file import (
+from multiradar.storage.sqlite.journal_rows import ENTRY, Head, JournalRows, Row, fingerprint_of
+from multiradar.storage.sqlite.sqlite_file import (
     check_file_type,
     check_pages,
     file_errors,
@@ -21,8 +21,8 @@ from multiradar.storage.sqlite_file import (
     open_database,
     snapshot,
 )
-from multiradar.storage.tip import Tip
-from multiradar.storage.write_ahead_log import log_damage
+from multiradar.storage.sqlite.tip import Tip
+from multiradar.storage.sqlite.write_ahead_log import log_damage
 from multiradar_schemas.documents.contents import JOURNAL, no_such
 
 #: Damaged entries that are named; further ones are counted.

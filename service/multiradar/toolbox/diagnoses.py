@@ -5,11 +5,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from multiradar.errors import DataWarning
-from multiradar.toolbox.warning import warn
+from multiradar.toolbox.messages.warning import warn
 
 if TYPE_CHECKING:
-    from multiradar.diagnosis.diagnosis import Diagnosis
+    import polars as pl
 
+    from multiradar.diagnosis.model import Diagnosis
+
+SYSTEM_TRACKS_FILE = "system_tracks.parquet"
+#: States of another processor's tracks without an estimate from measurements.
+NOT_SEEN = ("coasting", "ended", "simulated")
 #: The form of ADS-B messages with local times.
 _LOCAL_FORM = "BaseStation"
 
@@ -79,10 +84,31 @@ def _unused_options(report: Mapping[str, Any]) -> list[str]:
 def _of_asterix(report: Mapping[str, Any], out: Path) -> list[str]:
     import polars as pl
 
-    from multiradar.toolbox.evaluation.inputs import SYSTEM_TRACKS_FILE, unseen_states
-
     alarms = report["figures"].get("sensor_alarms", ())
     found = [f"{alarm['sensor_id']}: {alarm['reason']}" for alarm in alarms]
     path = out / SYSTEM_TRACKS_FILE
     unseen = unseen_states(pl.read_parquet(path, columns=["state"])) if path.is_file() else ""
     return [*found, f"{unseen}; `evaluate` cannot use them as a reference"] if unseen else found
+
+
+def unseen_states(updates: "pl.DataFrame") -> str:
+    """Return a message about system tracks that were never updated by a measurement.
+
+    Parameters
+    ----------
+    updates : DataFrame
+        Their updates, with the column `state`.
+
+    Returns
+    -------
+    str
+        Empty where some were.
+    """
+    counts = updates["state"].value_counts(sort=True).rows()
+    if not counts or any(state not in NOT_SEEN for state, _ in counts):
+        return ""
+    of_states = ", ".join(f"{count:,} {state}" for state, count in counts)
+    return (
+        f"none of the {len(updates):,} updates of system tracks is by a measurement ({of_states}): "
+        "the recorder or the processor received no plots"
+    )

@@ -88,7 +88,7 @@ class Run(Output):
         ArgumentError
             There is no plot of a name.
         """
+        from multiradar.toolbox.pages.pictures import picture
         from multiradar.toolbox.pages.run_plots import run_plots
-        from multiradar.toolbox.pictures import picture
 
         return picture(run_plots(self.tracks, self.biases, self.sensors), names)

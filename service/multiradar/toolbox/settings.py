@@ -27,11 +27,6 @@ def settings_of(config: "PathLike | None", given: Mapping[str, Any]) -> "Setting
     given : mapping of str to object
         Settings of the tracker by name; None where not given.
 
-    Returns
-    -------
-    Settings
-        All settings.
-
     Raises
     ------
     ArgumentError

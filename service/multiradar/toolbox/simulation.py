@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 from multiradar.errors import ArgumentError, ConfigurationError, FindingsError
 from multiradar.toolbox.arguments import typed
 from multiradar.toolbox.inputs import read_sensors
+from multiradar.toolbox.messages.progress import progress_bar
 from multiradar.toolbox.output import Output, PathLike, new_output, remove_with
-from multiradar.toolbox.progress import progress_bar
 from multiradar_schemas.documents.names import unknown
 
 if TYPE_CHECKING:
     import polars as pl
 
-    from multiradar.simulation.observation.observation import Observation
+    from multiradar.simulation.observation.observe import Observation
     from multiradar.simulation.scenario.model import Scenario
     from multiradar.simulation.scenario.tables import ScenarioTable
     from multiradar_schemas.report import Report
@@ -111,7 +111,7 @@ def simulate(
     FindingsError
         A sensor has no aircraft in its coverage; the simulation is in `.output`.
     """
-    from multiradar.simulation.observation.observation import observe
+    from multiradar.simulation.observation.observe import observe
     from multiradar.simulation.scenario.file import changed, scenario_of
     from multiradar.simulation.traffic import all_aircraft, run_generator
     from multiradar.storage.output_folder import check_new, new_folder

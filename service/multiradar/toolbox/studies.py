@@ -9,8 +9,8 @@ from multiradar.errors import ArgumentError
 from multiradar.research.studies.catalogue import STUDIES, StudyEntry
 from multiradar.toolbox.arguments import typed
 from multiradar.toolbox.compiling import compile_kernels
+from multiradar.toolbox.messages.progress import counting_bar
 from multiradar.toolbox.output import PathLike
-from multiradar.toolbox.progress import counting_bar
 from multiradar_schemas.documents.names import unknown
 
 if TYPE_CHECKING:

@@ -5,17 +5,14 @@ from dataclasses import dataclass
 #: Acceleration models: `TrackingSettings.motion`.
 WHITE_ACCELERATION = "white-acceleration"
 VELOCITY_FRAME = "velocity-frame"
-MOTIONS = (WHITE_ACCELERATION, VELOCITY_FRAME)
 #: Allowed values in `TrackingSettings.hidden_fields`.
 HIDEABLE = ("track_number", "mode_3a", "mode_s_address", "callsign")
 #: Association methods: `TrackingSettings.association`.
 BY_NEAREST = "nearest"
 BY_PROBABILITY = "probabilistic"
 BY_IDENTITY = "identity"
-ASSOCIATIONS = (BY_NEAREST, BY_PROBABILITY, BY_IDENTITY)
 #: Joint events considered: `TrackingSettings.joint_events`.
 LIKELIEST_EVENTS = "likeliest"
-ALL_EVENTS = "all"
 #: Interval for which the accelerations of the velocity frame are defined, s. It converts them into
 #: spectral densities, so that intervals may be divided anywhere.
 NOMINAL_INTERVAL_S = 1.0

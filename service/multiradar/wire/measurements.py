@@ -37,7 +37,7 @@ from multiradar_schemas.measurements.directions import (
 )
 from multiradar_schemas.measurements.gates import PHYSICAL_GATES, Gate, rejections
 from multiradar_schemas.measurements.measurement import DETECTIONS, KINDS
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 #: A range may exceed the instrumented range of its sensor by this factor.
 RANGE_MAX_FACTOR = 1.05

@@ -69,11 +69,6 @@ def tracks_frame(updates: TrackUpdates, table: SensorTable) -> pl.DataFrame:
 def transitions_frame(transitions: TrackTransitions) -> pl.DataFrame:
     """Translate transitions of tracks to rows of `transitions.parquet`.
 
-    Parameters
-    ----------
-    transitions : TrackTransitions
-        The transitions.
-
     Returns
     -------
     DataFrame
@@ -117,13 +112,6 @@ def biases_frame(records: BiasRecords, table: SensorTable) -> pl.DataFrame:
 
 def delays_frame(records: DelayRecords, table: SensorTable) -> pl.DataFrame:
     """Translate delays of transponders to rows of `aircraft_delays.parquet`.
-
-    Parameters
-    ----------
-    records : DelayRecords
-        The delays.
-    table : SensorTable
-        The sensors.
 
     Returns
     -------

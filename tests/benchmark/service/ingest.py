@@ -11,7 +11,7 @@ from benchmark.plan import Plan
 from benchmark.report import Row
 from benchmark.scenes.sky import make_recording
 from benchmark.service.server import IN_FLIGHT, Server, UnexpectedAnswerError
-from multiradar.ingest.replay_http import MEDIA_TYPES, Encoding, encode
+from multiradar.ingest.replay.http import MEDIA_TYPES, Encoding, encode
 
 TEXT = (
     "`POST /v1/measurements` to `multiradar serve` in its own process. The client has "

@@ -13,7 +13,7 @@ from benchmark.plan import Plan
 from benchmark.report import Row
 from benchmark.scenes.sky import RADARS, make_recording
 from benchmark.service.server import Server, UnexpectedAnswerError
-from multiradar.ingest.replay_http import MEDIA_TYPES, Encoding, encode
+from multiradar.ingest.replay.http import MEDIA_TYPES, Encoding, encode
 
 TEXT = (
     "One client sends a request, reads the whole answer and repeats; the service is otherwise "

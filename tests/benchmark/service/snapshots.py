@@ -11,12 +11,12 @@ from benchmark.plan import Plan
 from benchmark.report import Row
 from benchmark.scenes.sky import make_recording, write_sensors
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.engine.fingerprint import configuration_fingerprint
 from multiradar.runtime.live.service import Service
 from multiradar.runtime.live.snapshots import SnapshotRules
 from multiradar.storage.snapshots import SnapshotFolder
-from multiradar.storage.sqlite_journal import SqliteJournal
+from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import sensor_table

@@ -11,7 +11,7 @@ from benchmark.report import Row
 from benchmark.scenes.sky import make_recording
 from benchmark.service.counting_subscriber import CountingSubscriber
 from benchmark.service.server import Server
-from multiradar.ingest.replay_http import MEDIA_TYPES, Encoding, encode
+from multiradar.ingest.replay.http import MEDIA_TYPES, Encoding, encode
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.session import zenoh_config
 

@@ -19,7 +19,7 @@ from multiradar.api.factory import create_api
 from multiradar.api.routes.overlays import overlay_routes
 from multiradar.app import build_service
 from multiradar.ingest.http import IntakeBounds, measurement_routes
-from multiradar.ingest.replay_http import Encoding, encode
+from multiradar.ingest.replay.http import Encoding, encode
 from multiradar.runtime.live.receipt import IDEMPOTENCY_KEY_LENGTH_MAX
 from multiradar.settings.service import load_settings
 from multiradar.storage.overlays import read_overlays

@@ -10,7 +10,7 @@ import polars as pl
 import pytest
 
 from multiradar.cli.main import EXIT_DONE, EXIT_FAILED, EXIT_USAGE, run
-from multiradar_schemas.measurements.reject import Reject, RejectCode
+from multiradar_schemas.reject import Reject, RejectCode
 from multiradar_schemas.report import Report
 from multiradar_schemas.sensors.sensor import load_sensors
 from support.scenarios.trajectories import (

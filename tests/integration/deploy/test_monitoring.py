@@ -17,7 +17,7 @@ from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.observability.metrics import REGISTRY, watch
 from multiradar.observability.pipeline_metrics import PipelineCollector
 from multiradar.runtime.live.readiness import CODES
-from multiradar.storage.sqlite_journal import SqliteJournal
+from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from support.paths import ROOT
 from support.processes.live_services import services, settled, submit
 from support.processes.waiting import run_to_end

@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 from multiradar.app import Application
 from multiradar.settings.service import load_settings
-from multiradar.simulation.observation.observation import observe
+from multiradar.simulation.observation.observe import observe
 from multiradar.simulation.output import measurements_frame
 from multiradar.simulation.scenario.file import builtin_table, changed, scenario_of
 from multiradar.simulation.scenario.sensors_text import sensors_text

@@ -7,8 +7,8 @@ import pytest
 
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.engine.engine import Engine
-from multiradar.simulation.observation.observation import Observation, observe
+from multiradar.runtime.engine.epoch_engine import Engine
+from multiradar.simulation.observation.observe import Observation, observe
 from multiradar.simulation.output import measurements_frame, truth_frame
 from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.model import Scenario

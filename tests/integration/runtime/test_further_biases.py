@@ -7,8 +7,8 @@ import polars as pl
 import pytest
 
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, PARAMETER_UNITS
-from multiradar.runtime.engine.engine import Engine
-from multiradar.simulation.observation.observation import observe
+from multiradar.runtime.engine.epoch_engine import Engine
+from multiradar.simulation.observation.observe import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
 from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.model import Bias, Scenario

@@ -9,8 +9,8 @@ import pytest
 
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.engine.engine import Engine
-from multiradar.simulation.observation.observation import observe
+from multiradar.runtime.engine.epoch_engine import Engine
+from multiradar.simulation.observation.observe import observe
 from multiradar.simulation.output import measurements_frame
 from multiradar.simulation.scenario.file import scenario_of, scenario_table
 from multiradar.simulation.scenario.sensors_text import sensors_text

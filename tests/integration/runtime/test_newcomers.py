@@ -10,8 +10,8 @@ import pytest
 from multiradar import wire
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.engine.engine import Engine
-from multiradar.simulation.observation.observation import observe
+from multiradar.runtime.engine.epoch_engine import Engine
+from multiradar.simulation.observation.observe import observe
 from multiradar.simulation.output import measurements_frame
 from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.model import PARAMETERS, Aircraft, Bias, Scenario

@@ -10,16 +10,17 @@ import pytest
 
 from multiradar.errors import AccountingError
 from multiradar.estimation.filters.bank import FILTERS
-from multiradar.runtime.engine.engine import Engine
-from multiradar.runtime.offline.offline import OfflineJob, OfflineResult, track_recording
+from multiradar.runtime.engine.epoch_engine import Engine
+from multiradar.runtime.offline.offline_job import OfflineJob, OfflineResult
 from multiradar.runtime.offline.offline_report import offline_report
+from multiradar.runtime.offline.offline_run import track_recording
 from multiradar.storage import recording as recording_module
 from multiradar.storage.recording import Recording
 from multiradar.tracking.settings import TrackingSettings
-from multiradar_schemas.measurements.reject import Reject
 from multiradar_schemas.products.bias import BIAS_SCHEMA
 from multiradar_schemas.products.track import TRACK_SCHEMA
 from multiradar_schemas.products.transition import TRANSITION_SCHEMA
+from multiradar_schemas.reject import Reject
 from support.scenarios import live_scene
 
 ROWS = 3000

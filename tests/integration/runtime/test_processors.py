@@ -15,7 +15,7 @@ DIGEST = """
 import sys
 import numpy as np
 from multiradar.runtime.engine.digest import OutputDigest
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.settings import TrackingSettings
 from support.scenarios.scenes import sensor_table, three_radars

@@ -7,7 +7,7 @@ import pytest
 from multiradar.estimation.bias.store import BiasState
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch, sensor_table
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA

@@ -10,7 +10,8 @@ import pytest
 import zenoh
 
 from multiradar.app import Application
-from multiradar.runtime.offline.offline import TRAJECTORIES_FILE, OfflineJob, track_recording
+from multiradar.runtime.offline.offline_job import TRAJECTORIES_FILE, OfflineJob
+from multiradar.runtime.offline.offline_run import track_recording
 from multiradar.runtime.offline.trajectory_table import STEP_S, table_row
 from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.settings.service import TrajectorySettings, load_settings

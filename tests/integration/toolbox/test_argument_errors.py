@@ -19,7 +19,7 @@ from multiradar.errors import (
     OutputExistsError,
     UnknownFilterError,
 )
-from multiradar.toolbox.conversion import Conversion
+from multiradar.toolbox.conversion.convert import Conversion
 
 
 def _table(made: Path) -> pl.DataFrame:

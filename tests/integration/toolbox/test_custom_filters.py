@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 import multiradar as mr
 from multiradar.errors import CovarianceError, ShapeError
-from multiradar.toolbox.custom_filters import AircraftPlot
+from multiradar.toolbox.tracking.custom_filters import AircraftPlot
 
 Floats = NDArray[np.float64]
 

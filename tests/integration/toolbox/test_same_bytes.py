@@ -9,7 +9,7 @@ import pytest
 
 import multiradar as mr
 from multiradar.cli.main import EXIT_DONE, run
-from multiradar.toolbox.conversion import Conversion
+from multiradar.toolbox.conversion.convert import Conversion
 from multiradar.toolbox.simulation import Simulation
 from support.paths import SAMPLE
 

@@ -12,7 +12,8 @@ import zenoh
 from multiradar.api.factory import create_api
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.options import ZenohOptions
-from multiradar.runtime.offline.offline import ENCOUNTERS_FILE, OfflineJob, track_recording
+from multiradar.runtime.offline.offline_job import ENCOUNTERS_FILE, OfflineJob
+from multiradar.runtime.offline.offline_run import track_recording
 from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.storage.recording import Recording
 from multiradar.tracking.settings import TrackingSettings

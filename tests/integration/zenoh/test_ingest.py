@@ -11,9 +11,9 @@ import pytest
 import zenoh
 
 from multiradar.errors import QueueFullError, UnavailableError
-from multiradar.ingest.replay import Answer
-from multiradar.ingest.replay_http import MEDIA_TYPES, Encoding, encode
-from multiradar.ingest.replay_zenoh import ZenohDestination
+from multiradar.ingest.replay.http import MEDIA_TYPES, Encoding, encode
+from multiradar.ingest.replay.replaying import Answer
+from multiradar.ingest.replay.zenoh import ZenohDestination
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.runtime.live.service import Service

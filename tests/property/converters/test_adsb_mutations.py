@@ -12,7 +12,7 @@ import pytest
 from multiradar_converters.adsb.conversion import convert
 from multiradar_converters.adsb.options import Options
 from multiradar_converters.errors import LayoutError
-from multiradar_schemas.measurements.reject import Reject
+from multiradar_schemas.reject import Reject
 from multiradar_schemas.report import Report
 from support.asterix.octets import mutated
 from support.scenarios.trajectories import (

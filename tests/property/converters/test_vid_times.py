@@ -14,7 +14,7 @@ from multiradar_converters.vid.accounting import Account, RejectsFile
 from multiradar_converters.vid.profile import Profile
 from multiradar_converters.vid.text.detection import detect, first_times
 from multiradar_converters.vid.text.reading import read_rows
-from multiradar_converters.vid.times import TimeUnwrapper, agreed_start
+from multiradar_converters.vid.text.times import TimeUnwrapper, agreed_start
 from support.inputs import dumps
 
 DAY = 86400.0

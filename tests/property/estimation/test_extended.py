@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from multiradar.estimation.motion.velocity_frame_noise import VelocityFrameNoise
-from multiradar.research.extended.extended import Estimate, Outcome, predict, start, update
+from multiradar.research.extended.extended_filter import Estimate, Outcome, predict, start, update
 from multiradar.research.extended.extended_measurement import MeasuredPosition, SpaceMeasurement
 from multiradar.research.motion.cartesian_acceleration import CartesianAcceleration
 from multiradar.research.motion.model import MotionModel

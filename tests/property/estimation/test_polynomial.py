@@ -5,13 +5,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters.polynomial.polynomial import (
+from multiradar.estimation.filters.polynomial.polynomial_basis import restriction
+from multiradar.estimation.filters.polynomial.polynomial_filter import (
     estimate,
     observe,
     observe_interval,
     start,
 )
-from multiradar.estimation.filters.polynomial.polynomial_basis import restriction
 from multiradar.estimation.filters.polynomial.polynomial_state import PolynomialState
 
 Floats = NDArray[np.float64]

@@ -4,10 +4,10 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from multiradar.restoration.bundle.bundle import Bundle
 from multiradar.restoration.bundle.manoeuvre_history import ManoeuvreHistory
+from multiradar.restoration.bundle.trajectory_bundle import Bundle
 from multiradar.restoration.control_tracks.settings import BundleSettings
-from multiradar.restoration.forecast.forecast import forecast
+from multiradar.restoration.forecast.bundle_forecast import forecast
 from multiradar.restoration.forecast.settings import AHEAD_MAX_S, ForecastSettings
 from support.scenarios.flown import flight, plots_of
 

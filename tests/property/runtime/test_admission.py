@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from multiradar.runtime.admission.admission import Admission
+from multiradar.runtime.admission.admission_by_time import Admission
 from support.inputs.timed_batches import timed_batch
 
 _STEPS = st.sampled_from([0.0, 0.5, 5.0, 13.0, -2.0, -30.0, 599.0, 601.0, 5000.0, -5000.0, 1e9])

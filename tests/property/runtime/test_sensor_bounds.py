@@ -8,16 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from multiradar.estimation.filters.bank import FILTERS
-from multiradar.runtime.engine.engine import Engine
-from multiradar.simulation.observation.observation import observe
+from multiradar.runtime.engine.epoch_engine import Engine
+from multiradar.simulation.observation.observe import observe
 from multiradar.simulation.output import measurements_frame
 from multiradar.simulation.scenario.file import scenario_of, scenario_table
 from multiradar.simulation.scenario.sensors_text import sensors_text
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch, sensor_table
-from multiradar_schemas.sensors import bounds as bounds
-from multiradar_schemas.sensors.bounds import Bounds, ParameterBounds
+from multiradar_schemas import bounds as bounds
+from multiradar_schemas.bounds import Bounds, ParameterBounds
 from multiradar_schemas.sensors.sensor import parse_sensors
 
 PARAMETERS = {

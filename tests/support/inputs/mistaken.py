@@ -9,9 +9,9 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar import wire
-from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.findings import diagnose
+from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import ground_range
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.polar import slant_range_azimuth

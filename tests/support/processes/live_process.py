@@ -13,14 +13,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, BinaryIO, TextIO
 
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.engine.fingerprint import configuration_fingerprint
 from multiradar.runtime.live.payload import decode_rows
 from multiradar.runtime.live.receipt import Receipt
 from multiradar.runtime.live.service import Service
 from multiradar.runtime.live.snapshots import SnapshotRules
 from multiradar.storage.snapshots import SnapshotFolder
-from multiradar.storage.sqlite_journal import SqliteJournal
+from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.settings import TrackingSettings
 from support.processes.commands import ended, fork

@@ -13,11 +13,11 @@ from multiradar_compiled.worker import compile_kernel
 for module in (
     "multiradar.app",
     "multiradar.evaluation.scorecard",
-    "multiradar.runtime.offline.offline",
-    "multiradar.simulation.observation.observation",
+    "multiradar.runtime.offline.offline_run",
+    "multiradar.simulation.observation.observe",
     "multiradar.simulation.output",
     "multiradar.simulation.scenario.sensors_text",
-    "multiradar.toolbox.tracking",
+    "multiradar.toolbox.tracking.track",
     "multiradar_converters.vid.conversion",
     "support.processes.live_process",
 ):

@@ -22,7 +22,7 @@ from multiradar.estimation.measurement.sensors import (
 )
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.simulation.observation.measurements import Measurements
-from multiradar.simulation.observation.observation import observe
+from multiradar.simulation.observation.observe import observe
 from multiradar.simulation.scenario import model as simulated
 from multiradar.tracking.input.measurements import MeasurementBatch
 

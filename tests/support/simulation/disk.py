@@ -17,7 +17,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from multiradar.storage import snapshots, sqlite_file, tip
+from multiradar.storage import snapshots
+from multiradar.storage.sqlite import sqlite_file, tip
 
 #: Results of SQLite.
 IOERR, FULL, IOERR_READ, IOERR_FSYNC = 10, 13, 266, 1034

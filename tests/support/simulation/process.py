@@ -21,9 +21,9 @@ from multiradar.runtime.live.service import Service
 from multiradar.runtime.live.snapshots import SnapshotRules
 from multiradar.runtime.stream.events import Event, Subscription
 from multiradar.settings.limits import RuntimeLimits
-from multiradar.storage import tip
 from multiradar.storage.snapshots import SnapshotFolder
-from multiradar.storage.sqlite_journal import SqliteJournal
+from multiradar.storage.sqlite import tip
+from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_converters.asterix.live.reception import LiveDecoder, LiveOptions
 from support.simulation.disk import VirtualDisk

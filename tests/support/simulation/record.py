@@ -16,7 +16,7 @@ from multiradar import wire
 from multiradar.errors import MultiradarError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.engine.digest import OutputDigest
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.payload import decode_rows
 from multiradar.runtime.live.receipt import SENDER_SEPARATOR
 from multiradar.runtime.stream.events import GAP, Event
@@ -24,7 +24,7 @@ from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput
 from multiradar_schemas.measurements.columns import complete
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 from support.simulation.engines import POISON_HEIGHT_M
 from support.simulation.front import Exchange
 from support.simulation.process import JOURNAL, LIMITS, TRACKING, Process, read_marks, read_raw

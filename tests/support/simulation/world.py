@@ -10,7 +10,7 @@ from pathlib import Path
 
 from multiradar.errors import ConfigurationError, JournalError, MultiradarError
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.engine.fingerprint import configuration_fingerprint
 from multiradar.runtime.stream.events import Subscription
 from multiradar.tracking.forecast.state_samples import Sampling

@@ -9,7 +9,7 @@ import polars as pl
 import pytest
 
 from multiradar.diagnosis.conversion import diagnose_conversion
-from multiradar.diagnosis.diagnosis import Diagnosis
+from multiradar.diagnosis.model import Diagnosis
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from support.inputs.mistaken import RADARS, Recording, recording
 

@@ -6,9 +6,9 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.findings import diagnose
+from multiradar.diagnosis.model import Diagnosis
 from multiradar.estimation.filters.bank import Outcome
 from multiradar_schemas.sensors.sensor import Sensor
 from support.inputs.mistaken import Recording, recording

@@ -4,14 +4,14 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.diagnosis.evidence import COLUMNS
-from multiradar.diagnosis.plausibility import (
+from multiradar.diagnosis.cross_sensor.plausibility import (
     aircraft_of,
     check_height_unit,
     check_nearer_than_height,
     check_range_unit,
     median_speed,
 )
+from multiradar.diagnosis.evidence import COLUMNS
 from multiradar.diagnosis.plots import Plots, plots_of
 
 SITE = (0.87, 0.26, 300.0)

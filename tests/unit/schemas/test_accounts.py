@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from multiradar_schemas.measurements.reject import Reject, RejectCode
+from multiradar_schemas.reject import Reject, RejectCode
 from multiradar_schemas.report import Counts, Report
 
 CODE = RejectCode.OUT_OF_RANGE

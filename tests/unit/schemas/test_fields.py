@@ -6,7 +6,7 @@ import pytest
 
 from multiradar_schemas import export, fields
 from multiradar_schemas.fields import page
-from multiradar_schemas.measurements.reject import CODE_MEANINGS, RejectCode
+from multiradar_schemas.reject import CODE_MEANINGS, RejectCode
 from support.paths import ROOT
 
 

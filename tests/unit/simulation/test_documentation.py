@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from multiradar.simulation.flat import flat_plots
-from multiradar.simulation.observation.observation import observe
+from multiradar.simulation.observation.observe import observe
 from multiradar.simulation.output import TRUE_BIAS_SCHEMA, TRUTH_SCHEMA
 from multiradar.simulation.scenario.bias_tables import BiasesTable, BiasTable
 from multiradar.simulation.scenario.file import builtin_names, builtin_scenario, load_scenario

@@ -9,7 +9,7 @@ import pytest
 
 from multiradar import wire
 from multiradar.simulation.observation.counts import counts_by_sensor
-from multiradar.simulation.observation.observation import Observation, observe
+from multiradar.simulation.observation.observe import Observation, observe
 from multiradar.simulation.output import measurements_frame, true_biases_frame, truth_frame
 from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.model import Bias, Scenario

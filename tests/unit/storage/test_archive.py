@@ -17,7 +17,7 @@ from multiradar.storage.archive import (
     segments_of,
     verify_archive,
 )
-from multiradar.storage.sqlite_journal import SqliteJournal
+from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from support.inputs.journal_entries import entry
 from support.processes.waiting import WAIT_TIMEOUT_S, join
 from unit.storage.test_verification import (

@@ -11,7 +11,7 @@ import pytest
 
 from multiradar.errors import ConfigurationError, DamageError, InputError, JournalError
 from multiradar.storage import backup as backups
-from multiradar.storage import full_disk, sqlite_file
+from multiradar.storage import full_disk
 from multiradar.storage.backup import (
     MANIFEST,
     Backup,
@@ -22,8 +22,9 @@ from multiradar.storage.backup import (
 )
 from multiradar.storage.output_folder import new_folder
 from multiradar.storage.snapshots import SnapshotFolder
-from multiradar.storage.sqlite_file import open_database
-from multiradar.storage.sqlite_journal import SqliteJournal
+from multiradar.storage.sqlite import sqlite_file
+from multiradar.storage.sqlite.sqlite_file import open_database
+from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from support.inputs.journal_entries import entry
 from unit.storage.test_verification import (
     ENTRIES,

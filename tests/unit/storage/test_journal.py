@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from multiradar.errors import JournalError
-from multiradar.storage.chain import json_array
 from multiradar.storage.journal import Journal
 from multiradar.storage.memory_journal import MemoryJournal
-from multiradar.storage.sqlite_journal import SqliteJournal
+from multiradar.storage.sqlite.chain import json_array
+from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from support.inputs.journal_entries import entry
 
 

@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 
 from multiradar.errors import ConfigurationError, JournalError
-from multiradar.storage.sqlite_journal import SqliteJournal
-from multiradar.storage.tip import Tip
-from multiradar.storage.write_ahead_log import log_damage
+from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
+from multiradar.storage.sqlite.tip import Tip
+from multiradar.storage.sqlite.write_ahead_log import log_damage
 from support.inputs.journal_entries import entry
 
 FINGERPRINT = "a" * 64

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from multiradar.errors import JournalError
-from multiradar.storage.chain import Columns
 from multiradar.storage.entries import (
     RAW_BYTES_MAX,
     RAWS_BYTES_MAX,
@@ -19,7 +18,8 @@ from multiradar.storage.entries import (
     RejectedRow,
     bounded,
 )  # fmt: skip
-from multiradar.storage.sqlite_journal import SqliteJournal
+from multiradar.storage.sqlite.chain import Columns
+from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from support.inputs.journal_entries import entry as journal_entry
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from multiradar.errors import ConfigurationError, JournalError, JournalFullError
-from multiradar.storage import sqlite_journal
-from multiradar.storage.sqlite_journal import SqliteJournal
+from multiradar.storage.sqlite import sqlite_journal
+from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from support.inputs.journal_entries import entry
 from support.processes.waiting import run_to_end
 
@@ -245,7 +245,7 @@ _FAILING_DISK = """
 import resource, sys
 from pathlib import Path
 from multiradar.errors import JournalError
-from multiradar.storage.sqlite_journal import SqliteJournal
+from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from support.inputs.journal_entries import entry
 
 journal = SqliteJournal(Path(sys.argv[1]), "a" * 64)
@@ -291,7 +291,7 @@ _FAILING_SYNC = """
 import sys
 from pathlib import Path
 from multiradar.errors import JournalError
-from multiradar.storage.sqlite_journal import SqliteJournal
+from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from support.inputs.journal_entries import entry
 
 journal = SqliteJournal(Path(sys.argv[1]), "a" * 64)

@@ -13,7 +13,7 @@ import pytest
 from multiradar.errors import ConfigurationError, InputError, JournalError
 from multiradar.state import EncodedState
 from multiradar.storage.snapshots import Position, Snapshot, SnapshotFolder
-from multiradar.storage.sqlite_journal import SqliteJournal
+from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar.storage.verification import NAMED_MAX, verify_journal
 from support.inputs.journal_entries import entry
 

@@ -23,7 +23,7 @@ def test_a_forked_process_has_modules_and_kernels() -> None:
     with open(reading, encoding="utf-8") as said:
         count, *modules = said.read().split()
     assert ended(process) == 0
-    assert {"multiradar.app", "multiradar.toolbox.tracking", "polars"} <= set(modules)
+    assert {"multiradar.app", "multiradar.toolbox.tracking.track", "polars"} <= set(modules)
     # Where it was compiled ahead.
     step = [one for one in kernels_for(["track imm"]) if one.kernel.endswith(":imm_step")]
     assert int(count) == len(step) - len(missing_kernels(step))

@@ -9,7 +9,7 @@ import polars as pl
 import pytest
 
 from multiradar.estimation.measurement.sensors import LATER_FIELDS, SensorTable
-from multiradar.runtime.admission.admission import FORWARD_JUMP_MAX_S
+from multiradar.runtime.admission.admission_by_time import FORWARD_JUMP_MAX_S
 from multiradar.runtime.engine.fingerprint import OUTPUT_RULES, configuration_fingerprint
 from multiradar.runtime.live.intake import Submission
 from multiradar.runtime.live.payload import decode_rows, encode_rows
@@ -25,7 +25,7 @@ from multiradar_converters.normalised.text import parse_json, parse_ndjson
 from multiradar_schemas.errors import DocumentError
 from multiradar_schemas.measurements.columns import MEASUREMENT_AIRCRAFT, MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 from multiradar_schemas.sensors.sensor import parse_sensors
 
 SENSORS = """

@@ -29,10 +29,10 @@ from multiradar.wire import (
 from multiradar_schemas.errors import SchemaError
 from multiradar_schemas.measurements.callsigns import callsign_texts, packed_callsigns
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
-from multiradar_schemas.measurements.reject import RejectCode
 from multiradar_schemas.products.bias import BIAS_SCHEMA, BiasEstimate
 from multiradar_schemas.products.health import HEALTH_SCHEMA, RadarHealth
 from multiradar_schemas.products.track import TRACK_SCHEMA, TrackUpdate
+from multiradar_schemas.reject import RejectCode
 from multiradar_schemas.sensors.sensor import parse_sensors
 from support.fakes.health import health_records
 from support.inputs.messages import adsb, radar, sensors

@@ -10,7 +10,7 @@ from multiradar_converters.adsb.reading import _kernels, plain, roles
 from multiradar_converters.adsb.reading.layout import Layout
 from multiradar_converters.adsb.reading.splitting import Piece
 from multiradar_converters.vid.text.lines import RejectedError
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 Numbers = NDArray[np.float64]
 Words = NDArray[np.int64]

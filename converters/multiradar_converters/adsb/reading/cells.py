@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from multiradar_converters.adsb.reading.layout import Layout
 from multiradar_converters.vid.text.lines import RejectedError
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 
 @dataclass(frozen=True)
@@ -23,13 +23,6 @@ _DECODER = json.JSONDecoder(
 
 def object_cells(raw: bytes, layout: Layout) -> dict[int, str]:
     """Read a JSON object; values are unconverted text.
-
-    Parameters
-    ----------
-    raw : bytes
-        The object.
-    layout : Layout
-        Layout of the file.
 
     Returns
     -------

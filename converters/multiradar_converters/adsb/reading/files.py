@@ -40,7 +40,7 @@ from multiradar_converters.errors import LayoutError
 from multiradar_converters.feeds import layouts, recorded
 from multiradar_converters.feeds.decoder import FeedDecoder
 from multiradar_converters.vid.text.lines import RejectedError
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 #: Maximum size of JSON columns, which cannot be read piece by piece, bytes.
 COLUMNS_BYTES_MAX = 1 << 26

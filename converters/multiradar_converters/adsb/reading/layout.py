@@ -101,11 +101,6 @@ def lay_out(
     separator : bytes or None
         Separator of columns of a CSV file.
 
-    Returns
-    -------
-    Layout
-        The layout.
-
     Raises
     ------
     LayoutError

@@ -28,7 +28,7 @@ from multiradar_schemas.measurements.measurement import (
     LATITUDE_MAX_DEG,
     LONGITUDE_MAX_DEG,
 )
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 Flags = NDArray[np.bool_]
 

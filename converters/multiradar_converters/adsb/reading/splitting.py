@@ -21,7 +21,7 @@ from multiradar_converters.adsb.reading._splitting_kernels import (
     LOST,
     STATE_WORDS,
 )
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 #: Maximum length of a record, and bytes retained of a longer one.
 RECORD_BYTES_MAX = 1 << 16

@@ -37,7 +37,7 @@ from multiradar_converters.adsb.reading.roles import NAMES_OF_READSB, SCALE_OF_R
 from multiradar_converters.adsb.reading.time_forms import DECIMAL
 from multiradar_converters.errors import LayoutError
 from multiradar_converters.vid.text.lines import RejectedError
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 TRACE = re.compile(rb'"trace"\s*:\s*\[')
 

@@ -17,7 +17,7 @@ from multiradar_converters.asterix.decoding.local_plane import local_only
 from multiradar_converters.asterix.decoding.targets import FLAGS, NOT_AIRCRAFT, flag_bits
 from multiradar_converters.asterix.decoding.timing import KINDS, Timed
 from multiradar_converters.asterix.layout.columns import Flags, Numbers
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 _RANGE_MAX_M = 1e6
 _RADAR = KINDS.index("radar")

@@ -24,7 +24,7 @@ from multiradar_converters.asterix.layout import _kernels
 from multiradar_converters.asterix.layout.columns import Columns, Flags, Integers, Numbers
 from multiradar_converters.asterix.layout.notation import Layout
 from multiradar_converters.asterix.layout.program import REASONS, Walked, program_of, walk
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 #: Categories of another SDPS: system tracks and sensor status.
 SYSTEM_TRACKS, SENSOR_STATUS = 62, 63

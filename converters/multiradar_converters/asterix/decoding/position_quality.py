@@ -16,7 +16,7 @@ EUROCONTROL-SPEC-0149-12, item 021/090. Which of them a transponder reports depe
 import numpy as np
 
 from multiradar_converters.asterix.layout.columns import Columns, Integers, Numbers
-from multiradar_schemas.sensors.bounds import POSITION_SIGMA_M
+from multiradar_schemas.bounds import POSITION_SIGMA_M
 
 _MILE_M = 1852.0
 # Sigmas of a Rayleigh distribution within which are 95 %, and all but 1e-7.

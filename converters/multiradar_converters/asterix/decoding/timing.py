@@ -14,7 +14,7 @@ from multiradar_converters.asterix.decoding.services import Services, antenna_pe
 from multiradar_converters.asterix.decoding.targets import Targets
 from multiradar_converters.asterix.layout import _block_kernels
 from multiradar_converters.asterix.layout.columns import Flags, Integers, Numbers
-from multiradar_converters.vid.times import TimeUnwrapper, agreed_start, begins_before_midnight
+from multiradar_converters.vid.text.times import TimeUnwrapper, agreed_start, begins_before_midnight
 
 #: Kinds of measurement, by number.
 KINDS = ("radar", "mlat", "adsb")

@@ -115,13 +115,6 @@ def datagrams(
 ) -> tuple[Datagrams, NDArray[np.int64], list[Gap], int]:
     """Find the UDP datagrams of a capture; gaps and framing as in `payloads`.
 
-    Parameters
-    ----------
-    data : uint8[b]
-        The file.
-    name : str
-        Its name.
-
     Returns
     -------
     datagrams : Datagrams

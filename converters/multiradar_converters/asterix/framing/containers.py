@@ -102,11 +102,6 @@ class Blocks:
 def read_blocks(path: Path) -> Blocks:
     """Split a file into blocks.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-
     Returns
     -------
     Blocks
@@ -122,11 +117,6 @@ def read_blocks(path: Path) -> Blocks:
 
 def read_datagrams(path: Path) -> tuple[Blocks, Datagrams]:
     """Read a recording, and its datagrams for replay.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
 
     Returns
     -------

@@ -46,11 +46,6 @@ def read_final_format(
 ) -> tuple[Datagrams, list[tuple[int, int, str]], int, int]:
     """Read the datagrams.
 
-    Parameters
-    ----------
-    data : uint8[b]
-        The file.
-
     Returns
     -------
     datagrams : Datagrams

@@ -37,11 +37,6 @@ def is_replay_file(data: NDArray[np.uint8]) -> bool:
 def read_replay_file(data: NDArray[np.uint8]) -> tuple[Datagrams, list[tuple[int, int, str]], int]:
     """Read the datagrams.
 
-    Parameters
-    ----------
-    data : uint8[b]
-        The file.
-
     Returns
     -------
     datagrams : Datagrams

@@ -127,11 +127,6 @@ def read_layout(category: int, editions: tuple[str, ...], text: str) -> Layout:
     text : str
         The table.
 
-    Returns
-    -------
-    Layout
-        The layout.
-
     Raises
     ------
     ValueError

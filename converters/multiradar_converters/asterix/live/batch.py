@@ -12,7 +12,7 @@ from multiradar_converters.asterix.framing.containers import SKIPPED
 from multiradar_converters.asterix.framing.datagrams import CutDatagrams, Datagrams
 from multiradar_converters.asterix.layout.columns import Flags, Integers
 from multiradar_schemas.measurements.directions import REPORT_SCHEMA
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 #: Dispositions of a target report.
 DISPOSITIONS = ("measurement", "duplicate", "left_out", "refused")

@@ -44,7 +44,7 @@ from multiradar_converters.asterix.live.batch import LiveBatch, Tally, new_batch
 from multiradar_converters.asterix.live.clocks import LiveClocks
 from multiradar_converters.asterix.live.copies import RecentRecords
 from multiradar_converters.asterix.live.recent_differences import RecentDifferences
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 _DAY_S = 86_400.0
 #: Maximum time of day ahead of its reception, s; beyond, it belongs to the previous day.

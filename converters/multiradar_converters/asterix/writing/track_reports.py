@@ -167,13 +167,6 @@ class TrackReports:
 def track_records(reports: TrackReports, sender: Sender) -> Records:
     """Return system tracks as records.
 
-    Parameters
-    ----------
-    reports : TrackReports
-        The tracks.
-    sender : Sender
-        Sender.
-
     Returns
     -------
     Records

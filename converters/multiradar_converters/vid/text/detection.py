@@ -232,13 +232,6 @@ def with_times(layout: FileLayout, form: TimeForm | None) -> FileLayout:
 def first_times(path: Path, layout: FileLayout) -> list[float]:
     """Return the times of the first readable rows of a file.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    layout : FileLayout
-        Its layout.
-
     Returns
     -------
     list of float

@@ -7,7 +7,7 @@ from enum import Enum
 
 from multiradar_converters.vid import fields
 from multiradar_converters.vid.text.layout import BLANK, FileLayout
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 _DECIMAL = re.compile(rb"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _NON_FINITE = re.compile(rb"[+-]?(?:nan|inf|infinity)", re.IGNORECASE)
@@ -51,13 +51,6 @@ class RejectedError(Exception):
 
 def parse_line(line: bytes, layout: FileLayout) -> Row | Line:
     """Parse a line without its line end.
-
-    Parameters
-    ----------
-    line : bytes
-        The line.
-    layout : FileLayout
-        Layout of its file.
 
     Returns
     -------

@@ -17,8 +17,8 @@ from multiradar_converters.vid.text.blocks import BLOCK_BYTES, Block, read_block
 from multiradar_converters.vid.text.layout import FileLayout
 from multiradar_converters.vid.text.lines import Line, RejectedError, is_truncated, parse_line
 from multiradar_converters.vid.text.time_filter import Parsed, Rows, TimeFilter
-from multiradar_converters.vid.times import TimeUnwrapper
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_converters.vid.text.times import TimeUnwrapper
+from multiradar_schemas.reject import RejectCode
 
 #: Called with the number of bytes read since the last call.
 Progress = Callable[[int], None]

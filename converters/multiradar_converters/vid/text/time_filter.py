@@ -10,8 +10,8 @@ from multiradar_converters.vid import fields
 from multiradar_converters.vid.accounting import Account, RejectedLine, RejectsFile
 from multiradar_converters.vid.text.layout import FileLayout
 from multiradar_converters.vid.text.lines import Row, parse_line
-from multiradar_converters.vid.times import TimeUnwrapper
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_converters.vid.text.times import TimeUnwrapper
+from multiradar_schemas.reject import RejectCode
 
 # Maximum rejected lines waiting for a decision on an earlier row, so that rejects stay in order.
 _WAITING_REJECTS_MAX = 10_000

@@ -14,7 +14,7 @@ from multiradar.api.answers.tables import json_response
 from multiradar.api.query import INTEGER_MOST, AsInteger, Limit, strict_query
 from multiradar.errors import RequestError
 from multiradar.observability.metrics import EXPOSITION_MEDIA_TYPE, exposition
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 router = APIRouter(tags=["operations"], dependencies=[Depends(strict_query)])
 

@@ -16,7 +16,7 @@ from multiradar.errors import FindingsError
 from multiradar.toolbox.compiling import compile_kernels
 from multiradar.toolbox.diagnoses import findings_of
 from multiradar.toolbox.inputs import DumpChoice, check_found, load_sensor_table, read_sensors
-from multiradar.toolbox.progress import progress_bar
+from multiradar.toolbox.messages.progress import progress_bar
 
 if TYPE_CHECKING:
     from multiradar.report.content import Document

@@ -53,7 +53,7 @@ def convert_adsb(
     as_json: JsonOption = False,
 ) -> None:
     """Convert ADS-B trajectories."""
-    from multiradar.toolbox.conversion import convert
+    from multiradar.toolbox.conversion.convert import convert
 
     print_conversion(
         lambda: convert(files, out=out, format="adsb", date=date, utc_offset=utc_offset),

@@ -75,7 +75,7 @@ def convert_asterix(
     as_json: JsonOption = False,
 ) -> None:
     """Convert ASTERIX recordings."""
-    from multiradar.toolbox.conversion import convert
+    from multiradar.toolbox.conversion.convert import convert
 
     print_conversion(
         lambda: convert(

@@ -127,7 +127,7 @@ def convert_vid(
     as_json: JsonOption = False,
 ) -> None:
     """Convert the text dump of a VID recording."""
-    from multiradar.toolbox.conversion import convert
+    from multiradar.toolbox.conversion.convert import convert
 
     print_conversion(
         lambda: convert(

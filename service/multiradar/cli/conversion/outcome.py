@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from multiradar.cli.terminal.findings import with_findings
 
 if TYPE_CHECKING:
-    from multiradar.toolbox.conversion import Conversion
+    from multiradar.toolbox.conversion.convert import Conversion
 
 
 def print_conversion(

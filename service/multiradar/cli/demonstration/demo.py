@@ -149,7 +149,7 @@ def _sensors_file(truth: Truth, given: Path | None, folder: Path, dump: Path) ->
 
 
 def _convert(console: "Console", dump: Path, out: Path, choice: DumpChoice) -> Path:
-    from multiradar.toolbox.conversion import convert_dump
+    from multiradar.toolbox.conversion.convert import convert_dump
 
     report = convert_dump(dump, out, choice.options())
     counts = report["counts"]
@@ -210,8 +210,8 @@ class _Show:
 
     def _replay(self) -> None:
         from multiradar.clock import SystemClock
-        from multiradar.ingest.replay import Replay, ReplayPlan
-        from multiradar.ingest.replay_http import Encoding, HttpDestination
+        from multiradar.ingest.replay.http import Encoding, HttpDestination
+        from multiradar.ingest.replay.replaying import Replay, ReplayPlan
 
         plan = ReplayPlan(batch_rows=_BATCH_ROWS, speed=self._speed, kinds={"radar"})
         destination = HttpDestination(self._service.http, Encoding.ARROW)

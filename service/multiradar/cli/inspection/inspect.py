@@ -11,8 +11,8 @@ import typer
 from multiradar.cli.options import JsonOption, ReferenceOption, read_references
 from multiradar.errors import DataWarning, InputError
 from multiradar.toolbox.compiling import compile_kernels
-from multiradar.toolbox.conversion import bytes_bar, conversion_errors
-from multiradar.toolbox.warning import warn
+from multiradar.toolbox.conversion.convert import bytes_bar, conversion_errors
+from multiradar.toolbox.messages.warning import warn
 
 if TYPE_CHECKING:
     from multiradar_converters.inspection.survey import Survey

@@ -12,7 +12,7 @@ from pathlib import Path
 import typer
 
 from multiradar.errors import InputError, PeerError
-from multiradar.toolbox.progress import progress_bar
+from multiradar.toolbox.messages.progress import progress_bar
 
 _PREFIX = "udp:"
 #: Maximum number of categories in a recording; random data parsed as blocks have far more.
@@ -56,7 +56,7 @@ def replay_datagrams(
     import numpy as np
 
     from multiradar.clock import SystemClock
-    from multiradar.ingest.replay_datagrams import UdpSink, begin_s, send_all
+    from multiradar.ingest.replay.datagrams import UdpSink, begin_s, send_all
     from multiradar_converters.asterix.writing.sending import read_sending
     from multiradar_converters.errors import LayoutError
 

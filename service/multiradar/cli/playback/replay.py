@@ -20,13 +20,14 @@ from multiradar.cli.options import (
 )
 from multiradar.cli.playback.datagrams import Times, is_udp, replay_datagrams
 from multiradar.errors import InputError
-from multiradar.toolbox.inputs import DumpChoice, check_found, counts_by_code, open_measurements
-from multiradar.toolbox.progress import progress_bar
+from multiradar.toolbox.conversion.measurements import open_measurements
+from multiradar.toolbox.inputs import DumpChoice, check_found, counts_by_code
+from multiradar.toolbox.messages.progress import progress_bar
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from multiradar.ingest.replay import Destination, ReplayCounts
+    from multiradar.ingest.replay.replaying import Destination, ReplayCounts
 
 _BATCH_ROWS_MAX = 65_536
 
@@ -136,7 +137,7 @@ def replay(
         )
         return
     from multiradar.clock import SystemClock
-    from multiradar.ingest.replay import Replay, ReplayPlan
+    from multiradar.ingest.replay.replaying import Replay, ReplayPlan
 
     plan = ReplayPlan(
         batch_rows=batch,
@@ -204,7 +205,7 @@ def _destination(to: str, encoding: EncodingChoice) -> "Destination":
     if to.startswith(("http://", "https://")):
         from urllib.parse import urlsplit
 
-        from multiradar.ingest.replay_http import Encoding, HttpDestination
+        from multiradar.ingest.replay.http import Encoding, HttpDestination
 
         try:
             named = bool(urlsplit(to).hostname) and urlsplit(to).port != 0
@@ -215,8 +216,8 @@ def _destination(to: str, encoding: EncodingChoice) -> "Destination":
             raise typer.BadParameter(msg)
         return HttpDestination(to, Encoding(encoding.value))
     if to.startswith("zenoh:"):
-        from multiradar.ingest.replay_http import Encoding
-        from multiradar.ingest.replay_zenoh import ZenohDestination
+        from multiradar.ingest.replay.http import Encoding
+        from multiradar.ingest.replay.zenoh import ZenohDestination
 
         return ZenohDestination(to.removeprefix("zenoh:"), Encoding(encoding.value))
     msg = f"--to: expected http://ADDRESS, zenoh:ENDPOINT or udp:ADDRESS:PORT, was {to!r}"

@@ -107,7 +107,7 @@ def run_files(given: Path, measurements: Path | None, all_given: Sequence[Path])
     ConfigurationError
         Its sensors cannot be read.
     """
-    from multiradar.runtime.offline.offline import TRACKS_FILE
+    from multiradar.runtime.offline.offline_job import TRACKS_FILE
     from multiradar.runtime.recorded.run import RunFiles
     from multiradar.storage.recording import MEASUREMENTS_FILE, measurements_path
 

@@ -11,11 +11,6 @@ Output = TypeVar("Output")
 def with_findings(make: Callable[[], Output]) -> tuple[Output, FindingsError | None]:
     """Return what a function makes, with its findings where it raises them.
 
-    Parameters
-    ----------
-    make : callable
-        Makes the output.
-
     Returns
     -------
     output, FindingsError or None

@@ -24,7 +24,7 @@ from multiradar.diagnosis.cross_sensor.hypotheses import (
     turned,
 )
 from multiradar.diagnosis.cross_sensor.references import Pairs
-from multiradar.diagnosis.diagnosis import Diagnosis
+from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import Plots, Site, reported
 from multiradar.geodesy.wgs84 import geodetic_to_ecef
 

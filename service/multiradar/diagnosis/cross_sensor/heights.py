@@ -7,7 +7,7 @@ import numpy as np
 from multiradar.diagnosis.cross_sensor.agreement import Agreement
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN, Comparison
 from multiradar.diagnosis.cross_sensor.references import RECORDING, Pairs
-from multiradar.diagnosis.diagnosis import Diagnosis
+from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import HEIGHT_ASSUMED_M
 from multiradar.geodesy.wgs84 import ecef_to_geodetic
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
-from multiradar.diagnosis.diagnosis import Diagnosis
+from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import KEYS, Floats, Plots, Site, located, reported
 
 #: Minimum fraction of plots with one value.

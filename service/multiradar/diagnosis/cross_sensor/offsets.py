@@ -6,8 +6,8 @@ import numpy as np
 
 from multiradar.diagnosis.cross_sensor.comparison import configured_bias
 from multiradar.diagnosis.cross_sensor.registration import SIGMAS, Registration
-from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import Evidence
+from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import listed
 from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.estimation.measurement.sensors import (

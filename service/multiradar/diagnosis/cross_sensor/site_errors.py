@@ -23,7 +23,7 @@ from multiradar.diagnosis.cross_sensor.comparison import Comparison, configured_
 from multiradar.diagnosis.cross_sensor.effects import HEIGHTS_ALIKE_M, Effects, effects_at
 from multiradar.diagnosis.cross_sensor.references import Pairs, are_named, joined
 from multiradar.diagnosis.cross_sensor.trimmed_fit import Equations, TrimmedFit
-from multiradar.diagnosis.diagnosis import Diagnosis
+from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import listed
 from multiradar.diagnosis.plots import Floats, Integers, located
 from multiradar.estimation.measurement.kinds import KIND_RADAR

@@ -1,4 +1,4 @@
-"""Bounds of the parameters of a sensor, the same as in `multiradar_schemas.sensors.bounds`.
+"""Bounds of the parameters of a sensor, the same as in `multiradar_schemas.bounds`.
 
 The core is independent of wire formats, so it has its own copy, in degrees where the wire uses
 degrees.

@@ -11,7 +11,7 @@ from multiradar.errors import PayloadError, RequestError
 from multiradar.ingest.bodies import Decoded, decode
 from multiradar.ingest.zenoh.keys import is_sensor_id, last_part
 from multiradar.runtime.live.receipt import RejectedRow
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 ARROW = "application/vnd.apache.arrow.stream"
 NDJSON = "application/x-ndjson"

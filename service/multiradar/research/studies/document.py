@@ -33,11 +33,6 @@ def command_of(result: StudyResult) -> str:
 def document_of(result: StudyResult) -> Document:
     """Return the report of a study.
 
-    Parameters
-    ----------
-    result : StudyResult
-        Result of the study.
-
     Returns
     -------
     Document

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.restoration.bundle.path import Window, sound_weights
+from multiradar.restoration.bundle.path import FitWindow, sound_weights
 from multiradar.restoration.control_tracks import _layout as layout
 from multiradar.restoration.control_tracks._arc_kernels import state_at
 from multiradar.restoration.control_tracks._fit_kernels import fit_track
@@ -81,7 +81,7 @@ class FinalStates:
 
 
 def final_states_of(
-    tracks: Floats, weights: Floats, window: Window, memory: FitScratch
+    tracks: Floats, weights: Floats, window: FitWindow, memory: FitScratch
 ) -> FinalStates:
     """Return the states of weighted tracks at the last plot.
 
@@ -91,7 +91,7 @@ def final_states_of(
         At least as many as weights; not changed.
     weights : (w,) ndarray
         Weights of the first tracks, with sum one.
-    window : Window
+    window : FitWindow
         Plots and parameters of the functional.
     memory : FitScratch
         Scratch arrays.

@@ -51,7 +51,7 @@ class Path:
     kind_probability: Floats
 
 
-class Window(NamedTuple):
+class FitWindow(NamedTuple):
     """Plots and parameters of the functional of tracks.
 
     Attributes
@@ -71,7 +71,7 @@ class Window(NamedTuple):
 
 
 def path_of(
-    tracks: Floats, weights: Floats, window: Window, time_s: Floats, memory: FitScratch
+    tracks: Floats, weights: Floats, window: FitWindow, time_s: Floats, memory: FitScratch
 ) -> Path:
     """Return the mean motion of weighted tracks.
 
@@ -81,7 +81,7 @@ def path_of(
         At least as many as weights; not changed.
     weights : (w,) ndarray
         Weights of the first tracks, with sum one.
-    window : Window
+    window : FitWindow
         Plots and parameters of the functional.
     time_s : (k,) ndarray
         Ascending times.

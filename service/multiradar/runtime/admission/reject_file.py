@@ -12,12 +12,12 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.admission.admission import ACCEPTED, EXCESS, LATE, Admission
+from multiradar.runtime.admission.admission_by_time import ACCEPTED, EXCESS, LATE, Admission
 from multiradar.storage.recording import INDEX_COLUMN
 from multiradar.tracking.input.duplicates import Duplicates
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.wire import Rejected, measurement_rows
-from multiradar_schemas.measurements.reject import Reject, RejectCode
+from multiradar_schemas.reject import Reject, RejectCode
 
 
 class RejectFile:

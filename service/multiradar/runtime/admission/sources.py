@@ -13,7 +13,7 @@ from multiradar.clock import Clock
 from multiradar.errors import QuarantineError
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.entries import Entry
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 #: Fractions of rejected rows from which a quarantine begins, and below which it ends.
 BEGIN_SHARE, END_SHARE = 0.9, 0.5

@@ -7,7 +7,7 @@ from dataclasses import asdict, fields, replace
 import numpy as np
 
 from multiradar.estimation.measurement.sensors import LATER_FIELDS, SensorTable
-from multiradar.runtime.admission.admission import FORWARD_JUMP_MAX_S
+from multiradar.runtime.admission.admission_by_time import FORWARD_JUMP_MAX_S
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_compiled.arithmetic_kernels import arithmetic
 

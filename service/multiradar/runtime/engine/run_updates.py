@@ -1,4 +1,4 @@
-"""Track updates of a run of measurements."""
+"""A run of measurements: input of the filters, and the track updates that come of it."""
 
 from collections.abc import Collection
 from typing import NamedTuple
@@ -14,16 +14,21 @@ from multiradar.estimation.filters._kernels import (
     READOUT_MODES,
     READOUT_RATE,
 )
-from multiradar.estimation.filters.arrays import Result, Rows
+from multiradar.estimation.filters.arrays import Model, Result, Rows
 from multiradar.estimation.measurement.kinds import KIND_POSITION
+from multiradar.estimation.measurement.reported_motion import reported_motion
+from multiradar.tracking._identity_kernels import observe
+from multiradar.tracking.health.health_records import HealthRecords
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import (
     INNOVATIONS_COUNT,
     STATE_CONFIRMED,
     STATE_TENTATIVE,
+    BiasRecords,
+    StateSample,
     TrackUpdates,
 )
-from multiradar.tracking.plausibility.plausibility import PlausibilityWindow
+from multiradar.tracking.plausibility.adsb_plausibility import PlausibilityWindow
 from multiradar.tracking.roster import RowIdentities
 
 
@@ -57,6 +62,14 @@ class Run(NamedTuple):
     flagged: NDArray[np.int64]
 
 
+class ClosedEpoch(NamedTuple):
+    """Output at the end of an epoch."""
+
+    biases: BiasRecords
+    health: HealthRecords
+    samples: tuple[StateSample, ...]
+
+
 class Described(NamedTuple):
     """The rows of a run that update a track.
 
@@ -77,6 +90,27 @@ class Described(NamedTuple):
     described: NDArray[np.float64]
     confirmed: NDArray[np.bool_]
     first: int
+
+
+def filter_rows(batch: MeasurementBatch, model: Model) -> Rows:
+    """Return measurements as input of the filters; they have no slots yet."""
+    z = np.empty((len(batch), 2))
+    kind, sensor = batch.kind.astype(np.int64), batch.sensor.astype(np.int64)
+    observe(
+        kind, batch.range_m, batch.azimuth_rad, batch.latitude_rad, batch.longitude_rad,
+        model.plane, z,
+    )  # fmt: skip
+    return Rows(
+        slot=np.empty(0, np.int64),
+        time=batch.time_s,
+        kind=kind,
+        sensor=sensor,
+        z=z,
+        height=batch.height_m,
+        seen=sensor,
+        ground=batch.ground_status(),
+        motion=reported_motion(batch.aircraft_data, batch.height_m),
+    )
 
 
 def track_updates(

@@ -12,9 +12,9 @@ from typing import Any
 
 import polars as pl
 
-from multiradar.diagnosis.diagnosis import Diagnosis
 from multiradar.diagnosis.evidence import ROWS_MAX, Evidence
 from multiradar.diagnosis.findings import diagnose
+from multiradar.diagnosis.model import Diagnosis
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.live.threads import SystemThreads, Thread, Threads
 from multiradar.storage.entries import RejectedRow

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from multiradar import wire
 from multiradar.errors import JournalError
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.admission import admission as admissions
-from multiradar.runtime.admission.admission import Admission
+from multiradar.runtime.admission import admission_by_time as admissions
+from multiradar.runtime.admission.admission_by_time import Admission
 from multiradar.runtime.admission.reject_file import TimeRejects
 from multiradar.runtime.live.backlog import Journalled
 from multiradar.runtime.live.intake import Submission
@@ -29,7 +29,7 @@ from multiradar_schemas.measurements.directions import (
     filled_columns,
     without_empty_columns,
 )
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 #: Column of a frame with the index of each row in its message.
 INDEX_COLUMN = "index"

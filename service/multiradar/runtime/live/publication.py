@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from multiradar.clock import Clock, SystemClock
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.runtime.live.alarms.silence import Silence
 from multiradar.runtime.live.live_diagnosis import LiveDiagnosis
 from multiradar.runtime.live.output_feed import OutputReader
-from multiradar.runtime.live.silence import Silence
 from multiradar.runtime.live.threads import Threads
 from multiradar.runtime.live.view import LiveView
 from multiradar.runtime.memory.knowledge import Knowledge, States

@@ -3,8 +3,8 @@
 import json
 from dataclasses import dataclass
 
-from multiradar.storage.chain import json_array
 from multiradar.storage.entries import RejectedRow
+from multiradar.storage.sqlite.chain import json_array
 
 __all__ = [
     "IDEMPOTENCY_KEY_FORM",

@@ -18,9 +18,10 @@ import polars as pl
 from multiradar.clock import Clock, SystemClock
 from multiradar.errors import LiveStreamError, MultiradarError, PipelineError
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.admission.admission import FORWARD_JUMP_MAX_S, Admission
+from multiradar.runtime.admission.admission_by_time import FORWARD_JUMP_MAX_S, Admission
 from multiradar.runtime.engine.tracking_engine import TrackingEngine
 from multiradar.runtime.live.accounting import Accounting
+from multiradar.runtime.live.alarms.supervision import Supervision
 from multiradar.runtime.live.backlog import Backlog
 from multiradar.runtime.live.intake import Intake, Submission
 from multiradar.runtime.live.processor import NO_FIGURES, Processor
@@ -35,7 +36,6 @@ from multiradar.runtime.live.readiness import (
 )
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
 from multiradar.runtime.live.snapshots import SnapshotRules, open_snapshots
-from multiradar.runtime.live.supervision import Supervision
 from multiradar.runtime.live.threads import SystemThreads, Thread, Threads
 from multiradar.runtime.live.writer import Writer
 from multiradar.runtime.memory.history import TrackHistory
@@ -241,34 +241,7 @@ class Service:
         idempotency_key: str | None = None,
         rejected: Sequence[RejectedRow] = (),
     ) -> Future[Receipt]:
-        """Submit measurements.
-
-        Parameters
-        ----------
-        frame : DataFrame
-            Columns of `MEASUREMENT_SCHEMA` (optional ones may be missing); a column `index` gives
-            the index of each row in its message.
-        source : str
-            The sender.
-        idempotency_key : str, optional
-            The sender's key for the message: messages with the same key are accepted once.
-        rejected : sequence of RejectedRow
-            Rows of the message rejected at the interface; they go to the quarantine.
-
-        Returns
-        -------
-        Future of Receipt
-            Resolved when the message is in the journal, on disk. Fails with `InputError` when the
-            columns are wrong, `IdempotencyConflictError` when the key was used for another message,
-            `JournalError` when the journal cannot be written.
-
-        Raises
-        ------
-        QueueFullError
-            If the intake is full; try again later.
-        PipelineError, JournalError
-            If the service is not running, or does not accept measurements any more.
-        """
+        """Submit measurements; see `MeasurementSink.submit`."""
         return self._put(
             Submission(
                 EntryKind.BATCH,
@@ -284,32 +257,7 @@ class Service:
     def flush(
         self, *, source: str, idempotency_key: str | None = None, force: bool = False
     ) -> Future[Receipt]:
-        """Submit the end of a stream: the reorder buffer is emptied.
-
-        Measurements older than the newest so far are late from then on.
-
-        Parameters
-        ----------
-        source : str
-            The sender.
-        idempotency_key : str, optional
-            The sender's key for the message, as for `submit`.
-        force : bool
-            Whether it may make measurements of sensors in real time late.
-
-        Returns
-        -------
-        Future of Receipt
-            Resolved when all measurements accepted before are processed. Fails as that of
-            `submit`, and with `PipelineError` when the engine stops before.
-
-        Raises
-        ------
-        LiveStreamError
-            If sensors deliver in real time, unless it is forced.
-        QueueFullError, PipelineError, JournalError
-            As `submit`.
-        """
+        """Submit the end of a stream: the reorder buffer is emptied; see `OperatedSink.flush`."""
         live = [] if force else self._watch.host_clock.live()
         if live:
             raise LiveStreamError(live)
@@ -318,28 +266,7 @@ class Service:
     def set_clock(
         self, time_s: float, *, source: str, idempotency_key: str | None = None
     ) -> Future[Receipt]:
-        """Set the data clock, as an operator says.
-
-        A step back terminates all tracks, and measurements from then on initiate others; biases
-        are kept. After a step forward earlier measurements are late.
-
-        Parameters
-        ----------
-        time_s : float
-            The data time, s.
-        source, idempotency_key
-            As for `flush`.
-
-        Returns
-        -------
-        Future of Receipt
-            As that of `flush`.
-
-        Raises
-        ------
-        QueueFullError, PipelineError, JournalError
-            As `submit`.
-        """
+        """Set the data clock, as an operator says; see `OperatedSink.set_clock`."""
         return self._put_mark(EntryKind.CLOCK, source, idempotency_key, time_s)
 
     def settled(self) -> Future[int]:

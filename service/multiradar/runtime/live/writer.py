@@ -19,7 +19,7 @@ from multiradar.errors import (
     PipelineError,
 )
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.admission.admission import Admission
+from multiradar.runtime.admission.admission_by_time import Admission
 from multiradar.runtime.live.accounting import Accounting
 from multiradar.runtime.live.backlog import Backlog, Journalled
 from multiradar.runtime.live.intake import Intake, Submission

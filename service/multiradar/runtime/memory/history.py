@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from multiradar.estimation.filters._kernels import NONE
 from multiradar.runtime import _kernels as kernels
-from multiradar.runtime.row_ring import require_retained, ring_rows
+from multiradar.runtime.row_ring import RowRing
 from multiradar.tracking.columns import row_type
 from multiradar.tracking.outputs import TrackUpdates
 
@@ -40,7 +40,7 @@ def with_spread(rows: NDArray[np.void], spread: NDArray[np.float64]) -> NDArray[
     return wide
 
 
-class TrackHistory:
+class TrackHistory(RowRing):
     """The last rows of all tracks: their updates, or another table by track and time.
 
     Parameters
@@ -52,38 +52,15 @@ class TrackHistory:
     """
 
     def __init__(self, rows_max: int, row_type: np.dtype[np.void] = UPDATE_DTYPE) -> None:
-        self._rows = np.empty(rows_max, row_type)
+        super().__init__(rows_max, row_type)
         self._time_s = np.empty(rows_max, np.float64)
         # Not filled: memory of rows that are never appended stays unused.
         self._previous = np.empty(rows_max, np.int64)
         # Number of the newest row of each track, by track identifier (from 1).
         self._newest = np.full(1024, NONE, np.int64)
-        # Rows below `_appended` − capacity may be overwritten at any moment.
-        self._appended = 0
 
     def __len__(self) -> int:
         return min(self._appended, len(self._rows))
-
-    @property
-    def appended(self) -> int:
-        """Rows appended so far."""
-        return self._appended
-
-    @property
-    def capacity(self) -> int:
-        """Rows retained at most."""
-        return len(self._rows)
-
-    def rows(self, first: int, end: int) -> NDArray[np.void]:
-        """Return a copy of the rows first…end, counted from 0; see `RowLog.rows`."""
-        found: NDArray[np.void] = ring_rows(self._rows, first, end)
-        require_retained(first, self)
-        return found
-
-    def refill(self, first: int, rows: NDArray[np.void]) -> None:
-        """Replace the content, of a history without rows; see `RowLog.refill`."""
-        self._appended = first
-        self.append(rows.astype(self._rows.dtype, casting="equiv"))
 
     def append(self, rows: NDArray[np.void]) -> None:
         """Add rows, in order."""
@@ -112,18 +89,16 @@ class TrackHistory:
         if not 0 < track_id < len(self._newest) or limit < 1:
             return self._rows[:0].copy()
         found = np.empty(limit, np.int64)
-        oldest = max(self._appended - len(self._rows), 0)
         since = -np.inf if since_s is None else float(since_s)
         newest = int(self._newest[track_id])
         count = kernels.follow(
-            self._previous, self._time_s, newest, oldest, since, found, since_s is not None
+            self._previous, self._time_s, newest, self.oldest, since, found, since_s is not None
         )
         start = count % limit if count > limit else 0
         numbers = np.roll(found[: min(count, limit)], -start)[::-1]
         rows: NDArray[np.void] = self._rows[numbers % len(self._rows)]
-        gone = numbers < self._appended - len(self._rows)
         # Without rows overwritten during the copy, or reached by a link of one.
-        intact: NDArray[np.void] = rows[~gone & (rows["track_id"] == track_id)]
+        intact: NDArray[np.void] = rows[(numbers >= self.oldest) & (rows["track_id"] == track_id)]
         return intact
 
     def after(self, number: int | None, limit: int) -> tuple[NDArray[np.void], int, int]:
@@ -149,10 +124,10 @@ class TrackHistory:
         end = self._appended
         known = number is not None and 0 <= number <= end
         wanted = number if known and number is not None else max(end - limit, 0)
-        start = max(wanted, end - limit, end - len(self._rows))
+        start = max(wanted, end - limit, self.oldest)
         numbers = np.arange(start, end)
         rows: NDArray[np.void] = self._rows[numbers % len(self._rows)]
-        intact = numbers >= self._appended - len(self._rows)
+        intact = numbers >= self.oldest
         return rows[intact], end, end - wanted - int(np.count_nonzero(intact))
 
     def between(self, after_s: float, until_s: float) -> NDArray[np.void]:
@@ -174,17 +149,16 @@ class TrackHistory:
     # Number of the first retained row after a time, if they were in order.
     def _number_after(self, time_s: float) -> int:
         capacity = len(self._rows)
-        held = range(max(self._appended - capacity, 0), self._appended)
+        held = range(self.oldest, self._appended)
         times = self._time_s
         return held.start + bisect_right(held, time_s, key=lambda number: times[number % capacity])
 
     # Of the rows with these numbers, those of a span that are not overwritten, by ascending time.
     def _within(self, first: int, last: int, after_s: float, until_s: float) -> NDArray[np.void]:
-        capacity = len(self._rows)
         numbers = np.arange(first, last)
-        rows: NDArray[np.void] = self._rows[numbers % capacity]
+        rows: NDArray[np.void] = self._rows[numbers % len(self._rows)]
         times = rows["time_s"]
-        intact = numbers >= self._appended - capacity
+        intact = numbers >= self.oldest
         chosen: NDArray[np.void] = rows[intact & (times > after_s) & (times <= until_s)]
         ordered: NDArray[np.void] = chosen[np.argsort(chosen["time_s"], kind="stable")]
         return ordered
@@ -200,20 +174,18 @@ class TrackHistory:
             Maximum number of rows.
         """
         sure = self._number_after(until_s - DISORDER_S)
-        first = max(sure - limit, self._appended - len(self._rows), 0)
+        first = max(sure - limit, self.oldest)
         last = self._number_after(until_s + DISORDER_S)
         return self._within(first, last, -np.inf, until_s)[-limit:]
 
     @property
     def oldest_s(self) -> float | None:
         """The time of the oldest retained row, s; None without rows."""
-        oldest = max(self._appended - len(self._rows), 0)
-        return float(self._time_s[oldest % len(self._rows)]) if self._appended else None
+        return float(self._time_s[self.oldest % len(self._rows)]) if self._appended else None
 
     def _append(self, rows: NDArray[np.void]) -> None:
-        first = self._appended
-        self._appended = first + len(rows)
-        numbers = np.arange(first, self._appended)
+        self._claimed = self._appended + len(rows)
+        numbers = np.arange(self._appended, self._claimed)
         order = np.argsort(rows["track_id"], kind="stable")
         tracks = rows["track_id"][order]
         starts = np.r_[True, tracks[1:] != tracks[:-1]]
@@ -227,6 +199,7 @@ class TrackHistory:
         self._previous[slot[order]] = previous
         ends = np.r_[starts[1:], True]
         self._newest[tracks[ends]] = numbers[order[ends]]
+        self._appended = self._claimed
 
     def _grow(self, track_id: int) -> None:
         if track_id >= len(self._newest):

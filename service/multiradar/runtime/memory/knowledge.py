@@ -43,7 +43,7 @@ States = tuple[TrackStates, SystemPlane]
 HEALTH_EPOCHS_MAX = 2700
 
 
-class Window(NamedTuple):
+class TrackWindow(NamedTuple):
     """The last measurements of a live track.
 
     Attributes
@@ -142,7 +142,7 @@ class Knowledge:
         self.sensors = sensors
         self.tracking = tracking
         self.limits = limits
-        #: Trajectory sets of the live tracks; None where they are disabled.
+        #: Bundles of the live tracks; None where they are disabled.
         self.trajectories: TrajectoryFeed | None = None
         #: Time since the last measurement of any sensor, s, or None, and whether data have ceased.
         self.silence: Callable[[], tuple[float | None, bool]] = lambda: (None, False)
@@ -232,12 +232,12 @@ class Knowledge:
         """Return the states of the filter and their plane; None before there are any."""
         return None if self._states is None else self._states()
 
-    def window(self, track_id: int) -> Window | None:
+    def window(self, track_id: int) -> TrackWindow | None:
         """Return the last measurements of a live track.
 
         Returns
         -------
-        Window or None
+        TrackWindow or None
             None when there is no such live track, or its measurements are no longer retained.
         """
         with self._lock:
@@ -247,7 +247,7 @@ class Knowledge:
             # Bias estimates after the last measurement have no effect.
             biases = self._biases.at(float(live["time_s"][0]))
             rows = self._plots.read(track_id, None, POINTS_MAX)
-        return Window(rows, biases) if len(rows) else None
+        return TrackWindow(rows, biases) if len(rows) else None
 
     def plots_after(self, after: int | None, limit: int) -> tuple[NDArray[np.void], int, int]:
         """Return the measurements of all updates after a number; see `TrackHistory.after`."""
@@ -353,7 +353,7 @@ class Knowledge:
             }
 
     def trajectory_feed(self) -> TrajectoryFeed:
-        """Return the trajectory sets, or raise TrajectoryError where they are disabled."""
+        """Return the bundles, or raise TrajectoryError where they are disabled."""
         return required_feed(self.trajectories)
 
     # ---------------------------------------------------------------- the engine's thread

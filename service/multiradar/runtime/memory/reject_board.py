@@ -14,7 +14,7 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.state import Fields
 from multiradar.storage.entries import Quarantined, RejectedRow
 from multiradar.tracking.input.duplicates import Duplicates
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 #: Sources counted separately; further ones are counted together.
 SOURCES_MAX = 64

@@ -18,13 +18,7 @@ SATURATED_FOR_S = 60.0
 
 
 class SensorBoard:
-    """Counts the updates of each sensor; one owner.
-
-    Parameters
-    ----------
-    sensors : SensorTable
-        The sensors.
-    """
+    """Counts the updates of each sensor; one owner."""
 
     STATE: ClassVar[Fields] = {
         "_updates": np.ndarray,

@@ -14,13 +14,7 @@ OBSERVED_RATIO_MAX = 0.5
 
 
 class DelayTable:
-    """A row for each confirmed track, when it is terminated or at the end of the run.
-
-    Parameters
-    ----------
-    sensors : SensorTable
-        The sensors.
-    """
+    """A row for each confirmed track, when it is terminated or at the end of the run."""
 
     def __init__(self, sensors: SensorTable) -> None:
         self._sensors = sensors

@@ -24,10 +24,6 @@ from multiradar.tracking.outputs import EngineOutput, StateSample, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.products.forecast import FORECAST_SCHEMA
 
-#: Bounds of the time between two forecasts of a track, s.
-EVERY_MIN_S = 8.0
-EVERY_MAX_S = 600.0
-
 
 class ForecastTable:
     """Computes the rows of `forecasts.parquet` from the state samples in the engine's output.

@@ -7,7 +7,7 @@ from pydantic import JsonValue
 
 from multiradar.estimation.bias.observability import UnobservableBias
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
-from multiradar.runtime.offline.offline import (
+from multiradar.runtime.offline.offline_job import (
     BIASES_FILE,
     HEALTH_FILE,
     REJECTS_FILE,
@@ -16,7 +16,7 @@ from multiradar.runtime.offline.offline import (
     OfflineJob,
     OfflineResult,
 )
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 from multiradar_schemas.report import Counts, InputFile, OutputFile, Report
 
 REPORT_FILE = "report.json"

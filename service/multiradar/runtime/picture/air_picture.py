@@ -94,7 +94,7 @@ class AirPicture:
             `RecentPlots.after`) and, for a new page, `path` (see `path_columns`), and in the header
             `data_time_s`, `next`, `sensors` (identifiers, by their number in `plots`), `states`
             (names, by number in `tracks`), `skipped` (plots that are no longer retained), `total`
-            (live tracks, of which `tracks` may be a part), `bundles` (tracks with a trajectory set)
+            (live tracks, of which `tracks` may be a part), `bundles` (tracks with a bundle)
             and `span_s` (the first and last time of which `past` has the picture).
         """
         with self._lock:

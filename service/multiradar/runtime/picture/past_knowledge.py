@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from multiradar.errors import TrajectoryError
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.memory.knowledge import Knowledge, States, Window
+from multiradar.runtime.memory.knowledge import Knowledge, States, TrackWindow
 from multiradar.runtime.memory.live_tracks import ages_and_states
 from multiradar.runtime.picture.retained import RetainedPast
 from multiradar.runtime.trajectories.feed import TrajectoryFeed
@@ -86,13 +86,13 @@ class PastKnowledge:
         """Return the last updates of the tracks that were live, and the time."""
         return self._past.latest(self._at_s), self._at_s
 
-    def window(self, track_id: int) -> Window | None:
+    def window(self, track_id: int) -> TrackWindow | None:
         """Return the last measurements of a track that was live."""
         track = self.track(track_id)
         if track is None:
             return None
         rows = self._known.plots_until(track_id, self._at_s)
-        return Window(rows, self._known.biases_at(track["time_s"])) if len(rows) else None
+        return TrackWindow(rows, self._known.biases_at(track["time_s"])) if len(rows) else None
 
     def plots_after(self, after: int | None, limit: int) -> tuple[NDArray[np.void], int, int]:
         """Return the last measurements up to the time; they have no numbers."""

@@ -46,13 +46,7 @@ _ESTIMATED = ("lat", "lon", "nac_p", "gs", "track", "baro_rate")
 
 
 class AircraftSnapshots:
-    """Makes `aircraft.json` once for each state of the tracks, for any thread.
-
-    Parameters
-    ----------
-    known : Knowledge
-        The tracks.
-    """
+    """Makes `aircraft.json` once for each state of the tracks, for any thread."""
 
     def __init__(self, known: Knowledge) -> None:
         self._known = known
@@ -76,11 +70,6 @@ class AircraftSnapshots:
 def document(picture: Picture) -> dict[str, Any]:
     """Return `aircraft.json` of a picture.
 
-    Parameters
-    ----------
-    picture : Picture
-        The tracks.
-
     Returns
     -------
     dict
@@ -94,13 +83,7 @@ def document(picture: Picture) -> dict[str, Any]:
 
 
 def receiver(sensors: SensorTable) -> dict[str, Any]:
-    """Return `receiver.json`.
-
-    Parameters
-    ----------
-    sensors : SensorTable
-        The sensors.
-    """
+    """Return `receiver.json`."""
     found: dict[str, Any] = {
         "version": f"multiradar {version('multiradar')}",
         "refresh": REFRESH_MS,

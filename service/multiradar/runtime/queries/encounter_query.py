@@ -14,24 +14,9 @@ from multiradar.runtime.queries.parameters import (
 
 @dataclass(frozen=True, slots=True)
 class EncounterQuery:
-    """Selection of encounters.
+    """Selection of encounters: values of the parameters `ENCOUNTERS`, which describe them.
 
-    Attributes
-    ----------
-    horizon_s : float
-        Prediction horizon, s.
-    distance_m : float
-        Horizontal threshold: pairs whose predicted positions come closer, m.
-    height_m : float or None
-        Vertical threshold, m: skip pairs separated by more while within `distance_m`; pairs of
-        unknown height are kept.
-    probability_min : float
-        Skip pairs with a lower probability of coming within both thresholds (`distance_m` alone
-        where a height is unknown or `height_m` is not given).
-    order : str
-        `time` of closest approach, or `probability`, greatest first.
-    limit : int or None
-        Maximum number of encounters; None is no limit.
+    Here `limit` may also be None: no limit.
 
     Raises
     ------

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.memory.knowledge import States, Window
+from multiradar.runtime.memory.knowledge import States, TrackWindow
 from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.tracking.forecast.forecast_calibration import ForecastCalibration
@@ -53,7 +53,7 @@ class Moment(Protocol):
         """Return the last updates of the tracks, rows of `UPDATE_DTYPE`, and the data time."""
         ...
 
-    def window(self, track_id: int) -> Window | None:
+    def window(self, track_id: int) -> TrackWindow | None:
         """Return the last measurements of a track, and the biases; None for no such track."""
         ...
 
@@ -62,5 +62,5 @@ class Moment(Protocol):
         ...
 
     def trajectory_feed(self) -> TrajectoryFeed:
-        """Return the trajectory sets, or raise TrajectoryError."""
+        """Return the bundles, or raise TrajectoryError."""
         ...

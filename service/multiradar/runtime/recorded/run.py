@@ -12,11 +12,7 @@ from numpy.typing import NDArray
 from multiradar.errors import InputError
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
 from multiradar.runtime.engine.plot_rows import PLOT_DTYPE
-from multiradar.runtime.offline.offline import (
-    BIASES_FILE,
-    HEALTH_FILE,
-    TRANSITIONS_FILE,
-)
+from multiradar.runtime.offline.offline_job import BIASES_FILE, HEALTH_FILE, TRANSITIONS_FILE
 from multiradar.runtime.offline.offline_report import REPORT_FILE
 from multiradar.runtime.picture.past import Positions, last_of_each
 from multiradar.runtime.recorded.plots import RecordedPlots

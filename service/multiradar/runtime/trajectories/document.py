@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from multiradar.errors import OutsidePlaneError, TrajectoryError
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.restoration.bundle.bundle import Bundle
 from multiradar.restoration.bundle.estimate import BEST, WEIGHTED, Trajectory
 from multiradar.restoration.bundle.initial_arcs import TRIPLE_APART_M, TRIPLE_APART_S
 from multiradar.restoration.bundle.path import Path
+from multiradar.restoration.bundle.trajectory_bundle import Bundle
 from multiradar.restoration.control_tracks.settings import KIND_NAMES
 from multiradar.runtime.trajectories.pool import Reading
 

@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 from multiradar.errors import ForecastError
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.restoration.forecast.bundle_forecast import forecast
 from multiradar.restoration.forecast.ensemble import (
     LATER_NAMES,
     REGION_MEMBERS,
     ForecastEnsemble,
     Members,
 )
-from multiradar.restoration.forecast.forecast import forecast
 from multiradar.restoration.forecast.settings import AHEAD_MAX_S
 from multiradar.runtime.trajectories.document import require_tracks
 from multiradar.runtime.trajectories.ensemble_scores import SETTINGS

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.restoration.bundle.bundle import Bundle
-from multiradar.restoration.forecast.forecast import forecast
+from multiradar.restoration.bundle.trajectory_bundle import Bundle
+from multiradar.restoration.forecast.bundle_forecast import forecast
 from multiradar.restoration.forecast.settings import ForecastSettings
 from multiradar.tracking.forecast.forecast_calibration import GAP_MAX_S
 from multiradar.tracking.forecast.pending import PendingForecasts

@@ -10,7 +10,7 @@ import numpy as np
 from multiradar.errors import CovarianceError, MultiradarError, ShapeError, TimeOrderError
 from multiradar.estimation.measurement.kinds import KIND_BEARING
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.restoration.bundle.bundle import Bundle
+from multiradar.restoration.bundle.trajectory_bundle import Bundle
 from multiradar.restoration.control_tracks._scratch import scratch
 from multiradar.restoration.control_tracks.settings import BundleSettings
 from multiradar.runtime.trajectories.ensemble_scores import UNCALIBRATED, EnsembleScores

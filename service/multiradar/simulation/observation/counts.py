@@ -3,7 +3,7 @@
 import numpy as np
 
 from multiradar.simulation.observation.measurements import NO_AIRCRAFT
-from multiradar.simulation.observation.observation import Observation
+from multiradar.simulation.observation.observe import Observation
 from multiradar.simulation.scenario.model import Scenario
 
 

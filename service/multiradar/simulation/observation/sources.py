@@ -85,11 +85,6 @@ def site_of(
     rng : Generator
         Not used: moving sensors fly legs only.
 
-    Returns
-    -------
-    Site
-        Its site.
-
     References
     ----------
     The project's own: legs like those of aircraft.

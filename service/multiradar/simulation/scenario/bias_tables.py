@@ -5,10 +5,10 @@ from typing import Annotated, Any, Self
 from pydantic import BeforeValidator, model_validator
 
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES
+from multiradar_schemas import bounds as bounds
+from multiradar_schemas.bounds import Bounds, ParameterBounds
 from multiradar_schemas.documents.tables import Table, wrong
-from multiradar_schemas.sensors import bounds as bounds
 from multiradar_schemas.sensors.bias import within
-from multiradar_schemas.sensors.bounds import Bounds, ParameterBounds
 
 #: Maximum time of a jump: the duration of the longest scenario, s.
 JUMP_MAX_S = 7 * 86_400.0

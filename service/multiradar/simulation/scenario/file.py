@@ -60,11 +60,6 @@ def builtin_scenario(name: str) -> Scenario:
     name : str
         One of `builtin_names`.
 
-    Returns
-    -------
-    Scenario
-        The scenario.
-
     Raises
     ------
     ConfigurationError

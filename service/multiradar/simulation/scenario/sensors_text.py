@@ -25,11 +25,6 @@ _HEAD = """\
 def sensors_text(scenario: Scenario) -> str:
     """Return the text of `sensors.toml`.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Its sensors.
-
     Returns
     -------
     str

@@ -15,6 +15,7 @@ from multiradar.simulation.scenario.model import (
     SensorKind,
 )
 from multiradar.simulation.scenario.reported_tables import AtmosphereTable, RegistersTable
+from multiradar_schemas import bounds as bounds
 from multiradar_schemas.documents.names import shown
 from multiradar_schemas.documents.tables import Table, wrong
 from multiradar_schemas.measurements.measurement import (
@@ -24,7 +25,6 @@ from multiradar_schemas.measurements.measurement import (
     MODE_S_ADDRESS_PATTERN,
     SENSOR_ID_PATTERN,
 )
-from multiradar_schemas.sensors import bounds as bounds
 from multiradar_schemas.sensors.bias import within
 from multiradar_schemas.sensors.sensor import PARAMETERS_BY_KIND
 

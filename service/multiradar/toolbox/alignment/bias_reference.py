@@ -252,7 +252,7 @@ def _updates(given: Path, processor: str | None) -> "pl.DataFrame":
 
     from multiradar.errors import MissingColumnError
     from multiradar.evaluation.system_tracks import named_by_flight, of_one_processor
-    from multiradar.toolbox.evaluation.inputs import NOT_SEEN
+    from multiradar.toolbox.diagnoses import NOT_SEEN
     from multiradar.toolbox.evaluation.recorded import dump_tracks, has_dump_tracks
     from multiradar.toolbox.evaluation.tracked import read_table
 

@@ -39,11 +39,6 @@ _NORMAL_SPREAD = 1.4826
 def alignment_plots(found: Registration) -> list[Plot]:
     """Return the plots of a registration.
 
-    Parameters
-    ----------
-    found : Registration
-        The result.
-
     Returns
     -------
     list of Plot

@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from multiradar.errors import InputError
-from multiradar.toolbox.inputs import DumpChoice, open_measurements
+from multiradar.toolbox.conversion.measurements import open_measurements
+from multiradar.toolbox.inputs import DumpChoice
 from multiradar_converters.leftovers import temporary_folder
 from multiradar_schemas.alignment import AlignedInput
 from multiradar_schemas.report import Counts
 
 if TYPE_CHECKING:
-    from multiradar.diagnosis.diagnosis import Diagnosis
+    from multiradar.diagnosis.model import Diagnosis
     from multiradar.storage.recording import Recording
     from multiradar_schemas.sensors.sensor import SensorsFile
 
@@ -100,7 +101,7 @@ def open_recordings(
 
 def _kind(path: Path) -> str:
     from multiradar.storage.recording import MEASUREMENTS_FILE
-    from multiradar.toolbox.conversion import detected
+    from multiradar.toolbox.conversion.convert import detected
 
     if path.suffix == ".parquet" or (path / MEASUREMENTS_FILE).exists():
         return "converted"
@@ -111,7 +112,7 @@ def _kind(path: Path) -> str:
 def _convert(
     kind: str, files: list[Path], out: Path, sensors: "SensorsFile", dump: DumpChoice
 ) -> dict[str, Any]:
-    from multiradar.toolbox.conversion import convert_files
+    from multiradar.toolbox.conversion.convert import convert_files
     from multiradar_converters.adsb.conversion import convert as convert_adsb
     from multiradar_converters.adsb.options import Options as AdsbOptions
     from multiradar_converters.asterix.conversion import convert as convert_asterix

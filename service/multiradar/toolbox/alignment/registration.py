@@ -12,12 +12,12 @@ from multiradar.diagnosis.alignment.fit import Alignment, Problem, fit
 from multiradar.diagnosis.alignment.tracked_plots import PlotCollector
 from multiradar.diagnosis.alignment.trends import Trend, trend
 from multiradar.errors import DataWarning, InputError
-from multiradar.toolbox.warning import warn
+from multiradar.toolbox.messages.warning import warn
 from multiradar_converters.leftovers import temporary_folder
 
 if TYPE_CHECKING:
     from multiradar.estimation.measurement.sensors import SensorTable
-    from multiradar.runtime.offline.offline import OfflineResult
+    from multiradar.runtime.offline.offline_job import OfflineResult
     from multiradar.storage.recording import Recording
     from multiradar.tracking.settings import TrackingSettings
 
@@ -87,7 +87,8 @@ def register(
     InputError
         No aircraft was seen by two sensors at nearly the same time.
     """
-    from multiradar.runtime.offline.offline import OfflineJob, track_recording
+    from multiradar.runtime.offline.offline_job import OfflineJob
+    from multiradar.runtime.offline.offline_run import track_recording
 
     collector = PlotCollector()
     job = OfflineJob(recording, sensors, settings, kinds, workers)

@@ -4,9 +4,9 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from multiradar_schemas import bounds
 from multiradar_schemas.alignment import AlignedBias
-from multiradar_schemas.sensors import bounds
-from multiradar_schemas.sensors.bounds import ParameterBounds
+from multiradar_schemas.bounds import ParameterBounds
 from multiradar_schemas.sensors.sensor import SensorsFile
 
 #: Significant digits of a sigma; an estimate ends with the same decimal.

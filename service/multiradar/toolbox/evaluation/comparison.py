@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from multiradar.errors import ArgumentError, DataWarning, InputError
-from multiradar.toolbox.warning import warn
+from multiradar.toolbox.messages.warning import warn
 from multiradar_schemas.documents.names import unknown
 
 if TYPE_CHECKING:
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from multiradar.evaluation.coverage import CoveredRegion
     from multiradar.evaluation.scorecard import Scorecard
     from multiradar.evaluation.settings import EvaluationSettings
-    from multiradar.toolbox.evaluation.inputs import Known
+    from multiradar.toolbox.evaluation.known import Known
 
 #: Motion models of a smoothed reference; the first is the default.
 SMOOTHERS = ("constant-velocity", "imm")

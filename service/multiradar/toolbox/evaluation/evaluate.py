@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from multiradar.errors import ArgumentError, ConfigurationError, FindingsError
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.toolbox.arguments import checked_options, typed
-from multiradar.toolbox.conversion import Conversion
+from multiradar.toolbox.conversion.convert import Conversion
 from multiradar.toolbox.output import PathLike
 from multiradar.toolbox.run import Run
 from multiradar.toolbox.simulation import Simulation
@@ -106,7 +106,7 @@ class Evaluation:
             There is no plot of a name.
         """
         from multiradar.evaluation.card.plots import card_plots
-        from multiradar.toolbox.pictures import picture
+        from multiradar.toolbox.pages.pictures import picture
 
         plots = card_plots(self._card)
         usual = ("map", "errors-over-time", "distribution", "along-across")

@@ -2,7 +2,6 @@
 
 import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +16,8 @@ from multiradar.evaluation.tables import (
     reference_of_truth,
     with_rows,
 )
+from multiradar.toolbox.diagnoses import NOT_SEEN, SYSTEM_TRACKS_FILE, unseen_states
+from multiradar.toolbox.evaluation.known import Known
 from multiradar.toolbox.evaluation.recorded import (
     dump_tracks,
     has_dump_tracks,
@@ -26,52 +27,17 @@ from multiradar.toolbox.evaluation.recorded import (
 )
 from multiradar.toolbox.evaluation.tracked import bias_tables, named_by_tracks, read_table
 from multiradar.toolbox.inputs import read_sensors
-from multiradar.toolbox.warning import warn
+from multiradar.toolbox.messages.warning import warn
 from multiradar_schemas.documents.contents import TRACKS, content, no_such
 
 if TYPE_CHECKING:
     from multiradar.evaluation.coverage import CoveredRegion
-    from multiradar.evaluation.trajectories import Reference
 
 TRUTH_FILE = "truth.parquet"
 TRUE_BIASES_FILE = "truth_biases.parquet"
-SYSTEM_TRACKS_FILE = "system_tracks.parquet"
 
 _SYSTEM_TRACKS = "system tracks (of `convert asterix` or `convert vid`)"
-#: States of another processor's tracks without an estimate from measurements.
-NOT_SEEN = ("coasting", "ended", "simulated")
 _NO_PLOTS = {"time_s": pl.Float64, "sensor_id": pl.String, "name": pl.String}
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Known:
-    """The reference and what belongs to it.
-
-    Attributes
-    ----------
-    kind : str
-        truth, recorded, adsb, smoothed or system-tracks.
-    path : Path
-        As it was given.
-    reference : Reference
-        Positions of the aircraft.
-    plots : DataFrame
-        `time_s`, `sensor_id` and `name` (of the aircraft, null where unknown) of the plots.
-    true_biases : (DataFrame, str), optional
-        The true biases, and their name in error messages.
-    claimed : dict of str to float or str
-        Inputs and reported accuracy of an estimated reference.
-    reporters : tuple of str
-        Sensors whose reports are the reference.
-    """
-
-    kind: str
-    path: Path
-    reference: "Reference"
-    plots: pl.DataFrame
-    true_biases: tuple[pl.DataFrame, str] | None = None
-    claimed: dict[str, float | str] = field(default_factory=dict)
-    reporters: tuple[str, ...] = ()
 
 
 def read_truth(
@@ -252,29 +218,6 @@ def read_system_tracks(
         raise InputError(msg)
     reference = reference_of_reports(usable, str(path), settings.reference_gap_s, regions)
     return Known("system-tracks", given, reference, plots)
-
-
-def unseen_states(updates: pl.DataFrame) -> str:
-    """Return a message about system tracks that were never updated by a measurement.
-
-    Parameters
-    ----------
-    updates : DataFrame
-        Their updates, with the column `state`.
-
-    Returns
-    -------
-    str
-        Empty where some were.
-    """
-    counts = updates["state"].value_counts(sort=True).rows()
-    if not counts or any(state not in NOT_SEEN for state, _ in counts):
-        return ""
-    of_states = ", ".join(f"{count:,} {state}" for state, count in counts)
-    return (
-        f"none of the {len(updates):,} updates of system tracks is by a measurement ({of_states}): "
-        "the recorder or the processor received no plots"
-    )
 
 
 def read_smoothed(

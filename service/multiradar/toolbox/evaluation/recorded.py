@@ -12,8 +12,9 @@ from multiradar.evaluation.measures.bias_errors import TRUE_BIAS_COLUMNS
 from multiradar.evaluation.reference_rows import FILE_COLUMN, LINE_COLUMN
 from multiradar.evaluation.trajectories import NUMBER_MAX
 from multiradar.report.times import is_dated
+from multiradar.toolbox.conversion.measurements import open_measurements
 from multiradar.toolbox.evaluation.dump_truth import TRUTH_FILE, Truth, read_truth_file
-from multiradar.toolbox.inputs import DumpChoice, open_measurements
+from multiradar.toolbox.inputs import DumpChoice
 
 REPORT_FILE = "report.json"
 _NEW4 = "_mr.new4"
@@ -36,11 +37,6 @@ def recorded_truth(given: Path) -> tuple[Truth, Path]:
     ----------
     given : Path
         The file, or the folder of the dump.
-
-    Returns
-    -------
-    Truth, Path
-        Its contents and its path.
 
     Raises
     ------
@@ -125,7 +121,7 @@ def dump_tracks(given: Path) -> pl.DataFrame:
     """
     from multiradar_converters import new4
     from multiradar_converters.errors import ConversionError
-    from multiradar_converters.vid.times import unix_start
+    from multiradar_converters.vid.text.times import unix_start
 
     files = [given] if given.suffix == ".new4" else sorted(_track_files(given))
     folder = files[0].parent.parent

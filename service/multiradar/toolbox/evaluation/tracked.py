@@ -15,7 +15,7 @@ from multiradar_schemas.documents.contents import no_such, other_table, unreadab
 if TYPE_CHECKING:
     from multiradar.evaluation.coverage import CoveredRegion
     from multiradar.evaluation.trajectories import Tracks
-    from multiradar.toolbox.evaluation.inputs import Known
+    from multiradar.toolbox.evaluation.known import Known
 
 TRACKS_FILE = "tracks.parquet"
 BIASES_FILE = "biases.parquet"
@@ -167,11 +167,6 @@ def read_table(path: Path, what: str) -> pl.DataFrame:
         The file.
     what : str
         What it should contain.
-
-    Returns
-    -------
-    DataFrame
-        All of it.
 
     Raises
     ------

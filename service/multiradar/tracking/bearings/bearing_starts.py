@@ -22,7 +22,7 @@ from multiradar.estimation.measurement.kinds import KIND_BEARING, KIND_RADAR
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.state import Fields
 from multiradar.tracking._identity_kernels import identify
-from multiradar.tracking.association.association import Window
+from multiradar.tracking.association.window_association import AssociationWindow
 from multiradar.tracking.bearings.bearing_positions import Bounds, locate
 from multiradar.tracking.bearings.waiting_bearings import WaitingBearing, bearing_of_row
 from multiradar.tracking.pool import AircraftPool, Start
@@ -81,12 +81,14 @@ class BearingStarts:
         self._active = active
         self._waiting: OrderedDict[tuple[int, int], _Waiting] = OrderedDict()
 
-    def assign(self, window: Window, model: Model, biases: BiasState, pool: AircraftPool) -> None:
+    def assign(
+        self, window: AssociationWindow, model: Model, biases: BiasState, pool: AircraftPool
+    ) -> None:
         """Find or create the aircraft of rows, also of bearings that initiate a track.
 
         Parameters
         ----------
-        window : Window
+        window : AssociationWindow
             The rows, by ascending time; their slots are filled.
         model : Model
             The sensors on the plane.
@@ -109,7 +111,7 @@ class BearingStarts:
                 pool.initiate(slot, start)
 
     def _find(
-        self, window: Window, model: Model, biases: BiasState, roster: Roster
+        self, window: AssociationWindow, model: Model, biases: BiasState, roster: Roster
     ) -> dict[int, Start]:
         batch, first, last = window.batch, window.first, window.last
         named = (batch.track_number[first:last] >= 0) | (batch.mode_s_address[first:last] >= 0)

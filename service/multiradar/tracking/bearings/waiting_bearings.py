@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.filters.arrays import Model
-from multiradar.tracking.association.association import Window
+from multiradar.tracking.association.window_association import AssociationWindow
 
 Floats = NDArray[np.float64]
 
@@ -39,12 +39,12 @@ class WaitingBearing(NamedTuple):
     moving: bool
 
 
-def bearing_of_row(window: Window, row: int, model: Model) -> WaitingBearing:
+def bearing_of_row(window: AssociationWindow, row: int, model: Model) -> WaitingBearing:
     """Return a row as a buffered bearing.
 
     Parameters
     ----------
-    window : Window
+    window : AssociationWindow
         The rows.
     row : int
         Index of the row.

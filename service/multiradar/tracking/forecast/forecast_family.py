@@ -3,7 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.tracking.forecast.forecast import densities_of, forecast_modes_of, forecast_of_modes
+from multiradar.tracking.forecast.forecast_of_modes import (
+    densities_of,
+    forecast_modes_of,
+    forecast_of_modes,
+)
 from multiradar.tracking.forecast.persistent_walk import propagate_random_walk, propagate_straight
 from multiradar.tracking.mode_states import ModeStates
 from multiradar.tracking.outputs import TrackStates
@@ -21,8 +25,6 @@ WALKS_PER_S = {
     "walk-300": 1.0 / 300.0,
     "walk-100": 1.0 / 100.0,
 }
-#: Motion models of all filters.
-MOTIONS = (MODES, STRAIGHT, *WALKS_PER_S)
 #: White acceleration in addition to the random walk, m²/s³.
 WALK_DENSITY = 1.0
 

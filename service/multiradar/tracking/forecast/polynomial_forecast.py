@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.errors import TrajectoryError
-from multiradar.estimation.filters.polynomial.polynomial import estimate, observe, start
+from multiradar.estimation.filters.polynomial.polynomial_filter import estimate, observe, start
 
 Floats = NDArray[np.float64]
 

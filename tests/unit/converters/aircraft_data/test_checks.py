@@ -195,7 +195,7 @@ def test_variation_is_that_with_the_least_scatter_of_the_winds() -> None:
     own[:, q.TRACK_ANGLE] = np.degrees(np.arctan2(*velocity.T)) % 360.0
     found = magnetic_variation(own, height)
     assert found is not None
-    assert found.variation_deg == pytest.approx(12.3, abs=0.2)
+    assert found == pytest.approx(12.3, abs=0.2)
     same = np.repeat(own[:1], 500, axis=0)
     same[:, q.GROUND_SPEED] += random.normal(0.0, 3.0, 500)
     assert magnetic_variation(same, height) is None

@@ -11,7 +11,7 @@ from multiradar_converters.adsb.reading.batches import Batch
 from multiradar_converters.adsb.reading.splitting import RECORD_BYTES_MAX, Lines
 from multiradar_converters.feeds.aircraft import AIRCRAFT_MAX, Aircraft
 from multiradar_converters.feeds.decoder import FeedDecoder
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 from support.scenarios.feeds import (
     BEGIN_S,
     aircraft,

@@ -15,7 +15,7 @@ from multiradar_converters.normalised.arrow_layout import ArrowLayoutError, chec
 from multiradar_converters.normalised.parsed import PARSED_SCHEMA
 from multiradar_schemas.errors import BodyError
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 from support.inputs.messages import adsb, radar, stream
 from support.processes.waiting import run_to_end
 

@@ -10,7 +10,7 @@ from multiradar_converters.normalised import text as text_module
 from multiradar_converters.normalised.parsed import PARSED_SCHEMA, Parsed
 from multiradar_converters.normalised.text import parse_json, parse_ndjson
 from multiradar_schemas.errors import BodyError
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 from support.inputs.messages import adsb, array, radar, without
 
 GOOD = json.dumps(radar())

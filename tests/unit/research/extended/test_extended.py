@@ -16,7 +16,7 @@ from multiradar.estimation.gaussian import normalised_squared
 from multiradar.estimation.motion.axes import frame_to_velocity
 from multiradar.estimation.motion.coordinates import CARTESIAN, VELOCITY_FRAME
 from multiradar.estimation.motion.velocity_frame_noise import VelocityFrameNoise
-from multiradar.research.extended.extended import Estimate, Outcome, predict, start, update
+from multiradar.research.extended.extended_filter import Estimate, Outcome, predict, start, update
 from multiradar.research.extended.extended_measurement import MeasuredPosition, SpaceMeasurement
 from multiradar.research.motion.cartesian_acceleration import CartesianAcceleration
 from multiradar.research.motion.model import MotionModel, MotionSimulator

@@ -5,7 +5,7 @@ import pytest
 
 from multiradar.errors import ConfigurationError, JournalError
 from multiradar.runtime.admission import _admission_kernels as kernels
-from multiradar.runtime.admission.admission import ACCEPTED, EXCESS, FUTURE, LATE, Admission
+from multiradar.runtime.admission.admission_by_time import ACCEPTED, EXCESS, FUTURE, LATE, Admission
 from multiradar.runtime.admission.reject_file import TimeRejects
 from multiradar.tracking.input.measurements import MeasurementBatch
 from support.inputs.timed_batches import timed_batch

@@ -7,7 +7,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.runtime.admission.admission import Admission
+from multiradar.runtime.admission.admission_by_time import Admission
 from multiradar.runtime.admission.arrivals import DELAY_MAX_S, DELAY_STEP_S, ArrivalBoard
 from multiradar.tracking.input.measurements import MeasurementBatch
 from support.inputs.batches import batch_of

@@ -12,7 +12,7 @@ from multiradar.estimation.measurement.plot_rates import (
     plot_paces,
     plots_per_scan_max,
 )
-from multiradar.runtime.admission.admission import ACCEPTED, EXCESS, Admission
+from multiradar.runtime.admission.admission_by_time import ACCEPTED, EXCESS, Admission
 from multiradar.runtime.admission.reject_file import TimeRejects
 from support.inputs.timed_batches import timed_batch
 from support.processes.live_services import TABLE

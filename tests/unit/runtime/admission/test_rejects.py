@@ -9,7 +9,7 @@ import polars as pl
 import pytest
 
 from multiradar.runtime.admission.origins import Origins
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.memory.reject_board import RejectBoard
 from multiradar.storage.entries import RejectedRow
 from multiradar.storage.memory_journal import MemoryJournal

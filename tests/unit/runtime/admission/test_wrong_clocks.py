@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from multiradar.runtime.admission.admission import ACCEPTED, FUTURE, Admission
+from multiradar.runtime.admission.admission_by_time import ACCEPTED, FUTURE, Admission
 from support.inputs.timed_batches import timed_batch
 
 #: Right sensors, and one with a wrong clock.

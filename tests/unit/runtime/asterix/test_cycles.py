@@ -10,7 +10,7 @@ import pytest
 from multiradar.errors import ConfigurationError
 from multiradar.runtime.asterix.channel import Channel, ChannelOptions
 from multiradar.runtime.asterix.cycles import Cycles
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import measurement_batch

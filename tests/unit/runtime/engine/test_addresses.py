@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.tracking.association._revolution_kernels import is_second_azimuth
 from multiradar.tracking.health.health_records import ALARM_ADDRESS, ALARM_NAMES
 from multiradar.tracking.input.measurements import MeasurementBatch

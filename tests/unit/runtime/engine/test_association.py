@@ -9,7 +9,7 @@ import pytest
 from multiradar import wire
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.runtime.engine.digest import OutputDigest
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.memory.track_tally import TrackTally
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import STATE_CONFIRMED, TrackUpdates

@@ -7,9 +7,9 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.publication import Publication
-from multiradar.runtime.offline.offline import BATCH_ROWS
+from multiradar.runtime.offline.offline_job import BATCH_ROWS
 from multiradar.runtime.queries.observabilities import observability_of_track
 from multiradar.runtime.queries.registry import OBSERVABILITY
 from multiradar.runtime.queries.track_windows import WindowTable
@@ -18,8 +18,8 @@ from multiradar.tracking.health.health_records import HealthRecords
 from multiradar.tracking.outputs import EngineOutput, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import health_frame, measurement_batch, tracks_frame
-from multiradar_schemas.measurements.reject import RejectCode
 from multiradar_schemas.products.observability import OBSERVABILITY_SCHEMA
+from multiradar_schemas.reject import RejectCode
 from support.scenarios import bearing_scene
 
 TABLE = bearing_scene.sensors()

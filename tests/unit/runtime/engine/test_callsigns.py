@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 
 from multiradar import wire
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.payload import decode_rows, encode_rows
 from multiradar.tracking.columns import rows_of, table_of
 from multiradar.tracking.outputs import TrackUpdates

@@ -15,7 +15,7 @@ from multiradar.estimation.measurement.sensors import (
 )
 from multiradar.runtime.engine import shared_biases
 from multiradar.runtime.engine.digest import OutputDigest
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.tracking._identity_kernels import describe
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import BiasRecords, EngineOutput, TrackUpdates
@@ -318,7 +318,7 @@ def test_an_estimate_without_a_latitude_is_counted_and_not_published(
         describe(taken, readout, plane, described)
         described[:3] = np.nan
 
-    monkeypatch.setattr("multiradar.runtime.engine.engine.describe", beyond_the_edge)
+    monkeypatch.setattr("multiradar.runtime.engine.epoch_engine.describe", beyond_the_edge)
     engine = Engine(scene.sensors, TrackingSettings())
     assert not len(engine.push(scene.batch.select(slice(0, 200))).updates)  # Within the horizon.
     output = engine.flush()

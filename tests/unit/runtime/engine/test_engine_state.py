@@ -10,7 +10,7 @@ from multiradar import wire
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.engine.digest import BLOCK_OCTETS, BlockDigest, OutputDigest
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.state import copied_state, encoded_state, restore_state
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.input.measurements import MeasurementBatch

@@ -5,11 +5,11 @@ import polars as pl
 import pytest
 
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.engine.engine import Engine
-from multiradar.runtime.offline.offline import BATCH_ROWS
+from multiradar.runtime.engine.epoch_engine import Engine
+from multiradar.runtime.offline.offline_job import BATCH_ROWS
 from multiradar.runtime.queries.observabilities import observability_of_track
 from multiradar.runtime.queries.track_windows import WindowTable
-from multiradar.simulation.observation.observation import observe
+from multiradar.simulation.observation.observe import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
 from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from multiradar.errors import TrajectoryError
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.live.view import LiveView
 from multiradar.runtime.queries.parameters import FILTER, POLYNOMIAL

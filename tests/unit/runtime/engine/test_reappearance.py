@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.simulation.scenario.model import Leg
 from multiradar.tracking.outputs import STATE_CONFIRMED, TrackUpdates
 from multiradar.tracking.settings import TrackingSettings

@@ -5,7 +5,7 @@ import polars as pl
 import pytest
 
 from multiradar.evaluation.smoothing.reference import smoothed_reference
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.engine.plot_rows import plot_rows
 from multiradar.runtime.trajectories.plots import PLOT_DTYPE
 from multiradar.tracking.settings import TrackingSettings

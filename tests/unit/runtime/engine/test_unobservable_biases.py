@@ -7,7 +7,7 @@ import pytest
 
 from multiradar.estimation.bias.observability import UnobservableBias
 from multiradar.estimation.measurement.kinds import KIND_POSITION
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.settings import TrackingSettings
 from support.scenarios.scenes import Radar, Scene, make_scene, random_flights, three_radars

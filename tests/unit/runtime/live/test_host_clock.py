@@ -7,7 +7,7 @@ import pytest
 
 from multiradar.clock import FixedClock
 from multiradar.errors import LiveStreamError
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.service import Service
 from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.tracking.settings import TrackingSettings

@@ -2,7 +2,7 @@
 
 import threading
 
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.output_feed import OutputFeed
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings

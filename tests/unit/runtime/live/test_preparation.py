@@ -5,7 +5,7 @@ import pytest
 
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.admission.admission import Admission
+from multiradar.runtime.admission.admission_by_time import Admission
 from multiradar.runtime.live.intake import Submission
 from multiradar.runtime.live.preparation import Prepared, prepare
 from multiradar.storage.entries import EntryKind

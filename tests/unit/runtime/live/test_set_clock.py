@@ -10,7 +10,7 @@ from multiradar.errors import IdempotencyConflictError
 from multiradar.ingest.asterix_output.sender import AsterixSender, Outlet
 from multiradar.ingest.asterix_output.sinks import MemorySink
 from multiradar.runtime.asterix.channel import Channel, ChannelOptions
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.output_feed import OutputFeed
 from multiradar.runtime.live.service import Service
 from multiradar.storage.memory_journal import MemoryJournal

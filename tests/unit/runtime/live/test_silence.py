@@ -10,9 +10,9 @@ from prometheus_client import CollectorRegistry, generate_latest
 from multiradar.clock import FixedClock
 from multiradar.observability.metrics import watch
 from multiradar.observability.pipeline_metrics import PipelineCollector
+from multiradar.runtime.live.alarms.silence import WITHOUT_SCANS_S
 from multiradar.runtime.live.readiness import CODES
 from multiradar.runtime.live.service import Service
-from multiradar.runtime.live.silence import WITHOUT_SCANS_S
 from multiradar.storage.entries import RejectedRow
 from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.tracking.settings import TrackingSettings

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any, get_origin
 
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.service import Service
 from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.tracking.forecast.state_samples import Sampling

@@ -10,9 +10,9 @@ import polars as pl
 
 from multiradar import wire
 from multiradar.estimation.measurement.plot_rates import plot_paces
-from multiradar.runtime.admission.admission import ACCEPTED, Admission
+from multiradar.runtime.admission.admission_by_time import ACCEPTED, Admission
 from multiradar.runtime.engine.digest import OutputDigest
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.preparation import EXCESS_KEPT_MAX
 from multiradar.runtime.live.service import Service
 from multiradar.storage.memory_journal import MemoryJournal

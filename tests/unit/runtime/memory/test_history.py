@@ -50,6 +50,22 @@ def test_a_batch_larger_than_the_ring_leaves_its_end() -> None:
     assert history.read(1, None, 100)["sequence"].tolist() == [7, 8, 9, 10]
 
 
+class _ReadWhileWritten(TrackHistory):
+    found = 0
+
+    def _grow(self, track_id: int) -> None:
+        self.found = len(self.after(0, 10)[0])
+        super()._grow(track_id)
+
+
+def test_rows_are_read_only_once_they_are_written() -> None:
+    history = _ReadWhileWritten(100)
+    rows = np.zeros(3, UPDATE_DTYPE)
+    rows["track_id"] = [1, 2, 3]
+    history.append(rows)
+    assert (history.found, len(history.after(0, 10)[0])) == (0, 3)
+
+
 @pytest.mark.parametrize("follow", [kernels.follow, plain(kernels.follow)])
 def test_a_link_that_leads_forward_ends_the_walk(follow: object) -> None:
     """A row that is overwritten while it is read may link anywhere."""

@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 
 from multiradar import wire
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.memory.track_tally import TrackTally
 from multiradar.tracking.lifecycle.transitions import (
     CONFIRMED,

@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 
 from multiradar.errors import ForecastError, TrajectoryError
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.offline.bundle_forecast_table import BundleForecasts, BundleForecastTable
 from multiradar.runtime.offline.trajectory_table import TrajectoryTable

@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 
 from multiradar.errors import ForecastError
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.offline.forecast_table import ForecastTable
 from multiradar.settings.limits import RuntimeLimits

@@ -9,7 +9,7 @@ import pytest
 
 from multiradar.clock import FixedClock
 from multiradar.errors import TrajectoryError
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.memory.state_board import StateBoard
 from multiradar.runtime.picture.air_picture import AirPicture, Asked

@@ -10,7 +10,7 @@ from multiradar.errors import PlaneError
 from multiradar.estimation.measurement.sensors import PARAMETER_AZIMUTH_OFFSET
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.memory.bias_board import BIAS_DTYPE
 from multiradar.runtime.queries.manoeuvre_planes import plane_of_track

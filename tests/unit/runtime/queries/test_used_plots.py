@@ -6,7 +6,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.live.view import LiveView
 from multiradar.runtime.queries.registry import PLOTS, RESIDUALS

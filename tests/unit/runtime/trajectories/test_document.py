@@ -5,7 +5,7 @@ import pytest
 
 from multiradar.errors import TrajectoryError
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.restoration.bundle.bundle import Bundle
+from multiradar.restoration.bundle.trajectory_bundle import Bundle
 from multiradar.runtime.offline.trajectory_table import table_row
 from multiradar.runtime.queries.parameters import PATH_POINTS
 from multiradar.runtime.trajectories.document import trajectories_of

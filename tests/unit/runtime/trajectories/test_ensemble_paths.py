@@ -5,7 +5,7 @@ import pytest
 
 from multiradar.errors import ForecastError, TrajectoryError
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.restoration.bundle.bundle import Bundle
+from multiradar.restoration.bundle.trajectory_bundle import Bundle
 from multiradar.restoration.control_tracks.settings import BundleSettings
 from multiradar.restoration.forecast.settings import AHEAD_MAX_S
 from multiradar.runtime.trajectories.ensemble_paths import (

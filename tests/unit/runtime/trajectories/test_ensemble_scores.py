@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from multiradar.restoration.bundle.bundle import Bundle
+from multiradar.restoration.bundle.trajectory_bundle import Bundle
 from multiradar.restoration.control_tracks.settings import BundleSettings
-from multiradar.restoration.forecast.forecast import forecast
+from multiradar.restoration.forecast.bundle_forecast import forecast
 from multiradar.runtime.trajectories import ensemble_scores
 from multiradar.runtime.trajectories.ensemble_scores import (
     ASKED_AFTER_S,

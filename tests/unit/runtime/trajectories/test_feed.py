@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from multiradar.errors import TrajectoryError
-from multiradar.runtime.engine.engine import Engine
+from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.queries.registry import TRAJECTORIES
 from multiradar.runtime.trajectories.feed import TrajectoryFeed

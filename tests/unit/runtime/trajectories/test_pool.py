@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from multiradar.errors import CovarianceError
-from multiradar.restoration.bundle.bundle import Bundle
+from multiradar.restoration.bundle.trajectory_bundle import Bundle
 from multiradar.restoration.control_tracks.settings import BundleSettings
 from multiradar.runtime.trajectories.plots import (
     PLOT_DTYPE,

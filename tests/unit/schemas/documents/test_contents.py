@@ -10,7 +10,7 @@ from multiradar.errors import ConfigurationError, InputError, MissingColumnError
 from multiradar.settings.service import load_settings
 from multiradar.simulation.scenario.file import load_scenario
 from multiradar.storage.recording import Recording, check_columns
-from multiradar.toolbox.conversion import convert
+from multiradar.toolbox.conversion.convert import convert
 from multiradar.toolbox.inputs import read_sensors
 from multiradar_converters.errors import ProfileError
 from multiradar_converters.vid.profile import load_profile

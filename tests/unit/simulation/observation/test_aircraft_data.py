@@ -8,7 +8,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.simulation.observation.observation import Observation, observe
+from multiradar.simulation.observation.observe import Observation, observe
 from multiradar.simulation.output import measurements_frame, reported_data, truth_frame
 from multiradar.simulation.scenario.file import (
     builtin_table,

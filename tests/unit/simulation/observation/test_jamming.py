@@ -7,7 +7,7 @@ import polars as pl
 import pytest
 
 from multiradar.errors import ConfigurationError
-from multiradar.simulation.observation.observation import observe
+from multiradar.simulation.observation.observe import observe
 from multiradar.simulation.output import measurements_frame, true_biases_frame
 from multiradar.simulation.scenario.file import builtin_scenario, load_scenario
 from multiradar.simulation.scenario.sensors_text import sensors_text

@@ -8,7 +8,7 @@ import pytest
 
 from multiradar.errors import ConfigurationError
 from multiradar.geodesy.polar import slant_range_azimuth
-from multiradar.simulation.observation.observation import observe
+from multiradar.simulation.observation.observe import observe
 from multiradar.simulation.output import measurements_frame, truth_frame
 from multiradar.simulation.scenario.file import load_scenario, load_table, table_text
 from multiradar.simulation.scenario.model import Scenario

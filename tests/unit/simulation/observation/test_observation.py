@@ -8,7 +8,7 @@ import pytest
 
 from multiradar.errors import ConfigurationError
 from multiradar.simulation.observation.measurements import NO_AIRCRAFT
-from multiradar.simulation.observation.observation import Observation, observe
+from multiradar.simulation.observation.observe import Observation, observe
 from multiradar.simulation.scenario.file import builtin_scenario
 from multiradar.simulation.scenario.model import Aircraft, Bias, Leg, Scenario, Sensor, Traffic
 from support.references.oracle import topocentric

@@ -9,7 +9,7 @@ import pytest
 from multiradar.errors import ConfigurationError
 from multiradar.geodesy.polar import slant_range_azimuth
 from multiradar.geodesy.refraction import refracted_range
-from multiradar.simulation.observation.observation import observe
+from multiradar.simulation.observation.observe import observe
 from multiradar.simulation.output import measurements_frame
 from multiradar.simulation.scenario.file import load_scenario
 from multiradar.simulation.scenario.model import Scenario

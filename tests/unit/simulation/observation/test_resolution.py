@@ -8,7 +8,7 @@ import pytest
 
 from multiradar.errors import ConfigurationError
 from multiradar.simulation.observation.measurements import Measurements
-from multiradar.simulation.observation.observation import observe
+from multiradar.simulation.observation.observe import observe
 from multiradar.simulation.scenario.file import load_scenario
 from multiradar.simulation.scenario.model import Aircraft, Scenario, Sensor
 

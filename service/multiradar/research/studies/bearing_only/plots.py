@@ -23,11 +23,6 @@ Floats = NDArray[np.float64]
 def plots(rows: list[Row]) -> list[Plot]:
     """Draw the errors of the first scenario, the NEES of its bearings, and the geometry.
 
-    Parameters
-    ----------
-    rows : list of dict
-        Rows of the study.
-
     Returns
     -------
     list of Plot

@@ -31,11 +31,6 @@ _MARGIN = 0.2
 def all_plots(findings: Findings) -> list[Plot]:
     """Return the plots: the comparison of the filters first, then each filter, the scenario last.
 
-    Parameters
-    ----------
-    findings : Findings
-        Results of the study.
-
     Returns
     -------
     list of Plot

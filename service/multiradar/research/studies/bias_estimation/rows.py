@@ -9,11 +9,6 @@ from multiradar.research.studies.bias_estimation.runs import CONSISTENCIES, QUAN
 def all_rows(findings: Findings) -> list[dict[str, Value]]:
     """Return a row for each filter, form, drift, time and quantity.
 
-    Parameters
-    ----------
-    findings : Findings
-        Results of the study.
-
     Returns
     -------
     list of dict

@@ -40,11 +40,6 @@ TURN_CAPTION = {
 def plots(rows: Sequence[Row]) -> list[Plot]:
     """Return the plots; named ones go into the guide.
 
-    Parameters
-    ----------
-    rows : sequence of dict
-        Rows of the study.
-
     Returns
     -------
     list of Plot

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from multiradar.research.extended.extended import predict, start, update
+from multiradar.research.extended.extended_filter import predict, start, update
 from multiradar.research.extended.extended_measurement import MeasuredPosition
 from multiradar.research.motion.model import MotionModel
 from multiradar.research.studies.coupled_motion.models import INTERVAL_S, Scenario, initial_states

@@ -23,11 +23,6 @@ Floats = NDArray[np.float64]
 def plots(rows: list[Row]) -> list[Plot]:
     """Draw the errors over time, the criterion and the path.
 
-    Parameters
-    ----------
-    rows : list of dict
-        Rows of the study.
-
     Returns
     -------
     list of Plot

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters.polynomial.polynomial import (
+from multiradar.estimation.filters.polynomial.polynomial_filter import (
     estimate,
     forecast,
     observe_increments,

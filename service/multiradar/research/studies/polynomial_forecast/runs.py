@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from multiradar.estimation.filters.polynomial.polynomial import (
+from multiradar.estimation.filters.polynomial.polynomial_filter import (
     estimate,
     forecast,
     observe_interval,

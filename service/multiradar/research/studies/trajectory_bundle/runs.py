@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from multiradar.research.bundle.published import PublishedBundle
 from multiradar.research.bundle.search_rules import SearchRules
-from multiradar.restoration.bundle.bundle import Bundle
+from multiradar.restoration.bundle.trajectory_bundle import Bundle
 from multiradar.restoration.control_tracks.settings import BundleSettings
 from multiradar.restoration.control_tracks.tracks import (
     ControlTrack,

@@ -1,7 +1,7 @@
 """Lines that are too long, as they come in blocks."""
 
 from multiradar_converters.adsb.reading.splitting import RECORD_BYTES_MAX, Lines
-from multiradar_schemas.measurements.reject import RejectCode
+from multiradar_schemas.reject import RejectCode
 
 
 def test_a_line_that_is_too_long_for_several_blocks_is_one_fault() -> None:

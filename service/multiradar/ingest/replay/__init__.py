@@ -1,0 +1,1 @@
+"""Replay of a recording to a service: over HTTP, over Zenoh, as datagrams."""

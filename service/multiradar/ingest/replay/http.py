@@ -1,0 +1,201 @@
+"""Replay to a service over HTTP."""
+
+import io
+import os
+import re
+from enum import StrEnum
+from typing import Any
+
+import httpx
+import polars as pl
+
+from multiradar.errors import (
+    ConfigurationError,
+    PeerError,
+    StreamGoesOnError,
+    UnavailableError,
+)
+from multiradar.ingest.replay.replaying import Answer
+from multiradar_schemas.measurements.directions import without_empty_columns
+
+CONNECT_TIMEOUT_S = 5.0
+#: Longer than the service waits for its journal.
+ANSWER_TIMEOUT_S = 60.0
+#: Environment variable with the API key; an option would show it to all users of the machine.
+KEY_VARIABLE = "MULTIRADAR_KEY"
+
+#: The service, or a proxy, asks to retry later.
+_RETRY_LATER = frozenset({408, 429, 502, 503, 504, 507})
+_ACCEPTED = 200
+_NOT_READY = 503
+#: No row could be read; the answer has the counts all the same.
+_NONE_ACCEPTED = 422
+
+
+class Encoding(StrEnum):
+    """Encoding of a batch."""
+
+    ARROW = "arrow"
+    JSON = "json"
+    NDJSON = "ndjson"
+
+
+MEDIA_TYPES = {
+    Encoding.ARROW: "application/vnd.apache.arrow.stream",
+    Encoding.JSON: "application/json",
+    Encoding.NDJSON: "application/x-ndjson",
+}
+
+
+class HttpDestination:
+    """A service with `POST /v1/measurements`.
+
+    Parameters
+    ----------
+    url : str
+        Its address, such as `http://127.0.0.1:8321`.
+    encoding : Encoding
+        Encoding of batches.
+    transport : httpx.BaseTransport, optional
+        Replaces the network in tests.
+
+    Raises
+    ------
+    ConfigurationError
+        If the address is not valid.
+    """
+
+    def __init__(
+        self, url: str, encoding: Encoding, transport: httpx.BaseTransport | None = None
+    ) -> None:
+        self._encoding = encoding
+        _check_address(url)
+        timeout = httpx.Timeout(ANSWER_TIMEOUT_S, connect=CONNECT_TIMEOUT_S)
+        # A proxy from the environment is for the internet, not for a local service.
+        key = os.environ.get(KEY_VARIABLE, "")
+        self._client = httpx.Client(
+            base_url=url,
+            timeout=timeout,
+            trust_env=False,
+            transport=transport,
+            headers={"authorization": f"Bearer {key}"} if key else {},
+        )
+
+    def send(self, frame: pl.DataFrame, key: str) -> Answer:
+        """Post a batch under its key; return the counts of the answer."""
+        headers = {"content-type": MEDIA_TYPES[self._encoding], "idempotency-key": key}
+        response = self._post("/v1/measurements", encode(frame, self._encoding), headers)
+        document = _document(response)
+        if response.status_code == _NONE_ACCEPTED and "accepted" not in document:
+            raise _rejection(response, document)
+        try:
+            return Answer.of_document(document)
+        except (KeyError, TypeError, ValueError) as error:
+            msg = f"{response.url}: expected the counts of a batch, was {response.text[:200]!r}"
+            raise PeerError(msg) from error
+
+    def flush(self, key: str) -> None:
+        """Post the end of the stream."""
+        response = self._post("/v1/flush", b"", {"idempotency-key": key})
+        if response.status_code != _ACCEPTED:
+            raise _rejection(response, _document(response))
+
+    def starting(self) -> str | None:
+        """Ask `/readyz` for the progress of a service that is starting."""
+        try:
+            response = self._client.get("/readyz")
+        except httpx.TransportError:
+            return None
+        document = _document(response)
+        # A failed service is not ready, too, but accepts nothing any more.
+        if response.status_code != _NOT_READY or document.get("code") != "NOT_READY":
+            return None
+        reason = str(document.get("detail", "not ready yet"))
+        return None if "failed" in reason else reason
+
+    def configured(self) -> tuple[str, ...]:
+        """Ask `/v1/sensors` for the configured sensors."""
+        try:
+            sensors = _document(self._client.get("/v1/sensors")).get("sensors", [])
+            return tuple(str(one["id"]) for one in sensors)
+        except (httpx.TransportError, KeyError, TypeError):
+            return ()
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._client.close()
+
+    def _post(self, path: str, body: bytes, headers: dict[str, str]) -> httpx.Response:
+        try:
+            response = self._client.post(path, content=body, headers=headers)
+        except httpx.TransportError as error:
+            msg = f"{self._client.base_url}: no answer ({_cause(error)})"
+            raise UnavailableError(msg) from error
+        if response.status_code in _RETRY_LATER:
+            msg = f"{response.url}: answered {response.status_code} {response.reason_phrase}"
+            raise UnavailableError(msg, _retry_after_s(response), answered=True)
+        if response.status_code not in (_ACCEPTED, _NONE_ACCEPTED):
+            raise _rejection(response, _document(response))
+        return response
+
+
+def encode(frame: pl.DataFrame, encoding: Encoding) -> bytes:
+    """Return measurements as the body of a request.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        Columns of `MEASUREMENT_SCHEMA`.
+    encoding : Encoding
+        The encoding.
+
+    Returns
+    -------
+    bytes
+        Arrow IPC stream, JSON array or NDJSON; numbers keep all their digits.
+    """
+    frame = without_empty_columns(frame)
+    if encoding is Encoding.JSON:
+        return frame.write_json().encode()
+    if encoding is Encoding.NDJSON:
+        return frame.write_ndjson().encode()
+    buffer = io.BytesIO()
+    frame.rechunk().write_ipc_stream(buffer)
+    return buffer.getvalue()
+
+
+def _check_address(url: str) -> None:
+    try:
+        host = httpx.URL(url).host
+    except httpx.InvalidURL as error:
+        msg = f"expected an address such as http://127.0.0.1:8321, was {url!r} ({error})"
+        raise ConfigurationError(msg) from error
+    if not host or any(character.isspace() for character in url):
+        msg = f"expected an address such as http://127.0.0.1:8321, was {url!r}"
+        raise ConfigurationError(msg)
+
+
+def _cause(error: httpx.TransportError) -> str:
+    # The system's message without the error number.
+    return re.sub(r"^\[Errno -?\d+\] ", "", str(error)) or type(error).__name__
+
+
+def _retry_after_s(response: httpx.Response) -> float | None:
+    # Seconds only, as this service answers. A date, as a proxy may answer, means the back-off.
+    text = response.headers.get("retry-after", "")
+    return float(text) if text.isascii() and text.isdigit() else None
+
+
+def _document(response: httpx.Response) -> dict[str, Any]:
+    try:
+        document = response.json()
+    except ValueError:
+        return {}
+    return document if isinstance(document, dict) else {}
+
+
+def _rejection(response: httpx.Response, problem: dict[str, Any]) -> PeerError:
+    reason = problem.get("detail") or problem.get("title") or response.reason_phrase
+    if problem.get("code") == "STREAM_IS_LIVE":
+        return StreamGoesOnError(f"the stream was not ended: {reason}")
+    return PeerError(f"{response.url}: rejected with {response.status_code}, {reason}")

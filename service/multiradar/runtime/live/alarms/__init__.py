@@ -1,0 +1,1 @@
+"""Alarms of the live service: silence, wrong clocks, floods."""

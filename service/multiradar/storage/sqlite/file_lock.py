@@ -1,0 +1,76 @@
+"""The files of a running journal: locked by one process, and still the ones that it opened."""
+
+import fcntl
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from multiradar.errors import JournalError
+from multiradar.storage.sqlite.sqlite_file import file_errors
+
+
+class FileLock:
+    """An exclusive lock on a file itself; released when the process dies.
+
+    SQLite locks ranges of the same file by another mechanism (`fcntl`), whose locks a process loses
+    when it closes the file anywhere. So this must be taken before SQLite opens the file, and
+    released after SQLite has closed it.
+
+    Parameters
+    ----------
+    path : Path
+        The file; created when absent.
+
+    Raises
+    ------
+    JournalError
+        If another process holds it, or the file cannot be created.
+    """
+
+    def __init__(self, path: Path) -> None:
+        with file_errors(path):
+            self._file: int | None = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            self.release()
+            raise JournalError(
+                f"{path}: another service uses this journal; stop it, or choose another journal"
+            ) from error
+
+    def release(self) -> None:
+        """Release the lock; may be called twice."""
+        if self._file is not None:
+            os.close(self._file)
+            self._file = None
+
+
+class OpenFiles:
+    """Files that must stay where they were opened.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        Their paths; the files exist.
+    """
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        self._inodes = {path: _inode(path) for path in paths}
+
+    def check(self) -> None:
+        """Raise JournalError if one is no longer at its path."""
+        for path, inode in self._inodes.items():
+            found = _inode(path)
+            if found != inode:
+                how = "removed" if found is None else "replaced by another file"
+                raise JournalError(f"{path}: {how} while the service uses it")
+
+
+# Device and number of the file at a path; None without one.
+def _inode(path: Path) -> tuple[int, int] | None:
+    try:
+        with file_errors(path):
+            found = path.stat()
+    except FileNotFoundError:
+        return None
+    return found.st_dev, found.st_ino

@@ -1,0 +1,175 @@
+"""What a journal in SQLite holds: rows that are verified as they are read.
+
+====================  ==========================================================================
+Table                 Rows
+====================  ==========================================================================
+``header``            one: format version, fingerprint of the configuration
+``head``              one: last entry, its digest, rows accepted and rejected so far
+``entry``             one for each message or mark, chained by digests
+``quarantine``        one for each entry with rejected rows: the number of its first rejected row
+``skipped``           one for each entry that the engine cannot process
+====================  ==========================================================================
+
+The digest of each entry is recomputed from the previous one, the numbers must be complete, and the
+last entry must be the one in ``head``.
+"""
+
+import sqlite3
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from multiradar.errors import ConfigurationError, JournalError
+from multiradar.storage.entries import StoredEntry
+from multiradar.storage.sqlite.chain import Columns, entry_digest, mark_digest, origin_digest
+
+FORMAT_VERSION = 2
+
+SCHEMA = """
+CREATE TABLE header (format_version INTEGER NOT NULL, fingerprint TEXT NOT NULL);
+CREATE TABLE head (
+    sequence INTEGER NOT NULL, digest BLOB NOT NULL,
+    accepted INTEGER NOT NULL, rejected INTEGER NOT NULL
+);
+CREATE TABLE entry (
+    sequence INTEGER PRIMARY KEY, kind TEXT NOT NULL, source TEXT NOT NULL,
+    idempotency_key TEXT UNIQUE, payload BLOB NOT NULL, accepted INTEGER NOT NULL,
+    rejects TEXT NOT NULL, admission TEXT NOT NULL, digest BLOB NOT NULL
+);
+CREATE TABLE quarantine (first INTEGER PRIMARY KEY, sequence INTEGER NOT NULL);
+CREATE TABLE skipped (sequence INTEGER PRIMARY KEY, reason TEXT NOT NULL, digest BLOB NOT NULL);
+"""
+#: The columns of an entry, in the order in which `JournalRows.verified` expects them.
+ENTRY = (
+    "SELECT kind, source, idempotency_key, payload, accepted, rejects, admission, digest, sequence "
+    "FROM entry "
+)
+
+Row = tuple[Any, ...]
+
+
+class Head(NamedTuple):
+    """The end of a journal: its last entry and the digest of it, and the rows so far."""
+
+    sequence: int
+    digest: bytes
+    accepted: int
+    rejected: int
+
+
+class JournalRows:
+    """Reads the tables of a journal through any connection.
+
+    Every method raises `JournalError` for content that does not verify.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for errors.
+    fingerprint : str
+        Fingerprint of the configuration in its header.
+    """
+
+    def __init__(self, path: Path, fingerprint: str) -> None:
+        self._path = path
+        #: The digest before the first entry.
+        self.origin = origin_digest(FORMAT_VERSION, fingerprint)
+
+    def verified(self, previous: bytes, sequence: int, row: Row) -> StoredEntry:
+        """Return an entry whose number and digest are those expected after the previous one."""
+        columns = Columns(*row[:7])
+        digest, found = row[7:]
+        if found != sequence:
+            raise self.damaged(sequence, f"expected this entry, but found {found}")
+        try:
+            intact = entry_digest(previous, sequence, columns) == digest
+        except (AttributeError, TypeError, UnicodeError):
+            # A column has a type other than the written one.
+            intact = False
+        if not intact:
+            raise self.damaged(sequence, "its digest does not match its content")
+        return StoredEntry(sequence, columns.entry(), digest)
+
+    def one(self, connection: sqlite3.Connection, sequence: int) -> StoredEntry:
+        """Return a single entry, verified against the digest of the previous entry."""
+        row = connection.execute(ENTRY + "WHERE sequence = ?", (sequence,)).fetchone()
+        if row is None:
+            raise self.damaged(sequence, "the entry is missing")
+        return self.alone(connection, row)
+
+    def alone(self, connection: sqlite3.Connection, row: Row) -> StoredEntry:
+        """Return the entry of a row, verified against the digest of the previous entry."""
+        sequence = row[8]
+        if not isinstance(sequence, int):
+            raise JournalError(f"{self._path}: expected a sequence number, was {sequence!r}")
+        return self.verified(self.digest_of(connection, sequence - 1), sequence, row)
+
+    def digest_of(self, connection: sqlite3.Connection, sequence: int) -> bytes:
+        """Return the stored digest of an entry; of entry 0 that before the first one."""
+        if sequence == 0:
+            return self.origin
+        row = connection.execute(
+            "SELECT digest FROM entry WHERE sequence = ?", (sequence,)
+        ).fetchone()
+        if row is None or not isinstance(row[0], bytes):
+            raise self.damaged(sequence, "the entry is missing")
+        return row[0]
+
+    def check_end(self, head: Head, sequence: int, digest: bytes) -> None:
+        """Raise JournalError if the last entry read is not the one in the head."""
+        if sequence < head.sequence:
+            raise self.damaged(sequence + 1, "the entry is missing")
+        if sequence > head.sequence or digest != head.digest:
+            raise self.damaged(sequence, "it is not the last entry written")
+
+    def check_counts(self, head: Head, accepted: int, rejected: int) -> None:
+        """Raise JournalError if the rows of all entries are not those in the head."""
+        if (accepted, rejected) != (head.accepted, head.rejected):
+            raise self.damaged(head.sequence, "its counts do not match those of the entries")
+
+    def head(self, connection: sqlite3.Connection) -> Head:
+        """Return the end of the journal."""
+        rows = connection.execute(
+            "SELECT sequence, digest, accepted, rejected FROM head"
+        ).fetchall()
+        intact = len(rows) == 1 and [type(value) for value in rows[0]] == [int, bytes, int, int]
+        if not intact:
+            raise JournalError(f"{self._path}: expected a journal with one head, was {rows}")
+        return Head(*rows[0])
+
+    def skipped(self, connection: sqlite3.Connection) -> dict[int, str]:
+        """Return the entries that replays skip, with their reasons."""
+        marks = connection.execute(
+            "SELECT sequence, reason, digest FROM skipped ORDER BY sequence"
+        ).fetchall()
+        for sequence, reason, digest in marks:
+            if mark_digest(sequence, reason) != digest:
+                raise self.damaged(sequence, "its checksum does not match")
+        return {sequence: reason for sequence, reason, _ in marks}
+
+    def damaged(self, sequence: int, how: str) -> JournalError:
+        """Return the error of a damaged entry."""
+        return JournalError(f"{self._path}: entry {sequence} of the journal is damaged: {how}")
+
+
+def fingerprint_of(connection: sqlite3.Connection, path: Path) -> str:
+    """Return the fingerprint of the configuration that a journal was written with.
+
+    Raises
+    ------
+    JournalError
+        If it has not one header.
+    ConfigurationError
+        If it is of another format.
+    """
+    rows = connection.execute("SELECT format_version, fingerprint FROM header").fetchall()
+    if len(rows) != 1:
+        raise JournalError(f"{path}: expected a journal with one header, was {len(rows)}")
+    version, fingerprint = rows[0]
+    if version != FORMAT_VERSION:
+        raise ConfigurationError(
+            f"{path}: expected a journal of format {FORMAT_VERSION}, was {version}; "
+            "use the multiradar version that wrote it, or choose another journal"
+        )
+    if not isinstance(fingerprint, str):
+        raise JournalError(f"{path}: expected a fingerprint in the header, was {fingerprint!r}")
+    return fingerprint

@@ -1,0 +1,1 @@
+"""What a function says while it runs: progress and warnings."""

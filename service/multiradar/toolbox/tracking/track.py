@@ -1,0 +1,432 @@
+"""Tracking of a recording."""
+
+import os
+import shutil
+from collections.abc import Collection, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, TypedDict, Unpack
+
+from multiradar.clock import SystemClock
+from multiradar.errors import ArgumentError, DataWarning, FindingsError
+from multiradar.toolbox.arguments import typed
+from multiradar.toolbox.compiling import compile_kernels
+from multiradar.toolbox.conversion.asterix_file import new_recorder
+from multiradar.toolbox.conversion.measurements import open_measurements
+from multiradar.toolbox.inputs import (
+    SENSORS_FILE,
+    DumpChoice,
+    as_sensors_file,
+    check_found,
+    in_future,
+    load_sensor_table,
+    parse_day,
+    read_sensors,
+)
+from multiradar.toolbox.messages.progress import progress_bar
+from multiradar.toolbox.messages.warning import warn
+from multiradar.toolbox.output import PathLike, new_output, remove_with
+from multiradar.toolbox.run import Run
+from multiradar.toolbox.settings import (
+    TRAJECTORY_AIRCRAFT_DEFAULT,
+    check_count,
+    checked_fields,
+    checked_kinds,
+    require,
+    settings_of,
+    within,
+)
+from multiradar.toolbox.tracking.run_warnings import exhausted, missing_periods, run_findings
+
+if TYPE_CHECKING:
+    from multiradar.estimation.measurement.sensors import SensorTable
+    from multiradar.runtime.asterix.recording import AsterixRecorder
+    from multiradar.runtime.offline.offline_job import OfflineJob, OfflineResult
+    from multiradar.runtime.offline.stage_times import StageTimes
+    from multiradar.runtime.queries.encounter_query import EncounterQuery
+    from multiradar.runtime.trajectories.options import TrajectoryOptions
+    from multiradar.settings.service import Settings
+    from multiradar.toolbox.alignment.bias_reference import BiasReference
+    from multiradar.toolbox.frames import FrameOrPath
+    from multiradar.toolbox.tracking.custom_filters import CustomFilter
+    from multiradar.tracking.settings import TrackingSettings
+    from multiradar_schemas.report import Report
+    from multiradar_schemas.sensors.sensor import SensorsFile
+
+_WORKERS_DEFAULT_MAX = 8
+
+
+class TrackOptions(TypedDict, total=False):
+    """Further options of `track`; None means the default.
+
+    date, profile, allow_missing
+        Of a dump that is converted on the fly: date of its first line, layout, and whether it may
+        lack tracks.txt or plots_ads.txt.
+    epoch_s, reorder_horizon_s : float
+        Bias update interval, and reordering window, s of data time.
+    acceleration_density, motion
+        Process noise of `two-stage` and others: m²/s³; white-acceleration or velocity-frame.
+    workers, batch : int
+        Threads, and rows at a time; the output depends on neither.
+    manoeuvre_planes, observability : float
+        Window of these tables, s.
+    encounters : float
+        Horizon of the table of encounters, s; encounter_distance_m and encounter_height_m are its
+        thresholds.
+    trajectories : bool
+        Write reconstructed trajectories, of trajectory_aircraft_max tracks at a time.
+    forecasts : float
+        Interval of the table of forecasts, s.
+    reference, processor : path, str
+        System tracks of another processor as a bias reference, and its SAC-SIC.
+    asterix, report : path
+        Also write system tracks in ASTERIX, and an HTML page.
+    config : path
+        Settings in TOML; arguments and the environment take precedence.
+    """
+
+    date: str | None
+    profile: PathLike | None
+    allow_missing: bool
+    epoch_s: float | None
+    reorder_horizon_s: float | None
+    acceleration_density: float | None
+    motion: str | None
+    workers: int | None
+    batch: int
+    manoeuvre_planes: float | None
+    observability: float | None
+    encounters: float | None
+    encounter_distance_m: float | None
+    encounter_height_m: float | None
+    trajectories: bool
+    trajectory_aircraft_max: int | None
+    forecasts: float | None
+    reference: PathLike | None
+    processor: str | None
+    asterix: PathLike | None
+    report: PathLike | None
+    config: PathLike | None
+
+
+@typed
+def track(
+    measurements: "FrameOrPath",
+    sensors: "PathLike | SensorsFile",
+    *,
+    filter: str | None = None,
+    kinds: Collection[str] | None = None,
+    hide: Collection[str] | None = None,
+    out: PathLike | None = None,
+    **options: Unpack[TrackOptions],
+) -> Run:
+    """Track a recording: tracks of aircraft and biases of sensors, estimated together.
+
+    Parameters
+    ----------
+    measurements : table or path
+        A table with the columns of `measurements.parquet` (docs/reference/fields.md: degrees,
+        metres, seconds), the path of one, a folder that `convert` or `simulate` made, or a dump.
+    sensors : path or SensorsFile
+        A `sensors.toml`, or what `load_sensors` returns.
+    filter : str, optional
+        `two-stage`, `imm` (the default), `joint`, `blom`, `blom-macro`, `ci`, or a registered one.
+    kinds : collection of str, optional
+        Use only these kinds of measurement: radar, adsb, mlat, bearing.
+    hide : collection of str, optional
+        Withhold these fields from the tracker: track_number, mode_3a, mode_s_address, callsign.
+    out : path, optional
+        Folder to make; by default a temporary one, which goes with the result.
+    **options
+        See `TrackOptions`.
+
+    Returns
+    -------
+    Run
+        `.tracks`, `.biases`, `.report`, `.plot()`. With `out`, the same bytes as
+        ``multiradar track``.
+
+    Raises
+    ------
+    InputError
+        The measurements cannot be read, lack a column (`MissingColumnError`), or there are none.
+    ConfigurationError
+        The sensors or a setting cannot be used; `ArgumentError` names an argument.
+    OutputExistsError
+        `out` exists.
+    FindingsError
+        The sensors, their settings or the measurements are at fault; the run is in `.output`.
+
+    Notes
+    -----
+    Memory is bounded by the size of the tables that are looked at.
+
+    References
+    ----------
+    IMM UrO RAN report (2016), sections 1.3 to 1.5; DECISIONS.md names the source of each part.
+    """
+    started_s = SystemClock().monotonic_s()
+    from multiradar.runtime.offline.stage_times import StageTimes
+    from multiradar.toolbox.frames import as_file
+    from multiradar.toolbox.tracking.custom_filters import host_of
+
+    host, custom = host_of(filter)
+    request = _request(host, kinds, hide, options)
+    folder = new_output(out)
+    with (
+        as_file(measurements, "measurements") as measured,
+        as_sensors_file(sensors) as listed,
+    ):
+        stages = StageTimes(SystemClock(), started_s)
+        done = _run(request, _Given(*measured, *listed, folder), stages, custom)
+    run = Run(folder, done.seconds, done.span_s)
+    if out is None:
+        remove_with(run, folder)
+    for sentence in done.warnings:
+        warn(sentence, DataWarning)
+    if done.findings:
+        raise FindingsError(done.findings, run)
+    return run
+
+
+@dataclass(frozen=True, slots=True)
+class _Request:
+    # Arguments, checked.
+    settings: "Settings"
+    kinds: frozenset[str] | None
+    encounters: "EncounterQuery | None"
+    options: TrackOptions
+
+    def path(self, name: str) -> Path | None:
+        given = self.options.get(name)
+        return None if given is None else Path(str(given))
+
+
+@dataclass(frozen=True, slots=True)
+class _Done:
+    seconds: dict[str, float]
+    span_s: tuple[float, float] | None
+    warnings: list[str]
+    findings: list[str]
+
+
+def _request(
+    host: str | None,
+    kinds: Collection[str] | None,
+    hide: Collection[str] | None,
+    options: TrackOptions,
+) -> _Request:
+    from multiradar.runtime.queries.parameters import WINDOW
+
+    for name in options:
+        if name not in TrackOptions.__annotations__:
+            known = ", ".join(TrackOptions.__annotations__)
+            raise ArgumentError(f"unknown argument `{name}`; known: {known}", name)
+    parse_day(options.get("date"), warned=False)
+    for name in ("workers", "batch"):
+        check_count(name, options.get(name))
+    if not options.get("trajectories"):
+        require("trajectories", {"trajectory_aircraft_max": options.get("trajectory_aircraft_max")})
+    if options.get("reference") is None:
+        require("reference", {"processor": options.get("processor")})
+    for name in ("manoeuvre_planes", "observability"):
+        within(name, options.get(name), WINDOW)  # type: ignore[arg-type]  # numbers
+    settings = {
+        "filter_name": host,
+        "hidden_fields": checked_fields(hide),
+        **{
+            name: options.get(name)
+            for name in ("epoch_s", "reorder_horizon_s", "acceleration_density", "motion")
+        },
+    }
+    return _Request(
+        settings_of(options.get("config"), settings),
+        checked_kinds(kinds),
+        _encounters(options),
+        options,
+    )
+
+
+def _encounters(options: TrackOptions) -> "EncounterQuery | None":
+    from multiradar.runtime.queries.encounter_query import EncounterQuery
+    from multiradar.runtime.queries.parameters import (
+        ENCOUNTER_DISTANCE,
+        ENCOUNTER_DISTANCE_M,
+        ENCOUNTER_HEIGHT,
+        ENCOUNTER_HORIZON,
+    )
+
+    horizon_s = within("encounters", options.get("encounters"), ENCOUNTER_HORIZON)
+    distance_m, height_m = (
+        options.get("encounter_distance_m"),
+        options.get("encounter_height_m"),
+    )
+    within("encounter_distance_m", distance_m, ENCOUNTER_DISTANCE)
+    within("encounter_height_m", height_m, ENCOUNTER_HEIGHT)
+    if horizon_s is None:
+        given = {"encounter_distance_m": distance_m, "encounter_height_m": height_m}
+        require("encounters", given)
+        return None
+    near_m = ENCOUNTER_DISTANCE_M if distance_m is None else distance_m
+    return EncounterQuery(horizon_s, near_m, height_m, limit=None)
+
+
+@dataclass(frozen=True, slots=True)
+class _Given:
+    # Files, with their names in errors, and the folder to make.
+    measurements: Path
+    measurements_name: str
+    sensors: Path
+    sensors_name: str
+    out: Path
+
+
+def _run(
+    request: _Request, given: _Given, stages: "StageTimes", custom: "CustomFilter | None"
+) -> _Done:
+    from multiradar.runtime.offline.offline_job import BATCH_ROWS, OfflineJob
+    from multiradar.runtime.offline.stage_times import READING
+    from multiradar.storage.output_folder import check_new, new_folder
+    from multiradar.toolbox.alignment.bias_reference import with_reference
+
+    options, out = request.options, given.out
+    check_new(out)
+    settings = request.settings.tracking_settings()
+    known, tracks, table = _sensors(given, request, settings.filter_name)
+    outputs = {
+        f"--{name.replace('_', '-')}": options.get(name) or None
+        for name in ("encounters", "forecasts", "trajectories", "manoeuvre_planes", "observability")
+    }
+    _compile(stages, settings, table, outputs)
+    profile = request.path("profile")
+    dump = DumpChoice(options.get("date"), profile, options.get("allow_missing", False))
+    opened = open_measurements(
+        given.measurements, dump, settings.reorder_horizon_s, given.measurements_name
+    )
+    recording_file = new_recorder(request.path("asterix"), request.settings, table)
+    with (
+        stages.listening(), stages.enter(READING, opened) as recorded,
+        with_reference(recorded, tracks, known, request.kinds) as referenced,
+        recording_file as recorder, _page_file(request.path("report")) as partial,
+        new_folder(out) as folder,
+    ):  # fmt: skip
+        job = OfflineJob(
+            recording=referenced.recording,
+            sensors=table,
+            settings=settings,
+            kinds=request.kinds if tracks is None else None,
+            workers=options.get("workers") or min(os.cpu_count() or 1, _WORKERS_DEFAULT_MAX),
+            batch_rows=options.get("batch", BATCH_ROWS),
+            plane_window_s=options.get("manoeuvre_planes"),
+            observability_window_s=options.get("observability"),
+            encounters=request.encounters,
+            trajectories=_trajectories(request),
+            forecasts_every_s=options.get("forecasts"),
+        )
+        result = _track(job, folder, recorder, stages, custom)
+        result.warnings += missing_periods(job.recording, table) + referenced.sentences(tracks)
+        result.reference = referenced.figures()
+        check_found(result.read, request.kinds, given.measurements_name)
+        span_s = job.recording.span_s(job.kinds)
+        if recorder is not None:
+            result.asterix = recorder.finish()
+        report = _write_report(job, result, folder, custom)
+        # For `evaluate`: coverage and differences need the sites of this run.
+        shutil.copyfile(given.sensors, folder / SENSORS_FILE)
+        if tracks is not None:
+            tracks.append_to(folder / SENSORS_FILE)
+        _write_page(partial, folder, report, given, stages)
+    warnings = result.warnings + exhausted(result, settings.filter_name) + in_future(span_s)
+    return _Done(stages.seconds(), span_s, warnings, run_findings(report, result, out))
+
+
+def _sensors(
+    given: _Given, request: _Request, filter_name: str
+) -> "tuple[SensorsFile, BiasReference | None, SensorTable]":
+    from multiradar.estimation.filters.bank import find_filter
+    from multiradar.toolbox.alignment.bias_reference import read_reference
+
+    path, name = given.sensors, given.sensors_name
+    reference, processor = request.path("reference"), request.options.get("processor")
+    known = read_sensors(path)
+    late = find_filter(filter_name).estimates_time_offsets
+    tracks = read_reference(reference, known, processor, late=late)
+    whole = known if tracks is None else tracks.among(known)
+    return known, tracks, load_sensor_table(path, whole, name)
+
+
+def _page_file(page: Path | None) -> AbstractContextManager[Path | None]:
+    from multiradar.storage.output_file import new_file
+
+    return nullcontext() if page is None else new_file(page)
+
+
+def _write_page(
+    page: Path | None,
+    folder: Path,
+    report: "Report",
+    given: _Given,
+    stages: "StageTimes",
+) -> None:
+    if page is None:
+        return
+    from multiradar.toolbox.pages.track_page import TrackRun, track_page
+
+    with stages.measure("report"):
+        table = load_sensor_table(folder / SENSORS_FILE)
+        command = f"multiradar track {given.measurements_name} --sensors {given.sensors_name}"
+        run = TrackRun(folder, report, table, given.measurements.name, command)
+        page.write_text(track_page(run), encoding="utf-8")
+
+
+def _compile(
+    stages: "StageTimes",
+    settings: "TrackingSettings",
+    sensors: "SensorTable",
+    outputs: Mapping[str, object],
+) -> None:
+    from multiradar.runtime.kernel_purposes import track_purposes
+    from multiradar.runtime.offline.stage_times import COMPILING
+
+    with stages.measure(COMPILING):
+        compile_kernels(track_purposes(settings, sensors, outputs))
+
+
+def _track(
+    job: "OfflineJob",
+    folder: Path,
+    recorder: "AsterixRecorder | None",
+    stages: "StageTimes",
+    custom: "CustomFilter | None",
+) -> "OfflineResult":
+    from multiradar.runtime.offline.offline_run import track_recording
+
+    on_output = None if recorder is None else stages.timed("ASTERIX", recorder.write)
+    refine = None if custom is None else custom.start(job.sensors, job.settings)
+    with progress_bar("tracking", job.recording.rows) as on_progress:
+        return track_recording(job, folder, on_progress, on_output, stages, refine=refine)
+
+
+def _write_report(
+    job: "OfflineJob", result: "OfflineResult", folder: Path, custom: "CustomFilter | None"
+) -> "Report":
+    from multiradar.runtime.offline.offline_report import REPORT_FILE, offline_report
+
+    report = offline_report(job, result)
+    if custom is not None:
+        report.settings.update(filter_name=custom.name, host_filter=job.settings.filter_name)
+    text = report.model_dump_json(indent=2)
+    (folder / REPORT_FILE).write_text(text + "\n", encoding="utf-8")
+    return report
+
+
+def _trajectories(request: _Request) -> "TrajectoryOptions | None":
+    from multiradar.runtime.trajectories.options import trajectory_options
+
+    if not request.options.get("trajectories"):
+        return None
+    wanted = request.settings.trajectories
+    given = request.options.get("trajectory_aircraft_max")
+    most = given or wanted.aircraft_max or TRAJECTORY_AIRCRAFT_DEFAULT
+    return trajectory_options(**wanted.model_dump() | {"aircraft_max": most})
