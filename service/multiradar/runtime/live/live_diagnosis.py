@@ -1,7 +1,7 @@
 """Diagnosis of sensors in the running service, from the last measurements.
 
-Measurements are gathered over a window of data time. At its end a separate thread diagnoses them,
-and the next window starts. No other thread waits for it, and no output depends on it.
+Measurements are gathered over a window of data time. At the second check after its end, when the
+engine has processed the last of them, a separate thread diagnoses them, and the next window starts. No other thread waits for it, and no output depends on it.
 """
 
 import json
@@ -53,6 +53,7 @@ class LiveDiagnosis:
         self._lock = threading.Lock()
         self._evidence = Evidence(sensors)
         self._found: tuple[Diagnosis, ...] = ()
+        self._is_ended = False
         self._stopping = self._threads.event()
         self._thread: Thread | None = None
 
@@ -101,12 +102,13 @@ class LiveDiagnosis:
         return [one for one in self.records() if one["sensor_id"] == sensor_id]
 
     def check(self) -> bool:
-        """Diagnose if the window has ended; return whether it had."""
+        """Diagnose if the window had ended at the check before; return whether it had."""
         with self._lock:
             evidence = self._evidence
-            if not _is_over(evidence):
+            was_ended, self._is_ended = self._is_ended, _is_over(evidence)
+            if not (was_ended and self._is_ended):
                 return False
-            self._evidence = Evidence(self._sensors)
+            self._evidence, self._is_ended = Evidence(self._sensors), False
         found = tuple(one for one in diagnose(evidence) if one.code not in _OF_LONGER_TIMES)
         known = {(one.sensor_id, one.code) for one in self._found}
         for one in found:

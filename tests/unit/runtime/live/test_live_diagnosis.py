@@ -21,10 +21,29 @@ def opened() -> LiveDiagnosis:
     return diagnosis
 
 
+def checked(diagnosis: LiveDiagnosis) -> bool:
+    """Check twice: the engine processes the last measurements of a window after its end."""
+    assert not diagnosis.check()
+    return diagnosis.check()
+
+
+def test_tracks_confirmed_after_the_end_of_a_window_belong_to_it() -> None:
+    diagnosis = opened()
+    diagnosis.record(recording().frame, ())
+    assert not diagnosis.check()
+    diagnosis.put(output_of([Update(1, START_S, 1)]))
+    assert diagnosis.check()
+    assert diagnosis.records() == []
+    diagnosis.record(recording().frame, ())
+    assert checked(diagnosis)
+    assert [one["code"] for one in diagnosis.records()] == ["no_tracks"]
+    diagnosis.stop()
+
+
 def test_an_unfinished_window_has_no_findings() -> None:
     diagnosis = opened()
     diagnosis.record(WRONG.frame.filter(pl.col("time_s") < START_S + 30.0), ())
-    assert not diagnosis.check()
+    assert not checked(diagnosis)
     assert diagnosis.records() == []
     diagnosis.stop()
 
@@ -36,7 +55,7 @@ def test_a_finding_is_reported_for_its_sensor_and_logged_once(
     with caplog.at_level(logging.WARNING):
         for _ in range(2):
             diagnosis.record(WRONG.frame, ())
-            assert diagnosis.check()
+            assert checked(diagnosis)
     assert [one["code"] for one in diagnosis.of("1-10")] == ["range_unit"]
     assert diagnosis.of("2-10") == []
     assert [one["sensor_id"] for one in diagnosis.records()] == ["1-10"]
@@ -49,10 +68,10 @@ def test_a_finding_is_reported_for_its_sensor_and_logged_once(
 def test_a_resolved_finding_is_no_longer_reported() -> None:
     diagnosis = opened()
     diagnosis.record(WRONG.frame, ())
-    diagnosis.check()
+    checked(diagnosis)
     diagnosis.record(recording().frame, ())
     diagnosis.put(output_of([Update(1, START_S, 1)]))
-    diagnosis.check()
+    checked(diagnosis)
     assert diagnosis.records() == []
     diagnosis.stop()
 
@@ -64,7 +83,7 @@ def test_rows_that_were_rejected_count_for_their_sensor() -> None:
     diagnosis.put(output_of([Update(1, START_S, 1)]))
     rejects = [RejectedRow(row, "OUT_OF_RANGE", "too far", raw) for row in range(900)]
     diagnosis.record(right, [*rejects, RejectedRow(900, "MALFORMED_JSON", "no JSON", "{")])
-    diagnosis.check()
+    checked(diagnosis)
     found = diagnosis.of("1-10")
     assert [one["code"] for one in found] == ["measurements_lost"]
     assert "900 OUT_OF_RANGE" in found[0]["sentence"]
@@ -74,5 +93,5 @@ def test_rows_that_were_rejected_count_for_their_sensor() -> None:
 def test_before_the_start_nothing_is_retained() -> None:
     diagnosis = LiveDiagnosis(WRONG.table())
     diagnosis.record(WRONG.frame, ())
-    assert not diagnosis.check()
+    assert not checked(diagnosis)
     diagnosis.stop()
