@@ -1,7 +1,8 @@
 """Diagnosis of sensors in the running service, from the last measurements.
 
 Measurements are gathered over a window of data time. At the second check after its end, when the
-engine has processed the last of them, a separate thread diagnoses them, and the next window starts. No other thread waits for it, and no output depends on it.
+engine has processed the last of them, a separate thread diagnoses them, and the next window starts.
+No other thread waits for it, and no output depends on it.
 """
 
 import json
