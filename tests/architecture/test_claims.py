@@ -10,7 +10,7 @@ NAMED = re.compile(r"`([\w/]+\.py)` `(test_\w+)`")
 
 def test_every_test_of_the_table_of_claims_exists() -> None:
     page = (ROOT / "docs" / "validation" / "studies.md").read_text(encoding="utf-8")
-    table = page[page.index("## What the papers say, and where it is shown") :]
+    table = page[page.index("## Claims of the papers and their verification") :]
     named = NAMED.findall(table)
     assert len(named) > 40
     files = {file for file, _ in named}
@@ -25,7 +25,7 @@ def test_every_test_of_the_table_of_claims_exists() -> None:
 
 def test_every_claim_has_a_test_or_says_that_it_is_not_shown() -> None:
     page = (ROOT / "docs" / "validation" / "studies.md").read_text(encoding="utf-8")
-    table = page[page.index("## What the papers say, and where it is shown") :]
+    table = page[page.index("## Claims of the papers and their verification") :]
     rows = [line for line in table.splitlines() if line.startswith("| ") and "**" not in line]
     for row in rows[1:]:
         assert NAMED.search(row) or "not shown" in row, row

@@ -251,7 +251,8 @@ def _with_probabilities(found: _Found, query: EncounterQuery) -> _Found:
 
 
 def _parts(count: int) -> Iterator[NDArray[np.intp]]:
-    for first in range(0, count, _PAIRS_AT_ONCE):
+    # Without pairs one empty part: warming up compiles what it calls.
+    for first in range(0, max(count, 1), _PAIRS_AT_ONCE):
         check_deadline()
         yield np.arange(first, min(first + _PAIRS_AT_ONCE, count))
 
