@@ -290,11 +290,11 @@ def _description(sensors: SensorTable, error: SiteError) -> str:
     if not _is_sited(sensors, error):
         return (
             f"{names}: its positions are probably displaced by {np.hypot(east_km, north_km):.2f} "
-            f"km ({-east_km:+.2f} km east, {-north_km:+.2f} km north; another datum?)"
+            f"km ({-east_km:+z.2f} km east, {-north_km:+z.2f} km north; another datum?)"
         )
     return (
         f"{names}: its site is probably {np.hypot(east_km, north_km):.2f} km from the one "
-        f"configured ({east_km:+.2f} km east, {north_km:+.2f} km north)"
+        f"configured ({east_km:+z.2f} km east, {north_km:+z.2f} km north)"
     )
 
 
