@@ -23,6 +23,8 @@ REFERENCE_ID = "reference"
 APART_S = 20.0
 #: Standard deviation of the position of a system track on each axis, m, where it has no own.
 SIGMA_M = 60.0
+#: A larger median of the reported ones, m, is not the accuracy of tracks by radar.
+SIGMA_MAX_M = 1000.0
 #: An update is of straight flight if it lies as near to the middle of the positions `APART_S`
 #: before and after it, in sigmas of that difference of three positions.
 STRAIGHT_SIGMAS = 2.0
@@ -62,6 +64,8 @@ class ReferenceCounts:
 def own_sigma_m(updates: pl.DataFrame) -> float:
     """Return the median standard deviation that tracks report, m, on each axis; else `SIGMA_M`.
 
+    A median above `SIGMA_MAX_M` is not used.
+
     Parameters
     ----------
     updates : DataFrame
@@ -70,7 +74,9 @@ def own_sigma_m(updates: pl.DataFrame) -> float:
     if SIGMA_COLUMN not in updates.columns or not len(updates):
         return SIGMA_M
     median = updates[SIGMA_COLUMN].cast(pl.Float64).median()
-    return SIGMA_M if not isinstance(median, float) else max(median / np.sqrt(2.0), 1.0)
+    if not isinstance(median, float) or not median <= SIGMA_MAX_M:
+        return SIGMA_M
+    return max(median / np.sqrt(2.0), 1.0)
 
 
 def reference_measurements(

@@ -102,3 +102,6 @@ def test_the_accuracy_is_that_of_the_tracks_where_they_have_one() -> None:
     assert own_sigma_m(track()) == SIGMA_M
     known = track().with_columns(position_sigma_m=pl.lit(30.0))
     assert own_sigma_m(known) == pytest.approx(30.0 / 2.0**0.5)
+    for metres, used in ((1000.0, 1000.0 / 2.0**0.5), (1000.5, SIGMA_M), (None, SIGMA_M)):
+        reported = track().with_columns(position_sigma_m=pl.lit(metres, pl.Float64))
+        assert own_sigma_m(reported) == pytest.approx(used)

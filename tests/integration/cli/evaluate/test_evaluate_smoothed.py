@@ -140,4 +140,4 @@ def test_unusable_input_is_reported(
     output = capsys.readouterr().err
     assert re.search(rf"{one} \(\d+ measurements\) is not in \S+renamed.toml and not used", output)
     assert run(["evaluate", tracks, "--truth", str(made), "--smoother", "imm"]) == 2
-    assert "--smoother is for --smoothed only" in capsys.readouterr().err
+    assert "--smoother applies to --smoothed only" in capsys.readouterr().err

@@ -358,7 +358,7 @@ def test_a_recording_out_of_order_loses_nothing_with_a_warning(
     frame.write_parquet(measurements)
     assert _track(measurements, "--sensors", scene[1], "--out", out, "--json") == 0
     shown = capsys.readouterr()
-    assert "s out of order; they were sorted by time" in shown.err
+    assert "s out of order; sorted by time first" in shown.err
     assert shown.err.count("\n") == 1
     report = Report.model_validate_json(shown.out)
     assert (report.counts.read, report.counts.accepted) == (2000, 2000)

@@ -147,7 +147,7 @@ def test_radars_that_the_processor_reports_are_named(
     pl.DataFrame({"sensor_id": ["20-1", "20-9"]}).write_parquet(system / "reported_biases.parquet")
     figures = tracked(folder, tmp_path / "out", "--reference", str(system))
     assert figures["reference"]["processor_uses"] == ["20-1"]
-    assert "its processor uses 20-1, and errors" in capsys.readouterr().err
+    assert "its processor uses 20-1, whose registration errors" in capsys.readouterr().err
 
 
 def test_one_of_several_processors_is_chosen(
