@@ -183,7 +183,7 @@ EncountersOption = Annotated[
         min=ENCOUNTER_HORIZON.least,
         max=ENCOUNTER_HORIZON.most,
         help="Write encounters.parquet: pairs of tracks predicted to come close to each other "
-        "within SECONDS, per epoch. Takes 0.05 ms of CPU time per plot with 30 aircraft, and more "
+        "within SECONDS, per epoch. Costs 0.05 ms CPU per plot with 30 aircraft, and more "
         "with more aircraft.",
         show_default="none",
     ),
@@ -236,7 +236,7 @@ ForecastsOption = Annotated[
         min=8.0,
         max=600.0,
         help="Write forecasts.parquet: predicted positions 10 to 300 s ahead with 95 % regions, "
-        "every SECONDS. Takes 0.03 ms of CPU time per plot at 60 s.",
+        "every SECONDS. Costs 0.03 ms CPU per plot at 60 s.",
         show_default="none",
     ),
 ]

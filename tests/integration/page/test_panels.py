@@ -330,7 +330,7 @@ def test_the_radar_that_is_wrong_is_first_and_announced(page: Page) -> None:
     expect(page.locator("#announcer")).to_contain_text("Alarm of radar west: noise.")
     assert page.evaluate("window.harmed") is None
     page.unroute_all(behavior="wait")
-    expect(page.locator("#announcer")).to_contain_text("Alarm of radar west: noise has ended.")
+    expect(page.locator("#announcer")).to_contain_text("Alarm of radar west: noise cleared.")
 
 
 def test_a_radar_has_biases_over_time_and_innovations_by_place(page: Page) -> None:

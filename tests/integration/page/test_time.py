@@ -168,7 +168,7 @@ def test_one_click_shows_where_the_aircraft_was_five_minutes_ago(page: Page, lon
     # Before that it was not there, and the service is not asked for its plots: it would answer 404.
     expect(page.locator("#sheet")).to_contain_text("in the last minute")
     page.evaluate(f"{CLOCK}.seek({first_s})")
-    expect(page.locator("#sheet")).to_contain_text("was not tracked at")
+    expect(page.locator("#sheet")).to_contain_text("did not exist at")
     page.evaluate(f"window.multiradar.actions.select({old})")
     page.evaluate(f"{CLOCK}.seek({present - 300.0})")
     settled(page, f"Math.abs({STORE}.dataTimeS - {present - 300.0}) < 0.1")
