@@ -76,7 +76,7 @@ def own_sigma_m(updates: pl.DataFrame) -> float:
     median = updates[SIGMA_COLUMN].cast(pl.Float64).median()
     if not isinstance(median, float) or not median <= SIGMA_MAX_M:
         return SIGMA_M
-    return max(median / np.sqrt(2.0), 1.0)
+    return max(float(median / np.sqrt(2.0)), 1.0)
 
 
 def reference_measurements(
