@@ -11,14 +11,15 @@ import typer
 from multiradar.cli.options import ConfigOption, FilterOption
 from multiradar.errors import DamageError
 
+StateArgument = Annotated[
+    Path,
+    typer.Argument(metavar="STATE", help="State of `serve`: its folder.", show_default=False),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print what was found as JSON.")]
 
 
 def backup(
-    state: Annotated[
-        Path,
-        typer.Argument(metavar="STATE", help="State of `serve`: its folder.", show_default=False),
-    ],
+    state: StateArgument,
     out: Annotated[
         Path,
         typer.Argument(
@@ -55,10 +56,7 @@ def backup(
 
 
 def archive(
-    state: Annotated[
-        Path,
-        typer.Argument(metavar="STATE", help="State of `serve`: its folder.", show_default=False),
-    ],
+    state: StateArgument,
     folder: Annotated[
         Path,
         typer.Argument(
