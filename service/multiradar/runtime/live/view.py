@@ -168,13 +168,15 @@ class LiveView:
     def status(self) -> dict[str, Any]:
         """Return counts, sequences, data time, alarms, hash of the output and version."""
         ring = self._events.ring
+        # First: what is counted as processed is then in the output.
+        service = self.service_counts()
         known = self._known.counts()
         alarms: dict[str, list[str]] = known["sensor_alarms"]
         for name, sensor_ids in ((CLOCK_ALARM, self.clock_leads()), (STORM_ALARM, self.storms())):
             for sensor_id in sensor_ids:
                 alarms[sensor_id] = [*alarms.get(sensor_id, []), name]
         return {
-            **self.service_counts(),
+            **service,
             **known,
             "filter": self._known.tracking.filter_name,
             "event_sequence": ring.head,

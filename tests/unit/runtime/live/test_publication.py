@@ -105,6 +105,20 @@ def test_a_live_track_is_its_latest_update_and_its_age() -> None:
     assert published.view.track(99) is None
 
 
+def test_the_status_has_the_output_of_the_entries_it_counts_as_processed() -> None:
+    """A client that waits for `processed_sequence` missed the output of the last group."""
+    published = _Published()
+
+    def processing() -> dict[str, int]:
+        # The engine completes a group while the status is put together.
+        published.push(recording(50))
+        return {"processed_sequence": 1}
+
+    published.view.service_counts = processing
+    status = published.view.status()
+    assert (status["processed_sequence"], status["output_sequence"]) == (1, 50)
+
+
 def test_a_track_without_updates_coasts_and_a_terminated_one_is_removed() -> None:
     published, frame = _Published(), recording(10)
     number = int(frame["track_number"][0]) + 1
