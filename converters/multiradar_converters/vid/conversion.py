@@ -227,6 +227,9 @@ class _Conversion:
             written=written,
             naming=namer.counts,
             plots_repeated=self._plots_repeated,
+            sensors_without_plots=self._figures.without_plots(
+                names, self._options.profile.multiradar_source
+            ),
             aircraft=len(self._aircraft),
             aircraft_not_chosen=0 if chosen is None else len(self._aircraft) - len(chosen),
             table_rows=rows,

@@ -20,6 +20,7 @@ class Findings:
     written: Written
     naming: NamingCounts
     plots_repeated: int
+    sensors_without_plots: list[str]
     aircraft: int
     aircraft_not_chosen: int
     table_rows: int
@@ -94,6 +95,7 @@ def _figures(findings: Findings, options: Options) -> dict[str, object]:
         "plots_named_by_no_track": naming.plots_unnamed,
         "plots_named_by_several_aircraft": naming.plots_named_by_several,
         "plots_repeated": findings.plots_repeated,
+        "sensors_without_plots": findings.sensors_without_plots,
         "track_rows_naming_a_plot": naming.found + naming.lost,
         "track_rows_whose_plot_is_missing": naming.lost,
         "first_s": findings.first_s,

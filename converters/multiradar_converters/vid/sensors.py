@@ -50,6 +50,14 @@ class SensorFigures:
         self.named += np.bincount(sensor[named.aircraft >= 0], minlength=len(self.plots))
         np.maximum.at(self.range_max_m, sensor, decimal(named.plots, _RANGE))
 
+    def without_plots(self, names: list[tuple[int, int]], multiradar_source: int) -> list[str]:
+        """Return the sensors of tracks without any plot, as `source-sensor`."""
+        return sorted(
+            f"{source}-{sensor}"
+            for number, (source, sensor) in enumerate(names)
+            if source != multiradar_source and not self.plots[number]
+        )
+
     def scan_period(self, number: int) -> tuple[float, str]:
         """Return the scan period from the first plots of a sensor, s, and its source.
 

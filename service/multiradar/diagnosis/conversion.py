@@ -5,7 +5,7 @@ right units, all plots of a radar fit these positions from one site.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -32,7 +32,10 @@ from multiradar.diagnosis.cross_sensor.plausibility import (
     check_height_unit,
 )
 from multiradar.diagnosis.cross_sensor.references import recorded_pairs
-from multiradar.diagnosis.cut_dumps import check_truncation
+from multiradar.diagnosis.dumps.cut_files import check_truncation
+from multiradar.diagnosis.dumps.references import check_references
+from multiradar.diagnosis.dumps.tables import COLUMNS as TABLE_COLUMNS
+from multiradar.diagnosis.dumps.tables import check_tables
 from multiradar.diagnosis.evidence import COLUMNS, ROWS_MAX, Evidence, Source
 from multiradar.diagnosis.losses import LOST_MAX, READ_MIN
 from multiradar.diagnosis.model import Diagnosis
@@ -60,7 +63,10 @@ _SITE_HEIGHT_M = 300.0
 
 
 def diagnose_conversion(
-    measurements: Path, report: Mapping[str, Any], sensors: SensorTable | None = None
+    measurements: Path,
+    report: Mapping[str, Any],
+    sensors: SensorTable | None = None,
+    tracks: pl.DataFrame | None = None,
 ) -> list[Diagnosis]:
     """Return the probable errors of a conversion.
 
@@ -72,6 +78,8 @@ def diagnose_conversion(
         The report of the conversion.
     sensors : SensorTable, optional
         The sensors given for it.
+    tracks : DataFrame, optional
+        Of a dump: positions of some aircraft by its own tracks, columns of `check_tables`.
 
     Returns
     -------
@@ -103,7 +111,37 @@ def diagnose_conversion(
         reports = plots_of(source.plots().filter(pl.col("kind").is_in(["adsb", "mlat"])))
         of_reports = check_identities(name, reports, None) or check_reports(name, reports)
         found += [] if of_reports is None else [of_reports]
-    return found
+    return [*found, *_of_dump(measurements, report, sources, tracks, found)]
+
+
+# The tables of a dump against each other, where none is wrong by itself.
+def _of_dump(
+    measurements: Path,
+    report: Mapping[str, Any],
+    sources: Mapping[str, Source],
+    tracks: pl.DataFrame | None,
+    found: Sequence[Diagnosis],
+) -> list[Diagnosis]:
+    files = {one["table"]: name for name, one in _files(report).items() if "table" in one}
+    if not files or found:
+        return []
+    numbers = sorted({name.rpartition("-")[0] for name in sources} - {""})
+    missing = check_references(report, numbers)
+    if tracks is None or tracks.is_empty() or any(one.severity == "error" for one in missing):
+        return missing
+    chosen = pl.col("track_number").is_in(tracks["track_number"].unique().to_list())
+    rows = pl.scan_parquet(measurements).filter(chosen).select("kind", *TABLE_COLUMNS).collect()
+    tables = {
+        files[table]: rows.filter(kind=kind).select(TABLE_COLUMNS)
+        for table, kind in (("plots", "radar"), ("plots_ads", "adsb"))
+        if table in files
+    }
+    return [*missing, *check_tables(tables | {files["tracks"]: tracks})]
+
+
+def _files(report: Mapping[str, Any]) -> Mapping[str, Any]:
+    files: Mapping[str, Any] = report.get("figures", {}).get("files", {})
+    return files
 
 
 _NOTHING = (

@@ -9,11 +9,12 @@ import pytest
 from multiradar.cli.main import run
 from support.paths import SAMPLE
 from validation.mistakes.column_mistakes import COLUMN_MISTAKES
+from validation.mistakes.dump_mistakes import DUMP_MISTAKES
 from validation.mistakes.file_mistakes import FILE_MISTAKES
 from validation.mistakes.mistakes_catalogue import CATALOGUE, SENSORS, Mistake, Sample
 
 SENSORS_FILE = SAMPLE.parent / "sensors-vid-sample.toml"
-ROWS = (*CATALOGUE, *COLUMN_MISTAKES, *FILE_MISTAKES)
+ROWS = (*CATALOGUE, *COLUMN_MISTAKES, *DUMP_MISTAKES, *FILE_MISTAKES)
 #: One of each kind of cause; check_mistakes.py makes all of them.
 CHOSEN = (
     "none: the sample as it is",
@@ -27,6 +28,8 @@ CHOSEN = (
     "azimuths of all radars off by 2.5°",
     "a date that falls back by a day",
     "two sensors with one id",
+    "convert: another source in tracks.txt",
+    "convert: heights of plots_ads.txt in feet",
     "azimuths of one radar off by 2.5°, without ADS-B",
     "two feeds of a radar, 0.12 s apart",
     "serve: a converted recording as its state",

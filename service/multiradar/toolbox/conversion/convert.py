@@ -15,6 +15,7 @@ from multiradar.errors import (
 )
 from multiradar.toolbox.arguments import typed
 from multiradar.toolbox.compiling import compile_kernels
+from multiradar.toolbox.conversion.dump_points import track_points
 from multiradar.toolbox.conversion.incomplete import incomplete
 from multiradar.toolbox.diagnoses import findings_of, notes_of
 from multiradar.toolbox.inputs import (
@@ -400,7 +401,8 @@ def _findings(kind: str, report: dict[str, Any], out: Path, options: ConvertOpti
         return [found]
     sensors = _sensors(options)
     table = None if sensors is None else wire.sensor_table(sensors)
-    diagnoses = diagnose_conversion(out / MEASUREMENTS_FILE, report, table)
+    tracks = track_points(out, report) if kind == "vid" else None
+    diagnoses = diagnose_conversion(out / MEASUREMENTS_FILE, report, table, tracks)
     return findings_of(diagnoses)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.diagnosis.cut_dumps import check_truncation
+from multiradar.diagnosis.dumps.cut_files import check_truncation
 
 START_S, LAST_S = 28_800.0, 30_600.0
 

@@ -1,0 +1,1 @@
+"""Diagnosis of a dump: its files compared with each other."""

@@ -1,0 +1,80 @@
+"""Mistakes in the files of a dump for check_mistakes.py: one file contradicts the others.
+
+The rows have the form of mistakes_catalogue.py; `DUMP_MISTAKES` goes after its `CATALOGUE`.
+"""
+
+from collections.abc import Callable
+
+from validation.mistakes.mistakes_catalogue import (
+    CONVERT,
+    FOOT_M,
+    Mistake,
+    column_times,
+    dump,
+)
+
+Rows = list[list[str]]
+
+
+def added(column: str, number: int) -> Callable[[Rows], Rows]:
+    """Return a function that adds to a column of whole numbers."""
+
+    def edited(rows: Rows) -> Rows:
+        index = rows[0].index(column)
+        for row in rows[1:]:
+            if len(row) == len(rows[0]) and row[index].isdecimal():
+                row[index] = str(int(row[index]) + number)
+        return rows
+
+    return edited
+
+
+def exchanged(first: str, second: str) -> Callable[[Rows], Rows]:
+    """Return a function that exchanges two columns, but not their names."""
+
+    def edited(rows: Rows) -> Rows:
+        one, other = rows[0].index(first), rows[0].index(second)
+        for row in rows[1:]:
+            if len(row) == len(rows[0]):
+                row[one], row[other] = row[other], row[one]
+        return rows
+
+    return edited
+
+
+DUMP_MISTAKES: tuple[Mistake, ...] = (
+    Mistake(
+        "convert: another source in tracks.txt",
+        dump(tracks=added("source", 100)),
+        CONVERT,
+        message=(
+            "tracks.txt: 100% of the plots that its 24 000 rows reference are not in plots.txt",
+            "its sources are 126, 135, 141, 340, and those of plots.txt 26, 35, 41",
+        ),
+    ),
+    Mistake(
+        "convert: another sensor in tracks.txt",
+        dump(tracks=added("sensor", 100)),
+        CONVERT,
+        status=0,
+        message=("26-110: tracks.txt has this sensor, but none of its plots is in plots.txt",),
+    ),
+    *(
+        Mistake(
+            f"convert: latitude and longitude exchanged in {name}.txt",
+            dump(**{name: exchanged("lat", "lon")}),
+            CONVERT,
+            message=(f"{name}.txt: its latitudes and longitudes are probably exchanged",),
+        )
+        for name in ("plots", "tracks")
+    ),
+    *(
+        Mistake(
+            f"convert: heights of {name}.txt in feet",
+            dump(**{name: column_times("h", 1.0 / FOOT_M)}),
+            CONVERT,
+            message=(f"{name}.txt: its heights are probably in feet",),
+        )
+        for name in ("plots_ads", "tracks")
+    ),
+)
