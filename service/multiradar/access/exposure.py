@@ -33,7 +33,14 @@ def require_credentials(settings: Settings, authenticated: bool) -> None:
     ConfigurationError
         With all addresses, unless the settings allow it; it is then logged.
     """
-    open_addresses = list(_open_addresses(settings, authenticated))
+    if (
+        authenticated
+        and settings.access.certificate is None
+        and not is_loopback(settings.server.host)
+    ):
+        # A proxy may add TLS.
+        SECURITY_LOG.warning("not_encrypted", server_host=settings.server.host)
+    open_addresses = list(open_addresses_of(settings, authenticated))
     if not open_addresses:
         return
     if not settings.access.insecure:
@@ -42,17 +49,14 @@ def require_credentials(settings: Settings, authenticated: bool) -> None:
         SECURITY_LOG.warning("insecure", reason=one)
 
 
-def _open_addresses(settings: Settings, authenticated: bool) -> Iterator[str]:
+def open_addresses_of(settings: Settings, authenticated: bool) -> Iterator[str]:
+    """Yield a sentence for each address that other hosts reach without credentials."""
     host = settings.server.host
-    if not is_loopback(host):
-        if not authenticated:
-            yield (
-                f"server.host: {host} can be reached from other hosts, but no client has a key; "
-                f"create one with `multiradar key`"
-            )
-        elif settings.access.certificate is None:
-            # A proxy may add TLS.
-            SECURITY_LOG.warning("not_encrypted", server_host=host)
+    if not is_loopback(host) and not authenticated:
+        yield (
+            f"server.host: {host} can be reached from other hosts, but no client has a key; "
+            f"create one with `multiradar key`"
+        )
     for one in settings.asterix.listen:
         # Datagrams of a group come from the network of its interface.
         address = one.interface if ip_address(one.address).is_multicast else one.address

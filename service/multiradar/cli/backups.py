@@ -38,8 +38,8 @@ def backup(
     json_wanted: JsonOption = False,
 ) -> None:
     """Copy the state of a service, also while it runs: journal, snapshot, sensors and settings."""
-    from multiradar.toolbox.backups import backup as copy
     from multiradar.toolbox.messages.progress import counting_bar
+    from multiradar.toolbox.operation.backups import backup as copy
 
     chosen = None if filter_name is None else filter_name.value
     with counting_bar("verifying entries") as show:
@@ -69,8 +69,8 @@ def archive(
     json_wanted: JsonOption = False,
 ) -> None:
     """Seal the measurements that an archive does not have yet as compressed files."""
-    from multiradar.toolbox.backups import archive as seal
     from multiradar.toolbox.messages.progress import counting_bar
+    from multiradar.toolbox.operation.backups import archive as seal
 
     with counting_bar("sealing entries") as show:
         new = seal(state, folder, on_progress=show)
@@ -97,8 +97,8 @@ def verify(
 ) -> None:
     """Check every entry, digest and file of a state, backup or archive; name what is damaged."""
     from multiradar.storage.verification import Verification
-    from multiradar.toolbox.backups import verify as check
     from multiradar.toolbox.messages.progress import counting_bar
+    from multiradar.toolbox.operation.backups import verify as check
 
     with counting_bar("verifying entries") as show:
         found = check(path, on_progress=show)
@@ -135,9 +135,9 @@ def restore(
 ) -> None:
     """Create a state from a backup or an archive, which is verified before and after."""
     from multiradar.storage.backup import Backup
-    from multiradar.toolbox.backups import SENSORS_FILE, SETTINGS_FILE
-    from multiradar.toolbox.backups import restore as copy
     from multiradar.toolbox.messages.progress import counting_bar
+    from multiradar.toolbox.operation.backups import SENSORS_FILE, SETTINGS_FILE
+    from multiradar.toolbox.operation.backups import restore as copy
 
     with counting_bar("verifying entries") as show:
         found = copy(folder, state, on_progress=show)

@@ -16,6 +16,7 @@ from multiradar.cli.conversion.adsb import ADSB_HELP, convert_adsb
 from multiradar.cli.conversion.asterix import ASTERIX_HELP, convert_asterix
 from multiradar.cli.conversion.convert import convert_app
 from multiradar.cli.demonstration.demo import demo
+from multiradar.cli.doctor import doctor
 from multiradar.cli.evaluation.evaluate import evaluate
 from multiradar.cli.inspection.inspect import INSPECT_HELP, inspect
 from multiradar.cli.key import key
@@ -72,6 +73,7 @@ app.command(name="backup")(backup)
 app.command(name="archive")(archive)
 app.command(name="verify")(verify)
 app.command(name="restore")(restore)
+app.command(name="doctor")(doctor)
 app.command(name="demo")(demo)
 app.command(name="simulate")(simulate)
 app.command(name="evaluate")(evaluate)

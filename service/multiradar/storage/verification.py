@@ -19,6 +19,7 @@ from multiradar.storage.sqlite.sqlite_file import (
     file_errors,
     journal_errors,
     open_database,
+    reading_mode,
     snapshot,
 )
 from multiradar.storage.sqlite.tip import Tip
@@ -91,12 +92,12 @@ def verify_journal(path: Path, on_progress: Progress = lambda _done, _total: Non
     if not path.is_file():
         raise InputError(no_such(path, JOURNAL))
     check_file_type(path)
-    if not any(path.with_name(f"{path.name}{end}").exists() for end in ("-wal", "-shm")):
-        # No service uses it: without a write-ahead log the folder need not be writable.
-        found = _Check(path, on_progress, "ro&immutable=1").run()
-        if not (found.damage and path.with_name(f"{path.name}-wal").exists()):
-            return found
-    return _Check(path, on_progress, "ro").run()
+    mode = reading_mode(path)
+    found = _Check(path, on_progress, mode).run()
+    # A service may have started meanwhile.
+    if found.damage and mode != reading_mode(path):
+        return _Check(path, on_progress, "ro").run()
+    return found
 
 
 class _Found(NamedTuple):

@@ -42,6 +42,15 @@ def open_database(path: Path, mode: str) -> sqlite3.Connection:
     )
 
 
+def reading_mode(path: Path) -> str:
+    """Return how to open a database file, so that reading it changes nothing in its folder.
+
+    Without the files of a write-ahead log no service uses it: it would create them.
+    """
+    used = any(path.with_name(f"{path.name}{end}").exists() for end in ("-wal", "-shm"))
+    return "ro" if used else "ro&immutable=1"
+
+
 def check_file_type(path: Path) -> None:
     """Raise JournalError for an existing file that is not a database.
 

@@ -100,7 +100,7 @@ def test_the_settings_of_the_journal_are_in_the_backup(
     assert "the journal was created with other sensors than" in capsys.readouterr().err
     assert not out.exists()
     assert run([*given, "--config", str(config), "--filter", "ci"]) == 1
-    assert "created with the filter imm, not ci; give the backup what" in capsys.readouterr().err
+    assert "created with the filter imm, not ci; give this command what" in capsys.readouterr().err
     assert run([*given, "--config", str(config)]) == 0
     settings = load_settings(out / "settings.toml")
     assert settings.tracking_settings() == load_settings(config).tracking_settings()

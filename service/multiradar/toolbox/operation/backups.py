@@ -57,16 +57,16 @@ def backup(
 
     from multiradar.clock import SystemClock
     from multiradar.settings.service import load_settings
-    from multiradar.storage.backup import write_backup
+    from multiradar.storage.backup import journal_fingerprint, write_backup
     from multiradar.storage.output_folder import new_folder
 
     overrides: dict[str, Any] = {} if sensors is None else {"sensors": sensors}
     if filter_name is not None:
         overrides["tracking"] = {"filter_name": filter_name}
     settings = load_settings(config, overrides)
-    journal = _journal_of(state)
+    journal = journal_of(state)
     with new_folder(out) as folder:
-        _check_configuration(journal, settings)
+        check_configuration(journal, journal_fingerprint(journal), settings)
         extra = {
             SENSORS_FILE: settings.sensors.read_bytes(),
             SETTINGS_FILE: _settings_text(settings).encode(),
@@ -105,7 +105,7 @@ def archive(
     """
     from multiradar.storage.archive import archive_journal
 
-    return archive_journal(_journal_of(state), folder, on_progress=on_progress)
+    return archive_journal(journal_of(state), folder, on_progress=on_progress)
 
 
 def verify(
@@ -140,7 +140,7 @@ def verify(
         return verify_backup(path, on_progress)
     if segments_of(path):
         return verify_archive(path, on_progress)
-    return verify_journal(_journal_of(path), on_progress)
+    return verify_journal(journal_of(path), on_progress)
 
 
 def restore(
@@ -186,24 +186,38 @@ def restore(
     return listed
 
 
-def _journal_of(state: Path) -> Path:
+def journal_of(state: Path) -> Path:
+    """Return the journal of a state: a file that is given itself, or that in its folder."""
     from multiradar.storage.backup import DATABASE
 
     return state if state.is_file() else state / DATABASE
 
 
-# A journal is continued only with the sensors and settings that it was created with.
-def _check_configuration(journal: Path, settings: "Settings") -> None:
+def check_configuration(journal: Path, fingerprint: str, settings: "Settings") -> None:
+    """Check that a journal can be continued: only with the sensors and settings it began with.
+
+    Parameters
+    ----------
+    journal : Path
+        The journal, for errors.
+    fingerprint : str
+        Fingerprint of the configuration in its header.
+    settings : Settings
+        The settings, with the path of the sensors file.
+
+    Raises
+    ------
+    ConfigurationError
+        It was created with others.
+    """
     from multiradar.estimation.filters.bank import FILTERS
     from multiradar.runtime.engine.fingerprint import configuration_fingerprint, filter_of
-    from multiradar.storage.backup import journal_fingerprint
     from multiradar.toolbox.inputs import load_sensor_table
 
     sensors, tracking = load_sensor_table(settings.sensors), settings.tracking_settings()
-    found = journal_fingerprint(journal)
-    if found == configuration_fingerprint(sensors, tracking):
+    if fingerprint == configuration_fingerprint(sensors, tracking):
         return
-    name = filter_of(found, sensors, tracking, FILTERS)
+    name = filter_of(fingerprint, sensors, tracking, FILTERS)
     other = (
         f"the filter {name}, not {tracking.filter_name}"
         if name
@@ -211,8 +225,8 @@ def _check_configuration(journal: Path, settings: "Settings") -> None:
         "of processor"
     )
     raise ConfigurationError(
-        f"{journal}: the journal was created with {other}; give the backup what the service is "
-        "started with (--sensors, --config, --filter)"
+        f"{journal}: the journal was created with {other}; give this command what the service "
+        "is started with (--sensors, --config, --filter)"
     )
 
 

@@ -1,0 +1,1 @@
+"""Operation of a service: backup, archive, verification, restoration, and advice."""

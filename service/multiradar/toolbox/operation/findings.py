@@ -1,0 +1,64 @@
+"""Findings of `multiradar doctor`: one for each check."""
+
+from collections.abc import Callable
+from enum import StrEnum
+from typing import NamedTuple
+
+from multiradar.errors import MultiradarError
+
+
+class Level(StrEnum):
+    """How severe a finding is."""
+
+    OK = "ok"
+    WARNING = "warning"
+    """The service starts, but something will go wrong, or cost more than it should."""
+
+    ERROR = "error"
+    """The service does not start, or loses something."""
+
+
+class Finding(NamedTuple):
+    """What a check found.
+
+    Attributes
+    ----------
+    check : str
+        Name of the check.
+    level : Level
+        How severe it is.
+    text : str
+        What was found.
+    advice : str
+        What to do; empty where all is well.
+    """
+
+    check: str
+    level: Level
+    text: str
+    advice: str = ""
+
+
+def ok(check: str, text: str) -> Finding:
+    """Return the finding of a check that found nothing wrong."""
+    return Finding(check, Level.OK, text)
+
+
+def warning(check: str, text: str, advice: str) -> Finding:
+    """Return a warning."""
+    return Finding(check, Level.WARNING, text, advice)
+
+
+def error(check: str, text: str, advice: str) -> Finding:
+    """Return an error."""
+    return Finding(check, Level.ERROR, text, advice)
+
+
+def found(check: str, advice: str, look: Callable[[], Finding]) -> Finding:
+    """Return what a check finds; an error with this advice where it fails."""
+    try:
+        return look()
+    except MultiradarError as failure:
+        return error(check, " ".join(str(failure).split()), advice)
+    except OSError as failure:
+        return error(check, f"{failure.filename or check}: {failure.strerror or failure}", advice)
