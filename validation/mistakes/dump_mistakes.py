@@ -68,13 +68,17 @@ DUMP_MISTAKES: tuple[Mistake, ...] = (
         )
         for name in ("plots", "tracks")
     ),
-    *(
-        Mistake(
-            f"convert: heights of {name}.txt in feet",
-            dump(**{name: column_times("h", 1.0 / FOOT_M)}),
-            CONVERT,
-            message=(f"{name}.txt: its heights are probably in feet",),
-        )
-        for name in ("plots_ads", "tracks")
+    Mistake(
+        "convert: heights of plots_ads.txt in feet",
+        dump(plots_ads=column_times("h", 1.0 / FOOT_M)),
+        CONVERT,
+        message=("adsb: its heights are probably in feet",),
+        sensors=("adsb",),
+    ),
+    Mistake(
+        "convert: heights of tracks.txt in feet",
+        dump(tracks=column_times("h", 1.0 / FOOT_M)),
+        CONVERT,
+        message=("tracks.txt: its heights are probably in feet",),
     ),
 )

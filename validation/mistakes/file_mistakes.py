@@ -11,6 +11,7 @@ import polars as pl
 from validation.mistakes.mistakes_catalogue import (
     FOOT_M,
     RADAR,
+    SENSORS,
     TRACK_RADARS,
     Mistake,
     Sample,
@@ -27,6 +28,7 @@ _ID, _TIME = pl.col("sensor_id"), pl.col("time_s")
 _START_S = 1_533_110_400.0
 _SERVE = ("serve", "--sensors", "sensors.toml", "--port", "0", "--no-zenoh", "--state")
 _CONVERT = ("convert", "asterix", "a.ast", "--out", "out")
+_CONVERT_ADSB = ("convert", "adsb", "adsb.csv", "--out", "out")
 
 
 def _plot_048(number: int) -> bytes:
@@ -87,6 +89,36 @@ def _reports_as_text(names: str) -> Callable[[Sample, Path], None]:
         frame = sample.measurements.filter(_ID == "adsb").select(columns)
         head = f"time,{names},icao24,height_m\n"
         (folder / "adsb.csv").write_text(head + frame.write_csv(include_header=False))
+
+    return made
+
+
+def _reported_motion(head: str, **factors: float) -> Callable[[Sample, Path], None]:
+    """Return a function that writes ADS-B reports with speeds and vertical rates as text.
+
+    The columns are in knots, feet and feet per minute, times a factor.
+    """
+
+    def made(sample: Sample, folder: Path) -> None:
+        over = pl.col("mode_s_address")
+        apart_s = _TIME.diff().over(over)
+        north_m = pl.col("latitude_deg").diff().over(over) * 111_195.0
+        cosine = pl.col("latitude_deg").radians().cos()
+        east_m = pl.col("longitude_deg").diff().over(over) * 111_195.0 * cosine
+        frame = sample.measurements.filter(_ID == "adsb").sort("mode_s_address", "time_s")
+        speed = (north_m**2 + east_m**2).sqrt() / apart_s / (1852.0 / 3600.0)
+        rate = pl.col("height_m").diff().over(over) / apart_s * 60.0 / FOOT_M
+        rows = frame.select(
+            _TIME,
+            "latitude_deg",
+            "longitude_deg",
+            over,
+            pl.col("height_m") / FOOT_M * factors.get("height", 1.0),
+            speed * factors.get("speed", 1.0),
+            rate * factors.get("rate", 1.0),
+        ).sort("time_s")
+        text = f"time,lat,lon,icao24,{head}\n"
+        (folder / "adsb.csv").write_text(text + rows.write_csv(include_header=False))
 
     return made
 
@@ -177,6 +209,53 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
         ("convert", "adsb", "adsb.csv", "--out", "out"),
         message=("adsb: latitude and longitude are probably exchanged",),
         sensors=("adsb",),
+    ),
+    Mistake(
+        "none: ADS-B with speeds and vertical rates",
+        _reported_motion("altitude,groundspeed,vertical_rate"),
+        _CONVERT_ADSB,
+        0,
+    ),
+    Mistake(
+        "convert: ground speeds in m/s in a column of knots",
+        _reported_motion("altitude,groundspeed,vertical_rate", speed=1852.0 / 3600.0),
+        _CONVERT_ADSB,
+        message=("adsb: its ground speeds are probably in m/s in a column of knots",),
+        sensors=("adsb",),
+    ),
+    Mistake(
+        "convert: ground speeds in knots in a column of m/s",
+        _reported_motion("altitude,groundspeed_mps,vertical_rate"),
+        _CONVERT_ADSB,
+        message=("adsb: its ground speeds are probably in knots in a column of m/s",),
+        sensors=("adsb",),
+    ),
+    Mistake(
+        "convert: vertical rates in m/s in a column of ft/min",
+        _reported_motion("altitude,groundspeed,vertical_rate", rate=FOOT_M / 60.0),
+        _CONVERT_ADSB,
+        message=("adsb: its vertical rates are probably in m/s in columns of ft/min",),
+        sensors=("adsb",),
+    ),
+    Mistake(
+        "convert: altitudes in metres in a column of feet",
+        _reported_motion("altitude,groundspeed,vertical_rate", height=FOOT_M),
+        _CONVERT_ADSB,
+        message=("adsb: its heights are probably in metres in a column of feet",),
+        sensors=("adsb",),
+    ),
+    Mistake(
+        "convert: altitudes in feet in a column of metres",
+        _reported_motion("altitude_m,groundspeed,vertical_rate"),
+        _CONVERT_ADSB,
+        message=("adsb: its heights are probably in feet",),
+        sensors=("adsb",),
+    ),
+    Mistake(
+        "low traffic with heights in feet",
+        plots(height_m=(pl.col("height_m") - 25_000.0 * FOOT_M).clip(300.0) / FOOT_M),
+        message=(f"{RADAR}: its heights are probably in feet: half of the climbs",),
+        sensors=SENSORS,
     ),
     Mistake(
         "none: ADS-B as text",

@@ -27,6 +27,7 @@ from multiradar.diagnosis.cross_sensor.hypotheses import (
 )
 from multiradar.diagnosis.cross_sensor.identities import check_identities
 from multiradar.diagnosis.cross_sensor.plausibility import (
+    aircraft_of,
     check_azimuth_unit,
     check_exchanged_columns,
     check_height_unit,
@@ -41,8 +42,11 @@ from multiradar.diagnosis.losses import LOST_MAX, READ_MIN
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import check_names, counted
 from multiradar.diagnosis.plots import Plots, Site, plots_of
+from multiradar.diagnosis.reported_motion import COLUMNS as MOTION_COLUMNS
+from multiradar.diagnosis.reported_motion import check_reported_motion
 from multiradar.diagnosis.reports import check_reports
 from multiradar.diagnosis.times import check_gaps, check_times
+from multiradar.diagnosis.vertical_rates import check_vertical_rates
 from multiradar.estimation.measurement.sensors import SensorTable
 
 _READINGS = (*RANGE_UNITS, *AZIMUTH_UNITS, EXCHANGED, MIRRORED)
@@ -110,8 +114,16 @@ def diagnose_conversion(
         found += _of_units(name, plots_of(rows), largest_deg)
         reports = plots_of(source.plots().filter(pl.col("kind").is_in(["adsb", "mlat"])))
         of_reports = check_identities(name, reports, None) or check_reports(name, reports)
-        found += [] if of_reports is None else [of_reports]
+        found += [of_reports] if of_reports is not None else _of_motion(measurements, name)
     return [*found, *_of_dump(measurements, report, sources, tracks, found)]
+
+
+def _of_motion(measurements: Path, name: str) -> list[Diagnosis]:
+    scan = pl.scan_parquet(measurements)
+    wanted = [*COLUMNS, *(one for one in MOTION_COLUMNS if one in scan.collect_schema().names())]
+    chosen = pl.col("sensor_id").eq(name) & pl.col("kind").is_in(["adsb", "mlat"])
+    rows = scan.filter(chosen).select(wanted).head(ROWS_MAX).collect()
+    return check_reported_motion(name, rows)
 
 
 # The tables of a dump against each other, where none is wrong by itself.
@@ -255,6 +267,7 @@ def _of_units(name: str, plots: Plots, largest_deg: float) -> list[Diagnosis]:
         or _against_positions(name, plots, largest_deg)
     )
     found = found or check_height_unit(name, plots, (0.0, 0.0, _SITE_HEIGHT_M))
+    found = found or check_vertical_rates(name, plots.time_s, plots.height_m, aircraft_of(plots))
     return [] if found is None else [found]
 
 

@@ -55,6 +55,7 @@ from multiradar.diagnosis.evidence import Evidence
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import SILENT_CODE, check_names, first_and_last
 from multiradar.diagnosis.times import check_gaps, check_times, utc
+from multiradar.diagnosis.vertical_rates import check_vertical_rates
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 
 #: Fraction that agrees of a radar with a small error of site or range: less is another cause.
@@ -110,6 +111,7 @@ def _check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[
         return _first(
             check_identities(name, plots, None),
             check_rounded(name, plots, {"latitude_deg": sigma_m}),
+            check_vertical_rates(name, plots.time_s, plots.height_m, aircraft_of(plots)),
         )
     sigmas = loss_checks.sigmas(evidence, name)
     period_s = float(evidence.sensors.rotation_period_s[number])
@@ -123,7 +125,8 @@ def _check_alone(evidence: Evidence, comparison: Comparison, name: str) -> list[
         check_signed(name, plots),
         check_time_resolution(name, plots, period_s),
         check_rounded(name, plots, dict(zip(("range_m", "azimuth_deg"), sigmas, strict=True))),
-        check_height_unit(name, plots, comparison.site(number)),
+        check_height_unit(name, plots, comparison.site(number))
+        or check_vertical_rates(name, plots.time_s, plots.height_m, aircraft_of(plots)),
     )
 
 

@@ -6,10 +6,17 @@ import numpy as np
 
 from multiradar.diagnosis.columns import SAME_MIN
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
-from multiradar.diagnosis.cross_sensor.plausibility import SPEED_MAX_MPS, SPEED_MIN_MPS
+from multiradar.diagnosis.cross_sensor.plausibility import (
+    CEILING_M,
+    FOOT_M,
+    HIGH_MAX,
+    SPEED_MAX_MPS,
+    SPEED_MIN_MPS,
+)
 from multiradar.diagnosis.losses import LOST_MAX
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import Booleans, Floats, Integers, Plots, reported
+from multiradar.diagnosis.vertical_rates import check_vertical_rates
 
 #: Time between two reports of an aircraft from which a speed is computed, s; times often have a
 #: resolution of 1 s.
@@ -17,10 +24,13 @@ _APART_MAX_S, _STEP_S = 60.0, 1.0
 #: Speed above which a step is a jump, m/s (Mach 2).
 _JUMP_MPS = 600.0
 #: Aircraft above this fly faster than `SPEED_MIN_MPS`, m. All of them at a median speed above the
-#: second, m/s, are not all below the third, m.
-_HIGH_M, _FAST_MPS, _LOW_M = 3000.0, 130.0, 610.0
+#: second, m/s, are not all below the third, m; and at one above the last, not below the ceiling in
+#: feet that were metres.
+_HIGH_M, _FAST_MPS, _LOW_M, _CRUISE_MPS = 3000.0, 130.0, 610.0, 190.0
 #: Minutes as a fraction of a degree end here; steps over a whole degree that show it.
 _MINUTES_END, _MINUTES_STEPS = 0.6, 3
+#: Fewer low aircraft may all be fast.
+_LOW_AIRCRAFT_MIN = 5
 #: Jets cruise above this, m, at about one speed in all directions, with wind: the 16th and 84th
 #: percentile of its logarithm are 0.1 to 0.25 apart. Latitudes for longitudes stretch a direction.
 _CRUISE_M, _CRUISING_MIN, _SPREAD_MIN, _SPREAD_RATIO = 7500.0, 10, 0.2, 2.0
@@ -64,7 +74,7 @@ def check_reports(name: str, plots: Plots) -> Diagnosis | None:
         _of_minutes(name, plots, first, last, flown_m / np.maximum(apart_s, _STEP_S) > _JUMP_MPS)
         or _of_times(name, flown_m, apart_s)
         or _of_radians(name, plots.height_m[first], flown_m / apart_s)
-        or _of_flight_levels(name, plots.height_m, flown_m / apart_s)
+        or _of_heights(name, plots, flown_m / apart_s)
         or _of_exchanged(name, plots, first, last)
     )
 
@@ -146,17 +156,33 @@ def _of_radians(name: str, height_m: Floats, speed_mps: Floats) -> Diagnosis | N
     )
 
 
-def _of_flight_levels(name: str, height_m: Floats, speed_mps: Floats) -> Diagnosis | None:
-    known = height_m[np.isfinite(height_m)]
+def _of_heights(name: str, plots: Plots, speed_mps: Floats) -> Diagnosis | None:
+    known = plots.height_m[np.isfinite(plots.height_m)]
     speed = float(np.median(speed_mps))
-    if len(known) < TESTED_MIN or known.max() > _LOW_M or not _FAST_MPS < speed <= SPEED_MAX_MPS:
+    if len(known) < TESTED_MIN:
         return None
+    high = float(np.mean(known > CEILING_M))
+    if high > HIGH_MAX and np.mean(known * FOOT_M > CEILING_M) < HIGH_MAX / 5.0:
+        why = f"{high:.0%} of them are above {CEILING_M:.0f} m"
+        return _unit_of_heights(name, "feet", why, "convert them to metres")
+    why = f"none is above {known.max():.0f} m, at a median speed of {speed:.0f} m/s"
+    if known.max() <= _LOW_M and _FAST_MPS < speed <= SPEED_MAX_MPS:
+        remedy = "check the unit of the altitude column, which is feet"
+        return _unit_of_heights(name, "hundreds of feet or metres", why, remedy)
+    aircraft = len(np.unique(_names(plots)))
+    if (
+        known.max() <= CEILING_M * FOOT_M
+        and _CRUISE_MPS < speed <= SPEED_MAX_MPS
+        and aircraft >= _LOW_AIRCRAFT_MIN
+    ):
+        remedy = "give them in feet, or name the column altitude_m"
+        return _unit_of_heights(name, "metres in a column of feet", why, remedy)
+    return check_vertical_rates(name, plots.time_s, plots.height_m, _names(plots))
+
+
+def _unit_of_heights(name: str, unit: str, why: str, remedy: str) -> Diagnosis:
     return Diagnosis(
-        name,
-        "height_unit",
-        f"{name}: its heights are probably in hundreds of feet or metres: none is above "
-        f"{known.max():.0f} m, at a median speed of {speed:.0f} m/s; check the unit of the "
-        "altitude column, which is feet",
+        name, "height_unit", f"{name}: its heights are probably in {unit}: {why}; {remedy}"
     )
 
 

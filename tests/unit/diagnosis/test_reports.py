@@ -46,6 +46,8 @@ def test_reports_without_a_mistake_have_no_diagnosis() -> None:
         ({"latitude_deg": np.zeros_like, "longitude_deg": np.zeros_like}, "position_missing",
          "100% of its positions are 0°, 0°"),
         ({"height_m": lambda one: one / 30.48}, "height_unit", "in hundreds of feet or metres"),
+        ({"height_m": lambda one: one / 0.3048}, "height_unit", "in feet: 100% of them are above"),
+        ({"height_m": lambda one: one * 0.3048}, "height_unit", "in metres in a column of feet"),
         ({"time_s": lambda one: one / 86_400.0}, "time_unit", "in days"),
         ({"time_s": lambda one: one / 60.0}, "time_unit", "in minutes"),
         ({"time_s": lambda one: np.full_like(one, 7.0)}, "column_constant", "all its times are 7"),

@@ -1,0 +1,120 @@
+"""Speeds and vertical rates that aircraft report, against their positions and heights."""
+
+import numpy as np
+import polars as pl
+
+from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
+from multiradar.diagnosis.model import Diagnosis
+from multiradar.diagnosis.plots import Floats, plots_of, reported
+from multiradar.diagnosis.vertical_rates import pairs_apart
+
+#: Time between the two reports that are compared, s, and change of height, m, and speeds, m/s, that
+#: are large enough.
+APART_MIN_S, APART_MAX_S = 8.0, 30.0
+CHANGE_MIN_M, SPEED_MIN_MPS, RATE_MIN_MPS = 20.0, 20.0, 0.01
+#: Deviation of the median ratio from that of a unit, and of half of the ratios from the median: in
+#: turns the distance between two positions is shorter than the path.
+WITHIN, SPREAD_MAX = 0.03, 0.25
+_KNOT_MPS, _KILOMETRE_PER_HOUR_MPS = 1852.0 / 3600.0, 1.0 / 3.6
+_FOOT_M = 0.3048
+_FOOT_PER_MIN_MPS = _FOOT_M / 60.0
+#: Speed by positions over reported speed, by unit and the unit of the column.
+_SPEED_UNITS = {
+    ("m/s", "knots"): 1.0 / _KNOT_MPS,
+    ("knots", "m/s"): _KNOT_MPS,
+    ("km/h", "m/s"): _KILOMETRE_PER_HOUR_MPS,
+    ("km/h", "knots"): _KILOMETRE_PER_HOUR_MPS / _KNOT_MPS,
+}
+#: Rate of the heights over reported vertical rate, by the column at fault, its unit and the other.
+_RATE_UNITS = {
+    ("heights", "metres", "feet"): _FOOT_M,
+    ("heights", "feet", "metres"): 1.0 / _FOOT_M,
+    ("vertical rates", "m/s", "ft/min"): 1.0 / _FOOT_PER_MIN_MPS,
+    ("vertical rates", "ft/min", "m/s"): _FOOT_PER_MIN_MPS,
+    ("heights and vertical rates", "metres and m/s", "feet and ft/min"): 60.0,
+    ("heights and vertical rates", "feet and ft/min", "metres and m/s"): 1.0 / 60.0,
+}
+#: Columns that are used, beside those of `plots_of`.
+COLUMNS = ("ground_speed_m_s", "vertical_rate_m_s")
+
+
+def check_reported_motion(name: str, frame: pl.DataFrame) -> list[Diagnosis]:
+    """Diagnose reported speeds, vertical rates or heights in another unit.
+
+    Parameters
+    ----------
+    name : str
+        The sensor.
+    frame : DataFrame
+        Its reports; those of `COLUMNS` may be missing.
+    """
+    if not set(COLUMNS) & set(frame.columns):
+        return []
+    plots = plots_of(frame)
+    aircraft = plots.keys[:, :2].max(axis=1)
+    named = np.flatnonzero(aircraft >= 0)
+    first, last = pairs_apart(plots.time_s[named], aircraft[named], APART_MIN_S, APART_MAX_S)
+    first, last = named[first], named[last]
+    apart_s = plots.time_s[last] - plots.time_s[first]
+    where = reported(plots)
+    flown_mps = np.linalg.norm(where[last] - where[first], axis=1) / apart_s
+    climbed_m = plots.height_m[last] - plots.height_m[first]
+    found = []
+    speed_mps = _column(frame, "ground_speed_m_s")
+    if speed_mps is not None:
+        mean_mps = 0.5 * (speed_mps[first] + speed_mps[last])
+        moving = (flown_mps >= SPEED_MIN_MPS) & (mean_mps >= SPEED_MIN_MPS)
+        found += _of_speeds(name, flown_mps[moving] / mean_mps[moving])
+    rate_mps = _column(frame, "vertical_rate_m_s")
+    if rate_mps is not None:
+        mean_mps = 0.5 * (rate_mps[first] + rate_mps[last])
+        climbing = (np.abs(climbed_m) >= CHANGE_MIN_M) & (np.abs(mean_mps) >= RATE_MIN_MPS)
+        # A climb that starts or ends between the two is not at one rate.
+        climbing &= np.abs(rate_mps[last] - rate_mps[first]) <= 0.2 * np.abs(mean_mps)
+        found += _of_rates(name, climbed_m[climbing] / apart_s[climbing] / mean_mps[climbing])
+    return found
+
+
+def _column(frame: pl.DataFrame, column: str) -> Floats | None:
+    if column not in frame.columns:
+        return None
+    return frame[column].cast(pl.Float64).fill_null(np.nan).to_numpy()
+
+
+def _of_speeds(name: str, ratios: Floats) -> list[Diagnosis]:
+    ratio = _typical(ratios)
+    return [
+        Diagnosis(
+            name,
+            "speed_unit",
+            f"{name}: its ground speeds are probably in {unit} in a column of {column}: the "
+            f"positions of its aircraft change {ratio:.3g} times as fast as reported; rename the "
+            f"column, or convert it to {column}",
+        )
+        for (unit, column), expected in _SPEED_UNITS.items()
+        if abs(ratio / expected - 1.0) <= WITHIN
+    ][:1]
+
+
+def _of_rates(name: str, ratios: Floats) -> list[Diagnosis]:
+    ratio = _typical(ratios)
+    return [
+        Diagnosis(
+            name,
+            "height_unit" if what == "heights" else "vertical_rate_unit",
+            f"{name}: its {what} are probably in {unit} in columns of {column}: the heights of its "
+            f"aircraft change {ratio:.3g} times as fast as the vertical rates they report; rename "
+            f"the columns, or convert them to {column}",
+        )
+        for (what, unit, column), expected in _RATE_UNITS.items()
+        if abs(ratio / expected - 1.0) <= 2.0 * WITHIN
+    ][:1]
+
+
+# The median of ratios that agree; NaN otherwise.
+def _typical(ratios: Floats) -> float:
+    ratios = ratios[np.isfinite(ratios)]
+    if len(ratios) < TESTED_MIN:
+        return np.nan
+    low, middle, high = np.quantile(ratios, (0.25, 0.5, 0.75))
+    return float(middle) if high - low <= 2.0 * SPREAD_MAX * abs(middle) else np.nan

@@ -1,0 +1,92 @@
+"""Heights in feet, by the rates at which aircraft climb and the steps in which they report.
+
+Transponders report heights in steps of 25 or 100 ft, which no multiple of 25 m is. Half of the
+climbs and descents of real traffic are slower than 8 m/s (1600 ft/min), from gliders to jets.
+"""
+
+import numpy as np
+
+from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
+from multiradar.diagnosis.model import Diagnosis, Severity
+from multiradar.diagnosis.plots import Floats, Integers
+
+#: Time between two heights from which a rate is computed, s; slower changes are level flight, m/s.
+APART_MIN_S, APART_MAX_S, CLIMBING_MPS = 30.0, 60.0, 1.5
+#: Median rate above which heights in steps of feet are in feet, and any heights are, m/s.
+FAST_MPS, IMPOSSIBLE_MPS = 9.0, 14.0
+#: Fewer climbing aircraft show nothing.
+CLIMBING_MIN = 3
+#: Steps of transponders in feet, fraction of heights that are multiples, and how exactly.
+STEP_FT, STEPPED_MIN, STEP_WITHIN = 25.0, 0.9, 0.02
+FOOT_M = 0.3048
+
+
+def check_vertical_rates(
+    name: str, time_s: Floats, height_m: Floats, aircraft: Integers
+) -> Diagnosis | None:
+    """Diagnose heights in feet by the median rate of climbs and descents.
+
+    Parameters
+    ----------
+    name : str
+        The sensor.
+    time_s, height_m : (n,) float64
+        Times and heights; NaN where missing.
+    aircraft : (n,) int64
+        Aircraft of each; −1 where unknown.
+    """
+    known = np.isfinite(height_m) & (aircraft >= 0)
+    time_s, height_m, aircraft = time_s[known], height_m[known], aircraft[known]
+    first, last = pairs_apart(time_s, aircraft, APART_MIN_S, APART_MAX_S)
+    rate_mps = np.abs(height_m[last] - height_m[first]) / (time_s[last] - time_s[first])
+    climbing = rate_mps > CLIMBING_MPS
+    if np.count_nonzero(climbing) < TESTED_MIN:
+        return None
+    if len(np.unique(aircraft[first[climbing]])) < CLIMBING_MIN:
+        return None
+    median_mps = float(np.median(rate_mps[climbing]))
+    in_feet = are_stepped(height_m, STEP_FT) and not are_stepped(height_m, STEP_FT * FOOT_M)
+    if median_mps <= (FAST_MPS if in_feet else IMPOSSIBLE_MPS):
+        return None
+    steps = f", and they are multiples of {STEP_FT:.0f}" if in_feet else ""
+    severity: Severity = "error" if in_feet else "warning"
+    return Diagnosis(
+        name,
+        "height_unit",
+        f"{name}: its heights are probably in feet: half of the climbs and descents are faster "
+        f"than {median_mps:.0f} m/s ({median_mps * FOOT_M:.0f} m/s if they are feet){steps}; "
+        "convert them to metres",
+        severity,
+    )
+
+
+def are_stepped(height: Floats, step: float) -> bool:
+    """Return whether most values are multiples of a step."""
+    off = np.abs((height / step + 0.5) % 1.0 - 0.5)
+    return bool(np.mean(off <= STEP_WITHIN) >= STEPPED_MIN)
+
+
+def pairs_apart(
+    time_s: Floats, aircraft: Integers, least_s: float, most_s: float
+) -> tuple[Integers, Integers]:
+    """Return pairs of rows of one aircraft, the second the first one at least so much later.
+
+    Parameters
+    ----------
+    time_s : (n,) float64
+        Times.
+    aircraft : (n,) int64
+        Aircraft of each.
+    least_s, most_s : float
+        Time between the two, s.
+    """
+    order = np.lexsort((time_s, aircraft))
+    # Complex numbers are ordered by their real part, the aircraft, and then by time.
+    place = aircraft[order] + 1j * time_s[order]
+    after = np.searchsorted(place, place + 1j * least_s)
+    first = np.flatnonzero(after < len(place))
+    last = after[first]
+    good = (place[last].real == place[first].real) & (
+        place[last].imag - place[first].imag <= most_s
+    )
+    return order[first[good]], order[last[good]]
