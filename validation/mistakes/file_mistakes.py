@@ -114,8 +114,8 @@ def _reported_motion(head: str, **factors: float) -> Callable[[Sample, Path], No
             "longitude_deg",
             over,
             pl.col("height_m") / FOOT_M * factors.get("height", 1.0),
-            speed * factors.get("speed", 1.0),
-            rate * factors.get("rate", 1.0),
+            (speed * factors.get("speed", 1.0)).alias("speed"),
+            (rate * factors.get("rate", 1.0)).alias("rate"),
         ).sort("time_s")
         text = f"time,lat,lon,icao24,{head}\n"
         (folder / "adsb.csv").write_text(text + rows.write_csv(include_header=False))
