@@ -99,6 +99,19 @@ def _later(seconds: float) -> Callable[[pl.DataFrame], pl.DataFrame]:
     return lambda reports: reports.with_columns(pl.col("time_s") + seconds)
 
 
+def _displaced(reports: pl.DataFrame) -> pl.DataFrame:
+    """Return reports 500 m to the north-east."""
+    north_m, east_m, cosine = 400.0, 300.0, pl.col("latitude_deg").radians().cos()
+    return reports.with_columns(
+        pl.col("latitude_deg") + north_m / 111_195.0,
+        pl.col("longitude_deg") + east_m / 111_195.0 / cosine,
+    )
+
+
+def _of_one_aircraft(reports: pl.DataFrame) -> pl.DataFrame:
+    return reports.filter(pl.col("track_number") == pl.col("track_number").first())
+
+
 USAGE_MISTAKES: tuple[Mistake, ...] = (
     # Names on the command line.
     Mistake("a misspelt command", nothing, ("trakc",), 2, ("'trakc' (did you mean 'track'?)",)),
@@ -294,6 +307,20 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         _EVALUATE,
         1,
         ("no track comes within 2000 m", "longitude"),
+    ),
+    Mistake(
+        "a reference displaced by 500 m",
+        tracks(_displaced),
+        _EVALUATE,
+        1,
+        ("all tracks are displaced by about 50", "m to the south-west of the reference"),
+    ),
+    Mistake(
+        "a reference of one aircraft",
+        tracks(_of_one_aircraft),
+        _EVALUATE,
+        0,
+        ("follow no aircraft of the reference, which has 1", "use --partial"),
     ),
     Mistake(
         "measurements as tracks",

@@ -12,6 +12,8 @@ from multiradar.report.times import is_dated, time_text
 OUTSIDE_MIN = 0.5
 #: Fraction of the aircraft's time with a track below which there is a warning, too.
 MATCHED_MIN = 0.5
+#: Fewer tracks show no incomplete reference.
+TRACKS_MIN = 5
 #: Times this near to whole hours apart suggest another time zone, s.
 _ZONE_WITHIN_S = 300.0
 _HOUR_S, _DAY_S = 3600.0, 86_400.0
@@ -140,6 +142,31 @@ def rarely_matched(track_of: Indices, gate_m: float) -> list[str]:
     return [
         f"the aircraft of the reference have a track within {gate_m:.12g} m (--gate) for "
         f"{fraction:.0%} of their time only: another recording, or too small a gate?"
+    ]
+
+
+def mostly_unknown(track: Indices, aircraft_of: Indices, aircraft: int) -> list[str]:
+    """Return a warning where most tracks follow no aircraft of the reference.
+
+    Parameters
+    ----------
+    track, aircraft_of : (k,) int64
+        Tracks alive at an instant, and the row of the aircraft assigned to each; −1 for none.
+    aircraft : int
+        Number of aircraft of the reference.
+
+    Returns
+    -------
+    list of str
+        Empty where at least `MATCHED_MIN` of the tracks follow one, and of fewer than
+        `TRACKS_MIN` tracks.
+    """
+    tracks, matched = len(np.unique(track)), len(np.unique(track[aircraft_of >= 0]))
+    if tracks < TRACKS_MIN or matched >= MATCHED_MIN * tracks:
+        return []
+    return [
+        f"most tracks ({tracks - matched} of {tracks}) follow no aircraft of the reference, which "
+        f"has {aircraft}: they count as false; use --partial if the reference is incomplete"
     ]
 
 

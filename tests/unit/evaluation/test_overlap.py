@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from multiradar.errors import InputError
-from multiradar.evaluation.overlap import check_matched, check_times, outside, rarely_matched
+from multiradar.evaluation.overlap import (
+    check_matched,
+    check_times,
+    mostly_unknown,
+    outside,
+    rarely_matched,
+)
 from support.scenarios.skies import Row, reference_of, straight, tracks_of
 
 DAY_S = 86_400.0
@@ -100,3 +106,19 @@ def test_rarely_matched_aircraft_give_a_warning() -> None:
         "the aircraft of the reference have a track within 2 m (--gate) for 25% of their time "
         "only: another recording, or too small a gate?"
     )
+
+
+@pytest.mark.parametrize(("followed", "sentences"), [(3, 1), (4, 0), (8, 0)])
+def test_a_reference_without_most_of_the_aircraft_is_reported(
+    followed: int, sentences: int
+) -> None:
+    track = np.repeat(np.arange(8), 10)
+    aircraft_of = np.where(track < followed, 5, -1)
+    found = mostly_unknown(track, aircraft_of, followed)
+    assert len(found) == sentences
+    assert all(f"most tracks ({8 - followed} of 8) follow no aircraft" in one for one in found)
+    assert all("use --partial if the reference is incomplete" in one for one in found)
+
+
+def test_a_few_spurious_tracks_are_no_incomplete_reference() -> None:
+    assert mostly_unknown(np.arange(4), np.array([1, -1, -1, -1]), 1) == []

@@ -15,7 +15,10 @@ def errors(position_m: list[float], aircraft: list[int] | None = None) -> Update
     other = np.zeros(count)
     time_s = 4.0 * np.arange(count, dtype=np.float64)
     position = np.array(position_m, np.float64)
-    return UpdateErrors(np.arange(count), aircraft_index, time_s, position, *([other] * 7))
+    offset = np.column_stack([position, other])
+    return UpdateErrors(
+        np.arange(count), aircraft_index, time_s, position, other, offset, *([other] * 6)
+    )
 
 
 def evidence(found: UpdateErrors, interval_s: list[float] | None = None) -> Evidence:

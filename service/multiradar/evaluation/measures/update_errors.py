@@ -34,6 +34,8 @@ class UpdateErrors:
         Time of the update.
     position_m, velocity_mps : (n,) float64
         Lengths of the error vectors, true metres.
+    offset_m : (n, 2) float64
+        Position error to the east and to the north, true metres.
     along_m, across_m : (n,) float64
         Components of the position error along the course of the reference and to the right of it;
         NaN where the aircraft is too slow for a course.
@@ -47,6 +49,7 @@ class UpdateErrors:
     time_s: Floats
     position_m: Floats
     velocity_mps: Floats
+    offset_m: Floats
     along_m: Floats
     across_m: Floats
     speed_mps: Floats
@@ -149,6 +152,7 @@ def errors_of_updates(
         time_s=tracks.time_s[update],
         position_m=np.hypot(*off.T),
         velocity_mps=np.hypot(*(reported - true).T),
+        offset_m=off,
         along_m=off[:, 0] * course[:, 0] + off[:, 1] * course[:, 1],
         across_m=off[:, 0] * course[:, 1] - off[:, 1] * course[:, 0],
         speed_mps=np.hypot(*reported.T) - speed,

@@ -154,7 +154,7 @@ def compared(
     chosen: References,
     settings: "EvaluationSettings",
     presets: Sequence[str],
-) -> "tuple[Scorecard, Figures]":
+) -> "tuple[Scorecard, Figures, list[str]]":
     """Compare tracks with a reference.
 
     Parameters
@@ -170,11 +170,17 @@ def compared(
 
     Returns
     -------
-    Scorecard, dict
-        All measures, and the figures.
+    Scorecard, dict, list of str
+        All measures, the figures, and what is wrong with the tracks or the reference.
     """
     from multiradar.evaluation.card.figures import figures_of, row_figures
-    from multiradar.evaluation.overlap import check_matched, outside, rarely_matched
+    from multiradar.evaluation.common_offset import common_offset
+    from multiradar.evaluation.overlap import (
+        check_matched,
+        mostly_unknown,
+        outside,
+        rarely_matched,
+    )
     from multiradar.evaluation.reference_checks import (
         clock_offset,
         height_unit,
@@ -219,6 +225,14 @@ def compared(
     # ADS-B converted alone may have the name of a radar or multilateration of the tracks.
     named_alike = {one.id for one in listed if one.kind != "adsb"}
     sentences += shared_sensors(evaluated, sorted({*known.reporters} - named_alike))
+    if not settings.partial:
+        instants = card.instants
+        aircraft = len(known.reference.names)
+        sentences += mostly_unknown(instants.track, instants.aircraft_of, aircraft)
+    offset = common_offset(card.errors)
+    findings = [*known.findings]
+    if offset is not None:
+        (findings if offset.dominates else sentences).append(offset.sentence)
     for sentence in sentences:
         warn(sentence, DataWarning)
     what: Figures = {"kind": known.kind, "path": str(known.path), **known.claimed}
@@ -227,4 +241,4 @@ def compared(
         what["sensors"] = str(chosen.sensors)
     if chosen.measurements is not None:
         what["measurements"] = str(chosen.measurements)
-    return card, {"reference": what, **figures_of(card)}
+    return card, {"reference": what, **figures_of(card)}, findings

@@ -166,7 +166,8 @@ def evaluate(
     InputError
         A table cannot be used.
     FindingsError
-        No update was compared; the scorecard is in `.output`.
+        No update was compared, all tracks are displaced alike, or the measurements to be smoothed
+        are at fault; the scorecard is in `.output`.
 
     Notes
     -----
@@ -198,7 +199,7 @@ def evaluate(
         )
         references.check()
         path = _file(tracks, "tracks", held, names)
-        card, figures = compared(path, references, chosen, requirements)
+        card, figures, findings = compared(path, references, chosen, requirements)
         reference: dict[str, Any] = figures["reference"]  # type: ignore[assignment]  # a mapping
         for name in ("path", "measurements"):
             if name in reference:
@@ -210,7 +211,9 @@ def evaluate(
             f"no update was compared with the reference{after if chosen.settling_s else ''}; "
             "compare the times of both"
         )
-        raise FindingsError([msg], done)
+        findings = [msg, *findings]
+    if findings:
+        raise FindingsError(findings, done)
     return done
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import polars as pl
 
+from multiradar import wire
 from multiradar.errors import DataWarning, InputError, MissingColumnError
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.system_tracks import named_by_flight, of_one_processor
@@ -31,6 +32,7 @@ from multiradar.toolbox.messages.warning import warn
 from multiradar_schemas.documents.contents import TRACKS, content, no_such
 
 if TYPE_CHECKING:
+    from multiradar.estimation.measurement.sensors import SensorTable
     from multiradar.evaluation.coverage import CoveredRegion
 
 TRUTH_FILE = "truth.parquet"
@@ -260,8 +262,10 @@ def read_smoothed(
     """
     from multiradar.evaluation.smoothing.reference import smoothed_reference
 
-    known_sensors = read_sensors(sensors).sensor
+    sensors_file = read_sensors(sensors)
+    known_sensors = sensors_file.sensor
     frame, source = _measurements(given)
+    findings = _findings(frame, wire.sensor_table(sensors_file))
     _warn_of_unknown(frame, [one.all_names() for one in known_sensors], sensors)
     biases = bias_tables(tracks, None)
     claimed: dict[str, float | str] = {"sensors": str(sensors), "smoother": smoother}
@@ -285,6 +289,7 @@ def read_smoothed(
         made.reference,
         plots.select("time_s", "sensor_id", aircraft_name()),
         claimed=claimed | {"sigma_m": made.sigma_m, "outliers": made.outliers},
+        findings=tuple(findings),
     )
 
 
@@ -314,6 +319,24 @@ def radar_plots(given: Path | None) -> pl.DataFrame | None:
         return None
     frame, _ = _measurements(given)
     return frame.filter(pl.col("kind") == "radar").select(PLOT_COLUMNS)
+
+
+# What makes the measurements unfit for a reference; names are compared by `_warn_of_unknown`.
+def _findings(frame: pl.DataFrame, sensors: "SensorTable") -> list[str]:
+    from multiradar.diagnosis.evidence import Evidence
+    from multiradar.diagnosis.findings import diagnose
+
+    known = [name for name, _ in sensors.aliases] + [*sensors.ids]
+    named = frame.filter(pl.col("sensor_id").is_in(known)).sort("time_s")
+    evidence = Evidence(sensors)
+    evidence.record_rows(named)
+    evidence.confirmed = True
+    used = set(named["sensor_id"].unique().to_list())
+    return [
+        one.sentence
+        for one in diagnose(evidence)
+        if one.severity == "error" and one.sensor_id in used
+    ]
 
 
 def _warn_of_unknown(frame: pl.DataFrame, known: list[set[str]], sensors: Path) -> None:

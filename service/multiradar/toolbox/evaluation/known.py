@@ -30,6 +30,8 @@ class Known:
         Inputs and reported accuracy of an estimated reference.
     reporters : tuple of str
         Sensors whose reports are the reference.
+    findings : tuple of str
+        What is wrong with the measurements that it was computed from.
     """
 
     kind: str
@@ -39,3 +41,4 @@ class Known:
     true_biases: tuple[pl.DataFrame, str] | None = None
     claimed: dict[str, float | str] = field(default_factory=dict)
     reporters: tuple[str, ...] = ()
+    findings: tuple[str, ...] = ()
