@@ -106,7 +106,7 @@ export class Picture {
     this.map.on("moveend", () => {
       const { center, zoom } = { center: this.map.getView().getCenter(), zoom: this.map.getView().getZoom() };
       if (center !== undefined) feed.area = areaOf(this.map.getView().calculateExtent());
-      if (this.fitted > 0 && this.place() !== this.fittedTo) this.centred = true;
+      this.noteMoved();
       if (!this.centred || center === undefined) return;
       const [longitude, latitude] = toLonLat(center);
       view.centre = [longitude ?? 0, latitude ?? 0];
@@ -194,9 +194,16 @@ export class Picture {
 
   private centre(): void {
     const there = Number(this.sites().length > 0) + Number(this.store.tracks.length > 0);
+    // It may have been moved in this frame: no event has said so yet.
+    this.noteMoved();
     if (this.centred || there <= this.fitted) return;
     this.fit();
     [this.centred, this.fitted, this.fittedTo] = [there === 2, there, this.place()];
+  }
+
+  /** The user's place is kept: the page does not fit the map any more. */
+  private noteMoved(): void {
+    if (this.fitted > 0 && this.place() !== this.fittedTo) this.centred = true;
   }
 
   private place(): string {

@@ -3,6 +3,7 @@
 from typing import Any
 
 import polars as pl
+import pytest
 from playwright.sync_api import Page, Route, expect
 
 from integration.page.conftest import Air
@@ -24,10 +25,10 @@ class Watch:
 
 
 def opened(page: Page, air: Air, address: str = "/") -> Watch:
-    """Open the page, and wait for its picture."""
+    """Open the page, and wait for its picture; from then on it leaves the map where it is put."""
     watch = Watch(page)
     page.goto(air.url + address)
-    settled(page, f"{STORE}.tracks.length >= 30 && {PICTURE}.drawn > 2")
+    settled(page, f"{STORE}.tracks.length >= 30 && {PICTURE}.drawn > 2 && {PICTURE}.centred")
     return watch
 
 
@@ -83,6 +84,22 @@ def test_the_first_picture_shows_all_tracks_also_when_the_sites_come_first(
     page.evaluate(f"{PICTURE}.map.getView().setZoom(11)")
     settled(page, "location.hash.includes('zoom=11')")
     settled(page, f"Math.abs({PICTURE}.map.getView().getZoom() - 11) < 0.01")
+
+
+def test_a_map_moved_when_the_sites_come_stays_where_the_user_put_it(page: Page, air: Air) -> None:
+    page.route("**/v1/sensors*", lambda route: route.fulfill(json={"sensors": []}))
+    page.goto(air.url)
+    settled(page, f"{PICTURE}.fitted === 1")
+    site = {"id": "far", "kind": "radar", "latitude_deg": 10, "longitude_deg": 10}
+    page.evaluate(
+        f"""(site) => {{
+          window.multiradar.feed.sensors = [{{ ...site, range_max_m: null }}];
+          {PICTURE}.map.getView().setZoom(11);
+        }}""",
+        site,
+    )
+    settled(page, "location.hash.includes('zoom=11')")
+    assert page.evaluate(f"{PICTURE}.map.getView().getZoom()") == pytest.approx(11)
 
 
 def spread(page: Page) -> float:

@@ -165,31 +165,50 @@ def test_a_sweep_turns_while_its_radar_sends_and_stands_without_data(shown: Show
         assert silent is None
 
 
+def painted(shown: Shown, plane: str, *steps: str) -> list[int]:
+    """Return the number of painted pixels of a plane after each step.
+
+    All in one task, at the time of the data: nothing moves and nothing comes between the drawings.
+    """
+    counts: list[int] = shown.value(
+        f"""(() => {{
+          const {{ picture, store, view }} = window.multiradar;
+          const canvas = document.querySelector(".picture canvas.{plane}");
+          const count = () => {{
+            picture.map.renderSync();
+            const copy = new OffscreenCanvas(canvas.width, canvas.height);
+            const context = copy.getContext("2d", {{ willReadFrequently: true }});
+            context.drawImage(canvas, 0, 0);
+            const {{ data }} = context.getImageData(0, 0, canvas.width, canvas.height);
+            return data.reduce((sum, value, at) => sum + (at % 4 === 3 && value > 0 ? 1 : 0), 0);
+          }};
+          const {{ pace }} = store;
+          store.pace = 0;
+          const counts = [];
+          {" ".join(f"{step}; counts.push(count());" for step in steps)}
+          store.pace = pace;
+          return counts;
+        }})()"""
+    )
+    return counts
+
+
 def test_plots_of_a_sensor_are_switched_off(shown: Shown) -> None:
-    painted = """() => {
-      const canvas = document.querySelector(".picture canvas.ground");
-      const copy = document.createElement("canvas");
-      [copy.width, copy.height] = [canvas.width, canvas.height];
-      const context = copy.getContext("2d", { willReadFrequently: true });
-      context.drawImage(canvas, 0, 0);
-      const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
-      let count = 0;
-      for (let at = 3; at < data.length; at += 4) if (data[at] > 0) count += 1;
-      return count;
-    }"""
     # Without rings, which are switched off with the sensor, too.
-    whole = shown.value(painted)
+    whole = painted(shown, "ground", "")
     shown.page.keyboard.press("r")
-    wait_until(lambda: shown.value(painted) < whole, "no rings")
-    before = shown.value(painted)
+    shown.until("!window.multiradar.view.shown.sites")
+    before = painted(shown, "ground", "")
+    assert before < whole
     shown.page.keyboard.press("5")
     box = shown.page.get_by_label("Plots of sensors").get_by_role("checkbox").first
     box.uncheck()
-    wait_until(lambda: shown.value(painted) < before, "fewer pixels")
     assert "hide=" in shown.page.url
+    assert painted(shown, "ground", "") < before
     box.check()
-    wait_until(lambda: shown.value(painted) == before, "the same pixels")
+    assert painted(shown, "ground", "") == before
     shown.page.keyboard.press("r")
+    shown.until("window.multiradar.view.shown.sites")
 
 
 def test_each_sensor_has_a_form_of_its_own(shown: Shown) -> None:
@@ -269,18 +288,19 @@ def test_the_forecast_says_what_its_regions_held(shown: Shown, air: Air) -> None
 
 
 def test_the_trajectory_set_of_the_selected_track_has_weights(shown: Shown, air: Air) -> None:
-    tracks = shown.value(f"{STORE}.tracks.map((one) => one.id)")
-    with clients.client(air.url) as client:
-        made = next(
-            (track, answer.json())
-            for track in tracks
-            if (answer := client.get(f"/v1/tracks/{track}/trajectories")).status_code == 200
-        )
-    shown.value(f"window.multiradar.actions.show({made[0]})")
-    shown.until(f"{LAYERS}.bundle.lines.length > 0")
-    first = made[1]["trajectories"][0]
-    line = shown.value(f"{LAYERS}.bundle.lines[0]")
-    assert line.startswith(f"{round(100.0 * first['weight'])} % {first['segments'][-1]['kind']}")
+    # Sets are made beside the tracker, some time after the plots.
+    shown.until(f"{STORE}.bundles.length > 0")
+    track = shown.value(f"{STORE}.bundles[0]")
+    shown.value(f"window.multiradar.actions.show({track})")
+
+    def same() -> bool:
+        with clients.client(air.url) as client:
+            first = client.get(f"/v1/tracks/{track}/trajectories").json()["trajectories"][0]
+        line = shown.value(f"{LAYERS}.bundle.lines[0] ?? ''")
+        weight = f"{round(100.0 * first['weight'])} % {first['segments'][-1]['kind']}"
+        return bool(line.startswith(weight))
+
+    wait_until(same, "the trajectory set of the service")
     assert shown.value("window.multiradar.selection.bundle.members.length") > 0
     shown.page.keyboard.press("y")
     shown.until(f"{LAYERS}.bundle.lines.length === 0")
@@ -313,38 +333,31 @@ def test_symbols_have_a_form_for_each_source_and_state_and_their_switches(shown:
 
 
 @pytest.mark.parametrize(
-    ("key", "plane"), [("h", "ground"), ("p", "ground"), ("v", "moving"), ("u", "moving")]
+    ("key", "name", "plane"),
+    [
+        ("h", "trails", "ground"),
+        ("p", "plots", "ground"),
+        ("v", "vectors", "moving"),
+        ("u", "uncertainty", "moving"),
+    ],
 )
 def test_history_plots_vectors_and_uncertainty_have_switches(
-    shown: Shown, key: str, plane: str
+    shown: Shown, key: str, name: str, plane: str
 ) -> None:
-    painted = f"""(() => {{
-      const canvas = document.querySelector(".picture canvas.{plane}");
-      const copy = new OffscreenCanvas(canvas.width, canvas.height);
-      const context = copy.getContext("2d", {{ willReadFrequently: true }});
-      context.drawImage(canvas, 0, 0);
-      const {{ data }} = context.getImageData(0, 0, canvas.width, canvas.height);
-      return data.reduce((count, value, at) => count + (at % 4 === 3 && value > 0 ? 1 : 0), 0);
-    }})()"""
+    drawn = shown.value(f"{PICTURE}.drawn")
+    shown.page.keyboard.press(key)
+    shown.until(f"!window.multiradar.view.shown.{name} && {PICTURE}.drawn > {drawn}")
     # Close enough for regions that are larger than their symbols.
-    shown.value(f"{PICTURE}.map.getView().setZoom({13 if key == 'u' else 10})")
-    if key == "u":
-        shown.value(f"{PICTURE}.show({STORE}.tracks[0])")
-    counts = [-1]
-
-    def at_rest() -> bool:
-        # A picture at rest is not drawn again by itself.
-        drawn = shown.value(f"({PICTURE}.touch(), {PICTURE}.drawn)")
-        shown.until(f"{PICTURE}.drawn > {drawn} && {PICTURE}.seenOnCanvas.length > 0")
-        counts.append(shown.value(painted))
-        return counts[-1] == counts[-2]
-
-    # Zooming takes several frames.
-    wait_until(at_rest, "the same picture twice")
-    before = counts[-1]
+    there = """const [{ x, y }] = store.tracks;
+      picture.map.getView().setCenter([x, y]);
+      picture.map.getView().setZoom(13)"""
+    off, on, again = painted(
+        shown, plane, there, f"view.shown.{name} = true", f"view.shown.{name} = false"
+    )
+    assert off == again < on
+    assert f"off={name}" in shown.page.url
     shown.page.keyboard.press(key)
-    wait_until(lambda: shown.value(painted) < before, "fewer pixels")
-    shown.page.keyboard.press(key)
+    shown.until(f"window.multiradar.view.shown.{name}")
     shown.value(f"{PICTURE}.fit()")
 
 
