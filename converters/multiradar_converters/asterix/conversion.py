@@ -46,6 +46,7 @@ from multiradar_converters.asterix.decoding.timing import (
     services_in_order,
     time_targets,
 )
+from multiradar_converters.asterix.file_order import FileOrder
 from multiradar_converters.asterix.framing.containers import read_blocks
 from multiradar_converters.asterix.layout.columns import Integers, Numbers
 from multiradar_converters.asterix.options import Options
@@ -116,22 +117,29 @@ def convert(
     parts: list[_Part] = []
     tracks: list[pl.DataFrame] = []
     biases: list[pl.DataFrame] = []
+    order = FileOrder()
     with OutputFolder(out) as folder:
         with (folder.path / "rejects.ndjson").open("w", encoding="utf-8", newline="\n") as rejects:
             for path in files:
                 gathered = _gathered(path, options, folder.path)
                 account, part = _of_file(gathered, options, findings)
                 made = _system_tracks(gathered, account, options, findings)
+                status = reported_biases.frame(gathered.status, unix_start(options.date))
+                measured_s = [] if part is None else [part.numbers["time_s"]]
+                moved_s = order.add(account.file, [*measured_s, _times(made), _times(status)])
                 for broken in sorted(account.broken, key=lambda one: one.offset):
                     rejects.write(_reject(gathered, broken).model_dump_json(exclude_none=True))
                     rejects.write("\n")
                 account.check()
                 findings.files.append(account)
-                parts += [part] if part is not None else []
-                tracks.append(made)
-                biases.append(reported_biases.frame(gathered.status, unix_start(options.date)))
+                if part is not None:
+                    part.numbers["time_s"] += moved_s
+                    parts.append(part)
+                tracks.append(made.with_columns(pl.col("time_s") + moved_s))
+                biases.append(status.with_columns(pl.col("time_s") + moved_s))
                 advance(gathered.blocks.size)
         _check_some_known(findings)
+        findings.exchanged_files = order.exchanged
         frames, names = _frames(parts, options, findings)
         findings.rows = table.write(folder.path / "measurements.parquet", frames)
         written = system_table.write(folder.path / SYSTEM_TRACKS_FILE, tracks)
@@ -146,6 +154,10 @@ def convert(
         report = report_json(folder.path / "report.json", findings, options)
         folder.finish()
     return report
+
+
+def _times(frame: pl.DataFrame) -> Numbers:
+    return frame["time_s"].fill_null(np.nan).to_numpy()
 
 
 def _check_some_known(findings: Findings) -> None:

@@ -101,6 +101,7 @@ class Findings:
     references: dict[int, ReferencePoint] = field(default_factory=dict)
     unreferenced: Counter[tuple[int, int]] = field(default_factory=Counter)
     plot_figures: dict[str, PlotFigures] = field(default_factory=dict)
+    exchanged_files: list[tuple[str, str]] = field(default_factory=list)
     first_s: float | None = None
     last_s: float | None = None
     duplicates: int = 0
@@ -162,6 +163,7 @@ def _figures(findings: Findings, options: Options) -> dict[str, object]:
             for broken in account.broken
             if broken.code == RejectCode.TRUNCATED
         },
+        "exchanged_files": [list(pair) for pair in findings.exchanged_files],
         "records": {category: sum(of.values()) for category, of in records.items()},
         "records_by_sensor": records,
         "items": items,

@@ -86,6 +86,11 @@ def _of_asterix(report: Mapping[str, Any], out: Path) -> list[str]:
 
     alarms = report["figures"].get("sensor_alarms", ())
     found = [f"{alarm['sensor_id']}: {alarm['reason']}" for alarm in alarms]
+    found += [
+        f"{file}: ends before {previous} starts, and was given after it; the measurements are "
+        "sorted, but give files in order of time: the day of their times is counted by it"
+        for file, previous in report["figures"].get("exchanged_files", ())
+    ]
     path = out / SYSTEM_TRACKS_FILE
     unseen = unseen_states(pl.read_parquet(path, columns=["state"])) if path.is_file() else ""
     return [*found, f"{unseen}; `evaluate` cannot use them as a reference"] if unseen else found

@@ -4,6 +4,7 @@ import struct
 from collections.abc import Callable
 from pathlib import Path
 
+import polars as pl
 import pytest
 
 from multiradar.cli.main import run
@@ -202,3 +203,39 @@ def test_an_offset_of_times_that_are_not_local_is_named(
     said = capsys.readouterr().err
     assert ("utc_offset 2: not used, it is for BaseStation messages" in said) == bool(options)
     assert bool(said) == bool(options)
+
+
+def _hour(start_s: float) -> bytes:
+    """Return plots of one radar, one each 10 s, from a time of day on."""
+    return b"".join(
+        block(48, plot_048((start_s + 10.0 * number) % 86_400.0, azimuth_deg=9.0 * number))
+        for number in range(PLOTS)
+    )
+
+
+def test_files_in_order_continue_past_midnight(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = [tmp_path / "a.ast", tmp_path / "b.ast"]
+    for file, start_s in zip(files, (86_000.0, 86_400.0), strict=True):
+        file.write_bytes(_hour(start_s))
+    out = tmp_path / "out"
+    assert run(["convert", "asterix", *map(str, files), "--out", str(out)]) == 0
+    assert capsys.readouterr().err == ""
+    times = pl.read_parquet(out / "measurements.parquet")["time_s"]
+    assert times.to_list() == [86_000.0 + 10.0 * number for number in range(2 * PLOTS)]
+
+
+@pytest.mark.parametrize("exchanged", [True, False])
+def test_files_in_the_wrong_order_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], *, exchanged: bool
+) -> None:
+    files = [tmp_path / "a.ast", tmp_path / "b.ast"]
+    for file, start_s in zip(files, (30_000.0, 30_400.0), strict=True):
+        file.write_bytes(_hour(start_s))
+    given = files[::-1] if exchanged else files
+    out = tmp_path / "out"
+    assert run(["convert", "asterix", *map(str, given), "--out", str(out)]) == 0
+    said = capsys.readouterr().err
+    assert ("a.ast: ends before b.ast starts, and was given after it" in said) == exchanged
+    assert bool(said) == exchanged
