@@ -195,6 +195,13 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         1,
         ("26-10", "range_max_m", "from 500 to 1000000 (m), was 300"),
     ),
+    Mistake(
+        "[sensor] for [[sensor]]",
+        sensors(lambda text: text.replace("[[sensor]]", "[sensor]")),
+        TRACK,
+        1,
+        ("write [[sensor]] for each [sensor]",),
+    ),
     Mistake("no TOML", sensors(lambda text: text + "\n[[sensor\n"), TRACK, 1, ("not valid TOML",)),
     Mistake(
         "a misspelt section of the settings",

@@ -19,6 +19,7 @@ Model = TypeVar("Model", bound=BaseModel)
 #: Octets at the start in which text has no zero, unless it is UTF-16.
 _HEAD = 4096
 _DECIMAL_COMMA = re.compile(r"^[^#\n]*=[ \t]*([-+]?\d+),(\d+)[ \t]*$", re.MULTILINE)
+_TABLE = re.compile(r"^[ \t]*(\[\[?)[ \t]*([\w.-]+)[ \t]*\]", re.MULTILINE)
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 
 
@@ -83,10 +84,19 @@ def parse_toml(text: str, *, source: str) -> Document:
     try:
         values = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
-        found = _DECIMAL_COMMA.search(text)
-        hint = f"; write {found[1]}.{found[2]} for {found[1]},{found[2]}" if found else ""
-        raise DocumentError(source, f"not valid TOML: {error}{hint}") from error
+        raise DocumentError(source, f"not valid TOML: {error}{_hint(text)}") from error
     return Document(source, values, key_lines(text))
+
+
+# A decimal comma, or a table that is given again where several of its name belong in a list.
+def _hint(text: str) -> str:
+    comma = _DECIMAL_COMMA.search(text)
+    if comma:
+        return f"; write {comma[1]}.{comma[2]} for {comma[1]},{comma[2]}"
+    headers = [(one[1], one[2]) for one in _TABLE.finditer(text)]
+    names = [name for _, name in headers]
+    repeated = [name for bracket, name in headers if bracket == "[" and names.count(name) > 1]
+    return f"; write [[{repeated[0]}]] for each [{repeated[0]}]" if repeated else ""
 
 
 def validated(

@@ -36,6 +36,7 @@ _EXPECTED = {
     "less_than": "a number below {lt:.12g}",
     "less_than_equal": "a number of at most {le:.12g}",
 }
+_LISTS = frozenset({"list_type", "tuple_type"})
 _LENGTHS = frozenset({"too_short", "too_long"})
 #: Keys that identify a table of a list in messages.
 _NAMES = ("id", "name", "label")
@@ -106,10 +107,17 @@ def _mistake(
     bounds = _bounds(model, details)
     if bounds:
         return f"{where}expected a number {bounds}, was {shown(value)}"
-    if kind in _EXPECTED:
-        expected = _EXPECTED[kind].format(**details.get("ctx", {}))
-        return f"{where}expected {expected}, was {shown(value)}"
-    return f"{where}{reason_of(details)}"
+    return f"{where}{_expected(kind, details)}"
+
+
+def _expected(kind: str, details: Mapping[str, Any]) -> str:
+    if kind not in _EXPECTED:
+        return reason_of(details)
+    expected, value = _EXPECTED[kind].format(**details.get("ctx", {})), details.get("input")
+    if kind in _LISTS and isinstance(value, Mapping) and details["loc"]:
+        name = details["loc"][-1]
+        return f"expected {expected} of tables: write [[{name}]] for [{name}]"
+    return f"expected {expected}, was {shown(value)}"
 
 
 def _without_echoes(details: list[Any]) -> list[Any]:

@@ -40,13 +40,29 @@ def require_credentials(settings: Settings, authenticated: bool) -> None:
     ):
         # A proxy may add TLS.
         SECURITY_LOG.warning("not_encrypted", server_host=settings.server.host)
-    open_addresses = list(open_addresses_of(settings, authenticated))
-    if not open_addresses:
-        return
-    if not settings.access.insecure:
-        raise ConfigurationError("; ".join(open_addresses) + f"; {_REMEDY}")
-    for one in open_addresses:
+    check_exposed(settings, authenticated)
+    for one in open_addresses_of(settings, authenticated):
         SECURITY_LOG.warning("insecure", reason=one)
+
+
+def check_exposed(settings: Settings, authenticated: bool) -> None:
+    """Check the addresses as `require_credentials`, without a log.
+
+    Parameters
+    ----------
+    settings : Settings
+        All settings.
+    authenticated : bool
+        Whether callers of HTTP need credentials.
+
+    Raises
+    ------
+    ConfigurationError
+        With all addresses, unless the settings allow it.
+    """
+    found = list(open_addresses_of(settings, authenticated))
+    if found and not settings.access.insecure:
+        raise ConfigurationError("; ".join(found) + f"; {_REMEDY}")
 
 
 def open_addresses_of(settings: Settings, authenticated: bool) -> Iterator[str]:

@@ -11,7 +11,7 @@ import typer
 from multiradar.cli.options import ConfigOption, FilterOption, OverlaysOption
 from multiradar.cli.terminal.stop_signals import stop_on_signals
 from multiradar.errors import PipelineError
-from multiradar.toolbox.inputs import load_sensor_table
+from multiradar.toolbox.inputs import load_sensor_table, read_sensors
 
 if TYPE_CHECKING:
     from multiradar.app import Application
@@ -158,12 +158,16 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
     PipelineError
         If it stopped unexpectedly.
     """
-    from multiradar.app import Application
     from multiradar.clock import SystemClock
     from multiradar.observability.logs import configure_logs
 
     configure_logs(settings.log.level, settings.log.form, SystemClock())
-    table = load_sensor_table(settings.sensors)
+    sensors = read_sensors(settings.sensors)
+    _check_start(settings)
+    # It takes seconds to import, many on a loaded machine.
+    from multiradar.app import Application
+
+    table = load_sensor_table(settings.sensors, sensors)
     failed = threading.Event()
     with stop_on_signals() as stop:
 
@@ -190,6 +194,16 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
         raise PipelineError(
             f"{failure}; start the service again (acknowledged data are safe on disk)"
         )
+
+
+# What the start would report later.
+def _check_start(settings: "Settings") -> None:
+    from multiradar.access.authentication import Authentication, with_default_file
+    from multiradar.access.exposure import check_exposed
+    from multiradar.storage.sqlite.sqlite_journal import make_folder
+
+    check_exposed(settings, Authentication(with_default_file(settings.access)).required)
+    make_folder(settings.journal.path)
 
 
 def _print_addresses(application: "Application", json_wanted: bool) -> None:

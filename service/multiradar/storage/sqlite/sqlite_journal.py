@@ -82,20 +82,7 @@ class SqliteJournal:
         self._reading = threading.Lock()
         self._broken: JournalError | None = None
         self._closed = False
-        try:
-            if path.parent.exists() and not path.parent.is_dir():
-                msg = f"{path.parent}: is a file; choose a folder for the journal"
-                raise JournalError(msg)
-            found = None if path.exists() else content(path.parent)
-            if found not in (None, JOURNAL):
-                msg = (
-                    f"{path.parent}: expected a folder with a journal, was {found}; choose another "
-                    "folder, which is created (`replay` sends a recording to the service)"
-                )
-                raise JournalError(msg)
-            path.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise JournalError(f"{path.parent}: {error.strerror}") from error
+        make_folder(path)
         with ExitStack() as opened:
             opened.callback(FileLock(path).release)
             with journal_errors(self._path):
@@ -375,3 +362,37 @@ def _numbered(stored: StoredEntry, first: int) -> list[Quarantined]:
         Quarantined(first + place, stored.sequence, stored.entry.source, row)
         for place, row in enumerate(stored.entry.rejects)
     ]
+
+
+def make_folder(path: Path) -> None:
+    """Create the folder of a journal, if it can have one.
+
+    Parameters
+    ----------
+    path : Path
+        The file of the journal.
+
+    Raises
+    ------
+    JournalError
+        The folder is a file, contains something else, or cannot be created.
+    """
+    folder = path.parent
+    try:
+        if folder.exists() and not folder.is_dir():
+            msg = f"{folder}: is a file; choose a folder for the journal"
+            raise JournalError(msg)
+        found = None if path.exists() else content(folder)
+        if found not in (None, JOURNAL):
+            msg = (
+                f"{folder}: expected a folder with a journal, was {found}; choose another "
+                "folder, which is created (`replay` sends a recording to the service)"
+            )
+            raise JournalError(msg)
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        msg = (
+            f"{folder}: cannot be created for the journal ({error.strerror}); choose another "
+            "folder with --state"
+        )
+        raise JournalError(msg) from error

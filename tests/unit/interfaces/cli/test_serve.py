@@ -1,11 +1,14 @@
-"""The line that `multiradar serve` prints when it is ready."""
+"""The line that `multiradar serve` prints when it is ready, and errors before its start."""
 
 import json
+import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from multiradar.cli.serve import _print_addresses
+from support.processes.waiting import run_to_end
 
 
 def ready_line(
@@ -43,3 +46,26 @@ def test_feeds_are_reported(capsys: pytest.CaptureFixture[str]) -> None:
     assert line.endswith(", and receives feeds from tcp/127.0.0.1:30047\n")
     found = json.loads(ready_line(capsys, (), as_json=True, feeds=("tcp/127.0.0.1:30047",)))
     assert found["feeds"] == ["tcp/127.0.0.1:30047"]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--host", "0.0.0.0"), "no client has a key"),  # rejected
+        (("--state", "/proc/x"), "cannot be created for the journal"),
+        (("--sensors", "absent.toml"), "absent.toml: no such file"),
+    ],
+)
+def test_a_start_that_cannot_succeed_imports_no_kernels(
+    options: tuple[str, ...], words: str, tmp_path: Path
+) -> None:
+    (tmp_path / "sensors.toml").write_text('[[sensor]]\nid = "a"\nkind = "adsb"\n')
+    given = {"--sensors": "sensors.toml", "--state": "state"} | {options[0]: options[1]}
+    arguments = ["serve", *(one for pair in given.items() for one in pair), "--no-zenoh"]
+    code = (
+        "import sys; from multiradar.cli.main import run; "
+        f"status = run({arguments!r}); sys.exit(status if 'numba' not in sys.modules else 99)"
+    )
+    done = run_to_end([sys.executable, "-c", code], cwd=tmp_path)
+    assert words in done.stderr
+    assert done.returncode == 1

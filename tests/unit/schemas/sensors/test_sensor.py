@@ -115,6 +115,16 @@ def test_a_sensor_without_id_is_named_by_its_numbers(numbers: str, name: str) ->
         ),
         ("[[sensor]", "not valid TOML: "),
         ("[[sensor]]\nlatitude_deg = 46,4247\n", "; write 46.4247 for 46,4247"),
+        (
+            '[sensor]\nid = "x"\n[sensor]\nid = "y"\n',
+            "not valid TOML: Cannot declare ('sensor',) twice (at line 3, column 8); write "
+            "[[sensor]] for each [sensor]",
+        ),
+        ('[sensor]\nid = "x"\n[[sensor]]\nid = "y"\n', "; write [[sensor]] for each [sensor]"),
+        (
+            '[sensor]\nid = "x"\nkind = "adsb"\n',
+            "line 1: sensor: expected a list of tables: write [[sensor]] for [sensor]",
+        ),
     ],
 )
 def test_a_fault_is_reported_in_one_sentence(text: str, sentence: str, tmp_path: Path) -> None:
