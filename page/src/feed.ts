@@ -9,6 +9,9 @@ const SLOW_TICK_MS = 4000;
 /** A history that stands still is read so often, ms: to know that the service answers. */
 const STANDING_MS = 2000;
 const TIMEOUT_MS = 10_000;
+/** A data time earlier by more is no picture of the same run, s. */
+const BACK_S = 1;
+const RETRIES = "The page tries again by itself.";
 /** Without an answer for this long the picture is out of date, ms. */
 const LOST_MS = 5000;
 
@@ -52,7 +55,10 @@ export class Feed {
   track: number | null = null;
   /** The tracks of the second of two runs. */
   readonly second = new Store();
+  /** The last step back of the data time, until the user has read it. */
+  wentBack: { fromS: number; toS: number } | null = null;
   private after: number | null = null;
+  private newestS: number | null = null;
   /** Of the last past picture: its time, when it was read, and the jumps of the clock before. */
   private pastS: number | null = null;
   private pastMs = 0;
@@ -186,8 +192,12 @@ export class Feed {
     clock.learn(frame.header.span_s, frame.header.recorded === true, frame.header.layers ?? []);
     // The clock was moved meanwhile; a run has no present.
     if (clock.jumps !== jumps || clock.recorded) return;
+    const time = frame.header.data_time_s;
+    const isBack = time !== null && this.newestS !== null && time < this.newestS - BACK_S;
+    if (isBack) this.wentBack = { fromS: this.newestS ?? time, toS: time };
+    if (time !== null) this.newestS = time;
     // A service that restarted without its journal numbers from zero.
-    if (this.after !== null && frame.header.next < this.after) this.store.clear();
+    if (isBack || (this.after !== null && frame.header.next < this.after)) this.store.clear();
     this.after = frame.header.next;
     this.store.update(frame, performance.now());
   }
@@ -201,9 +211,13 @@ export class Feed {
   }
 }
 
-/** Get a document of the service. @throws Error with what the service says. */
+/** Get a document of the service. @throws Error with what the service says, or what to do if it says nothing. */
 export async function get(address: string): Promise<Response> {
-  const answer = await request(address, { signal: AbortSignal.timeout(TIMEOUT_MS), cache: "no-store" });
+  const answer = await request(address, { signal: AbortSignal.timeout(TIMEOUT_MS), cache: "no-store" }).catch((error: unknown) => {
+    throw new Error(error instanceof DOMException && error.name === "TimeoutError"
+      ? `The service has not answered within ${TIMEOUT_MS / 1000} s: it is overloaded or stopped, or the network is interrupted. ${RETRIES}`
+      : `The service cannot be reached. Check that it runs and that the network connects this computer to it. ${RETRIES}`);
+  });
   if (!answer.ok) {
     const problem = (await answer.json().catch(() => ({}))) as { detail?: string };
     throw new Error(problem.detail ?? `the service answered ${answer.status}`);

@@ -1,5 +1,6 @@
 /** The keys of the page, each declared once; the help sheet lists them. A new key is a line in `KEYS`. */
 
+import { closeMenu } from "./export/menu";
 import type { App } from "./panels/panel";
 import { nextRow } from "./panels/table";
 import { SWITCHES, TABS } from "./view";
@@ -40,7 +41,11 @@ export const KEYS: readonly Key[] = [
   { key: "?", text: "This list of keys", run: (app) => app.actions.help() },
   {
     key: "Escape", shown: "Esc", text: "End measuring, deselect, close",
-    run: (app) => (app.measure.active ? app.measure.stop(app) : app.actions.select(null)),
+    run: (app) => {
+      if (closeMenu()) return;
+      if (app.measure.active) app.measure.stop(app);
+      else app.actions.select(null);
+    },
   },
   { key: "ArrowUp", shown: "↑ ↓", text: "With ← → + −: move and zoom the map, with the map focused" },
 ];

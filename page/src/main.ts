@@ -7,6 +7,7 @@ import "./panels/screens.css";
 import "./time/time.css";
 
 import { Encounters } from "./encounters";
+import { closeMenu } from "./export/menu";
 import { Feed } from "./feed";
 import { pressed } from "./keys";
 import { BiasHint } from "./panels/bias_hint";
@@ -176,6 +177,7 @@ function redraw(now = false): void {
 }
 
 document.addEventListener("keydown", (event) => pressed(event, app));
+document.addEventListener("pointerdown", (event) => void closeMenu(event.target));
 
 // Paper is white: the map is drawn again in light colours.
 let printed = view.theme;

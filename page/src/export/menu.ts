@@ -27,6 +27,16 @@ export function exportMenu(app: App): TemplateResult {
     ${one("PNG of the map", () => void png(app))}</span></details>`;
 }
 
+/** Close the menu if it is open, unless a click was in it; whether it was closed. */
+export function closeMenu(clicked?: EventTarget | null): boolean {
+  const menu = document.querySelector<HTMLDetailsElement>("details.menu[open]");
+  if (menu === null || (clicked instanceof Node && menu.contains(clicked))) return false;
+  // The focus would be lost with the button that has it.
+  if (menu.contains(document.activeElement)) menu.querySelector("summary")?.focus();
+  menu.open = false;
+  return true;
+}
+
 function chosen({ store, view }: App): Track[] {
   const selected = store.track(view.selected);
   return selected === undefined ? store.tracks.filter((one) => isShown(one, view)) : [selected];

@@ -7,6 +7,22 @@ import { date, utc } from "../units";
 import type { App } from "./panel";
 
 export function banner(app: App): TemplateResult | typeof nothing {
+  return html`${restarted(app)}${notice(app)}`;
+}
+
+/** The data time went back: what was on the screen is not what is there now. */
+function restarted({ feed, actions }: App): TemplateResult | typeof nothing {
+  const { wentBack } = feed;
+  if (wentBack === null) return nothing;
+  return html`<p role="alert">The data time went back from ${utc(wentBack.fromS)} to ${utc(wentBack.toS)} UTC: the service
+    restarted with earlier data, or its clock was set. The picture begins again there.
+    <button type="button" @click=${() => {
+      feed.wentBack = null;
+      actions.changed();
+    }}>Close</button></p>`;
+}
+
+function notice(app: App): TemplateResult | typeof nothing {
   const { feed } = app;
   if (feed.isLost(performance.now())) {
     const since = (performance.timeOrigin + feed.lastAnswerMs) / 1000;
@@ -31,8 +47,9 @@ export function bar({ store, view, actions }: App): TemplateResult {
     <span class="minor">${store.plots.length} plots in 30 s</span>
     ${isFiltered(view.filters) ? html`<span class="badge check">filtered: ${tracks.filter((one) => isShown(one, view)).length} shown</span>` : nothing}
     <span class="buttons">
-      <button type="button" class="biases" aria-pressed=${biases} title="Plots with or without the estimated biases (b)"
-        @click=${() => actions.toggle("biases")}>${biases ? "Biases removed" : "As measured"}</button>
+      <button type="button" class="switch" role="switch" aria-checked=${biases} @click=${() => actions.toggle("biases")}
+        title="On: plots without the estimated biases of their radars. Off: plots as measured (b)">Bias correction
+        <span class="state" aria-hidden="true">${biases ? "on" : "off"}</span></button>
       <button type="button" title="Units (m)" @click=${() => actions.units()}>${view.units === "aero" ? "FL, kt, NM" : "m, m/s, km"}</button>
       <button type="button" title="Dark or light (d)" @click=${() => actions.theme()}>${view.theme === "dark" ? "Light" : "Dark"}</button>
       <button type="button" @click=${() => window.print()}>Print</button>

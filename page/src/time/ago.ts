@@ -9,28 +9,24 @@ const ROUNDED_S = 0.01;
 export class Ago {
   /** What there is to say; empty: nothing. */
   message = "";
-  private wanted: { id: number; name: string; atS: number; jumps: number; isFirst: boolean } | null = null;
+  private wanted: { id: number; name: string; atS: number; jumps: number; isFirst: boolean; before: string } | null = null;
 
   show(app: App, seconds: number): void {
     const { clock, store, view } = app;
     const track = store.track(view.selected);
     const now = clock.at(performance.now()) ?? store.dataTimeS;
     if (track === undefined || now === null) return;
-    const atS = now - seconds;
-    const first = clock.span?.[0] ?? atS;
+    // A service that has been running for less shows the earliest time that it has.
+    const atS = Math.max(now - seconds, clock.span?.[0] ?? -Infinity);
+    const before = atS > now - seconds ? `${utc(now - seconds)} is before the earliest retained time. ` : "";
     const name = track.callsign ?? track.code ?? track.address ?? `#${track.id}`;
-    if (atS < first) {
-      this.message = `${utc(atS)} is before the earliest retained time, ${utc(first)}.`;
-      app.actions.changed();
-      return;
-    }
     // The updates of the last ten minutes: a younger track is shown where it was first.
     const bornS = app.selection.updates[0]?.time_s ?? -Infinity;
     const isFirst = bornS > atS;
     const shownS = isFirst ? bornS : atS;
     clock.pause();
     clock.seek(shownS);
-    this.wanted = { id: track.id, name, atS: shownS, jumps: clock.jumps, isFirst };
+    this.wanted = { id: track.id, name, atS: shownS, jumps: clock.jumps, isFirst, before };
   }
 
   /** A frame has come: show the place. */
@@ -40,10 +36,10 @@ export class Ago {
     else if (wanted !== null && Math.abs((app.store.dataTimeS ?? 0) - wanted.atS) < ROUNDED_S) {
       this.wanted = null;
       const track = app.store.track(wanted.id);
-      this.message = track === undefined
+      this.message = wanted.before + (track === undefined
         ? `${wanted.name} had no track at ${utc(wanted.atS)}.`
         : `${wanted.name} ${wanted.isFirst ? "was first tracked " : ""}at ${utc(wanted.atS)}: ${
-          track.latitude.toFixed(4)}, ${track.longitude.toFixed(4)}`;
+          track.latitude.toFixed(4)}, ${track.longitude.toFixed(4)}`);
       if (track !== undefined) app.picture.show(track);
     } else if (wanted === null && app.clock.isLive) this.message = "";
   }

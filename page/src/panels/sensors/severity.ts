@@ -36,14 +36,33 @@ export function alarmsOf(sensor: Sensor): string[] {
   return named;
 }
 
-export function severityOf(sensor: Sensor): Severity {
-  const alarms = alarmsOf(sensor);
+/** The site error of a radar in sigmas; NaN where it is not estimated. */
+function siteSigmas({ health }: Sensor): number {
+  return Math.hypot(numberOf(health?.["site_east_m"]), numberOf(health?.["site_north_m"])) / numberOf(health?.["site_sigma_m"]);
+}
+
+/**
+ * The radar whose site is most surely wrong, of several with that alarm: diagnosed, else with most sigmas. The tracks
+ * follow it, and its neighbours then seem to lie elsewhere.
+ */
+function surestSite(sensors: readonly Sensor[]): Sensor | null {
+  const [surest] = sensors.filter((one) => alarmsOf(one).includes("site") && siteSigmas(one) > 0)
+    .sort((a, b) => Number(b.diagnoses.length > 0) - Number(a.diagnoses.length > 0) || siteSigmas(b) - siteSigmas(a));
+  return surest ?? null;
+}
+
+export function severityOf(sensor: Sensor, surest: Sensor | null = null): Severity {
+  const isDoubtful = (alarm: string): boolean => alarm === "site" && surest !== null && surest !== sensor;
+  const all = alarmsOf(sensor);
+  const alarms = all.filter((one) => !isDoubtful(one));
   // The name stands before them on the page.
   const causes = sensor.diagnoses.map(({ sentence }) => (sentence.startsWith(`${sensor.id}: `) ? sentence.slice(sensor.id.length + 2) : sentence));
   const meaning = (alarm: string): string => alarm === "storm"
     ? `Excessive number of measurements: ${sensor.storm}.` : alarm === "clock"
     ? `Its clock is ${(sensor.clock_lead_s ?? 0).toFixed(0)} s ahead of the data time.` : ALARMS[alarm] ?? `Alarm ${alarm}.`;
-  const reasons = [...causes, ...alarms.map(meaning), ...doubts(sensor)];
+  const consequences = all.filter(isDoubtful).map(() =>
+    `Its site seems wrong, too, which may be a consequence of ${surest?.id ?? ""}: correct that first.`);
+  const reasons = [...causes, ...alarms.map(meaning), ...consequences, ...doubts(sensor)];
   const level: Level = causes.length > 0 ? "FAULT" : alarms.length > 0 ? "ALARM"
     : (sensor.updates ?? sensor.last_update_s ?? 0) === 0 ? "NO DATA" : reasons.length > 0 ? "CHECK" : "OK";
   if (level === "NO DATA") reasons.unshift(sensor.updates === null ? "No plot updated a track in the last two minutes." : "No plot has updated a track yet.");
@@ -52,8 +71,9 @@ export function severityOf(sensor: Sensor): Severity {
 
 /** Sensors by severity, the worst first; then by name. */
 export function bySeverity(sensors: readonly Sensor[]): { sensor: Sensor; severity: Severity }[] {
+  const surest = surestSite(sensors);
   return sensors
-    .map((sensor) => ({ sensor, severity: severityOf(sensor) }))
+    .map((sensor) => ({ sensor, severity: severityOf(sensor, surest) }))
     .sort((a, b) => b.severity.rank - a.severity.rank || b.severity.reasons.length - a.severity.reasons.length
       || (a.sensor.id < b.sensor.id ? -1 : 1));
 }

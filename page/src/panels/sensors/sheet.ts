@@ -54,14 +54,16 @@ export function sensorSheet(sensor: Sensor, reasons: readonly string[], app: App
 
 function biases({ biases: found }: Sensor): TemplateResult {
   return html`<table><thead><tr><th scope="col">Bias</th><th scope="col">Estimate</th><th scope="col">± 2 sigma</th>
-    <th scope="col" title="Sigma relative to the prior sigma (100 %: not observable)">Of prior</th></tr></thead>
+    <th scope="col" title="Sigma relative to that before the first plot">Of prior</th></tr></thead>
     <tbody>${found.map((bias) => {
       const [estimate, sigma, ratio] = [numberOf(bias["estimate"]), numberOf(bias["sigma"]), numberOf(bias["prior_ratio"])];
       const [name, unit] = named(String(bias["parameter"] ?? ""));
       const digits = digitsOf(sigma);
       return html`<tr><th scope="row">${name}</th><td>${signed(estimate, digits)}${unit}</td><td>${(2 * sigma).toFixed(digits)}${unit}</td>
         <td>${Number.isFinite(ratio) ? `${(100 * ratio).toPrecision(2)} %` : "–"}</td></tr>`;
-    })}</tbody></table>`;
+    })}</tbody></table>
+    <p class="hint">The true bias lies within ± 2 sigma of the estimate with a probability of 95 %. Of prior: the sigma that is
+      left of that before the first plot; at 100 % the plots have not shown this bias.</p>`;
 }
 
 /** Each bias over the last hour, with a band of two sigmas. */

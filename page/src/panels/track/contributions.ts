@@ -34,6 +34,7 @@ export function contributions({ plots, time_s: time }: TrackPlots, app: App): Te
       <td>${whole === 0 ? "–" : `${((100 * one.weight) / whole).toFixed(0)} %`}</td>
       <td>${removed(one.plots[one.plots.length - 1])}</td>
       <td>${distance(median(one.plots.map(residualOf)), app.view.units)}</td></tr>`)}</tbody></table>
+    <p class="hint">Weight: how much of the position comes from this sensor. Residual: how far its corrected plots lie from the track.</p>
     <details><summary>Each plot</summary>
       <table><thead><tr><th scope="col">UTC</th><th scope="col">Sensor</th>
         <th scope="col" title="Innovation along the line of sight (positions: east)">Along</th>

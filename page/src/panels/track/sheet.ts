@@ -71,7 +71,7 @@ function facts(track: Track, newest: Update | undefined, { view }: App): Templat
     ["Speed", speed(track.speedMps, units), newest === undefined ? "" : `± ${speed(2 * newest.velocity_sigma_mps, units)}`],
     ["Heading", heading(track.headingDeg), ""],
     ["Position", `${track.latitude.toFixed(4)}, ${track.longitude.toFixed(4)}`, ""],
-    ["Position sigma", distance(track.sigmaM, units), ""],
+    ["Position sigma", distance(track.sigmaM, units), "expected error"],
     ["Last plot", `${track.ageS.toFixed(1)} s ago`, newest === undefined ? "" : `by ${newest.sensor_id}`],
     ["Track number", String(track.id), ""],
   ];

@@ -1,0 +1,124 @@
+"""What an operator who sees the page for the first time must not be puzzled by."""
+
+from typing import Any
+
+from playwright.sync_api import Page, expect
+
+from integration.page.conftest import Air
+from integration.page.test_browser import STORE, opened, settled
+from integration.page.test_panels import pictured, sensors_with
+from multiradar.report.times import clock_text
+
+MAP = "JSON.stringify(document.getElementById('map').getBoundingClientRect())"
+CLOCK = "window.multiradar.clock"
+
+
+def test_a_service_out_of_reach_is_explained_and_moves_nothing(page: Page, air: Air) -> None:
+    opened(page, air)
+    box = page.evaluate(MAP)
+    page.route("**/v1/**", lambda route: route.abort())
+    alert = page.get_by_role("alert")
+    expect(alert).to_contain_text("The service cannot be reached. Check that it runs")
+    expect(alert).to_contain_text("The page tries again by itself.")
+    expect(alert).not_to_contain_text("fetch")
+    assert page.evaluate(MAP) == box
+    page.unroute("**/v1/**")
+    expect(alert).to_have_count(0)
+    assert page.evaluate(MAP) == box
+
+
+def test_a_data_time_that_goes_back_is_announced(page: Page, air: Air) -> None:
+    opened(page, air)
+    now_s: float = page.evaluate(f"{STORE}.dataTimeS")
+
+    def earlier(header: dict[str, Any], tracks: dict[str, Any]) -> None:
+        header["data_time_s"] -= 100.0
+
+    pictured(page, earlier)
+    alert = page.get_by_role("alert")
+    expect(alert).to_contain_text(
+        f"went back from {clock_text(now_s)} to {clock_text(now_s - 100.0)} UTC"
+    )
+    # Until it was read, also when the picture goes on.
+    page.unroute_all(behavior="wait")
+    settled(page, f"{STORE}.dataTimeS === {now_s}")
+    alert.get_by_role("button", name="Close").click()
+    expect(alert).to_have_count(0)
+
+
+def test_five_minutes_ago_is_the_start_of_a_shorter_history(page: Page, air: Air) -> None:
+    opened(page, air)
+    box = page.evaluate(MAP)
+    first_s, now_s = page.evaluate(f"[{CLOCK}.span[0], {STORE}.dataTimeS]")
+    assert now_s - first_s < 300.0
+    page.evaluate(f"window.multiradar.actions.select({STORE}.tracks[0].id)")
+    settled(page, "window.multiradar.selection.updates.length > 0")
+    page.keyboard.press("a")
+    said = page.locator("#time p[role=status]")
+    expect(said).to_contain_text(
+        f"{clock_text(now_s - 300.0)} is before the earliest retained time. "
+    )
+    expect(said).to_contain_text(" at ")
+    assert page.evaluate(f"{STORE}.dataTimeS") < now_s - 100.0
+    assert page.evaluate(MAP) == box
+
+
+def test_the_bias_correction_is_a_switch(page: Page, air: Air) -> None:
+    opened(page, air)
+    switch = page.get_by_role("switch", name="Bias correction")
+    expect(switch).to_be_checked()
+    expect(switch).to_contain_text("on")
+    switch.press("Enter")
+    expect(switch).not_to_be_checked()
+    expect(switch).to_contain_text("off")
+    page.keyboard.press("b")
+    expect(switch).to_be_checked()
+
+
+def test_the_export_menu_closes_with_escape_and_a_click_elsewhere(page: Page, air: Air) -> None:
+    opened(page, air)
+    menu = page.locator("details.menu")
+    track = page.evaluate(f"{STORE}.tracks[0].id")
+    page.evaluate(f"window.multiradar.actions.select({track})")
+    menu.locator("summary").press("Enter")
+    menu.get_by_role("button", name="CSV").focus()
+    page.keyboard.press("Escape")
+    expect(menu).not_to_have_attribute("open", "")
+    expect(menu.locator("summary")).to_be_focused()
+    # The first Escape does nothing else.
+    assert page.evaluate("window.multiradar.view.selected") == track
+    menu.locator("summary").click()
+    expect(menu).to_have_attribute("open", "")
+    page.mouse.click(400, 300)
+    expect(menu).not_to_have_attribute("open", "")
+
+
+def test_the_words_of_estimation_are_explained_where_they_stand(page: Page, air: Air) -> None:
+    opened(page, air)
+    page.keyboard.press("3")
+    expect(page.locator("#sensors")).to_contain_text("Of prior: the sigma that is left")
+    page.evaluate(f"window.multiradar.actions.select({STORE}.tracks[0].id)")
+    why = page.get_by_role("region", name="Why is it here?")
+    expect(why).to_contain_text("Weight: how much of the position comes from this sensor.")
+
+
+def test_of_two_wrong_sites_the_less_certain_may_be_a_consequence(page: Page, air: Air) -> None:
+    def wrong(sensors: list[dict[str, Any]]) -> None:
+        by_name = {one["id"]: one for one in sensors}
+        for name, east_m in (("north", 60.0), ("west", 300.0)):
+            by_name[name]["health"] |= {
+                "alarms": "site", "site_east_m": east_m, "site_north_m": 0.0, "site_sigma_m": 10.0,
+            }  # fmt: skip
+
+    sensors_with(page, wrong)
+    opened(page, air)
+    page.keyboard.press("3")
+    states = page.locator("#sensors table.sensors tbody tr")
+    expect(states.nth(0)).to_contain_text("west")
+    expect(states.nth(0)).to_contain_text("ALARM")
+    expect(states.nth(1)).to_contain_text("north")
+    expect(states.nth(1)).to_contain_text("CHECK")
+    page.get_by_role("button", name="north").click()
+    expect(page.get_by_role("region", name="Sensor north")).to_contain_text(
+        "may be a consequence of west: correct that first."
+    )
