@@ -160,6 +160,7 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
     """
     from multiradar.clock import SystemClock
     from multiradar.observability.logs import configure_logs
+    from multiradar.runtime.heap import release_heap
 
     configure_logs(settings.log.level, settings.log.form, SystemClock())
     sensors = read_sensors(settings.sensors)
@@ -185,7 +186,8 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
             gc.set_threshold(*GC_THRESHOLDS)
             stop.started()
             _print_addresses(application, json_wanted)
-            stop.wait()
+            # Large messages leave unused memory behind.
+            stop.wait(meanwhile=release_heap)
         finally:
             stop.started()
             application.stop()

@@ -1,5 +1,6 @@
 """The real service behind the interface: measurements in, tracks, biases and events out."""
 
+import gc
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,13 +11,14 @@ import pytest
 
 from multiradar.app import Application
 from multiradar.settings.service import load_settings
+from multiradar.storage.entries import RejectedRow
 from multiradar.wire import sensor_table
 from multiradar_schemas.products.bias import BiasEstimate
 from multiradar_schemas.products.forecast import Forecast
 from multiradar_schemas.products.track import Track, TrackUpdate
 from multiradar_schemas.sensors.sensor import parse_sensors
 from support.processes import clients
-from support.processes.waiting import WAIT_TIMEOUT_S
+from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
 
 _SENSORS = """
 [[sensor]]
@@ -149,6 +151,25 @@ def test_a_rejected_row_is_listed_by_its_index_and_quarantined(
         "UNKNOWN_SENSOR",
         "OUT_OF_RANGE",
     ]
+
+
+def test_the_rows_of_an_answered_message_leave_the_memory(client: httpx.Client) -> None:
+    # Valid rows of a radar whose clock is wrong by decades: listed, quarantined and forgotten.
+    row = _plots(1000.0, 1)[0]
+    many = [{**row, "time_s": 4e9 + at / 100.0} for at in range(3000)]
+
+    def held() -> int:
+        return sum(isinstance(one, RejectedRow) for one in gc.get_objects())
+
+    gc.collect()
+    gc.disable()
+    try:
+        answer = client.post("/v1/measurements", json=many).json()
+        assert [one["code"] for one in answer["rejected"]] == ["TIME_FUTURE"] * 3000
+        # The newest for `/v1/rejects`.
+        wait_until(lambda: held() <= 1100, "rejected rows released")
+    finally:
+        gc.enable()
 
 
 def test_the_same_key_is_accepted_once_and_another_message_rejected(client: httpx.Client) -> None:

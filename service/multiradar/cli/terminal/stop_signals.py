@@ -1,14 +1,16 @@
 """SIGTERM and Ctrl-C of commands that serve until they are stopped."""
 
+import itertools
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
 from multiradar.cli.terminal.stopping import leave
 
 _PIECE_S = 0.5
+_PIECES_OF_A_PERIOD = 10
 
 
 class Stop:
@@ -36,11 +38,14 @@ class Stop:
         """Wait for what runs from now on."""
         self._starting = False
 
-    def wait(self) -> None:
-        """Return when stopped."""
+    def wait(self, meanwhile: Callable[[], None] = lambda: None) -> None:
+        """Return when stopped; call a function every few seconds until then."""
         # In short waits: a library may have set signals so that a wait continues after one.
-        while not self._requested.wait(_PIECE_S):
-            pass
+        for piece in itertools.count(1):
+            if self._requested.wait(_PIECE_S):
+                return
+            if piece % _PIECES_OF_A_PERIOD == 0:
+                meanwhile()
 
 
 @contextmanager

@@ -186,6 +186,8 @@ class Processor:
                 self._stop(error)
                 return
             self.oldest_s = self.moved_s = None
+            # Memory of a large message is released before waiting for the next one.
+            del group
 
     def settled(self, sequence: int) -> Future[int]:
         """Return a future of the last update, resolved when an entry has been processed.

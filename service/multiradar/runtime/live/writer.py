@@ -116,6 +116,8 @@ class Writer:
             except Exception as error:
                 self._stop(error, running)
             self.oldest_s = None
+            # A message may have taken 100 MB, and the next one may come hours later.
+            del group, running
 
     def write(self, group: Sequence[Submission]) -> None:
         """Write messages in one transaction, answer them, and queue them for the engine."""

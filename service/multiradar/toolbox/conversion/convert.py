@@ -1,6 +1,5 @@
 """Recordings in other formats as measurements."""
 
-import ctypes
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,6 +12,7 @@ from multiradar.errors import (
     InputError,
     OutputExistsError,
 )
+from multiradar.runtime.heap import share_heap
 from multiradar.toolbox.arguments import typed
 from multiradar.toolbox.compiling import compile_kernels
 from multiradar.toolbox.conversion.dump_points import track_points
@@ -33,9 +33,6 @@ if TYPE_CHECKING:
 
     from multiradar_converters.vid.options import Options
     from multiradar_schemas.sensors.sensor import SensorsFile
-
-#: Number of the parameter in glibc's malloc.h.
-_M_ARENA_MAX = -8
 
 
 class ConvertOptions(TypedDict, total=False):
@@ -218,7 +215,7 @@ def convert_dump(dump: Path, out: Path, options: "Options") -> dict[str, Any]:
     InputError
         The dump cannot be read; `out` does not exist.
     """
-    _share_heap()
+    share_heap()
     compile_kernels(["convert vid"])
     from multiradar_converters.vid.conversion import PASSES, convert
     from multiradar_converters.vid.survey import dump_bytes
@@ -404,15 +401,3 @@ def _findings(kind: str, report: dict[str, Any], out: Path, options: ConvertOpti
     tracks = track_points(out, report) if kind == "vid" else None
     diagnoses = diagnose_conversion(out / MEASUREMENTS_FILE, report, table, tracks)
     return findings_of(diagnoses)
-
-
-def _share_heap() -> None:
-    """Let all threads of this process allocate from one heap, where the C library is glibc.
-
-    With a heap per thread a conversion holds 130 MiB of unused memory.
-    """
-    try:
-        ctypes.CDLL(None).mallopt(_M_ARENA_MAX, 1)
-    except (AttributeError, OSError, TypeError):
-        # Another C library without this parameter.
-        return
