@@ -39,6 +39,7 @@ from multiradar.observability.feed_metrics import FeedCollector
 from multiradar.observability.metrics import REGISTRY, watch
 from multiradar.observability.pipeline_metrics import PipelineCollector
 from multiradar.observability.supervisor import Supervisor
+from multiradar.runtime.admission.admission_by_time import data_clock_of
 from multiradar.runtime.asterix.channel import Channel
 from multiradar.runtime.asterix.options import channel_options
 from multiradar.runtime.engine.epoch_engine import Engine
@@ -56,6 +57,7 @@ from multiradar.runtime.warm_up import warm_up
 from multiradar.settings.limits import HttpLimits
 from multiradar.settings.service import Settings
 from multiradar.storage.overlays import Overlays, read_overlays
+from multiradar.storage.retention import Retained
 from multiradar.storage.snapshots import SnapshotFolder
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar.tracking.forecast.state_samples import Sampling
@@ -108,6 +110,10 @@ class Application:
         if self._feeds is not None:
             self.service.publication.count_edge("feeds", self._feeds.counts.document)
         self._edges = [edge for edge in (self._asterix, self._feeds) if edge is not None]
+        retained = Retained(
+            settings.journal.path, settings.retention.archive, data_clock_of, SystemClock()
+        )
+        self.service.publication.count_edge("retained", retained.document)
         self._http = http_server(self.service, settings, authentication, on_failure)
         self._gateway = zenoh_gateway(self.service, settings, zenoh)
         self._sender = asterix_sender(self.service, settings, sensors)

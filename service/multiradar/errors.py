@@ -25,6 +25,7 @@
     ├── TimeOrderError              a time before the latest one
     ├── RestorationError            plots from which no trajectory can be reconstructed
     ├── JournalError                the journal cannot be written or does not verify
+    │   ├── RemovedEntriesError     entries are needed that are in the archive only
     │   └── JournalFullError        the disk is full; nothing was ingested
     ├── SnapshotError               a snapshot that cannot be written or used
     ├── StateError                  a state that an object cannot have
@@ -307,6 +308,10 @@ class JournalError(MultiradarError):
         return "the journal failed; see the log of the service"
 
 
+class RemovedEntriesError(JournalError):
+    """Entries that were removed from the journal are needed; they are in the archive."""
+
+
 class JournalFullError(JournalError):
     """The disk is full; nothing was ingested. The service continues when space is available."""
 
@@ -348,8 +353,7 @@ class QueueFullError(MultiradarError):
     """A bounded queue is full; nothing was ingested, the sender may retry later."""
 
     def __init__(self, name: str, depth: int, retry_after_s: float) -> None:
-        self.name = name
-        self.depth = depth
+        self.name, self.depth = name, depth
         self.retry_after_s = retry_after_s
         super().__init__(f"{name} queue is full ({depth} entries); retry in {retry_after_s} s")
 

@@ -83,6 +83,45 @@ def archive(
     )  # fmt: skip
 
 
+def shorten(
+    state: StateArgument,
+    *,
+    archive: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="ARCHIVE",
+            help="Output of `archive` for this state.",
+            show_default="retention.archive",
+        ),
+    ] = None,
+    sensors: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Sensor configuration of the service.", show_default="sensors.toml"
+        ),
+    ] = None,
+    filter_name: FilterOption = None,
+    config: ConfigOption = None,
+    json_wanted: JsonOption = False,
+) -> None:
+    """Remove what is sealed in an archive from a state, by the rules in [retention] of --config."""
+    from multiradar.toolbox.messages.progress import counting_bar
+    from multiradar.toolbox.operation.shortening import shorten as remove
+
+    chosen = None if filter_name is None else filter_name.value
+    with counting_bar("verifying segments") as show:
+        found = remove(
+            state, archive=archive, config=config, sensors=sensors, filter_name=chosen,
+            on_progress=show,
+        )  # fmt: skip
+    _print(
+        json_wanted, asdict(found),
+        f"{state}: {found.removed:,} entries removed, begins with entry {found.first:,}, "
+        f"{found.used_octets / 1e6:.1f} MB in use; {len(found.segments)} segments removed; "
+        f"{found.reason}",
+    )  # fmt: skip
+
+
 def verify(
     path: Annotated[
         Path,

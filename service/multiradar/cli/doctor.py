@@ -26,7 +26,11 @@ def doctor(
     filter_name: FilterOption = None,
     archive: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Output of `archive`, to verify.", show_default=False),
+        typer.Option(
+            metavar="DIR",
+            help="Output of `archive`, to verify.",
+            show_default="retention.archive",
+        ),
     ] = None,
     config: ConfigOption = None,
     json_wanted: Annotated[

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from multiradar.cli.alignment.align import ALIGN_HELP, align
-from multiradar.cli.backups import archive, backup, restore, verify
+from multiradar.cli.backups import archive, backup, restore, shorten, verify
 from multiradar.cli.conversion.adsb import ADSB_HELP, convert_adsb
 from multiradar.cli.conversion.asterix import ASTERIX_HELP, convert_asterix
 from multiradar.cli.conversion.convert import convert_app
@@ -71,6 +71,7 @@ app.command(name="serve")(serve)
 app.command(name="replay")(replay)
 app.command(name="backup")(backup)
 app.command(name="archive")(archive)
+app.command(name="shorten")(shorten)
 app.command(name="verify")(verify)
 app.command(name="restore")(restore)
 app.command(name="doctor")(doctor)

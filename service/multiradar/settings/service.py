@@ -25,6 +25,7 @@ from multiradar.settings.access import AccessSettings
 from multiradar.settings.asterix import AsterixSettings
 from multiradar.settings.feeds import FeedsSettings
 from multiradar.settings.limits import HttpLimits, RuntimeLimits
+from multiradar.settings.retention import RetentionSettings
 from multiradar.settings.types import (
     Count,
     Endpoint,
@@ -233,6 +234,7 @@ class Settings(BaseSettings):
     trajectories: TrajectorySettings = TrajectorySettings()
     zenoh: ZenohSettings = ZenohSettings()
     journal: JournalSettings = JournalSettings()
+    retention: RetentionSettings = RetentionSettings()
     log: LogSettings = LogSettings()
     page: PageSettings = PageSettings()
     asterix: AsterixSettings = AsterixSettings()

@@ -12,7 +12,6 @@ import itertools
 import json
 import lzma
 import os
-import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
@@ -21,7 +20,8 @@ from typing import IO, Any, NamedTuple
 
 from multiradar.errors import InputError, JournalError, OutputExistsError
 from multiradar.storage.entries import StoredEntry
-from multiradar.storage.sqlite.chain import Columns, entry_digest, origin_digest
+from multiradar.storage.segments import SEGMENT_VERSION, Segment, SegmentReader, segments_of, span
+from multiradar.storage.sqlite.chain import Columns, origin_digest
 from multiradar.storage.sqlite.journal_rows import (
     ENTRY,
     FORMAT_VERSION,
@@ -41,24 +41,13 @@ from multiradar_schemas.documents.contents import JOURNAL, no_such
 #: Octets of the payloads of a segment, after which it is sealed.
 SEGMENT_OCTETS = 64 * 1024 * 1024
 
-_VERSION = 1
-_NAME = re.compile(r"(\d{12})-(\d{12})\.segment\.xz")
 _PARTIAL = ".partial"
 #: 28 octets a measurement at 6, 29 at 1, which takes a quarter of the time.
 _PRESET = 6
 _APPENDED = 256
-_LINE_MAX = 1 << 26
 
 #: Called with the entries done so far, and those of all.
 Progress = Callable[[int, int], None]
-
-
-class Segment(NamedTuple):
-    """A segment by its name: the numbers of its first and last entry."""
-
-    path: Path
-    first: int
-    last: int
 
 
 class _End(NamedTuple):
@@ -95,16 +84,6 @@ class Archived:
     fingerprint: str
     digest: str
     damage: tuple[str, ...]
-
-
-def segments_of(folder: Path) -> list[Segment]:
-    """Return the segments in a folder, in order; empty where there are none."""
-    found = []
-    for path in folder.glob("*.segment.xz"):
-        name = _NAME.fullmatch(path.name)
-        if name is not None:
-            found.append(Segment(path, int(name[1]), int(name[2])))
-    return sorted(found, key=lambda one: one.first)
 
 
 # ---------------------------------------------------------------- writing
@@ -149,7 +128,7 @@ def archive_journal(
     check_file_type(journal)
     new: list[Segment] = []
     with (
-        _locked(folder),
+        locked_archive(folder),
         journal_errors(journal),
         closing(open_database(journal, "ro")) as connection,
         snapshot(connection),
@@ -158,6 +137,12 @@ def archive_journal(
         rows = JournalRows(journal, fingerprint)
         head, marks = rows.head(connection), rows.skipped(connection)
         end = _end_of(folder) or _End(0, rows.origin, fingerprint)
+        base = rows.base(connection).sequence
+        if end.sequence < base:
+            raise JournalError(
+                f"{folder}: the entries {end.sequence + 1} to {base} were removed from {journal}; "
+                "continue the archive that has them"
+            )
         if (
             end.fingerprint != fingerprint
             or end.sequence > head.sequence
@@ -190,7 +175,7 @@ def _end_of(folder: Path) -> _End | None:
     last = segments_of(folder)[-1:]
     if not last:
         return None
-    reader = _Reader(last[0])
+    reader = SegmentReader(last[0])
     *_, entry = reader.entries()
     return _End(entry.sequence, entry.digest, reader.fingerprint)
 
@@ -205,7 +190,7 @@ def _write(
     try:
         with lzma.open(partial, "wb", preset=_PRESET, check=lzma.CHECK_SHA256) as stream:
             _line(stream, {
-                "format": _VERSION, "fingerprint": before.fingerprint, "first": first,
+                "format": SEGMENT_VERSION, "fingerprint": before.fingerprint, "first": first,
                 "before": before.digest.hex(),
             })  # fmt: skip
             for one in stored:
@@ -235,7 +220,14 @@ def _line(stream: IO[bytes], document: Mapping[str, Any]) -> None:
 
 
 @contextmanager
-def _locked(folder: Path) -> Iterator[None]:
+def locked_archive(folder: Path) -> Iterator[None]:
+    """Keep other commands from writing an archive; it is created when absent.
+
+    Raises
+    ------
+    InputError, OutputExistsError
+        It cannot be written, or another command writes it.
+    """
     try:
         folder.mkdir(exist_ok=True)
         lock = os.open(folder, os.O_RDONLY | os.O_CLOEXEC)
@@ -257,58 +249,6 @@ def _locked(folder: Path) -> Iterator[None]:
 # ---------------------------------------------------------------- reading
 
 
-class _Reader:
-    # Reads a segment; every entry is verified.
-
-    def __init__(self, segment: Segment) -> None:
-        self._segment = segment
-        #: Known once the first entry is read.
-        self.fingerprint, self.before = "", b""
-        #: Known once all entries are read.
-        self.skipped: dict[int, str] = {}
-        self._sequence = segment.first
-
-    def entries(self) -> Iterator[StoredEntry]:
-        try:
-            with lzma.open(self._segment.path, "rb") as stream:
-                yield from self._entries(stream)
-        except FileNotFoundError as error:
-            raise self._damaged("the file is missing") from error
-        except (OSError, EOFError, lzma.LZMAError) as error:
-            raise self._damaged(f"the file cannot be read: {error}") from error
-        except (AttributeError, KeyError, TypeError, UnicodeError, ValueError) as error:
-            raise self._damaged("the file has another form") from error
-
-    def _entries(self, stream: IO[bytes]) -> Iterator[StoredEntry]:
-        header = json.loads(stream.readline(_LINE_MAX))
-        if header["format"] != _VERSION:
-            raise JournalError(
-                f"{self._segment.path}: expected a segment of format {_VERSION}, was "
-                f"{header['format']}; use the multiradar version that wrote it"
-            )
-        if header["first"] != self._segment.first:
-            raise self._damaged(f"its name is not that of entry {header['first']}")
-        self.fingerprint, self.before = header["fingerprint"], bytes.fromhex(header["before"])
-        digest = self.before
-        while self._sequence <= self._segment.last:
-            found = json.loads(stream.readline(_LINE_MAX))
-            found["payload"] = stream.read(found["payload"])
-            if isinstance(found["rejects"], int):
-                found["rejects"] = stream.read(found["rejects"])
-            columns = Columns(**found)
-            digest = entry_digest(digest, self._sequence, columns)
-            yield StoredEntry(self._sequence, columns.entry(), digest)
-            self._sequence += 1
-        last = json.loads(stream.readline(_LINE_MAX))
-        # To its end, so that the container is checked, too.
-        if stream.read(1) or last["last"] != self._segment.last or last["digest"] != digest.hex():
-            raise self._damaged("its digest does not match its entries")
-        self.skipped = {int(one): reason for one, reason in last["skipped"].items()}
-
-    def _damaged(self, how: str) -> JournalError:
-        return JournalError(f"{self._segment.path}: damaged at entry {self._sequence}: {how}")
-
-
 def verify_archive(folder: Path, on_progress: Progress = lambda _done, _total: None) -> Archived:
     """Verify every entry of an archive, and that no segment between the others is missing.
 
@@ -324,7 +264,7 @@ def verify_archive(folder: Path, on_progress: Progress = lambda _done, _total: N
     accepted = rejected = 0
     end: _End | None = None
     for segment in found:
-        reader = _Reader(segment)
+        reader = SegmentReader(segment)
         try:
             for one in reader.entries():
                 accepted += one.entry.accepted
@@ -338,7 +278,7 @@ def verify_archive(folder: Path, on_progress: Progress = lambda _done, _total: N
             end = _End(last.sequence, last.digest, reader.fingerprint)
         on_progress(segment.last, found[-1].last)
     damage += [
-        f"{folder}: {_span(one.last + 1, other.first - 1)} missing"
+        f"{folder}: {span(one.last + 1, other.first - 1)} missing"
         for one, other in itertools.pairwise(found)
         if other.first > one.last + 1
     ]
@@ -374,7 +314,7 @@ def restore_archive(
     written = SqliteJournal(journal, archived.fingerprint)
     try:
         for segment in found:
-            reader = _Reader(segment)
+            reader = SegmentReader(segment)
             waiting = []
             for one in reader.entries():
                 waiting.append(one.entry)
@@ -399,7 +339,7 @@ def _required(folder: Path) -> list[Segment]:
 
 
 # Why a segment does not follow the one before, or is not the first of a journal.
-def _gap(segment: Segment, reader: _Reader, end: _End | None) -> list[str]:
+def _gap(segment: Segment, reader: SegmentReader, end: _End | None) -> list[str]:
     if segment.first == 1:
         expected = _End(0, origin_digest(FORMAT_VERSION, reader.fingerprint), reader.fingerprint)
     elif end is None or end.sequence + 1 < segment.first:
@@ -409,7 +349,3 @@ def _gap(segment: Segment, reader: _Reader, end: _End | None) -> list[str]:
     if (expected.digest, expected.fingerprint) == (reader.before, reader.fingerprint):
         return []
     return [f"{segment.path}: entry {segment.first} does not follow the entry before"]
-
-
-def _span(first: int, last: int) -> str:
-    return f"entry {first} is" if first == last else f"the entries {first} to {last} are"

@@ -26,11 +26,14 @@ class Journal(Protocol):
         ...
 
     def read(self, after: int) -> Iterator[StoredEntry]:
-        """Yield the verified entries after a sequence number, in bounded pieces."""
+        """Yield the verified entries after a sequence number, in bounded pieces.
+
+        Raises `RemovedEntriesError` if some of them were removed.
+        """
         ...
 
     def find(self, idempotency_key: str) -> StoredEntry | None:
-        """Return the entry with this key, or None."""
+        """Return the entry with this key, or None; of a removed one without its measurements."""
         ...
 
     def quarantined(self, after: int, limit: int) -> list[Quarantined]:
@@ -39,6 +42,10 @@ class Journal(Protocol):
 
     def counts(self) -> JournalCounts:
         """Return the number of entries and measurements, and the state of the admission."""
+        ...
+
+    def removed_until(self) -> int:
+        """Return the last entry that was removed, whose successor is the first; 0: none."""
         ...
 
     def digest(self, sequence: int) -> bytes:

@@ -59,6 +59,10 @@ class MemoryJournal:
             admission=self._entries[-1].entry.admission if self._entries else "",
         )
 
+    def removed_until(self) -> int:
+        """Return 0: no entry is ever removed."""
+        return 0
+
     def digest(self, sequence: int) -> bytes:
         """Return the digest of an entry, which covers all before it."""
         return self._entries[sequence - 1].digest if sequence else self._origin

@@ -12,7 +12,15 @@ from typing import NamedTuple
 
 from multiradar.errors import InputError, JournalError, SnapshotError
 from multiradar.storage.snapshots import KEPT, Position, SnapshotFolder
-from multiradar.storage.sqlite.journal_rows import ENTRY, Head, JournalRows, Row, fingerprint_of
+from multiradar.storage.sqlite.journal_rows import (
+    ENTRY,
+    REMOVED,
+    Base,
+    Head,
+    JournalRows,
+    Row,
+    fingerprint_of,
+)
 from multiradar.storage.sqlite.sqlite_file import (
     check_file_type,
     check_pages,
@@ -44,7 +52,7 @@ class Verification:
     Attributes
     ----------
     entries, accepted, rejected : int
-        Entries of the journal, and the measurements and rejected rows in them.
+        Entries of the journal, and the measurements and rejected rows in them; with removed ones.
     fingerprint : str
         Fingerprint of the configuration that it was written with; empty where it is unreadable.
     digest : str
@@ -132,13 +140,22 @@ class _Check:
             fingerprint = fingerprint_of(connection, self._path)
             rows = JournalRows(self._path, fingerprint)
             head = rows.head(connection)
-            self._check_entries(connection, rows, head)
+            base = rows.base(connection)
+            self._check_entries(connection, rows, head, base)
             with self._noting():
                 rows.skipped(connection)
+            self._check_removed(connection, rows, base)
             if tip is not None:
                 self._check_tip(connection, rows, head, tip)
             for name, position in positions.items():
                 self._check_position(connection, rows, head, name, position)
+            if base.sequence and not any(
+                one.sequence >= base.sequence for one in positions.values()
+            ):
+                self._damage.append(
+                    f"{self._path}: the entries up to {base.sequence} are in the archive only, and "
+                    "no sound snapshot is after them: a service cannot start; restore the archive"
+                )
         if self._unnamed:
             self._damage.append(f"{self._path}: {self._unnamed} further entries are damaged")
         return Verification(
@@ -199,8 +216,10 @@ class _Check:
 
     # ---------------------------------------------------------------- content
 
-    def _check_entries(self, connection: sqlite3.Connection, rows: JournalRows, head: Head) -> None:
-        found = _Found(0, rows.origin, 0, 0, intact=True)
+    def _check_entries(
+        self, connection: sqlite3.Connection, rows: JournalRows, head: Head, base: Base
+    ) -> None:
+        found = _Found(base.sequence, base.digest, base.accepted, base.rejected, intact=True)
         places = connection.execute("SELECT first, sequence FROM quarantine ORDER BY first")
         numbered = True
         with self._noting(), self._readable(lambda: found.sequence):
@@ -220,10 +239,31 @@ class _Check:
             if found.intact:
                 rows.check_counts(head, found.accepted, found.rejected)
 
+    # The keys of removed entries.
+    def _check_removed(self, connection: sqlite3.Connection, rows: JournalRows, base: Base) -> None:
+        if not base.sequence:
+            return
+        count = 0
+        with self._noting():
+            for row in connection.execute(REMOVED):
+                count += 1
+                try:
+                    rows.verified_removed(row)
+                except JournalError as error:
+                    self._name(error)
+            if count != base.keys:
+                raise JournalError(
+                    f"{self._path}: expected {base.keys} keys of removed entries, was {count}"
+                )
+
     # The entries up to and including a row.
     def _next(self, rows: JournalRows, before: _Found, row: Row) -> _Found:
         sequence, digest = row[8], row[7] if isinstance(row[7], bytes) else b""
         first = before.sequence + 1
+        if sequence < first:
+            # Only before the first entry: they come in order.
+            self._name(rows.damaged(sequence, "it is noted as removed"))
+            return before._replace(intact=False)
         if sequence != first:
             self._name(JournalError(f"{self._path}: {_missing(first, sequence - 1)}"))
             return before._replace(sequence=sequence, digest=digest, intact=False)
@@ -267,7 +307,9 @@ class _Check:
                     f"{self._path}: {tip.sequence} entries were acknowledged, but it contains "
                     f"{head.sequence}"
                 )
-            if rows.digest_of(connection, tip.sequence) != tip.digest:
+            # Removed entries were on disk: after a power failure the tip may be of one before.
+            removed = tip.sequence < rows.base(connection).sequence
+            if not removed and rows.digest_of(connection, tip.sequence) != tip.digest:
                 raise rows.damaged(tip.sequence, "it is not the one that was acknowledged")
 
     def _check_position(

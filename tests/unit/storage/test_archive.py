@@ -14,9 +14,9 @@ from multiradar.storage import archive as archives
 from multiradar.storage.archive import (
     archive_journal,
     restore_archive,
-    segments_of,
     verify_archive,
 )
+from multiradar.storage.segments import segments_of
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from support.inputs.journal_entries import entry
 from support.processes.waiting import WAIT_TIMEOUT_S, join
@@ -196,8 +196,8 @@ def test_a_damaged_journal_is_not_sealed(path: Path, tmp_path: Path) -> None:
     with pytest.raises(JournalError, match="entry 12 of the journal is damaged"):
         archive_journal(path, tmp_path / "archive", segment_octets=OCTETS)
     assert _parts(tmp_path / "archive") == [(1, 4), (5, 8)]
-    _tamper(path, "UPDATE header SET format_version = 3")
-    with pytest.raises(ConfigurationError, match="of format 2, was 3"):
+    _tamper(path, "UPDATE header SET format_version = 4")
+    with pytest.raises(ConfigurationError, match="of format 2, was 4"):
         archive_journal(path, tmp_path / "archive")
 
 

@@ -177,7 +177,7 @@ def test_a_disk_that_fills_up_meanwhile_keeps_nothing(
     assert sorted(tmp_path.iterdir()) == [path.parent]
 
 
-@pytest.mark.parametrize("version", [1, 3])
+@pytest.mark.parametrize("version", [1, 4])
 def test_a_journal_of_another_format_says_which_version_reads_it(
     tmp_path: Path, version: int
 ) -> None:

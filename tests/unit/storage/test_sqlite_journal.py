@@ -105,10 +105,10 @@ def test_a_journal_stays_usable_whatever_lies_beside_it(tmp_path: Path) -> None:
 def test_another_format_is_rejected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "journal.db"
     with monkeypatch.context() as patch:
-        patch.setattr(sqlite_journal, "FORMAT_VERSION", 3)
+        patch.setattr(sqlite_journal, "FORMAT_VERSION", 4)
         _written(path)
     path.with_name("journal.db-tip").unlink()
-    with pytest.raises(ConfigurationError, match="expected a journal of format 2, was 3"):
+    with pytest.raises(ConfigurationError, match="expected a journal of format 2, was 4"):
         SqliteJournal(path, FINGERPRINT)
 
 

@@ -134,6 +134,11 @@ class Status(BaseModel):
         )
     )
     forecasts_held: int = Field(description="Number of counted regions that contained the track")
+    retained: dict[str, Any] | None = Field(
+        default=None,
+        description="What is retained: `first_entry`, `first_time_s` and `used_bytes` of the "
+        "journal, the last entry of each of its `snapshots`, and the `archive`",
+    )
     pages: dict[str, int] = Field(
         description="Open pages of the air picture by client: name of its credentials, or address"
     )

@@ -8,7 +8,7 @@ import logging
 from collections.abc import Callable
 
 from multiradar.clock import Clock
-from multiradar.errors import JournalError
+from multiradar.errors import JournalError, RemovedEntriesError
 from multiradar.runtime.live.threads import Thread, Threads
 from multiradar.storage.journal import Journal
 from multiradar.storage.snapshots import Position
@@ -62,9 +62,21 @@ class JournalCheck:
                 self._on_damage(error)
 
     def _verify(self) -> bool:
+        while True:
+            first = self._journal.removed_until()
+            # Removed entries are in an archive, which was verified.
+            if first >= self._until.sequence:
+                return True
+            try:
+                return self._verify_from(first)
+            except RemovedEntriesError:
+                # Overtaken by the removal of entries.
+                _log.info("entries were removed from the journal while they were verified")
+
+    def _verify_from(self, first: int) -> bool:
         begin_s = self._clock.monotonic_s()
         digest = b""
-        for stored in self._journal.read(0):
+        for stored in self._journal.read(first):
             if stored.sequence == self._until.sequence:
                 digest = stored.digest
                 break

@@ -23,7 +23,14 @@ from multiradar.runtime.row_ring import RowLog
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.state import CopiedState, copied_state, encoded_state, layout_of, restore_state
 from multiradar.storage.journal import Journal, Space
-from multiradar.storage.snapshots import Position, RowFile, Snapshot, SnapshotFolder, joined_rows
+from multiradar.storage.snapshots import (
+    KEPT,
+    Position,
+    RowFile,
+    Snapshot,
+    SnapshotFolder,
+    joined_rows,
+)
 
 _log = logging.getLogger(__name__)
 
@@ -140,8 +147,7 @@ class Snapshots:
     ) -> None:
         self._folder, self._rules = rules.folder, rules
         self._free_bytes_min = limits.disk_free_bytes_min
-        sizes = ", ".join(f"{name} {getattr(limits, name)}" for name in _LIMITS)
-        self._key = {"configuration": rules.fingerprint, "limits": sizes}
+        self._key = _given_key(rules.fingerprint, limits)
         self._clock, self._threads = clock, threads
         self._thread: Thread | None = None
         self._writing = False
@@ -324,11 +330,14 @@ class Snapshots:
     def verify_before(self, journal: Journal, on_damage: Callable[[JournalError], None]) -> None:
         """Verify what the start from a snapshot has not read of the journal, beside the service.
 
-        Damage discards the snapshots, so that no further start is before it is mended.
+        Damage discards the snapshots, so that no further start is before it is mended. Those of a
+        shortened journal stay: each start finds the damage again.
         """
 
         def damaged(error: JournalError) -> None:
-            self._folder.clear()
+            # Without them a shortened journal could not be continued at all.
+            if not journal.removed_until():
+                self._folder.clear()
             on_damage(error)
 
         if self._restored.sequence:
@@ -385,16 +394,61 @@ def open_snapshots(
     """
     if rules is None:
         return None
+    reasons = why_none(limits, repeating)
+    if reasons:
+        _log.warning("no snapshots, each start replays the journal: %s", "; ".join(reasons))
+        return None
+    return Snapshots(rules, limits, clock, threads)
+
+
+def why_none(limits: RuntimeLimits, repeating: Sequence[str]) -> list[str]:
+    """Return why a service can have no snapshots; see `open_snapshots` for the parameters."""
     short = [
         f"{name} is less than events_max"
         for name in ("history_rows_max", "bias_history_rows_max")
         if getattr(limits, name) < limits.events_max
     ]
-    reasons = [*short, *(f"{part} requires the whole output" for part in repeating)]
-    if reasons:
-        _log.warning("no snapshots, each start replays the journal: %s", "; ".join(reasons))
-        return None
-    return Snapshots(rules, limits, clock, threads)
+    return [*short, *(f"{part} requires the whole output" for part in repeating)]
+
+
+def usable_snapshots(
+    rules: SnapshotRules, limits: RuntimeLimits, kinds: Mapping[str, type],
+    skipped: Mapping[int, str], digests: Callable[[list[int]], Mapping[int, bytes]],
+) -> list[Position]:  # fmt: skip
+    """Return the entries of those newest snapshots that a service can start from, newest first.
+
+    Parameters
+    ----------
+    rules : SnapshotRules
+        Where they are, and for which service.
+    limits : RuntimeLimits
+        Limits of the service.
+    kinds : mapping of str to type
+        What has state in it, by name.
+    skipped : mapping of int to str
+        Entries that the engine cannot process.
+    digests : callable
+        Returns the digests of entries that the journal has.
+    """
+    given, found = _given_key(rules.fingerprint, limits), []
+    for path in rules.folder.files()[:KEPT]:
+        try:
+            snapshot = rules.folder.read(path)
+            for files in snapshot.tables.values():
+                rules.folder.read_rows(files)
+        except SnapshotError as error:
+            _log.warning("snapshot %s cannot be used: %s", path.name, error)
+            continue
+        sequence, digest = snapshot.position
+        fits = snapshot.key == _key(given, _until(skipped, sequence), kinds)
+        if fits and digests([sequence]).get(sequence) == digest:
+            found.append(snapshot.position)
+    return found
+
+
+def _given_key(fingerprint: str, limits: RuntimeLimits) -> dict[str, str]:
+    sizes = ", ".join(f"{name} {getattr(limits, name)}" for name in _LIMITS)
+    return {"configuration": fingerprint, "limits": sizes}
 
 
 def _key(

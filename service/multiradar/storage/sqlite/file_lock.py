@@ -2,11 +2,16 @@
 
 import fcntl
 import os
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from multiradar.errors import JournalError
 from multiradar.storage.sqlite.sqlite_file import file_errors
+
+#: Another process has the journal for less than a second: 10 s in all.
+_TRIES, _TRY_S = 200, 0.05
 
 
 class FileLock:
@@ -43,6 +48,45 @@ class FileLock:
         if self._file is not None:
             os.close(self._file)
             self._file = None
+
+
+@contextmanager
+def unchanged(tip: Path) -> Iterator[None]:
+    """Keep other processes from starting a service on a journal, or from removing its entries.
+
+    A service holds this only while it opens the journal. It is a lock of the tip, which is a file
+    that SQLite does not know.
+
+    Parameters
+    ----------
+    tip : Path
+        The tip of the journal; without it there is nothing to lock.
+
+    Raises
+    ------
+    JournalError
+        If another process holds it for longer than 10 s.
+    """
+    try:
+        with file_errors(tip):
+            file = os.open(tip, os.O_RDONLY | os.O_CLOEXEC)
+    except FileNotFoundError:
+        yield
+        return
+    try:
+        for left in reversed(range(_TRIES)):
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                break
+            except BlockingIOError as error:
+                if not left:
+                    raise JournalError(
+                        f"{tip}: another process changes this journal; wait for its end"
+                    ) from error
+                threading.Event().wait(_TRY_S)
+        yield
+    finally:
+        os.close(file)
 
 
 class OpenFiles:

@@ -8,21 +8,26 @@ Table                 Rows
 ``entry``             one for each message or mark, chained by digests
 ``quarantine``        one for each entry with rejected rows: the number of its first rejected row
 ``skipped``           one for each entry that the engine cannot process
+``base``              one, in a shortened journal: the last removed entry
+``removed``           one for each removed entry with a key, which is still recognised
 ====================  ==========================================================================
 
 The digest of each entry is recomputed from the previous one, the numbers must be complete, and the
-last entry must be the one in ``head``.
+last entry must be the one in ``head``. The first entry of a shortened journal follows ``base``.
 """
 
 import sqlite3
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from multiradar.errors import ConfigurationError, JournalError
+from multiradar.errors import ConfigurationError, JournalError, RemovedEntriesError
 from multiradar.storage.entries import StoredEntry
 from multiradar.storage.sqlite.chain import Columns, entry_digest, mark_digest, origin_digest
 
 FORMAT_VERSION = 2
+#: In the header of a shortened journal, which earlier versions would find damaged. The digests are
+#: those of the format above.
+SHORTENED_VERSION = 3
 
 SCHEMA = """
 CREATE TABLE header (format_version INTEGER NOT NULL, fingerprint TEXT NOT NULL);
@@ -38,10 +43,26 @@ CREATE TABLE entry (
 CREATE TABLE quarantine (first INTEGER PRIMARY KEY, sequence INTEGER NOT NULL);
 CREATE TABLE skipped (sequence INTEGER PRIMARY KEY, reason TEXT NOT NULL, digest BLOB NOT NULL);
 """
+#: Further tables of a shortened journal.
+SHORTENED_SCHEMA = """
+CREATE TABLE base (
+    sequence INTEGER NOT NULL, digest BLOB NOT NULL,
+    accepted INTEGER NOT NULL, rejected INTEGER NOT NULL, keys INTEGER NOT NULL
+);
+CREATE TABLE removed (
+    idempotency_key TEXT PRIMARY KEY, sequence INTEGER NOT NULL, kind TEXT NOT NULL,
+    accepted INTEGER NOT NULL, rejects TEXT NOT NULL, admission TEXT NOT NULL, digest BLOB NOT NULL
+) WITHOUT ROWID;
+"""
 #: The columns of an entry, in the order in which `JournalRows.verified` expects them.
 ENTRY = (
     "SELECT kind, source, idempotency_key, payload, accepted, rejects, admission, digest, sequence "
     "FROM entry "
+)
+
+#: The columns of a removed entry, in the order that `JournalRows.verified_removed` expects.
+REMOVED = (
+    "SELECT idempotency_key, sequence, kind, accepted, rejects, admission, digest FROM removed "
 )
 
 Row = tuple[Any, ...]
@@ -54,6 +75,26 @@ class Head(NamedTuple):
     digest: bytes
     accepted: int
     rejected: int
+
+
+class Base(NamedTuple):
+    """The end of the removed part of a journal.
+
+    Attributes
+    ----------
+    sequence, digest : int, bytes
+        The last removed entry and its digest; 0 and the digest before the first entry without any.
+    accepted, rejected : int
+        Measurements and rejected rows up to it.
+    keys : int
+        Removed entries with a key.
+    """
+
+    sequence: int
+    digest: bytes
+    accepted: int
+    rejected: int
+    keys: int
 
 
 class JournalRows:
@@ -93,7 +134,7 @@ class JournalRows:
         """Return a single entry, verified against the digest of the previous entry."""
         row = connection.execute(ENTRY + "WHERE sequence = ?", (sequence,)).fetchone()
         if row is None:
-            raise self.damaged(sequence, "the entry is missing")
+            raise self._absent(connection, sequence)
         return self.alone(connection, row)
 
     def alone(self, connection: sqlite3.Connection, row: Row) -> StoredEntry:
@@ -104,15 +145,69 @@ class JournalRows:
         return self.verified(self.digest_of(connection, sequence - 1), sequence, row)
 
     def digest_of(self, connection: sqlite3.Connection, sequence: int) -> bytes:
-        """Return the stored digest of an entry; of entry 0 that before the first one."""
-        if sequence == 0:
-            return self.origin
+        """Return the stored digest of an entry; of entry 0 that before the first one.
+
+        Raises
+        ------
+        RemovedEntriesError
+            It is before the last removed entry.
+        JournalError
+            It is missing.
+        """
+        if sequence == 0 or self.is_shortened(connection):
+            base = self.base(connection)
+            if sequence == base.sequence:
+                return base.digest
         row = connection.execute(
             "SELECT digest FROM entry WHERE sequence = ?", (sequence,)
         ).fetchone()
         if row is None or not isinstance(row[0], bytes):
-            raise self.damaged(sequence, "the entry is missing")
+            raise self._absent(connection, sequence)
         return row[0]
+
+    def is_shortened(self, connection: sqlite3.Connection) -> bool:
+        """Return whether entries were removed."""
+        rows = connection.execute("SELECT format_version FROM header").fetchall()
+        return rows == [(SHORTENED_VERSION,)]
+
+    def base(self, connection: sqlite3.Connection) -> Base:
+        """Return the end of the removed part."""
+        if not self.is_shortened(connection):
+            return Base(0, self.origin, 0, 0, 0)
+        rows = connection.execute(
+            "SELECT sequence, digest, accepted, rejected, keys FROM base"
+        ).fetchall()
+        kinds = [int, bytes, int, int, int]
+        if len(rows) != 1 or [type(value) for value in rows[0]] != kinds:
+            raise JournalError(f"{self._path}: expected one last removed entry, was {rows}")
+        return Base(*rows[0])
+
+    def require(self, connection: sqlite3.Connection, after: int) -> Base:
+        """Return the end of the removed part, and check that an entry is not before it."""
+        base = self.base(connection)
+        if after < base.sequence:
+            raise self._removed(base)
+        return base
+
+    def removed(self, connection: sqlite3.Connection, key: str) -> StoredEntry | None:
+        """Return what is left of a removed entry, without its measurements; None if it is none."""
+        if not self.is_shortened(connection):
+            return None
+        row = connection.execute(REMOVED + "WHERE idempotency_key = ?", (key,)).fetchone()
+        return None if row is None else self.verified_removed(row)
+
+    def verified_removed(self, row: Row) -> StoredEntry:
+        """Return what is left of a removed entry, verified by its digest."""
+        key, sequence, kind, accepted, rejects, admission, digest = row
+        columns = Columns(kind, "", key, b"", accepted, rejects, admission)
+        try:
+            intact = entry_digest(self.origin, sequence, columns) == digest
+        except (AttributeError, TypeError, UnicodeError):
+            # A column has a type other than the written one.
+            intact = False
+        if not intact:
+            raise self.damaged(sequence, "its key does not match its digest")
+        return StoredEntry(sequence, columns.entry(), digest)
 
     def check_end(self, head: Head, sequence: int, digest: bytes) -> None:
         """Raise JournalError if the last entry read is not the one in the head."""
@@ -146,6 +241,19 @@ class JournalRows:
                 raise self.damaged(sequence, "its checksum does not match")
         return {sequence: reason for sequence, reason, _ in marks}
 
+    def _absent(self, connection: sqlite3.Connection, sequence: int) -> JournalError:
+        base = self.base(connection)
+        if sequence <= base.sequence:
+            return self._removed(base)
+        return self.damaged(sequence, "the entry is missing")
+
+    def _removed(self, base: Base) -> RemovedEntriesError:
+        return RemovedEntriesError(
+            f"{self._path}: the journal no longer begins with entry 1: the entries up to "
+            f"{base.sequence} are in the archive only, and no snapshot after them can be used; see "
+            "the log, and restore the archive (docs/howto/backup.md#shorten-the-journal)"
+        )
+
     def damaged(self, sequence: int, how: str) -> JournalError:
         """Return the error of a damaged entry."""
         return JournalError(f"{self._path}: entry {sequence} of the journal is damaged: {how}")
@@ -165,7 +273,7 @@ def fingerprint_of(connection: sqlite3.Connection, path: Path) -> str:
     if len(rows) != 1:
         raise JournalError(f"{path}: expected a journal with one header, was {len(rows)}")
     version, fingerprint = rows[0]
-    if version != FORMAT_VERSION:
+    if version not in (FORMAT_VERSION, SHORTENED_VERSION):
         raise ConfigurationError(
             f"{path}: expected a journal of format {FORMAT_VERSION}, was {version}; "
             "use the multiradar version that wrote it, or choose another journal"

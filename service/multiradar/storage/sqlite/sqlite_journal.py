@@ -16,7 +16,7 @@ from multiradar.errors import ConfigurationError, JournalError, JournalFullError
 from multiradar.storage.entries import Entry, JournalCounts, Quarantined, StoredEntry
 from multiradar.storage.journal import Space
 from multiradar.storage.sqlite.chain import Columns, entry_digest, mark_digest
-from multiradar.storage.sqlite.file_lock import FileLock, OpenFiles
+from multiradar.storage.sqlite.file_lock import FileLock, OpenFiles, unchanged
 from multiradar.storage.sqlite.journal_rows import (
     ENTRY,
     FORMAT_VERSION,
@@ -85,7 +85,8 @@ class SqliteJournal:
         make_folder(path)
         with ExitStack() as opened:
             opened.callback(FileLock(path).release)
-            with journal_errors(self._path):
+            # No command changes the log while it is verified.
+            with journal_errors(self._path), unchanged(self._tip_path):
                 self._open(fingerprint, opened)
             self._opened = opened.pop_all()
 
@@ -119,12 +120,16 @@ class SqliteJournal:
     def read(self, after: int) -> Iterator[StoredEntry]:
         """Yield the verified entries after a sequence number, in bounded pieces."""
         with journal_errors(self._path), closing(open_database(self._path, "ro")) as connection:
-            previous = self._rows.digest_of(connection, after)
+            with snapshot(connection):
+                base = self._rows.require(connection, after)
+                previous = self._rows.digest_of(connection, after)
             sequence = after
-            accepted, rejected = 0, 0
+            accepted, rejected = base.accepted, base.rejected
             while True:
                 begin = sequence
                 with snapshot(connection):
+                    # A slow reader may be overtaken.
+                    self._rows.require(connection, sequence)
                     head = self._rows.head(connection)
                     piece = connection.execute(
                         ENTRY + "WHERE sequence > ? ORDER BY sequence LIMIT ?",
@@ -139,24 +144,28 @@ class SqliteJournal:
                         yield stored
                 if sequence - begin < _PIECE_ENTRIES:
                     self._rows.check_end(head, sequence, previous)
-                    if not after:
+                    if after == base.sequence:
                         self._rows.check_counts(head, accepted, rejected)
                 if sequence == begin:
                     break
 
     def find(self, idempotency_key: str) -> StoredEntry | None:
-        """Return the entry with this key, or None."""
+        """Return the entry with this key, or None; of a removed one without its measurements."""
         # On the writer's connection, so that long reads do not block the writer.
         with journal_errors(self._path), self._writing:
             row = self._writer.execute(
                 ENTRY + "WHERE idempotency_key = ?", (idempotency_key,)
             ).fetchone()
-            return None if row is None else self._rows.alone(self._writer, row)
+            if row is None:
+                return self._rows.removed(self._writer, idempotency_key)
+            return self._rows.alone(self._writer, row)
 
     def quarantined(self, after: int, limit: int) -> list[Quarantined]:
         """Return at most `limit` rejected rows after a number in the quarantine."""
         with journal_errors(self._path), self._reading, snapshot(self._reader):
             total = self._rows.head(self._reader).rejected
+            removed = self._rows.base(self._reader).rejected
+            after = max(after, removed)
             begin = self._reader.execute(
                 "SELECT max(first) FROM quarantine WHERE first <= ?", (after + 1,)
             ).fetchone()[0]
@@ -165,7 +174,7 @@ class SqliteJournal:
                 (begin or 0,),
             )
             found: list[Quarantined] = []
-            number = begin or 1
+            number = begin or removed + 1
             for first, sequence in places:
                 stored = self._rows.one(self._reader, sequence)
                 if first != number or not stored.entry.rejects:
@@ -188,6 +197,11 @@ class SqliteJournal:
                 self._rows.one(self._reader, head.sequence).entry.admission if head.sequence else ""
             )
             return JournalCounts(head.sequence, head.accepted, head.rejected, admission)
+
+    def removed_until(self) -> int:
+        """Return the last entry that was removed, whose successor is the first; 0: none."""
+        with journal_errors(self._path), self._reading:
+            return self._rows.base(self._reader).sequence
 
     def digest(self, sequence: int) -> bytes:
         """Return the digest of an entry, which covers all before it."""
@@ -287,7 +301,12 @@ class SqliteJournal:
                 f"entry {end + 1} of the journal is missing: {tip.sequence} were acknowledged, "
                 f"but it contains {end}"
             )
-        if tip.sequence and self._rows.digest_of(connection, tip.sequence) != tip.digest:
+        if (
+            tip.sequence
+            # Removed entries were on disk: after a power failure the tip may be of one before.
+            and tip.sequence >= self._rows.base(connection).sequence
+            and self._rows.digest_of(connection, tip.sequence) != tip.digest
+        ):
             raise self._incomplete(f"entry {tip.sequence} is not the one that was acknowledged")
         return Tip(end, self._rows.digest_of(connection, end))
 
@@ -327,6 +346,9 @@ class SqliteJournal:
     def _insert(self, entries: Sequence[Entry]) -> Head:
         sequence, digest, accepted, rejected = self._rows.head(self._writer)
         for entry in entries:
+            key = entry.idempotency_key
+            if key is not None and self._rows.removed(self._writer, key) is not None:
+                raise JournalError(f"{self._path}: the key {key!r} is that of a removed entry")
             sequence += 1
             columns = Columns.of(entry)
             digest = entry_digest(digest, sequence, columns)

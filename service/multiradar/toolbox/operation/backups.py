@@ -8,8 +8,9 @@ from multiradar.errors import ConfigurationError, DamageError
 
 if TYPE_CHECKING:
     from multiradar.settings.service import Settings
-    from multiradar.storage.archive import Archived, Segment
+    from multiradar.storage.archive import Archived
     from multiradar.storage.backup import Backup
+    from multiradar.storage.segments import Segment
     from multiradar.storage.verification import Progress, Verification
 
 #: Files of the configuration in a backup.
@@ -132,8 +133,9 @@ def verify(
     JournalError, ConfigurationError
         It is no journal, or one of another format.
     """
-    from multiradar.storage.archive import segments_of, verify_archive
+    from multiradar.storage.archive import verify_archive
     from multiradar.storage.backup import MANIFEST, verify_backup
+    from multiradar.storage.segments import segments_of
     from multiradar.storage.verification import verify_journal
 
     if (path / MANIFEST).is_file():
@@ -169,9 +171,10 @@ def restore(
     InputError, OutputExistsError
         There is no backup, or the folder exists or cannot be written.
     """
-    from multiradar.storage.archive import restore_archive, segments_of
+    from multiradar.storage.archive import restore_archive
     from multiradar.storage.backup import DATABASE, copy_backup, read_backup, verify_backup
     from multiradar.storage.output_folder import check_new, new_folder
+    from multiradar.storage.segments import segments_of
 
     check_new(state)
     if segments_of(folder):

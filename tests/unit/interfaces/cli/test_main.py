@@ -86,14 +86,14 @@ def test_a_usage_error_is_one_sentence_and_status_2(
         (
             ["nonsense"],
             "unknown command 'nonsense'; known: inspect, align, track, export, view, serve, "
-            "replay, backup, archive, verify, restore, doctor, demo, simulate, evaluate, key, "
-            "warm-up, study, convert",
+            "replay, backup, archive, shorten, verify, restore, doctor, demo, simulate, evaluate, "
+            "key, warm-up, study, convert",
         ),
         (
             ["trakc"],
             "unknown command 'trakc' (did you mean 'track'?); known: inspect, align, track, "
-            "export, view, serve, replay, backup, archive, verify, restore, doctor, demo, "
-            "simulate, evaluate, key, warm-up, study, convert",
+            "export, view, serve, replay, backup, archive, shorten, verify, restore, doctor, "
+            "demo, simulate, evaluate, key, warm-up, study, convert",
         ),
         (
             ["convert", "vidd"],

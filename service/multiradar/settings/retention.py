@@ -1,0 +1,47 @@
+"""The section `retention`: what `multiradar shorten` removes from the journal and its archive."""
+
+from pathlib import Path
+from typing import Annotated, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from multiradar.settings.types import NotNegative, Section, plain_number
+
+Octets = Annotated[int, BeforeValidator(plain_number), Field(ge=0)]
+
+
+class RetentionSettings(Section):
+    """Rules by age and octets for the journal and its archive; 0, the default, is no rule."""
+
+    archive: Annotated[
+        Path | None, Field(description="Output of `multiradar archive` for this journal")
+    ] = None
+    journal_days: Annotated[
+        NotNegative,
+        Field(description="Age of the data from which archived entries are removed, days"),
+    ] = 0.0
+    journal_octets: Annotated[
+        Octets, Field(description="Size of the journal from which its oldest entries are removed")
+    ] = 0
+    archive_days: Annotated[
+        NotNegative, Field(description="Age of the data from which segments are removed, days")
+    ] = 0.0
+    archive_octets: Annotated[
+        Octets, Field(description="Size of the archive from which its oldest segments are removed")
+    ] = 0
+    recording_days: Annotated[
+        NotNegative,
+        Field(description="Legal recording: no segment is removed that is younger, days"),
+    ] = 30.0
+
+    @model_validator(mode="after")
+    def _check_recording(self) -> Self:
+        if 0.0 < self.archive_days < self.recording_days:
+            raise PydanticCustomError(
+                "recording",
+                "archive_days should be at least recording_days ({least}), which is legal "
+                "recording",
+                {"least": self.recording_days},
+            )
+        return self
