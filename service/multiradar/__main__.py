@@ -1,5 +1,8 @@
 """The command `multiradar`, also as `python -m multiradar`."""
 
+import os
+import sys
+
 from multiradar.cli.terminal.stopping import end_on_signals
 
 
@@ -7,9 +10,23 @@ def main() -> None:
     """Run the command given by the arguments of the process and exit with its status."""
     # Ctrl-C while the command is imported, which takes half a second, must be no traceback.
     end_on_signals()
+    _open_closed_streams()
     from multiradar.cli.main import main as run_command
 
     run_command()
+
+
+# Of a process started with closed streams (`>&-`) Python has none, and the first file that it opens
+# would get their number, and what libraries print.
+def _open_closed_streams() -> None:
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        if getattr(sys, name) is None:
+            mode = os.O_RDONLY if number == 0 else os.O_WRONLY
+            opened = os.open(os.devnull, mode)
+            if opened != number:
+                os.dup2(opened, number)
+                os.close(opened)
+            setattr(sys, name, os.fdopen(number, "r" if number == 0 else "w", encoding="utf-8"))
 
 
 if __name__ == "__main__":

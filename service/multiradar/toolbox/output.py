@@ -32,7 +32,7 @@ class Output:
     Raises
     ------
     InputError
-        There is no such folder, or its report cannot be read.
+        There is no such folder, its report cannot be read, or another command made it.
     """
 
     #: What the folder should contain, for errors.
@@ -48,6 +48,10 @@ class Output:
             self._report: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
             raise InputError(f"{path}: not valid JSON: {error}") from error
+        command = str(self._report.get("command", "")) if isinstance(self._report, dict) else ""
+        if command.partition(" ")[0] not in self._wanted:
+            found = f"the output of `{command.partition(' ')[0]}`" if command else "another report"
+            raise InputError(f"{self._folder}: expected {self._wanted}, was {found}")
         self._tables: dict[str, pl.DataFrame] = {}
 
     @property

@@ -1,5 +1,6 @@
 """A command stopped by a signal exits and leaves nothing, whenever the signal arrives."""
 
+import os
 import sys
 from pathlib import Path
 
@@ -42,3 +43,22 @@ main()
 """
     done = run_to_end([sys.executable, "-c", code], env=environment())
     assert (done.returncode, done.stderr) == (130, "multiradar: stopped\n")
+
+
+@pytest.mark.parametrize("closed", [(0,), (1,), (2,), (0, 1, 2)])
+def test_a_command_with_closed_streams_works(closed: tuple[int, ...], tmp_path: Path) -> None:
+    def close() -> None:
+        for number in closed:
+            os.close(number)
+
+    file, out = tmp_path / "a.csv", tmp_path / "out"
+    rows = [f"{1_533_110_400 + k},3c6444,{47.0 + 0.002 * k},8.5,35000\n" for k in range(3)]
+    file.write_text("timestamp,icao24,latitude,longitude,altitude\n" + "".join(rows))
+    command: list[str | Path] = [sys.executable, "-m", "multiradar"]
+    command += ["convert", "adsb", file, "--out", out]
+    done = run_to_end(command, env=environment(), preexec_fn=close)
+    assert done.returncode == 0
+    assert ("read 3 " in done.stdout) == (1 not in closed)
+    assert done.stderr == ""
+    table = (out / "measurements.parquet").read_bytes()
+    assert table[:4] == table[-4:] == b"PAR1"

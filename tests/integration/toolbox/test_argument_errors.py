@@ -1,5 +1,6 @@
 """Bad input gets from Python the sentence of the command, as an exception with its data."""
 
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -194,3 +195,35 @@ def test_rows_out_of_order_are_sorted_with_a_warning(made: Path, tracked: mr.Run
         done = mr.track(_table(made).reverse(), _sensors(made))
     assert [one.filename for one in found] == [__file__]
     assert done.report["counts"]["read"] == tracked.report["counts"]["read"]
+
+
+def test_the_output_of_another_command_is_no_run(made: Path) -> None:
+    with pytest.raises(InputError, match="scene: expected the output of `track`, was the output"):
+        mr.Run(made / "scene")
+
+
+def test_a_setting_of_the_wrong_type_is_named_once(made: Path, tracked: mr.Run) -> None:
+    settings: Any = {"gate_m": "2000"}
+    with pytest.raises(ArgumentError) as caught:
+        mr.evaluate(tracked, truth=made / "scene", **settings)
+    assert str(caught.value) == "`gate_m`: expected a number, was '2000'"
+
+
+def test_settings_of_a_bundle_are_checked() -> None:
+    settings: Any = 5
+    with pytest.raises(ArgumentError, match="`settings`: expected BundleSettings, was int"):
+        mr.Bundle(settings)
+
+
+@pytest.mark.filterwarnings("always::multiradar.errors.DataWarning")
+def test_a_tracker_warns_where_all_measurements_are_rejected(made: Path) -> None:
+    frame = _table(made).head(10)
+    with mr.Tracker(_sensors(made)) as tracker:
+        unknown = frame.with_columns(sensor_id=pl.lit("99-9"))
+        with pytest.warns(DataWarning, match="all 10 measurements were rejected") as said:
+            assert len(tracker.push(unknown).rejected) == 10
+        assert "10 UNKNOWN_SENSOR; the first: sensor_id: expected a sensor" in str(said[0].message)
+        mixed = pl.concat([frame.head(1), unknown.head(1)])
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            assert len(tracker.push(mixed).rejected) == 1

@@ -11,6 +11,7 @@ import pytest
 
 from multiradar.errors import ConfigurationError, JournalError, JournalFullError
 from multiradar.storage.sqlite import sqlite_journal
+from multiradar.storage.sqlite.sqlite_file import journal_errors
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from support.inputs.journal_entries import entry
 from support.processes.waiting import run_to_end
@@ -347,3 +348,17 @@ def test_a_closed_journal_is_one_file_without_open_handles(tmp_path: Path) -> No
     if os.path.isdir("/proc/self/fd"):
         held = {os.path.realpath(one) for one in Path("/proc/self/fd").iterdir()}
         assert not {one for one in held if one.startswith(str(path))}
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("SQLITE_IOERR_SHMSIZE", r"disk full \(SQLITE_IOERR_SHMSIZE\); free space"),
+        ("SQLITE_IOERR_READ", r"disk I/O error \(SQLITE_IOERR_READ\)"),
+    ],
+)
+def test_no_room_for_the_index_of_the_log_is_a_full_disk(name: str, words: str) -> None:
+    error = sqlite3.OperationalError("disk I/O error")
+    error.sqlite_errorname = name
+    with pytest.raises(JournalError, match=words), journal_errors(Path("journal.sqlite")):
+        raise error

@@ -8,7 +8,7 @@ docs/howto/restoration.md.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from multiradar.errors import RestorationError, TimeOrderError
+from multiradar.errors import ArgumentError, RestorationError, TimeOrderError
 from multiradar.estimation.array_checks import finite_array
 from multiradar.restoration.bundle._bundle_kernels import push_plot
 from multiradar.restoration.bundle.estimate import (
@@ -50,6 +50,13 @@ _WIDER = (1.0, 1.5, 2.0, 3.0)
 _PATIENCE_S = 8.0
 
 
+def _checked(settings: object) -> BundleSettings | None:
+    if isinstance(settings, BundleSettings | None):
+        return settings
+    msg = f"`settings`: expected BundleSettings, was {type(settings).__name__}"
+    raise ArgumentError(msg, "settings")
+
+
 class Bundle:
     """Weighted trajectories of one aircraft; plots are pushed one at a time, in order.
 
@@ -61,6 +68,11 @@ class Bundle:
         Scratch arrays, of `_scratch.scratch(settings)`; bundles that never work concurrently may
         share them, which saves three quarters of the memory. Its own by default.
 
+    Raises
+    ------
+    ArgumentError
+        The settings are something else.
+
     References
     ----------
     IMM UrO RAN report (2016), section 2.2. The project's own: priors, the weight by Laplace's
@@ -70,7 +82,7 @@ class Bundle:
     def __init__(
         self, settings: BundleSettings | None = None, memory: Scratch | None = None
     ) -> None:
-        self._settings = settings = settings or BundleSettings()
+        self._settings = settings = _checked(settings) or BundleSettings()
         self._kinds, self._rules = settings.kinds(), settings.rules()
         self._tracks = np.zeros((layout.CANDIDATES_MAX, layout.TRACK_COUNT))
         self._plots = np.zeros((2 * layout.INITIAL_PLOTS_MAX, layout.PLOT_COUNT))

@@ -147,6 +147,10 @@ def snapshot(connection: sqlite3.Connection) -> Iterator[None]:
             connection.execute("ROLLBACK")
 
 
+#: Errors of SQLite on a full disk other than in writing a row.
+_NO_ROOM = frozenset({"SQLITE_IOERR_SHMSIZE"})
+
+
 @contextmanager
 def journal_errors(path: Path) -> Iterator[None]:
     """Translate errors of SQLite into journal errors that name the file."""
@@ -158,6 +162,8 @@ def journal_errors(path: Path) -> Iterator[None]:
         name = getattr(error, "sqlite_errorname", type(error).__name__)
         if name == "SQLITE_FULL":
             raise JournalFullError(f"{path}: disk full") from error
+        if name in _NO_ROOM:
+            raise JournalError(f"{path}: disk full ({name}); free space and start again") from error
         raise JournalError(f"{path}: {error} ({name})") from error
 
 

@@ -230,8 +230,9 @@ def evaluation_settings(given: dict[str, Any]) -> EvaluationSettings:
         if name not in known:
             raise ArgumentError(unknown("argument", name, known), name)
     chosen = {name: value for name, value in given.items() if value is not None}
+    chosen = checked_options(chosen, EvaluationSettings)
     try:
-        return EvaluationSettings(**checked_options(chosen, EvaluationSettings))
+        return EvaluationSettings(**chosen)
     except ConfigurationError as error:
         name, _, reason = str(error).partition(": ")
         raise ArgumentError(f"`{name}`: {reason}", name) from error

@@ -1,6 +1,7 @@
 """A tracker to push measurements into, as they arrive."""
 
-from collections.abc import Collection
+from collections import Counter
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
@@ -9,6 +10,7 @@ import numpy as np
 import polars as pl
 
 from multiradar import wire
+from multiradar.errors import DataWarning
 from multiradar.runtime.admission.admission_by_time import ACCEPTED, Admission
 from multiradar.runtime.admission.reject_file import TimeRejects
 from multiradar.runtime.engine.epoch_engine import Engine
@@ -18,6 +20,7 @@ from multiradar.toolbox.arguments import typed
 from multiradar.toolbox.compiling import compile_kernels
 from multiradar.toolbox.frames import to_polars
 from multiradar.toolbox.inputs import as_sensors_file, load_sensor_table
+from multiradar.toolbox.messages.warning import warn
 from multiradar.toolbox.output import PathLike
 from multiradar.toolbox.settings import checked_fields, settings_of
 from multiradar.toolbox.tracking.custom_filters import host_of
@@ -154,6 +157,11 @@ class Tracker:
         ------
         InputError
             It is no table, lacks a column (`MissingColumnError`), or a column has another type.
+
+        Warns
+        -----
+        DataWarning
+            All measurements were rejected.
         """
         frame = _checked(to_polars(measurements, "measurements"))
         measured, rejected = wire.measurement_batch(frame, self._table)
@@ -165,6 +173,8 @@ class Tracker:
         rows += [(int(at[row]), code, reason) for row, code, reason in times.rejections]
         self._read += len(frame)
         self._rejected += len(rows)
+        if rows and len(rows) == len(frame):
+            _warn_of_rejects(rows)
         kept = measured if accepted.all() else measured.select(accepted)
         output = self._engine.push(kept, self._admission.released_to_s)
         return self._updates(output, sorted((i, str(code), why) for i, code, why in rows))
@@ -192,6 +202,13 @@ class Tracker:
             transitions=wire.transitions_frame(output.transitions),
             rejected=pl.DataFrame(rejected, schema=_REJECT_SCHEMA, orient="row"),
         )
+
+
+def _warn_of_rejects(rows: Sequence[tuple[int, str, str]]) -> None:
+    codes = Counter(str(code) for _, code, _ in rows)
+    counts = ", ".join(f"{count} {code}" for code, count in codes.most_common())
+    _, _, first = min(rows)
+    warn(f"all {len(rows)} measurements were rejected ({counts}; the first: {first})", DataWarning)
 
 
 def _checked(frame: pl.DataFrame) -> pl.DataFrame:
