@@ -38,6 +38,10 @@ export class Encounters {
   readonly tracks = new Set<number>();
 
   private wake: () => void = () => undefined;
+  /** The past time of `found`, s: it is read once. */
+  private foundAtS: number | null = null;
+  /** Counts the times chosen: an answer to a question of before is of no use. */
+  private jumps = 0;
 
   constructor(
     private readonly wanted: () => boolean,
@@ -54,16 +58,9 @@ export class Encounters {
       + `&probability_min=${PROBABILITY_MIN}&order=probability&limit=${LIMIT}`;
     for (;;) {
       const began = performance.now();
-      let found: Encounter[] = [];
       const at = this.atS();
-      if (this.wanted() && !document.hidden) {
-        try {
-          found = ((await (await get(`v1/encounters?${asked}${atOf(at)}`)).json()) as { encounters: Encounter[] }).encounters;
-        } catch {
-          // The feed announces a service that does not answer.
-        }
-      }
-      this.take(found);
+      const isWanted = this.wanted() && !document.hidden;
+      if (!isWanted || at === null || at !== this.foundAtS) await this.read(isWanted ? `v1/encounters?${asked}${atOf(at)}` : null, at);
       const took = performance.now() - began;
       await new Promise<void>((done) => {
         setTimeout(done, Math.max(EVERY_MS - took, PATIENCE * took));
@@ -72,8 +69,25 @@ export class Encounters {
     }
   }
 
+  private async read(address: string | null, atS: number | null): Promise<void> {
+    let found: Encounter[] = [];
+    const { jumps } = this;
+    this.foundAtS = null;
+    if (address !== null) {
+      try {
+        found = ((await (await get(address)).json()) as { encounters: Encounter[] }).encounters;
+        if (jumps === this.jumps) this.foundAtS = atS;
+      } catch {
+        // The feed announces a service that does not answer.
+      }
+    }
+    if (jumps === this.jumps) this.take(found);
+  }
+
   /** Another time is shown: its encounters are read at once. */
   hurry(): void {
+    this.jumps += 1;
+    this.foundAtS = null;
     this.take([]);
     this.wake();
   }

@@ -46,6 +46,9 @@ export class Feed {
   status: Record<string, unknown> = {};
   /** The time of `sensors`, s; null: the present. */
   sensorsAtS: number | null = null;
+  private sensorsJumps = -1;
+  /** The status when the time shown was chosen: on the map nothing changes while it stands. */
+  statusShown: Record<string, unknown> = {};
   /** Why the last question of each loop was not answered. */
   private readonly problems = ["", ""];
   /** Counts the documents read. */
@@ -61,6 +64,8 @@ export class Feed {
   private newestS: number | null = null;
   /** Of the last past picture: its time, when it was read, and the jumps of the clock before. */
   private pastS: number | null = null;
+  /** What was asked for the last past picture. */
+  private pastOf = "";
   private pastMs = 0;
   private jumps = 0;
   /** Of the loops that wait. */
@@ -139,7 +144,7 @@ export class Feed {
     if (clock.jumps !== this.jumps) {
       this.jumps = clock.jumps;
       for (const one of [store, this.second]) one.clear();
-      [this.after, this.pastS] = [null, null];
+      [this.after, this.pastS, this.pastOf] = [null, null, ""];
     }
     const at = clock.at(performance.now());
     [store.pace, this.second.pace] = [clock.pace, clock.pace];
@@ -151,6 +156,7 @@ export class Feed {
   private async past(at: number): Promise<void> {
     const { clock, jumps } = this;
     const asked = new URLSearchParams({ at: at.toFixed(3) });
+    const of = `${at} ${this.area} ${this.track}`;
     if (this.pastS !== null) asked.set("since", this.pastS.toFixed(3));
     if (this.area !== "") asked.set("bbox", this.area);
     if (this.track !== null) asked.set("track", String(this.track));
@@ -165,9 +171,10 @@ export class Feed {
     frames.forEach((buffer, layer) => {
       const frame = this.decoded(buffer);
       clock.learn(frame.header.span_s, frame.header.recorded === true, frame.header.layers ?? []);
-      (layer === 0 ? this.store : this.second).update(frame, performance.now());
+      // What is read again of a time that stands only says that the service answers: the picture stays.
+      if (of !== this.pastOf) (layer === 0 ? this.store : this.second).update(frame, performance.now());
     });
-    [this.pastS, this.pastMs] = [at, performance.now()];
+    [this.pastS, this.pastMs, this.pastOf] = [at, performance.now(), of];
   }
 
   private decoded(buffer: ArrayBuffer): Frame {
@@ -204,9 +211,12 @@ export class Feed {
 
   private async documents(): Promise<void> {
     const at = this.clock.at(performance.now());
-    this.sensors = sensorsOf(await (await get(`v1/sensors${at === null ? "" : `?at=${at.toFixed(3)}`}`)).json());
+    const stands = at !== null && at === this.sensorsAtS && this.sensorsJumps === this.clock.jumps;
+    this.sensorsJumps = this.clock.jumps;
+    if (!stands) this.sensors = sensorsOf(await (await get(`v1/sensors${at === null ? "" : `?at=${at.toFixed(3)}`}`)).json());
     this.sensorsAtS = at;
     this.status = (await (await get("v1/status")).json()) as Record<string, unknown>;
+    if (!stands) this.statusShown = this.status;
     this.revision += 1;
   }
 }

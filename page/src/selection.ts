@@ -94,6 +94,8 @@ export class Selection {
   /** Counts the changes. */
   revision = 0;
   private id: number | null = null;
+  /** Data time of what was read. */
+  private readS: number | null = null;
   private busy = false;
   /** Whether it is to be read again after what is being read. */
   private again = false;
@@ -107,13 +109,17 @@ export class Selection {
     /** Whether the service makes trajectory sets, of which a track has one. */
     private readonly hasBundle: (id: number) => boolean,
   ) {
-    setInterval(() => void this.refresh(), EVERY_MS);
+    setInterval(() => {
+      // A past time that stands is read once.
+      if (this.mode() === "live" || this.readS !== this.dataTimeS()) void this.refresh();
+    }, EVERY_MS);
   }
 
   /** Follow a track, or none. */
   follow(id: number | null): void {
     if (id === this.id) return;
     this.id = id;
+    this.readS = null;
     this.past = [];
     this.updates = [];
     this.forecast = [];
@@ -147,6 +153,7 @@ export class Selection {
       const bundle = isLive && isKnown && this.hasBundle(id) ? await bundleOf(id).catch(() => null) : null;
       if (id !== this.id) return;
       this.bundle = bundle;
+      this.readS = time;
       this.updates = history.updates.filter((one) => isLive || one.time_s <= time);
       this.past = this.updates.map(placed);
       this.probability = forecast.probability;

@@ -7,6 +7,9 @@ import { nameOf, Track, trackColumns } from "./track";
 
 /** Positions are extrapolated at most this long, s. */
 const AHEAD_MAX_S = 10;
+/** Data seconds per second are those of so long: frames come in bunches when service or network are busy, ms. */
+const RATE_MS = 10_000;
+const RATE_MIN_MS = 1000;
 
 export { nameOf, Track };
 
@@ -28,9 +31,12 @@ export class Store {
   fastest = 0;
   /** Data seconds per second of a history; null: as the data come. */
   pace: number | null = null;
+  /** When the data time came that is the newest. */
   private receivedMs = 0;
-  /** Data seconds per second: 1 live, more in a fast replay. */
-  private rate = 1;
+  /** Data seconds per second: 1 live, more in a fast replay; nothing moves before it is known. */
+  private rate = 0;
+  /** Data times of the last frames, and when they came. */
+  private readonly steps: { ms: number; timeS: number }[] = [];
   private readonly byId = new Map<number, Track>();
   private other: Track[] = [];
 
@@ -41,12 +47,9 @@ export class Store {
   /** Take a frame; the clock of the data follows its steps. */
   update(frame: Frame, nowMs: number): void {
     const time = frame.header.data_time_s;
-    if (time !== null && this.dataTimeS !== null && nowMs > this.receivedMs) {
-      const rate = ((time - this.dataTimeS) * 1000) / (nowMs - this.receivedMs);
-      if (rate >= 0 && rate < 1000) this.rate += 0.3 * (rate - this.rate);
-    }
+    if (time !== this.dataTimeS) this.receivedMs = nowMs;
+    if (time !== null) this.measure(time, nowMs);
     this.dataTimeS = time;
-    this.receivedMs = nowMs;
     this.frames += 1;
     this.skipped += frame.header.skipped;
     this.total = frame.header.total;
@@ -65,6 +68,16 @@ export class Store {
     this.plots.clear();
     this.byId.clear();
     this.dataTimeS = null;
+    this.steps.length = 0;
+  }
+
+  private measure(timeS: number, ms: number): void {
+    const { steps } = this;
+    if (timeS < (this.dataTimeS ?? -Infinity)) steps.length = 0;
+    steps.push({ ms, timeS });
+    while (steps.length > 2 && (steps[1]?.ms ?? ms) <= ms - RATE_MS) steps.shift();
+    const [first] = steps;
+    if (first !== undefined && ms - first.ms >= RATE_MIN_MS) this.rate = ((timeS - first.timeS) * 1000) / (ms - first.ms);
   }
 
   /** Data time at a moment, extrapolated by at most some seconds. */

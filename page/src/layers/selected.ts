@@ -68,7 +68,7 @@ export class ForecastLayer implements Layer {
       context.stroke();
     }
     context.globalAlpha = 1;
-    this.text = selection.forecast.length === 0 ? "" : heldText(scene.feed.status);
+    this.text = selection.forecast.length === 0 ? "" : heldText(scene.feed.statusShown);
     if (this.text === "") return;
     context.font = `11px ${FONT}`;
     context.fillStyle = palette.selected;

@@ -12,6 +12,8 @@ export class Source<T> {
   private readMs = -Infinity;
   private busy = false;
   private jumps = 0;
+  /** The address of the value: a past time that stands is read once. */
+  private of = "";
   /** Why there is no value, in the words of the service. */
   problem = "";
 
@@ -24,6 +26,7 @@ export class Source<T> {
   read(app: App, key: string, address: string): T | null {
     if (key !== this.key) {
       [this.key, this.value, this.problem, this.readMs] = [key, null, "", -Infinity];
+      this.of = "";
     }
     const past = OF_PAST.test(address);
     if (past && app.clock.recorded) {
@@ -33,9 +36,10 @@ export class Source<T> {
     // Of the picture that is shown, of whose tracks the service knows.
     const at = past && !app.clock.isLive ? app.store.dataTimeS : null;
     // A jump to another time makes the answer that of another question.
-    if (past && app.clock.jumps !== this.jumps) [this.jumps, this.readMs] = [app.clock.jumps, -Infinity];
+    if (past && app.clock.jumps !== this.jumps) [this.jumps, this.readMs, this.of] = [app.clock.jumps, -Infinity, ""];
     const whole = at === null ? address : `${address}${address.includes("?") ? "&" : "?"}at=${at.toFixed(3)}`;
     if (past && !app.feed.isCurrent) return this.value;
+    if (at !== null && whole === this.of) return this.value;
     if (!this.busy && performance.now() - this.readMs >= this.everyMs) void this.refresh(app, key, whole);
     return this.value;
   }
@@ -46,7 +50,7 @@ export class Source<T> {
     const isWanted = (): boolean => key === this.key && jumps === this.jumps;
     try {
       const value = (await (await get(address)).json()) as T;
-      if (isWanted()) [this.value, this.problem] = [value, ""];
+      if (isWanted()) [this.value, this.problem, this.of] = [value, "", address];
     } catch (error) {
       if (isWanted()) [this.value, this.problem] = [null, error instanceof Error ? error.message : String(error)];
     } finally {

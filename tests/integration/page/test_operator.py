@@ -1,5 +1,6 @@
 """What an operator who sees the page for the first time must not be puzzled by."""
 
+from collections import Counter
 from typing import Any
 
 from playwright.sync_api import Page, expect
@@ -8,6 +9,7 @@ from integration.page.conftest import Air
 from integration.page.test_browser import STORE, opened, settled
 from integration.page.test_panels import pictured, sensors_with
 from multiradar.report.times import clock_text
+from support.processes.waiting import wait_until
 
 MAP = "JSON.stringify(document.getElementById('map').getBoundingClientRect())"
 CLOCK = "window.multiradar.clock"
@@ -122,3 +124,69 @@ def test_of_two_wrong_sites_the_less_certain_may_be_a_consequence(page: Page, ai
     expect(page.get_by_role("region", name="Sensor north")).to_contain_text(
         "may be a consequence of west: correct that first."
     )
+
+
+def test_the_clock_runs_as_the_data_also_when_frames_come_in_bunches(page: Page, air: Air) -> None:
+    opened(page, air)
+    ahead, late = page.evaluate(
+        f"""() => {{
+          const store = new {STORE}.constructor();
+          const none = {{ rows: 0, column: () => new Float64Array(0) }};
+          const header = {{ skipped: 0, total: 0, sensors: [], states: [] }};
+          const take = (time, ms) => store.update(
+            {{ header: {{ ...header, data_time_s: time }},
+               tracks: none, plots: none, path: none }}, ms);
+          // Three times real time, a frame for each half second; two come together.
+          const ahead = [];
+          for (let pair = 0; pair < 40; pair++) {{
+            const ms = 1000 * pair;
+            take(3 * pair, ms);
+            take(3 * pair + 1.5, ms + 20);
+            for (let later = 0; later < 980; later += 20) {{
+              const now = ms + 20 + later;
+              if (pair > 10) ahead.push(store.timeAt(now) - (3 * pair + 1.5) - (3 * later) / 1000);
+            }}
+          }}
+          // The data end.
+          for (let ms = 40000; ms < 60000; ms += 500) take(3 * 39 + 1.5, ms);
+          return [[Math.min(...ahead), Math.max(...ahead)], store.timeAt(60000) - 3 * 39 - 1.5];
+        }}"""
+    )
+    assert ahead[0] > -1.0
+    assert ahead[1] < 1.0
+    assert late == 0.0
+
+
+def test_a_paused_picture_does_not_change(page: Page, air: Air) -> None:
+    opened(page, air)
+    page.evaluate(f"window.multiradar.actions.select({STORE}.tracks[0].id)")
+    asked: Counter[str] = Counter()
+    page.on("request", lambda request: asked.update([request.url]))
+    page.keyboard.press(" ")
+    settled(page, f"{STORE}.dataTimeS !== null && window.multiradar.encounters.found.length > 0")
+    known = f"JSON.stringify({STORE}.tracks.map((one) => [one.id, one.speedMps, one.x]))"
+    before = page.evaluate(known)
+    reads = [0]
+
+    def faster(header: dict[str, Any], tracks: dict[str, Any]) -> None:
+        tracks["speed_mps"] += 50.0
+        reads[0] += 1
+
+    pictured(page, faster)
+
+    def waited() -> bool:
+        # Requests are answered in the meantime.
+        page.evaluate("1")
+        return reads[0] >= 6
+
+    # Two seconds each: in this time all else would have been read three times.
+    wait_until(waited, "reads of a time that stands")
+    page.unroute_all(behavior="wait")
+    assert page.evaluate(known) == before
+    past = {
+        address: count for address, count in asked.items()
+        if "at=" in address and "/v1/picture" not in address
+    }  # fmt: skip
+    for name in ("/encounters?", "/forecast?", "/plots?", "/sensors?"):
+        assert any(name in address for address in past)
+    assert max(past.values()) <= 2
