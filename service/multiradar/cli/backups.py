@@ -143,6 +143,7 @@ def verify(
         found = check(path, on_progress=show)
     if isinstance(found, Verification):
         entries, kept = found.entries, f"{found.snapshots} snapshots"
+        kept += f", begins with entry {found.first:,}" if found.first > 1 else ""
     else:
         entries = found.last - found.first + 1
         kept = f"{found.segments} segments from entry {found.first} on, {found.octets / 1e6:.1f} MB"

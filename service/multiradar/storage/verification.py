@@ -61,6 +61,8 @@ class Verification:
         Sound snapshots.
     damage : tuple of str
         A sentence for each damaged file or entry, with its place.
+    first : int
+        The first entry that the journal has; above 1 in a shortened one.
     """
 
     entries: int
@@ -70,6 +72,7 @@ class Verification:
     digest: str
     snapshots: int
     damage: tuple[str, ...]
+    first: int = 1
 
 
 def verify_journal(path: Path, on_progress: Progress = lambda _done, _total: None) -> Verification:
@@ -129,7 +132,7 @@ class _Check:
         tip = self._read_tip()
         self._check_log()
         positions = self._read_snapshots()
-        head, fingerprint = Head(0, b"", 0, 0), ""
+        head, fingerprint, first = Head(0, b"", 0, 0), "", 1
         with (
             self._noting(),
             closing(open_database(self._path, self._mode)) as connection,
@@ -141,6 +144,7 @@ class _Check:
             rows = JournalRows(self._path, fingerprint)
             head = rows.head(connection)
             base = rows.base(connection)
+            first = base.sequence + 1
             self._check_entries(connection, rows, head, base)
             with self._noting():
                 rows.skipped(connection)
@@ -160,7 +164,7 @@ class _Check:
             self._damage.append(f"{self._path}: {self._unnamed} further entries are damaged")
         return Verification(
             head.sequence, head.accepted, head.rejected, fingerprint, head.digest.hex(),
-            len(positions), tuple(self._damage),
+            len(positions), tuple(self._damage), first,
         )  # fmt: skip
 
     @contextmanager

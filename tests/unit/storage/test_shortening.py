@@ -113,7 +113,7 @@ def test_entries_before_both_snapshots_are_removed_and_the_rest_is_as_it_was(
     assert found.reason == "the entries after 42 are needed to start from the snapshots"
     assert _entries(path) == before[40:]
     again = verify_journal(path)
-    assert (again.damage, again.snapshots) == ((), 2)
+    assert (again.damage, again.snapshots, again.first) == ((), 2, 41)
     assert (again.entries, again.accepted, again.rejected, again.digest) == (
         sound.entries, sound.accepted, sound.rejected, sound.digest,
     )  # fmt: skip
