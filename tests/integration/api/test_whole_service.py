@@ -154,7 +154,7 @@ def test_a_rejected_row_is_listed_by_its_index_and_quarantined(
 
 
 def test_the_rows_of_an_answered_message_leave_the_memory(client: httpx.Client) -> None:
-    # Valid rows of a radar whose clock is wrong by decades: listed, quarantined and forgotten.
+    # Valid rows of a radar with a clock decades ahead: quarantined on disk, not kept in memory.
     row = _plots(1000.0, 1)[0]
     many = [{**row, "time_s": 4e9 + at / 100.0} for at in range(3000)]
 
