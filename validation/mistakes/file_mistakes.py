@@ -334,6 +334,12 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
     ),
     # Folders.
     Mistake(
+        "convert: a folder in place of ADS-B files",
+        lambda _sample, folder: (folder / "adsb.csv").mkdir(),
+        _CONVERT_ADSB,
+        message=("adsb.csv: expected a file, was a folder; give the files in it",),
+    ),
+    Mistake(
         "tracks and reference exchanged",
         tracks(lambda reports: reports),
         ("evaluate", "measurements.parquet", "--adsb", "tracks.parquet"),

@@ -158,9 +158,22 @@ def test_a_file_given_twice_is_a_usage_error(
     assert "a.ast: given twice" in capsys.readouterr().err
 
 
-def test_a_folder_is_named_as_such(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["convert", "asterix", str(tmp_path), "--out", str(tmp_path / "out")]) == 1
+@pytest.mark.parametrize("kind", ["asterix", "adsb"])
+def test_a_folder_is_named_as_such(
+    kind: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def compiled(_purposes: list[str]) -> int:
+        pytest.fail("kernels were compiled before the files were checked")
+
+    monkeypatch.setattr("multiradar.toolbox.conversion.convert.compile_kernels", compiled)
+    out = ["--out", str(tmp_path / "out")]
+    assert run(["convert", kind, str(tmp_path), *out]) == 1
     assert "was a folder; give the files in it" in capsys.readouterr().err
+    assert run(["convert", kind, str(tmp_path / "absent"), *out]) == 1
+    assert "absent: no such file" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("coasting", [True, False])

@@ -264,6 +264,11 @@ def convert_files(
     with conversion_errors():
         for path in files:
             check_recording(path)
+    for path in files:
+        if path.is_dir():
+            raise InputError(f"{path}: expected a file, was a folder; give the files in it")
+        if not path.exists():
+            raise InputError(f"{path}: no such file")
     compile_kernels([f"convert {kind}"])
     total = sum(path.stat().st_size for path in files if path.is_file())
     with conversion_errors(), bytes_bar(total) as advance:
