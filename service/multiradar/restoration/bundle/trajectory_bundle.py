@@ -8,9 +8,10 @@ docs/howto/restoration.md.
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from multiradar.errors import ArgumentError, RestorationError, TimeOrderError
+from multiradar.errors import RestorationError, TimeOrderError
 from multiradar.estimation.array_checks import finite_array
 from multiradar.restoration.bundle._bundle_kernels import push_plot
+from multiradar.restoration.bundle.arguments import checked_settings
 from multiradar.restoration.bundle.estimate import (
     BEST,
     WEIGHTED,
@@ -50,13 +51,6 @@ _WIDER = (1.0, 1.5, 2.0, 3.0)
 _PATIENCE_S = 8.0
 
 
-def _checked(settings: object) -> BundleSettings | None:
-    if isinstance(settings, BundleSettings | None):
-        return settings
-    msg = f"`settings`: expected BundleSettings, was {type(settings).__name__}"
-    raise ArgumentError(msg, "settings")
-
-
 class Bundle:
     """Weighted trajectories of one aircraft; plots are pushed one at a time, in order.
 
@@ -68,11 +62,6 @@ class Bundle:
         Scratch arrays, of `_scratch.scratch(settings)`; bundles that never work concurrently may
         share them, which saves three quarters of the memory. Its own by default.
 
-    Raises
-    ------
-    ArgumentError
-        The settings are something else.
-
     References
     ----------
     IMM UrO RAN report (2016), section 2.2. The project's own: priors, the weight by Laplace's
@@ -82,7 +71,7 @@ class Bundle:
     def __init__(
         self, settings: BundleSettings | None = None, memory: Scratch | None = None
     ) -> None:
-        self._settings = settings = _checked(settings) or BundleSettings()
+        self._settings = settings = checked_settings(settings)
         self._kinds, self._rules = settings.kinds(), settings.rules()
         self._tracks = np.zeros((layout.CANDIDATES_MAX, layout.TRACK_COUNT))
         self._plots = np.zeros((2 * layout.INITIAL_PLOTS_MAX, layout.PLOT_COUNT))
