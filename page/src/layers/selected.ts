@@ -7,6 +7,10 @@ import { scaleAt } from "../mercator";
 /** Distance of the sentence from the lower left corner. */
 const CORNER_PX = 14;
 const LETTER_PX = 6.7;
+/** Regions that are larger, relative to the smaller side of the map, hide what they are about. */
+const REGION_MAX = 0.4;
+/** Regions are drawn so far apart, s: more would hide each other. */
+const REGIONS_S = 60;
 /** Room for the name of a minute. */
 const NAME_PX = 52;
 const LINE_PX = 13;
@@ -47,32 +51,52 @@ export class PastLayer implements Layer {
   }
 }
 
-/** The predicted positions with their regions. */
+/** The predicted path, with the region and the name of each minute. */
 export class ForecastLayer implements Layer {
   readonly plane = "ground";
   /** The sentence on the canvas, for tests. */
   text = "";
+  /** Names of the regions on the canvas, and how many are too large, for tests. */
+  names: string[] = [];
+  large = 0;
 
   draw(scene: Scene): void {
     const { context, palette, selection } = scene;
     context.strokeStyle = palette.selected;
+    context.fillStyle = palette.selected;
+    context.font = `11px ${FONT}`;
     context.lineWidth = 1;
     context.globalAlpha = 0.6;
+    [this.names, this.large] = [[], 0];
+    const most = REGION_MAX * Math.min(scene.width, scene.height);
+    const [first] = selection.forecast;
+    context.beginPath();
+    for (const point of selection.forecast) context.lineTo(scene.px(point.x), scene.py(point.y));
+    context.stroke();
     for (const point of selection.forecast) {
+      const ahead = Math.round(point.timeS - (first?.timeS ?? 0));
+      if (ahead === 0 || ahead % REGIONS_S !== 0) continue;
       const perMetre = scaleAt(point.latitude) * scene.a;
+      const [x, y] = [scene.px(point.x), scene.py(point.y)];
+      const [major, minor, turned] = [point.majorM * perMetre, point.minorM * perMetre, ((point.azimuthDeg - 90) * Math.PI) / 180];
+      if (major > most) {
+        this.large += 1;
+        continue;
+      }
       context.beginPath();
-      context.ellipse(
-        scene.px(point.x), scene.py(point.y), point.majorM * perMetre, point.minorM * perMetre,
-        ((point.azimuthDeg - 90) * Math.PI) / 180, 0, 2 * Math.PI,
-      );
+      context.ellipse(x, y, major, minor, turned, 0, 2 * Math.PI);
       context.stroke();
+      const name = `+${ahead / 60} min`;
+      this.names.push(name);
+      // Above its region.
+      const top = Math.round(y - Math.hypot(major * Math.sin(turned), minor * Math.cos(turned))) - 3;
+      context.fillText(name, Math.round(x - (LETTER_PX * name.length) / 2), top);
+      scene.reserved.push(x - (LETTER_PX * name.length) / 2 - 2, top - 10, LETTER_PX * name.length + 4, 13);
     }
     context.globalAlpha = 1;
     this.text = selection.forecast.length === 0 ? "" : heldText(scene.feed.statusShown);
     if (this.text === "") return;
-    context.font = `11px ${FONT}`;
-    context.fillStyle = palette.selected;
-    const whole = `Forecast regions: ${this.text}`;
+    const whole = `Forecast regions: ${this.text}${this.large > 0 ? "; too large for this zoom" : ""}`;
     context.fillText(whole, CORNER_PX, scene.height - CORNER_PX);
     scene.reserved.push(CORNER_PX - 2, scene.height - CORNER_PX - 11, LETTER_PX * whole.length + 4, 15);
   }

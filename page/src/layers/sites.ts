@@ -4,12 +4,14 @@ import { FONT, sensorColour } from "../drawing/palette";
 import type { Layer, Scene } from "../drawing/scene";
 import type { Sensor } from "../feed";
 import { destination, mercatorX, mercatorY } from "../mercator";
-import { NAUTICAL_MILE_M } from "../units";
+import { NAUTICAL_MILE_M, type Units } from "../units";
 
 const RING_NM = 50;
 /** Range of a radar without a configured one, m. */
 export const RANGE_ASSUMED_M = 250_000;
 const STEP_DEG = 5;
+/** Distances on smaller rings would crowd, pixels. */
+const RING_NAMED_PX = 40;
 /** Width of a letter of a name. */
 const NAME_PX = 6.7;
 
@@ -20,6 +22,12 @@ export interface Site {
   y: number;
   /** Points of its rings in map units: x, y, x, y, …; one array each. */
   rings: Float64Array[];
+}
+
+/** The distance of a ring, by its number. */
+function ringName(number: number, units: Units): string {
+  const miles = RING_NM * (number + 1);
+  return units === "aero" ? `${miles} NM` : `${Math.round((miles * NAUTICAL_MILE_M) / 1000)} km`;
 }
 
 /** Radars with a known site; rings are computed when the sensors change. */
@@ -38,12 +46,15 @@ export class Sites {
 
 export class SitesLayer implements Layer {
   readonly plane = "ground";
+  /** Distances on the canvas, for tests. */
+  distances: string[] = [];
 
   constructor(private readonly sites: Sites) {}
 
   draw(scene: Scene): void {
     const { context, palette, store, view } = scene;
     scene.reserved.length = 0;
+    this.distances.length = 0;
     // The buttons of the zoom.
     scene.reserved.push(0, 0, scene.controlX, scene.controlY);
     if (!view.shown.sites) return;
@@ -81,7 +92,37 @@ export class SitesLayer implements Layer {
       context.fillText(text, x + 9, y + 5);
       scene.reserved.push(x - 7, y - 7, NAME_PX * text.length + 18, 15);
     }
+    this.nameRings(scene);
   }
+
+  /** Write the distance of each ring on its north, where nothing else stands. */
+  private nameRings(scene: Scene): void {
+    const { context, palette, store, view } = scene;
+    for (const site of this.sites.all(scene.feed.sensors)) {
+      if (view.hiddenSensors.has(site.sensor.id)) continue;
+      context.fillStyle = sensorColour(store.sensors.indexOf(site.sensor.id), palette);
+      const centre = scene.py(site.y);
+      site.rings.forEach((ring, number) => {
+        const [x, y] = [Math.round(scene.px(ring[0] ?? 0)), Math.round(scene.py(ring[1] ?? 0))];
+        const text = ringName(number, view.units);
+        const width = NAME_PX * text.length + 4;
+        const [left, top] = [x - width / 2, y - 13];
+        if (!scene.isInside(x, y, 0) || centre - y < RING_NAMED_PX || touches(scene.reserved, left, top, width, 13)) return;
+        context.fillText(text, left + 2, y - 3);
+        scene.reserved.push(left, top, width, 13);
+        this.distances.push(text);
+      });
+    }
+  }
+}
+
+/** Whether a box touches one of some: left, top, width, height, … */
+function touches(boxes: readonly number[], left: number, top: number, width: number, height: number): boolean {
+  for (let at = 0; at < boxes.length; at += 4) {
+    const [x, y, w, h] = [boxes[at] ?? 0, boxes[at + 1] ?? 0, boxes[at + 2] ?? 0, boxes[at + 3] ?? 0];
+    if (left < x + w && x < left + width && top < y + h && y < top + height) return true;
+  }
+  return false;
 }
 
 function siteOf(sensor: Sensor): Site[] {

@@ -36,7 +36,8 @@ export function timeBar(app: App): TemplateResult {
     </p>
     ${span === null ? nothing : html`<p class="span" @keydown=${(event: KeyboardEvent) => keys(event, app)}>
       <span title="Earliest time ${clock.recorded ? "of the run" : "that the service retains"}">${utc(span[0])}</span>
-      <input type="range" aria-label="Time" min=${span[0]} max=${span[1]} step="1" .value=${String(time ?? span[1])}
+      <input type="range" aria-label="Time" min=${span[1] - Math.ceil(span[1] - span[0])} max=${span[1]} step="1"
+        .value=${String(clock.isLive ? span[1] : time ?? span[1])}
         aria-valuetext="${utc(time)} UTC" @input=${(event: Event) => clock.seek(Number((event.target as HTMLInputElement).value))}>
       <span>${utc(span[1])}</span></p>`}
     ${app.ago.message === "" ? nothing : html`<p class="hint" role="status">${app.ago.message}</p>`}`;

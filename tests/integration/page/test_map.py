@@ -76,7 +76,7 @@ def overlaps(boxes: list[dict[str, float]]) -> int:
 
 def test_labels_do_not_cover_each_other_and_keep_their_slots(shown: Shown) -> None:
     shown.until(f"{BOXES}.length > 10")
-    # So far out that the aircraft crowd. Moved a little, hardly a label has to jump: a few at a time
+    # So far out that the aircraft crowd. Moved a little, hardly a label has to jump: a few at once
     # where rounding to pixels closes a gap. Nothing else happens between drawings in one task.
     drawings = shown.value(
         f"""(() => {{

@@ -6,7 +6,7 @@ from typing import Any
 from playwright.sync_api import Page, expect
 
 from integration.page.conftest import Air
-from integration.page.test_browser import STORE, opened, settled
+from integration.page.test_browser import PICTURE, STORE, opened, settled
 from integration.page.test_panels import pictured, sensors_with
 from multiradar.report.times import clock_text
 from support.processes.waiting import wait_until
@@ -190,3 +190,39 @@ def test_a_paused_picture_does_not_change(page: Page, air: Air) -> None:
     for name in ("/encounters?", "/forecast?", "/plots?", "/sensors?"):
         assert any(name in address for address in past)
     assert max(past.values()) <= 2
+
+
+def test_rings_have_distances_and_the_knob_of_the_present_is_at_the_end(
+    page: Page, air: Air
+) -> None:
+    opened(page, air)
+    site = f"{PICTURE}.layers.layers[0]"
+    settled(page, f"{site}.distances.includes('50 NM')")
+    page.keyboard.press("m")
+    settled(page, f"{site}.distances.includes('93 km')")
+    slider = page.get_by_label("Time", exact=True).and_(page.locator("input"))
+    missing: float = slider.evaluate("(one) => Number(one.max) - Number(one.value)")
+    assert abs(missing) < 0.01
+
+
+def test_forecast_regions_have_minutes_and_are_no_larger_than_the_map(page: Page, air: Air) -> None:
+    opened(page, air)
+    forecast = f"{PICTURE}.layers.forecast"
+    page.evaluate(f"window.multiradar.actions.select({STORE}.tracks[0].id)")
+    settled(page, f"{forecast}.names.join() === '+1 min,+2 min' && {forecast}.large === 0")
+    page.evaluate(f"{PICTURE}.map.getView().setZoom(16)")
+    settled(page, f"{forecast}.names.length === 0 && {forecast}.large === 2")
+
+
+def test_names_on_the_axes_of_bars_do_not_run_together(page: Page, air: Air) -> None:
+    opened(page, air)
+    page.keyboard.press("3")
+    settled(page, "document.querySelectorAll('svg.bars').length >= 4")
+    gaps = page.evaluate(
+        """() => [...document.querySelectorAll("svg.bars")].flatMap((one) => {
+          const boxes = [...one.querySelectorAll("g text")].map((each) => each.getBBox());
+          return boxes.slice(1).map((box, at) => box.x - boxes[at].x - boxes[at].width);
+        })"""
+    )
+    assert len(gaps) > 0
+    assert min(gaps) > 3.0

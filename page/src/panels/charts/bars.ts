@@ -12,8 +12,8 @@ export interface Bar {
 }
 
 const [WIDTH, HEIGHT, LEFT, BOTTOM] = [190, 76, 36, 14];
-/** Room for a name, which begins at its bar. */
-const NAME = 34;
+/** Width of a letter, and room between names; each begins at its bar. */
+const [LETTER, GAP] = [6.2, 8];
 
 export function bars(label: string, unit: string, shown: readonly Bar[], digits: number): TemplateResult {
   const most = Math.max(1e-9, ...shown.map((one) => Math.abs(one.mean) + 2 * one.error));
@@ -21,20 +21,21 @@ export function bars(label: string, unit: string, shown: readonly Bar[], digits:
   const y = (value: number): number => middle - (value / most) * (middle - 8);
   const step = (WIDTH - LEFT) / Math.max(shown.length, 1);
   const worst = shown.reduce<Bar | null>((a, b) => (Math.abs(b.mean) > Math.abs(a?.mean ?? 0) ? b : a), null);
+  const room = LETTER * Math.max(0, ...shown.map((one) => one.name.length)) + GAP;
+  const every = Math.max(1, Math.ceil(room / step));
   const text = worst === null ? "no plots" : `largest mean ${worst.mean.toFixed(digits)} ${unit} at ${worst.name}`;
   return html`<figure><figcaption>${label}, ${unit}</figcaption>
     <svg class="bars" viewBox="0 0 ${WIDTH} ${HEIGHT}" role="img" aria-label="${label}: ${text}">
       <line class="axis" x1=${LEFT} x2=${WIDTH} y1=${middle} y2=${middle}></line>
       <text x=${LEFT - 4} y=${y(most) + 6} text-anchor="end">${most.toFixed(digits)}</text>
       <text x=${LEFT - 4} y=${y(-most) + 3} text-anchor="end">${(-most).toFixed(digits)}</text>
-      ${shown.map((one, at) => bar(one, LEFT + at * step, step, y, at, shown.length, digits, unit))}
+      ${shown.map((one, at) => bar(one, LEFT + at * step, step, y, at % every === 0 && LEFT + at * step + room - GAP <= WIDTH, digits, unit))}
     </svg></figure>`;
 }
 
-function bar(one: Bar, x: number, step: number, y: (value: number) => number, at: number, count: number, digits: number, unit: string): TemplateResult {
+function bar(one: Bar, x: number, step: number, y: (value: number) => number, named: boolean, digits: number, unit: string): TemplateResult {
   const [top, bottom] = [Math.min(y(one.mean), y(0)), Math.max(y(one.mean), y(0))];
   const centre = x + step / 2;
-  const named = at % Math.ceil(count / 4) === 0 && x < WIDTH - NAME;
   if (one.count === 0) return svg`<g>${named ? svg`<text x=${x} y=${HEIGHT - 3}>${one.name}</text>` : ""}</g>`;
   // A mean within two standard errors of zero is nothing to look at.
   const notable = Math.abs(one.mean) > 2 * one.error;

@@ -92,7 +92,7 @@ function options(data: ChartData, width: number): uPlot.Options {
     cursor: { show: false },
     padding: [8, 20, 0, 0],
     axes: [
-      { ...axis, size: 26, space: 60, values: (_, splits) => splits.map(clock) },
+      { ...axis, size: 26, space: 80, values: (_, splits) => splits.map(clock) },
       { ...axis, size: 56, space: 28, values: (_, splits, __, ___, step) => splits.map((one) => one.toFixed(decimals(step))) },
     ],
     scales: { x: { time: true }, y: { range: (_, low, high) => range(low, high, data) } },
