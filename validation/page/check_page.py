@@ -24,7 +24,7 @@ from playwright.sync_api import Browser, CDPSession, Page, ViewportSize, sync_pl
 
 from multiradar.report.content import Table
 from multiradar.report.markdown import markdown_table
-from validation.page.traffic import Traffic, processor_s
+from validation.service.traffic import Traffic, processor_s
 
 #: Limits of the issue: aircraft, and frames per second.
 SKIES = {2_000: 45.0, 10_000: 30.0}

@@ -33,7 +33,7 @@ import httpx
 from multiradar.api.pages import PAGE_HEADER
 from multiradar.report.content import Table
 from multiradar.report.markdown import markdown_table
-from validation.page.traffic import CLOCK, Traffic, processor_s
+from validation.service.traffic import CLOCK, Traffic, processor_s
 
 #: As in `page/src/feed.ts`: seconds between frames, and between the documents.
 FRAME_S, DOCUMENTS_S = 0.5, 4.0

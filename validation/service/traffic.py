@@ -1,4 +1,4 @@
-"""A service of its own with many moving aircraft, for measurements of the page."""
+"""A service with many moving aircraft, for measurements."""
 
 import json
 import os

@@ -1,0 +1,149 @@
+"""Measures the memory of a service that receives hostile bodies of the largest allowed size.
+
+::
+
+    python -m validation.service.check_bodies --requests 39
+
+Each request has 16 MiB: rows without sense, few huge ones, a hundred thousand that are rejected for
+their time, deep nesting, escapes, a million keys, random bytes. The service is small and has
+nothing else to do; its memory is that of the process (resident set).
+"""
+
+import argparse
+import http.client
+import itertools
+import os
+import random
+import statistics
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from urllib.parse import urlsplit
+
+from multiradar.report.content import Table
+from multiradar.report.markdown import markdown_table
+from validation.service.traffic import Traffic
+
+#: A little less than the limit of a body.
+OCTETS = 16 * 1024 * 1024 - 1024
+_ROWS = 99_000
+_JSON, _LINES = "application/json", "application/x-ndjson"
+_ARROW = "application/vnd.apache.arrow.stream"
+_TIMEOUT_S = 600.0
+#: The service returns unused memory within this time.
+_SETTLE_S = 12.0
+_BUSY = 429
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser.add_argument("--requests", type=int, default=3 * len(KINDS))
+    parser.add_argument("--seed", type=int, default=0)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder, Traffic(Path(folder), 10) as sky:
+        kinds = itertools.islice(_bodies(options.seed), options.requests)
+        before_mb = resident_mb(sky.pid)
+        found: dict[str, list[tuple[int, float]]] = {kind: [] for kind in KINDS}
+        for kind, media_type, body in kinds:
+            status = _post(sky.url, media_type, body)
+            found[kind].append((status, resident_mb(sky.pid)))
+        most_mb = max(mb for those in found.values() for _, mb in those)
+        time.sleep(_SETTLE_S)
+        after_mb = resident_mb(sky.pid)
+    rows = [
+        (kind, " ".join(sorted({str(status) for status, _ in those})),
+         f"{statistics.median(mb for _, mb in those):.0f}")
+        for kind, those in found.items() if those
+    ]  # fmt: skip
+    print(markdown_table(Table("Bodies", ("body", "status", "memory after it, MB"), tuple(rows))))
+    print(
+        f"{options.requests} bodies of 16 MiB: {before_mb:.0f} MB before, at most {most_mb:.0f} MB "
+        f"after an answer, {after_mb:.0f} MB {_SETTLE_S:.0f} s after the last (limit 600)"
+    )
+
+
+def resident_mb(pid: int) -> float:
+    """Return the resident set of a process, MB."""
+    pages = int(Path(f"/proc/{pid}/statm").read_text(encoding="ascii").split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def _post(url: str, media_type: str, body: bytes) -> int:
+    place = urlsplit(url)
+    while True:
+        client = http.client.HTTPConnection(place.hostname or "", place.port, timeout=_TIMEOUT_S)
+        try:
+            client.request("POST", "/v1/measurements", body, {"Content-Type": media_type})
+            answer = client.getresponse()
+            answer.read()
+            if answer.status != _BUSY:
+                return answer.status
+            time.sleep(float(answer.getheader("Retry-After", "1")))
+        except ConnectionError:
+            # Refused before the body was read.
+            return 0
+        finally:
+            client.close()
+
+
+def _bodies(seed: int) -> Iterator[tuple[str, str, bytes]]:
+    chance = random.Random(seed)
+    for kind in itertools.cycle(KINDS):
+        media_type, make = KINDS[kind]
+        yield kind, media_type, make(chance)[:OCTETS]
+
+
+def _array(row: bytes, rows: int = _ROWS) -> bytes:
+    return b"[" + b",".join([row] * min(rows, OCTETS // (len(row) + 1) - 1)) + b"]"
+
+
+def _lines(make: Callable[[int], bytes]) -> bytes:
+    return b"\n".join(make(number) for number in range(_ROWS))
+
+
+def _future(chance: random.Random) -> bytes:
+    return _lines(
+        lambda number: (
+            b'{"time_s": %d.5, "sensor_id": "R1", "kind": "radar", "range_m": 50000, '
+            b'"azimuth_deg": 10, "height_m": 1000, "mode_s_address": "%06x"}'
+            % (4_000_000_000 + number, chance.randrange(1, 1 << 24))
+        )
+    )
+
+
+#: Media type and maker of each kind of body.
+KINDS: dict[str, tuple[str, Callable[[random.Random], bytes]]] = {
+    "more rows than allowed": (_JSON, lambda _: _array(b'{"range_m": -5}', 10 * _ROWS)),
+    "rows with an invalid time": (
+        _JSON, lambda _: _array(b'{"time_s": -1, "sensor_id": "%s"}' % (b"y" * 120)),
+    ),
+    "one long text": (_JSON, lambda _: b'[{"sensor_id": "' + b"z" * (OCTETS - 32) + b'"}]'),
+    "114 long lines": (
+        _LINES, lambda _: b"\n".join([b'{"a": "%s"}' % (b"q" * (OCTETS // 114 - 16))] * 114),
+    ),
+    "deep nesting": (_JSON, lambda _: b"[" * OCTETS),
+    "escapes": (_JSON, lambda _: b'["' + b"\\u00e9" * (OCTETS // 6 - 1) + b'"]'),
+    "a million keys": (
+        _JSON,
+        lambda _: b"[{" + b",".join(b'"k%d":1' % one for one in range(1_000_000)) + b"}]",
+    ),
+    "random octets": (_JSON, lambda chance: chance.randbytes(OCTETS)),
+    "empty lines": (_LINES, lambda _: b"\n" * OCTETS),
+    "rows with an impossible range": (
+        _LINES,
+        lambda _: _lines(
+            lambda number: b'{"time_s": %d.5, "sensor_id": "R1", "kind": "radar", "range_m": 1e300}'
+            % number
+        ),
+    ),
+    "Arrow of random octets": (_ARROW, lambda chance: b"\xff" * 4 + chance.randbytes(OCTETS - 4)),
+    "a number of 16 million digits": (
+        _JSON, lambda _: b'[{"time_s": ' + b"9" * (OCTETS - 32) + b"}]",
+    ),
+    "rows of the future": (_LINES, _future),
+}  # fmt: skip
+
+if __name__ == "__main__":
+    main()
