@@ -100,7 +100,9 @@ def _table(one: FoundSensor) -> str:
         *_site(one),
     ]
     if one.kind != "radar":
-        lines.append(_default("position_sigma_m", "random error of a position, 1 sigma each axis"))
+        lines.append(
+            _default("position_sigma_m", "random error of a position, 1 sigma on each axis")
+        )
         return "\n".join([*lines, *_biases(one), ""])
     return "\n".join([*lines, *_antenna(one), *_errors(one), *_biases(one), *one.priors, ""])
 

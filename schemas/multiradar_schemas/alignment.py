@@ -21,7 +21,8 @@ class AlignedInput(Record):
 
     file: Annotated[str, _text("The file or directory")]
     counts: Annotated[
-        Counts | None, _number("Its records", "1", "already converted: counted as measurements")
+        Counts | None,
+        _number("Records of the file", "1", "already converted: counted as measurements"),
     ]
 
 
@@ -55,17 +56,17 @@ class AlignedBias(Record):
     sensor_id: Annotated[str, _text("The sensor")]
     parameter: Annotated[str, _text("The parameter, as in `sensors.toml`")]
     estimate: Annotated[float, _number("Estimate", _OF_PARAMETER)]
-    sigma: Annotated[float, _number("Its standard deviation", _OF_PARAMETER)]
+    sigma: Annotated[float, _number("Standard deviation of the estimate", _OF_PARAMETER)]
     prior_ratio: Annotated[float, _number("Sigma / prior sigma", "1")]
     drift_per_h: Annotated[
         float | None,
         _number("Slope of the trend", f"{_OF_PARAMETER} / h", "fewer than three intervals"),
     ]
     drift_sigma_per_h: Annotated[
-        float | None, _number("Its standard deviation", f"{_OF_PARAMETER} / h", "no slope")
+        float | None, _number("Standard deviation of the slope", f"{_OF_PARAMETER} / h", "no slope")
     ]
     drifts: Annotated[
-        bool, _text("Whether the slope is above four sigma: the estimate is a mean over time")
+        bool, _text("Whether the slope exceeds four sigma: the estimate is a mean over time")
     ]
 
 
@@ -76,14 +77,14 @@ class AlignedInterval(Record):
     sensor_id: Annotated[str, _text("The sensor")]
     parameter: Annotated[str, _text("The parameter")]
     estimate: Annotated[float, _number("Estimate from the pairs of the interval", _OF_PARAMETER)]
-    sigma: Annotated[float, _number("Its standard deviation", _OF_PARAMETER)]
+    sigma: Annotated[float, _number("Standard deviation of the estimate", _OF_PARAMETER)]
 
 
 class AlignedRadar(Record):
     """A radar against all others, from its pairs; residuals are of withheld aircraft."""
 
     sensor_id: Annotated[str, _text("The radar")]
-    residuals: Annotated[AlignedResiduals, _number("Its pairs", "residuals")]
+    residuals: Annotated[AlignedResiduals, _number("Pairs of the sensor", "residuals")]
     range_before_m: Annotated[
         float | None,
         _number(

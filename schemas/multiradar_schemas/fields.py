@@ -82,8 +82,8 @@ epoch, or the time of day continued past midnight where a recording has no date.
 _MEASUREMENTS = """A measurement is a row of `measurements.parquet` or of an Arrow body, or a JSON
 object. JSON gives the time as exactly one of `time_s`, `time_ns` and `time`; Arrow bodies may have
 one of these columns; files have `time_s`. `kind` is radar, adsb, mlat or bearing and determines the
-required fields. Direction finders send bearings; so do radars whose plots have no range, such as
-under jamming:"""
+required fields. Direction finders send bearings; radars whose plots have no range, for example
+because of jamming, send them too:"""
 
 _HEALTH = """
 ## Health: `health.parquet`, a row for each radar and epoch
@@ -108,7 +108,7 @@ its `code`.
 """
 _TRAJECTORY_TABLE = """
 The file has a row for each epoch and each track whose bundle was updated in it, with the state of
-the bundle after the last update: the fields above and those of `estimate` under their names;
+the bundle after the last update: the fields above and those of `estimate`, with the same names;
 `weights` by trajectory; the segments of all trajectories concatenated, in lists `segment_…`, with
 the index of their trajectory, from 0, in `segment_trajectory`; and paths at multiples of 5 s, in
 lists `best_…` and `weighted_…`, with the times in `point_time_s`. Without trajectories all

@@ -19,9 +19,9 @@ def _text(description: str, absent: str = "never") -> Any:
 class InspectedFile(Record):
     """A file of a recording."""
 
-    file: Annotated[str, _text("Its name")]
+    file: Annotated[str, _text("Name of the file")]
     form: Annotated[str, _text("Format of the file, such as `gps`, `capture` or `text: plots`")]
-    bytes: Annotated[Count, _number("Its size", "byte")]
+    bytes: Annotated[Count, _number("Size of the file", "byte")]
     read: Annotated[Count, _number("Records, and unreadable parts", "1")]
     rejected: Annotated[
         Count, _number("Number of these that cannot be decoded or are implausible", "1")
@@ -63,7 +63,8 @@ class InspectedSite(Record):
     longitude_deg: Annotated[float, _number("Longitude, WGS 84", "degree")]
     height_m: Annotated[float, _number("Height of the antenna", "m")]
     sigma_m: Annotated[
-        float | None, _number("Standard deviation of each axis", "m", "the position is not solved")
+        float | None,
+        _number("Standard deviation of each axis", "m", "the position was not estimated"),
     ] = None
     source: Annotated[str, _text("Source of the position")]
 
@@ -184,9 +185,11 @@ class InspectedSensor(Record):
         _number("Data that aircraft report about their flight", "figures", "none of it"),
     ] = None
     clock: Annotated[
-        InspectedClock | None, _number("Its clock", "clock", "no times of reception")
+        InspectedClock | None, _number("Clock of the sensor", "clock", "no times of reception")
     ] = None
-    site: Annotated[InspectedSite | None, _number("Its position", "site", "not known")] = None
+    site: Annotated[
+        InspectedSite | None, _number("Position of the sensor", "site", "not known")
+    ] = None
 
 
 class InspectedBias(Record):
@@ -220,7 +223,7 @@ class Inspection(Record):
     first_s: Annotated[float | None, _number("First time of a report", _TIME_UNIT, "no times")]
     last_s: Annotated[float | None, _number("Last time of a report", _TIME_UNIT, "no times")]
     date: Annotated[
-        str | None, _text("First day by the recorder's clock", "the recorder notes no date")
+        str | None, _text("First day by the recorder's clock", "the recorder stores no date")
     ]
     sampled_fraction: Annotated[
         float,

@@ -38,16 +38,16 @@ class Counts(Record):
 class InputFile(Record):
     """An input file."""
 
-    file: Annotated[str, described("Its name", unit="text", source="run")]
-    bytes: Annotated[Count, described("Its size", unit="byte", source="run")]
+    file: Annotated[str, described("Name of the file", unit="text", source="run")]
+    bytes: Annotated[Count, described("Size of the file", unit="byte", source="run")]
     counts: Annotated[Counts, described("Disposition of its records", unit="counts", source="run")]
 
 
 class OutputFile(Record):
     """An output file, or a kind of output files."""
 
-    file: Annotated[str, described("Its name, or a pattern", unit="text", source="run")]
-    rows: Annotated[Count, _counted("Its rows")]
+    file: Annotated[str, described("Name of the file, or a pattern", unit="text", source="run")]
+    rows: Annotated[Count, _counted("Rows of the file")]
 
 
 class Report(Record):
@@ -81,16 +81,17 @@ class Report(Record):
         AfterValidator(rounded_members),
         described(
             "Further figures, named with their unit, rounded below their error. For `track` also "
-            "`tracks`, the number of initiated tracks, and `tracks_confirmed`, how many of them "
-            "were confirmed; `final_biases`; `unobservable_biases`: combinations of biases that "
+            "`tracks`, the number of initiated tracks, and `tracks_confirmed`, the number of these "
+            "that were confirmed; `final_biases`; `unobservable_biases`: combinations of biases "
+            "that "
             "the measurements do not determine, "
             "each with its description `what`, its `prior_ratio` (sigma / prior sigma), the "
             "`reason` if there is no information at all, and the "
             "`weights` of its parameters in prior sigmas; `aircraft_delays` where delays of "
             "transponders are estimated: number of `tracks` and of those `observed` (sigma below "
-            "half of the prior), `mean_m`, `scatter_m` and `median_sigma_m` of these; "
-            "`track_transitions`: how often "
-            "tracks were `started`, `confirmed`, `ended_unconfirmed`, "
+            "half the prior sigma), `mean_m`, `scatter_m` and `median_sigma_m` of these; "
+            "`track_transitions`: the number "
+            "of times that tracks were `started`, `confirmed`, `ended_unconfirmed`, "
             "`ended_silent` (no plots, or the score of a false track) and `merged` into an "
             "older one; `duplicates_by_sensor`; `arrivals`: for each sensor, the number of "
             "measurements, how many were `late` or in the `future`, and the median and 99th "

@@ -225,7 +225,9 @@ def _number_of(array: NDArray[Any], arrays: list[NDArray[Any]]) -> int:
 
 def _require(fits: bool, kind: Any, value: Any, place: str) -> None:  # a condition
     if not fits:
-        raise StateError(f"{place}: expected {kind}, was {type(value).__name__}; a bug")
+        raise StateError(
+            f"{place}: expected {kind}, was {type(value).__name__}; this is a bug in multiradar"
+        )
 
 
 # ---------------------------------------------------------------- restoring

@@ -34,7 +34,7 @@ TEXT = (
     "once. It gets a part of the same scenario: the aircraft nearest to the centre for three "
     "scans, with all tracks initiated, true biases and no false plots. Its cost per plot "
     "grows with the number of aircraft.\n\n"
-    "*Wrong*: of the plots of aircraft that have a track, those not on the track with most "
+    "*Wrong*: of the plots of aircraft with a track, those not on the track with most "
     "plots of their aircraft, and most of whose plots are of it. *Wrong or none*: the same of "
     "all plots of aircraft; plots of other radars on a new aircraft do not initiate a second "
     "track, and have none."

@@ -130,7 +130,7 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "times in whole seconds",
         plots(time_s=_TIME.floor()),
-        message=("26-10: its times probably lack their fractions", "multiples of 1 s"),
+        message=("26-10: its times probably lack fractions of a second", "multiples of 1 s"),
         sensors=SENSORS,
     ),
     Mistake(
@@ -194,13 +194,13 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "azimuths of all radars off by 2.5°",
         plots(azimuth_deg=(_AZIMUTH + 2.5) % 360.0),
-        message=("26-10: its azimuths are probably off by +2.3°, as those of all radars",),
+        message=("26-10: its azimuths are probably off by +2.3°, like those of all radars",),
         sensors=SENSORS,
     ),
     Mistake(
         "azimuths of all radars off by 4°, plots without identity",
         plots(anonymous=True, azimuth_deg=(_AZIMUTH + 4.0) % 360.0),
-        message=("26-10: its azimuths are probably off by about +4°, as those of all radars",),
+        message=("26-10: its azimuths are probably off by about +4°, like those of all radars",),
         sensors=SENSORS,
     ),
     Mistake(

@@ -64,7 +64,7 @@ DUMP_MISTAKES: tuple[Mistake, ...] = (
             f"convert: latitude and longitude exchanged in {name}.txt",
             dump(**{name: exchanged("lat", "lon")}),
             CONVERT,
-            message=(f"{name}.txt: its latitudes and longitudes are probably exchanged",),
+            message=(f"{name}.txt: its latitudes and longitudes are probably swapped",),
         )
         for name in ("plots", "tracks")
     ),

@@ -139,7 +139,7 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "a radar under two ids",
         _another_id,
-        message=("26-99: 100% of its plots are also those of 26-10",),
+        message=("26-99: 100% of its plots are also plots of 26-10",),
     ),
     Mistake(
         "ids of two radars exchanged",
@@ -178,12 +178,12 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "range and height exchanged",
         plots(RADAR, range_m=pl.col("height_m"), height_m=pl.col("range_m")),
-        message=("26-10: its range and height columns are probably exchanged",),
+        message=("26-10: its range and height columns are probably swapped",),
     ),
     Mistake(
         "azimuth and height exchanged",
         plots(RADAR, azimuth_deg=pl.col("height_m"), height_m=pl.col("azimuth_deg")),
-        message=("26-10: its height and azimuth columns are probably exchanged",),
+        message=("26-10: its height and azimuth columns are probably swapped",),
     ),
     Mistake(
         "times of one radar in milliseconds",
@@ -207,7 +207,7 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
         "convert: latitude and longitude of ADS-B exchanged",
         _reports_as_text("lon,lat"),
         ("convert", "adsb", "adsb.csv", "--out", "out"),
-        message=("adsb: latitude and longitude are probably exchanged",),
+        message=("adsb: latitude and longitude are probably swapped",),
         sensors=("adsb",),
     ),
     Mistake(
@@ -330,21 +330,21 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
         _recording(_coasting_062),
         _CONVERT,
         0,
-        ("none of the 200 updates of system tracks is by a measurement",),
+        ("none of the 200 updates of system tracks is based on a measurement",),
     ),
     # Folders.
     Mistake(
         "convert: a folder in place of ADS-B files",
         lambda _sample, folder: (folder / "adsb.csv").mkdir(),
         _CONVERT_ADSB,
-        message=("adsb.csv: expected a file, was a folder; give the files in it",),
+        message=("adsb.csv: expected a file, was a folder; specify the files in it",),
     ),
     Mistake(
         "tracks and reference exchanged",
         tracks(lambda reports: reports),
         ("evaluate", "measurements.parquet", "--adsb", "tracks.parquet"),
         1,
-        ("tracks and reference are exchanged",),
+        ("tracks and reference are swapped",),
     ),
     Mistake(
         "serve: a converted recording as its state",

@@ -411,7 +411,7 @@ CATALOGUE: tuple[Mistake, ...] = (
     Mistake(
         "range and azimuth exchanged",
         plots(RADAR, range_m=_AZIMUTH, azimuth_deg=_RANGE),
-        message=(RADAR, "exchanged"),
+        message=(RADAR, "swapped"),
     ),
     # Sites.
     Mistake(
@@ -421,7 +421,7 @@ CATALOGUE: tuple[Mistake, ...] = (
             latitude_deg=lambda one: 6.0994,
             longitude_deg=lambda one: 46.4247,
         ),
-        message=(RADAR, "latitude_deg and longitude_deg", "exchanged"),
+        message=(RADAR, "latitude_deg and longitude_deg", "swapped"),
     ),
     Mistake(
         "longitude of a site negative",

@@ -7,10 +7,10 @@
     python -m validation.motion.check_encounters --settled 450
 
 Simulated traffic is tracked with the radars of the sample recording and estimated biases, and
-encounters are computed every twenty seconds. The true least distance within the horizon is compared
-with the reported 95 % interval, by the time to the closest approach; the fraction of pairs that
-come within the distance with the mean of the reported probabilities; and the difference of heights
-with its interval.
+encounters are computed every twenty seconds. The true minimum distance within the horizon is
+compared with the reported 95 % interval, by the time to the closest approach; the fraction of pairs
+that come within the distance with the mean of the reported probabilities; and the difference
+of heights with its interval.
 """
 
 import argparse
@@ -138,7 +138,7 @@ def outcomes(
 
 
 def nearest(apart_m: Floats) -> float:
-    """Return the least distance of a path from the origin, straight between its points."""
+    """Return the minimum distance of a path from the origin, straight between its points."""
     start, step = apart_m[:-1], np.diff(apart_m, axis=0)
     square = np.maximum((step**2).sum(axis=1), 1e-12)
     part = np.clip(-(start * step).sum(axis=1) / square, 0.0, 1.0)

@@ -122,7 +122,7 @@ def _check_date(file: str, batch: Batch, options: Options) -> None:
     if options.date is None or dates is None or options.date in dates:
         return
     msg = (
-        f"{file}: the file has a date of its own; omit --date or give {dates[0]}, was "
+        f"{file}: the file already contains a date; omit --date or give {dates[0]}, was "
         f"{options.date}"
     )
     raise LayoutError(msg)

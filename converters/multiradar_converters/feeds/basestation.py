@@ -147,7 +147,7 @@ def _time_s(fields: list[str]) -> float:
     try:
         moment = dt.datetime(year, month, day, hour, minute, second, tzinfo=dt.UTC)
     except ValueError as error:
-        reason = f"date and time: expected a date and time that exist, was {text!r}"
+        reason = f"date and time: expected a valid date and time, was {text!r}"
         raise RejectedError(RejectCode.OUT_OF_RANGE, reason) from error
     digits = match[7] or "0"
     fraction: float = int(digits) / 10 ** len(digits)

@@ -128,7 +128,7 @@ def batches_of_text(decoder: FeedDecoder, file: str, blocks: Iterable[bytes]) ->
         if len(text) > SNAPSHOT_BYTES_MAX:
             msg = (
                 f"{file}: expected at most {SNAPSHOT_BYTES_MAX >> 20} MiB of snapshots over "
-                "several lines, was more; write each on a line (jq -c .)"
+                "several lines, found more; write each on a line (jq -c .)"
             )
             raise LayoutError(msg)
     decoder.document(bytes(text), 0)

@@ -101,7 +101,7 @@ def recording_kind(path: Path) -> str:
         # The reader of ASTERIX rejects compressed files.
         return "asterix"
     if path.name in ("plots.txt", "tracks.txt", "plots_ads.txt"):
-        msg = f"{path}: this file belongs to a text dump; give its directory {path.parent}"
+        msg = f"{path}: this file belongs to a text dump; specify its directory {path.parent}"
         raise LayoutError(msg)
     return "adsb"
 
@@ -116,7 +116,7 @@ def check_recording(path: Path) -> None:
     """
     found = content(path)
     if found not in (None, *_RECORDED):
-        hint = "; give the recording from which it was made" if found in MEASUREMENTS else ""
+        hint = "; specify the original recording" if found in MEASUREMENTS else ""
         raise LayoutError(f"{path}: expected a recording, was {found}{hint}")
 
 

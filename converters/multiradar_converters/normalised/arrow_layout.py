@@ -163,7 +163,9 @@ def _column(field: Table) -> Column:
     kind = field.scalar(2, "B")
     form = field.table(3)
     if form is None or any(True for _ in field.tables(5)):
-        raise ArrowLayoutError(f"column {name[:60]!r}: expected a flat type, is nested or has none")
+        raise ArrowLayoutError(
+            f"column {name[:60]!r}: expected a flat type, was nested or without a type"
+        )
     encoding = field.table(4)
     if encoding is None:
         return Column(name, kind, _value_bytes(name, kind, form), None)

@@ -61,7 +61,7 @@ def _missing(dump: Path, path: Path, *, optional: bool) -> str:
     if packed.exists():
         hint = f"; {packed.name} exists: decompress it first"
     elif inside:
-        hint = f"; give the folder {inside[0]}"
+        hint = f"; specify the folder {inside[0]}"
     return f"{dump}: missing file {path.name}{hint}"
 
 
@@ -73,7 +73,10 @@ def _with_times(dump: Path, files: list[DumpFile], date: dt.date | None) -> list
     """Compare the forms of times; a file without rows gets that of the others."""
     forms: set[TimeForm] = {file.layout.time_form for file in files if file.layout.time_form}
     if "seconds-of-day" in forms and len(forms) > 1 and date is None:
-        msg = f"{dump}: some files have times of day and others dates; give the date of the former"
+        msg = (
+            f"{dump}: some files have times of day and others have dates; specify the date of "
+            f"the former with --date"
+        )
         raise LayoutError(msg)
     common: TimeForm = min(forms, default="seconds-of-day")
     return [

@@ -59,7 +59,7 @@ def _iso_8601(value: Any) -> Any:
     try:
         return datetime.fromisoformat(value).astimezone(UTC)
     except (ValueError, OverflowError) as error:
-        raise PydanticCustomError("iso_8601", "Input should be a time that exists") from error
+        raise PydanticCustomError("iso_8601", "Input should be a valid time") from error
 
 
 SensorId = Annotated[

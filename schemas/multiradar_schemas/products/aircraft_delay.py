@@ -18,7 +18,12 @@ class AircraftDelay(Record):
     track_number: Annotated[
         int | None,
         Field(ge=0),
-        described("Its number in a dump", unit="1", source="measurements", absent="never reported"),
+        described(
+            "Number of the aircraft in a dump",
+            unit="1",
+            source="measurements",
+            absent="never reported",
+        ),
     ]
     mode_s_address: Annotated[
         str | None,
@@ -33,7 +38,7 @@ class AircraftDelay(Record):
     delay_m: Annotated[
         float,
         described(
-            "Range error caused by the turn-around time of the transponder, one way, measured "
+            "One-way range error caused by the turn-around time of the transponder, measured "
             "minus true "
             "(150 m for 1 µs)",
             unit="m",
@@ -43,7 +48,7 @@ class AircraftDelay(Record):
     sigma_m: Annotated[
         float,
         Field(ge=0.0),
-        described("Its standard deviation", unit="m", source="filter"),
+        described("Standard deviation of the delay", unit="m", source="filter"),
     ]
     prior_ratio: Annotated[
         float,

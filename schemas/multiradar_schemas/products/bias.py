@@ -45,15 +45,18 @@ class BiasEstimate(Record):
     sigma: Annotated[
         float,
         Field(ge=0.0),
-        described("Its standard deviation at `time_s`", unit="as `estimate`", source="filter"),
+        described(
+            "Standard deviation of the estimate at `time_s`", unit="as `estimate`", source="filter"
+        ),
     ]
     epoch: Annotated[int, described("Number of the epoch of data time", unit="1", source="tracker")]
     prior_ratio: Annotated[
         float,
         Field(ge=0.0),
         described(
-            "`sigma` / prior sigma: about 1 if the measurements do not determine the parameter by "
-            "itself; above 1 if it drifts",
+            "`sigma` / prior sigma: about 1 if the measurements do not determine the parameter "
+            "alone; "
+            "above 1 if it drifts",
             unit="1",
             source="filter",
         ),

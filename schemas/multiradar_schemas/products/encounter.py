@@ -141,51 +141,71 @@ class Encounter(Record):
     first_state: Annotated[
         TrackState,
         described(
-            "Its current state; coasting: no recent measurement", unit="name", source="service"
+            "Current state of the track; coasting: no recent measurement",
+            unit="name",
+            source="service",
         ),
     ]
     first_age_s: Annotated[
         float,
         Field(ge=0.0),
-        described("`time_s` minus the time of its last update", unit="s", source="service"),
+        described(
+            "`time_s` minus the time of the last update of the track", unit="s", source="service"
+        ),
     ]
     first_latitude_deg: Annotated[
         float,
-        described("Its WGS 84 latitude at `closest_time_s`", unit="degree", source="filter"),
+        described(
+            "WGS 84 latitude of the track at `closest_time_s`", unit="degree", source="filter"
+        ),
     ]
     first_longitude_deg: Annotated[
         float,
-        described("Its WGS 84 longitude at `closest_time_s`", unit="degree", source="filter"),
+        described(
+            "WGS 84 longitude of the track at `closest_time_s`", unit="degree", source="filter"
+        ),
     ]
     first_height_m: Annotated[
         float | None,
         described(
-            "Its height at `closest_time_s`", unit="m", source="filter", absent="no height received"
+            "Height of the track at `closest_time_s`",
+            unit="m",
+            source="filter",
+            absent="no height received",
         ),
     ]
     second_track_id: Annotated[
         int, Field(ge=1), described("The other track", unit="1", source="tracker")
     ]
     second_state: Annotated[
-        TrackState, described("Its current state", unit="name", source="service")
+        TrackState, described("Current state of the track", unit="name", source="service")
     ]
     second_age_s: Annotated[
         float,
         Field(ge=0.0),
-        described("`time_s` minus the time of its last update", unit="s", source="service"),
+        described(
+            "`time_s` minus the time of the last update of the track", unit="s", source="service"
+        ),
     ]
     second_latitude_deg: Annotated[
         float,
-        described("Its WGS 84 latitude at `closest_time_s`", unit="degree", source="filter"),
+        described(
+            "WGS 84 latitude of the track at `closest_time_s`", unit="degree", source="filter"
+        ),
     ]
     second_longitude_deg: Annotated[
         float,
-        described("Its WGS 84 longitude at `closest_time_s`", unit="degree", source="filter"),
+        described(
+            "WGS 84 longitude of the track at `closest_time_s`", unit="degree", source="filter"
+        ),
     ]
     second_height_m: Annotated[
         float | None,
         described(
-            "Its height at `closest_time_s`", unit="m", source="filter", absent="no height received"
+            "Height of the track at `closest_time_s`",
+            unit="m",
+            source="filter",
+            absent="no height received",
         ),
     ]
 

@@ -164,7 +164,8 @@ class ForecastPoint(Record):
     members: Annotated[
         list[ForecastMember] | None,
         described(
-            "Members of the forecast ensemble by decreasing weight; those outside the system "
+            "Members of the forecast ensemble in order of decreasing weight; those outside the "
+            "system "
             "plane are omitted",
             unit="list",
             source="bundle",
@@ -185,7 +186,7 @@ class Forecast(Record):
     by: Annotated[str, described("Method of the forecast", unit="name", source="request")]
     points: Annotated[
         list[ForecastPoint],
-        described("The forecast by ascending time", unit="list", source="filter"),
+        described("The forecast in order of time", unit="list", source="filter"),
     ]
 
 

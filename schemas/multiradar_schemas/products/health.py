@@ -136,7 +136,7 @@ class RadarHealth(Record):
     silence_s: Annotated[
         float | None,
         described(
-            "Data time since its last plot, accepted or not",
+            "Data time since the last plot of the radar, accepted or not",
             unit="s",
             source="tracker",
             absent="no plot yet",
@@ -145,7 +145,8 @@ class RadarHealth(Record):
     tracks_in_cover: Annotated[
         int,
         described(
-            "Confirmed tracks within its range, above its horizon, outside its cone of silence",
+            "Confirmed tracks within the range of the radar, above its horizon and outside its "
+            "cone of silence",
             unit="1",
             source="tracker",
         ),
@@ -153,7 +154,9 @@ class RadarHealth(Record):
     tracks_heard: Annotated[
         int,
         described(
-            "Number of these tracks that it updated within 5 scans", unit="1", source="tracker"
+            "Number of these tracks that the radar updated within 5 scans",
+            unit="1",
+            source="tracker",
         ),
     ]
     bias_jumps: Annotated[int, described("Number of bias jumps so far", unit="1", source="tracker")]

@@ -118,19 +118,21 @@ class PlaneFigures(Record):
     printed_statistic: Annotated[
         float,
         Field(ge=0.0),
-        described("√(2 Λ), left side of the published criterion", unit="1", source="restoration"),
+        described(
+            "√(2 Λ), left-hand side of the published criterion", unit="1", source="restoration"
+        ),
     ]
     printed_threshold: Annotated[
         float,
         Field(ge=0.0),
         described(
-            "√(2 N) + 2, right side of the published criterion", unit="1", source="restoration"
+            "√(2 N) + 2, right-hand side of the published criterion", unit="1", source="restoration"
         ),
     ]
     refused_by_printed_criterion: Annotated[
         bool | None,
         described(
-            "Whether the left side exceeds the right side",
+            "Whether the left-hand side exceeds the right-hand side",
             unit="true or false",
             source="restoration",
             absent="30 points or fewer",
@@ -143,7 +145,7 @@ class ManoeuvrePlane(PlaneFigures):
 
     positions: Annotated[
         list[PlanePosition],
-        described("The plots by ascending time", unit="list", source="restoration"),
+        described("The plots in order of time", unit="list", source="restoration"),
     ]
 
 

@@ -94,7 +94,9 @@ class TrackPlot(Record):
     ]
     innovation_north_m: Annotated[
         float | None,
-        described("Its north component", unit="m", source="filter", absent=_INITIATED),
+        described(
+            "North component of the innovation", unit="m", source="filter", absent=_INITIATED
+        ),
     ]
     nis: Annotated[
         float | None,
@@ -115,7 +117,8 @@ class TrackPlot(Record):
         float | None,
         Field(ge=0.0, le=1.0),
         described(
-            "Its influence on the estimate: trace of the gain in the space of the measurement over "
+            "Influence of the measurement on the estimate: trace of the gain in the space of the "
+            "measurement over "
             "`degrees_of_freedom`; 0: the track ignores it, 1: the track follows it; "
             "a lower bound with the filter `joint`",
             unit="1",
@@ -153,6 +156,6 @@ class TrackPlots(Record):
     plots: Annotated[
         list[TrackPlot],
         described(
-            "The plots by ascending time, at most the last 1000", unit="list", source="tracker"
+            "The plots in order of time, at most the last 1000", unit="list", source="tracker"
         ),
     ]

@@ -58,11 +58,13 @@ def _chance(kind: str) -> object:
 class TrajectorySegment(Record):
     """A part of a trajectory with constant accelerations."""
 
-    begin_s: Annotated[float, described("Data time of its start", unit="s", source="restoration")]
+    begin_s: Annotated[
+        float, described("Data time of the start of the segment", unit="s", source="restoration")
+    ]
     end_s: Annotated[
         float | None,
         described(
-            "Data time of its end; a value after `time_s` is predicted",
+            "Data time of the end of the segment; a value after `time_s` is predicted",
             unit="s",
             source="restoration",
             absent="the last segment",
@@ -86,7 +88,7 @@ class Trajectory(Record):
     ]
     segments: Annotated[
         list[TrajectorySegment],
-        described("Segments within the window, by ascending time", unit="list",
+        described("Segments within the window, in order of time", unit="list",
                   source="restoration"),
     ]  # fmt: skip
 
@@ -192,7 +194,7 @@ class Trajectories(Record):
     trajectories: Annotated[
         list[Trajectory],
         described(
-            "The trajectory hypotheses, the most likely first", unit="list", source="restoration"
+            "The trajectory hypotheses, most likely first", unit="list", source="restoration"
         ),
     ]
     best: Annotated[

@@ -45,7 +45,7 @@ class Transition(Record):
     time_s: Annotated[
         float,
         described(
-            "Data time of its detection: of a measurement, or of the beginning of an epoch or "
+            "Data time of the detection: of a measurement, or of the beginning of an epoch or "
             "window",
             unit="s",
             source="tracker",

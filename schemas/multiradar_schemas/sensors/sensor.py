@@ -154,7 +154,7 @@ class Sensor(Table):
         float | None,
         within(bounds.TRANSPONDER_DELAY_SIGMA_M),
         of_file(
-            "Prior sigma of the transponder delays, as a range error one way, the same for all "
+            "Prior sigma of the transponder delays, as a one-way range error, the same for all "
             "such radars: the ranges contain these delays, and one is estimated for each aircraft",
             "m",
             "not estimated, or a primary radar",
@@ -200,7 +200,7 @@ class Sensor(Table):
     sic: Annotated[
         int | None, Field(ge=0, le=255), of_file("ASTERIX identification code", "1", "not ASTERIX")
     ] = None
-    bias: Annotated[SensorBias, of_file("Its bias parameters", "table")] = SensorBias()
+    bias: Annotated[SensorBias, of_file("Bias parameters of the sensor", "table")] = SensorBias()
 
     def names_by_numbers(self) -> tuple[str, ...]:
         """Return the names of the sensor derived from its numbers in dumps and in ASTERIX."""
@@ -254,7 +254,7 @@ class Sensor(Table):
     @model_validator(mode="after")
     def _directions_fit_the_kind(self) -> Self:
         if self.moving and self.kind != "direction-finder":
-            raise wrong(f"moving = true applies to a direction-finder only, was a {self.kind}")
+            raise wrong(f"moving does not apply to the {self.kind} {self.id}; remove it")
         if self.elevation_sigma_deg is not None and self.kind in ("adsb", "mlat"):
             raise wrong(
                 f"elevation_sigma_deg does not apply to the {self.kind} {self.id}; remove it"

@@ -78,8 +78,8 @@ def open_addresses_of(settings: Settings, authenticated: bool) -> Iterator[str]:
         address = one.interface if ip_address(one.address).is_multicast else one.address
         if not one.senders and not is_loopback(address):
             yield (
-                f"asterix.listen {one.label}: expected senders, such as "
-                f'["10.20.0.0/16"], beyond loopback, was {address} without any'
+                f"asterix.listen {one.label}: {address} is not a loopback address; "
+                'list the permitted senders, such as senders = ["10.20.0.0/16"]'
             )
 
 

@@ -76,7 +76,10 @@ async def authorised(
         # Without credentials anybody of that network may ask; this changes what all others get.
         code = "ROLE_NOT_ALLOWED"
         events.warn("rejected", address, code=code, method=method, path=path)
-        msg = f"without credentials only this machine has the role {role}; make a key for it"
+        msg = (
+            f"without credentials, only clients on this machine have the role {role}; create a "
+            f"key with this role"
+        )
         raise RequestError(403, code, msg)
     if role == Role.OPERATE:
         SECURITY_LOG.info("operated", client=caller.name, address=address, method=method, path=path)

@@ -78,7 +78,8 @@ class Shares:
             raise RequestError(
                 503,
                 self._code,
-                f"all clients have {self.total} {self._name}, expected at most {self._whole}; "
+                f"all clients together have {self.total} {self._name}, expected at most "
+                f"{self._whole}; "
                 "try again later",
                 self._retry_after,
             )

@@ -13,7 +13,7 @@ from multiradar.errors import DamageError
 
 StateArgument = Annotated[
     Path,
-    typer.Argument(metavar="STATE", help="State of `serve`: its folder.", show_default=False),
+    typer.Argument(metavar="STATE", help="State directory of `serve`.", show_default=False),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print what was found as JSON.")]
 
@@ -61,7 +61,7 @@ def archive(
         Path,
         typer.Argument(
             metavar="ARCHIVE",
-            help="Directory of the archive; created when absent.",
+            help="Directory of the archive; created if absent.",
             show_default=False,
         ),
     ],
@@ -127,7 +127,8 @@ def verify(
         Path,
         typer.Argument(
             metavar="STATE|BACKUP|ARCHIVE",
-            help="State of `serve`, also while it runs, a backup, or an archive.",
+            help="State directory of `serve` (the service may be running), a backup, or an "
+            "archive.",
             show_default=False,
         ),
     ],

@@ -28,7 +28,7 @@ def doctor(
         Path | None,
         typer.Option(
             metavar="DIR",
-            help="Output of `archive`, to verify.",
+            help="Archive to verify (output of `archive`).",
             show_default="retention.archive",
         ),
     ] = None,

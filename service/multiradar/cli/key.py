@@ -63,6 +63,6 @@ def key(
     add_client(file, client)
     print(made)
     typer.echo(
-        f"{file}: added {name} with the role {role.value}. The key above is shown only now.",
+        f"{file}: added {name} with the role {role.value}. The key above is shown only once.",
         err=True,
     )

@@ -186,7 +186,7 @@ def _describe(error: Exception) -> str:
     if is_full(error) and getattr(error, "filename", None) is None:
         return (
             f"no space left on device for the output or for temporary files in {gettempdir()} "
-            "(another folder for these: TMPDIR)"
+            "(set TMPDIR to use another folder for these)"
         )
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename else error.strerror

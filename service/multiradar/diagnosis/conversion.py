@@ -287,7 +287,7 @@ def _against_positions(name: str, plots: Plots, largest_deg: float) -> Diagnosis
             words = {"origin": "north"}
             ends = ""
             if reading in AZIMUTH_UNITS and largest_deg:
-                ends = f", which end at {largest_deg:.0f}"
+                ends = f", with a maximum of {largest_deg:.0f}"
             return Diagnosis(
                 name,
                 reading.code,

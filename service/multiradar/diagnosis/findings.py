@@ -286,7 +286,7 @@ def _late(comparison: Comparison, number: int, name: str, pairs: Pairs) -> Diagn
     late_s = late_positions(comparison, number, pairs)
     if not abs(late_s) >= LATE_MIN_S:
         return None
-    return _of_clock(name, late_s, "give bias.time_offset_s in the sensors file")
+    return _of_clock(name, late_s, "set bias.time_offset_s in the sensors file")
 
 
 def _of_clock(name: str, late_s: float, setting: str) -> Diagnosis:
@@ -323,7 +323,8 @@ def _of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnos
                 name,
                 "site_height",
                 f"{name}: height_m of its site is probably in feet: it is {height_m:g} in the "
-                f"sensors file, and with {height_m * FOOT_M:.0f} m {residual}; give it in metres",
+                f"sensors file, and with {height_m * FOOT_M:.0f} m {residual}; convert it to "
+                f"metres",
             )
         ]
     if np.isfinite(wrong.height_m):
@@ -334,7 +335,8 @@ def _of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnos
                 name,
                 _HEIGHT_CODE,
                 f"{name}: height_m of its site is probably {why}: it is {height_m:g} in the "
-                f"sensors file, and with about {wrong.height_m:.0f} m {residual}; correct it there",
+                f"sensors file, and with about {wrong.height_m:.0f} m {residual}; correct it in "
+                f"that file",
             )
         ]
     return []
@@ -343,7 +345,7 @@ def _of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnos
 def _of_registration(name: str, wrong: Registration, configured_s: float) -> list[Diagnosis]:
     late_s = wrong.time_offset_s
     if late_s:
-        setting = "give bias.time_offset_s in the sensors file"
+        setting = "set bias.time_offset_s in the sensors file"
         if configured_s:
             setting = f"bias.time_offset_s, {configured_s:g} s in the sensors file"
         return [_of_clock(name, late_s, setting)]

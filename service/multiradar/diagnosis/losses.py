@@ -137,7 +137,7 @@ def check_range_max(evidence: Evidence, name: str, losses: Losses) -> Diagnosis 
         name,
         "range_max",
         f"{name}: range_max_m is probably wrong{guess}: it is {end_m:g} in the sensors file, and "
-        f"{np.mean(beyond):.0%} of the plots are farther, up to {far:.0f} m; give it in metres",
+        f"{np.mean(beyond):.0%} of the plots are farther, up to {far:.0f} m; convert it to metres",
     )
 
 
@@ -311,7 +311,7 @@ def check_copied_sensors(evidence: Evidence) -> list[Diagnosis]:
             found[later] = Diagnosis(
                 later,
                 "sensor_twice",
-                f"{later}: {count / sizes[later]:.0%} of its plots are also those of {first}, with "
+                f"{later}: {count / sizes[later]:.0%} of its plots are also plots of {first}, with "
                 "the same times, ranges and azimuths: probably one radar under two identifiers, "
                 "which counts its errors twice; remove one of them",
             )

@@ -85,7 +85,7 @@ def _wrong_sensors_file(evidence: Evidence, unknown: list[str], silent: list[str
         "sensors_of_another_recording",
         "no source of the recording is in the sensors file, which is probably that of another "
         f"recording: the recording has {listed(sorted(unknown))}, the file has "
-        f"{listed(sorted(silent))}; give the sensors file of this recording",
+        f"{listed(sorted(silent))}; specify the sensors file of this recording",
     )
 
 

@@ -62,7 +62,7 @@ def check_reports(name: str, plots: Plots) -> Diagnosis | None:
             name,
             "column_constant",
             f"{name}: all its times are {plots.time_s[0]:.10g} s, which is probably not the time "
-            "of the reports; give the time of each report",
+            "of the reports; write the time of each report",
         )
     first, last = _steps(plots)
     if len(first) < TESTED_MIN:
@@ -108,8 +108,9 @@ def _of_minutes(
     return Diagnosis(
         name,
         "position_minutes",
-        f"{name}: its positions are probably in degrees and minutes (46.30 for 46° 30'): none is "
-        f"between {_MINUTES_END:g} of a degree and the next whole one, where {steps} steps jump; "
+        f"{name}: its positions are probably in degrees and minutes (46.30 for 46° 30'): no "
+        f"decimal "
+        f"part exceeds {_MINUTES_END:g}, and {steps} steps jump across that gap; "
         "convert them to decimal degrees",
     )
 
@@ -125,7 +126,7 @@ def _of_times(name: str, flown_m: Floats, apart_s: Floats) -> Diagnosis | None:
                 name,
                 "time_unit",
                 f"{name}: its times are probably in {unit}: the median speed of aircraft is "
-                f"{speed:.3g} m/s, and {speed / seconds:.0f} m/s with that; convert them to "
+                f"{speed:.3g} m/s, and {speed / seconds:.0f} m/s after conversion; convert them to "
                 "seconds",
             )
     if jumping < SAME_MIN:
@@ -151,7 +152,8 @@ def _of_radians(name: str, height_m: Floats, speed_mps: Floats) -> Diagnosis | N
         name,
         "position_unit",
         f"{name}: its positions are probably in radians: the median speed of aircraft above "
-        f"{_HIGH_M:.0f} m is {speed:.1f} m/s, and {with_it:.0f} m/s with that; convert them to "
+        f"{_HIGH_M:.0f} m is {speed:.1f} m/s, and {with_it:.0f} m/s after conversion; convert them "
+        f"to "
         "degrees",
     )
 
@@ -165,7 +167,7 @@ def _of_heights(name: str, plots: Plots, speed_mps: Floats) -> Diagnosis | None:
     if high > HIGH_MAX and np.mean(known * FOOT_M > CEILING_M) < HIGH_MAX / 5.0:
         why = f"{high:.0%} of them are above {CEILING_M:.0f} m"
         return _unit_of_heights(name, "feet", why, "convert them to metres")
-    why = f"none is above {known.max():.0f} m, at a median speed of {speed:.0f} m/s"
+    why = f"all are below {known.max():.0f} m, but the median speed is {speed:.0f} m/s"
     if known.max() <= _LOW_M and _FAST_MPS < speed <= SPEED_MAX_MPS:
         remedy = "check the unit of the altitude column, which is feet"
         return _unit_of_heights(name, "hundreds of feet or metres", why, remedy)
@@ -175,7 +177,7 @@ def _of_heights(name: str, plots: Plots, speed_mps: Floats) -> Diagnosis | None:
         and _CRUISE_MPS < speed <= SPEED_MAX_MPS
         and aircraft >= _LOW_AIRCRAFT_MIN
     ):
-        remedy = "give them in feet, or name the column altitude_m"
+        remedy = "convert them to feet, or name the column altitude_m"
         return _unit_of_heights(name, "metres in a column of feet", why, remedy)
     return check_vertical_rates(name, plots.time_s, plots.height_m, _names(plots))
 
@@ -198,9 +200,9 @@ def _of_exchanged(name: str, plots: Plots, first: Integers, last: Integers) -> D
     return Diagnosis(
         name,
         "columns_exchanged",
-        f"{name}: latitude and longitude are probably exchanged: the speeds of its aircraft above "
-        f"{_CRUISE_M:.0f} m differ by {spread:.0%} between directions, and by {exchanged:.0%} with "
-        "the two exchanged; exchange the columns",
+        f"{name}: latitude and longitude are probably swapped: the speeds of its aircraft above "
+        f"{_CRUISE_M:.0f} m differ by {spread:.0%} between directions, and by {exchanged:.0%} if "
+        "they are swapped; swap the columns",
     )
 
 

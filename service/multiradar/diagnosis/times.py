@@ -110,7 +110,7 @@ def _times_differ(name: str, own: tuple[float, float], rest: tuple[float, float]
         cause, remedy = "its times probably lack the date", "add the date"
     elif abs(rest[0]) < DATELESS_MAX_S <= abs(own[0]):
         cause = "its times have a date, but those of the other sensors do not"
-        remedy = "use the same form of time for all"
+        remedy = "use the same time format for all sensors"
     elif unit := next((n for n, u in _UNITS.items() if 0.99 * u < own[0] / rest[0] < 1.01 * u), ""):
         cause, remedy = f"its times are probably in {unit}", "convert them to seconds"
     else:
@@ -122,7 +122,7 @@ def _shift(later_s: float) -> str:
     sense = "ahead" if later_s > 0.0 else "behind"
     hours = later_s / 3600.0
     if abs(later_s - 3600.0 * round(hours)) > ZONE_WITHIN_S:
-        return "its times are probably of another day or zone"
+        return "its times are probably from another day or time zone"
     if round(hours) % 24 == 0:
-        return f"its times are probably of another day ({abs(round(hours)) // 24} d {sense})"
+        return f"its times are probably from another day ({abs(round(hours)) // 24} d {sense})"
     return f"its clock is probably {abs(round(hours))} h {sense} (another time zone?)"

@@ -225,7 +225,7 @@ def _jump(row: int, near: int, time_s: Floats, direction: Floats) -> str:
     order = "after" if passed_s > 0.0 else "before"
     return (
         f"{far_km:,.0f} km from the position {abs(passed_s):.3g} s {order} it, farther than an "
-        "aircraft flies in that time; its other positions agree"
+        "aircraft can fly in that time; its other positions agree"
     )
 
 

@@ -57,8 +57,9 @@ class ServerSettings(Section):
     names: Annotated[
         tuple[Annotated[str, Field(pattern=r"^[A-Za-z0-9.:-]{1,253}$")], ...],
         Field(
-            description="Names under which clients reach it; requests to others are rejected. "
-            "Default: those of loopback on loopback, elsewhere any"
+            description="Host names by which clients reach the service; requests for other names "
+            "are rejected. "
+            "Default: loopback names if listening on loopback, else any name"
         ),
     ] = ()
 

@@ -149,7 +149,8 @@ def archive_journal(
             or rows.digest_of(connection, end.sequence) != end.digest
         ):
             raise JournalError(
-                f"{folder}: entry {end.sequence}, its last, is not that of {journal}; choose "
+                f"{folder}: its last entry, {end.sequence}, does not match that of {journal}; "
+                f"choose "
                 "another archive"
             )
         found = connection.execute(ENTRY + "WHERE sequence > ? ORDER BY sequence", (end.sequence,))
@@ -240,7 +241,7 @@ def locked_archive(folder: Path) -> Iterator[None]:
         yield
     except BlockingIOError as error:
         raise OutputExistsError(
-            f"{folder}: another command writes this archive; wait for its end"
+            f"{folder}: another command writes this archive; wait until it has finished"
         ) from error
     finally:
         os.close(lock)
@@ -305,8 +306,8 @@ def restore_archive(
     found = _required(folder)
     if found[0].first != 1:
         raise InputError(
-            f"{folder}: expected the entries from 1 on, was {found[0].first}: the journal cannot "
-            "be restored without the segments before"
+            f"{folder}: expected entry 1 first, was {found[0].first}: the journal cannot "
+            "be restored without the preceding segments"
         )
     archived = verify_archive(folder)
     if archived.damage:
@@ -325,7 +326,7 @@ def restore_archive(
                 written.skip(sequence, reason)
             on_progress(segment.last, archived.last)
         if written.digest(archived.last).hex() != archived.digest:
-            raise JournalError(f"{journal}: its last entry is not that of {folder}")
+            raise JournalError(f"{journal}: its last entry does not match that of {folder}")
     finally:
         written.close()
     return archived
@@ -348,4 +349,4 @@ def _gap(segment: Segment, reader: SegmentReader, end: _End | None) -> list[str]
         expected = end
     if (expected.digest, expected.fingerprint) == (reader.before, reader.fingerprint):
         return []
-    return [f"{segment.path}: entry {segment.first} does not follow the entry before"]
+    return [f"{segment.path}: entry {segment.first} does not follow the preceding entry"]

@@ -254,7 +254,7 @@ def read_backup(folder: Path) -> Backup:
             found = Backup(**fields | {"files": files})
             outside = next(filter(_is_outside, files), None)
             if outside is not None:
-                raise InputError(f"{path}: the file {outside!r} leads out of its folder")
+                raise InputError(f"{path}: the file {outside!r} points outside its folder")
             if _text(found) == text:
                 return found
     except (AttributeError, KeyError, TypeError, ValueError) as error:
@@ -284,7 +284,7 @@ def verify_backup(folder: Path, on_progress: Progress = lambda _done, _total: No
     except JournalError as error:
         return Verification(0, 0, 0, "", "", 0, (*damage, str(error)))
     if not damage and not found.damage and found.digest != listed.digest:
-        damage.append(f"{folder / DATABASE}: its last entry is not the one in {MANIFEST}")
+        damage.append(f"{folder / DATABASE}: its last entry does not match {MANIFEST}")
     return Verification(**asdict(found) | {"damage": (*damage, *found.damage)})
 
 
@@ -322,11 +322,11 @@ def _differing(folder: Path, listed: Backup) -> list[str]:
         if present.octets != expected.octets:
             found.append(f"{path}: expected {expected.octets} octets, was {present.octets}")
         elif present != expected:
-            found.append(f"{path}: damaged: its SHA-256 is not the one in {MANIFEST}")
+            found.append(f"{path}: damaged: its SHA-256 does not match {MANIFEST}")
     return found
 
 
-# Whether the name of a file leads out of its folder.
+# Whether the name of a file points outside its folder.
 def _is_outside(name: str) -> bool:
     path = Path(name)
     return path.is_absolute() or ".." in path.parts

@@ -71,7 +71,7 @@ class SegmentReader:
         except (OSError, EOFError, lzma.LZMAError) as error:
             raise self._damaged(f"the file cannot be read: {error}") from error
         except (AttributeError, KeyError, TypeError, UnicodeError, ValueError) as error:
-            raise self._damaged("the file has another form") from error
+            raise self._damaged("the file has a different format") from error
 
     def _entries(self, stream: IO[bytes]) -> Iterator[StoredEntry]:
         header = json.loads(stream.readline(LINE_MAX))
@@ -81,7 +81,7 @@ class SegmentReader:
                 f"{header['format']}; use the multiradar version that wrote it"
             )
         if header["first"] != self._segment.first:
-            raise self._damaged(f"its name is not that of entry {header['first']}")
+            raise self._damaged(f"its name does not match entry {header['first']}")
         self.fingerprint, self.before = header["fingerprint"], bytes.fromhex(header["before"])
         digest = self.before
         while self._sequence <= self._segment.last:

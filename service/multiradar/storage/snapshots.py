@@ -168,7 +168,7 @@ class SnapshotFolder:
                 },
             )
         except (AttributeError, KeyError, TypeError, ValueError) as error:
-            raise SnapshotError(f"{path.name}: its header is not that of a snapshot") from error
+            raise SnapshotError(f"{path.name}: its header is not a snapshot header") from error
 
     def read_rows(self, files: Sequence[RowFile]) -> NDArray[Any]:
         """Read the rows of a table; raises SnapshotError."""
@@ -262,7 +262,7 @@ def _read(path: Path, digest: str | None = None) -> tuple[dict[str, Any], list[N
         raise SnapshotError(f"{path.name}: {error.strerror}") from error
     begin = bytes(octets[:64]).partition(b"\n")[0]
     if not begin.startswith(_MAGIC):
-        raise SnapshotError(f"{path.name}: damaged: it does not begin like a snapshot")
+        raise SnapshotError(f"{path.name}: damaged: it does not start with a snapshot header")
     if begin != _MAGIC + b"%d" % FORMAT_VERSION:
         version = begin[len(_MAGIC) :].decode("ascii", "replace")
         raise SnapshotError(f"{path.name}: expected format {FORMAT_VERSION}, was {version}")

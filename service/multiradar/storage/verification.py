@@ -297,7 +297,8 @@ class _Check:
             yield
         except (sqlite3.Error, UnicodeError) as error:
             raise JournalError(
-                f"{self._path}: the entries from {sequence() + 1} on cannot be read: {error}"
+                f"{self._path}: entry {sequence() + 1} and all later entries cannot be read: "
+                f"{error}"
             ) from error
 
     def _check_tip(
@@ -314,7 +315,7 @@ class _Check:
             # Removed entries were on disk: after a power failure the tip may be of one before.
             removed = tip.sequence < rows.base(connection).sequence
             if not removed and rows.digest_of(connection, tip.sequence) != tip.digest:
-                raise rows.damaged(tip.sequence, "it is not the one that was acknowledged")
+                raise rows.damaged(tip.sequence, "it differs from the acknowledged entry")
 
     def _check_position(
         self, connection: sqlite3.Connection, rows: JournalRows, head: Head, name: str,
@@ -322,7 +323,7 @@ class _Check:
     ) -> None:  # fmt: skip
         with self._noting():
             if position.sequence > head.sequence:
-                how = f"it is of entry {position.sequence}, which the journal does not have"
+                how = f"it refers to entry {position.sequence}, which is not in the journal"
             elif rows.digest_of(connection, position.sequence) != position.digest:
                 how = f"it belongs to another journal: entry {position.sequence} differs"
             else:

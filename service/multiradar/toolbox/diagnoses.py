@@ -87,8 +87,9 @@ def _of_asterix(report: Mapping[str, Any], out: Path) -> list[str]:
     alarms = report["figures"].get("sensor_alarms", ())
     found = [f"{alarm['sensor_id']}: {alarm['reason']}" for alarm in alarms]
     found += [
-        f"{file}: ends before {previous} starts, and was given after it; the measurements are "
-        "sorted, but give files in order of time: the day of their times is counted by it"
+        f"{file}: ends before {previous} starts, but was given after it; the measurements are "
+        "sorted, but give files in chronological order, because the day of each time is counted in "
+        "that order"
         for file, previous in report["figures"].get("exchanged_files", ())
     ]
     path = out / SYSTEM_TRACKS_FILE
@@ -114,6 +115,7 @@ def unseen_states(updates: "pl.DataFrame") -> str:
         return ""
     of_states = ", ".join(f"{count:,} {state}" for state, count in counts)
     return (
-        f"none of the {len(updates):,} updates of system tracks is by a measurement ({of_states}): "
+        f"none of the {len(updates):,} updates of system tracks is based on a measurement "
+        f"({of_states}): "
         "the recorder or the processor received no plots"
     )

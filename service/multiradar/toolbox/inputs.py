@@ -96,7 +96,7 @@ def parse_day(text: str | None, *, warned: bool = True) -> dt.date | None:
     last = dt.datetime.fromtimestamp(SystemClock().now_s(), dt.UTC).date() + dt.timedelta(days=1)
     if warned and day is not None and (day > last or day < _FIRST_DAY):
         when = "in the future" if day > last else "earlier than any recording"
-        warn(f"date {day}: {when}; the the times of the output depend on it", DataWarning)
+        warn(f"date {day}: {when}; the times of the output depend on it", DataWarning)
     return day
 
 
@@ -107,7 +107,9 @@ def in_future(span_s: tuple[float, float] | None) -> list[str]:
     if not SystemClock().now_s() + _DAY_S < last_s < _UNIX_MAX_S:
         return []
     day = dt.datetime.fromtimestamp(last_s, dt.UTC).date()
-    return [f"times until {day}: in the future; counted from another epoch than 1970-01-01?"]
+    return [
+        f"times until {day}: in the future; are they counted from an epoch other than 1970-01-01?"
+    ]
 
 
 def check_sensors_argument(given: object) -> None:
@@ -211,7 +213,7 @@ def as_sensors_file(given: object) -> Iterator[tuple[Path, str]]:
     if isinstance(given, str | Path):
         path = Path(given)
         if path.exists() and not (path.is_file() or path.is_dir()):
-            msg = f"{path}: expected a file, was a pipe or a device; write the sensors into a file"
+            msg = f"{path}: expected a file, was a pipe or a device; write the sensors to a file"
             raise ConfigurationError(msg)
         yield path, str(given)
         return

@@ -171,7 +171,7 @@ def test_a_folder_is_named_as_such(
     monkeypatch.setattr("multiradar.toolbox.conversion.convert.compile_kernels", compiled)
     out = ["--out", str(tmp_path / "out")]
     assert run(["convert", kind, str(tmp_path), *out]) == 1
-    assert "was a folder; give the files in it" in capsys.readouterr().err
+    assert "was a folder; specify the files in it" in capsys.readouterr().err
     assert run(["convert", kind, str(tmp_path / "absent"), *out]) == 1
     assert "absent: no such file" in capsys.readouterr().err
 
@@ -196,7 +196,7 @@ def test_system_tracks_that_only_coast_are_named(
     ]
     assert converted(tmp_path, b"".join(records), "a.ast") == 0
     said = capsys.readouterr().err
-    words = "none of the 40 updates of system tracks is by a measurement (40 coasting)"
+    words = "none of the 40 updates of system tracks is based on a measurement (40 coasting)"
     assert (words in said) == coasting
     assert bool(said) == coasting
     if coasting:
@@ -250,5 +250,5 @@ def test_files_in_the_wrong_order_are_named(
     out = tmp_path / "out"
     assert run(["convert", "asterix", *map(str, given), "--out", str(out)]) == 0
     said = capsys.readouterr().err
-    assert ("a.ast: ends before b.ast starts, and was given after it" in said) == exchanged
+    assert ("a.ast: ends before b.ast starts, but was given after it" in said) == exchanged
     assert bool(said) == exchanged

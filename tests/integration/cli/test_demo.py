@@ -147,5 +147,5 @@ def test_a_dump_without_truth_or_sensors_is_one_sentence(short_dump: Path) -> No
     (short_dump / "truth.json").unlink()
     done = command("demo", "--dump", short_dump, "--exit")
     assert done.returncode == 1
-    assert f"no truth.json in {short_dump}; give a sensors file with --sensors" in done.stderr
+    assert f"no truth.json in {short_dump}; specify a sensors file with --sensors" in done.stderr
     assert done.stderr.count("\n") == 1

@@ -70,7 +70,7 @@ def test_a_warning_ends_with_status_0(tmp_path: Path, capsys: pytest.CaptureFixt
         ),
         (
             lambda one: one.configured(NAME, latitude_deg=RADARS[NAME][0][0] + 0.045),
-            "site", "of the one configured",
+            "site", "of the configured site",
         ),
     ],
 )  # fmt: skip
@@ -141,9 +141,9 @@ def dump_with(folder: Path, column: str, factor: float) -> Path:
 @pytest.mark.parametrize(
     ("per_circle", "unit"),
     [
-        (6400.0, "mils (6400 to a circle), which end at 6"),
-        (2000.0 * math.pi, "milliradians, which end at 62"),
-        (4096.0, "counts of 4096 to a circle, which end at 40"),
+        (6400.0, "mils (6400 to a circle), with a maximum of 6"),
+        (2000.0 * math.pi, "milliradians, with a maximum of 62"),
+        (4096.0, "counts of 4096 to a circle, with a maximum of 40"),
         (400.0, "gradians"),
     ],
 )

@@ -172,7 +172,7 @@ def test_a_registered_name_must_be_its_own() -> None:
 
 def test_a_run_with_findings_is_kept_with_them(made: Path) -> None:
     frame = _table(made).with_columns(sensor_id=pl.lit("x"))
-    with pytest.raises(FindingsError, match=r"none of .* measurements accepted") as caught:
+    with pytest.raises(FindingsError, match=r"none of .* measurements were accepted") as caught:
         mr.track(frame, _sensors(made))
     done = caught.value.output
     assert isinstance(done, mr.Run)

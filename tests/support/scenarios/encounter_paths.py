@@ -39,7 +39,7 @@ def covariance(position_m: float, velocity_mps: float, correlation: float = 0.5)
 
 
 def least_distances(paths: Paths) -> tuple[Floats, Floats]:
-    """Return for all pairs (n, n) the least distance and its time, by trying times densely.
+    """Return for all pairs (n, n) the minimum distance and its time, by trying times densely.
 
     Plain and slow: a cubic through the points of each piece, at 64 times, the best one refined.
     """

@@ -45,7 +45,7 @@ AZIMUTH, HEIGHT, RANGE, TIME = (
         ),
         (
             lambda one: one.changed(NAME, time_s=TIME.floor()),
-            "time_resolution", "all are multiples of 1 s, in which an aircraft flies 250 m",
+            "time_resolution", "all are multiples of 1 s, during which an aircraft flies 250 m",
         ),
         (
             lambda one: one.changed(NAME, time_s=10.0 * (TIME / 10.0).floor()),

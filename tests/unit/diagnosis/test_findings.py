@@ -208,8 +208,9 @@ def test_a_wrong_offset_is_reported_with_the_estimate_from_named_others() -> Non
     wrong = biased(recording(), range_offset_m={"prior": 1000.0, "estimate": False})
     said = wrong.diagnosed()[0].sentence
     assert said.startswith(
-        "1-10: bias.range_offset_m is probably wrong: the sensors file has it fixed at 1000 m "
-        "(estimate = false), and 2-10, 3-10 show 1"
+        "1-10: bias.range_offset_m is probably wrong: the sensors file specifies the fixed value "
+        "1000 m "
+        "(estimate = false), but 2-10, 3-10 show 1"
     )
     assert said.endswith(" m; correct prior, or remove estimate = false")
     alone = wrong.only(NAME, "2-10").diagnosed()[0].sentence
@@ -223,7 +224,7 @@ def test_one_radar_under_two_identifiers_is_named() -> None:
     both = Recording(pl.concat([one.frame, copied]).sort("time_s"), (*one.sensors, again))
     (said,) = both.diagnosed()
     assert (said.sensor_id, said.code) == ("9-10", "sensor_twice")
-    assert f"100% of its plots are also those of {NAME}, with the same times" in said.sentence
+    assert f"100% of its plots are also plots of {NAME}, with the same times" in said.sentence
 
 
 def test_one_address_is_not_taken_for_times_in_minutes() -> None:
@@ -448,4 +449,4 @@ def test_azimuths_of_all_radars_are_compared_without_identity(offset_deg: float)
     # No plot of one radar falls into a track of another.
     found = one.diagnosed(10 * numbers + sensor)
     assert [said.code for said in found] == ["azimuth_offset"] * 3
-    assert f"off by about {offset_deg:+.0f}°, as those of all radars" in found[0].sentence
+    assert f"off by about {offset_deg:+.0f}°, like those of all radars" in found[0].sentence

@@ -104,7 +104,7 @@ def test_rarely_matched_aircraft_give_a_warning() -> None:
     (said,) = rarely_matched(np.array([7, -1, -1, -1]), 2.0)
     assert said == (
         "the aircraft of the reference have a track within 2 m (--gate) for 25% of their time "
-        "only: another recording, or too small a gate?"
+        "only: is this another recording, or is the gate too small?"
     )
 
 

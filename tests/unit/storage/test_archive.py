@@ -169,26 +169,26 @@ def test_a_missing_segment_is_named_but_the_oldest_may_be_removed(
     assert (found.first, found.damage) == (9, ())
     # The archive goes on, the journal cannot be made of it.
     assert archive_journal(path, folder) == []
-    with pytest.raises(InputError, match="expected the entries from 1 on, was 9"):
+    with pytest.raises(InputError, match="expected entry 1 first, was 9"):
         restore_archive(folder, tmp_path / "restored" / "journal.sqlite")
 
 
 def test_segments_of_two_journals_are_not_mixed(folder: Path, tmp_path: Path) -> None:
     other = tmp_path / "other" / "journal.sqlite"
     _written(other, 60, size=901).close()
-    with pytest.raises(JournalError, match="entry 42, its last, is not that of"):
+    with pytest.raises(JournalError, match="its last entry, 42, does not match that of"):
         archive_journal(other, folder)
     own = tmp_path / "own"
     archive_journal(other, own, segment_octets=OCTETS)
     name = segments_of(folder)[1].path.name
     shutil.copy(own / name, folder / name)
-    assert "entry 5 does not follow the entry before" in verify_archive(folder).damage[0]
+    assert "entry 5 does not follow the preceding entry" in verify_archive(folder).damage[0]
 
 
 def test_a_renamed_segment_is_damage(folder: Path) -> None:
     second = segments_of(folder)[1].path
     second.rename(second.with_name("000000000006-000000000008.segment.xz"))
-    assert any("its name is not that of entry 5" in one for one in verify_archive(folder).damage)
+    assert any("its name does not match entry 5" in one for one in verify_archive(folder).damage)
 
 
 def test_a_damaged_journal_is_not_sealed(path: Path, tmp_path: Path) -> None:

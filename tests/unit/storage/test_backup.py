@@ -198,7 +198,7 @@ def test_every_damaged_file_of_a_backup_is_named(tmp_path: Path, name: str) -> N
     (file,) = out.rglob(name)
     content = file.read_bytes()
     _flip(file, len(content) // 2)
-    assert f"{file}: damaged: its SHA-256 is not the one in" in verify_backup(out).damage[0]
+    assert f"{file}: damaged: its SHA-256 does not match" in verify_backup(out).damage[0]
     file.write_bytes(content[:-5])
     damage = verify_backup(out).damage[0]
     assert f"{file}: expected {len(content)} octets, was {len(content) - 5}" in damage
@@ -240,7 +240,7 @@ def test_no_file_is_written_outside_of_the_restored_folder(tmp_path: Path) -> No
     wrong = Backup(**{name: getattr(made, name) for name in made.__slots__} | {"files": files})
     (out / MANIFEST).write_text(backups._text(wrong))
     assert "../outside" in json.loads((out / MANIFEST).read_text())["files"]
-    with pytest.raises(InputError, match="leads out of its folder"):
+    with pytest.raises(InputError, match="points outside its folder"):
         read_backup(out)
 
 

@@ -244,7 +244,7 @@ def test_an_older_or_another_journal_is_reported(tmp_path: Path) -> None:
     journal.close()
     for folder, said in (
         (older, "entry 6 of the journal is missing: 9 were acknowledged, but it contains 5"),
-        (other, "entry 9 is not the one that was acknowledged"),
+        (other, "entry 9 differs from the acknowledged entry"),
     ):
         shutil.copy(current / "journal.db-tip", folder / "journal.db-tip")
         with pytest.raises(JournalError, match=said):

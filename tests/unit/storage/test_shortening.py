@@ -302,7 +302,7 @@ def test_the_archive_of_another_journal_removes_nothing(path: Path, tmp_path: Pa
     journal.close()
     archive_journal(other, tmp_path / "foreign", segment_octets=OCTETS)
     before = _entries(path)
-    with pytest.raises(JournalError, match="entry 4 is not that of the archive; choose its own"):
+    with pytest.raises(JournalError, match="entry 4 does not match the archive; choose"):
         _shorten(path, tmp_path / "foreign")
     assert _entries(path) == before
 

@@ -171,7 +171,7 @@ def test_a_snapshot_of_another_journal_is_named(path: Path) -> None:
     _written(other, 20, size=901).close()
     SnapshotFolder(path).path.rename(SnapshotFolder(other).path)
     (damage,) = verify_journal(other).damage
-    assert "it is of entry 30, which the journal does not have" in damage
+    assert "it refers to entry 30, which is not in the journal" in damage
     longer = path.with_name("longer") / path.name
     longer.parent.mkdir()
     _written(longer, ENTRIES, size=901).close()

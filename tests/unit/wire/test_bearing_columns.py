@@ -133,7 +133,7 @@ def test_a_sensor_reports_only_its_configured_measurements() -> None:
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ('kind = "radar"\nmoving = true', "moving = true applies to a direction-finder only"),
+        ('kind = "radar"\nmoving = true', "moving does not apply to the radar"),
         ('kind = "mlat"\nelevation_sigma_deg = 1', "elevation_sigma_deg does not apply"),
         ("moving = true\nbias.time_offset_s.estimate = true", "time_offset_s does not apply"),
         ("elevation_sigma_deg = 0", "elevation_sigma_deg"),

@@ -243,7 +243,7 @@ def _of_columns(file: str, unpacked: Unpacked, head: bytes, blocks: Iterator[byt
         text += block
         if len(text) > COLUMNS_BYTES_MAX:
             msg = (
-                f"{file}: too large: JSON columns may have at most {COLUMNS_BYTES_MAX} bytes, "
+                f"{file}: too large: JSON columns may be at most {COLUMNS_BYTES_MAX} bytes, "
                 "because they are read as a whole; use a list of records"
             )
             raise LayoutError(msg)

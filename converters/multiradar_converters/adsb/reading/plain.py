@@ -205,7 +205,7 @@ def _time(text: str, form: TimeForm, name: str, divisor: float) -> float:
             raise RejectedError(RejectCode.NOT_A_NUMBER, reason)
         hour, minute, second = int(match[1]), int(match[2]), float(match[3])
         if hour > 23 or minute > 59 or second >= 61.0:
-            reason = f"{name}: expected a time of day that exists, was {text!r}"
+            reason = f"{name}: expected a valid time of day, was {text!r}"
             raise RejectedError(RejectCode.OUT_OF_RANGE, reason)
         return hour * 3600 + minute * 60 + second
     return _number(text, name) / divisor
@@ -221,7 +221,7 @@ def _moment(text: str, name: str) -> float:
     try:
         moment = dt.datetime(year, month, day, hour, minute, second, tzinfo=dt.UTC)
     except ValueError as error:
-        reason = f"{name}: expected a date and time that exist, was {text!r}"
+        reason = f"{name}: expected a valid date and time, was {text!r}"
         raise RejectedError(RejectCode.OUT_OF_RANGE, reason) from error
     whole = round((moment - _EPOCH).total_seconds())
     if sign is not None:

@@ -253,7 +253,7 @@ def read_octets(path: Path, offset: int = 0, count: int = -1) -> NDArray[np.uint
         The file cannot be read or is compressed.
     """
     if path.exists() and not path.is_file():
-        what = "a folder; give the files in it" if path.is_dir() else "a special file"
+        what = "a folder; specify the files in it" if path.is_dir() else "a special file"
         msg = f"{path}: expected a file, was {what}"
         raise LayoutError(msg)
     try:

@@ -181,7 +181,7 @@ def _part(text: str, *, more: bool) -> Part:
         begin += field.bits
     octets, over = divmod(begin + more, 8)
     if over:
-        msg = f"the fields must fill whole octets, was {text!r}"
+        msg = f"expected fields that fill whole octets, was {text!r}"
         raise ValueError(msg)
     return Part(octets, tuple(fields), more)
 

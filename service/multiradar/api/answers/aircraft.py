@@ -21,7 +21,7 @@ class Aircraft(_Strict):
     ]
     type: Annotated[
         Literal["adsb_icao", "adsb_other", "mlat", "tisb_icao", "tisb_trackfile"],
-        Field(description="Best source of its updates; `tisb_…` stands for radars"),
+        Field(description="Best source of the updates of the track; `tisb_…` stands for radars"),
     ]
     flight: Annotated[str | None, Field(pattern=r"^[0-9A-Z ]{8}$", description="Callsign")] = None
     alt_baro: Annotated[
@@ -40,7 +40,7 @@ class Aircraft(_Strict):
     mlat: Annotated[list[str], Field(description="Values estimated from multilateration")]
     tisb: Annotated[list[str], Field(description="Values estimated from radars")]
     messages: Annotated[int, Field(ge=1, description="Updates of the track")]
-    seen: Annotated[float, Field(ge=0.0, description="Time since its last update, s")]
+    seen: Annotated[float, Field(ge=0.0, description="Time since the last update of the track, s")]
 
 
 class AircraftJson(_Strict):

@@ -78,8 +78,9 @@ class SensorState(BaseModel):
     )
     clock_lead_s: float | None = Field(
         default=None,
-        description="By how much its times are ahead of the data time, s (negative: behind), when "
-        "its last measurements were rejected for it; null with a right clock",
+        description="By how much the times of the sensor are ahead of the data time, s (negative: "
+        "behind), if "
+        "its last measurements were rejected for this reason; null if its clock is correct",
     )
     diagnoses: list[SensorDiagnosis] = Field(
         default=[], description="Probable faults of the sensor, its settings or its data"
@@ -96,7 +97,7 @@ class SensorList(BaseModel):
 class RejectedMeasurement(BaseModel):
     """A row in the quarantine."""
 
-    number: int = Field(description="Its number in the quarantine: 1, 2, 3, …")
+    number: int = Field(description="Number of the row in the quarantine: 1, 2, 3, …")
     journal_sequence: int = Field(description="Journal entry that contains it")
     source: str = Field(description="Input from which it was received")
     index: int = Field(description="Index of the row in its message, from 0")

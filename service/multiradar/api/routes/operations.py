@@ -77,7 +77,8 @@ async def list_rejects(
     ] = 0,
     limit: Limit = 1000,
     code: Annotated[
-        RejectCode | None, Query(description="Only rows with this code: the last retained ones")
+        RejectCode | None,
+        Query(description="Return only rows with this code, the last retained ones"),
     ] = None,
 ) -> Response:
     """Return rejected measurements, oldest first: source, position in it, code and reason."""

@@ -121,7 +121,7 @@ async def picture(
     at: At = None,
     since: Annotated[
         float | None,
-        time_query("With `at`: earlier positions and plots only since this data time"),
+        time_query("With `at`: return earlier positions and plots only since this data time"),
         AsTime,
     ] = None,
     layer: Annotated[

@@ -139,7 +139,7 @@ def _sensors_file(truth: Truth, given: Path | None, folder: Path, dump: Path) ->
     if given is not None:
         return given
     if truth.sensors_toml is None:
-        msg = f"no truth.json in {dump}; give a sensors file with --sensors"
+        msg = f"no truth.json in {dump}; specify a sensors file with --sensors"
         if not dump.is_dir():
             msg = f"{dump}: expected a folder with the text files of a dump"
         raise InputError(msg)

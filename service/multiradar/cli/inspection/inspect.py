@@ -61,7 +61,7 @@ def inspect(
             metavar="CSV",
             help="CSV file of radar sites with the columns sac, sic, latitude_deg, longitude_deg, "
             "height_m.",
-            show_default="those in the recording, or solved from it",
+            show_default="those in the recording, or estimated from it",
         ),
     ] = None,
     reference: ReferenceOption = None,

@@ -93,7 +93,7 @@ def _table(given: Path, date: str | None, *, tentative: bool) -> "pl.DataFrame":
 
     path = given / _TRACKS_FILE if given.is_dir() else given
     if not path.is_file():
-        raise InputError(no_such(given, f"a folder with {_TRACKS_FILE}, or such a file"))
+        raise InputError(no_such(given, f"a folder with {_TRACKS_FILE}, or this file"))
     try:
         scan = pl.scan_parquet(path)
         found = scan.collect_schema().names()

@@ -102,9 +102,10 @@ def replay(
             metavar="SECONDS",
             min=0.0,
             max=86_400.0,
-            help="How long to retry if the connection to the service is lost, s. A service that "
-            "has never responded is retried for at most 5 s, one that is starting until it has "
-            "started.",
+            help="How long to retry if the connection to the service is lost, s. If the service "
+            "has never responded, the limit is 5 s; a service that is starting is awaited without "
+            "a "
+            "limit.",
         ),
     ] = 120.0,
     interface: Annotated[
@@ -173,7 +174,7 @@ def replay(
         raise InputError(_unknown_sensors(counts.unknown_sensors, configured))
     if counts.rejected == counts.read:
         codes = counts_by_code(counts.rejected_by_code)
-        msg = f"none of {counts.read} measurements accepted: {codes}"
+        msg = f"none of {counts.read} measurements were accepted: {codes}"
         raise InputError(msg)
 
 

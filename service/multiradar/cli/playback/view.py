@@ -174,7 +174,7 @@ def _check_times(runs: "Sequence[RecordedRun]", measurements: Path | None) -> No
             given = measurements or run.files.measurements
             msg = (
                 f"{given}: covers {span_text(measured)}, but {run.name} covers "
-                f"{span_text(run.span_s())}; give the measurements from which it was made"
+                f"{span_text(run.span_s())}; specify the measurements from which it was made"
             )
             raise InputError(msg)
     if len(runs) == _RUNS_MAX and not _meet(runs[0].span_s(), runs[1].span_s()):

@@ -15,7 +15,7 @@ PLOTS_MAX = 400_000
 _HASH, _HASH_BITS = 2_654_435_761, 32
 # Names of aircraft by address, by code, and by track do not overlap.
 _BY_CODE, _BY_TRACK = 1 << 32, 1 << 33
-# Velocities are exchanged between updates 1, 2, 4 … apart.
+# Velocities are swapped between updates 1, 2, 4 … apart.
 _LAGS = (1, 2, 4, 8, 16, 32)
 
 

@@ -147,7 +147,7 @@ def common_mistake(
             return [
                 Diagnosis(
                     names[one], reading.code,
-                    f"{names[one]}: {reading.mistake}, as those of all radars: with "
+                    f"{names[one]}: {reading.mistake}, like those of all radars: with "
                     f"{reading.with_it}, {share:.0%} of its plots lie where other sensors see "
                     f"aircraft; {reading.remedy}",
                 )
@@ -254,8 +254,8 @@ def _by_site(site: Site, found: Site) -> Callable[[Agreement, float], Explanatio
         at = f"{latitude:.4f}, {longitude:.4f}"
         return Explanation(
             "site",
-            f"its site is probably {float(distance_m[0]) / 1e3:.1f} km {course} of the one "
-            "configured",
+            f"its site is probably {float(distance_m[0]) / 1e3:.1f} km {course} of the configured "
+            "site",
             f"the site at {at}",
             "correct latitude_deg and longitude_deg in the sensors file",
             agreement.share,
@@ -272,8 +272,8 @@ def _position_hypotheses(
     compared = len(np.unique(pairs.plot))
     latitude, longitude = plots.latitude_deg, plots.longitude_deg
     tries = (
-        ("columns_exchanged", "latitude_deg and longitude_deg are probably exchanged",
-         "the two exchanged", "exchange the columns", longitude, latitude),
+        ("columns_exchanged", "latitude_deg and longitude_deg are probably swapped",
+         "the two swapped", "swap the columns", longitude, latitude),
         ("position_sign", "its longitudes probably have the wrong sign",
          "the sign changed", "make east positive", latitude, -longitude),
         ("position_sign", "its latitudes probably have the wrong sign",
@@ -320,7 +320,7 @@ def _seconds(late_s: float) -> Callable[[Agreement, float], Explanation]:
         "clock",
         f"its clock is probably {abs(late_s):.1f} s {sense}{gps_time(late_s)}",
         f"{'later' if late_s < 0.0 else 'earlier'} times",
-        "correct its times, or give bias.time_offset_s in the sensors file",
+        "correct its times, or set bias.time_offset_s in the sensors file",
     )
 
 

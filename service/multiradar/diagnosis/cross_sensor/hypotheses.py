@@ -90,9 +90,9 @@ AZIMUTH_UNITS = (
 EXCHANGED = Reading(
     "columns_exchanged",
     lambda ranges, azimuths: (azimuths, np.radians(ranges)),
-    "its range and azimuth columns are probably exchanged",
+    "its range and azimuth columns are probably swapped",
     "the two exchanged",
-    "exchange range_m and azimuth_deg",
+    "swap range_m and azimuth_deg",
 )
 MIRRORED = Reading(
     "azimuth_anticlockwise",
@@ -170,7 +170,7 @@ def other_sites(site: Site, of_others: dict[str, Site]) -> Iterator[SiteReading]
     if abs(longitude) <= np.pi / 2.0:
         yield SiteReading(
             (longitude, latitude, height),
-            "latitude_deg and longitude_deg of its site are probably exchanged",
+            "latitude_deg and longitude_deg of its site are probably swapped",
             "them exchanged",
             "correct them in the sensors file",
         )

@@ -103,7 +103,8 @@ def check_common_azimuth(evidence: Evidence) -> list[Diagnosis]:
             sensors.ids[number],
             "azimuth_offset",
             f"{sensors.ids[number]}: its azimuths are probably off by {np.degrees(angle):+.1f}°, "
-            f"as those of all radars ({low:+.1f} to {high:+.1f}°){alone}; check whether they refer "
+            f"like those of all radars ({low:+.1f} to {high:+.1f}°){alone}; check whether they "
+            f"refer "
             "to magnetic instead of true north",
         )
         for number, angle in sorted(off.items())
@@ -148,14 +149,16 @@ def check_large_offsets(evidence: Evidence) -> list[Diagnosis]:
 def _large(kind: int, estimate: float, configured: float, prior_sigma: float) -> str:
     if kind == PARAMETER_RANGE_OFFSET:
         return (
-            f"its ranges are off by {estimate:+.0f} m as estimated, and {configured:+.0f} m ± "
-            f"{prior_sigma:.0f} m is configured: the tracks are corrected; check its range "
+            f"the estimated range offset is {estimate:+.0f} m, but {configured:+.0f} m ± "
+            f"{prior_sigma:.0f} m "
+            f"is configured: the tracks are corrected; check its range "
             "calibration"
         )
     estimate_deg, configured_deg, sigma_deg = np.degrees([estimate, configured, prior_sigma])
     return (
-        f"its azimuths are off by {estimate_deg:+.2f}° as estimated, and {configured_deg:+.2f}° ± "
-        f"{sigma_deg:.2f}° is configured: the tracks are corrected; check its north alignment "
+        f"the estimated azimuth offset is {estimate_deg:+.2f}°, but {configured_deg:+.2f}° ± "
+        f"{sigma_deg:.2f}° is "
+        f"configured: the tracks are corrected; check its north alignment "
         "(magnetic north?)"
     )
 
@@ -175,16 +178,16 @@ def _wrong(
         value, prior_sigma, seen, sigma = numbers
         unit, form = " m", ".0f"
     how, remedy = (
-        f"fixed at {value:g}{unit} (estimate = false)",
+        f"the fixed value {value:g}{unit} (estimate = false)",
         "correct prior, or remove estimate = false",
     )
     if prior_sigma:
-        how = f"at {value:g}{unit} with a prior_sigma of {prior_sigma:g}{unit}"
+        how = f"{value:g}{unit} with a prior_sigma of {prior_sigma:g}{unit}"
         remedy = "correct prior, or increase prior_sigma"
     alone = f" (or {others[0]} is wrong: there is no third sensor)" if len(others) == 1 else ""
     return Diagnosis(
         name,
         OFFSET_CODE,
-        f"{name}: {setting} is probably wrong: the sensors file has it {how}, and "
+        f"{name}: {setting} is probably wrong: the sensors file specifies {how}, but "
         f"{listed(others)} show {seen:{form}} ± {sigma:{form}}{unit}{alone}; {remedy}",
     )

@@ -59,7 +59,7 @@ _EXCHANGED = (
 
 
 def check_exchanged_columns(name: str, plots: Plots) -> Diagnosis | None:
-    """Diagnose two exchanged columns of range, azimuth and height, by their largest values."""
+    """Diagnose two swapped columns of range, azimuth and height, by their largest values."""
     columns = {"range_m": plots.range_m, "azimuth_deg": plots.azimuth_deg}
     columns["height_m"] = plots.height_m[np.isfinite(plots.height_m)]
     for first, second, most, too_much in _EXCHANGED:
@@ -71,9 +71,9 @@ def check_exchanged_columns(name: str, plots: Plots) -> Diagnosis | None:
             return Diagnosis(
                 name,
                 "columns_exchanged",
-                f"{name}: its {names[0]} and {names[1]} columns are probably exchanged: "
-                f"{names[0]}s end at {np.nanmax(small):.1f}, {names[1]}s at "
-                f"{np.nanmax(large):.1f}; exchange {first} and {second}",
+                f"{name}: its {names[0]} and {names[1]} columns are probably swapped: "
+                f"{names[0]}s reach {np.nanmax(small):.1f}, {names[1]}s "
+                f"{np.nanmax(large):.1f}; swap {first} and {second}",
             )
     return None
 
@@ -115,14 +115,14 @@ def check_scan_period(name: str, plots: Plots, configured_s: float) -> Diagnosis
         between_s = _between_plots(plots)
         if np.isnan(between_s) or 0.6 <= between_s / configured_s <= 1.6:
             return None
-        return _of_period(name, configured_s, between_s, "the plots of one aircraft repeat")
+        return _of_period(name, configured_s, between_s, "the plots of one aircraft repeat every")
     if found.period_s < 0.0:
         return None
     at = Rotation(configured_s, coherence_at(plots.time_s, azimuth, configured_s))
     if abs(found.period_s / configured_s - 1.0) <= 0.1 or not _closer(found, at, plots.time_s):
         return None
     return _of_period(
-        name, configured_s, found.period_s, "the azimuths of the plots complete a revolution"
+        name, configured_s, found.period_s, "the azimuths of the plots complete a revolution in"
     )
 
 
@@ -162,7 +162,7 @@ def _of_period(name: str, configured_s: float, found_s: float, what: str) -> Dia
         name,
         "rotation_period",
         f"{name}: rotation_period_s is probably wrong: it is {configured_s:g} in the sensors file, "
-        f"and {what} in {found_s:.2f} s{hint}; correct it there",
+        f"and {what} {found_s:.2f} s{hint}; correct it in that file",
     )
 
 
@@ -296,7 +296,7 @@ def check_height_unit(name: str, plots: Plots, site: Site) -> Diagnosis | None:
     why = f"{hidden:.0%} of its plots are below its horizon"
     if speed > _SLOW_MPS:
         why = (
-            f"the aircraft below {_SLOW_M:.0f} m (FL100), most of all, have a median speed of "
+            f"the aircraft below {_SLOW_M:.0f} m (FL100), the majority, have a median speed of "
             f"{speed:.0f} m/s"
         )
     if low:
@@ -354,7 +354,7 @@ def _of_unit(name: str, unit: Reading, azimuth: Floats, found: Rotation) -> Diag
     return Diagnosis(
         name,
         unit.code,
-        f"{name}: {unit.mistake}: they end at {azimuth.max():.2f}, and {unit.with_it} rotate "
+        f"{name}: {unit.mistake}: their maximum is {azimuth.max():.2f}, and {unit.with_it} rotate "
         f"with time, one revolution in {abs(found.period_s):.2f} s; {unit.remedy}",
     )
 

@@ -53,8 +53,8 @@ ERRORS_MAX = 3
 APART_MAX_M = 20_000.0
 _REMEDIES = {
     SHIFT: "latitude_deg and longitude_deg in the sensors file",
-    GAIN: "the ranges, or give bias.range_gain in the sensors file",
-    CLOCK: "its times, or give bias.time_offset_s in the sensors file",
+    GAIN: "the ranges, or set bias.range_gain in the sensors file",
+    CLOCK: "its times, or set bias.time_offset_s in the sensors file",
 }
 # Sizes of the columns of a fit: range m, azimuth rad and time s of a radar; each kind of error.
 _OFFSETS = (500.0, float(np.radians(0.5)), 1.0)
@@ -127,7 +127,7 @@ class JointFit:
         Returns
         -------
         list of tuple of SiteError
-            An error, or several of which the plots do not show which one it is, the most likely
+            An error, or several of which the plots do not show which one it is, most likely
             first.
         """
         if self._rows is None:
@@ -293,8 +293,8 @@ def _description(sensors: SensorTable, error: SiteError) -> str:
             f"km ({-east_km:+z.2f} km east, {-north_km:+z.2f} km north; another datum?)"
         )
     return (
-        f"{names}: its site is probably {np.hypot(east_km, north_km):.2f} km from the one "
-        f"configured ({east_km:+z.2f} km east, {north_km:+z.2f} km north)"
+        f"{names}: its site is probably {np.hypot(east_km, north_km):.2f} km from the configured "
+        f"site ({east_km:+z.2f} km east, {north_km:+z.2f} km north)"
     )
 
 

@@ -50,7 +50,7 @@ def check_truncation(measurements: Path, report: Mapping[str, Any]) -> list[Diag
         return [_cut((plots, plots_end_s), (tracks, tracks_end_s), why)]
     if not _plots_go_on(measurements, tracks_end_s):
         return []
-    why = "with no fewer plots than before"
+    why = "with as many plots as before"
     return [_cut((tracks, tracks_end_s), (plots, plots_end_s), why)]
 
 

@@ -30,7 +30,7 @@ _RATIOS = (
     (100.0, "hundreds of metres", False),
     (1000.0, "kilometres", False),
 )
-_EXCHANGED, _TWICE = "exchanged", "metres converted once more from feet"
+_EXCHANGED, _TWICE = "swapped", "metres converted once more from feet"
 #: Columns of a table of a dump.
 COLUMNS = ("time_s", "track_number", "latitude_deg", "longitude_deg", "height_m")
 
@@ -112,7 +112,7 @@ def _numbers(frame: pl.DataFrame) -> Floats:
     return frame.cast(pl.Float64).fill_null(np.nan).to_numpy()
 
 
-# Latitudes and longitudes of one of the two are exchanged.
+# Latitudes and longitudes of one of the two are swapped.
 def _exchanged(pairs: _Pairs) -> _Difference | None:
     if _agreeing(pairs.first, pairs.second) > AS_IT_IS_MAX:
         return None
@@ -145,8 +145,8 @@ def _of_columns(name: str, other: str, what: str) -> Diagnosis:
     return Diagnosis(
         "",
         "columns_exchanged",
-        f"{name}: its latitudes and longitudes are probably {what}: with that its "
-        f"positions are those of the same aircraft in {other}; exchange the columns",
+        f"{name}: its latitudes and longitudes are probably {what}: if they are swapped, its "
+        f"positions match those of the same aircraft in {other}; swap the columns",
     )
 
 
@@ -154,6 +154,7 @@ def _of_heights(name: str, other: str, unit: str) -> Diagnosis:
     return Diagnosis(
         "",
         "height_unit",
-        f"{name}: its heights are probably in {unit}: with that they are those of the same "
+        f"{name}: its heights are probably in {unit}: after conversion, they match those of the "
+        f"same "
         f"aircraft in {other}; convert them to metres",
     )

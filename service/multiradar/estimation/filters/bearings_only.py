@@ -316,13 +316,17 @@ def is_observable(state: BearingsState, source_m: ArrayLike) -> NDArray[np.bool_
 def _checked_times(sights: Sequence[Sight], times_s: ArrayLike) -> Floats:
     times = np.atleast_1d(np.asarray(times_s, np.float64))
     if not len(sights) or times.shape != (len(sights),) or not np.isfinite(times).all():
-        raise ShapeError("times", f"one for each of {len(sights)} sights, at least 1", times.shape)
+        raise ShapeError(
+            "times", f"one for each of {len(sights)} sights, and at least one", times.shape
+        )
     for before, after in zip(times[:-1].tolist(), times[1:].tolist(), strict=True):
         if after < before:
             raise TimeOrderError("sight", after, before)
     kinds = {sight.dimensions for sight in sights}
     if len(kinds) > 1:
-        raise ShapeError("sights", "all of the plane or all of space", (len(sights),))
+        raise ShapeError(
+            "sights", "sights that all have two dimensions or all have three", (len(sights),)
+        )
     return times
 
 

@@ -385,7 +385,7 @@ def _require_known(table: SensorTable, row: int) -> None:
             raise ConfigurationError(f"sensor {sensor}: {name} is not supported for {what}")
         if kind in kinds and known != 0.0:
             raise ConfigurationError(
-                f"sensor {sensor}: {name} is both estimated and known; give one of them"
+                f"sensor {sensor}: {name} is both estimated and known; specify only one of these"
             )
         most = bounds.PARAMETERS[kind].value * PARAMETER_UNITS[kind]
         what = f"known {name} of sensor {sensor}"

@@ -20,8 +20,8 @@ _ERRORS = {
     "climb_mps": "rate of climb, m/s",
 }
 _DEFINITIONS = (
-    "Median, 95 % and largest are of absolute values. Errors are those of measured updates at "
-    "their own times."
+    "Median, 95 % and largest are of absolute values. Errors are evaluated at the times of "
+    "measured updates."
 )
 
 
@@ -153,7 +153,7 @@ def notes_of(card: Scorecard, figures: Figures) -> list[str]:
     settings = card.settings
     notes = [
         f"Tracks are assigned to aircraft every {settings.step_s:g} s, by position alone, within "
-        f"{settings.gate_m:g} m, {settings.age_max_s:g} s after their last update at most.",
+        f"{settings.gate_m:g} m, and at most {settings.age_max_s:g} s after their last update.",
     ]
     if card.reference.velocity_mps is None:
         notes.append(
@@ -162,7 +162,8 @@ def notes_of(card: Scorecard, figures: Figures) -> list[str]:
         )
     if _dict(figures["reference"])["kind"] == "smoothed":
         notes.append(
-            "The reference is made of the same plots and biases as the tracks. It uses later plots "
+            "The reference is computed from the same plots and biases as the tracks. It uses later "
+            "plots "
             "as well, but errors that it shares with the tracks are not included."
         )
     if _dict(figures["reference"]).get("identity") == "tracks":
@@ -180,7 +181,8 @@ def notes_of(card: Scorecard, figures: Figures) -> list[str]:
         )
     if settings.partial:
         notes.append(
-            "The reference may lack aircraft: tracks without one are not counted as false."
+            "The reference may lack aircraft: tracks without a reference aircraft are not counted "
+            "as false."
         )
     return notes
 
@@ -208,7 +210,8 @@ def _differences(figures: Figures) -> Table:
         "estimated bias", "left",
     )  # fmt: skip
     caption = (
-        "Measured minus reference by the plots of evaluated tracks, without outliers; left is the "
+        "Measured minus reference, over the plots of evaluated tracks, without outliers; left is "
+        "the "
         "difference minus the estimated bias. Sigma treats the plots of an aircraft as correlated."
     )
     return Table("Range and azimuth of radars against the reference", header, _cells(rows), caption)
@@ -227,8 +230,8 @@ def _errors(figures: Figures) -> Table:
 def _air_picture(figures: Figures) -> Table:
     siap, ospa, gospa = (_dict(figures[name]) for name in ("siap", "ospa", "gospa"))
     rows = [
-        ("completeness", _percent(siap["completeness"]), "aircraft that have a track"),
-        ("ambiguity", _text(siap["ambiguity"], 4), "tracks for each aircraft that has one"),
+        ("completeness", _percent(siap["completeness"]), "aircraft with a track"),
+        ("ambiguity", _text(siap["ambiguity"], 4), "tracks per aircraft with a track"),
         ("spuriousness", _percent(siap["spuriousness"]), "spurious tracks"),
         ("positional accuracy", _unit(siap["positional_accuracy_m"], "m"), "mean distance"),
         ("velocity accuracy", _unit(siap["velocity_accuracy_mps"], "m/s"), "mean error"),

@@ -17,7 +17,7 @@ class Siap:
     Attributes
     ----------
     completeness : float
-        Fraction of the aircraft that have a track; 1 is best.
+        Fraction of the aircraft with a track; 1 is best.
     ambiguity : float
         Tracks for each aircraft that has one; 1 is best.
     spuriousness : float

@@ -170,4 +170,4 @@ def _plain(body: bytes, encoding: str) -> bytes:
 
 
 def _too_large() -> OSError:
-    return OSError(f"expected at most {SNAPSHOT_BYTES_MAX >> 20} MiB, was more")
+    return OSError(f"expected at most {SNAPSHOT_BYTES_MAX >> 20} MiB, found more")

@@ -138,7 +138,7 @@ class SequentialFilter:
         state = finite_array(mean, "state of the aircraft", (4,))
         matrix = require_shape(covariance, "covariance of the aircraft", (4, 4))
         require_covariance(matrix, "covariance of the aircraft")
-        time_s = float(finite_array(time_s, "time of the start", ()))
+        time_s = float(finite_array(time_s, "start time", ()))
         slot = self._slot(aircraft)
         self._assign_slot(aircraft, slot)
         initiate(self._one, slot, time_s, state, matrix)

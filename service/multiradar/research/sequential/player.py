@@ -171,7 +171,7 @@ def record_times(times_s: ArrayLike, starts: Starts) -> Floats:
     TimeOrderError
         If they go back, one is not finite, or the first is before a start.
     """
-    return ascending_times(times_s, "time to write down", float(starts.time_s.max(initial=-np.inf)))
+    return ascending_times(times_s, "output time", float(starts.time_s.max(initial=-np.inf)))
 
 
 def walk_start(starts: Starts, walk_s: float) -> float:

@@ -113,10 +113,10 @@ class Starts:
     covariance: Floats
 
     def __init__(self, time_s: ArrayLike, mean: ArrayLike, covariance: ArrayLike) -> None:
-        times = finite_array(time_s, "times of the starts", (None,))
-        means = finite_array(mean, "states of the starts", (len(times), 4))
-        matrices = require_shape(covariance, "covariances of the starts", (len(times), 4, 4))
-        require_covariance(matrices, "covariances of the starts")
+        times = finite_array(time_s, "start times", (None,))
+        means = finite_array(mean, "start states", (len(times), 4))
+        matrices = require_shape(covariance, "start covariances", (len(times), 4, 4))
+        require_covariance(matrices, "start covariances")
         object.__setattr__(self, "time_s", times)
         object.__setattr__(self, "mean", means)
         object.__setattr__(self, "covariance", matrices)

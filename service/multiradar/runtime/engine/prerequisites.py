@@ -42,5 +42,6 @@ def require_clocks_within(sensors: SensorTable, horizon_s: float) -> None:
         if tolerance_s > horizon_s:
             raise ConfigurationError(
                 f"sensor {sensor}: clock_tolerance_s: expected at most the reorder horizon, "
-                f"{horizon_s:g} s, was {tolerance_s:g}; a longer one would make others late"
+                f"{horizon_s:g} s, was {tolerance_s:g}; a larger tolerance would make the "
+                f"measurements of other sensors late"
             )

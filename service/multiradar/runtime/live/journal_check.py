@@ -87,5 +87,5 @@ class JournalCheck:
                 begin_s = self._clock.monotonic_s()
         if digest != self._until.digest:
             sequence = self._until.sequence
-            raise JournalError(f"entry {sequence} of the journal is not that of the snapshot")
+            raise JournalError(f"entry {sequence} of the journal does not match the snapshot")
         return True

@@ -366,7 +366,7 @@ class Snapshots:
         if other:
             raise SnapshotError(f"it differs from this service in: {', '.join(other)}")
         if sequence > journal.counts().entries:
-            raise SnapshotError(f"it is of entry {sequence}, which the journal does not have")
+            raise SnapshotError(f"it refers to entry {sequence}, which is not in the journal")
         if journal.digest(sequence) != digest:
             raise SnapshotError(f"it belongs to another journal: entry {sequence} differs")
         for name, files in snapshot.tables.items():
@@ -396,7 +396,7 @@ def open_snapshots(
         return None
     reasons = why_none(limits, repeating)
     if reasons:
-        _log.warning("no snapshots, each start replays the journal: %s", "; ".join(reasons))
+        _log.warning("no snapshots; each start replays the journal: %s", "; ".join(reasons))
         return None
     return Snapshots(rules, limits, clock, threads)
 

@@ -122,7 +122,9 @@ class AirPicture:
             If there is no such layer; the service has one, 0.
         """
         if asked.layer:
-            raise RequestError(404, "LAYER_NOT_FOUND", "the service has layer 0 only")
+            raise RequestError(
+                404, "LAYER_NOT_FOUND", "no such layer; the service has only layer 0"
+            )
         return past_frame(self.retained, asked, {"span_s": self._span_s()})
 
     def _span_s(self) -> tuple[float, float] | None:

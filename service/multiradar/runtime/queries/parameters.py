@@ -102,11 +102,11 @@ METHOD = Parameter("by", FILTER, "Prediction method", choices=(FILTER, BUNDLE, P
 FORECAST = (FORECAST_HORIZON, FORECAST_STEP, PROBABILITY, METHOD)
 
 WINDOW = Parameter(
-    "window_s", WINDOW_DEFAULT_S, "Window: use measurements of the last so many seconds, s",
+    "window_s", WINDOW_DEFAULT_S, "Length of the window of measurements, s",
     least=5.0, most=600.0, example=60,
 )  # fmt: skip
 RESIDUAL_WINDOW = Parameter(
-    "window_s", 600.0, "Window: use plots of the last so many seconds before the data time, s",
+    "window_s", 600.0, "Length of the window of plots before the data time, s",
     least=5.0, most=86_400.0, example=600,
 )  # fmt: skip
 

@@ -102,7 +102,7 @@ class OutputEvents:
         counts = np.bincount(kinds, minlength=EVENT_KINDS).tolist()
         tables = [biases, self._ends.last(counts[1]), self._marks.last(counts[2]), updates]
         if any(len(table) < count for table, count in zip(tables, counts, strict=True)):
-            raise StateError(f"expected {counts} rows for the events, by kind, were fewer")
+            raise StateError(f"expected {counts} rows for the events, by kind, found fewer")
         self.ring.clear(self._kinds.appended - len(kinds))
         begin = np.array([len(table) for table in tables]) - counts
         for first in range(0, len(kinds), _CHUNK_EVENTS):

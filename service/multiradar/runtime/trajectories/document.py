@@ -79,7 +79,7 @@ def require_tracks(bundle: Bundle) -> None:
         return
     expected = f"expected three plots {TRIPLE_APART_S:g} s and {TRIPLE_APART_M:g} m apart on an arc"
     if bundle.plots < _TRIPLE:
-        raise TrajectoryError("TOO_FEW_PLOTS", f"{expected}, has {bundle.plots} plots")
+        raise TrajectoryError("TOO_FEW_PLOTS", f"{expected}, found {bundle.plots} plots")
     raise TrajectoryError("NO_TRIPLE", f"{expected}, found none in the last {bundle.plots} plots")
 
 

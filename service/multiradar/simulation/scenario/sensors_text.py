@@ -16,7 +16,7 @@ from multiradar.simulation.scenario.toml_text import toml_text
 _DIGITS = 12
 
 _HEAD = """\
-# Sensors of a simulated scene: sites, noise, scan periods and prior biases.
+# Sensors of a simulated scenario: sites, noise, scan periods and prior biases.
 # The true biases are not here: they are in truth_biases.parquet.
 
 """

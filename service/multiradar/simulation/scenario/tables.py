@@ -92,7 +92,9 @@ class PlaneTable(Table):
     @model_validator(mode="after")
     def _centre_is_whole(self) -> Self:
         if (self.latitude_deg is None) != (self.longitude_deg is None):
-            raise wrong("expected both latitude_deg and longitude_deg of the centre, has only one")
+            raise wrong(
+                "expected both latitude_deg and longitude_deg of the centre, found only one"
+            )
         return self
 
 
@@ -175,7 +177,7 @@ class AircraftTable(_Positioned):
         if self.end_s is not None and self.end_s <= self.start_s:
             raise wrong(f"expected end_s after start_s = {self.start_s:g}, was {self.end_s:g}")
         if (self.later_mode_3a is None) != (self.code_change_s is None):
-            raise wrong("expected later_mode_3a and code_change_s together, has only one")
+            raise wrong("expected later_mode_3a and code_change_s together, found only one")
         if not self.exists and not (self.transponder and self.reports_position):
             raise wrong("expected a ghost (exists = false) to report its position")
         return self
@@ -331,12 +333,12 @@ class SensorTable(_Positioned):
     def _keys_fit_together(self) -> Self:
         if (self.range_resolution_m > 0.0) != (self.azimuth_resolution_deg > 0.0):
             raise wrong(
-                "expected range_resolution_m and azimuth_resolution_deg together, has only one"
+                "expected range_resolution_m and azimuth_resolution_deg together, found only one"
             )
         if self.range_resolution_m > 0.0 and self.second_feed is not None:
-            raise wrong("expected either range_resolution_m or second_feed, has both")
+            raise wrong("expected either range_resolution_m or second_feed, found both")
         if self.rotation_period_s is not None and self.interval_s is not None:
-            raise wrong("expected either rotation_period_s or interval_s, has both")
+            raise wrong("expected either rotation_period_s or interval_s, found both")
         if self.transponder_delay_sigma_m is not None and not self.secondary:
             raise wrong("transponder_delay_sigma_m does not apply to a primary radar; remove it")
         return self
@@ -348,7 +350,7 @@ class SensorTable(_Positioned):
         if self.speed_mps is None:
             for key in ("heading_deg", "leg"):
                 if key in self.model_fields_set:
-                    raise wrong(f"missing speed_mps, which {key} of {self.id} needs")
+                    raise wrong(f"missing speed_mps, which {key} of {self.id} requires")
         elif self.bias.time_offset_s is not None:
             raise wrong(f"bias.time_offset_s does not apply to {self.id}, which moves; remove it")
         return self

@@ -81,7 +81,7 @@ def unchanged(tip: Path) -> Iterator[None]:
             except BlockingIOError as error:
                 if not left:
                     raise JournalError(
-                        f"{tip}: another process changes this journal; wait for its end"
+                        f"{tip}: another process changes this journal; wait until it has finished"
                     ) from error
                 threading.Event().wait(_TRY_S)
         yield

@@ -147,7 +147,8 @@ def _remove_some(
         raise JournalError(f"{path}: entry {until.sequence}, its last, cannot be removed")
     if rows.digest_of(connection, until.sequence) != until.digest:
         raise JournalError(
-            f"{path}: entry {until.sequence} is not that of the archive; choose its own archive"
+            f"{path}: entry {until.sequence} does not match the archive; choose the archive of "
+            f"this journal"
         )
     if not rows.is_shortened(connection):
         for statement in SHORTENED_SCHEMA.strip().split(";\n"):

@@ -307,7 +307,7 @@ class SqliteJournal:
             and tip.sequence >= self._rows.base(connection).sequence
             and self._rows.digest_of(connection, tip.sequence) != tip.digest
         ):
-            raise self._incomplete(f"entry {tip.sequence} is not the one that was acknowledged")
+            raise self._incomplete(f"entry {tip.sequence} differs from the acknowledged entry")
         return Tip(end, self._rows.digest_of(connection, end))
 
     def _create(self, fingerprint: str) -> None:
@@ -408,7 +408,7 @@ def make_folder(path: Path) -> None:
         if found not in (None, JOURNAL):
             msg = (
                 f"{folder}: expected a folder with a journal, was {found}; choose another "
-                "folder, which is created (`replay` sends a recording to the service)"
+                "folder, which need not exist (`replay` sends a recording to the service)"
             )
             raise JournalError(msg)
         folder.mkdir(parents=True, exist_ok=True)

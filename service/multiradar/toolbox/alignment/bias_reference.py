@@ -63,7 +63,8 @@ class BiasReference:
         if self.added:
             with file.open("a", encoding="utf-8") as copy:
                 copy.write(
-                    f'\n# System tracks, by --reference.\n[[sensor]]\nid = "{self.sensor.id}"\n'
+                    f"\n# System tracks, specified with --reference.\n[[sensor]]\nid = "
+                    f'"{self.sensor.id}"\n'
                     f'kind = "{self.sensor.kind}"\n'
                     f"position_sigma_m = {self.sensor.position_sigma_m}\n"
                     f"bias.time_offset_s.estimate = {str(self.late).lower()}\n"
@@ -105,9 +106,9 @@ class Referenced:
             note = f"its processor uses {names}, whose registration errors cannot be detected"
         return [
             f"reference {reference.path}: {counts.used} of {counts.read} updates used, sigma "
-            f"{reference.sensor.position_sigma_m:.0f} m each axis ({counts.turning} not in "
+            f"{reference.sensor.position_sigma_m:.0f} m on each axis ({counts.turning} not in "
             f"straight flight, {counts.not_measured} without a plot, {counts.dependent} too close "
-            f"to the one before); biases are relative to it: {note}"
+            f"to the preceding one); biases are relative to it: {note}"
         ]
 
 

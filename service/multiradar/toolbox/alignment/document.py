@@ -211,8 +211,8 @@ def _warnings(found: Registration, radars: Sequence[AlignedRadar]) -> list[str]:
             )
         elif count < AIRCRAFT_FEW:
             lines.append(
-                f"{one.sensor_id}: {count} aircraft in common with other sensors; so the sigma of "
-                "its biases is uncertain"
+                f"{one.sensor_id}: {count} aircraft in common with other sensors; the sigma of its "
+                "biases is therefore uncertain"
             )
     if len(np.unique(found.validation.fold)) < AIRCRAFT_MIN:
         lines.append(

@@ -103,7 +103,7 @@ def register(
     if not problem.pairs.size:
         _warn_of(tracked)
         msg = (
-            "no aircraft has plots of two sensors within 2 s; give a recording of several radars, "
+            "no aircraft has plots of two sensors within 2 s; use a recording of several radars, "
             "or of a radar with ADS-B or multilateration, that see the same aircraft, and check "
             "the sites in the sensors file"
         )

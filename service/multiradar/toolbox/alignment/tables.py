@@ -94,7 +94,7 @@ def _biases(found: Alignment) -> Table:
         caption=(
             "Measured minus true. Sigma is computed from the scatter of aircraft. Not observed: "
             "the sigma "
-            "is more than half of that of the prior. Drifts: the slope is above four sigma, so "
+            "is more than half the prior sigma. Drifts: the slope exceeds four sigma, so "
             "the estimate is a mean over the recording."
         ),
     )

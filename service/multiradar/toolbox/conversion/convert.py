@@ -266,7 +266,7 @@ def convert_files(
             check_recording(path)
     for path in files:
         if path.is_dir():
-            raise InputError(f"{path}: expected a file, was a folder; give the files in it")
+            raise InputError(f"{path}: expected a file, was a folder; specify the files in it")
         if not path.exists():
             raise InputError(f"{path}: no such file")
     compile_kernels([f"convert {kind}"])
@@ -326,7 +326,7 @@ def _vid(paths: list[Path], out: Path, options: ConvertOptions) -> dict[str, Any
     from multiradar_converters.vid.options import TRACK_KINDS
 
     if len(paths) > 1:
-        raise ArgumentError(f"{paths[1]}: a dump is converted by itself")
+        raise ArgumentError(f"{paths[1]}: a dump must be converted separately")
     names = ("aircraft_max", "ads_measurements_min", "sensor_only", "track_measurements_min")
     more: dict[str, Any] = {name: options[name] for name in names if name in options}  # type: ignore[literal-required]  # as listed
     kinds = options.get("kinds")

@@ -45,8 +45,8 @@ def _without_reference_point(report: dict[str, Any], out: Path) -> str:
     counts = ", ".join(f"{count:,} reports of {name}" for name, count in missing.items())
     first = next(iter(missing))
     return (
-        f"{counts} have local coordinates only, and their reference point is unknown; give "
-        f"it by --reference {first}=LATITUDE,LONGITUDE, or as latitude_deg and longitude_deg "
+        f"{counts} have local coordinates only, and their reference point is unknown; specify "
+        f"it with --reference {first}=LATITUDE,LONGITUDE, or as latitude_deg and longitude_deg "
         f"of the sensor in --sensors; {out} has the other reports"
     )
 

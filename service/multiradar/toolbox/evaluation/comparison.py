@@ -80,8 +80,8 @@ class References:
             if reference is None or first not in MEASUREMENTS or content(reference) != TRACKS:
                 continue
             msg = (
-                f"tracks and reference are exchanged: {tracks} is {first}, {reference} is "
-                f"{TRACKS}; give the tracks first, and the measurements as the reference"
+                f"tracks and reference are swapped: {tracks} is {first}, {reference} is "
+                f"{TRACKS}; specify the tracks first, and the measurements as the reference"
             )
             raise InputError(msg)
 

@@ -47,7 +47,7 @@ def sample_folder() -> Path:
     for folder in _SAMPLES:
         if folder.is_dir():
             return folder
-    msg = f"{_SAMPLES[-1]}: sample recording not found; give a dump with --dump"
+    msg = f"{_SAMPLES[-1]}: sample recording not found; specify a dump with --dump"
     raise InputError(msg)
 
 

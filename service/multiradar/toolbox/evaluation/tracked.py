@@ -105,7 +105,7 @@ def read_tracks(given: Path, known: "Known", settings: EvaluationSettings) -> "T
         return tracks_of(frame, str(path), known.reference.plane, tentative=settings.tentative)
     except OutsidePlaneError as error:
         msg = (
-            f"{path}: the tracks are on another side of the Earth than the reference "
+            f"{path}: the tracks are on a different side of the Earth from the reference "
             f"{known.path}; is this another recording, or are the coordinates swapped?"
         )
         raise InputError(msg) from error

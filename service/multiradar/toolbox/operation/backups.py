@@ -224,12 +224,12 @@ def check_configuration(journal: Path, fingerprint: str, settings: "Settings") -
     other = (
         f"the filter {name}, not {tracking.filter_name}"
         if name
-        else f"other sensors than {settings.sensors}, other tracking settings, or on another kind "
+        else f"sensors other than {settings.sensors}, other tracking settings, or on another kind "
         "of processor"
     )
     raise ConfigurationError(
-        f"{journal}: the journal was created with {other}; give this command what the service "
-        "is started with (--sensors, --config, --filter)"
+        f"{journal}: the journal was created with {other}; run this command with the options "
+        "of the service (--sensors, --config, --filter)"
     )
 
 

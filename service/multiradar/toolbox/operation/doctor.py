@@ -127,13 +127,13 @@ def _check_state(
             check_configuration(journal, fingerprint, settings)
             return sound
 
-        findings[0] = found("journal", "give doctor the options of the service", look)
+        findings[0] = found("journal", "run doctor with the options of the service", look)
     archive = archive or settings.retention.archive
     if archive is not None:
         folder = archive
         entries = 0 if verification is None else verification.entries
         findings.append(
-            found("archive", "give doctor the folder of `multiradar archive`",
+            found("archive", "run doctor with the folder of `multiradar archive`",
                   lambda: state_health.check_archive(folder, entries, on_progress))
         )  # fmt: skip
     return findings

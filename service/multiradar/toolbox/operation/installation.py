@@ -83,7 +83,8 @@ def check_kernels(settings: "Settings", sensors: "SensorTable") -> Finding:
     if folder is None:
         return warning(
             "kernels", "no folder for compiled kernels is writable by this user alone: each start "
-            "compiles them again, for minutes", "set XDG_CACHE_HOME to such a folder",
+            "compiles them again, which takes minutes", "set XDG_CACHE_HOME to a folder with these "
+            "permissions",
         )  # fmt: skip
     tracking = settings.tracking_settings()
     needed = kernels_for(
@@ -136,7 +137,7 @@ def check_ports(settings: "Settings", user: int | None) -> Finding:
     taken = [f"{one.name}: {why}" for one in wanted if (why := _obstacle(one))]
     if taken:
         return error(
-            "ports", "; ".join(taken), "end the other program, or choose another port or address"
+            "ports", "; ".join(taken), "stop the other program, or choose another port or address"
         )
     return ok("ports", f"free: {named}" if wanted else "none needed")
 

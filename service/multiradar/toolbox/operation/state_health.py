@@ -138,7 +138,10 @@ def check_archive(folder: Path, entries: int, on_progress: "Progress") -> Findin
         return error("archive", _shown(found.damage), advice)
     text = f"{folder}: the entries {found.first:,} to {found.last:,} in {found.segments} segments"
     if found.last > entries:
-        advice = "the archive is of another journal, or the journal of an older backup"
+        advice = (
+            "the archive belongs to another journal, or the journal was restored from an "
+            "older backup"
+        )
         return error("archive", f"{text}, the journal has {entries:,}", advice)
     return ok("archive", text)
 

@@ -53,7 +53,8 @@ def run_findings(report: "Report", result: "OfflineResult", out: Path) -> list[s
     if report.counts.accepted == 0:
         codes = counts_by_code({str(code): n for code, n in report.rejected_by_code.items()})
         findings.append(
-            f"none of {report.counts.read} measurements accepted: {codes}; see {out / REJECTS_FILE}"
+            f"none of {report.counts.read} measurements were accepted: {codes}; see "
+            f"{out / REJECTS_FILE}"
         )
     return findings
 

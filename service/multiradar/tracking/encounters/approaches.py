@@ -22,7 +22,7 @@ from multiradar.tracking.encounters.pairs import Paths
 
 #: Points over which probabilities are averaged: accurate to 0.01 always, and to 0.002 usually.
 POINTS = 1024
-#: Quantiles of the reported interval of the least distance.
+#: Quantiles of the reported interval of the minimum distance.
 LOW, HIGH = 0.025, 0.975
 
 Floats = NDArray[np.float64]
@@ -204,7 +204,7 @@ def conflict_probabilities(
     Returns
     -------
     within, both : (m,) float64
-        Probability that the least distance is below `distance_m`, and that the two are then also
+        Probability that the minimum distance is below `distance_m`, and that the two are then also
         within `separation_m` vertically, NaN where that or a height is unknown.
 
     Notes
@@ -222,7 +222,7 @@ def conflict_probabilities(
 
 
 def bounds(approaches: Approaches) -> tuple[Floats, Floats]:
-    """Return the 95 % interval of the least distance.
+    """Return the 95 % interval of the minimum distance.
 
     Parameters
     ----------

@@ -256,9 +256,9 @@ def test_exchanged_tracks_and_reference_are_named(
         made, tracks = made / "measurements.parquet", tracks / "tracks.parquet"
     assert run(["evaluate", str(made), option, str(tracks)]) == 1
     said = capsys.readouterr().err
-    assert said.startswith(f"multiradar: tracks and reference are exchanged: {made} is the output")
+    assert said.startswith(f"multiradar: tracks and reference are swapped: {made} is the output")
     assert said.endswith(
-        f"{tracks} is the output of `track`; give the tracks first, and the measurements as the "
+        f"{tracks} is the output of `track`; specify the tracks first, and the measurements as the "
         "reference\n"
     )
 
@@ -314,7 +314,7 @@ def test_the_sample_meets_its_presets(tmp_path: Path, capsys: pytest.CaptureFixt
     assert by_itself["errors"] == found["errors"]
     assert by_itself["reference"]["kind"] == "recorded"
     assert run(["evaluate", str(converted), "--adsb", str(tracks)]) == 1
-    assert capsys.readouterr().err.startswith("multiradar: tracks and reference are exchanged: ")
+    assert capsys.readouterr().err.startswith("multiradar: tracks and reference are swapped: ")
     assert run(["evaluate", str(tracks), "--adsb", str(tracks)]) == 1
     assert capsys.readouterr().err == (
         f"multiradar: {tracks}: expected the output of `convert` or `simulate`, was the output of "
@@ -341,7 +341,7 @@ def test_a_reference_of_another_area_or_time_is_reported(
     assert run([*line, str(tmp_path / "area.parquet")]) == 1
     assert "no track comes within 2000 m (--gate)" in capsys.readouterr().err
     assert run([*line, str(tmp_path / "other side.parquet")]) == 1
-    assert "on another side of the Earth" in capsys.readouterr().err
+    assert "on a different side of the Earth" in capsys.readouterr().err
     late = [*line, str(tmp_path / "time.parquet"), "--gate", "500000"]
     assert run(late) == 0
     assert "outside the time of the plots) and are not compared" in capsys.readouterr().err

@@ -376,7 +376,7 @@ def test_a_run_that_accepts_nothing_fails_and_names_the_codes(
     assert _track(measurements, "--sensors", scene[1], "--out", out) == 1
     shown = capsys.readouterr()
     assert "rejected: 2000 UNKNOWN_SENSOR" in shown.out
-    assert "none of 2000 measurements accepted: 2000 UNKNOWN_SENSOR" in shown.err
+    assert "none of 2000 measurements were accepted: 2000 UNKNOWN_SENSOR" in shown.err
     assert len((out / "rejects.ndjson").read_text().splitlines()) == 2000
 
 

@@ -47,7 +47,7 @@ def test_exchanged_columns_are_those_of_the_table_that_differs(wrong: int) -> No
     tables = [table(2.0 * number) for number in range(3)]
     tables[wrong] = table(1.0, latitude_deg=LONGITUDE, longitude_deg=LATITUDE)
     (found,) = sentences(*tables)
-    assert found.startswith(f"{FILES[wrong]}: its latitudes and longitudes are probably exchanged:")
+    assert found.startswith(f"{FILES[wrong]}: its latitudes and longitudes are probably swapped:")
 
 
 def test_of_two_tables_either_may_have_exchanged_columns() -> None:

@@ -47,7 +47,7 @@ OPEN = [
     ({"server": {"host": "::"}}, "server.host"),
     (
         {"asterix": {"listen": [{"address": "0.0.0.0", "port": 8600}]}},
-        "asterix.listen 0.0.0.0-8600: expected senders",
+        "asterix.listen 0.0.0.0-8600: 0.0.0.0 is not a loopback address",
     ),
     (
         {
@@ -62,7 +62,7 @@ OPEN = [
                 ]
             }
         },
-        "asterix.listen north: expected senders",
+        "asterix.listen north: 192.0.2.1 is not a loopback address",
     ),
 ]
 

@@ -97,10 +97,13 @@ def test_the_settings_of_the_journal_are_in_the_backup(
     out = tmp_path / "backup"
     given = ["backup", str(state), str(out), "--sensors", str(sensors)]
     assert run(given) == 1
-    assert "the journal was created with other sensors than" in capsys.readouterr().err
+    assert "the journal was created with sensors other than" in capsys.readouterr().err
     assert not out.exists()
     assert run([*given, "--config", str(config), "--filter", "ci"]) == 1
-    assert "created with the filter imm, not ci; give this command what" in capsys.readouterr().err
+    assert (
+        "created with the filter imm, not ci; run this command with the options"
+        in capsys.readouterr().err
+    )
     assert run([*given, "--config", str(config)]) == 0
     settings = load_settings(out / "settings.toml")
     assert settings.tracking_settings() == load_settings(config).tracking_settings()

@@ -153,7 +153,7 @@ def test_an_archive_is_verified_and_compared_with_the_journal(
         ('sensors = "none.toml"\n', "sensors", "none.toml: no such file"),
         ("[tracking]\nepochs = 3\n", "settings", "unknown setting 'epochs'"),
         ('[server]\nhost = "0.0.0.0"\n', "settings", "no client has a key"),
-        ('[tracking]\nepoch_s = 2.0\n', "journal", "was created with other sensors than"),
+        ('[tracking]\nepoch_s = 2.0\n', "journal", "was created with sensors other than"),
     ],
 )  # fmt: skip
 def test_mistakes_in_the_configuration_are_errors(

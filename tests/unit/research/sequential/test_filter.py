@@ -55,7 +55,7 @@ def test_invalid_covariances_are_rejected(matrix: np.ndarray) -> None:
     with pytest.raises(CovarianceError, match="aircraft"):
         one.start(7, 11.0, STATE, matrix)
     np.testing.assert_array_equal(one.aircraft(7)[1], before[1])
-    with pytest.raises(CovarianceError, match="starts"):
+    with pytest.raises(CovarianceError, match="start covariances"):
         Starts([0.0], [STATE], [matrix])
 
 

@@ -182,7 +182,7 @@ def test_invalid_input_of_the_player_is_rejected() -> None:
         play("joint", scene.sensors, scene.plots, scene.starts, [1.0], form="square")  # type: ignore[arg-type]
     with pytest.raises(ConfigurationError, match="walk"):
         play("joint", scene.sensors, scene.plots, scene.starts, [1.0], walk_s=0.0)
-    with pytest.raises(TimeOrderError, match="write down"):
+    with pytest.raises(TimeOrderError, match="output time"):
         play("joint", scene.sensors, scene.plots, scene.starts, [2.0, 1.0])
     far = Plots([1.0], [9], [0], [[1e4, 0.0]])
     with pytest.raises(ShapeError, match="aircraft"):

@@ -222,7 +222,7 @@ def _other_rows(_path: Path, rows: Path) -> None:
     [
         (_flip, "damaged: its SHA-256 does not match"),
         (_cut, "damaged: its SHA-256 does not match"),
-        (lambda path, _: path.write_bytes(b""), "damaged: it does not begin"),
+        (lambda path, _: path.write_bytes(b""), "damaged: it does not start"),
         (_newer, "expected format 1, was 2"),
         (_no_rows, "No such file"),
         (_other_rows, "damaged: its SHA-256 does not match"),
@@ -279,7 +279,7 @@ def _other_journal(site: Site) -> None:
     [
         (_other_settings, "differs from this service in: configuration"),
         (_other_limits, "differs from this service in: limits"),
-        (_older_journal, "which the journal does not have"),
+        (_older_journal, "which is not in the journal"),
         (_other_journal, "another journal: entry"),
     ],
 )

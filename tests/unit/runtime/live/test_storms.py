@@ -66,8 +66,8 @@ def test_it_is_named_and_costs_the_others_nothing() -> None:
         assert status["sensor_alarms"] == {STORM: ["storm"]}
         (sentence,) = [one for one in status["warnings"] if "deliver" in one]  # type: ignore[attr-defined]
         assert sentence == (
-            "41-10: it delivers more than 10 measurements a second (plots_per_scan_max), and those "
-            "beyond are rejected: check the sensor, and whether another sender uses its name"
+            "41-10: it delivers more than 10 measurements a second (plots_per_scan_max), and the "
+            "excess is rejected: check the sensor, and whether another sender uses its name"
         )
         words = {one["id"]: one["storm"] for one in service.view.sensors()}
         assert words.pop(STORM) in sentence

@@ -220,7 +220,7 @@ def test_the_order_and_the_least_probability_are_as_asked_for() -> None:
 
 
 def test_all_pairs_tried_one_by_one_give_the_same() -> None:
-    """Straight flights from different times, all pairs: the least distance on the plane below D."""
+    """Straight flights from different times, all pairs: minimum distance on the plane below D."""
     rng = np.random.default_rng(4)
     count, distance_m, horizon_s = 120, 7e3, 95.0
     states = np.column_stack(

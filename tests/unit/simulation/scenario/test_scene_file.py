@@ -113,7 +113,7 @@ def test_units_are_si_and_radians_inside(tmp_path: Path) -> None:
         (
             "speed_mps = 200",
             'speed_mps = 200\nlater_mode_3a = "4321"',
-            "aircraft[0]: expected later_mode_3a and code_change_s together, has only one",
+            "aircraft[0]: expected later_mode_3a and code_change_s together, found only one",
         ),
         (
             "speed_mps = 200",

@@ -364,8 +364,8 @@ def _require_weight(values: Floats, sigmas: Floats) -> None:
     least = float(sigmas.min(initial=1.0))
     if not max(most, 1.0) < WEIGHT_MAX * least:
         raise ConfigurationError(
-            f"values: expected sigmas above 1e-100, and values below 1e+100 of them, was {most:g} "
-            f"with {least:g}"
+            f"values: expected sigmas above 1e-100, and values below 1e+100 times a sigma, was "
+            f"{most:g} with a sigma of {least:g}"
         )
 
 

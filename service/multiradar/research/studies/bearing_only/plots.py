@@ -85,7 +85,8 @@ def _geometry() -> Plot:
             Series("aircraft", 1e-3 * path[:, 0], 1e-3 * path[:, 1], "track"),
         ),
         equal_axes=True,
-        caption="The mean path of the aircraft, from the dot on; in the scenario of moving sources "
+        caption="The mean path of the aircraft, starting at the dot; in the scenario of moving "
+        "sources "
         "their initial positions.",
         name="geometry",
     )

@@ -197,7 +197,7 @@ def _table(rows: list[Row]) -> Table:
             "in velocity",
         ),
         rows=tuple(cells),
-        caption=f"Root mean square from {SETTLED_S:g} s on. "
+        caption=f"Root mean square after the first {SETTLED_S:g} s. "
         + "; ".join(f"{scenario.name}: {scenario.purpose}" for scenario in SCENARIOS)
         + ".",
     )  # fmt: skip
@@ -275,8 +275,8 @@ def _notes(rows: list[Row]) -> list[str]:
         f"{missed}, the same pattern in all runs; other seeds have other patterns and give 1.2 to "
         f"2.8) the position errors are {gains[2]:.1f} and {gains[3]:.1f} times as large, the "
         f"velocity errors {gains[4]:.1f} and {gains[5]:.1f} times. With simultaneous sources three "
-        "lines and their intersection carry the same information, and the two methods differ by "
-        "the nonlinearity of the lines only.",
+        "lines and their intersection carry the same information, and the two methods differ only "
+        "in the nonlinearity of the lines.",
         "The paper reports the same for the velocity. Without missed detections the gain is "
         "smaller: once the velocity has converged, most of its errors come from the aircraft's own "
         f"accelerations. While it converges, after {early_s:.0f} s of the scenario {scenario}, "

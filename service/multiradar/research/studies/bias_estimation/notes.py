@@ -82,6 +82,7 @@ def _loss_notes(losses: Sequence[Loss]) -> list[str]:
         if density in times
     )
     return [
-        f"By the theory its position error after {losses[0].time_s:g} s is that of the joint "
+        f"According to the theory, its position error after {losses[0].time_s:g} s is that of the "
+        f"joint "
         f"filter {ratios}; the last table gives other accelerations."
     ]

@@ -91,7 +91,7 @@ def _path() -> Plot:
             Series("radar", np.zeros(1), np.zeros(1), "points", key="ink"),
         ),
         equal_axes=True,
-        caption="The plane OXZ, flown for 10 s from the dot on.",
+        caption="The plane OXZ, flown for 10 s starting at the dot.",
         name="path",
     )
 

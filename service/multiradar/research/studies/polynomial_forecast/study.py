@@ -205,10 +205,10 @@ def _note_on_published_values(figures: list[Figure]) -> str:
     ahead = [ratio for (forecast, *_), ratio in ratios.items() if forecast]
     all_runs, other_runs = map(largest_consistent_runs, (list(ratios.values()), others))
     return (
-        "The published values are mean squares over an unpublished number of runs. The one "
-        f"furthest from exact (t = {furthest[1]:g} s, C₂ = {furthest[2]:g} m²·s) is "
-        f"{ratios[furthest]:.2f} of it: at most {all_runs} runs have "
-        f"all {len(ratios)} in their 99.9 % bands, and {other_runs} runs all others. The "
-        f"forecasts are all {min(ahead):.2f} to {max(ahead):.2f} of exact, on one side because "
-        "they come from the same trajectories."
+        "The published values are mean squares over an unpublished number of runs. The value "
+        f"furthest from the exact one (t = {furthest[1]:g} s, C₂ = {furthest[2]:g} m²·s) is "
+        f"{ratios[furthest]:.2f} times as large: at most {all_runs} runs "
+        f"have all {len(ratios)} in their 99.9 % bands, and {other_runs} runs all others. All "
+        f"forecasts are {min(ahead):.2f} to {max(ahead):.2f} times the exact value; all deviate in "
+        "the same direction because they come from the same trajectories."
     )

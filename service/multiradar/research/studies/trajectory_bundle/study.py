@@ -148,10 +148,12 @@ def _notes(rows: list[dict[str, Value]]) -> list[str]:
     return [
         f"Figure 2.3 is the bundle {BUNDLE_TIME_S:g} s after the first plot, right after "
         "branching; figure 2.4 is the same bundle after the search. A branch leaves its track 10 s "
-        "or longer before the plot, so that no segment is shorter than the search allows. Drawn is "
-        "the run with the median distance of the track ends from the last plot after the search.",
-        "Purpose of the groups: tracks kept by weight alone are nearly identical, as the report "
-        f"states: their scatter is {_text(alone, 'scatter_m')} m, that of groups "
+        "or longer before the plot, so that no segment is shorter than the search allows. The "
+        "figure "
+        "shows the run with the median distance of the track ends from the last plot after the "
+        "search.",
+        "The groups have a purpose: tracks kept by weight alone are nearly identical, as the "
+        f"report states; their scatter is {_text(alone, 'scatter_m')} m, that of groups "
         f"{_text(grouped, 'scatter_m')} m. The larger errors that it reports after a change of "
         f"motion do not occur here: the end of the best is {_text(alone, 'end_from_truth_m')} m "
         f"from the truth, with groups {_text(grouped, 'end_from_truth_m')} m. The scatter of the "
@@ -173,8 +175,9 @@ def _notes(rows: list[dict[str, Value]]) -> list[str]:
         "with derivatives.",
         "Readings: X is north and Z east; the three points of an arc are two of the track and the "
         "plot, and the position, heading and speed at the first are those of the track. Groups are "
-        "tracks with a mean distance below 20 m. The report names dimples without a shape: here "
-        "each is ln 2 deep, as if an outlier were as likely as a good plot at best.",
+        "tracks with a mean distance below 20 m. The report does not define the shape of "
+        "the dimples: here each is ln 2 deep, as if an outlier were as likely as a good plot at "
+        "best.",
     ]
 
 

@@ -44,7 +44,7 @@ class SensorAlarms:
         for sensor in self.admission.storms():
             found[self._sensors.ids[sensor]] = (
                 f"it delivers more than {self.admission.rate_per_s(sensor):.0f} measurements a "
-                f"second (plots_per_scan_max), and those beyond are rejected: {_CHECK}"
+                f"second (plots_per_scan_max), and the excess is rejected: {_CHECK}"
             )
         return dict(sorted(found.items()))
 

@@ -1,4 +1,4 @@
-"""Conflict probabilities and intervals of the least distance against simulated motions."""
+"""Conflict probabilities and intervals of the minimum distance against simulated motions."""
 
 import numpy as np
 import pytest
