@@ -82,7 +82,7 @@ def _post(url: str, media_type: str, body: bytes) -> int:
                 return answer.status
             time.sleep(float(answer.getheader("Retry-After", "1")))
         except ConnectionError:
-            # Refused before the body was read.
+            # Rejected before the body was read.
             return 0
         finally:
             client.close()
