@@ -104,7 +104,7 @@ def shorten(
     config: ConfigOption = None,
     json_wanted: JsonOption = False,
 ) -> None:
-    """Remove what is sealed in an archive from a state, by the rules in [retention] of --config."""
+    """Remove what is sealed in an archive from a state, by the rules of `retention` in --config."""
     from multiradar.toolbox.messages.progress import counting_bar
     from multiradar.toolbox.operation.shortening import shorten as remove
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import typer
 
-from multiradar.cli.main import TRACEBACK_VARIABLE, run
+from multiradar.cli.main import TRACEBACK_VARIABLE, app, run
 from multiradar.errors import InputError, UnknownFilterError
 from support.processes.waiting import run_to_end
 
@@ -28,6 +28,19 @@ def test_the_overview_names_every_command(capsys: pytest.CaptureFixture[str]) ->
     output = capsys.readouterr().out
     for command in (one for one in COMMANDS if " " not in one):
         assert f" {command} " in output
+
+
+@pytest.mark.parametrize("command", ["backup", "archive", "shorten", "verify", "restore", "doctor"])
+def test_help_shows_the_whole_sentence_of_a_command(
+    command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    (callback,) = (one.callback for one in app.registered_commands if one.name == command)
+    assert callback is not None
+    assert callback.__doc__ is not None
+    assert run([command, "--help"]) == 0
+    # What looks like markup, such as the name of a section in brackets, would be missing.
+    assert callback.__doc__.splitlines()[0] in capsys.readouterr().out
 
 
 def test_the_version_is_that_of_the_distribution(capsys: pytest.CaptureFixture[str]) -> None:
