@@ -154,8 +154,8 @@ def uncovered_rows(counts: RowCounts) -> str:
     ]
     return (
         f"{lost.total} of {counts.accepted} positions of the reference lie outside the coverage "
-        f"of the sensors ({', '.join(parts)}) and are not compared; use --whole-reference to "
-        "compare them"
+        f"of the sensors ({', '.join(parts)}) and are not compared; use --whole-reference "
+        "(Python: whole_reference=True) to compare them"
     )
 
 

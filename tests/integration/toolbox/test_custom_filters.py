@@ -98,9 +98,9 @@ def test_a_tracker_uses_it_as_well(made: Path) -> None:
 class Wrong:
     """Returns what is no covariance."""
 
-    found: tuple[object, object] = (np.zeros(4), -np.eye(4))
+    found: object = (np.zeros(4), -np.eye(4))
 
-    def update(self, plot: AircraftPlot) -> tuple[object, object]:
+    def update(self, plot: AircraftPlot) -> object:
         del plot
         return self.found
 
@@ -111,10 +111,13 @@ class Wrong:
         ((np.zeros(4), -np.eye(4)), CovarianceError, r"filter wrong, track 1: covariance.* at "),
         ((np.zeros(3), np.eye(4)), ShapeError, "filter wrong, track 1: state: expected"),
         ((np.full(4, np.nan), np.eye(4)), ShapeError, "filter wrong, track 1: state: expected"),
+        (None, ShapeError, "filter wrong, track 1: update: .* state and a covariance, was None"),
+        (np.zeros(4), ShapeError, "filter wrong, track 1: update: .*, was ndarray of 4"),
+        ((np.zeros(4),), ShapeError, "filter wrong, track 1: update: .*, was tuple of 1"),
     ],
 )
 def test_what_it_returns_is_checked(
-    made: Path, found: tuple[object, object], kind: type[Exception], sentence: str
+    made: Path, found: object, kind: type[Exception], sentence: str
 ) -> None:
     class One(Wrong):
         """With this result."""

@@ -5,14 +5,14 @@ biases; the registered filter estimates the motion of each aircraft from its plo
 registered filters see the same plots of the same aircraft.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sized
 from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from multiradar.errors import ArgumentError, CovarianceError, UnknownFilterError
+from multiradar.errors import ArgumentError, CovarianceError, ShapeError, UnknownFilterError
 from multiradar.estimation.array_checks import finite_array
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.estimation.gaussian import require_covariance
@@ -155,6 +155,16 @@ def host_of(name: str | None) -> tuple[str | None, CustomFilter | None]:
     return _REGISTERED[name].host, _REGISTERED[name]
 
 
+def _pair(found: object, what: str) -> tuple[ArrayLike, ArrayLike]:
+    # The usual mistakes are a missing return and a state without its covariance.
+    if isinstance(found, tuple | list) and len(found) == 2:
+        return found[0], found[1]
+    shape = np.shape(found) if isinstance(found, np.ndarray) else ()
+    size = f" of {len(found)}" if isinstance(found, Sized) else ""
+    was = "None" if found is None else f"{type(found).__name__}{size}"
+    raise ShapeError(f"{what}: update", "a state and a covariance", shape, was)
+
+
 class _Refinement:
     # The filters of all live tracks of one run, and the biases published so far.
     def __init__(
@@ -201,7 +211,7 @@ class _Refinement:
             float(plot["track_height_m"]),
         )
         what = f"filter {self._chosen.name}, track {track}"
-        found = self._filters[track].update(given)
+        found = _pair(self._filters[track].update(given), what)
         state = finite_array(found[0], f"{what}: state", (4,))
         covariance = finite_array(found[1], f"{what}: covariance", (4, 4))
         try:

@@ -81,7 +81,7 @@ def test_the_text_says_how_much_of_the_reference_is_outside(
     shown = capsys.readouterr()
     for text in (shown.out.replace("\n", " "), shown.err):
         assert "positions of the reference lie outside the coverage of the sensors (" in text
-        assert "--whole-reference" in text
+        assert "--whole-reference (Python: whole_reference=True)" in text
 
 
 def test_tracks_without_sensors_are_compared_with_all(
