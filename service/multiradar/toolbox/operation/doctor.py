@@ -128,12 +128,16 @@ def _check_state(
             return sound
 
         findings[0] = found("journal", "run doctor with the options of the service", look)
-    archive = archive or settings.retention.archive
-    if archive is not None:
-        folder = archive
+    folder = archive or settings.retention.archive
+    whole = verification is None or verification.first == 1
+    if folder is not None and archive is None and whole and not folder.exists():
+        advice = f"run `multiradar archive {journal.parent} {folder}`, then daily"
+        findings.append(warning("archive", f"{folder}: none yet", advice))
+    elif folder is not None:
+        chosen = folder
         entries = 0 if verification is None else verification.entries
         findings.append(
             found("archive", "run doctor with the folder of `multiradar archive`",
-                  lambda: state_health.check_archive(folder, entries, on_progress))
+                  lambda: state_health.check_archive(chosen, entries, on_progress))
         )  # fmt: skip
     return findings

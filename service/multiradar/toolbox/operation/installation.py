@@ -128,12 +128,13 @@ def check_ports(settings: "Settings", user: int | None) -> Finding:
     settings : Settings
         All settings.
     user : int or None
-        The process of a service that runs with this state, and uses the ports.
+        The process of a service that runs with this state. Its ports are not tried: they may be
+        those of its command line.
     """
     wanted = _addresses(settings)
     named = ", ".join(one.name for one in wanted)
     if user is not None:
-        return ok("ports", f"in use by the running service (process {user}): {named}")
+        return ok("ports", f"not tried, because the service runs (process {user}): {named}")
     taken = [f"{one.name}: {why}" for one in wanted if (why := _obstacle(one))]
     if taken:
         return error(
