@@ -5,7 +5,17 @@ from multiradar.restoration.control_tracks.settings import BundleSettings
 
 
 def checked_settings(settings: object) -> BundleSettings:
-    """Return the settings of a bundle; for None the default ones.
+    """Return the settings of a bundle.
+
+    Parameters
+    ----------
+    settings : object
+        What a user gave as settings; None for the default ones.
+
+    Returns
+    -------
+    BundleSettings
+        The settings, unchanged.
 
     Raises
     ------
