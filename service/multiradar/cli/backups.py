@@ -79,7 +79,7 @@ def archive(
     entries = sum(one.last - one.first + 1 for one in new)
     _print(
         json_wanted, {"segments": names, "entries": entries, "octets": octets},
-        f"{folder}: {entries:,} entries sealed in {len(new)} segments, {octets / 1e6:.1f} MB",
+        f"{folder}: {_entries(entries)} sealed in {_segments(len(new))}, {octets / 1e6:.1f} MB",
     )  # fmt: skip
 
 
@@ -116,8 +116,8 @@ def shorten(
         )  # fmt: skip
     _print(
         json_wanted, asdict(found),
-        f"{state}: {found.removed:,} entries removed, begins with entry {found.first:,}, "
-        f"{found.used_octets / 1e6:.1f} MB in use; {len(found.segments)} segments removed; "
+        f"{state}: {_entries(found.removed)} removed, begins with entry {found.first:,}, "
+        f"{found.used_octets / 1e6:.1f} MB in use; {_segments(len(found.segments))} removed; "
         f"{found.reason}",
     )  # fmt: skip
 
@@ -147,7 +147,9 @@ def verify(
         kept += f", begins with entry {found.first:,}" if found.first > 1 else ""
     else:
         entries = found.last - found.first + 1
-        kept = f"{found.segments} segments from entry {found.first} on, {found.octets / 1e6:.1f} MB"
+        kept = (
+            f"{_segments(found.segments)} from entry {found.first} on, {found.octets / 1e6:.1f} MB"
+        )
     counted = _counted(entries, found.accepted, found.rejected)
     if json_wanted or not found.damage:
         _print(
@@ -201,3 +203,11 @@ def _counted(entries: int, accepted: int, rejected: int) -> str:
 
 def _print(json_wanted: bool, document: Mapping[str, Any], line: str) -> None:
     print(json.dumps(document) if json_wanted else line)
+
+
+def _entries(count: int) -> str:
+    return "1 entry" if count == 1 else f"{count:,} entries"
+
+
+def _segments(count: int) -> str:
+    return "1 segment" if count == 1 else f"{count:,} segments"

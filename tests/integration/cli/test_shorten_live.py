@@ -86,7 +86,7 @@ def test_what_forbids_shortening_is_one_sentence(tmp_path: Path) -> None:
         ('[retention]\njournal_days = 1\narchive = "none"\n', "expected 2 snapshots"),
         (
             '[retention]\njournal_days = 1\narchive = "none"\n[tracking]\nepoch_s = 2.0\n',
-            "the journal was created with other sensors than",
+            "the journal was created with sensors other than",
         ),
     ):
         config.write_text(f'sensors = "{sensors}"\n{settings}')

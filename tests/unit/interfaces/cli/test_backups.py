@@ -65,12 +65,12 @@ def test_a_state_is_archived_verified_and_restored(
     state: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder, restored = tmp_path / "archive", tmp_path / "restored"
-    for expected in ("10 entries sealed in 1 segments", "0 entries sealed in 0 segments"):
+    for expected in ("10 entries sealed in 1 segment", "0 entries sealed in 0 segments"):
         assert run(["archive", str(state), str(folder)]) == 0
         assert f"{folder}: {expected}" in capsys.readouterr().out
     assert run(["verify", str(folder)]) == 0
     counts = "10 entries, 45 measurements, 9 rejected rows"
-    assert f"sound: {counts}, 1 segments from entry 1 on" in capsys.readouterr().out
+    assert f"sound: {counts}, 1 segment from entry 1 on" in capsys.readouterr().out
     assert run(["restore", str(folder), str(restored)]) == 0
     assert f"{restored}: {counts}; verified. Start it with" in capsys.readouterr().out
     digests = []
