@@ -156,7 +156,7 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
         "azimuths of one radar off by 2.5°, without ADS-B",
         plots(RADAR, azimuth_deg=(pl.col("azimuth_deg") + 2.5) % 360.0),
         status=0,
-        message=("26-10: its azimuths are off by +2.3",),
+        message=("26-10: the estimated azimuth offset is +2.3",),
     ),
     Mistake(
         "negative ranges",
@@ -254,7 +254,9 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "low traffic with heights in feet",
         plots(height_m=(pl.col("height_m") - 25_000.0 * FOOT_M).clip(300.0) / FOOT_M),
-        message=(f"{RADAR}: its heights are probably in feet: half of the climbs",),
+        message=(
+            f"{RADAR}: its heights are probably in feet: half of the climb and descent rates",
+        ),
         sensors=SENSORS,
     ),
     Mistake(

@@ -90,7 +90,7 @@ def test_a_missing_file_is_reported_and_leaves_nothing(
 ) -> None:
     out = tmp_path / "out"
     assert run(["convert", "asterix", str(tmp_path / "no"), "--out", str(out)]) == EXIT_FAILED
-    assert "cannot be read" in capsys.readouterr().err
+    assert "no: no such file" in capsys.readouterr().err
     assert not out.exists()
 
 
