@@ -38,9 +38,8 @@ class AircraftDelay(Record):
     delay_m: Annotated[
         float,
         described(
-            "One-way range error caused by the turn-around time of the transponder, measured "
-            "minus true "
-            "(150 m for 1 µs)",
+            "One-way range error caused by the turn-around time of the transponder, measured minus "
+            "true (150 m for 1 µs)",
             unit="m",
             source="filter",
         ),

@@ -55,8 +55,7 @@ class BiasEstimate(Record):
         Field(ge=0.0),
         described(
             "`sigma` / prior sigma: about 1 if the measurements do not determine the parameter "
-            "alone; "
-            "above 1 if it drifts",
+            "alone; above 1 if it drifts",
             unit="1",
             source="filter",
         ),

@@ -165,8 +165,7 @@ class ForecastPoint(Record):
         list[ForecastMember] | None,
         described(
             "Members of the forecast ensemble in order of decreasing weight; those outside the "
-            "system "
-            "plane are omitted",
+            "system plane are omitted",
             unit="list",
             source="bundle",
             absent="methods other than bundle, and the file",

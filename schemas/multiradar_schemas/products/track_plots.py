@@ -118,9 +118,8 @@ class TrackPlot(Record):
         Field(ge=0.0, le=1.0),
         described(
             "Influence of the measurement on the estimate: trace of the gain in the space of the "
-            "measurement over "
-            "`degrees_of_freedom`; 0: the track ignores it, 1: the track follows it; "
-            "a lower bound with the filter `joint`",
+            "measurement over `degrees_of_freedom`; 0: the track ignores it, 1: the track follows "
+            "it; a lower bound with the filter `joint`",
             unit="1",
             source="filter",
             absent="the measurement initiated the track",

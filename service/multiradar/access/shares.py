@@ -79,8 +79,7 @@ class Shares:
                 503,
                 self._code,
                 f"all clients together have {self.total} {self._name}, expected at most "
-                f"{self._whole}; "
-                "try again later",
+                f"{self._whole}; try again later",
                 self._retry_after,
             )
         self._held[client] += count

@@ -119,9 +119,8 @@ def check_time_resolution(name: str, plots: Plots, period_s: float) -> Diagnosis
         name,
         "time_resolution",
         f"{name}: its times probably lack fractions of a second: all are multiples of "
-        f"{resolution_s:g} "
-        f"s, during which an aircraft flies {_SPEED_MPS * resolution_s:.0f} m; write them with at "
-        "least two decimals",
+        f"{resolution_s:g} s, during which an aircraft flies {_SPEED_MPS * resolution_s:.0f} m; "
+        "write them with at least two decimals",
     )
 
 

@@ -109,9 +109,8 @@ def _of_minutes(
         name,
         "position_minutes",
         f"{name}: its positions are probably in degrees and minutes (46.30 for 46° 30'): no "
-        f"decimal "
-        f"part exceeds {_MINUTES_END:g}, and {steps} steps jump across that gap; "
-        "convert them to decimal degrees",
+        f"decimal part exceeds {_MINUTES_END:g}, and {steps} steps jump across that gap; convert "
+        "them to decimal degrees",
     )
 
 
@@ -153,8 +152,7 @@ def _of_radians(name: str, height_m: Floats, speed_mps: Floats) -> Diagnosis | N
         "position_unit",
         f"{name}: its positions are probably in radians: the median speed of aircraft above "
         f"{_HIGH_M:.0f} m is {speed:.1f} m/s, and {with_it:.0f} m/s after conversion; convert them "
-        f"to "
-        "degrees",
+        "to degrees",
     )
 
 

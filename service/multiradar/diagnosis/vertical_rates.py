@@ -53,9 +53,8 @@ def check_vertical_rates(
     return Diagnosis(
         name,
         "height_unit",
-        f"{name}: its heights are probably in feet: half of the climb and descent rates "
-        f"exceed {median_mps:.0f} m/s ({median_mps * FOOT_M:.0f} m/s if the heights are in "
-        f"feet){steps}; "
+        f"{name}: its heights are probably in feet: half of the climb and descent rates exceed "
+        f"{median_mps:.0f} m/s ({median_mps * FOOT_M:.0f} m/s if the heights are in feet){steps}; "
         "convert them to metres",
         severity,
     )

@@ -112,8 +112,7 @@ def shared_sensors(tracks: Tracks, reporters: Sequence[str]) -> list[str]:
     names = ", ".join(sorted(set(tracks.sensor_id[used].tolist())))
     return [
         f"{used.mean():.0%} of the updates are from {names}, the reference itself, so the errors "
-        "are "
-        "too small: run `track` without it (`--kinds radar`)"
+        "are too small: run `track` without it (`--kinds radar`)"
     ]
 
 

@@ -58,8 +58,7 @@ class ServerSettings(Section):
         tuple[Annotated[str, Field(pattern=r"^[A-Za-z0-9.:-]{1,253}$")], ...],
         Field(
             description="Host names by which clients reach the service; requests for other names "
-            "are rejected. "
-            "Default: loopback names if listening on loopback, else any name"
+            "are rejected. Default: loopback names if listening on loopback, else any name"
         ),
     ] = ()
 

@@ -150,8 +150,7 @@ def archive_journal(
         ):
             raise JournalError(
                 f"{folder}: its last entry, {end.sequence}, does not match that of {journal}; "
-                f"choose "
-                "another archive"
+                "choose another archive"
             )
         found = connection.execute(ENTRY + "WHERE sequence > ? ORDER BY sequence", (end.sequence,))
         while end.sequence < head.sequence:

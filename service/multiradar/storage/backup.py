@@ -203,8 +203,7 @@ def _copy_journal(journal: Path, copy: Path, tip: Tip | None) -> tuple[Head, str
         if tip is not None and tip.sequence > head.sequence:
             raise JournalError(
                 f"{journal}: {tip.sequence} entries were acknowledged, but it contains "
-                f"{head.sequence}; "
-                "restore all its files from one copy"
+                f"{head.sequence}; restore all its files from one copy"
             )
         copy_database(connection, copy)
     return head, fingerprint

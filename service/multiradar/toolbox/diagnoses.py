@@ -116,6 +116,5 @@ def unseen_states(updates: "pl.DataFrame") -> str:
     of_states = ", ".join(f"{count:,} {state}" for state, count in counts)
     return (
         f"none of the {len(updates):,} updates of system tracks is based on a measurement "
-        f"({of_states}): "
-        "the recorder or the processor received no plots"
+        f"({of_states}): the recorder or the processor received no plots"
     )

@@ -209,8 +209,7 @@ def test_a_wrong_offset_is_reported_with_the_estimate_from_named_others() -> Non
     said = wrong.diagnosed()[0].sentence
     assert said.startswith(
         "1-10: bias.range_offset_m is probably wrong: the sensors file specifies the fixed value "
-        "1000 m "
-        "(estimate = false), but 2-10, 3-10 show 1"
+        "1000 m (estimate = false), but 2-10, 3-10 show 1"
     )
     assert said.endswith(" m; correct prior, or remove estimate = false")
     alone = wrong.only(NAME, "2-10").diagnosed()[0].sentence

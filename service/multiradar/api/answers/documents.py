@@ -79,8 +79,8 @@ class SensorState(BaseModel):
     clock_lead_s: float | None = Field(
         default=None,
         description="By how much the times of the sensor are ahead of the data time, s (negative: "
-        "behind), if "
-        "its last measurements were rejected for this reason; null if its clock is correct",
+        "behind), if its last measurements were rejected for this reason; null if its clock is "
+        "correct",
     )
     diagnoses: list[SensorDiagnosis] = Field(
         default=[], description="Probable faults of the sensor, its settings or its data"

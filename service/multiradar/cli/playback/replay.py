@@ -104,8 +104,7 @@ def replay(
             max=86_400.0,
             help="How long to retry if the connection to the service is lost, s. If the service "
             "has never responded, the limit is 5 s; a service that is starting is awaited without "
-            "a "
-            "limit.",
+            "a limit.",
         ),
     ] = 120.0,
     interface: Annotated[

@@ -104,8 +104,7 @@ def check_common_azimuth(evidence: Evidence) -> list[Diagnosis]:
             "azimuth_offset",
             f"{sensors.ids[number]}: its azimuths are probably off by {np.degrees(angle):+.1f}°, "
             f"like those of all radars ({low:+.1f} to {high:+.1f}°){alone}; check whether they "
-            f"refer "
-            "to magnetic instead of true north",
+            "refer to magnetic instead of true north",
         )
         for number, angle in sorted(off.items())
     ]
@@ -150,15 +149,13 @@ def _large(kind: int, estimate: float, configured: float, prior_sigma: float) ->
     if kind == PARAMETER_RANGE_OFFSET:
         return (
             f"the estimated range offset is {estimate:+.0f} m, but {configured:+.0f} m ± "
-            f"{prior_sigma:.0f} m "
-            f"is configured: the tracks are corrected; check its range "
+            f"{prior_sigma:.0f} m is configured: the tracks are corrected; check its range "
             "calibration"
         )
     estimate_deg, configured_deg, sigma_deg = np.degrees([estimate, configured, prior_sigma])
     return (
         f"the estimated azimuth offset is {estimate_deg:+.2f}°, but {configured_deg:+.2f}° ± "
-        f"{sigma_deg:.2f}° is "
-        f"configured: the tracks are corrected; check its north alignment "
+        f"{sigma_deg:.2f}° is configured: the tracks are corrected; check its north alignment "
         "(magnetic north?)"
     )
 

@@ -273,8 +273,7 @@ def _sentence(sensors: SensorTable, error: SiteError, others: Sequence[SiteError
     return (
         f"{', or '.join(what)}{alone}: with the {'first ' if others else ''}error corrected, the "
         f"median distance of its plots from the positions by other sensors is {error.after_m:.0f} "
-        "m "
-        f"({error.before_m:.0f} m as they are); correct {' or '.join(remedies)}"
+        f"m ({error.before_m:.0f} m as they are); correct {' or '.join(remedies)}"
     )
 
 

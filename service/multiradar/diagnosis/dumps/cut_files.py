@@ -92,6 +92,5 @@ def _cut(short: tuple[str, float], whole: tuple[str, float], why: str) -> Diagno
         "",
         "file_cut",
         f"{short[0]}: probably truncated: it ends at {utc(short[1])}, but {whole[0]} continues "
-        "until "
-        f"{utc(whole[1])}, {why}; copy the file again",
+        f"until {utc(whole[1])}, {why}; copy the file again",
     )

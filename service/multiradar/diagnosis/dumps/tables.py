@@ -155,6 +155,5 @@ def _of_heights(name: str, other: str, unit: str) -> Diagnosis:
         "",
         "height_unit",
         f"{name}: its heights are probably in {unit}: after conversion, they match those of the "
-        f"same "
-        f"aircraft in {other}; convert them to metres",
+        f"same aircraft in {other}; convert them to metres",
     )

@@ -163,8 +163,7 @@ def notes_of(card: Scorecard, figures: Figures) -> list[str]:
     if _dict(figures["reference"])["kind"] == "smoothed":
         notes.append(
             "The reference is computed from the same plots and biases as the tracks. It uses later "
-            "plots "
-            "as well, but errors that it shares with the tracks are not included."
+            "plots as well, but errors that it shares with the tracks are not included."
         )
     if _dict(figures["reference"]).get("identity") == "tracks":
         notes.append(
@@ -211,8 +210,8 @@ def _differences(figures: Figures) -> Table:
     )  # fmt: skip
     caption = (
         "Measured minus reference, over the plots of evaluated tracks, without outliers; left is "
-        "the "
-        "difference minus the estimated bias. Sigma treats the plots of an aircraft as correlated."
+        "the difference minus the estimated bias. Sigma treats the plots of an aircraft as "
+        "correlated."
     )
     return Table("Range and azimuth of radars against the reference", header, _cells(rows), caption)
 

@@ -130,8 +130,8 @@ def set_pragma(
     actual = connection.execute(f"PRAGMA {pragma}").fetchone()[0]
     if actual != expected:
         raise JournalError(
-            f"{path}: expected {pragma} {expected}, was {actual}; "
-            "this file system is not suitable for a journal"
+            f"{path}: expected {pragma} {expected}, was {actual}; this file system is not suitable "
+            "for a journal"
         )
 
 

@@ -322,8 +322,7 @@ class SqliteJournal:
         if written_with != fingerprint:
             other = self._setting_of(written_with) or (
                 "other sensors or tracking settings, or on a different kind of processor "
-                "(fingerprint "
-                f"{written_with[:12]}, now {fingerprint[:12]})"
+                f"(fingerprint {written_with[:12]}, now {fingerprint[:12]})"
             )
             raise ConfigurationError(
                 f"{self._path}: the journal was created with {other}; start with those, or choose "

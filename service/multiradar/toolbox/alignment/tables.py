@@ -93,8 +93,7 @@ def _biases(found: Alignment) -> Table:
         rows=tuple(rows),
         caption=(
             "Measured minus true. Sigma is computed from the scatter of aircraft. Not observed: "
-            "the sigma "
-            "is more than half the prior sigma. Drifts: the slope exceeds four sigma, so "
+            "the sigma is more than half the prior sigma. Drifts: the slope exceeds four sigma, so "
             "the estimate is a mean over the recording."
         ),
     )

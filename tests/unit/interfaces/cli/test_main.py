@@ -134,8 +134,8 @@ def test_a_usage_error_is_one_sentence_and_status_2(
         ),
         (
             ["track", "m", "--kinds", "radar,asdb"],
-            "--kinds: unknown kind 'asdb' (did you mean 'adsb'?); "
-            "known: radar, adsb, mlat, bearing",
+            "--kinds: unknown kind 'asdb' (did you mean 'adsb'?); known: radar, adsb, mlat, "
+            "bearing",
         ),
         (
             ["convert", "vid", "a", "b", "c d"],

@@ -63,8 +63,8 @@ def test_a_start_that_cannot_succeed_imports_no_kernels(
     given = {"--sensors": "sensors.toml", "--state": "state"} | {options[0]: options[1]}
     arguments = ["serve", *(one for pair in given.items() for one in pair), "--no-zenoh"]
     code = (
-        "import sys; from multiradar.cli.main import run; "
-        f"status = run({arguments!r}); sys.exit(status if 'numba' not in sys.modules else 99)"
+        f"import sys; from multiradar.cli.main import run; status = run({arguments!r}); "
+        "sys.exit(status if 'numba' not in sys.modules else 99)"
     )
     done = run_to_end([sys.executable, "-c", code], cwd=tmp_path)
     assert words in done.stderr

@@ -86,8 +86,7 @@ def _geometry() -> Plot:
         ),
         equal_axes=True,
         caption="The mean path of the aircraft, starting at the dot; in the scenario of moving "
-        "sources "
-        "their initial positions.",
+        "sources their initial positions.",
         name="geometry",
     )
 

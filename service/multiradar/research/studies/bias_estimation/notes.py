@@ -83,6 +83,5 @@ def _loss_notes(losses: Sequence[Loss]) -> list[str]:
     )
     return [
         f"According to the theory, its position error after {losses[0].time_s:g} s is that of the "
-        f"joint "
-        f"filter {ratios}; the last table gives other accelerations."
+        f"joint filter {ratios}; the last table gives other accelerations."
     ]

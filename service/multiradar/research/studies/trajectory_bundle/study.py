@@ -149,9 +149,8 @@ def _notes(rows: list[dict[str, Value]]) -> list[str]:
         f"Figure 2.3 is the bundle {BUNDLE_TIME_S:g} s after the first plot, right after "
         "branching; figure 2.4 is the same bundle after the search. A branch leaves its track 10 s "
         "or longer before the plot, so that no segment is shorter than the search allows. The "
-        "figure "
-        "shows the run with the median distance of the track ends from the last plot after the "
-        "search.",
+        "figure shows the run with the median distance of the track ends from the last plot after "
+        "the search.",
         "The groups have a purpose: tracks kept by weight alone are nearly identical, as the "
         f"report states; their scatter is {_text(alone, 'scatter_m')} m, that of groups "
         f"{_text(grouped, 'scatter_m')} m. The larger errors that it reports after a change of "
