@@ -34,7 +34,7 @@ from validation.motion.check_manoeuvres import Flown, flights
 Floats = NDArray[np.float64]
 
 #: Mean time of straight flight, s: no turns, as on airways, as near airports.
-TRAFFIC = {"straight": 1e5, "a turn in ten minutes": 600.0, "a turn in two minutes": 120.0}
+TRAFFIC = {"straight": 1e5, "one turn per ten minutes": 600.0, "one turn per two minutes": 120.0}
 FILTERS = ("two-stage", "imm")
 EVERY_S = 20.0
 #: Bounds of the times to the closest approach, s.

@@ -248,7 +248,7 @@ def cells(total: Sums) -> list[str]:
     if total.scans:
         late = np.percentile(total.scans, 95, method="lower")
         scans = f"{np.median(total.scans):.1f} (95 %: {late:.1f}, worst {max(total.scans):.1f})"
-        kept = f"{sum(total.kept)} of {len(total.kept)}, {sum(total.first)} as the first"
+        kept = f"{sum(total.kept)} of {len(total.kept)}, {sum(total.first)} with the first aircraft"
     return [
         str(total.counts["swaps"]), str(total.counts["changes"]),
         f"{np.sqrt(np.mean(errors**2)):.1f} m", f"{np.percentile(errors, 95):.0f} m",
