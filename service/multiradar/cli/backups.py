@@ -143,7 +143,7 @@ def verify(
     with counting_bar("verifying entries") as show:
         found = check(path, on_progress=show)
     if isinstance(found, Verification):
-        entries, kept = found.entries, f"{found.snapshots} snapshots"
+        entries, kept = found.entries, _number(found.snapshots, "snapshot", "snapshots")
         kept += f", begins with entry {found.first:,}" if found.first > 1 else ""
     else:
         entries = found.last - found.first + 1
@@ -205,9 +205,13 @@ def _print(json_wanted: bool, document: Mapping[str, Any], line: str) -> None:
     print(json.dumps(document) if json_wanted else line)
 
 
+def _number(count: int, one: str, several: str) -> str:
+    return f"{count:,} {one if count == 1 else several}"
+
+
 def _entries(count: int) -> str:
-    return "1 entry" if count == 1 else f"{count:,} entries"
+    return _number(count, "entry", "entries")
 
 
 def _segments(count: int) -> str:
-    return "1 segment" if count == 1 else f"{count:,} segments"
+    return _number(count, "segment", "segments")

@@ -26,6 +26,7 @@ from multiradar.diagnosis.cross_sensor.comparison import (
 )
 from multiradar.diagnosis.cross_sensor.explanations import common_mistake, explain
 from multiradar.diagnosis.cross_sensor.heights import check_height_offset, check_heights
+from multiradar.diagnosis.cross_sensor.hypotheses import FOOT_M
 from multiradar.diagnosis.cross_sensor.identities import check_identities
 from multiradar.diagnosis.cross_sensor.offsets import (
     OFFSET_CODE,
@@ -34,7 +35,6 @@ from multiradar.diagnosis.cross_sensor.offsets import (
     check_offsets,
 )
 from multiradar.diagnosis.cross_sensor.plausibility import (
-    FOOT_M,
     aircraft_of,
     check_azimuth_unit,
     check_exchanged_columns,

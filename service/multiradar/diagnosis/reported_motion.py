@@ -4,6 +4,7 @@ import numpy as np
 import polars as pl
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
+from multiradar.diagnosis.cross_sensor.hypotheses import FOOT_M
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import Floats, plots_of, reported
 from multiradar.diagnosis.vertical_rates import pairs_apart
@@ -16,8 +17,7 @@ CHANGE_MIN_M, SPEED_MIN_MPS, RATE_MIN_MPS = 20.0, 20.0, 0.01
 #: turns the distance between two positions is shorter than the path.
 WITHIN, SPREAD_MAX = 0.03, 0.25
 _KNOT_MPS, _KILOMETRE_PER_HOUR_MPS = 1852.0 / 3600.0, 1.0 / 3.6
-_FOOT_M = 0.3048
-_FOOT_PER_MIN_MPS = _FOOT_M / 60.0
+_FOOT_PER_MIN_MPS = FOOT_M / 60.0
 #: Speed by positions over reported speed, by unit and the unit of the column.
 _SPEED_UNITS = {
     ("m/s", "knots"): 1.0 / _KNOT_MPS,
@@ -27,8 +27,8 @@ _SPEED_UNITS = {
 }
 #: Rate of the heights over reported vertical rate, by the column at fault, its unit and the other.
 _RATE_UNITS = {
-    ("heights", "metres", "feet"): _FOOT_M,
-    ("heights", "feet", "metres"): 1.0 / _FOOT_M,
+    ("heights", "metres", "feet"): FOOT_M,
+    ("heights", "feet", "metres"): 1.0 / FOOT_M,
     ("vertical rates", "m/s", "ft/min"): 1.0 / _FOOT_PER_MIN_MPS,
     ("vertical rates", "ft/min", "m/s"): _FOOT_PER_MIN_MPS,
     ("heights and vertical rates", "metres and m/s", "feet and ft/min"): 60.0,

@@ -6,9 +6,9 @@ import numpy as np
 
 from multiradar.diagnosis.columns import SAME_MIN
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
+from multiradar.diagnosis.cross_sensor.hypotheses import FOOT_M
 from multiradar.diagnosis.cross_sensor.plausibility import (
     CEILING_M,
-    FOOT_M,
     HIGH_MAX,
     SPEED_MAX_MPS,
     SPEED_MIN_MPS,

@@ -7,6 +7,7 @@ climbs and descents of real traffic are slower than 8 m/s (1600 ft/min), from gl
 import numpy as np
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
+from multiradar.diagnosis.cross_sensor.hypotheses import FOOT_M
 from multiradar.diagnosis.model import Diagnosis, Severity
 from multiradar.diagnosis.plots import Floats, Integers
 
@@ -18,7 +19,6 @@ FAST_MPS, IMPOSSIBLE_MPS = 9.0, 14.0
 CLIMBING_MIN = 3
 #: Steps of transponders in feet, fraction of heights that are multiples, and how exactly.
 STEP_FT, STEPPED_MIN, STEP_WITHIN = 25.0, 0.9, 0.02
-FOOT_M = 0.3048
 
 
 def check_vertical_rates(

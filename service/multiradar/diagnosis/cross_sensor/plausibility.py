@@ -3,7 +3,7 @@
 import numpy as np
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
-from multiradar.diagnosis.cross_sensor.hypotheses import AZIMUTH_UNITS, RANGE_UNITS, Reading
+from multiradar.diagnosis.cross_sensor.hypotheses import AZIMUTH_UNITS, FOOT_M, RANGE_UNITS, Reading
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import EARTH_RADIUS_M, KEYS, Floats, Integers, Plots, Site, located
 from multiradar.diagnosis.scans import Rotation, coherence_at, rotation, two_rotations
@@ -46,7 +46,6 @@ _LOW_M, _LOW_SEEN_M = 600.0, 60e3
 _SLOW_M, _SLOW_MPS, _SLOW_AIRCRAFT_MIN = 3048.0, 190.0, 5
 #: Tolerance of heights about a horizon or a site, m: pressure heights.
 _BELOW_M = 300.0
-FOOT_M = 0.3048
 #: Aircraft under air traffic control fly lower than this, m.
 CEILING_M = 16_000.0
 #: Pairs of columns that may be exchanged: the first ends at the first number, and the median of the

@@ -15,7 +15,7 @@ import numpy as np
 from multiradar.diagnosis.cross_sensor.agreement import Agreement
 from multiradar.diagnosis.cross_sensor.comparison import Comparison
 from multiradar.diagnosis.cross_sensor.effects import HEIGHTS_ALIKE_M, effects_at
-from multiradar.diagnosis.cross_sensor.plausibility import FOOT_M
+from multiradar.diagnosis.cross_sensor.hypotheses import FOOT_M
 from multiradar.diagnosis.cross_sensor.references import Pairs, are_named
 from multiradar.diagnosis.cross_sensor.trimmed_fit import Equations, TrimmedFit
 from multiradar.diagnosis.plots import Floats, Rows, Site, ground_range, located

@@ -12,6 +12,7 @@ import numpy as np
 import polars as pl
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
+from multiradar.diagnosis.cross_sensor.hypotheses import FOOT_M
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import EARTH_RADIUS_M, Floats
 
@@ -25,7 +26,7 @@ WITH_IT_MIN, AS_IT_IS_MAX = 0.8, 0.2
 HIGH_MIN_M, WITHIN = 100.0, 0.05
 #: Larger heights over smaller ones, and which of the two is in another unit than metres.
 _RATIOS = (
-    (1.0 / 0.3048, "feet", True),
+    (1.0 / FOOT_M, "feet", True),
     (30.48, "flight levels", False),
     (100.0, "hundreds of metres", False),
     (1000.0, "kilometres", False),
