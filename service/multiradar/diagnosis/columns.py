@@ -45,15 +45,15 @@ def check_constant(name: str, plots: Plots) -> Diagnosis | None:
     plots : Plots
         Its plots.
     """
-    measured = np.column_stack([plots.time_s, plots.range_m, plots.azimuth_deg])
-    if len(np.unique(measured, axis=0)) < TESTED_MIN:
-        # Copies are another mistake.
-        return None
     columns = {"time_s": plots.time_s, "range_m": plots.range_m, "azimuth_deg": plots.azimuth_deg}
     same = {column: _most(values) for column, values in columns.items()}
     constant = [column for column, (share, _) in same.items() if share >= SAME_MIN]
     # A transponder at a fixed place has one range and one azimuth.
     if not constant or constant == ["range_m", "azimuth_deg"]:
+        return None
+    measured = np.column_stack([plots.time_s, plots.range_m, plots.azimuth_deg])
+    if len(np.unique(measured, axis=0)) < TESTED_MIN:
+        # Copies are another mistake.
         return None
     column = constant[0]
     share, value = same[column]

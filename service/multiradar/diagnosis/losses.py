@@ -96,9 +96,10 @@ def losses_of(evidence: Evidence, name: str) -> Losses:
 
 def check_kind(evidence: Evidence, name: str, losses: Losses) -> Diagnosis | None:
     """Diagnose measurements of another kind than the declared kind of the sensor."""
-    kinds = Counter(
-        str(kind) for one in evidence.sources[name].kept for kind in one["kind"].to_list()
-    )
+    kinds: Counter[str] = Counter()
+    for part in evidence.sources[name].kept:
+        for one, count in part.group_by("kind", maintain_order=True).len().iter_rows():
+            kinds[str(one)] += count
     kind, most = (kinds.most_common(1) or [("", 0)])[0]
     why = "which the kind in the sensors file does not provide"
     if losses.lost["UNKNOWN_KIND"] <= LOST_MAX * losses.known:
