@@ -4,6 +4,7 @@ The plots are retained as received, before any check; rejected ones are among th
 bounded by a number of plots per source and a number of sources.
 """
 
+import re
 from collections import Counter
 from collections.abc import Collection
 from dataclasses import dataclass, field
@@ -16,7 +17,9 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import STATE_CONFIRMED, EngineOutput, TrackPlots
 from multiradar.wire import Rejected
+from multiradar_schemas.documents.names import shown
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
 
 #: Plots that are retained of a source, and of tracks; sources that are distinguished.
 ROWS_MAX = 20_000
@@ -225,6 +228,9 @@ class Evidence:
 
     def _source(self, name: str) -> Source | None:
         name = self._names.get(name, name)
+        if name and not re.fullmatch(SENSOR_ID_PATTERN, name):
+            # Anything may stand there, of any length, and sentences quote it.
+            name = shown(name)
         if name not in self.sources:
             if len(self.sources) >= SOURCES_MAX:
                 return None

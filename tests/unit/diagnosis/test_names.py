@@ -99,3 +99,17 @@ def test_the_losses_of_a_radar_are_reported_beside_a_sensor_without_measurements
     silent = one.sensors[0].model_copy(update={"id": "9-10"})
     found = Recording(one.frame, (*one.sensors, silent)).codes()
     assert found == [("9-10", "no_measurements"), ("1-10", "measurements_lost")]
+
+
+def test_a_source_name_of_any_length_is_quoted_in_short_and_printable_form() -> None:
+    one = recording()
+    name = "\x1b[31m\n" + "x" * 100_000
+    hostile = one.frame.with_columns(
+        sensor_id=pl.when(pl.col("sensor_id") == "3-10")
+        .then(pl.lit(name))
+        .otherwise(pl.col("sensor_id"))
+    )
+    (said,) = Recording(hostile, one.sensors[:2]).diagnosed()
+    assert said.code == "unknown_source"
+    assert said.sentence.isprintable()
+    assert len(said.sentence) < 300
