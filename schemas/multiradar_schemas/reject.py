@@ -23,6 +23,7 @@ class RejectCode(StrEnum):
     TRUNCATED = "TRUNCATED"
     ENCODING = "ENCODING"
     UNKNOWN_SENSOR = "UNKNOWN_SENSOR"
+    SENSOR_DISABLED = "SENSOR_DISABLED"
     SENSOR_NOT_ALLOWED = "SENSOR_NOT_ALLOWED"
     UNKNOWN_KIND = "UNKNOWN_KIND"
     TIME_LATE = "TIME_LATE"
@@ -49,6 +50,7 @@ CODE_MEANINGS: dict[RejectCode, str] = {
     RejectCode.TRUNCATED: "The input ends in the middle of a record.",
     RejectCode.ENCODING: "Bytes that are not text in the declared encoding.",
     RejectCode.UNKNOWN_SENSOR: "A sensor that is not in the sensors file.",
+    RejectCode.SENSOR_DISABLED: "A sensor that is disabled (`enabled = false`).",
     RejectCode.SENSOR_NOT_ALLOWED: "A sensor for which this client may not send measurements.",
     RejectCode.UNKNOWN_KIND: "A kind of measurement that does not exist, "
     "or that its sensor does not provide.",

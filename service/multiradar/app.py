@@ -31,6 +31,7 @@ from multiradar.ingest.asterix_sensors import (
 from multiradar.ingest.asterix_source import UdpSource
 from multiradar.ingest.feeds.configured import asterix_stream, configured_feeds
 from multiradar.ingest.http import IntakeBounds, measurement_routes
+from multiradar.ingest.http_sensors import sensor_change_routes
 from multiradar.ingest.zenoh.gateway import ZenohGateway
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.session import require_guarded
@@ -66,6 +67,7 @@ from multiradar_compiled.kernel_list import kernels_for
 from multiradar_converters.asterix.decoding.editions import parse_editions
 from multiradar_converters.asterix.live.reception import LiveDecoder, LiveOptions
 from multiradar_converters.errors import ProfileError
+from multiradar_schemas.sensors.sensor import SensorsFile
 
 _log = structlog.get_logger("multiradar.app")
 
@@ -84,6 +86,8 @@ class Application:
         The sensors.
     on_failure : callable
         Called from another thread when a component has stopped for good: the process must end.
+    described : SensorsFile, optional
+        The sensors as described, so that they can change while the service runs.
 
     Raises
     ------
@@ -93,7 +97,11 @@ class Application:
     """
 
     def __init__(
-        self, settings: Settings, sensors: SensorTable, on_failure: Callable[[], None]
+        self,
+        settings: Settings,
+        sensors: SensorTable,
+        on_failure: Callable[[], None],
+        described: SensorsFile | None = None,
     ) -> None:
         self._settings = settings
         self._sensors = sensors
@@ -103,7 +111,7 @@ class Application:
         zenoh = zenoh_options(settings, authentication)
         if settings.zenoh.enabled:
             require_guarded(zenoh)
-        self.service = build_service(settings, sensors, on_failure)
+        self.service = build_service(settings, sensors, on_failure, described)
         self._supervisor = Supervisor(os.environ, lambda: self.service.stalled)
         self._asterix = asterix_gateway(settings, sensors, self.service)
         self._feeds = configured_feeds(settings.feeds, sensors, self.service)
@@ -227,7 +235,10 @@ class Application:
 
 
 def build_service(
-    settings: Settings, sensors: SensorTable, on_failure: Callable[[], None] = lambda: None
+    settings: Settings,
+    sensors: SensorTable,
+    on_failure: Callable[[], None] = lambda: None,
+    described: SensorsFile | None = None,
 ) -> Service:
     """Return the live pipeline on a real journal and engine; not started."""
     tracking, journal = settings.tracking_settings(), settings.journal.path
@@ -245,6 +256,7 @@ def build_service(
         limits=settings.runtime_limits(),
         on_failure=on_failure,
         snapshots=snapshot_rules(settings, fingerprint),
+        described=described,
     )
 
 
@@ -326,7 +338,11 @@ def http_server(
         rows_max=settings.rows_per_message_max,
         acknowledge_deadline_s=limits.acknowledge_deadline_s,
     )
-    routers = (measurement_routes(service, intake), overlay_routes(overlays_of(settings)))
+    routers = (
+        measurement_routes(service, intake),
+        sensor_change_routes(service, limits.acknowledge_deadline_s),
+        overlay_routes(overlays_of(settings)),
+    )
 
     def build(allowed_hosts: Sequence[str]) -> ASGIApp:
         return create_api(

@@ -120,6 +120,50 @@ def restore_state(holder: Any, state: EncodedState) -> None:
         raise StateError(f"{type(holder).__name__}: the state does not fit: {error!r}") from error
 
 
+def carry_state(old: Any, new: Any, change: Any) -> None:
+    """Continue the state of an object in one that was built with other parameters.
+
+    Arrays that are larger in the new object keep its values where the old one has none. A class
+    whose state needs more than that has a method `carry(old, change)`.
+
+    Parameters
+    ----------
+    old, new : object
+        Of one class, which declares `STATE`; the new one takes the arrays of the old one.
+    change : object
+        What changed, for the methods `carry`.
+    """
+    own = getattr(new, "carry", None)
+    if own is not None:
+        own(old, change)
+        return
+    for name, kind in type(new).STATE.items():
+        before, now = getattr(old, name), getattr(new, name)
+        if hasattr(kind, "STATE"):
+            carry_state(before, now, change)
+        else:
+            setattr(new, name, fitted(before, now))
+
+
+def fitted(old: Any, new: Any) -> Any:
+    """Return a value of a state as `carry_state` continues it.
+
+    Parameters
+    ----------
+    old, new : object
+        Arrays, or named tuples of them: the new ones are filled in place. Of all else, and of
+        arrays that have grown, the old value is the result.
+    """
+    if isinstance(new, np.ndarray):
+        if any(was > now for was, now in zip(old.shape, new.shape, strict=True)):
+            return old
+        new[tuple(slice(size) for size in old.shape)] = old
+        return new
+    if isinstance(new, tuple) and hasattr(new, "_fields"):
+        return type(new)(*(fitted(*one) for one in zip(old, new, strict=True)))
+    return old
+
+
 def layout_of(kind: type) -> str:
     """Return the declared types of a class and of all it contains, as one line for each."""
     lines: dict[str, str] = {}

@@ -10,6 +10,7 @@ from multiradar.api.factory import create_api
 from multiradar.api.routes.overlays import overlay_routes
 from multiradar.clock import Clock
 from multiradar.ingest.http import measurement_routes
+from multiradar.ingest.http_sensors import sensor_change_routes
 from multiradar.settings.access import AccessSettings, ClientSettings, IssuerSettings, Role
 from support.fakes.fake_service import FakeService
 
@@ -49,5 +50,5 @@ def authentication(
 
 def guarded_api(service: FakeService, found: Authentication | None = None) -> FastAPI:
     """Return the whole application, which asks for credentials."""
-    routers = (measurement_routes(service), overlay_routes(()))
+    routers = (measurement_routes(service), sensor_change_routes(service), overlay_routes(()))
     return create_api(service, routers=routers, authentication=found or authentication())

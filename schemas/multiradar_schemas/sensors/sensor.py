@@ -180,6 +180,14 @@ class Sensor(Table):
             "half of the reorder horizon",
         ),
     ] = None
+    enabled: Annotated[
+        bool,
+        of_file(
+            "Whether its measurements are used; those of a disabled sensor are rejected with "
+            "SENSOR_DISABLED",
+            "true or false",
+        ),
+    ] = True
     also: Annotated[
         tuple[Annotated[str, StringConstraints(pattern=SENSOR_ID_PATTERN)], ...],
         BeforeValidator(lambda names: tuple(names) if isinstance(names, list) else names),
@@ -419,6 +427,28 @@ def load_sensors(path: Path) -> SensorsFile:
 def parse_sensors(text: str, *, source: str = FILE) -> SensorsFile:
     """Parse the text of a `sensors.toml`; see `load_sensors`."""
     return _sensors(parse_toml(text, source=source))
+
+
+def with_sensor(sensors: SensorsFile, values: dict[str, Any]) -> SensorsFile:
+    """Return sensors of which one is changed, at its place, or added at the end.
+
+    Parameters
+    ----------
+    sensors : SensorsFile
+        The sensors so far.
+    values : dict
+        The keys of one sensor, with its `id`.
+
+    Raises
+    ------
+    DocumentError
+        As `load_sensors`.
+    """
+    known = [one.id for one in sensors.sensor]
+    every = [one.model_dump(exclude_unset=True) for one in sensors.sensor]
+    place = known.index(values["id"]) if values["id"] in known else len(every)
+    every[place : place + 1] = [values]
+    return _sensors(Document(f"sensor {values['id']}", {"sensor": every}, {}))
 
 
 def _sensors(document: Document) -> SensorsFile:

@@ -92,6 +92,7 @@ def create_api(
         aircraft.router, page.router, page.page_router, documentation.router,
     )  # fmt: skip
     require_declared(every)
+    application.state.routes = [route for router in every for route in router.routes]
     for router in every:
         application.include_router(router)
     return application

@@ -11,6 +11,7 @@ from fastapi.exceptions import RequestValidationError
 from pydantic import BaseModel, Field
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
+from starlette.routing import Match, Route
 from starlette.types import Scope
 
 from multiradar.errors import (
@@ -152,6 +153,15 @@ def _reason(entry: Mapping[str, Any]) -> str:
     return str(entry["msg"]).removeprefix("Value error, ")
 
 
+# Those of all routes of the path; HEAD is supported wherever GET is.
+def _methods(request: Request) -> list[str]:
+    found: set[str] = set()
+    for route in request.app.state.routes:
+        if isinstance(route, Route) and route.matches(request.scope)[0] is not Match.NONE:
+            found |= route.methods or set()
+    return sorted({*found, "HEAD"} if "GET" in found else found)
+
+
 async def _framework(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
     code = _CODES_BY_STATUS.get(error.status_code, "REQUEST_REFUSED")
@@ -160,7 +170,6 @@ async def _framework(request: Request, error: Exception) -> Response:
         405: f"the path does not support the method {request.method}",
     }.get(error.status_code, HTTPStatus(error.status_code).phrase)
     headers = dict(error.headers or {})
-    if headers.get("Allow") == "GET":
-        # HEAD is supported wherever GET is.
-        headers["Allow"] = "GET, HEAD"
+    if "Allow" in headers:
+        headers["Allow"] = ", ".join(_methods(request))
     return problem_response(RequestError(error.status_code, code, detail, headers), request.scope)

@@ -176,7 +176,7 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
             failed.set()
             stop.set()
 
-        application = Application(settings, table, on_failure)
+        application = Application(settings, table, on_failure, sensors)
         try:
             application.start()
             # What the start made remains: without this each collection of garbage looks at all of

@@ -17,14 +17,16 @@ from multiradar.access.security_log import SECURITY_LOG, RepeatedEvents
 from multiradar.errors import RequestError
 from multiradar.ingest.bodies import MEDIA_TYPES, decode
 from multiradar.ingest.bound_sensors import of_allowed_sensors
-from multiradar.runtime.live.receipt import (
-    IDEMPOTENCY_KEY_FORM,
-    IDEMPOTENCY_KEY_LENGTH_MAX,
-    Receipt,
-    is_idempotency_key,
-    key_of_sender,
-    receipt_json,
+from multiradar.ingest.http_requests import (
+    ENGINE_LATE,
+    KEY_PARAMETER,
+    acknowledged,
+    body_of,
+    idempotency_key,
+    require_query,
+    source_of,
 )
+from multiradar.runtime.live.receipt import Receipt, key_of_sender, receipt_json
 from multiradar.runtime.ports import OperatedSink
 from multiradar_schemas.measurements.measurement import MEASUREMENTS, Seconds
 from multiradar_schemas.reject import RejectCode
@@ -37,19 +39,15 @@ _CIRCUMSTANCES = frozenset(
         RejectCode.RATE_EXCEEDED,
         RejectCode.DUPLICATE,
         RejectCode.UNKNOWN_SENSOR,
+        RejectCode.SENSOR_DISABLED,
         RejectCode.SENSOR_NOT_ALLOWED,
     }
 )
 
-_SOURCE = "http"
-#: Reasons of a timeout.
+#: Reason of a timeout.
 _JOURNAL_LATE = (
     "the journal did not respond in time, and may or may not contain the message; "
     "send it again with the same Idempotency-Key"
-)
-_ENGINE_LATE = (
-    "accepted measurements are not processed yet; "
-    "send the end of the stream again with the same Idempotency-Key"
 )
 
 
@@ -111,7 +109,7 @@ def measurement_routes(sink: OperatedSink, bounds: IntakeBounds | None = None) -
     """
     intake = _Intake(sink, bounds or IntakeBounds())
     router = APIRouter(prefix="/v1", tags=["measurements"])
-    keyed = {"parameters": [_KEY_PARAMETER]}
+    keyed = {"parameters": [KEY_PARAMETER]}
     for name, role, receive, answers, extra, text in (
         ("measurements", FEED, intake.measurements, _ANSWERS, _REQUEST_BODY, _MEASUREMENTS_TEXT),
         ("flush", OPERATE, intake.flush, _FLUSH_ANSWERS, keyed, _FLUSH_TEXT),
@@ -138,11 +136,11 @@ class _Intake:
         self._threads = ThreadPoolExecutor(bounds.threads, thread_name_prefix="multiradar-intake")
 
     async def measurements(self, request: Request) -> Response:
-        _no_query(request)
+        require_query(request)
         media_type = _media_type(request)
         caller: Caller = request.state.caller
-        key = _idempotency_key(request)
-        body = await _body(request)
+        key = idempotency_key(request)
+        body = await body_of(request)
 
         def submit() -> Future[Receipt]:
             decoded = of_allowed_sensors(
@@ -150,7 +148,7 @@ class _Intake:
             )
             return self._sink.submit(
                 decoded.frame,
-                source=_source(caller),
+                source=source_of(caller),
                 idempotency_key=key_of_sender(caller.name, key),
                 rejected=decoded.rejected,
             )
@@ -166,7 +164,7 @@ class _Intake:
     ) -> Response:
         source, key = await _mark(request, "force")
         receipt = await self._acknowledged(
-            lambda: self._sink.flush(source=source, idempotency_key=key, force=force), _ENGINE_LATE
+            lambda: self._sink.flush(source=source, idempotency_key=key, force=force), ENGINE_LATE
         )
         return await self._answered(receipt)
 
@@ -176,19 +174,12 @@ class _Intake:
         source, key = await _mark(request, "time_s")
         SECURITY_LOG.info("clock_set", client=request.state.caller.name, time_s=time_s)
         receipt = await self._acknowledged(
-            lambda: self._sink.set_clock(time_s, source=source, idempotency_key=key), _ENGINE_LATE
+            lambda: self._sink.set_clock(time_s, source=source, idempotency_key=key), ENGINE_LATE
         )
         return await self._answered(receipt)
 
     async def _acknowledged(self, submit: Callable[[], Future[Receipt]], late: str) -> Receipt:
-        loop = asyncio.get_running_loop()
-        pending = asyncio.wrap_future(await loop.run_in_executor(self._threads, submit))
-        # Not `wait_for`: an entry waiting for the journal must not be cancelled, it may be written.
-        await asyncio.wait({pending}, timeout=self._bounds.acknowledge_deadline_s)
-        if not pending.done():
-            pending.add_done_callback(_retrieved)
-            raise RequestError(503, "NOT_ACKNOWLEDGED", late, {"retry-after": "5"})
-        return pending.result()
+        return await acknowledged(submit, late, self._threads, self._bounds.acknowledge_deadline_s)
 
     async def _answered(self, receipt: Receipt) -> Response:
         loop = asyncio.get_running_loop()
@@ -197,12 +188,12 @@ class _Intake:
 
 async def _mark(request: Request, *known: str) -> tuple[str, str | None]:
     """Return source and key of a message without measurements."""
-    _no_query(request, *known)
+    require_query(request, *known)
     caller: Caller = request.state.caller
-    key = key_of_sender(caller.name, _idempotency_key(request))
-    if await _body(request):
+    key = key_of_sender(caller.name, idempotency_key(request))
+    if await body_of(request):
         raise RequestError(400, "BODY_NOT_EXPECTED", "expected no body")
-    return _source(caller), key
+    return source_of(caller), key
 
 
 def _log_sender(request: Request, caller: Caller, receipt: Receipt) -> None:
@@ -214,16 +205,6 @@ def _log_sender(request: Request, caller: Caller, receipt: Receipt) -> None:
     foreign = sum(row.code == RejectCode.SENSOR_NOT_ALLOWED for row in receipt.rejected)
     if foreign:
         events.warn("sensors_rejected", caller.name, rows=foreign)
-
-
-def _source(caller: Caller) -> str:
-    return f"{_SOURCE}:{caller.name}" if caller.name else _SOURCE
-
-
-def _retrieved(future: "asyncio.Future[Receipt]") -> None:
-    # Nothing awaits the future; reading its error keeps asyncio from reporting it as unread.
-    if not future.cancelled():
-        future.exception()
 
 
 def _answer(receipt: Receipt) -> Response:
@@ -238,23 +219,6 @@ def _answer(receipt: Receipt) -> Response:
             members=document[1:-1],
         )
     return Response(document, media_type="application/json")
-
-
-async def _body(request: Request) -> bytes:
-    body = bytearray()
-    async for chunk in request.stream():
-        body += chunk
-    return bytes(body)
-
-
-def _no_query(request: Request, *known: str) -> None:
-    unknown = [name for name in request.query_params if name not in known]
-    if unknown:
-        names = [ascii(name)[1:-1][:64] for name in unknown[:8]]
-        reasons = dict.fromkeys(names, f"expected {' or '.join(known) or 'no parameters'}")
-        raise RequestError(
-            422, "UNKNOWN_PARAMETER", f"unknown: {', '.join(names)}", parameters=reasons
-        )
 
 
 def _media_type(request: Request) -> str:
@@ -279,19 +243,6 @@ def _media_type(request: Request) -> str:
     return media_type
 
 
-def _idempotency_key(request: Request) -> str | None:
-    keys = request.headers.getlist("idempotency-key")
-    if not keys:
-        return None
-    if len(keys) > 1 or not is_idempotency_key(keys[0]):
-        raise RequestError(
-            400,
-            "IDEMPOTENCY_KEY_INVALID",
-            f"expected one Idempotency-Key, {IDEMPOTENCY_KEY_FORM}",
-        )
-    return keys[0]
-
-
 _MEASUREMENTS_TEXT = """\
 Post measurements: a JSON array (or one object), NDJSON, or an Arrow IPC stream with the columns of
 `measurements.parquet`. The response is sent when the message is in the journal, on disk. Rejected
@@ -313,20 +264,6 @@ tracks; radar biases are kept. The request is recorded in the journal, and the r
 the new time applies.
 """
 
-_KEY_PARAMETER = {
-    "name": "Idempotency-Key",
-    "in": "header",
-    "required": False,
-    "description": f"The sender's identifier of the message: {IDEMPOTENCY_KEY_FORM}. A "
-    "message that is sent again with the same key is ingested once; the response then has "
-    "`duplicate: true`",
-    "schema": {
-        "type": "string",
-        "maxLength": IDEMPOTENCY_KEY_LENGTH_MAX,
-        "pattern": "^[!-~]([ -~]*[!-~])?$",
-    },
-}
-
 _EXAMPLE = [
     {
         "time_s": 1767182400.25,
@@ -345,7 +282,7 @@ _ROWS = MEASUREMENTS.json_schema(ref_template="#/components/schemas/{model}")
 _KINDS = _ROWS.pop("$defs")
 
 _REQUEST_BODY: dict[str, Any] = {
-    "parameters": [_KEY_PARAMETER],
+    "parameters": [KEY_PARAMETER],
     "requestBody": {
         "required": True,
         "content": {

@@ -1,6 +1,6 @@
 """Interfaces of the running service for HTTP, Zenoh and ASTERIX."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from typing import Any, Protocol
 
@@ -8,6 +8,7 @@ import polars as pl
 
 from multiradar.runtime.live.readiness import Reason
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
+from multiradar.runtime.live.sensors_in_force import SensorPlan
 from multiradar.runtime.picture.air_picture import Asked
 from multiradar.runtime.picture.past import PastAsked
 from multiradar.runtime.queries.registry import History, Query
@@ -219,6 +220,48 @@ class OperatedSink(MeasurementSink, Protocol):
         -------
         Future of Receipt
             As that of `flush`.
+
+        Raises
+        ------
+        QueueFullError, PipelineError, JournalError
+            As `submit`.
+        """
+        ...
+
+    def describe_sensor(self, sensor_id: str) -> dict[str, Any] | None:
+        """Return the given values of a sensor, as in the sensors file; None for no such sensor."""
+        ...
+
+    def plan_sensor(
+        self, sensor_id: str, values: Mapping[str, Any], *, reset_biases: bool = False
+    ) -> SensorPlan:
+        """Return what a change of a sensor would do; see `SensorsInForce.plan`.
+
+        Raises
+        ------
+        ConfigurationError
+            If the description is invalid, or something cannot change while the service runs.
+        PipelineError
+            If the service is not running.
+        """
+        ...
+
+    def change_sensor(
+        self, change: bytes, *, source: str, idempotency_key: str | None = None
+    ) -> Future[Receipt]:
+        """Change a sensor, for all measurements after the change.
+
+        Parameters
+        ----------
+        change : bytes
+            That of a plan.
+        source, idempotency_key
+            As for `flush`.
+
+        Returns
+        -------
+        Future of Receipt
+            As that of `flush`; fails with `ConfigurationError` if another change came between.
 
         Raises
         ------

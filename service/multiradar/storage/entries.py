@@ -28,6 +28,9 @@ class EntryKind(StrEnum):
     CLOCK = "clock"
     """An operator has set the data clock, to that of the admission after the entry."""
 
+    SENSOR = "sensor"
+    """An operator has added or changed a sensor: the payload says how, as JSON."""
+
 
 @dataclass(frozen=True, slots=True)
 class RejectedRow:
@@ -65,13 +68,15 @@ class Entry:
     Attributes
     ----------
     kind : EntryKind
-        A batch of measurements, the end of a stream, or a new time of the data clock.
+        A batch of measurements, the end of a stream, a new time of the data clock, or a change of
+        a sensor.
     source : str
         Input it was received from.
     idempotency_key : str or None
         The sender's unique key of the message.
     payload : bytes
-        The accepted measurements as an Arrow IPC stream; empty without measurements.
+        The accepted measurements as an Arrow IPC stream, or the change of a sensor as JSON; else
+        empty.
     accepted : int
         Number of measurements in the payload.
     rejects : tuple of RejectedRow

@@ -11,10 +11,10 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters.arrays import Aircraft, Work, partition_of
+from multiradar.estimation.filters.arrays import DELAY_BIASES, Aircraft, Work, partition_of
 from multiradar.estimation.filters.bank import FilterDefinition
 from multiradar.estimation.filters.height._height_kernels import GUESS, GUESS_VARIANCE
-from multiradar.state import Fields
+from multiradar.state import Fields, fitted
 from multiradar.tracking._identity_kernels import assign, rebuild
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.lifecycle.lifecycle import Lifecycle
@@ -279,6 +279,43 @@ class AircraftPool:
         initiated[:capacity] = self.new_tracks.sensor
         self.new_tracks = self.new_tracks._replace(sensor=initiated)
         self.roster, self.aircraft, self.life, self.integrity = roster, aircraft, life, integrity
+
+    def carry(self, old: "AircraftPool", _change: object) -> None:
+        """Continue the aircraft of a pool that has fewer sensors and columns, or as many."""
+        while len(self.roster.track_id) < len(old.roster.track_id):
+            self.grow()
+        most = self.new_tracks.most
+        self.roster = old.roster
+        self.life = fitted(old.life, self.life)
+        self.integrity = fitted(old.integrity, self.integrity)
+        self.new_tracks = fitted(old.new_tracks, self.new_tracks)._replace(most=most)
+        self._carry_aircraft(old)
+
+    def renumber_sites(self, numbers: NDArray[np.int64]) -> None:
+        """Set the sites that measured the aircraft to their present numbers, by the former ones."""
+        measured_from = self.aircraft.measured_from
+        # Moving sensors have numbers beyond those of the sensors.
+        single = (measured_from >= 0) & (measured_from < len(numbers))
+        measured_from[single] = numbers[measured_from[single]]
+
+    def _carry_aircraft(self, old: "AircraftPool") -> None:
+        before, now = old.aircraft, self.aircraft
+        (columns, *_), (wider, _, _, delays) = old._sizes, self._sizes
+        # New columns come before that of the delay.
+        own = np.arange(columns)
+        own[columns - delays :] += wider - columns
+        special = {
+            "sensitivity": (..., own),
+            "mode_sensitivity": (..., own),
+            "delay": (..., np.append(np.arange(DELAY_BIASES), DELAY_BIASES + own)),
+            "joint": np.ix_(*2 * (np.append(own, wider + np.arange(len(before.joint) - columns)),)),
+        }
+        for name, array in before._asdict().items():
+            place = special.get(name) if array.size else None
+            if place is None:
+                fitted(array, getattr(now, name))
+            else:
+                getattr(now, name)[place] = array
 
     def _free(self, old: NDArray[np.int64]) -> None:
         self.roster.track_id[old] = MISSING

@@ -6,7 +6,7 @@ from multiradar.wire.measurements import (
     measurement_rows,
     require_columns,
 )
-from multiradar.wire.sensors import sensor_table
+from multiradar.wire.sensors import in_order_of_ids, sensor_table
 from multiradar.wire.tables import (
     alarm_names,
     biases_frame,
@@ -22,6 +22,7 @@ __all__ = [
     "biases_frame",
     "delays_frame",
     "health_frame",
+    "in_order_of_ids",
     "measurement_batch",
     "measurement_rows",
     "require_columns",

@@ -44,6 +44,7 @@ RANGE_MAX_FACTOR = 1.05
 _SENSOR = "__sensor"
 _SENSOR_KIND = "__sensor_kind"
 _RANGE_END = "__range_end_m"
+_DISABLED = "__disabled"
 _KIND = "__kind"
 
 
@@ -192,6 +193,7 @@ def _with_sensors(frame: pl.DataFrame, table: SensorTable) -> pl.DataFrame:
     return frame.with_columns(
         pl.Series(table.kinds).gather(index).alias(_SENSOR_KIND),
         end_m.gather(index).alias(_RANGE_END),
+        pl.Series(table.disabled).gather(index).alias(_DISABLED),
     )
 
 
@@ -203,6 +205,7 @@ _GATES = (
         "a sensor of the sensors file",
         pl.col(_SENSOR).is_null(),
     ),
+    Gate(RejectCode.SENSOR_DISABLED, "sensor_id", "a sensor that is enabled", pl.col(_DISABLED)),
     Gate(
         RejectCode.UNKNOWN_KIND,
         "kind",

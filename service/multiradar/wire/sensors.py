@@ -20,21 +20,23 @@ KIND_NUMBER = {
 }
 
 
-def sensor_table(sensors: SensorsFile) -> SensorTable:
+def sensor_table(sensors: SensorsFile, *, in_order: bool = False) -> SensorTable:
     """Translate a sensors file.
 
     Parameters
     ----------
     sensors : SensorsFile
         The sensors in the order of the file, angles in degrees.
+    in_order : bool
+        Whether the order is kept; otherwise they are sorted by identifier.
 
     Returns
     -------
     SensorTable
-        The sensors sorted by identifier, angles in radians, the bias parameters to estimate, and
+        The sensors, angles in radians, the bias parameters to estimate, and
         the biases that are known.
     """
-    ordered = sorted(sensors.sensor, key=lambda sensor: sensor.id)
+    ordered = sensors.sensor if in_order else in_order_of_ids(sensors).sensor
     biases = [(row, bias) for row, one in enumerate(ordered) for bias in one.estimated_biases()]
     kinds = np.array([PARAMETER_NAMES.index(bias.parameter) for _, bias in biases], np.int8)
     unit = np.array([parameter_unit(bias.parameter) for _, bias in biases], np.float64)
@@ -74,7 +76,13 @@ def sensor_table(sensors: SensorsFile) -> SensorTable:
         transponder_delay_sigma_m=_numbers([one.transponder_delay_sigma_m for one in ordered]),
         plots_per_scan_max=_numbers([one.plots_per_scan_max for one in ordered]),
         clock_tolerance_s=_numbers([one.clock_tolerance_s for one in ordered]),
+        disabled=np.array([not one.enabled for one in ordered], np.bool_),
     )
+
+
+def in_order_of_ids(sensors: SensorsFile) -> SensorsFile:
+    """Return the sensors sorted by identifier, the order of their table."""
+    return SensorsFile(sensor=tuple(sorted(sensors.sensor, key=lambda sensor: sensor.id)))
 
 
 def _numbers(values: Sequence[float | None], missing: float = np.nan) -> NDArray[np.float64]:

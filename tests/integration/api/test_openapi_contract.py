@@ -19,13 +19,14 @@ from multiradar.api.factory import create_api
 from multiradar.api.routes.overlays import overlay_routes
 from multiradar.app import build_service
 from multiradar.ingest.http import IntakeBounds, measurement_routes
+from multiradar.ingest.http_sensors import sensor_change_routes
 from multiradar.ingest.replay.http import Encoding, encode
 from multiradar.runtime.live.receipt import IDEMPOTENCY_KEY_LENGTH_MAX
 from multiradar.settings.service import load_settings
 from multiradar.storage.overlays import read_overlays
 from support.fakes.fake_service import updates_of
 from support.processes.waiting import WAIT_TIMEOUT_S
-from support.scenarios.live_scene import recording, sensors
+from support.scenarios.live_scene import recording, sensors, sensors_file
 
 #: Requests drawn for each operation and kind, beside those at the bounds of its parameters.
 _EXAMPLES = 4
@@ -43,12 +44,13 @@ def application(tmp_path: Path) -> Iterator[FastAPI]:
     overlays.mkdir()
     (overlays / "border.geojson").write_text('{"type": "FeatureCollection", "features": []}')
     settings = load_settings(None, {"journal": {"path": tmp_path / "journal.sqlite"}})
-    service = build_service(settings, sensors())
+    service = build_service(settings, sensors(), described=sensors_file())
     service.start()
     service.submit(_PLOTS, source="http").result(WAIT_TIMEOUT_S)
     service.flush(source="http").result(WAIT_TIMEOUT_S)
     intake = measurement_routes(service, IntakeBounds(acknowledge_deadline_s=WAIT_TIMEOUT_S))
-    yield create_api(service, routers=(intake, overlay_routes(read_overlays(overlays))))
+    changes = sensor_change_routes(service, WAIT_TIMEOUT_S)
+    yield create_api(service, routers=(intake, changes, overlay_routes(read_overlays(overlays))))
     service.stop()
 
 

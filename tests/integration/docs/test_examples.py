@@ -8,6 +8,7 @@ import pytest
 
 from multiradar.api.factory import create_api
 from multiradar.ingest.http import measurement_routes
+from multiradar.ingest.http_sensors import sensor_change_routes
 from support.fakes.fake_service import FakeService
 from support.paths import ROOT
 
@@ -19,7 +20,9 @@ _MORE = "…"
 
 def _schemas() -> dict[str, Any]:
     service = FakeService()
-    document = create_api(service, routers=[measurement_routes(service)]).openapi()
+    document = create_api(
+        service, routers=[measurement_routes(service), sensor_change_routes(service)]
+    ).openapi()
     schemas: dict[str, Any] = document["components"]["schemas"]
     return schemas
 

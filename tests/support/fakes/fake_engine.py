@@ -6,6 +6,8 @@ from typing import ClassVar
 import numpy as np
 
 from multiradar.estimation.bias.observability import UnobservableBias
+from multiradar.estimation.measurement.sensor_changes import SensorChange
+from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.state import Fields
 from multiradar.tracking.input.measurements import MeasurementBatch
@@ -80,6 +82,10 @@ class FakeEngine:
         return EngineOutput(
             self._updates(MeasurementBatch.empty()), _records(biases), _nothing_ended()
         )
+
+    def change_sensors(self, sensors: SensorTable, change: SensorChange) -> EngineOutput:
+        """End the epoch."""
+        return self.flush()
 
     def restart(self) -> EngineOutput:
         """End the epoch; it has no time of its own."""

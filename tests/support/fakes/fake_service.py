@@ -1,7 +1,7 @@
 """A fake service without journal and engine, for tests of the HTTP side."""
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,6 +11,7 @@ import polars as pl
 from multiradar.errors import LiveStreamError
 from multiradar.runtime.live.readiness import Reason
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
+from multiradar.runtime.live.sensors_in_force import SensorPlan, SensorsInForce
 from multiradar.runtime.picture.air_picture import Asked
 from multiradar.runtime.picture.frames import encoded
 from multiradar.runtime.picture.past import PastAsked
@@ -36,6 +37,7 @@ from multiradar_schemas.products.bias import BIAS_SCHEMA
 from multiradar_schemas.products.track import TRACK_SCHEMA
 from multiradar_schemas.products.transition import TRANSITION_SCHEMA
 from support.processes.waiting import WAIT_TIMEOUT_S
+from support.scenarios import live_scene
 
 LIVE_SCHEMA = pl.Schema({**TRACK_SCHEMA, "age_s": pl.Float64()})
 
@@ -236,6 +238,10 @@ class FakeService:
     submissions: list[Submission] = field(default_factory=list)
     flushes: list[str] = field(default_factory=list)
     clocks: list[float] = field(default_factory=list)
+    sensors: SensorsInForce = field(
+        default_factory=lambda: SensorsInForce.of(live_scene.sensors(), live_scene.sensors_file())
+    )
+    sensor_changes: list[tuple[str, str | None]] = field(default_factory=list)
     #: Sensors in real time: a stream ends only by force.
     live: tuple[str, ...] = ()
     failure: Exception | None = None
@@ -297,4 +303,21 @@ class FakeService:
         self.clocks.append(time_s)
         future: Future[Receipt] = Future()
         future.set_result(Receipt(0, (), False, 1))
+        return future
+
+    def describe_sensor(self, sensor_id: str) -> dict[str, Any] | None:
+        return self.sensors.description(sensor_id)
+
+    def plan_sensor(
+        self, sensor_id: str, values: Mapping[str, Any], *, reset_biases: bool = False
+    ) -> SensorPlan:
+        return self.sensors.plan(sensor_id, values, reset_biases=reset_biases)
+
+    def change_sensor(
+        self, change: bytes, *, source: str, idempotency_key: str | None = None
+    ) -> "Future[Receipt]":
+        self.sensors, _ = self.sensors.changed(change)
+        self.sensor_changes.append((source, idempotency_key))
+        future: Future[Receipt] = Future()
+        future.set_result(Receipt(0, (), False, len(self.sensor_changes)))
         return future

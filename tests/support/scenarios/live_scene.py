@@ -15,12 +15,17 @@ _SITES = {"41-10": (50.0, 14.0, 400.0), "41-20": (49.2, 16.5, 300.0)}
 
 def sensors() -> SensorTable:
     """Two radars and ADS-B."""
+    return sensor_table(sensors_file())
+
+
+def sensors_file() -> SensorsFile:
+    """Two radars and ADS-B."""
     radars = [
         {"id": name, "kind": "radar", "latitude_deg": lat, "longitude_deg": lon, "height_m": height}
         for name, (lat, lon, height) in _SITES.items()
     ]
     every = [Sensor.model_validate(one) for one in [*radars, {"id": "adsb", "kind": "adsb"}]]
-    return sensor_table(SensorsFile(sensor=tuple(every)))
+    return SensorsFile(sensor=tuple(every))
 
 
 def recording(

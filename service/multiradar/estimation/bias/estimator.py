@@ -6,17 +6,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.bias._kernels import fold_biases
+from multiradar.estimation.bias._matrix_kernels import multiply
 from multiradar.estimation.bias.store import (
     BiasState,
     add_information,
     drift,
     multiplied,
     prior,
+    symmetric_inverse,
     widened,
 )
 from multiradar.estimation.filters.arrays import Aircraft
 from multiradar.estimation.filters.bank import FilterDefinition
 from multiradar.estimation.filters.two_stage._two_stage_kernels import apply_bias_drift
+from multiradar.estimation.measurement.sensor_changes import SensorChange
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_RANGE_OFFSET,
@@ -179,17 +182,66 @@ class BiasEstimator:
         self._walk(np.where(opened, self._sensors.prior_sigma, 0.0), 1.0, aircraft)
         return True
 
+    def discard(self, columns: NDArray[np.bool_], aircraft: Aircraft) -> None:
+        """Remove what is known about some biases, and keep all that is known about the others.
+
+        Parameters
+        ----------
+        columns : (c,) bool
+            The biases. Their estimates have no meaning afterwards, until a prior replaces them.
+        aircraft : Aircraft
+            Changed in place: their uncertainty by these biases becomes one of their own.
+
+        References
+        ----------
+        The project's own: equation (1.25) of the IMM UrO RAN report (2016) with an infinite drift
+        of these biases. With K the others and J these, G = [[I, 0], [P_JK P_KK⁻¹, 0]], and G Q_ς
+        has the block P_JJ - P_JK P_KK⁻¹ P_KJ only.
+        """
+        if not columns.any():
+            return
+        estimate, covariance = self.state.estimate, self.state.covariance.copy()
+        lost, kept = np.flatnonzero(columns), np.flatnonzero(~columns)
+        if self._definition.keeps_sensitivity:
+            scaled = covariance / np.outer(self.state.scale, self.state.scale)
+            inner = symmetric_inverse(np.ascontiguousarray(scaled[np.ix_(kept, kept)]))
+            cross = np.ascontiguousarray(scaled[np.ix_(lost, kept)])
+            regression = multiply(cross, inner)
+            own = scaled[np.ix_(lost, lost)] - multiply(regression, np.ascontiguousarray(cross.T))
+            regression *= np.divide.outer(self.state.scale[lost], self.state.scale[kept])
+            own *= np.outer(self.state.scale[lost], self.state.scale[lost])
+            gain, spread = np.diag((~columns).astype(np.float64)), np.zeros_like(covariance)
+            gain[np.ix_(lost, kept)] = regression
+            spread[np.ix_(lost, lost)] = 0.5 * (own + own.T)
+            self._adjust(estimate - multiplied(gain, estimate), gain, spread, aircraft)
+        covariance[np.ix_(lost, kept)] = covariance[np.ix_(kept, lost)] = 0.0
+        if self._definition.corrects_biases:
+            aircraft.joint[lost] = aircraft.joint[:, lost] = 0.0
+        self.state = BiasState(estimate, covariance, self.state.scale)
+
+    def carry(self, old: "BiasEstimator", change: SensorChange) -> None:
+        """Continue the estimates of an estimator for other sensors, without those that are reset.
+
+        The epoch is closed: there is no log.
+        """
+        same = np.flatnonzero(~change.reset[old._sensors.parameter_sensor])
+        self.state.estimate[same] = old.state.estimate[same]
+        self.state.covariance[np.ix_(same, same)] = old.state.covariance[np.ix_(same, same)]
+
     def _walk(self, rates: Floats, duration_s: float, aircraft: Aircraft) -> None:
         self.state, gain = drift(self.state, rates, duration_s)
         if self._definition.keeps_sensitivity:
-            started = np.flatnonzero(~np.isnan(aircraft.time))
             complement = self.state.estimate - multiplied(gain, self.state.estimate)
-            spread = gain * (rates**2 * duration_s)
-            columns = aircraft.sensitivity.shape[2]
-            apply_bias_drift(
-                started, aircraft, np.append(complement, np.zeros(columns - len(complement))),
-                widened(gain, columns, 1.0), widened(spread, columns, 0.0),
-            )  # fmt: skip
+            self._adjust(complement, gain, gain * (rates**2 * duration_s), aircraft)
+
+    # Express the aircraft by the biases after a change, of which G is the regression.
+    def _adjust(self, complement: Floats, gain: Floats, spread: Floats, aircraft: Aircraft) -> None:
+        columns = aircraft.sensitivity.shape[2]
+        apply_bias_drift(
+            np.flatnonzero(~np.isnan(aircraft.time)), aircraft,
+            np.append(complement, np.zeros(columns - len(complement))),
+            widened(gain, columns, 1.0), widened(spread, columns, 0.0),
+        )  # fmt: skip
 
     def _fold(self) -> None:
         if not self._log:

@@ -73,10 +73,10 @@ _ROUNDING = 1e-9
 
 
 #: Columns added later, with defaults: not moving, no elevations, no refraction, no delays, bounds
-#: on plots by coverage, tolerances of clocks by the horizon.
+#: on plots by coverage, tolerances of clocks by the horizon, all enabled.
 LATER_FIELDS = (
     "moving", "elevation_sigma_rad", "earth_radius_factor", "transponder_delay_sigma_m",
-    "plots_per_scan_max", "clock_tolerance_s",
+    "plots_per_scan_max", "clock_tolerance_s", "disabled",
 )  # fmt: skip
 
 
@@ -91,7 +91,7 @@ def _every_kind(known: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @dataclass(frozen=True, slots=True)
 class SensorTable:
-    """All sensors, sorted by identifier, and the bias vector they share.
+    """All sensors, and the bias vector they share.
 
     A bias is *measured minus true*. The bias vector stacks the named parameters of all sensors;
     its columns are grouped by sensor, in the order of the sensors. Biases that are known instead of
@@ -101,7 +101,8 @@ class SensorTable:
     Attributes
     ----------
     ids : tuple of str
-        Unique identifiers, sorted.
+        Unique identifiers, in the order of the other columns: sorted, but for sensors that were
+        added while a service runs, which follow.
     kinds : (m,) int8
         Kind of measurement, as in `MeasurementBatch.kind`.
     latitude_rad, longitude_rad, height_m : (m,) float64
@@ -144,6 +145,8 @@ class SensorTable:
     clock_tolerance_s : (m,) float64
         Lead over the data time up to which measurements need no other clock to agree, s; NaN, the
         default, for half of the reorder horizon.
+    disabled : (m,) bool
+        Whether measurements of the sensor are rejected. By default those of none are.
 
     Raises
     ------
@@ -188,6 +191,7 @@ class SensorTable:
     transponder_delay_sigma_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     plots_per_scan_max: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     clock_tolerance_s: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    disabled: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, np.bool_))
 
     @property
     def delayed(self) -> NDArray[np.bool_]:
@@ -233,6 +237,7 @@ class SensorTable:
             "transponder_delay_sigma_m": np.full(count, np.nan),
             "plots_per_scan_max": np.full(count, np.nan),
             "clock_tolerance_s": np.full(count, np.nan),
+            "disabled": np.zeros(count, np.bool_),
         }
         for name, value in defaults.items():
             if not len(getattr(self, name)):
@@ -268,7 +273,7 @@ def _require_shapes(table: SensorTable) -> None:
         "kinds", "latitude_rad", "longitude_rad", "height_m", "range_sigma_m", "azimuth_sigma_rad",
         "position_sigma_m", "range_max_m", "rotation_period_s", "self_reported",
         "moving", "elevation_sigma_rad", "earth_radius_factor", "transponder_delay_sigma_m",
-        "plots_per_scan_max", "clock_tolerance_s",
+        "plots_per_scan_max", "clock_tolerance_s", "disabled",
     ):  # fmt: skip
         _require_shape(name, getattr(table, name), (count,))
     _require_shape("known_bias", table.known_bias, (count, len(PARAMETER_NAMES)))

@@ -138,6 +138,9 @@ class AsterixSender:
         elif fed.lost:
             self._cycles.overloaded = set(range(len(self._outlets)))
             self._cycles.tracks.retain(self._live_ids())
+        elif fed.sensors is not None:
+            self._sensors = fed.sensors
+            self._cycles.use(fed.sensors)
         elif fed.output is not None:
             self._process(fed.output)
 

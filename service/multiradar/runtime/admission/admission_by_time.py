@@ -150,6 +150,16 @@ class Admission:
         self._pace = np.zeros((self.sensors, 2)) if self.paces is None else self.paces
         self._due = np.full(self.sensors, -np.inf)
 
+    def use(self, sensors: SensorTable) -> None:
+        """Continue with other sensors: those so far at their places."""
+        new = Admission.for_sensors(sensors, self.horizon_s, self.forward_jump_max_s)
+        kept = min(self.sensors, new.sensors)
+        # The counts last: other threads read what they refer to.
+        for name in ("_due", "_lead", "_heard", "_standing"):
+            getattr(new, name)[:kept] = getattr(self, name)[:kept]
+            setattr(self, name, getattr(new, name))
+        self.sensors, self._tolerance, self._pace = new.sensors, new._tolerance, new._pace
+
     @property
     def tolerance_s(self) -> float:
         """Lead of a row that advances the data clock, s, where the sensor has none of its own."""

@@ -42,6 +42,13 @@ class ArrivalBoard:
         self._delays = np.zeros((len(sensors), steps), np.int64)
         self._counts = np.zeros((len(sensors), _OUTCOMES), np.int64)
 
+    def use(self, sensors: SensorTable) -> None:
+        """Continue with other sensors: those so far at their places."""
+        more = max(len(sensors) - len(self._counts), 0)
+        self._delays = np.pad(self._delays, ((0, more), (0, 0)))
+        self._sensors = sensors
+        self._counts = np.pad(self._counts, ((0, more), (0, 0)))
+
     def count(
         self, batch: MeasurementBatch, code: NDArray[np.int8], clock_s: NDArray[np.float64]
     ) -> None:

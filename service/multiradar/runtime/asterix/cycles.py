@@ -98,6 +98,11 @@ class Cycles:
         self._update_pictures(pieces, math.inf)
         self.reached_s = max(self.reached_s, pieces.last_s)
 
+    def use(self, sensors: SensorTable) -> None:
+        """Continue with other sensors: those so far at their places."""
+        self._sensors.use(sensors)
+        self.tracks.use(sensors)
+
     def absorb(self, output: EngineOutput) -> None:
         """Update the tracks and sensors without reports."""
         pieces = _Pieces(output)

@@ -42,9 +42,12 @@ class SensorPicture:
     """
 
     def __init__(self, sensors: SensorTable, silent_after_s: float) -> None:
+        self._silent_after_s = silent_after_s
+        self._begin(sensors)
+
+    def _begin(self, sensors: SensorTable) -> None:
         self._sensors = sensors
         self._codes = np.array(sensors.asterix_codes, np.int64)
-        self._silent_after_s = silent_after_s
         shape = len(sensors), len(PARAMETER_NAMES)
         self._estimate = np.zeros(shape)
         self._sigma = np.full(shape, np.inf)
@@ -55,6 +58,15 @@ class SensorPicture:
         self._last_plot_s = np.full(len(sensors), -np.inf)
         self._plots = np.zeros((len(sensors), 2), np.bool_)
         self._alarms = np.zeros(len(sensors), np.int64)
+
+    def use(self, sensors: SensorTable) -> None:
+        """Continue with other sensors: those so far at their places."""
+        names = ("_estimate", "_sigma", "_last_plot_s", "_plots", "_alarms")
+        known = {name: getattr(self, name) for name in names}
+        self._begin(sensors)
+        for name, array in known.items():
+            kept = min(len(array), len(sensors))
+            getattr(self, name)[:kept] = array[:kept]
 
     @property
     def codes(self) -> NDArray[np.int64]:

@@ -101,6 +101,12 @@ class TrackPicture:
         self._source_s = np.zeros((0, len(SOURCES)))
         self._sensor_s = np.zeros((0, len(sensors)))
 
+    def use(self, sensors: SensorTable) -> None:
+        """Continue with other sensors: those so far at their places."""
+        more = max(len(sensors) - self._sensor_s.shape[1], 0)
+        self._sensor_s = np.pad(self._sensor_s, ((0, 0), (0, more)), constant_values=-np.inf)
+        self._sensors = sensors
+
     def __len__(self) -> int:
         return len(self._live)
 

@@ -17,20 +17,17 @@ from numpy.typing import NDArray
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.bias.observability import UnobservableBias
 from multiradar.estimation.bias.store import BiasState
-from multiradar.estimation.filters._kernels import (
-    READOUT_UPDATES,
-    RESTARTED,
-)
 from multiradar.estimation.filters.arrays import Model, Result, Rows, result_arrays
-from multiradar.estimation.filters.bank import Outcome, find_filter_for
+from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.measurement.plot_rates import plots_per_scan_max
+from multiradar.estimation.measurement.sensor_changes import SensorChange
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.engine.prerequisites import plane_for, require_clocks_within
+from multiradar.runtime.engine.prerequisites import plane_for, require_usable
 from multiradar.runtime.engine.run_updates import (
     ClosedEpoch,
-    Described,
     Run,
+    describe_run,
     filter_rows,
     plausibility_window,
     track_updates,
@@ -39,8 +36,7 @@ from multiradar.runtime.engine.run_updates import (
 from multiradar.runtime.engine.shared_biases import SharedBiases
 from multiradar.runtime.engine.stepper import WORKERS_MAX, Stepper
 from multiradar.runtime.engine.track_states import sampled, track_states
-from multiradar.state import Fields
-from multiradar.tracking._identity_kernels import describe
+from multiradar.state import Fields, carry_state
 from multiradar.tracking.association.shared_plots import RowSelection, shared_plots
 from multiradar.tracking.association.window_association import (
     WINDOW_S,
@@ -102,6 +98,8 @@ class Engine:
         Whether the output contains the live tracks at the end of each epoch.
     sampling : Sampling
         Which track states the output contains at ends of epochs.
+    plane : SystemPlane, optional
+        By default that of the sensors.
 
     Raises
     ------
@@ -128,15 +126,15 @@ class Engine:
         *,
         pictures: bool = False,
         sampling: Sampling = Sampling.NONE,
+        plane: SystemPlane | None = None,
     ) -> None:
         if not 1 <= workers <= WORKERS_MAX:
             raise ConfigurationError(f"workers: expected 1 to {WORKERS_MAX}, was {workers}")
-        require_clocks_within(sensors, settings.reorder_horizon_s)
         self._settings, self._sensors = settings, sensors
         self._sources: Sources | None = None
+        self._plane = plane or plane_for(sensors)
+        self._filter = require_usable(sensors, settings, self._plane)
         delays = bool(sensors.delayed.any())
-        self._filter = find_filter_for(settings.filter_name, sensors.parameter_kind, delays=delays)
-        self._plane = plane_for(sensors)
         self._order = ReorderBuffer(settings.reorder_horizon_s)
         self._near = NearDuplicates(sensors, settings.hidden_fields)
         self._biases = SharedBiases(sensors, settings, self._filter, self._plane)
@@ -152,9 +150,9 @@ class Engine:
         self._sampling = sampling
         self._begin_time()
         self._pictures: list[Picture] | None = [] if pictures else None
-        self._steps = 1
         self._sequence = 0
         self._outcomes: Counter[str] = Counter()
+        self._workers, self._steps = workers, 1
         self._stepper = Stepper(self._filter, self._pool, self._biases, workers)
 
     # What compares times with earlier ones.
@@ -223,17 +221,29 @@ class Engine:
         """
         released = self._order.flush()
         output = NO_OUTPUT if released is None else self._process(released)
-        biases, health, samples = self._close_epoch()
+        output = self._close_epoch().added_to(output, self._pop_pictures())
         live = self._pool.used()
         self._record_delays(live, self._pool.roster.track_id[live])
-        return replace(
-            output,
-            delays=DelayRecords.concatenate([output.delays, self._delays.pop()]),
-            biases=BiasRecords.concatenate([output.biases, biases]),
-            health=HealthRecords.concatenate([output.health, health]),
-            pictures=output.pictures + self._pop_pictures(),
-            samples=(*output.samples, *samples),
-        )
+        return replace(output, delays=DelayRecords.concatenate([output.delays, self._delays.pop()]))
+
+    def change_sensors(self, sensors: SensorTable, change: SensorChange) -> EngineOutput:
+        """Continue with other sensors, from the next measurements to be processed.
+
+        The epoch is closed, as by `flush`; the reorder buffer is kept. Tracks and their numbers
+        continue, and so do the biases and the health of all sensors that are not reset. Raises
+        ConfigurationError as the constructor does, and changes nothing then.
+        """
+        new = Engine(
+            sensors, self._settings, self._workers, pictures=self._pictures is not None,
+            sampling=self._sampling, plane=self._plane,
+        )  # fmt: skip
+        output = self._close_epoch().added_to(NO_OUTPUT, self._pop_pictures())
+        self._biases.discard(change, self._pool)
+        carry_state(self, new, change)
+        new._pool.renumber_sites(new._biases.model.site_numbers)
+        self._stepper.close()
+        vars(self).update(vars(new))
+        return output
 
     def restart(self) -> EngineOutput:
         """End the stream, terminate all tracks and accept measurements of earlier times.
@@ -371,33 +381,23 @@ class Engine:
     def _describe(
         self, shown: MeasurementBatch, run: Run
     ) -> tuple[TrackUpdates, TrackTransitions, TrackPlots, NDArray[np.intp], NDArray[np.int64]]:
-        batch, result, identities = run.batch, run.result, run.identities
-        accepted = np.flatnonzero(result.outcome <= RESTARTED)
-        described = np.empty((len(accepted), 6))
-        describe(accepted, result.readout, self._biases.model.plane, described)
-        # An estimate beyond the edge of the system plane has no latitude: it is not published.
-        located = np.isfinite(described).all(axis=1)
-        outcomes = result.outcome.copy()
-        outcomes[accepted[~located]] = Outcome.UNLOCATABLE
-        accepted, described = accepted[located], described[located]
+        found, outcomes = describe_run(
+            run, self._biases.model.plane, self._settings.confirm_updates, self._sequence + 1
+        )
+        accepted, confirmed = found.updated, found.confirmed
         by_sensor = np.zeros((len(self._sensors), len(Outcome)), np.int64)
-        np.add.at(by_sensor, (batch.sensor, outcomes), 1)
+        np.add.at(by_sensor, (run.batch.sensor, outcomes), 1)
         self._outcomes.update({one.name: int(by_sensor[:, one].sum()) for one in Outcome})
-        first = self._sequence + 1
         self._sequence += len(accepted)
-        confirmed = result.readout[accepted, READOUT_UPDATES] >= self._settings.confirm_updates
-        decided = run.confirmed[accepted]
-        confirmed = np.where(decided < 0, confirmed, decided > 0)
         updated = Updated(
-            accepted, identities.slot, identities.track_id, result.outcome, run.confirmed,
-            batch.time_s, confirmed.astype(np.int64),
+            accepted, run.identities.slot, run.identities.track_id, run.result.outcome,
+            run.confirmed, run.batch.time_s, confirmed.astype(np.int64),
         )  # fmt: skip
         slots = len(self._pool.roster.track_id)
         transitions = self._transitions.update(updated, slots)
         updates = track_updates(
-            shown, run, Described(accepted, described, confirmed, first),
-            self._settings.hidden_fields, keeps_modes=self._filter.keeps_modes,
-        )  # fmt: skip
+            shown, run, found, self._settings.hidden_fields, keeps_modes=self._filter.keeps_modes
+        )
         plots = TrackPlots(updates.track_id, shown.select(accepted))
         return updates, transitions, plots, accepted, by_sensor
 

@@ -2,9 +2,11 @@
 
 import numpy as np
 
-from multiradar.errors import ConfigurationError
+from multiradar.errors import ConfigurationError, OutsidePlaneError
+from multiradar.estimation.filters.bank import FilterDefinition, find_filter_for
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.tracking.settings import TrackingSettings
 
 
 def plane_for(sensors: SensorTable) -> SystemPlane:
@@ -21,6 +23,33 @@ def plane_for(sensors: SensorTable) -> SystemPlane:
             "sensors file (for ADS-B alone, the centre of the area)"
         )
     return SystemPlane.for_sensors(sensors.latitude_rad, sensors.longitude_rad)
+
+
+def require_usable(
+    sensors: SensorTable, tracking: TrackingSettings, plane: SystemPlane
+) -> FilterDefinition:
+    """Return the filter of the settings, if it can use sensors.
+
+    Raises
+    ------
+    ConfigurationError
+        If it cannot estimate their biases, their clocks do not fit the reorder horizon, or one of
+        them is beyond the system plane.
+    UnknownFilterError
+        If the filter of the settings does not exist.
+    """
+    require_clocks_within(sensors, tracking.reorder_horizon_s)
+    for name, *position in zip(
+        sensors.ids, sensors.latitude_rad, sensors.longitude_rad, strict=True
+    ):
+        if np.isfinite(position).all():
+            try:
+                plane.to_plane(*position)
+            except OutsidePlaneError as error:
+                raise ConfigurationError(f"sensor {name}: {error}") from error
+    return find_filter_for(
+        tracking.filter_name, sensors.parameter_kind, delays=bool(sensors.delayed.any())
+    )
 
 
 def require_clocks_within(sensors: SensorTable, horizon_s: float) -> None:

@@ -1,6 +1,7 @@
 """A run of measurements: input of the filters, and the track updates that come of it."""
 
 from collections.abc import Collection
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,11 +14,14 @@ from multiradar.estimation.filters._kernels import (
     READOUT_HEIGHT_VARIANCE,
     READOUT_MODES,
     READOUT_RATE,
+    READOUT_UPDATES,
+    RESTARTED,
 )
 from multiradar.estimation.filters.arrays import Model, Result, Rows
+from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.measurement.kinds import KIND_POSITION
 from multiradar.estimation.measurement.reported_motion import reported_motion
-from multiradar.tracking._identity_kernels import observe
+from multiradar.tracking._identity_kernels import describe, observe
 from multiradar.tracking.health.health_records import HealthRecords
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import (
@@ -25,6 +29,8 @@ from multiradar.tracking.outputs import (
     STATE_CONFIRMED,
     STATE_TENTATIVE,
     BiasRecords,
+    EngineOutput,
+    Picture,
     StateSample,
     TrackUpdates,
 )
@@ -69,6 +75,16 @@ class ClosedEpoch(NamedTuple):
     health: HealthRecords
     samples: tuple[StateSample, ...]
 
+    def added_to(self, output: EngineOutput, pictures: tuple[Picture, ...]) -> EngineOutput:
+        """Return an output with that of the end of the epoch, and further pictures."""
+        return replace(
+            output,
+            biases=BiasRecords.concatenate([output.biases, self.biases]),
+            health=HealthRecords.concatenate([output.health, self.health]),
+            pictures=output.pictures + pictures,
+            samples=(*output.samples, *self.samples),
+        )
+
 
 class Described(NamedTuple):
     """The rows of a run that update a track.
@@ -111,6 +127,44 @@ def filter_rows(batch: MeasurementBatch, model: Model) -> Rows:
         ground=batch.ground_status(),
         motion=reported_motion(batch.aircraft_data, batch.height_m),
     )
+
+
+def describe_run(
+    run: Run, plane: NDArray[np.float64], confirm_updates: int, first: int
+) -> tuple[Described, NDArray[np.int64]]:
+    """Return the rows of a run that update a track, and the outcome of every row.
+
+    Parameters
+    ----------
+    run : Run
+        The rows, and their results.
+    plane : (k,) float64
+        As in `filters.arrays.Model`.
+    confirm_updates : int
+        Number of updates that confirm a track.
+    first : int
+        Number of the first update.
+
+    Returns
+    -------
+    Described
+        The rows that update a track.
+    (n,) int64
+        `Outcome` of each row.
+    """
+    result = run.result
+    accepted = np.flatnonzero(result.outcome <= RESTARTED)
+    described = np.empty((len(accepted), 6))
+    describe(accepted, result.readout, plane, described)
+    # An estimate beyond the edge of the system plane has no latitude: it is not published.
+    located = np.isfinite(described).all(axis=1)
+    outcomes = result.outcome.copy()
+    outcomes[accepted[~located]] = Outcome.UNLOCATABLE
+    accepted, described = accepted[located], described[located]
+    confirmed = result.readout[accepted, READOUT_UPDATES] >= confirm_updates
+    decided = run.confirmed[accepted]
+    confirmed = np.where(decided < 0, confirmed, decided > 0)
+    return Described(accepted, described, confirmed, first), outcomes
 
 
 def track_updates(

@@ -16,9 +16,10 @@ from multiradar.estimation.bias.store import BiasState
 from multiradar.estimation.filters._kernels import RESTARTED
 from multiradar.estimation.filters.arrays import RECENT_TIME, Model, Result, Rows
 from multiradar.estimation.filters.bank import FilterDefinition
+from multiradar.estimation.measurement.sensor_changes import SensorChange
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.state import Fields
+from multiradar.state import Fields, carry_state
 from multiradar.tracking.model import bias_columns, filter_model, with_biases
 from multiradar.tracking.outputs import BiasRecords
 from multiradar.tracking.pool import PARTITIONS, AircraftPool
@@ -138,6 +139,17 @@ class SharedBiases:
         """Reset the offsets of a sensor to their prior uncertainty, and publish them."""
         if self._estimator.reset_offsets(sensor, pool.aircraft):
             self._publish()
+
+    def discard(self, change: SensorChange, pool: AircraftPool) -> None:
+        """Remove what is known about the biases that are reset; the epoch is closed."""
+        self._estimator.discard(change.reset[self._sensors.parameter_sensor], pool.aircraft)
+
+    def carry(self, old: "SharedBiases", change: SensorChange) -> None:
+        """Continue the biases for other sensors; the epoch is closed."""
+        self._started_s, self.drifted_s = old._started_s, old.drifted_s
+        carry_state(old._site_use, self._site_use, change)
+        carry_state(old._estimator, self._estimator, change)
+        self._publish()
 
     def steps(self, epoch_s: float) -> int:
         """Return the number of steps of the next epoch."""

@@ -3,6 +3,8 @@
 from typing import ClassVar, Protocol
 
 from multiradar.estimation.bias.observability import UnobservableBias
+from multiradar.estimation.measurement.sensor_changes import SensorChange
+from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.state import Fields
 from multiradar.tracking.input.measurements import MeasurementBatch
@@ -50,6 +52,10 @@ class TrackingEngine(Protocol):
 
     def restart(self) -> EngineOutput:
         """Terminate all tracks, and accept earlier times: the data clock was set back."""
+        ...
+
+    def change_sensors(self, sensors: SensorTable, change: SensorChange) -> EngineOutput:
+        """Continue with other sensors: those so far at their places, new ones after them."""
         ...
 
     def tracks(self) -> TrackStates:

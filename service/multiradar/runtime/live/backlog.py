@@ -19,7 +19,7 @@ class Journalled:
     sequence : int
         Number in the journal.
     kind : EntryKind
-        Measurements, the end of a stream, or a new time of the data clock.
+        Measurements, the end of a stream, a new time of the data clock, or a change of a sensor.
     batch : MeasurementBatch
         The accepted measurements, in the order of their arrival.
     source : str
@@ -30,6 +30,8 @@ class Journalled:
         The data clock after the entry, s.
     received_s : float or None
         Time of reception, UTC, s; None of entries that are replayed.
+    change : bytes
+        Change of a sensor; see `multiradar.runtime.live.sensors_in_force`.
     """
 
     sequence: int
@@ -39,6 +41,7 @@ class Journalled:
     rejects: tuple[RejectedRow, ...] = ()
     clock_s: float = -inf
     received_s: float | None = None
+    change: bytes = b""
 
 
 def grouped(waiting: deque[Journalled], rows_max: int) -> list[Journalled]:

@@ -28,7 +28,7 @@ class Submission:
     Attributes
     ----------
     kind : EntryKind
-        Measurements, the end of a stream, or a new time of the data clock.
+        Measurements, the end of a stream, a new time of the data clock, or a change of a sensor.
     frame : DataFrame
         The rows, columns of `MEASUREMENT_SCHEMA` and perhaps `index`.
     source : str
@@ -43,6 +43,8 @@ class Submission:
         Time of its reception, UTC, s, of a clock that is never set back.
     clock_s : float
         New time of the data clock, s.
+    change : bytes
+        Change of a sensor; see `multiradar.runtime.live.sensors_in_force`.
     future : Future of Receipt
         Resolved when the message is in the journal.
     """
@@ -55,6 +57,7 @@ class Submission:
     latest_s: float = inf
     received_s: float | None = None
     clock_s: float = inf
+    change: bytes = b""
     future: Future[Receipt] = field(default_factory=Future)
 
     @property

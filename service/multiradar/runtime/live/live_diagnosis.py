@@ -90,6 +90,11 @@ class LiveDiagnosis:
         with self._lock:
             self._evidence = Evidence(self._sensors)
 
+    def use(self, sensors: SensorTable) -> None:
+        """Start over with other sensors."""
+        self._sensors = sensors
+        self.restart()
+
     def set_back(self) -> None:
         """Start over: earlier times follow."""
         self.restart()

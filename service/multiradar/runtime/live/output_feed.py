@@ -6,6 +6,7 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Protocol
 
+from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking.outputs import EngineOutput
 
 #: Maximum queued updates; when exceeded, the queue is discarded.
@@ -30,6 +31,8 @@ class FeedItem:
         Whether the following output is new: the journal has been replayed.
     reached_s : float
         With `caught_up`, the greatest data time of earlier output, s.
+    sensors : SensorTable, optional
+        The following output is of these sensors.
     """
 
     output: EngineOutput | None = None
@@ -38,6 +41,7 @@ class FeedItem:
     set_back: bool = False
     caught_up: bool = False
     reached_s: float = -math.inf
+    sensors: SensorTable | None = None
 
 
 class OutputReader(Protocol):
@@ -53,6 +57,10 @@ class OutputReader(Protocol):
 
     def set_back(self) -> None:
         """Expect earlier times: the data clock was set back, and all tracks were terminated."""
+        ...
+
+    def use(self, sensors: SensorTable) -> None:
+        """Continue with other sensors: those so far at their places."""
         ...
 
 
@@ -98,7 +106,7 @@ class OutputFeed:
         """Queue a notice that the engine restarts."""
         with self._changed:
             # `caught_up` is sent once: a reader that missed it would wait for ever.
-            kept = [fed for fed in self._waiting if fed.caught_up]
+            kept = [fed for fed in self._waiting if fed.caught_up or fed.sensors is not None]
             self._waiting = deque([*kept, FeedItem(restarted=True)])
             self._rows = 0
             self._changed.notify()
@@ -108,6 +116,12 @@ class OutputFeed:
         with self._changed:
             self._waiting.append(FeedItem(set_back=True))
             self._reached_s = -math.inf
+            self._changed.notify()
+
+    def use(self, sensors: SensorTable) -> None:
+        """Queue a notice of other sensors."""
+        with self._changed:
+            self._waiting.append(FeedItem(sensors=sensors))
             self._changed.notify()
 
     def catch_up(self) -> None:

@@ -89,7 +89,7 @@ def prepare(
         elif submission.kind is not EntryKind.BATCH:
             if submission.kind is EntryKind.FLUSH:
                 admission.flush()
-            else:
+            elif submission.kind is EntryKind.CLOCK:
                 admission.set_clock(submission.clock_s)
             entry = _entry(submission, pl.DataFrame(), [], admission)
             prepared.append(Prepared(entry, MeasurementBatch.empty(), admission.released_to_s))
@@ -107,7 +107,9 @@ def journalled(entries: Sequence[StoredEntry], table: SensorTable) -> list[Journ
         If rows accepted before are rejected now: the rules have changed.
     """
     frames = [
-        decode_rows(stored.entry.payload) if stored.entry.payload else _NO_ROWS
+        decode_rows(stored.entry.payload)
+        if stored.entry.kind is EntryKind.BATCH and stored.entry.payload
+        else _NO_ROWS
         for stored in entries
     ]
     found = []
@@ -127,6 +129,7 @@ def journalled(entries: Sequence[StoredEntry], table: SensorTable) -> list[Journ
                 entry.source,
                 entry.rejects,
                 admissions.data_clock_of(entry.admission),
+                change=entry.payload if entry.kind is EntryKind.SENSOR else b"",
             )
         )
     return found
@@ -138,6 +141,9 @@ def same_message(submission: Submission, entry: Entry) -> bool:
         return False
     if submission.kind is EntryKind.CLOCK:
         return submission.clock_s == admissions.data_clock_of(entry.admission)
+    if submission.kind is EntryKind.SENSOR:
+        # Of a removed entry no payload is left.
+        return entry.payload in (submission.change, b"")
     same_rows = submission.rows == entry.accepted + len(entry.rejects)
     if not (same_rows and _same_rejects(submission, entry.rejects)):
         return False
@@ -275,7 +281,7 @@ def _entry(
         kind=submission.kind,
         source=submission.source,
         idempotency_key=submission.idempotency_key,
-        payload=encode_rows(kept),
+        payload=submission.change or encode_rows(kept),
         accepted=len(kept),
         rejects=bounded(every),
         admission=admission.state(),

@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 
 from multiradar.clock import Clock
 from multiradar.errors import MultiradarError, PipelineError
-from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.estimation.measurement.sensor_changes import SensorChange
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.admission.origins import Origins
 from multiradar.runtime.engine.digest import OutputDigest
@@ -24,6 +24,7 @@ from multiradar.runtime.live.backlog import Backlog, Journalled, grouped
 from multiradar.runtime.live.preparation import journalled
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.live.receipt import Receipt
+from multiradar.runtime.live.sensors_in_force import SensorsInForce
 from multiradar.runtime.live.snapshots import Snapshots
 from multiradar.state import Fields
 from multiradar.storage.entries import EntryKind, StoredEntry
@@ -62,8 +63,8 @@ class Processor:
         New entries.
     open_engine : callable
         Builds an engine without state.
-    sensors : SensorTable
-        The sensors.
+    sensors : SensorsInForce
+        The sensors before the first entry of the journal.
     publication : Publication
         Receives the output.
     rows_max : int
@@ -81,6 +82,7 @@ class Processor:
         "_origins": Origins,
         "_updates": int,
         "_data_time_s": float | None,
+        "_changed_sensors": list[str],
     }
 
     def __init__(
@@ -89,7 +91,7 @@ class Processor:
         journal: Journal,
         backlog: Backlog,
         open_engine: Callable[[], TrackingEngine],
-        sensors: SensorTable,
+        sensors: SensorsInForce,
         publication: Publication,
         rows_max: int,
         clock: Clock,
@@ -102,7 +104,7 @@ class Processor:
         self._journal = journal
         self._backlog = backlog
         self._open_engine = open_engine
-        self._sensors = sensors
+        self._first_sensors = sensors
         self._publication = publication
         self._rows_max = rows_max
         self._lock = threading.Lock()
@@ -248,6 +250,9 @@ class Processor:
         self._states = None
         self._data_time_s = None
         self._updates = 0
+        #: The sensors after the last entry that was processed, and their descriptions if changed.
+        self.sensors = self._first_sensors
+        self._changed_sensors: list[str] = []
         #: Last entry that was processed.
         self.processed = 0
 
@@ -271,6 +276,12 @@ class Processor:
             except _EngineFailureError as failure:
                 if isinstance(failure.cause, MemoryError):
                     raise PipelineError("the engine is out of memory") from failure.cause
+                if failure.entries[0].kind is EntryKind.SENSOR:
+                    # Without it later entries would have another meaning.
+                    raise PipelineError(
+                        f"the change of a sensor in journal entry {failure.entries[0].sequence} "
+                        f"cannot be processed: {failure.cause}"
+                    ) from failure.cause
                 if rows_max == 1:
                     # The second failure that involves this entry.
                     sequence = failure.entries[0].sequence
@@ -288,7 +299,7 @@ class Processor:
     # The journal in groups for the engine, without skipped entries.
     def _stored(self, until: int | None, rows_max: int) -> Iterator[list[Journalled]]:
         for piece in self._pieces(until, rows_max):
-            waiting = deque(journalled(piece, self._sensors))
+            waiting = deque(journalled(piece, self.sensors.table))
             while waiting:
                 # One by one: those without measurements, too.
                 yield grouped(waiting, rows_max) if rows_max > 1 else [waiting.popleft()]
@@ -304,7 +315,9 @@ class Processor:
                 continue
             piece.append(stored)
             rows += stored.entry.accepted
-            if rows >= rows_max or len(piece) >= PIECE_ENTRIES_MAX:
+            # The sensors of what follows a change are known once it is processed.
+            full = rows >= rows_max or len(piece) >= PIECE_ENTRIES_MAX
+            if full or stored.entry.kind is EntryKind.SENSOR:
                 yield piece
                 piece, rows = [], 0
         if piece:
@@ -322,6 +335,8 @@ class Processor:
             self._states = None
             if len(output.updates):
                 self._updates = int(output.updates.sequence[-1])
+        if group[0].kind is EntryKind.SENSOR:
+            self._publication.use(self.sensors.table)
         self._publication.publish(output, self._data_time_s)
         if set_back:
             self._publication.set_back()
@@ -350,11 +365,23 @@ class Processor:
         with self._lock:
             self._engine.close()
             self._reset()
+        self._publication.use(self.sensors.table)
         self._publication.restart()
+
+    def restored(self) -> None:
+        """Use the sensors of the snapshot, before the parts that depend on them are restored."""
+        if not self._changed_sensors:
+            return
+        first = self.sensors
+        self.sensors = first.with_texts(self._changed_sensors)
+        change = SensorChange.between(first.table, self.sensors.table)
+        self._engine.change_sensors(self.sensors.table, change)
+        self._publication.use(self.sensors.table)
 
     @property
     def _holders(self) -> dict[str, Any]:
-        return {"engine": self._engine, "processor": self, "publication": self._publication}
+        # The processor first: it has the sensors.
+        return {"processor": self, "engine": self._engine, "publication": self._publication}
 
     def _push(self, group: Sequence[Journalled]) -> EngineOutput:
         if self._is_set_back(group):
@@ -365,11 +392,19 @@ class Processor:
             self._data_time_s = clock_s
         if group[0].kind is EntryKind.FLUSH:
             return self._engine.flush()
+        if group[0].kind is EntryKind.SENSOR:
+            return self._change_sensors(group[0].change)
         for entry in group:
             self._origins.add(entry.sequence, len(entry.batch))
         batches = [entry.batch for entry in group]
         batch = batches[0] if len(batches) == 1 else MeasurementBatch.concatenate(batches)
         return self._engine.push(batch, clock_s)
+
+    def _change_sensors(self, change: bytes) -> EngineOutput:
+        sensors, what = self.sensors.changed(change)
+        output = self._engine.change_sensors(sensors.table, what)
+        self.sensors, self._changed_sensors = sensors, sensors.texts()
+        return output
 
     # Whether an operator has set the data clock to an earlier time.
     def _is_set_back(self, group: Sequence[Journalled]) -> bool:

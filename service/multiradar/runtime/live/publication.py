@@ -103,6 +103,13 @@ class Publication:
         for reader in self._readers:
             reader.put(output)
 
+    def use(self, sensors: SensorTable) -> None:
+        """Continue with other sensors: those so far at their places."""
+        self._known.use(sensors)
+        self._events.sensors = self.rejects.sensors = sensors
+        for reader in self._readers:
+            reader.use(sensors)
+
     def set_back(self) -> None:
         """Expect earlier times: the data clock was set back, and all tracks were terminated."""
         self._events.set_back()

@@ -8,7 +8,7 @@
 
 import math
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from importlib.metadata import version
 from typing import Any
@@ -19,6 +19,7 @@ from multiradar.clock import Clock, SystemClock
 from multiradar.errors import LiveStreamError, MultiradarError, PipelineError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.admission.admission_by_time import FORWARD_JUMP_MAX_S, Admission
+from multiradar.runtime.engine.prerequisites import plane_for, require_usable
 from multiradar.runtime.engine.tracking_engine import TrackingEngine
 from multiradar.runtime.live.accounting import Accounting
 from multiradar.runtime.live.alarms.supervision import Supervision
@@ -35,6 +36,7 @@ from multiradar.runtime.live.readiness import (
     state_reason,
 )
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
+from multiradar.runtime.live.sensors_in_force import SensorPlan, SensorsInForce
 from multiradar.runtime.live.snapshots import SnapshotRules, open_snapshots
 from multiradar.runtime.live.threads import SystemThreads, Thread, Threads
 from multiradar.runtime.live.writer import Writer
@@ -44,6 +46,7 @@ from multiradar.storage.entries import Entry, EntryKind, Quarantined
 from multiradar.storage.journal import Journal, Space
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.settings import TrackingSettings
+from multiradar_schemas.sensors.sensor import SensorsFile
 
 __all__ = ["Receipt", "RejectedRow", "Service", "ServiceState"]
 
@@ -77,6 +80,8 @@ class Service:
         again, the process must end and start again.
     snapshots : SnapshotRules, optional
         Where snapshots are, and when they are taken; without, each start replays the journal.
+    described : SensorsFile, optional
+        The sensors as described, so that they can change; without, they cannot.
 
     Attributes
     ----------
@@ -101,13 +106,15 @@ class Service:
         threads: Threads | None = None,
         on_failure: Callable[[], None] = lambda: None,
         snapshots: SnapshotRules | None = None,
+        described: SensorsFile | None = None,
     ) -> None:
         self._on_failure, self._snapshot_rules = on_failure, snapshots
         self._clock = clock or SystemClock()
         self._threads = threads or SystemThreads()
         self._open_journal = open_journal
         self._open_engine = open_engine
-        self._sensors = sensors
+        self._sensors = SensorsInForce.of(sensors, described)
+        self._tracking = tracking
         self._limits = limits or RuntimeLimits()
         self._horizon_s = tracking.reorder_horizon_s
         self._forward_jump_max_s = forward_jump_max_s
@@ -269,6 +276,30 @@ class Service:
         """Set the data clock, as an operator says; see `OperatedSink.set_clock`."""
         return self._put_mark(EntryKind.CLOCK, source, idempotency_key, time_s)
 
+    def plan_sensor(
+        self, sensor_id: str, values: Mapping[str, Any], *, reset_biases: bool = False
+    ) -> SensorPlan:
+        """Return what a change of a sensor would do; see `OperatedSink.plan_sensor`."""
+        if self._writer is None:
+            raise PipelineError(f"the service is not running: {self._state}")
+        present = self._writer.sensors
+        plan = present.plan(sensor_id, values, reset_biases=reset_biases)
+        if plan.change:
+            changed, _ = present.changed(plan.change)
+            require_usable(changed.table, self._tracking, plane_for(self._sensors.table))
+        return plan
+
+    def change_sensor(
+        self, change: bytes, *, source: str, idempotency_key: str | None = None
+    ) -> Future[Receipt]:
+        """Change a sensor; see `OperatedSink.change_sensor`."""
+        return self._put_mark(EntryKind.SENSOR, source, idempotency_key, change=change)
+
+    def describe_sensor(self, sensor_id: str) -> dict[str, Any] | None:
+        """Return the description of a sensor; see `OperatedSink.describe_sensor`."""
+        present = self._sensors if self._writer is None else self._writer.sensors
+        return present.description(sensor_id)
+
     def settled(self) -> Future[int]:
         """Return a future that resolves when all journal entries so far are processed.
 
@@ -298,12 +329,20 @@ class Service:
     # ---------------------------------------------------------------- inside
 
     def _put_mark(
-        self, kind: EntryKind, source: str, key: str | None, clock_s: float = math.inf
-    ) -> Future[Receipt]:
+        self, kind: EntryKind, source: str, key: str | None, clock_s: float = math.inf,
+        change: bytes = b"",
+    ) -> Future[Receipt]:  # fmt: skip
         received_s = self._watch.host_clock.received_s
         journalled = self._put(
             Submission(
-                kind, pl.DataFrame(), source, key, (), received_s=received_s, clock_s=clock_s
+                kind,
+                pl.DataFrame(),
+                source,
+                key,
+                (),
+                received_s=received_s,
+                clock_s=clock_s,
+                change=change,
             )
         )
         assert self._processor is not None, "a running service has one"
@@ -321,11 +360,6 @@ class Service:
     def _recover(self, journal: Journal) -> None:
         self._journal = journal
         counts = journal.counts()
-        admission = Admission.for_sensors(self._sensors, self._horizon_s, self._forward_jump_max_s)
-        if counts.admission:
-            admission.restore(counts.admission)
-        self._watch.attach(admission)
-        _warm_up(admission)
         self._accounting.resume(counts.accepted, counts.rejected)
         self._processor = Processor(
             journal=journal,
@@ -343,11 +377,19 @@ class Service:
         )  # fmt: skip
         self.publication.attach(self._processor.states, self._counters)
         self._processor.replay()
+        present = self._processor.sensors
+        admission = Admission.for_sensors(present.table, self._horizon_s, self._forward_jump_max_s)
+        if counts.admission:
+            admission.restore(counts.admission)
+        self._watch.use(present.table)
+        self._watch.attach(admission)
+        _warm_up(admission)
         self._writer = Writer(
             intake=self._intake,
             journal=journal,
             backlog=self._backlog,
-            sensors=self._sensors,
+            sensors=present,
+            on_sensors=self._watch.use,
             admission=admission,
             accounting=self._accounting,
             batches_max=self._limits.commit_batches_max,

@@ -6,6 +6,7 @@ the journal. Only a full disk, which the journal reports before any change, allo
 to be tried.
 """
 
+import itertools
 import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -25,6 +26,7 @@ from multiradar.runtime.live.backlog import Backlog, Journalled
 from multiradar.runtime.live.intake import Intake, Submission
 from multiradar.runtime.live.preparation import Prepared, prepare, same_message
 from multiradar.runtime.live.receipt import SENDER_SEPARATOR, Receipt
+from multiradar.runtime.live.sensors_in_force import SensorsInForce
 from multiradar.storage.entries import Entry, StoredEntry
 from multiradar.storage.journal import Journal
 
@@ -56,14 +58,16 @@ class Writer:
         The journal.
     backlog : Backlog
         Queue of the engine, for messages on disk.
-    sensors : SensorTable
-        The sensors.
+    sensors : SensorsInForce
+        The sensors after the last entry of the journal.
     admission : Admission
         Accepts or rejects by time.
     accounting : Accounting
         Row counts.
     batches_max : int
         Messages in one transaction.
+    on_sensors : callable
+        Called with the sensors before they change.
     on_journalled : callable
         Called with the rows of each journalled message, and its entry.
     on_full : callable
@@ -78,21 +82,24 @@ class Writer:
         intake: Intake,
         journal: Journal,
         backlog: Backlog,
-        sensors: SensorTable,
+        sensors: SensorsInForce,
         admission: Admission,
         accounting: Accounting,
         batches_max: int,
+        on_sensors: Callable[[SensorTable], None] = lambda _table: None,
         on_journalled: OnJournalled = lambda _rows, _entry: None,
         on_full: Callable[[], None] = lambda: None,
         on_failure: Callable[[], None] = lambda: None,
     ) -> None:
+        self._on_sensors = on_sensors
         self._on_journalled = on_journalled
         self._on_full = on_full
         self._on_failure = on_failure
         self._intake = intake
         self._journal = journal
         self._backlog = backlog
-        self._sensors = sensors
+        #: The sensors after the last message.
+        self.sensors = sensors
         self._admission = admission
         self._accounting = accounting
         self._batches_max = batches_max
@@ -121,13 +128,15 @@ class Writer:
 
     def write(self, group: Sequence[Submission]) -> None:
         """Write messages in one transaction, answer them, and queue them for the engine."""
-        before = self._admission.state()
+        before, sensors = self._admission.state(), self.sensors
         fresh, again = self._sort(group)
         admitted = self._prepare(fresh)
         entries = [one.prepared.entry for one in admitted]
         try:
             sequences = self._journal.append(entries) if entries else []
         except JournalFullError as error:
+            if self.sensors is not sensors:
+                self._use(sensors)
             self._admission.restore(before)
             self._on_full()
             _fail(group, error)
@@ -146,6 +155,7 @@ class Writer:
                     entry.rejects,
                     one.prepared.clock_s,
                     one.submission.received_s,
+                    one.submission.change,
                 )
                 for sequence, one, entry in zip(sequences, admitted, entries, strict=True)
             ]
@@ -172,7 +182,13 @@ class Writer:
 
     def _prepare(self, fresh: Sequence[Submission]) -> list[_Admitted]:
         admitted = []
-        prepared = prepare(fresh, self._sensors, self._admission)
+        prepared: list[Prepared | Exception] = []
+        # A change of a sensor applies to the messages after it.
+        for is_change, part in itertools.groupby(fresh, lambda one: bool(one.change)):
+            if is_change:
+                prepared += [self._change(one) for one in part]
+            else:
+                prepared += prepare(list(part), self.sensors.table, self._admission)
         for submission, one in zip(fresh, prepared, strict=True):
             if isinstance(one, Prepared):
                 admitted.append(_Admitted(submission, one))
@@ -181,6 +197,19 @@ class Writer:
                 _log.error("unprocessable message from %s", submission.source, exc_info=one)
             submission.future.set_exception(one)
         return admitted
+
+    def _change(self, submission: Submission) -> Prepared | Exception:
+        try:
+            sensors, _ = self.sensors.changed(submission.change)
+        except MultiradarError as error:
+            return error
+        self._use(sensors)
+        return prepare([submission], sensors.table, self._admission)[0]
+
+    def _use(self, sensors: SensorsInForce) -> None:
+        self._on_sensors(sensors.table)
+        self._admission.use(sensors.table)
+        self.sensors = sensors
 
     def _answer(
         self,

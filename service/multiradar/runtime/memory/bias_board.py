@@ -37,11 +37,15 @@ class BiasBoard:
     }
 
     def __init__(self, sensors: SensorTable, rows_max: int) -> None:
-        self._sensor = {name: number for number, name in enumerate(sensors.ids)}
+        self.use(sensors)
         #: The last records of all sensors.
         self.ring = RowRing(rows_max, BIAS_DTYPE)
         self._latest: dict[int, dict[int, NDArray[np.void]]] = {}
         self._epoch: int | None = None
+
+    def use(self, sensors: SensorTable) -> None:
+        """Continue with other sensors: those so far at their places."""
+        self._sensor = {name: number for number, name in enumerate(sensors.ids)}
 
     @property
     def epoch(self) -> int | None:

@@ -408,6 +408,15 @@ class Knowledge:
         with self._lock:
             self._version += 1
 
+    def use(self, sensors: SensorTable) -> None:
+        """Continue with other sensors: those so far at their places."""
+        with self._lock:
+            self.sensors = sensors
+            self._live.sources = sources_of(sensors)
+            self._biases.use(sensors)
+            self._board.use(sensors)
+            self._version += 1
+
     def attach(self, states: Callable[[], States]) -> None:
         """Set the source of the filter states, in their plane."""
         self._states = states

@@ -70,7 +70,8 @@ class LiveTracks:
     }
 
     def __init__(self, sources: NDArray[np.int8] | None = None) -> None:
-        self._sources = sources
+        #: Source of the updates by each sensor.
+        self.sources = sources
         self._rows = np.zeros(64, UPDATE_DTYPE)
         # Number of updates, and time of the last one by each source.
         self._updates = np.zeros(64, np.int64)
@@ -119,8 +120,8 @@ class LiveTracks:
             self._spread[self._slot[tracks]] = spread[last]
         slots = self._slot[rows["track_id"]]
         np.add.at(self._updates, slots, 1)
-        if self._sources is not None:
-            source = self._sources[rows["sensor"]]
+        if self.sources is not None:
+            source = self.sources[rows["sensor"]]
             np.maximum.at(self._heard_s, (slots, source), rows["time_s"])
 
     def remove(self, tracks: NDArray[np.int64]) -> None:

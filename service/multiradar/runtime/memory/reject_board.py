@@ -42,7 +42,8 @@ class RejectBoard:
     }
 
     def __init__(self, sensors: SensorTable, kept_max: int) -> None:
-        self._sensors = sensors
+        #: The sensors.
+        self.sensors = sensors
         self._kept_max = kept_max
         self._counts: Counter[str] = Counter()
         self._sources: dict[str, Counter[str]] = {}
@@ -66,7 +67,7 @@ class RejectBoard:
     def duplicates_by_sensor(self) -> dict[str, int]:
         """Number of duplicate measurements by sensor, where there are any."""
         with self._lock:
-            return {self._sensors.ids[sensor]: n for sensor, n in sorted(self._twice.items())}
+            return {self.sensors.ids[sensor]: n for sensor, n in sorted(self._twice.items())}
 
     def last(self, code: str) -> list[Quarantined]:
         """Return the last rows of a code, oldest first; they are numbered within their code."""
@@ -102,7 +103,7 @@ class RejectBoard:
         # Only the last are retained: no others are converted to text.
         skipped = max(len(found) - self._kept_max, 0)
         reasons = found.reasons()[skipped:]
-        raw = wire.measurement_rows(found.batch.select(slice(skipped, None)), self._sensors)
+        raw = wire.measurement_rows(found.batch.select(slice(skipped, None)), self.sensors)
         with self._lock:
             self._counts[code] += skipped
             self._count(_TRACKER, code, skipped)

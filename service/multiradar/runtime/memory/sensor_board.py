@@ -34,6 +34,15 @@ class SensorBoard:
         self._saturated_s = np.full(len(sensors), -np.inf)
         self._health = HealthRecords.concatenate([])
 
+    def use(self, sensors: SensorTable) -> None:
+        """Continue with other sensors: those so far at their places."""
+        more = len(sensors) - len(self._updates)
+        if more > 0:
+            self._updates = np.pad(self._updates, (0, more))
+            self._last_s = np.pad(self._last_s, (0, more), constant_values=-np.inf)
+            self._saturated_s = np.pad(self._saturated_s, (0, more), constant_values=-np.inf)
+        self._sensors = sensors
+
     def count(self, rows: NDArray[np.void]) -> None:
         """Count updates of tracks, rows of `UPDATE_DTYPE`."""
         sensor = rows["sensor"]
@@ -84,6 +93,7 @@ class SensorBoard:
                 {
                     "id": name,
                     "kind": KIND_NAMES[sensors.kinds[number]],
+                    "enabled": not sensors.disabled[number],
                     "latitude_deg": _finite(np.degrees(sensors.latitude_rad[number])),
                     "longitude_deg": _finite(np.degrees(sensors.longitude_rad[number])),
                     "height_m": _finite(sensors.height_m[number]),
@@ -98,7 +108,8 @@ class SensorBoard:
                     "health": health.get(name),
                 }
             )
-        return records
+        # Sensors that were added are last in the table.
+        return sorted(records, key=lambda record: str(record["id"]))
 
 
 def _finite(value: float) -> float | None:

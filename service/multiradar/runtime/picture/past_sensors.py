@@ -35,7 +35,9 @@ def past_sensors(source: PictureSource, at_s: float) -> list[dict[str, Any]]:
     biases = source.bias_records(at_s)
     health = {row["sensor_id"]: row for row in source.health_records(at_s)}
     records = SensorBoard(source.sensors).records(None)
-    for record, time_s in zip(records, last_s.tolist(), strict=True):
+    last = dict(zip(source.sensors.ids, last_s.tolist(), strict=True))
+    for record in records:
+        time_s = last[record["id"]]
         updated = np.isfinite(time_s)
         record["updates"] = record["clock_lead_s"] = record["storm"] = None
         record["last_update_s"] = time_s if updated else None

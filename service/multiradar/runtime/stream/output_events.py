@@ -51,7 +51,8 @@ class OutputEvents:
     _marks: RowRing
 
     def __init__(self, sensors: SensorTable, limits: RuntimeLimits) -> None:
-        self._sensors = sensors
+        #: The sensors.
+        self.sensors = sensors
         self._limits = limits
         self._period_s = limits.status_period_s
         self.ring = EventRing(limits.events_max)
@@ -138,7 +139,7 @@ class OutputEvents:
         self, output: EngineOutput, marks: StatusMarks, order: NDArray[np.intp],
         delay_s: float | None,
     ) -> None:  # fmt: skip
-        first, table = self.ring.head + 1, self._sensors
+        first, table = self.ring.head + 1, self.sensors
         self.ring.append(
             len(order),
             lambda: encode_events(first, output, marks, order, table, delay_s=delay_s),

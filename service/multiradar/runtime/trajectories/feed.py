@@ -95,6 +95,13 @@ class TrajectoryFeed:
     def set_back(self) -> None:
         """Expect earlier times: all tracks were terminated."""
 
+    def use(self, sensors: SensorTable) -> None:
+        """Continue with other sensors: those so far at their places."""
+        with self._changed:
+            self._roster.use(sensors)
+        with self._using:
+            self._locator.use(sensors)
+
     def settle(self, timeout_s: float | None = None) -> bool:
         """Wait until the queue is processed; return whether it was in time.
 

@@ -127,7 +127,12 @@ class PlotLocator:
 
     def __init__(self, sensors: SensorTable, tracking: TrackingSettings) -> None:
         self.plane = SystemPlane.for_sensors(sensors.latitude_rad, sensors.longitude_rad)
-        self._sensors, self._tracking = sensors, tracking
+        self._tracking = tracking
+        self.use(sensors)
+
+    def use(self, sensors: SensorTable) -> None:
+        """Continue with other sensors: those so far at their places."""
+        self._sensors = sensors
         self._sites = {
             sensor: geodesy.site_parameters(
                 self.plane.parameters, sensors.latitude_rad[sensor], sensors.longitude_rad[sensor],

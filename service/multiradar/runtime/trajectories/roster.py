@@ -68,6 +68,12 @@ class Roster:
         self._reached_s = -np.inf
         self._epoch = -1
 
+    def use(self, sensors: SensorTable) -> None:
+        """Continue with other sensors: those so far at their places."""
+        before, self._published = self._published, prior_biases(sensors)
+        for known, now in zip(before, self._published, strict=True):
+            now[: len(known)] = known
+
     @property
     def held(self) -> int:
         """Tracks that have a bundle."""

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.estimation.bias.store import BiasState
+from multiradar.estimation.measurement.sensor_changes import SensorChange
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.state import Fields
 
@@ -48,6 +49,20 @@ class BiasTrends:
     def reset(self, sensor: int) -> None:
         """Reset a sensor whose biases jumped."""
         self._since_s[sensor] = np.inf if self._now is None else self._now[0]
+
+    def carry(self, old: "BiasTrends", change: SensorChange) -> None:
+        """Continue with other sensors; trends of those that are reset or new start again."""
+        padding = 0, len(self._sensors.parameter_kind) - len(old._sensors.parameter_kind)
+
+        def wider(one: tuple[float, Floats, Floats]) -> tuple[float, Floats, Floats]:
+            return one[0], np.pad(one[1], padding), np.pad(one[2], padding)
+
+        self._kept.extend(map(wider, old._kept))
+        self._now = None if old._now is None else wider(old._now)
+        count = len(old._sensors)
+        self._since_s[:count] = old._since_s
+        for sensor in [*np.flatnonzero(change.reset), *range(count, len(self._sensors))]:
+            self.reset(int(sensor))
 
     def trend(self, kind: int) -> Floats:
         """Return the trend of one parameter of each sensor, and its standard deviation.

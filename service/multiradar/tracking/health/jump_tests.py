@@ -44,13 +44,15 @@ class JumpTests:
         Number of jumps of each sensor.
     last_s : (m,) float64
         Data time of the last one, NaN for never.
+    held_s : float
+        Data time before which no radar is tested, s.
     """
 
     STATE: ClassVar[Fields] = {
         "_evidence": np.ndarray,
         "_first_s": np.ndarray,
         "_common": np.ndarray,
-        "_held_s": float,
+        "held_s": float,
         "counts": np.ndarray,
         "last_s": np.ndarray,
     }
@@ -61,7 +63,7 @@ class JumpTests:
         self._evidence = np.zeros((count, 2, 2, len(JUMP_SIGMAS)))
         self._first_s = np.full(count, np.inf)
         self._common = np.full((count, 2), np.inf)
-        self._held_s = -np.inf
+        self.held_s = -np.inf
         self.counts = np.zeros(count, np.int64)
         self.last_s = np.full(count, np.nan)
 
@@ -90,7 +92,7 @@ class JumpTests:
         for s in self._radars.tolist():
             if sums.tested[s] >= AIRCRAFT_MIN:
                 began_s = self._first_s[s] + START_SCANS * self._periods[s]
-                self._test(s, sums, tested=self._tests and end_s >= max(self._held_s, began_s))
+                self._test(s, sums, tested=self._tests and end_s >= max(self.held_s, began_s))
                 _open_window(s, end_s, sums)
             elif end_s - sums.opened[s] > WINDOW_SCANS * self._periods[s]:
                 _open_window(s, end_s, sums)
@@ -101,7 +103,7 @@ class JumpTests:
         # Tracks disturbed by a jump affect the innovations of other radars.
         self._evidence[:] = 0.0
         self._common[jumped] = np.inf
-        self._held_s = end_s + RECOVERY_SCANS * float(self._periods[jumped])
+        self.held_s = end_s + RECOVERY_SCANS * float(self._periods[jumped])
         self.counts[jumped] += 1
         self.last_s[jumped] = end_s
         return jumped

@@ -14,13 +14,14 @@ from multiradar.estimation.bias.store import BiasState
 from multiradar.estimation.filters._kernels import RESTARTED
 from multiradar.estimation.filters.arrays import Result, Rows
 from multiradar.estimation.measurement.kinds import KIND_RADAR
+from multiradar.estimation.measurement.sensor_changes import SensorChange
 from multiradar.estimation.measurement.sensors import (
     PARAMETER_AZIMUTH_OFFSET,
     PARAMETER_RANGE_OFFSET,
     SensorTable,
 )
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.state import Fields
+from multiradar.state import Fields, carry_state
 from multiradar.tracking.health._health_kernels import count_coverage, gather
 from multiradar.tracking.health.bias_trends import BiasTrends
 from multiradar.tracking.health.health_records import (
@@ -133,6 +134,23 @@ class SensorHealth:
         self._site_step = np.nan
         self._site: tuple[Floats, Floats, NDArray[np.bool_]] | None = None
 
+    def carry(self, old: "SensorHealth", change: SensorChange) -> None:
+        """Continue with other sensors; the health of those that changed starts again."""
+        before = old._sums
+        self._sums = self._sums.grown(len(before.owner))
+        self._end_s, self._jumps.held_s = old._end_s, old._jumps.held_s
+        carry_state(old._trends, self._trends, change)
+        kept = np.flatnonzero(~change.relearnt)
+        for was, now in ((old, self), (old._jumps, self._jumps)):
+            for name, kind in type(now).STATE.items():
+                if kind is np.ndarray:
+                    getattr(now, name)[kept] = getattr(was, name)[kept]
+        for name in before._fields:
+            # Of aircraft, of aircraft and sensors, of sensors.
+            place = {"owner": slice(None), "updates": slice(None), "seen": (slice(None), kept)}
+            at = place.get(name, kept)
+            getattr(self._sums, name)[at] = getattr(before, name)[at]
+
     def gather(
         self,
         rows: Rows,
@@ -237,9 +255,9 @@ class SensorHealth:
 
     def _update_silence(self, end_s: float, evidence: Floats) -> None:
         scans = (end_s - self._sums.last_plot) / self._periods
-        heard = np.isfinite(self._sums.last_plot)
+        heard = np.isfinite(self._sums.last_plot) & ~self._sensors.disabled
         begins = heard & (scans >= SILENT_SCANS) & (evidence >= SILENT_EVIDENCE)
-        self._silent = (self._silent | begins) & (scans >= SILENT_SCANS)
+        self._silent = (self._silent & heard | begins) & (scans >= SILENT_SCANS)
 
     def _ratios(self) -> tuple[Floats, NDArray[np.bool_]]:
         """Return measured over configured noise, and where it is significantly wrong."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from multiradar.estimation.bias.store import BiasState
 from multiradar.estimation.filters.arrays import Aircraft, Model, Rows
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.state import Fields
+from multiradar.state import Fields, fitted
 from multiradar.tracking.lifecycle.report_integrity import IMPLAUSIBLE, PLAUSIBLE, SECTORS, Watch
 from multiradar.tracking.plausibility._plausibility_kernels import check_rows, reassign_reports
 from multiradar.tracking.pool import AircraftPool
@@ -85,6 +85,12 @@ class Plausibility:
             support_s=3.0 * longest,
             suspect_s=4.0 * longest,
         )
+
+    def carry(self, old: "Plausibility", _change: object) -> None:
+        """Continue with other sensors."""
+        self._heard = old._heard
+        for name in ("alive", "farthest", "lowest"):
+            fitted(getattr(old._watch, name), getattr(self._watch, name))
 
     def reassign_reports(self, window: PlausibilityWindow, pool: AircraftPool) -> None:
         """Keep contradicted reports from initiating tracks under their address.

@@ -8,6 +8,7 @@ from fastapi import FastAPI
 
 from multiradar.api.factory import create_api
 from multiradar.ingest.http import IntakeBounds, measurement_routes
+from multiradar.ingest.http_sensors import sensor_change_routes
 from support.fakes.fake_service import FakeService
 from support.processes.waiting import WAIT_TIMEOUT_S
 
@@ -20,7 +21,7 @@ def service() -> FakeService:
 @pytest.fixture
 def application(service: FakeService) -> FastAPI:
     routes = measurement_routes(service, IntakeBounds(acknowledge_deadline_s=WAIT_TIMEOUT_S))
-    return create_api(service, routers=[routes])
+    return create_api(service, routers=[routes, sensor_change_routes(service)])
 
 
 @pytest.fixture

@@ -318,7 +318,7 @@ def test_an_estimate_without_a_latitude_is_counted_and_not_published(
         describe(taken, readout, plane, described)
         described[:3] = np.nan
 
-    monkeypatch.setattr("multiradar.runtime.engine.epoch_engine.describe", beyond_the_edge)
+    monkeypatch.setattr("multiradar.runtime.engine.run_updates.describe", beyond_the_edge)
     engine = Engine(scene.sensors, TrackingSettings())
     assert not len(engine.push(scene.batch.select(slice(0, 200))).updates)  # Within the horizon.
     output = engine.flush()

@@ -23,24 +23,25 @@ OTHER = {
     "BlockDigest": "_parts _digest _room",
     "ClutterMap": "_periods_s _usual log_usual",
     "DelayLog": "",
-    "Engine": "_settings _sensors _sources _filter _plane _shared _sampling _pictures _stepper",
+    "Engine": "_settings _sensors _sources _filter _plane _shared _sampling _pictures _stepper "
+    "_workers",
     "ForecastCalibration": "family",
     "ForecastScores": "_first_motion _first",
     "JumpTests": "_radars _periods _tests",
     "Knowledge": "sensors tracking limits trajectories silence _lock _states _frame _frame_version "
     "_version _history _transitions _plots _samples",
     "HealthBoard": "_epochs",
-    "LiveTracks": "_sources",
+    "LiveTracks": "sources",
     "NearDuplicates": "_spans_s _identity",
     "Origins": "",
     "OutputDigest": "",
-    "OutputEvents": "_sensors _limits _period_s ring delay_s _kinds _ends _marks",
+    "OutputEvents": "sensors _limits _period_s ring delay_s _kinds _ends _marks",
     "Plausibility": "active",
-    "Processor": "_snapshots _clock _on_failure _journal _backlog _open_engine _sensors "
-    "_publication _rows_max _lock _settling_lock _settling _ended _states _figures _engine "
+    "Processor": "_snapshots _clock _on_failure _journal _backlog _open_engine _first_sensors "
+    "sensors _publication _rows_max _lock _settling_lock _settling _ended _states _figures _engine "
     "processed skipped oldest_s moved_s failure",
     "Publication": "diagnosis _readers repeating view",
-    "RejectBoard": "_sensors _kept_max _lock",
+    "RejectBoard": "sensors _kept_max _lock",
     "ReorderBuffer": "_horizon_s arrivals dropped",
     "SensorBoard": "_sensors",
     "SensorHealth": "_sensors _settings _radars _periods _sites _noises _bounds_bias_errors",

@@ -31,7 +31,8 @@ class HostClock:
     """
 
     def __init__(self, sensors: SensorTable, clock: Clock) -> None:
-        self._sensors = sensors
+        #: The sensors.
+        self.sensors = sensors
         self._clock = clock
         self._started_s = clock.now_s() - clock.monotonic_s()
         #: Hears the sensors; None before the start.
@@ -50,7 +51,7 @@ class HostClock:
     def live(self) -> list[str]:
         """Return the sensors that deliver in real time."""
         return [
-            self._sensors.ids[sensor]
+            self.sensors.ids[sensor]
             for sensor, lead_s in self._leads_s().items()
             if abs(lead_s) <= REAL_TIME_WITHIN_S
         ]
@@ -58,7 +59,7 @@ class HostClock:
     def lead_s(self) -> float | None:
         """Return by how much all sensors are ahead of this machine, s; None if they are not."""
         leads_s = list(self._leads_s().values())
-        if len(leads_s) < min(2, len(self._sensors)):
+        if len(leads_s) < min(2, len(self.sensors)):
             return None
         lead_s = median(leads_s)
         alike = all(

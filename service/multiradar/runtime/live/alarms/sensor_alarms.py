@@ -21,11 +21,15 @@ class SensorAlarms:
     """
 
     def __init__(self, sensors: SensorTable, saturated: Callable[[], list[str]]) -> None:
-        self._sensors = sensors
-        self._tracks_max = dict(zip(sensors.ids, plots_per_scan_max(sensors).tolist(), strict=True))
+        self.use(sensors)
         self._saturated = saturated
         #: Compares the times, and counts the measurements; None before the start.
         self.admission: Admission | None = None
+
+    def use(self, sensors: SensorTable) -> None:
+        """Continue with other sensors."""
+        self._sensors = sensors
+        self._tracks_max = dict(zip(sensors.ids, plots_per_scan_max(sensors).tolist(), strict=True))
 
     def clock_leads(self) -> dict[str, float]:
         """Return by how much the wrong clocks are ahead of the data time, s, by sensor."""
@@ -56,4 +60,13 @@ class SensorAlarms:
             "rejected; check its clock, or the delay of its data"
             for sensor_id, lead_s in self.clock_leads().items()
         ]
-        return [*clocks, *(f"{sensor_id}: {what}" for sensor_id, what in self.storms().items())]
+        disabled = [
+            f"{sensor_id}: disabled by its description, and its measurements are rejected"
+            for sensor_id, off in zip(self._sensors.ids, self._sensors.disabled, strict=True)
+            if off
+        ]
+        return [
+            *disabled,
+            *clocks,
+            *(f"{sensor_id}: {what}" for sensor_id, what in self.storms().items()),
+        ]

@@ -34,12 +34,18 @@ class Silence:
     """
 
     def __init__(self, sensors: SensorTable, clock: Clock) -> None:
-        periods_s = sensors.rotation_period_s[np.isfinite(sensors.rotation_period_s)]
-        #: Silence from which the alarm is raised, s.
-        self.bound_s = SCANS * float(periods_s.min()) if len(periods_s) else WITHOUT_SCANS_S
+        self.use(sensors)
         self._clock = clock
         self._heard_s = math.nan
         self._behind_s = math.nan
+
+    def use(self, sensors: SensorTable) -> None:
+        """Continue with other sensors."""
+        periods_s = sensors.rotation_period_s[
+            np.isfinite(sensors.rotation_period_s) & ~sensors.disabled
+        ]
+        #: Silence from which the alarm is raised, s.
+        self.bound_s = SCANS * float(periods_s.min()) if len(periods_s) else WITHOUT_SCANS_S
 
     def hear(self, data_clock_s: float) -> None:
         """Note the reception of measurements, with the data clock after them, s."""

@@ -61,6 +61,12 @@ class Supervision:
         admission.arrivals = self.arrivals
         self._admission = self.sensors.admission = self.host_clock.admission = admission
 
+    def use(self, sensors: SensorTable) -> None:
+        """Continue with other sensors: those so far at their places."""
+        for one in (self.arrivals, self.sensors, self.silence):
+            one.use(sensors)
+        self.host_clock.sensors = sensors
+
     def checks(self) -> list[Callable[[], Reason | None]]:
         """Return what makes the service unready, the most severe first."""
         return [self.disk.reason, self._last_minute.reason, self.silence.reason]

@@ -1,0 +1,103 @@
+"""What all requests that submit something share: source, key, body, the wait for the journal."""
+
+import asyncio
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from typing import Any
+
+from fastapi import Request
+
+from multiradar.access.clients import Caller
+from multiradar.errors import RequestError
+from multiradar.runtime.live.receipt import (
+    IDEMPOTENCY_KEY_FORM,
+    IDEMPOTENCY_KEY_LENGTH_MAX,
+    Receipt,
+    is_idempotency_key,
+)
+
+_SOURCE = "http"
+#: Reason of a timeout of what is answered once it is processed.
+ENGINE_LATE = (
+    "accepted measurements are not processed yet; "
+    "send the end of the stream again with the same Idempotency-Key"
+)
+
+#: The header of `idempotency_key` in OpenAPI.
+KEY_PARAMETER: dict[str, Any] = {
+    "name": "Idempotency-Key",
+    "in": "header",
+    "required": False,
+    "description": f"The sender's identifier of the message: {IDEMPOTENCY_KEY_FORM}. A "
+    "message that is sent again with the same key is ingested once; the response then has "
+    "`duplicate: true`",
+    "schema": {
+        "type": "string",
+        "maxLength": IDEMPOTENCY_KEY_LENGTH_MAX,
+        "pattern": "^[!-~]([ -~]*[!-~])?$",
+    },
+}
+
+
+def source_of(caller: Caller) -> str:
+    """Return the source of what a caller sends."""
+    return f"{_SOURCE}:{caller.name}" if caller.name else _SOURCE
+
+
+def idempotency_key(request: Request) -> str | None:
+    """Return the Idempotency-Key of a request, 400 if it is not valid."""
+    keys = request.headers.getlist("idempotency-key")
+    if not keys:
+        return None
+    if len(keys) > 1 or not is_idempotency_key(keys[0]):
+        raise RequestError(
+            400,
+            "IDEMPOTENCY_KEY_INVALID",
+            f"expected one Idempotency-Key, {IDEMPOTENCY_KEY_FORM}",
+        )
+    return keys[0]
+
+
+async def body_of(request: Request) -> bytes:
+    """Return the body of a request; the limit layer bounds it."""
+    body = bytearray()
+    async for chunk in request.stream():
+        body += chunk
+    return bytes(body)
+
+
+def require_query(request: Request, *known: str) -> None:
+    """Reject unknown query parameters: 422 with their names."""
+    unknown = [name for name in request.query_params if name not in known]
+    if unknown:
+        names = [ascii(name)[1:-1][:64] for name in unknown[:8]]
+        reasons = dict.fromkeys(names, f"expected {' or '.join(known) or 'no parameters'}")
+        raise RequestError(
+            422, "UNKNOWN_PARAMETER", f"unknown: {', '.join(names)}", parameters=reasons
+        )
+
+
+async def acknowledged(
+    submit: Callable[[], Future[Receipt]], late: str, threads: Executor, deadline_s: float
+) -> Receipt:
+    """Submit something in a thread, and return its receipt.
+
+    Raises
+    ------
+    RequestError
+    503 after the deadline, s; what is late then, in words.
+    """
+    loop = asyncio.get_running_loop()
+    pending = asyncio.wrap_future(await loop.run_in_executor(threads, submit))
+    # Not `wait_for`: an entry waiting for the journal must not be cancelled, it may be written.
+    await asyncio.wait({pending}, timeout=deadline_s)
+    if not pending.done():
+        pending.add_done_callback(_retrieved)
+        raise RequestError(503, "NOT_ACKNOWLEDGED", late, {"retry-after": "5"})
+    return pending.result()
+
+
+def _retrieved(future: "asyncio.Future[Receipt]") -> None:
+    # Nothing awaits the future; reading its error keeps asyncio from reporting it as unread.
+    if not future.cancelled():
+        future.exception()

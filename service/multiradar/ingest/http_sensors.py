@@ -1,0 +1,219 @@
+"""Sensors that are added, changed, disabled and enabled over HTTP while the service runs."""
+
+import json
+from concurrent.futures import ThreadPoolExecutor
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Path, Query, Request
+from pydantic import BaseModel, Field
+from starlette.responses import Response
+
+from multiradar.access.clients import Caller
+from multiradar.access.requirement import DISPLAY, OPERATE
+from multiradar.access.security_log import SECURITY_LOG
+from multiradar.errors import ConfigurationError, RequestError
+from multiradar.ingest.http_requests import (
+    ENGINE_LATE,
+    KEY_PARAMETER,
+    acknowledged,
+    body_of,
+    idempotency_key,
+    require_query,
+    source_of,
+)
+from multiradar.runtime.live.receipt import key_of_sender
+from multiradar.runtime.ports import OperatedSink
+from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
+from multiradar_schemas.sensors.sensor import Sensor
+
+#: Octets of a description.
+BODY_BYTES_MAX = 1 << 16
+#: Longest name of a sensor in a path.
+ID_LENGTH_MAX = 200
+
+SensorId = Annotated[
+    str,
+    Path(
+        pattern=SENSOR_ID_PATTERN, max_length=ID_LENGTH_MAX, description="Name of the sensor",
+        examples=["41-10"],
+    ),
+]  # fmt: skip
+Choice = Literal["true", "false"]
+_DRY_RUN_TEXT = "`true`: return what would change, and change nothing"
+_RESET_TEXT = (
+    "`true`: the biases of the sensor start from their priors, as after work on its antenna; they "
+    "always do when its site changes"
+)
+
+
+class ChangedField(BaseModel):
+    """A field of a sensor that changes."""
+
+    field: str = Field(description="Name as in the sensors file", examples=["range_sigma_m"])
+    before: Any = Field(description="Value so far; null for a new sensor", examples=[50.0])
+    after: Any = Field(description="New value", examples=[80.0])
+
+
+class SensorChanged(BaseModel):
+    """What a change of a sensor does; sent when it applies."""
+
+    sensor_id: str = Field(examples=["41-10"])
+    applied: bool = Field(description="Whether the sensor changed; false for a dry run")
+    added: bool = Field(description="Whether the sensor is new")
+    changes: list[ChangedField] = Field(description="Fields that change; empty if none does")
+    biases_reset: list[str] = Field(
+        description="Its bias parameters that start from their priors", examples=[[]]
+    )
+    health_reset: bool = Field(
+        description="Whether its health (noise, site error, probability of detection) is learnt "
+        "again"
+    )
+    journal_sequence: int | None = Field(
+        description="Entry of the journal that holds the change; null if there is none"
+    )
+
+
+def sensor_change_routes(sink: OperatedSink, acknowledge_deadline_s: float = 30.0) -> APIRouter:
+    """Return the routes that change sensors.
+
+    Parameters
+    ----------
+    sink : OperatedSink
+        The running service.
+    acknowledge_deadline_s : float
+        Maximum wait for the engine before the answer is 503.
+    """
+    router = APIRouter(prefix="/v1/sensors", tags=["sensors"])
+    threads = ThreadPoolExecutor(1, thread_name_prefix="multiradar-sensors")
+
+    @router.get(
+        "/{sensor_id}/configuration",
+        dependencies=[DISPLAY],
+        response_model=Sensor,
+        responses={404: {"description": "No such sensor"}},
+    )
+    async def get_configuration(request: Request, sensor_id: SensorId) -> Response:
+        """Return a sensor as described in the sensors file and by later changes."""
+        require_query(request)
+        described = sink.describe_sensor(sensor_id)
+        if described is None:
+            raise RequestError(404, "SENSOR_NOT_FOUND", f"no sensor has the name {sensor_id}")
+        return Response(json.dumps(described), media_type="application/json")
+
+    @router.put(
+        "/{sensor_id}",
+        dependencies=[OPERATE],
+        response_model=SensorChanged,
+        responses=_ANSWERS,
+        openapi_extra=_REQUEST_BODY,
+        description=_TEXT,
+    )
+    async def put_sensor(
+        request: Request,
+        sensor_id: SensorId,
+        dry_run: Annotated[Choice, Query(description=_DRY_RUN_TEXT)] = "false",
+        reset_biases: Annotated[Choice, Query(description=_RESET_TEXT)] = "false",
+    ) -> Response:
+        require_query(request, "dry_run", "reset_biases")
+        caller: Caller = request.state.caller
+        key = key_of_sender(caller.name, idempotency_key(request))
+        values = _description(request, await body_of(request))
+        try:
+            plan = sink.plan_sensor(sensor_id, values, reset_biases=reset_biases == "true")
+            answer = {
+                "sensor_id": sensor_id, "applied": False, **plan._asdict(),
+                "journal_sequence": None,
+            }  # fmt: skip
+            del answer["change"]
+            if plan.change and dry_run == "false":
+                SECURITY_LOG.info(
+                    "sensor_changed", client=caller.name, sensor_id=sensor_id,
+                    fields=[one["field"] for one in plan.changes], biases_reset=plan.biases_reset,
+                )  # fmt: skip
+                receipt = await acknowledged(
+                    lambda: sink.change_sensor(
+                        plan.change, source=source_of(caller), idempotency_key=key
+                    ),
+                    ENGINE_LATE, threads, acknowledge_deadline_s,
+                )  # fmt: skip
+                answer |= {"applied": True, "journal_sequence": receipt.journal_sequence}
+        except ConfigurationError as error:
+            raise RequestError(422, "SENSOR_INVALID", str(error)) from error
+        return Response(json.dumps(answer), media_type="application/json")
+
+    return router
+
+
+def _description(request: Request, body: bytes) -> dict[str, Any]:
+    media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    if media_type != "application/json":
+        raise RequestError(
+            415, "CONTENT_TYPE_UNSUPPORTED", "expected a Content-Type of application/json"
+        )
+    if len(body) > BODY_BYTES_MAX:
+        raise RequestError(
+            413, "BODY_TOO_LARGE", f"expected at most {BODY_BYTES_MAX} octets, was {len(body)}"
+        )
+    try:
+        values = json.loads(body, object_pairs_hook=_each_once, parse_constant=_no_number)
+    except (ValueError, RecursionError) as error:
+        raise RequestError(400, "MALFORMED_BODY", f"expected a JSON object: {error}") from error
+    if not isinstance(values, dict):
+        raise RequestError(
+            400, "MALFORMED_BODY", f"expected a JSON object, was {type(values).__name__}"
+        )
+    return values
+
+
+def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        msg = f"the key {twice!a:.80} occurs twice"
+        raise ValueError(msg)
+    return found
+
+
+def _no_number(text: str) -> float:
+    msg = f"{text} is not a number of JSON"
+    raise ValueError(msg)
+
+
+_TEXT = """\
+Add or change a sensor. The body is its whole description, the keys of a `[[sensor]]` of the sensors
+file; what it leaves out has its default. Read `/v1/sensors/{sensor_id}/configuration`, change it
+and send it back. The change is recorded in the journal, and applies to all measurements after it;
+the response is sent when it does. Tracks, their numbers and the biases of other sensors continue.
+"""
+
+_EXAMPLE = {
+    "id": "41-10",
+    "kind": "radar",
+    "latitude_deg": 50.0,
+    "longitude_deg": 14.0,
+    "height_m": 400.0,
+    "range_sigma_m": 80.0,
+    "enabled": True,
+}
+
+_REQUEST_BODY: dict[str, Any] = {
+    "parameters": [KEY_PARAMETER],
+    "requestBody": {
+        "required": True,
+        "content": {"application/json": {"schema": {"type": "object"}, "example": _EXAMPLE}},
+    },
+}
+
+_ANSWERS: dict[int | str, dict[str, Any]] = {
+    400: {"description": "The body is no JSON object, or the Idempotency-Key is not valid"},
+    413: {"description": "The body is too long"},
+    415: {"description": "Unsupported media type"},
+    422: {
+        "description": "Invalid description or parameter, a change that needs a new journal, or "
+        "the Idempotency-Key was used for another message"
+    },
+    429: {"description": "Back-pressure: the journal is behind; see `Retry-After`"},
+    503: {"description": "The journal failed, or the service is not ready"},
+    507: {"description": "Disk full; nothing changed"},
+}
