@@ -1,6 +1,7 @@
 """Faults of networks and clients."""
 
 import functools
+import json
 import random
 from collections.abc import Callable
 from dataclasses import replace
@@ -153,6 +154,35 @@ def _set_clock(world: World, drawn: random.Random) -> None:
     world.at(at_s, lambda: world.ask(exchange, lambda done: world.checked(done, 200)))
 
 
+def _change_sensors(world: World, drawn: random.Random) -> None:
+    """An operator disables, enables, corrects, moves and adds radars."""
+    headers = world.headers("operator", "application/json")
+    described = {
+        one.id: one.model_dump(mode="json", exclude_unset=True) for one in world.sensors.sensor
+    }
+    described["41-40"] = described["41-10"] | {"id": "41-40", "latitude_deg": 50.3}
+    times_s = sorted(drawn.uniform(2.0, 15.0) for _ in range(drawn.randint(2, 5)))
+    for at_s in times_s:
+        name = drawn.choice(("41-10", "41-20", "41-30", "41-40"))
+        one = described[name]
+        kind = drawn.choice(("enabled", "range_sigma_m", "latitude_deg", ""))
+        if kind == "enabled":
+            one[kind] = not one.get(kind, True)
+        elif kind == "range_sigma_m":
+            one[kind] = drawn.choice((30.0, 50.0, 90.0))
+        elif kind:
+            one[kind] += drawn.choice((1e-6, 1e-3))
+        reset = drawn.choice(("true", "false"))
+        path = f"/v1/sensors/{name}?reset_biases={reset}"
+        exchange = Exchange("PUT", path, headers, [(0.0, json.dumps(one).encode())])
+        world.suspects.add(name)
+
+        def ask(one: Exchange = exchange) -> None:
+            world.ask(one, lambda done: world.checked(done, 200))
+
+        world.at(at_s, ask)
+
+
 def _asked(*asked: tuple[str, str, str, int]) -> Callable[[World, random.Random], None]:
     # Requests by method, path and credentials, and the status that each must get.
     def arm(world: World, drawn: random.Random) -> None:
@@ -186,6 +216,7 @@ FAULTS = (
     (20, "forged source of measurements", _forged_source),
     (20, "old keys again", _replay_of_keys),
     (8, "operator sets the data clock", _set_clock),
+    (30, "operator changes sensors", _change_sensors),
     (31, "requests are lost", _setting("loss", 0.2, 0.9)),
     (31, "answers are lost", _setting("answer_loss", 0.2, 0.9)),
     (5, "requests arrive twice", _setting("copies", 0.5, 1.0)),

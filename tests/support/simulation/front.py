@@ -12,6 +12,7 @@ from multiradar.access.clients import key_digest
 from multiradar.api.factory import create_api
 from multiradar.clock import Clock
 from multiradar.ingest.http import IntakeBounds, measurement_routes
+from multiradar.ingest.http_sensors import sensor_change_routes
 from multiradar.runtime.live.receipt import Receipt
 from multiradar.runtime.live.service import Service
 from multiradar.runtime.ports import OperatedSink, ReadableService, View
@@ -136,7 +137,10 @@ class Front:
         self.application: FastAPI = create_api(
             cast(ReadableService, self.current),
             limits,
-            routers=(measurement_routes(sink, IntakeBounds(rows_max=ROWS_MAX)),),
+            routers=(
+                measurement_routes(sink, IntakeBounds(rows_max=ROWS_MAX)),
+                sensor_change_routes(sink),
+            ),
             authentication=Authentication(AccessSettings(clients=listed), clock),
         )
 

@@ -10,7 +10,7 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
-from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar import wire
 from multiradar.ingest.asterix_counts import AsterixCounts
 from multiradar.ingest.asterix_inlet import AsterixInlet, InletBounds
 from multiradar.ingest.asterix_queue import DatagramQueue, Received
@@ -26,6 +26,7 @@ from multiradar.storage.sqlite import tip
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_converters.asterix.live.reception import LiveDecoder, LiveOptions
+from multiradar_schemas.sensors.sensor import SensorsFile
 from support.simulation.disk import VirtualDisk
 from support.simulation.front import Exchange, Front, VirtualLoop
 from support.simulation.scheduler import Scheduler, VirtualClock
@@ -74,7 +75,7 @@ class Process:
         Time.
     front : Front
         The HTTP application.
-    table : SensorTable
+    sensors : SensorsFile
         The sensors.
     fingerprint : str
         Fingerprint of the configuration.
@@ -95,7 +96,7 @@ class Process:
 
     def __init__(
         self, *, folder: Path, image: Mapping[str, bytes], seed: random.Random, clock: VirtualClock,
-        front: Front, table: SensorTable, fingerprint: str,
+        front: Front, sensors: SensorsFile, fingerprint: str,
         open_engine: Callable[[], TrackingEngine], snapshot_rows: int,
     ) -> None:  # fmt: skip
         self._folder = folder
@@ -113,6 +114,7 @@ class Process:
         self._open: list[tuple[Exchange, asyncio.Task[None], Callable[[Exchange], None]]] = []
         self._datagrams = 0
         self._fingerprint = fingerprint
+        table = wire.sensor_table(sensors)
         self.service = Service(
             open_journal=self._open_journal,
             open_engine=open_engine,
@@ -127,6 +129,7 @@ class Process:
             )
             if snapshot_rows
             else None,
+            described=sensors,
         )
         # No output depends on the diagnosis, which takes a fifth of a run.
         if seed.random() >= DIAGNOSED:

@@ -19,6 +19,7 @@ from multiradar.runtime.engine.digest import OutputDigest
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.payload import decode_rows
 from multiradar.runtime.live.receipt import SENDER_SEPARATOR
+from multiradar.runtime.live.sensors_in_force import SensorsInForce
 from multiradar.runtime.stream.events import GAP, Event
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.input.measurements import MeasurementBatch
@@ -277,20 +278,23 @@ class Record:
                 )  # fmt: skip
 
     def _same_output(self, world: "World", folder: Path, entries: list[tuple[Any, ...]]) -> None:
-        engine = Engine(world.table, TRACKING, 1, sampling=Sampling.DRAWN)
+        sensors = SensorsInForce.of(wire.sensor_table(world.sensors), world.sensors)
+        engine = Engine(sensors.table, TRACKING, 1, sampling=Sampling.DRAWN)
+        marks = {"flush": engine.flush, "clock": engine.restart}
         digest = OutputDigest()
         skipped = self._skipped(folder, entries)
-        batches = _batches(entries, world.table)
+        batches = _batches(entries, sensors)
         before_s, events = -math.inf, _Events()
-        for sequence, kind, *_, admission in entries:
+        for sequence, kind, _, _, payload, *_, admission in entries:
             clock_s = float.fromhex(json.loads(admission)["clock"][0])
             if sequence not in skipped:
                 set_back, before_s = clock_s < before_s, np.fmax(clock_s, -math.inf)
                 output = None
-                if kind == "flush":
-                    output = engine.flush()
-                elif kind == "clock" and set_back:
-                    output = engine.restart()
+                if kind == "flush" or (kind == "clock" and set_back):
+                    output = marks[kind]()
+                elif kind == "sensor":
+                    sensors, change = sensors.changed(payload)
+                    output = engine.change_sensors(sensors.table, change)
                 elif sequence in batches:
                     output = engine.push(batches[sequence], clock_s)
                 if output is not None:
@@ -313,7 +317,9 @@ class Record:
         poisoned = {
             entry[0]
             for entry in entries
-            if entry[4] and (_rows(entry[4])["height_m"] == POISON_HEIGHT_M).any()
+            if entry[1] == "batch"
+            and entry[4]
+            and (_rows(entry[4])["height_m"] == POISON_HEIGHT_M).any()
         }
         require(marked == poisoned, "I8", f"skipped {marked}, unprocessable {poisoned}")
         return poisoned
@@ -324,9 +330,21 @@ def _rows(payload: bytes) -> pl.DataFrame:
     return decode_rows(payload)
 
 
-def _batches(entries: list[tuple[Any, ...]], table: SensorTable) -> dict[int, MeasurementBatch]:
-    """Return the measurements of the entries, translated together."""
-    filled = [entry for entry in entries if entry[4]]
+def _batches(
+    entries: list[tuple[Any, ...]], sensors: SensorsInForce
+) -> dict[int, MeasurementBatch]:
+    """Return the measurements of the entries; those between two changes are translated together."""
+    found: dict[int, MeasurementBatch] = {}
+    for is_change, part in itertools.groupby(entries, lambda entry: entry[1] == "sensor"):
+        if not is_change:
+            found |= _translated([entry for entry in part if entry[4]], sensors.table)
+            continue
+        for entry in part:
+            sensors, _ = sensors.changed(entry[4])
+    return found
+
+
+def _translated(filled: list[tuple[Any, ...]], table: SensorTable) -> dict[int, MeasurementBatch]:
     if not filled:
         return {}
     frames = [complete(_rows(entry[4])) for entry in filled]

@@ -7,9 +7,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.polar import slant_range_azimuth
-from multiradar.wire import sensor_table
 from multiradar_schemas.measurements.columns import complete
 from multiradar_schemas.sensors.sensor import Sensor, SensorsFile
 from support.asterix.octets import block, plot_048
@@ -76,7 +74,7 @@ class Message:
     done: bool = False
 
 
-def sensors(sites: dict[str, tuple[float, float, float]]) -> SensorTable:
+def sensors(sites: dict[str, tuple[float, float, float]]) -> SensorsFile:
     """Return three radars at these sites, and ADS-B."""
     radars = [
         {
@@ -88,7 +86,7 @@ def sensors(sites: dict[str, tuple[float, float, float]]) -> SensorTable:
     ]  # fmt: skip
     positions = {"id": ADSB, "kind": "adsb", "plots_per_scan_max": PLOTS_PER_SCAN_MAX}
     every = [Sensor.model_validate(one) for one in [*radars, positions]]
-    return sensor_table(SensorsFile(sensor=tuple(every)))
+    return SensorsFile(sensor=tuple(every))
 
 
 def plots(seed: int, duration_s: float) -> dict[str, list[Row]]:

@@ -8,12 +8,13 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+from multiradar import wire
 from multiradar.errors import ConfigurationError, JournalError, MultiradarError
-from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.engine.fingerprint import configuration_fingerprint
 from multiradar.runtime.stream.events import Subscription
 from multiradar.tracking.forecast.state_samples import Sampling
+from multiradar_schemas.sensors.sensor import SensorsFile
 from support.simulation import traffic
 from support.simulation.disk import draw_from
 from support.simulation.engines import Tampered, Tampering
@@ -85,7 +86,7 @@ class World:
         self.front = front
         self.record = Record()
         self.tampering = Tampering()
-        self.table: SensorTable = TABLES["plain"]
+        self.sensors: SensorsFile = SENSORS["plain"]
         self.senders = {name: Sender(name) for name in KEYS}
         #: Changes of the rows of a sensor: from, until, and what becomes of each.
         self.changes: dict[str, list[tuple[float, float, Change]]] = {}
@@ -149,8 +150,8 @@ class World:
             self._arrive(self.senders[message.sender], message)
 
     def use_table(self, name: str) -> None:
-        """Run the service with other sensors than those that send; one of `TABLES`."""
-        self.table = TABLES[name]
+        """Run the service with other sensors than those that send; one of `SENSORS`."""
+        self.sensors = SENSORS[name]
         self.suspects.add("41-20")
 
     def start_otherwise(self) -> None:
@@ -292,7 +293,7 @@ class World:
             # What a start from a snapshot does not read of the journal, it finds later.
             self._image = {name: one for name, one in intact.items() if SNAPSHOTS not in name}
             self.damaged, self.damage = self.damage(self._image), None
-        process = self._process(str(self._starts), _fingerprint(self.table))
+        process = self._process(str(self._starts), _fingerprint(self.sensors))
         if self.disk_state is not None:
             self.disk_state(process)
         for fault in self.start_faults:
@@ -330,7 +331,7 @@ class World:
             seed=self.random,
             clock=self.clock,
             front=self.front,
-            table=self.table,
+            sensors=self.sensors,
             fingerprint=fingerprint,
             open_engine=self._open_engine,
             snapshot_rows=self._snapshot_rows,
@@ -373,7 +374,8 @@ class World:
             self._next(sender)
 
     def _open_engine(self) -> Tampered:
-        engine = Engine(self.table, TRACKING, 1, sampling=Sampling.DRAWN)
+        table = wire.sensor_table(self.sensors)
+        engine = Engine(table, TRACKING, 1, sampling=Sampling.DRAWN)
         return Tampered(engine, self.tampering)
 
     # ---------------------------------------------------------------- network
@@ -468,8 +470,8 @@ def _shifted(metres: float) -> dict[str, tuple[float, float, float]]:
     return traffic.SITES | {"41-20": (latitude + metres / 111_000.0, longitude, height)}
 
 
-#: Sensor tables: as they are, with a wrong site, with two radars at one site.
-TABLES = {
+#: Sensors: as they are, with a wrong site, with two radars at one site.
+SENSORS = {
     "plain": traffic.sensors(traffic.SITES),
     "shifted": traffic.sensors(_shifted(3_000.0)),
     "together": traffic.sensors(traffic.SITES | {"41-20": traffic.SITES["41-10"]}),
@@ -477,7 +479,8 @@ TABLES = {
 _FINGERPRINTS: dict[int, str] = {}
 
 
-def _fingerprint(table: SensorTable) -> str:
-    if id(table) not in _FINGERPRINTS:
-        _FINGERPRINTS[id(table)] = configuration_fingerprint(table, TRACKING)
-    return _FINGERPRINTS[id(table)]
+def _fingerprint(sensors: SensorsFile) -> str:
+    if id(sensors) not in _FINGERPRINTS:
+        table = wire.sensor_table(sensors)
+        _FINGERPRINTS[id(sensors)] = configuration_fingerprint(table, TRACKING)
+    return _FINGERPRINTS[id(sensors)]

@@ -41,7 +41,9 @@ PIECE_ENTRIES_MAX = 256
 # The status waits so long for a call of the engine, s.
 _FIGURES_WAIT_S = 0.2
 #: Figures without an engine.
-NO_FIGURES: dict[str, Any] = {"engine": {}, "unobservable_biases": [], "output_sha256": None}
+NO_FIGURES: dict[str, Any] = {
+    "processed_sequence": 0, "engine": {}, "unobservable_biases": [], "output_sha256": None,
+}  # fmt: skip
 
 
 class _EngineFailureError(Exception):
@@ -133,8 +135,9 @@ class Processor:
         Returns
         -------
         dict
-            `engine`: measurements by outcome; `unobservable_biases`: what is not observable so far,
-            in words (`what`, `prior_ratio`, `reason`); `output_sha256`: hash of all output so far.
+            `processed_sequence`: entry that all of them include; `engine`: measurements by outcome;
+            `unobservable_biases`: what is not observable so far, in words (`what`, `prior_ratio`,
+            `reason`); `output_sha256`: hash of all output so far.
         """
         if self._lock.acquire(timeout=_FIGURES_WAIT_S):
             try:
@@ -145,6 +148,8 @@ class Processor:
 
     def _read_figures(self) -> dict[str, Any]:
         return {
+            # Of the same moment: the digest is never that of an earlier entry.
+            "processed_sequence": self.processed,
             "engine": dict(sorted(self._engine.counts.items())),
             "unobservable_biases": [
                 {"what": one.name, "prior_ratio": round(one.prior_ratio, 4), "reason": one.reason}

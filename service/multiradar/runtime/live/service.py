@@ -448,7 +448,6 @@ class Service:
             "duplicate": accounting.duplicate,
             "rejected": accounting.rejected,
             "journal_sequence": 0 if writer is None else writer.head,
-            "processed_sequence": 0 if processor is None else processor.processed,
             **self._intake.document(),
             "backlog_rows": self._backlog.rows,
             "lags_s": {name: round(lag_s, 2) for name, lag_s in self._lags_s().items()},

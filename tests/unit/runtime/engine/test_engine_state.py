@@ -18,7 +18,7 @@ from multiradar.tracking.settings import BY_PROBABILITY, TrackingSettings
 from support.scenarios import bearing_scene
 from support.simulation import traffic
 
-SENSORS = traffic.sensors(traffic.SITES)
+SENSORS = wire.sensor_table(traffic.sensors(traffic.SITES))
 
 
 def seen() -> MeasurementBatch:

@@ -422,3 +422,22 @@ def test_the_backlog_of_the_engine_is_bounded_and_loses_nothing(start: Starter) 
 
 def _status_sha(service: Service) -> object:
     return service.view.status()["output_sha256"]
+
+
+def test_a_status_during_a_long_call_has_digest_and_entry_of_one_moment(start: Starter) -> None:
+    service = start()
+    parts = cut(recording(60), [30])
+    submit(service, parts[0])
+    first = settled(service)
+    submit(service, parts[1])
+    service.settled().result(WAIT_TIMEOUT_S)
+    processor = service._processor
+    assert processor is not None
+    # As during a long call of the engine.
+    with processor._lock:
+        during = service.view.status()
+    names = ("processed_sequence", "output_sha256")
+    assert [during[name] for name in names] == [first[name] for name in names]
+    after = service.view.status()
+    assert after["processed_sequence"] == 2
+    assert after["output_sha256"] != first["output_sha256"]
