@@ -1,4 +1,4 @@
-"""Prints the table of forecasts of guide/forecasts.md: by the modes of motion, and by white noise.
+"""Prints a table of validation/forecasts.md: forecasts by the modes of motion, and by white noise.
 
 ::
 

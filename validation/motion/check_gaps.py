@@ -1,4 +1,4 @@
-"""Prints the table of gaps of tracker.md: error² / sigma² where scans are missed at far range.
+"""Prints the table of gaps of turns.md: error² / sigma² where scans are missed at far range.
 
 ::
 

@@ -1,4 +1,4 @@
-"""Prints the table of forecast regions of guide/forecasts.md: how often they contain the aircraft.
+"""Prints the table of regions of validation/forecasts.md: how often they contain the aircraft.
 
 ::
 

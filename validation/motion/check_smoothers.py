@@ -1,4 +1,4 @@
-"""Prints the table of smoothers of howto/scorecard.md: filters and smoothers against the truth.
+"""Prints the table of smoothers of scorecard-reference.md: filters and smoothers against the truth.
 
 ::
 

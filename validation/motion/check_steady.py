@@ -1,4 +1,4 @@
-"""Prints the table of steady flight of docs/validation/tracker.md: noise of heading and speed.
+"""Prints the table of steady flight of validation/steady-flight.md: noise of heading and speed.
 
 ::
 

@@ -1,4 +1,4 @@
-"""Prints docs/guide/identity.md's table of tracking without identity: the sample and the scenes.
+"""Prints the table of validation/association.md: the sample and scenarios without identity.
 
 ::
 

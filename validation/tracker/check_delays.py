@@ -1,4 +1,4 @@
-"""Prints the tables of docs/guide/sensors.md on delays of transponders.
+"""Prints the tables of docs/guide/transponders.md on delays of transponders.
 
 ::
 

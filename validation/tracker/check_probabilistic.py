@@ -1,4 +1,4 @@
-"""Prints the table of docs/guide/identity.md that compares association methods for close aircraft.
+"""Prints the table of validation/jpda.md that compares association methods for close aircraft.
 
 ::
 
