@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar_schemas.measurements.columns import MEASUREMENT_AIRCRAFT
+from multiradar_schemas.measurements.units import FOOT_M
 
 Numbers = NDArray[np.float64]
 
@@ -29,10 +30,7 @@ QUANTITIES = MEASUREMENT_AIRCRAFT
 COUNT = len(QUANTITIES)
 
 REVOLUTION_DEG = 360.0
-KNOT_M_S = 1852.0 / 3600.0
-FOOT_M = 0.3048
 FOOT_PER_MIN_M_S = FOOT_M / 60.0
-MILE_M = 1852.0
 
 
 def absent(count: int) -> Numbers:

@@ -30,11 +30,10 @@ from numpy.typing import NDArray
 from multiradar_converters.aircraft_data import quantities as q
 from multiradar_converters.aircraft_data.plausibility import AIR, ALTITUDE, MOTION, Finding
 from multiradar_converters.aircraft_data.quantities import (
-    FOOT_M,
     FOOT_PER_MIN_M_S,
-    KNOT_M_S,
     Numbers,
 )
+from multiradar_schemas.measurements.units import FOOT_M, KNOT_MPS
 
 Integers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
@@ -84,13 +83,13 @@ FIELDS: dict[int, dict[str, Coded]] = {
     BDS_5_0: {
         "roll": Coded(1, 2, 11, 45.0 / 256.0, signed=True),
         "track_angle": Coded(12, 13, 23, 90.0 / 512.0, signed=True),
-        "ground_speed": Coded(24, 25, 34, 2.0 * KNOT_M_S),
+        "ground_speed": Coded(24, 25, 34, 2.0 * KNOT_MPS),
         "track_angle_rate": Coded(35, 36, 45, 8.0 / 256.0, signed=True, saturates=True),
-        "true_airspeed": Coded(46, 47, 56, 2.0 * KNOT_M_S),
+        "true_airspeed": Coded(46, 47, 56, 2.0 * KNOT_MPS),
     },
     BDS_6_0: {
         "magnetic_heading": Coded(1, 2, 12, 90.0 / 512.0, signed=True),
-        "indicated_airspeed": Coded(13, 14, 23, KNOT_M_S),
+        "indicated_airspeed": Coded(13, 14, 23, KNOT_MPS),
         "mach": Coded(24, 25, 34, 2.048 / 512.0),
         "barometric_rate": Coded(35, 36, 45, 32.0 * FOOT_PER_MIN_M_S, signed=True),
         "inertial_rate": Coded(46, 47, 56, 32.0 * FOOT_PER_MIN_M_S, signed=True),

@@ -110,7 +110,7 @@ class Evidence:
         self.sources: dict[str, Source] = {}
         #: Measurements that were duplicates, by sensor.
         self.duplicates: Counter[str] = Counter()
-        #: (sensors, outcomes): what became of the accepted measurements in the filter.
+        #: (sensors, outcomes): outcome of the accepted measurements in the filter.
         self.outcomes = np.zeros((len(sensors), 0), np.int64)
         #: Whether a track was confirmed, and how many updates there were.
         self.confirmed = False

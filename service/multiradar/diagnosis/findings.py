@@ -26,7 +26,6 @@ from multiradar.diagnosis.cross_sensor.comparison import (
 )
 from multiradar.diagnosis.cross_sensor.explanations import common_mistake, explain
 from multiradar.diagnosis.cross_sensor.heights import check_height_offset, check_heights
-from multiradar.diagnosis.cross_sensor.hypotheses import FOOT_M
 from multiradar.diagnosis.cross_sensor.identities import check_identities
 from multiradar.diagnosis.cross_sensor.offsets import (
     OFFSET_CODE,
@@ -57,6 +56,7 @@ from multiradar.diagnosis.names import SILENT_CODE, check_names, first_and_last
 from multiradar.diagnosis.times import check_gaps, check_times, utc
 from multiradar.diagnosis.vertical_rates import check_vertical_rates
 from multiradar.estimation.measurement.sensors import PARAMETER_TIME_OFFSET, SensorTable
+from multiradar_schemas.measurements.units import FOOT_M
 
 #: Fraction that agrees of a radar with a small error of site or range: less is another cause.
 SOME_AGREE_MIN = 0.1

@@ -13,6 +13,7 @@ from multiradar.diagnosis.names import counted
 from multiradar.diagnosis.times import utc
 from multiradar.estimation.filters.bank import Outcome
 from multiradar.estimation.measurement.kinds import KIND_POSITION
+from multiradar_schemas.measurements.units import NAUTICAL_MILE_M
 
 _MEASURED = ["time_s", "range_m", "azimuth_deg"]
 #: A sensor that loses more than this fraction of its measurements is diagnosed, from `READ_MIN` on.
@@ -21,7 +22,7 @@ READ_MIN = 20
 #: Outcomes that are no loss: used for tracks, or in the cone of silence.
 _USED = (Outcome.UPDATED, Outcome.STARTED, Outcome.CONE_OF_SILENCE)
 #: Units of range that range_max_m is given in by mistake, m.
-_RANGE_MAX_UNITS = {"kilometres": 1000.0, "nautical miles": 1852.0}
+_RANGE_MAX_UNITS = {"kilometres": 1000.0, "nautical miles": NAUTICAL_MILE_M}
 _RANGE_MAX_FACTOR = 1.05
 #: Ratio of measured to configured noise above which a sigma is too small, and its inverse below
 #: which it is too large: the estimate adapts slowly downwards, and 1/100 reads as 1/10 at first.
@@ -261,7 +262,7 @@ def check_repeated(evidence: Evidence, name: str) -> Diagnosis | None:
         name,
         "measurements_twice",
         f"{name}: its measurements are probably in the recording twice: {again / len(plots):.0%} "
-        "are exact copies of another one; record or merge each plot once",
+        "are exact copies of another measurement; record or merge each plot once",
     )
 
 
@@ -274,7 +275,7 @@ def _of_two_feeds(evidence: Evidence, name: str) -> Diagnosis | None:
         name,
         "measurements_twice",
         f"{name}: its measurements are probably in the recording twice, by two feeds: "
-        f"{again / read:.0%} repeat another one within a fraction of a scan and are not used; "
+        f"{again / read:.0%} repeat another plot within a fraction of a scan and are not used; "
         "record or merge each plot once",
     )
 

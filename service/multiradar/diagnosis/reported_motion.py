@@ -4,10 +4,10 @@ import numpy as np
 import polars as pl
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
-from multiradar.diagnosis.cross_sensor.hypotheses import FOOT_M
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import Floats, plots_of, reported
 from multiradar.diagnosis.vertical_rates import pairs_apart
+from multiradar_schemas.measurements.units import FOOT_M, KNOT_MPS
 
 #: Time between the two reports that are compared, s, and change of height, m, and speeds, m/s, that
 #: are large enough.
@@ -16,14 +16,14 @@ CHANGE_MIN_M, SPEED_MIN_MPS, RATE_MIN_MPS = 20.0, 20.0, 0.01
 #: Deviation of the median ratio from that of a unit, and of half of the ratios from the median: in
 #: turns the distance between two positions is shorter than the path.
 WITHIN, SPREAD_MAX = 0.03, 0.25
-_KNOT_MPS, _KILOMETRE_PER_HOUR_MPS = 1852.0 / 3600.0, 1.0 / 3.6
+_KILOMETRE_PER_HOUR_MPS = 1.0 / 3.6
 _FOOT_PER_MIN_MPS = FOOT_M / 60.0
 #: Speed by positions over reported speed, by unit and the unit of the column.
 _SPEED_UNITS = {
-    ("m/s", "knots"): 1.0 / _KNOT_MPS,
-    ("knots", "m/s"): _KNOT_MPS,
+    ("m/s", "knots"): 1.0 / KNOT_MPS,
+    ("knots", "m/s"): KNOT_MPS,
     ("km/h", "m/s"): _KILOMETRE_PER_HOUR_MPS,
-    ("km/h", "knots"): _KILOMETRE_PER_HOUR_MPS / _KNOT_MPS,
+    ("km/h", "knots"): _KILOMETRE_PER_HOUR_MPS / KNOT_MPS,
 }
 #: Rate of the heights over reported vertical rate, by the column at fault, its unit and the other.
 _RATE_UNITS = {

@@ -6,7 +6,6 @@ import numpy as np
 
 from multiradar.diagnosis.columns import SAME_MIN
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
-from multiradar.diagnosis.cross_sensor.hypotheses import FOOT_M
 from multiradar.diagnosis.cross_sensor.plausibility import (
     CEILING_M,
     HIGH_MAX,
@@ -17,6 +16,7 @@ from multiradar.diagnosis.losses import LOST_MAX
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import Booleans, Floats, Integers, Plots, reported
 from multiradar.diagnosis.vertical_rates import check_vertical_rates
+from multiradar_schemas.measurements.units import FOOT_M
 
 #: Time between two reports of an aircraft from which a speed is computed, s; times often have a
 #: resolution of 1 s.

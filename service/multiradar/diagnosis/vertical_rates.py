@@ -7,9 +7,9 @@ climbs and descents of real traffic are slower than 8 m/s (1600 ft/min), from gl
 import numpy as np
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
-from multiradar.diagnosis.cross_sensor.hypotheses import FOOT_M
 from multiradar.diagnosis.model import Diagnosis, Severity
 from multiradar.diagnosis.plots import Floats, Integers
+from multiradar_schemas.measurements.units import FOOT_M
 
 #: Time between two heights from which a rate is computed, s; slower changes are level flight, m/s.
 APART_MIN_S, APART_MAX_S, CLIMBING_MPS = 30.0, 60.0, 1.5

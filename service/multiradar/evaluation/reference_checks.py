@@ -6,6 +6,7 @@ import numpy as np
 
 from multiradar.evaluation.measures.update_errors import UpdateErrors
 from multiradar.evaluation.trajectories import RowCounts, Tracks
+from multiradar_schemas.measurements.units import FOOT_M
 
 #: An offset along the course from this time on, s, with this fraction of the updates on one side,
 #: is one of a clock: the lag of a tracker in turns is smaller, and of both signs elsewhere.
@@ -16,7 +17,7 @@ SPEED_MIN_MPS = 50.0
 UPDATES_MIN = 100
 #: Height in the unit over height in metres, by unit.
 HEIGHT_UNITS = {
-    "feet": 1.0 / 0.3048,
+    "feet": 1.0 / FOOT_M,
     "flight levels (hundreds of feet)": 1.0 / 30.48,
     "hundreds of metres": 0.01,
     "kilometres": 0.001,
@@ -122,7 +123,7 @@ def rejected_rows(counts: RowCounts) -> list[str]:
     Parameters
     ----------
     counts : RowCounts
-        What became of the rows.
+        Disposition of the rows.
 
     Returns
     -------
@@ -164,7 +165,7 @@ def mostly_uncovered(counts: RowCounts) -> list[str]:
     Parameters
     ----------
     counts : RowCounts
-        What became of the rows.
+        Disposition of the rows.
 
     Returns
     -------

@@ -30,6 +30,7 @@ from multiradar_converters.aircraft_data.plausibility import MOTION, Finding
 from multiradar_converters.aircraft_data.quantities import Numbers
 from multiradar_converters.aircraft_data.registers import read_registers, register_values
 from multiradar_converters.asterix.layout.columns import Columns, Flags, Integers
+from multiradar_schemas.measurements.units import FOOT_M, KNOT_MPS, NAUTICAL_MILE_M
 
 #: Maximum age of a value in a target report, s, and of a selected altitude.
 AGE_MAX_S = 3.0
@@ -38,8 +39,8 @@ SELECTED_AGE_MAX_S = 30.0
 TRACK_AGE_MAX_S = 12.0
 
 _MACH_STEP = 0.001
-_AIRSPEED_STEP_M_S = q.MILE_M / 16384.0
-_MILES = q.MILE_M
+_AIRSPEED_STEP_M_S = NAUTICAL_MILE_M / 16384.0
+_MILES = NAUTICAL_MILE_M
 _LEFT, _RIGHT = 1, 2
 _DAY_S = 86_400.0
 
@@ -84,9 +85,9 @@ def track_data(columns: Columns, height_m: Numbers) -> tuple[Numbers, Integers]:
         q.TRACK_ANGLE: columns.numbers("380/TAN"),
         q.TRACK_ANGLE_RATE: _turn(columns, "380/TAR", "380/TAR"),
         q.GROUND_SPEED: columns.numbers("380/GS") * _MILES,
-        q.TRUE_AIRSPEED: columns.numbers("380/TAS") * q.KNOT_M_S,
+        q.TRUE_AIRSPEED: columns.numbers("380/TAS") * KNOT_MPS,
         q.INDICATED_AIRSPEED: q.first_of(
-            columns.numbers("380/IAR") * q.KNOT_M_S,
+            columns.numbers("380/IAR") * KNOT_MPS,
             np.where(mach, np.nan, airspeed * _AIRSPEED_STEP_M_S),
         ),
         q.MACH: q.first_of(
@@ -94,7 +95,7 @@ def track_data(columns: Columns, height_m: Numbers) -> tuple[Numbers, Integers]:
         ),
         q.VERTICAL_RATE: q.FOOT_PER_MIN_M_S
         * q.first_of(columns.numbers("380/GVR"), columns.numbers("380/BVR")),
-        q.SELECTED_ALTITUDE: q.FOOT_M
+        q.SELECTED_ALTITUDE: FOOT_M
         * q.first_of(columns.numbers("380/SAL", "ALT"), columns.numbers("380/FSS", "ALT")),
     }
     _put(values, given)
@@ -152,7 +153,7 @@ def _of_adsb(columns: Columns) -> tuple[Numbers, list[Finding]]:
             _turn(columns, "165", "165+1", "ROT") if old else columns.numbers("165", "TAR")
         ),
         q.GROUND_SPEED: speed * _MILES,
-        q.TRUE_AIRSPEED: columns.numbers("151", "VALUE" if old else "TAS") * q.KNOT_M_S,
+        q.TRUE_AIRSPEED: columns.numbers("151", "VALUE" if old else "TAS") * KNOT_MPS,
         q.INDICATED_AIRSPEED: np.where(mach, np.nan, airspeed * _AIRSPEED_STEP_M_S),
         q.MACH: np.where(mach, airspeed * _MACH_STEP, np.nan),
         q.VERTICAL_RATE: q.FOOT_PER_MIN_M_S
@@ -160,7 +161,7 @@ def _of_adsb(columns: Columns) -> tuple[Numbers, list[Finding]]:
             columns.numbers("157", "VALUE" if old else "GVR"),
             columns.numbers("155", "VALUE" if old else "BVR"),
         ),
-        q.SELECTED_ALTITUDE: q.FOOT_M
+        q.SELECTED_ALTITUDE: FOOT_M
         * q.first_of(columns.numbers("146", "ALT"), columns.numbers("148", "ALT")),
     }
     _put(values, given)

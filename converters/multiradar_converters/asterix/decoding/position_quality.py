@@ -17,8 +17,8 @@ import numpy as np
 
 from multiradar_converters.asterix.layout.columns import Columns, Integers, Numbers
 from multiradar_schemas.bounds import POSITION_SIGMA_M
+from multiradar_schemas.measurements.units import NAUTICAL_MILE_M as _NM
 
-_MILE_M = 1852.0
 # Sigmas of a Rayleigh distribution within which are 95 %, and all but 1e-7.
 _WITHIN_95 = float(np.sqrt(-2.0 * np.log(0.05)))
 _WITHIN_INTEGRITY = float(np.sqrt(-2.0 * np.log(1e-7)))
@@ -27,26 +27,26 @@ _UNKNOWN = np.nan
 # By category from 0 on, radii in m; categories without an entry are not assigned.
 _NACP_95_M = np.array(
     [
-        _UNKNOWN, 10.0 * _MILE_M, 4.0 * _MILE_M, 2.0 * _MILE_M, _MILE_M, 0.5 * _MILE_M,
-        0.3 * _MILE_M, 0.1 * _MILE_M, 0.05 * _MILE_M, 30.0, 10.0, 3.0,
+        _UNKNOWN, 10.0 * _NM, 4.0 * _NM, 2.0 * _NM, _NM, 0.5 * _NM,
+        0.3 * _NM, 0.1 * _NM, 0.05 * _NM, 30.0, 10.0, 3.0,
     ]
 )  # fmt: skip
 _NUCP_95_M = np.array(
     [
-        _UNKNOWN, 10.0 * _MILE_M, 5.0 * _MILE_M, _MILE_M, 0.5 * _MILE_M, 0.25 * _MILE_M,
-        0.1 * _MILE_M, 0.05 * _MILE_M, 10.0, 3.0,
+        _UNKNOWN, 10.0 * _NM, 5.0 * _NM, _NM, 0.5 * _NM, 0.25 * _NM,
+        0.1 * _NM, 0.05 * _NM, 10.0, 3.0,
     ]
 )  # fmt: skip
 _NIC_M = np.array(
     [
-        _UNKNOWN, 20.0 * _MILE_M, 8.0 * _MILE_M, 4.0 * _MILE_M, 2.0 * _MILE_M, _MILE_M,
-        0.6 * _MILE_M, 0.2 * _MILE_M, 0.1 * _MILE_M, 75.0, 25.0, 7.5,
+        _UNKNOWN, 20.0 * _NM, 8.0 * _NM, 4.0 * _NM, 2.0 * _NM, _NM,
+        0.6 * _NM, 0.2 * _NM, 0.1 * _NM, 75.0, 25.0, 7.5,
     ]
 )  # fmt: skip
 _PIC_M = np.array(
     [
-        _UNKNOWN, 20.0 * _MILE_M, 10.0 * _MILE_M, 8.0 * _MILE_M, 4.0 * _MILE_M, 2.0 * _MILE_M,
-        _MILE_M, 0.6 * _MILE_M, 0.5 * _MILE_M, 0.3 * _MILE_M, 0.2 * _MILE_M, 0.1 * _MILE_M,
+        _UNKNOWN, 20.0 * _NM, 10.0 * _NM, 8.0 * _NM, 4.0 * _NM, 2.0 * _NM,
+        _NM, 0.6 * _NM, 0.5 * _NM, 0.3 * _NM, 0.2 * _NM, 0.1 * _NM,
         75.0, 25.0, 7.5,
     ]
 )  # fmt: skip

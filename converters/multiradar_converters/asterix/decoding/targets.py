@@ -34,10 +34,9 @@ from multiradar_converters.asterix.decoding.position_quality import (
 )
 from multiradar_converters.asterix.layout.columns import Columns, Flags, Integers, Numbers
 from multiradar_schemas.measurements.measurement import DETECTIONS
+from multiradar_schemas.measurements.units import FOOT_M, NAUTICAL_MILE_M
 
-METRES_OF_MILE = 1852.0
-METRES_OF_FOOT = 0.3048
-_METRES_OF_LEVEL = 100.0 * METRES_OF_FOOT
+_METRES_OF_LEVEL = 100.0 * FOOT_M
 
 #: Names of the flags, by bit.
 FLAGS = (
@@ -197,7 +196,7 @@ def _level(columns: Columns, node: str, field: str) -> tuple[Numbers, Integers]:
 def _or_geometric(height: Numbers, feet: Numbers) -> tuple[Numbers, Integers]:
     """Fill in geometric heights where no other is available."""
     missing = np.isnan(height) & ~np.isnan(feet)
-    return np.where(missing, feet * METRES_OF_FOOT, height), _marked(("height_geometric", missing))
+    return np.where(missing, feet * FOOT_M, height), _marked(("height_geometric", missing))
 
 
 def _ground_bit(columns: Columns, node: str, address_node: str) -> Integers:
@@ -235,7 +234,7 @@ def _radar(
         kind="radar",
         time_s=time,
         truncated_s=columns.numbers("141"),
-        range_m=columns.numbers("040", "RHO") * METRES_OF_MILE,
+        range_m=columns.numbers("040", "RHO") * NAUTICAL_MILE_M,
         azimuth_deg=columns.numbers("040", "THETA"),
         latitude_deg=_nothing(columns),
         longitude_deg=_nothing(columns),

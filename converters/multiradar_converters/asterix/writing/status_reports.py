@@ -11,7 +11,7 @@ from multiradar_converters.asterix.layout.catalogue import layout_of
 from multiradar_converters.asterix.layout.columns import Flags, Integers, Numbers
 from multiradar_converters.asterix.writing.encoding import Records
 from multiradar_converters.asterix.writing.senders import Sender, ticks_of_day
-from multiradar_converters.asterix.writing.track_reports import NAUTICAL_MILE_M
+from multiradar_schemas.measurements.units import NAUTICAL_MILE_M
 
 SENSOR_CATEGORY, SENSOR_EDITION = 63, "1.7"
 SERVICE_CATEGORY, SERVICE_EDITION = 65, "1.6"

@@ -29,6 +29,7 @@ from multiradar_converters.asterix.layout.catalogue import layout_of
 from multiradar_converters.asterix.layout.columns import Flags, Integers, Numbers
 from multiradar_converters.asterix.writing.encoding import Records
 from multiradar_converters.asterix.writing.senders import Sender, ticks_of_day
+from multiradar_schemas.measurements.units import FOOT_M, NAUTICAL_MILE_M
 
 CATEGORY, EDITION = 62, "1.21"
 
@@ -43,8 +44,6 @@ NO_SOURCE, TRIANGULATION = 0, 3
 #: Value of unknown parts of item 200.
 UNDETERMINED = 3
 
-FOOT_M = 0.3048
-NAUTICAL_MILE_M = 1852.0
 FOOT_PER_MINUTE_MPS = FOOT_M / 60.0
 _LONGITUDE_STEPS = 1 << 26
 _AZIMUTH_STEPS = 1 << 16

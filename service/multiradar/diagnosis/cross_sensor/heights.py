@@ -10,14 +10,15 @@ from multiradar.diagnosis.cross_sensor.references import RECORDING, Pairs
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import HEIGHT_ASSUMED_M
 from multiradar.geodesy.wgs84 import ecef_to_geodetic
+from multiradar_schemas.measurements.units import FOOT_M
 
 #: What a height of 1 m is in other units, with their names.
 _UNITS = {
-    "feet": 1.0 / 0.3048,
+    "feet": 1.0 / FOOT_M,
     "flight levels": 1.0 / 30.48,
     "hundreds of metres": 0.01,
     "kilometres": 0.001,
-    "metres converted once more as if they were feet": 0.3048,
+    "metres converted once more as if they were feet": FOOT_M,
 }
 _WITHIN = 0.05
 #: Smallest difference of heights that is reported, m, and how far half of them are from it at

@@ -6,9 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from multiradar.diagnosis.plots import Floats, Site
-
-FOOT_M = 0.3048
-NAUTICAL_MILE_M = 1852.0
+from multiradar_schemas.measurements.units import FOOT_M, NAUTICAL_MILE_M
 
 Polar = tuple[Floats, Floats]
 

@@ -15,11 +15,11 @@ import numpy as np
 from multiradar.diagnosis.cross_sensor.agreement import Agreement
 from multiradar.diagnosis.cross_sensor.comparison import Comparison
 from multiradar.diagnosis.cross_sensor.effects import HEIGHTS_ALIKE_M, effects_at
-from multiradar.diagnosis.cross_sensor.hypotheses import FOOT_M
 from multiradar.diagnosis.cross_sensor.references import Pairs, are_named
 from multiradar.diagnosis.cross_sensor.trimmed_fit import Equations, TrimmedFit
 from multiradar.diagnosis.plots import Floats, Rows, Site, ground_range, located
 from multiradar.geodesy.wgs84 import ecef_to_geodetic, enu_rotation
+from multiradar_schemas.measurements.units import FOOT_M
 
 #: Prior sigmas of range m and azimuth rad of every sensor (`PRIOR_SIGMA_DEFAULT`).
 _PRIOR = (500.0, np.radians(0.5))

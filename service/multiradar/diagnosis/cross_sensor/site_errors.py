@@ -106,7 +106,7 @@ class JointFit:
     comparison : Comparison
         The plots.
     compared : mapping of (Agreement, Pairs)
-        Radars, with positions by others of their aircraft.
+        Radars, and the positions of their aircraft by other sensors.
     """
 
     def __init__(
@@ -251,7 +251,7 @@ def check_site_errors(sensors: SensorTable, joint: JointFit) -> tuple[set[int], 
 
 
 def check_clock_errors(sensors: SensorTable, joint: JointFit) -> list[Diagnosis]:
-    """Warn of clocks that are off by less than `TIME_MIN_S`, which biases hardly show."""
+    """Warn of clocks that are off by less than `TIME_MIN_S`, which hardly affects biases."""
     return [
         Diagnosis(
             sensors.ids[likely[0].radars[0]],

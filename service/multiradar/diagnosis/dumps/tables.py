@@ -12,9 +12,9 @@ import numpy as np
 import polars as pl
 
 from multiradar.diagnosis.cross_sensor.comparison import TESTED_MIN
-from multiradar.diagnosis.cross_sensor.hypotheses import FOOT_M
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.plots import EARTH_RADIUS_M, Floats
+from multiradar_schemas.measurements.units import FOOT_M
 
 #: Rows of one aircraft are compared within this time, s.
 NEAR_S = 20.0

@@ -25,14 +25,13 @@ import numpy as np
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.memory.knowledge import Knowledge, Picture
 from multiradar.runtime.memory.live_tracks import BY_ADSB, BY_MLAT
+from multiradar_schemas.measurements.units import FOOT_M, KNOT_MPS
 
 #: How long a source that is preferred determines the type, s: three scans of a slow radar.
 SOURCE_S = 30.0
 #: Interval of requests by clients, ms.
 REFRESH_MS = 1000
 
-_FOOT_M = 0.3048
-_KNOT_MPS = 1852.0 / 3600.0
 _NUMBER_MASK = 0xFFFFFF
 #: Radius of the 95 % circle in units of the root of the trace of a circular covariance.
 _CIRCLE_95 = 1.7308
@@ -133,11 +132,11 @@ def _one(row: Mapping[str, Any], address: str | None, source: int, updates: int)
     if row["on_ground"]:
         found["alt_baro"] = "ground"
     elif height_m is not None:
-        found["alt_baro"] = round(height_m / _FOOT_M)
-    found["gs"] = round(row["speed_mps"] / _KNOT_MPS, 1)
+        found["alt_baro"] = round(height_m / FOOT_M)
+    found["gs"] = round(row["speed_mps"] / KNOT_MPS, 1)
     found["track"] = round(row["heading_deg"], 2) % 360.0
     if climb_mps is not None and not row["on_ground"]:
-        found["baro_rate"] = round(climb_mps / _FOOT_M * 60.0)
+        found["baro_rate"] = round(climb_mps / FOOT_M * 60.0)
     if row["mode_3a"] is not None:
         found["squawk"] = row["mode_3a"]
     found["lat"], found["lon"] = round(row["latitude_deg"], 6), round(row["longitude_deg"], 6)

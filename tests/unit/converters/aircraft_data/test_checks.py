@@ -20,6 +20,7 @@ from multiradar_converters.aircraft_data.sequences import (
     sequence_findings,
 )
 from multiradar_converters.aircraft_data.variation import magnetic_variation
+from multiradar_schemas.measurements.units import KNOT_MPS
 
 CRUISE: dict[int, float] = {
     q.MAGNETIC_HEADING: 84.0,
@@ -106,7 +107,7 @@ def test_airspeed_of_a_mach_number_is_that_of_the_standard_atmosphere() -> None:
     # U.S. Standard Atmosphere, 1976: the pressure at 35 000 ft is 0.2353 of that at sea level, so
     # that Mach 0.8 is sqrt(5 ((0.2353 (1.128^3.5 - 1) + 1)^(2/7) - 1)) of 661.5 kt.
     at_height = calibrated_airspeed_m_s(np.array([0.8, 0.5]), np.array([10_668.0, 0.0]))
-    assert at_height / q.KNOT_M_S == pytest.approx([271.9, 330.7], abs=0.2)
+    assert at_height / KNOT_MPS == pytest.approx([271.9, 330.7], abs=0.2)
     assert speed_of_sound_m_s(np.array([0.0, 11_000.0, 15_000.0])) == pytest.approx(
         [340.3, 295.1, 295.1], abs=0.1
     )
