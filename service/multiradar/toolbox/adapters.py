@@ -21,13 +21,11 @@ from multiradar.toolbox.arguments import typed
 from multiradar.toolbox.frames import Frame, to_polars
 from multiradar.toolbox.run import Run
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.units import FOOT_M, KNOT_MPS
 
 if TYPE_CHECKING:
     from stonesoup.types.track import Track
 
-#: International definitions.
-FOOT_M = 0.3048
-KNOT_MPS = 1852.0 / 3600.0
 #: Times before 1980 are times of day.
 _DATED_FROM_S = 315_532_800.0
 
@@ -75,7 +73,8 @@ def from_traffic(flights: "Frame | Any", *, sensor_id: str = "adsb") -> pl.DataF
     Parameters
     ----------
     flights : Traffic, Flight or table
-        With timestamp, icao24, latitude, longitude and altitude (feet).
+        With timestamp, icao24, latitude, longitude and altitude (feet). Flights without an icao24
+        are distinguished by their flight_id, if there is one.
     sensor_id : str
         Name of the sensor that reports them.
 
@@ -83,7 +82,8 @@ def from_traffic(flights: "Frame | Any", *, sensor_id: str = "adsb") -> pl.DataF
     -------
     DataFrame
         Columns of `measurements.parquet`, in the order of time; rows without a position are left
-        out. For `track`, or as the reference of `evaluate`.
+        out, and flights without an address are numbered. For `track`, or as the reference of
+        `evaluate`.
 
     Raises
     ------
@@ -104,6 +104,7 @@ def from_traffic(flights: "Frame | Any", *, sensor_id: str = "adsb") -> pl.DataF
         (pl.col("altitude").cast(pl.Float64) * FOOT_M).fill_nan(None).alias("height_m"),
         pl.col("icao24").cast(pl.String).str.to_uppercase().alias("mode_s_address"),
         _present(frame, "callsign", pl.String),
+        _flight_number(frame).alias("track_number"),
     )
     return found.select(
         pl.col(name) if name in found.columns else pl.lit(None, kind).alias(name)
@@ -113,7 +114,7 @@ def from_traffic(flights: "Frame | Any", *, sensor_id: str = "adsb") -> pl.DataF
 
 @typed
 def to_stone_soup(tracks: "Run | Frame", centre_deg: tuple[float, float]) -> "set[Track]":
-    """Return tracks as those of Stone Soup.
+    """Return tracks as Stone Soup tracks.
 
     Parameters
     ----------
@@ -183,7 +184,7 @@ def from_stone_soup(tracks: "Iterable[Track]", centre_deg: tuple[float, float]) 
     Raises
     ------
     InputError
-        A state has another number of components.
+        A state does not have four components.
     OutsidePlaneError
         A state is too far from the centre.
     """
@@ -251,6 +252,14 @@ def _tracks(given: "Run | Frame") -> pl.DataFrame:
 
 def _plane(centre_deg: tuple[float, float]) -> SystemPlane:
     return SystemPlane(np.radians(centre_deg[0]), np.radians(centre_deg[1]))
+
+
+def _flight_number(frame: pl.DataFrame) -> pl.Expr:
+    # In the order of the names, from 1; null with an address, or without a name.
+    if "flight_id" not in frame.columns:
+        return pl.lit(None, MEASUREMENT_SCHEMA["track_number"])
+    named = pl.when(pl.col("icao24").is_null()).then(pl.col("flight_id"))
+    return named.rank("dense").cast(MEASUREMENT_SCHEMA["track_number"])
 
 
 def _present(frame: pl.DataFrame, name: str, kind: Any) -> pl.Expr:

@@ -61,6 +61,8 @@ def test_trajectories_of_traffic_come_back_as_adsb_measurements() -> None:
     assert found["kind"].unique().to_list() == ["adsb"]
     assert found["mode_s_address"].to_list() == ["3C4A5B", None, "3C4A5B"]
     assert found["height_m"].to_list() == pytest.approx([3048.0, None, 3048.0])
+    # A flight without an address keeps its identity.
+    assert found["track_number"].to_list() == [None, 1, None]
 
 
 def test_a_table_that_is_not_of_traffic_is_named_with_what_it_lacks() -> None:
