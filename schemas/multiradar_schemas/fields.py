@@ -94,7 +94,7 @@ The last row of a radar is the member `health` of `GET /v1/sensors/{id}`.
 _PLANES = """
 ## Manoeuvre planes: `manoeuvre_planes.parquet`, `GET /v1/tracks/{id}/manoeuvre-plane`
 
-The file has a row for each track and epoch in which it was updated. If the plots determine no
+The file has a row for each track and epoch in which it was updated. If the plots do not determine a
 plane, all columns but `track_id`, `time_s` and `window_s` are null and the column `reason`
 contains the cause; over HTTP, the response is a problem document with status 409 and the reason
 as its `code`.

@@ -131,7 +131,7 @@ class InspectedSensor(Record):
     kind: Annotated[str, _text("radar, mlat or adsb")]
     reports: Annotated[Count, _number("Target reports", "1")]
     measurements: Annotated[Count, _number("Reports of aircraft used for these figures", "1")]
-    duplicates: Annotated[Count, _number("Reports equal to another one within 1 s", "1")]
+    duplicates: Annotated[Count, _number("Reports that repeat another report within 1 s", "1")]
     left_out: Annotated[
         dict[str, Count], _number("Reports that are not measurements of aircraft, by reason", "1")
     ]

@@ -69,7 +69,7 @@ def sensors_toml(names: SensorNames, findings: Findings) -> str:
     for sensor in (one for one in others if one not in measured):
         lines = prior_lines(findings.biases, sensor)
         if lines:
-            text += "\n".join(["", f"# {sensor}: without measurements here", *lines, ""])
+            text += "\n".join(["", f"# {sensor}: no measurements in this recording", *lines, ""])
     return text
 
 

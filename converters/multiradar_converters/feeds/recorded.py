@@ -22,7 +22,7 @@ from multiradar_converters.feeds.decoder import FeedDecoder
 from multiradar_converters.feeds.layouts import Form
 from multiradar_converters.vid.text.lines import RejectedError
 
-#: Maximum size of a snapshot, and of a file of snapshots over several lines, bytes.
+#: Maximum size of a snapshot, and of a file of snapshots spanning several lines, bytes.
 SNAPSHOT_BYTES_MAX = 1 << 26
 
 # A recording may begin within a line.
@@ -101,7 +101,7 @@ def batches_of_lines(decoder: FeedDecoder, pieces: Iterable[Piece]) -> Iterator[
 
 
 def batches_of_text(decoder: FeedDecoder, file: str, blocks: Iterable[bytes]) -> Iterator[Batch]:
-    """Decode snapshots over several lines, which are held in memory.
+    """Decode snapshots spanning several lines, which are held in memory.
 
     Parameters
     ----------

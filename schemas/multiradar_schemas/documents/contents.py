@@ -38,10 +38,10 @@ _TABLES = (
     ({"tracking", "server", "runtime", "journal", "zenoh", "http", "feeds"}, SETTINGS),
     ({"files", "columns", "units"}, PROFILE),
 )
-#: The first octets of files that are no text.
+#: The first octets of files that are not text.
 _OCTETS = ((b"PAR1", "Parquet"), (b"\x1f\x8b", "a gzip file"), (b"PK\x03\x04", "a zip archive"),
            (b"SQLite format 3", "an SQLite database"))  # fmt: skip
-#: Larger texts are no report and no configuration, octets.
+#: Larger texts are neither reports nor configurations, octets.
 _TEXT_MAX = 1 << 20
 
 

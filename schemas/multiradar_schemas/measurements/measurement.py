@@ -65,7 +65,11 @@ def _iso_8601(value: Any) -> Any:
 SensorId = Annotated[
     str,
     StringConstraints(pattern=SENSOR_ID_PATTERN),
-    described("The sensor that measured", unit="letters, digits, `.`, `_`, `-`", source="sensor"),
+    described(
+        "The sensor that made the measurement",
+        unit="letters, digits, `.`, `_`, `-`",
+        source="sensor",
+    ),
 ]
 Seconds = Annotated[
     float,
@@ -81,13 +85,13 @@ Seconds = Annotated[
 Nanoseconds = Annotated[
     int,
     Field(ge=-INTEGER_MAX, le=INTEGER_MAX),
-    described("The same as an integer", unit="ns", source="sensor", absent="see `time_s`"),
+    described("The same time as an integer", unit="ns", source="sensor", absent="see `time_s`"),
 ]
 Instant = Annotated[
     datetime,
     BeforeValidator(_iso_8601),
     described(
-        "The same with time zone, resolution 1 µs",
+        "The same time with a time zone, resolution 1 µs",
         unit="ISO 8601",
         source="sensor",
         absent="see `time_s`",

@@ -54,8 +54,8 @@ class BiasEstimate(Record):
         float,
         Field(ge=0.0),
         described(
-            "`sigma` / prior sigma: about 1 if the measurements do not determine the parameter "
-            "alone; above 1 if it drifts",
+            "`sigma` / prior sigma: about 1 if the measurements alone do not determine the "
+            "parameter; above 1 if it drifts",
             unit="1",
             source="filter",
         ),

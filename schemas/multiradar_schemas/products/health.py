@@ -50,8 +50,8 @@ class RadarHealth(Record):
         float,
         Field(ge=0.0),
         described(
-            "Scans (detection opportunities) on which it is based, with a weight of one third "
-            "after 15 minutes",
+            "Scans (detection opportunities) on which it is based, with weights that "
+            "decrease to one third in 15 minutes",
             unit="1",
             source="tracker",
         ),

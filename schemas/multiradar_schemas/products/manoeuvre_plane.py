@@ -150,5 +150,5 @@ class ManoeuvrePlane(PlaneFigures):
 
 
 #: `manoeuvre_planes.parquet`: one row for each track and epoch in which it was updated. Where the
-#: plots determine no plane all but the first three is null, and `reason` says why.
+#: plots do not determine a plane, all but the first three is null, and `reason` says why.
 MANOEUVRE_PLANE_SCHEMA = pl.Schema({**table_schema(PlaneFigures), "reason": pl.String()})

@@ -108,7 +108,7 @@ class TrackUpdate(Record):
     sensor_id: Annotated[
         str,
         StringConstraints(pattern=SENSOR_ID_PATTERN),
-        described("The sensor that measured", unit="text", source="measurement"),
+        described("The sensor that made the measurement", unit="text", source="measurement"),
     ]
     velocity_sigma_mps: Annotated[
         float,
@@ -229,6 +229,6 @@ class Track(TrackUpdate):
             "Sum of `age_s` and the time since the last measurement of any sensor",
             unit="s",
             source="service",
-            absent="data not in real time",
+            absent="no real-time data",
         ),
     ] = None

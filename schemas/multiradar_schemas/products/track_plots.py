@@ -17,7 +17,7 @@ class TrackPlot(Record):
     sensor_id: Annotated[
         str,
         StringConstraints(pattern=SENSOR_ID_PATTERN),
-        described("The sensor that measured", unit="text", source="measurement"),
+        described("The sensor that made the measurement", unit="text", source="measurement"),
     ]
     kind: Annotated[
         Literal["radar", "position", "bearing"],

@@ -116,11 +116,11 @@ class SensorBias(Table):
     time_offset_s: Annotated[TimeOffset, of_file("Offset of the time stamps", "s")] = TimeOffset()
     azimuth_sine_deg: Annotated[
         AzimuthWave,
-        of_file("Eccentricity of the antenna: times the sine of the azimuth", "degree"),
+        of_file("Eccentricity of the antenna: coefficient of the sine of the azimuth", "degree"),
     ] = AzimuthWave()
     azimuth_cosine_deg: Annotated[
         AzimuthWave,
-        of_file("Eccentricity of the antenna: times the cosine of the azimuth", "degree"),
+        of_file("Eccentricity of the antenna: coefficient of the cosine of the azimuth", "degree"),
     ] = AzimuthWave()
     frame_east_m: Annotated[
         FrameShift, of_file("Displacement of the local frame, or of a radar's site, east", "m")

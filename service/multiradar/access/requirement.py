@@ -117,8 +117,8 @@ def require_declared(routers: Iterable[APIRouter]) -> None:
             if len(declared) != 1:
                 path = getattr(route, "path", route)
                 raise ConfigurationError(
-                    f"route {path}: expected one of FEED, DISPLAY, OPERATE and PUBLIC among its "
-                    f"dependencies, was {len(declared)} of them"
+                    f"route {path}: expected exactly one of FEED, DISPLAY, OPERATE and PUBLIC "
+                    f"among its dependencies, found {len(declared)}"
                 )
 
 

@@ -1,4 +1,4 @@
-"""`multiradar backup`, `archive`, `verify` and `restore`: the state of a service, kept safe."""
+"""`multiradar backup`, `archive`, `shorten`, `verify` and `restore`: the state of a service."""
 
 import json
 from collections.abc import Mapping
@@ -37,7 +37,7 @@ def backup(
     config: ConfigOption = None,
     json_wanted: JsonOption = False,
 ) -> None:
-    """Copy the state of a service, also while it runs: journal, snapshot, sensors and settings."""
+    """Copy the state of a service, even a running one: journal, snapshot, sensors, settings."""
     from multiradar.toolbox.messages.progress import counting_bar
     from multiradar.toolbox.operation.backups import backup as copy
 
@@ -68,7 +68,7 @@ def archive(
     *,
     json_wanted: JsonOption = False,
 ) -> None:
-    """Seal the measurements that an archive does not have yet as compressed files."""
+    """Append new journal entries to an archive, as sealed and compressed segments."""
     from multiradar.toolbox.messages.progress import counting_bar
     from multiradar.toolbox.operation.backups import archive as seal
 
@@ -104,7 +104,7 @@ def shorten(
     config: ConfigOption = None,
     json_wanted: JsonOption = False,
 ) -> None:
-    """Remove what is sealed in an archive from a state, by the rules of `retention` in --config."""
+    """Remove archived entries from a journal, by the rules of `retention` in --config."""
     from multiradar.toolbox.messages.progress import counting_bar
     from multiradar.toolbox.operation.shortening import shorten as remove
 
@@ -135,7 +135,7 @@ def verify(
     *,
     json_wanted: JsonOption = False,
 ) -> None:
-    """Check every entry, digest and file of a state, backup or archive; name what is damaged."""
+    """Verify every entry, digest and file of a state, backup or archive; report any damage."""
     from multiradar.storage.verification import Verification
     from multiradar.toolbox.messages.progress import counting_bar
     from multiradar.toolbox.operation.backups import verify as check
@@ -154,7 +154,7 @@ def verify(
     if json_wanted or not found.damage:
         _print(
             json_wanted, asdict(found),
-            f"{path}: sound: {counted}, {kept}; digest {found.digest[:16]}",
+            f"{path}: intact: {counted}, {kept}; digest {found.digest[:16]}",
         )  # fmt: skip
     if found.damage:
         raise DamageError(found.damage)

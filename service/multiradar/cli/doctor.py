@@ -39,7 +39,7 @@ def doctor(
 ) -> None:
     """Check an installation, with the options of `serve`: a line for each check, with advice.
 
-    Nothing is changed, and a service may run meanwhile. The status is 1 if a check is an error.
+    Nothing is changed; the service may be running. The status is 1 if a check is an error.
     """
     from multiradar.toolbox.messages.progress import counting_bar
     from multiradar.toolbox.operation.doctor import examine

@@ -16,7 +16,7 @@ from multiradar_schemas.documents.names import unknown
 if TYPE_CHECKING:
     from multiradar.research.studies.result import StudyResult
 
-#: Width of the tables where standard output is no terminal.
+#: Width of the tables where standard output is not a terminal.
 WIDTH_UNKNOWN = 160
 
 #: Upper bounds of options.

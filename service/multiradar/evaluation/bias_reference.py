@@ -40,7 +40,7 @@ IDENTITIES = ("mode_s_address", "mode_3a", "track_number")
 
 @dataclass(frozen=True, slots=True)
 class ReferenceCounts:
-    """What became of the updates of a bias reference; the reasons in this order.
+    """Disposition of the updates of a bias reference; the reasons in this order.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ def reference_measurements(
     measurements : DataFrame
         `time_s`, `latitude_deg`, `longitude_deg` and `IDENTITIES`, by time.
     counts : ReferenceCounts
-        What became of the updates.
+        Disposition of the updates.
     """
     rows = updates.sort("flight", "time_s", maintain_order=True)
     _, flight = np.unique(rows["flight"].to_numpy().astype(np.str_), return_inverse=True)

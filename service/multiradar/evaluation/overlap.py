@@ -141,7 +141,7 @@ def rarely_matched(track_of: Indices, gate_m: float) -> list[str]:
         return []
     return [
         f"the aircraft of the reference have a track within {gate_m:.12g} m (--gate) for "
-        f"{fraction:.0%} of their time only: is this another recording, or is the gate too small?"
+        f"only {fraction:.0%} of their time: is this another recording, or is the gate too small?"
     ]
 
 

@@ -121,7 +121,7 @@ class Uncovered:
 
 @dataclass(frozen=True, slots=True)
 class RowCounts:
-    """What became of the rows of a reference: read = accepted + rejected + duplicate.
+    """Disposition of the rows of a reference: read = accepted + rejected + duplicate.
 
     Attributes
     ----------
@@ -163,7 +163,7 @@ class Reference:
     gap_s : float
         Positions farther apart in time are not joined.
     counts : RowCounts
-        What became of the rows that it was made of.
+        Disposition of the rows from which it was made.
     """
 
     plane: SystemPlane

@@ -9,8 +9,8 @@ from prometheus_client.registry import Collector
 #: Gauges: name of the status field and help.
 _GAUGES = {
     "data_time_s": "Latest data time passed to the engine, s",
-    "data_delay_s": "Clock of the machine minus data time, for data in real time, s",
-    "silence_s": "Time since the last measurement of any sensor, for data in real time, s",
+    "data_delay_s": "Clock of the machine minus data time, for real-time data, s",
+    "silence_s": "Time since the last measurement of any sensor, for real-time data, s",
     "tracks": "Live tracks",
     "journal_sequence": "Last entry of the journal",
     "processed_sequence": "Last entry of the journal that the engine has processed",
@@ -40,7 +40,7 @@ _DISK = {
 
 # Alarms of the whole service, and what they mean.
 _ALARMS = {
-    "no_data": "1 if data in real time no longer arrive",
+    "no_data": "1 if real-time data no longer arrive",
     "host_clock": "1 if all sensors disagree with the clock of the machine",
     "disk_filling": "1 if 80 % of the disk of the journal is used (disk_filling_share)",
     "disk_nearly_full": "1 if 90 % of the disk of the journal is used (disk_nearly_full_share)",

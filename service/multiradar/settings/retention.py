@@ -19,20 +19,20 @@ class RetentionSettings(Section):
     ] = None
     journal_days: Annotated[
         NotNegative,
-        Field(description="Age of the data from which archived entries are removed, days"),
+        Field(description="Age of the data above which archived entries are removed, days"),
     ] = 0.0
     journal_octets: Annotated[
-        Octets, Field(description="Size of the journal from which its oldest entries are removed")
+        Octets, Field(description="Size of the journal above which its oldest entries are removed")
     ] = 0
     archive_days: Annotated[
-        NotNegative, Field(description="Age of the data from which segments are removed, days")
+        NotNegative, Field(description="Age of the data above which segments are removed, days")
     ] = 0.0
     archive_octets: Annotated[
-        Octets, Field(description="Size of the archive from which its oldest segments are removed")
+        Octets, Field(description="Size of the archive above which its oldest segments are removed")
     ] = 0
     recording_days: Annotated[
         NotNegative,
-        Field(description="Legal recording: no segment is removed that is younger, days"),
+        Field(description="Legal recording: minimum age of a segment that is removed, days"),
     ] = 30.0
 
     @model_validator(mode="after")

@@ -141,7 +141,7 @@ def archive_journal(
         if end.sequence < base:
             raise JournalError(
                 f"{folder}: the entries {end.sequence + 1} to {base} were removed from {journal}; "
-                "continue the archive that has them"
+                "continue the archive that contains them"
             )
         if (
             end.fingerprint != fingerprint
@@ -226,7 +226,7 @@ def locked_archive(folder: Path) -> Iterator[None]:
     Raises
     ------
     InputError, OutputExistsError
-        It cannot be written, or another command writes it.
+        It cannot be written, or another command is writing to it.
     """
     try:
         folder.mkdir(exist_ok=True)
@@ -240,7 +240,7 @@ def locked_archive(folder: Path) -> Iterator[None]:
         yield
     except BlockingIOError as error:
         raise OutputExistsError(
-            f"{folder}: another command writes this archive; wait until it has finished"
+            f"{folder}: another command is writing to this archive; wait until it has finished"
         ) from error
     finally:
         os.close(lock)

@@ -8,7 +8,7 @@ File                          Content
 ``backup.json``               what it contains, with the SHA-256 of each other file and of itself
 ``journal.sqlite``            the entries up to the last one when the copy started
 ``journal.sqlite-tip``        that entry
-``journal.sqlite-snapshots``  the newest sound snapshot
+``journal.sqlite-snapshots``  the newest intact snapshot
 others                        files of the configuration, given by the caller
 ============================  =================================================================
 """
@@ -171,7 +171,7 @@ def _require_space(journal: Path, folder: Path) -> None:
         raise InputError(msg)
 
 
-# Copies the newest sound snapshot with its rows; returns its name.
+# Copies the newest intact snapshot with its rows; returns its name.
 def _copy_snapshot(folder: SnapshotFolder, copy: SnapshotFolder) -> str | None:
     for path in folder.files():
         try:
@@ -217,7 +217,7 @@ def journal_fingerprint(journal: Path) -> str:
     InputError
         There is no such journal.
     JournalError, ConfigurationError
-        It is no journal, or of another format.
+        It is not a journal, or has another format.
     """
     if not journal.is_file():
         raise InputError(no_such(journal, JOURNAL))

@@ -26,7 +26,7 @@ class EntryKind(StrEnum):
     """The end of a stream: measurements in the reorder buffer are released."""
 
     CLOCK = "clock"
-    """An operator has set the data clock, to that of the admission after the entry."""
+    """An operator has set the data clock; the entry contains the admission with the new time."""
 
     SENSOR = "sensor"
     """An operator has added or changed a sensor: the payload says how, as JSON."""

@@ -82,7 +82,7 @@ def shorten(
     time_of: Callable[[str], float], now_s: float,
     on_progress: Progress = lambda _done, _total: None,
 ) -> Shortened:  # fmt: skip
-    """Remove what the rules allow; a service may run meanwhile.
+    """Remove what the rules allow; a service may be running.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def shorten(
     time_of : callable
         Returns the data time of a state of the admission, Unix time, s; not finite: unknown.
     now_s : float
-        The time of the machine, UTC, s: a data time ahead of it makes nothing older.
+        The time of the machine, UTC, s: a data time ahead of it does not make data older.
     on_progress : callable
         Called with the last entry of each segment that was verified, and that of the journal.
 
@@ -109,7 +109,7 @@ def shorten(
     Raises
     ------
     InputError, OutputExistsError
-        There are too few snapshots, there is no archive, or another command writes it.
+        There are too few snapshots, there is no archive, or another command is writing to it.
     JournalError
         The journal or a segment is damaged, or they do not belong together; what was removed before
         is in the archive.
@@ -154,7 +154,7 @@ def _shorten_journal(
         on_progress(end.sequence, extent.last)
         is_old = bool(rules.age_s) and age_of(admission) >= rules.age_s
         if not (is_old or (rules.octets and used > rules.octets)):
-            return "no older entries are due"
+            return "the rules remove no further entries"
         if end.sequence > needed:
             return f"the entries after {needed} are needed to start from the snapshots"
         remove_until(journal, end)

@@ -158,7 +158,7 @@ class _Check:
             ):
                 self._damage.append(
                     f"{self._path}: the entries up to {base.sequence} are in the archive only, and "
-                    "no sound snapshot is after them: a service cannot start; restore the archive"
+                    "no intact snapshot follows them: a service cannot start; restore the archive"
                 )
         if self._unnamed:
             self._damage.append(f"{self._path}: {self._unnamed} further entries are damaged")
@@ -266,7 +266,7 @@ class _Check:
         first = before.sequence + 1
         if sequence < first:
             # Only before the first entry: they come in order.
-            self._name(rows.damaged(sequence, "it is noted as removed"))
+            self._name(rows.damaged(sequence, "it is recorded as removed"))
             return before._replace(intact=False)
         if sequence != first:
             self._name(JournalError(f"{self._path}: {_missing(first, sequence - 1)}"))

@@ -1,1 +1,1 @@
-"""What the Python API and the commands do alike: convert, track, evaluate, simulate, study."""
+"""What the Python API and the commands share: convert, track, evaluate, simulate, study."""

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 from multiradar.clock import SystemClock
 
-#: Interval between lines where standard error is no terminal, s.
+#: Interval between lines where standard error is not a terminal, s.
 _LINE_PERIOD_S = 10.0
 
 

@@ -20,7 +20,7 @@ _LOCAL_FORM = "BaseStation"
 
 
 def findings_of(diagnoses: "Iterable[Diagnosis]") -> list[str]:
-    """Warn of what leaves the output usable, and return the sentences of errors.
+    """Warn of mistakes that leave the output usable; return the sentences of errors.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def findings_of(diagnoses: "Iterable[Diagnosis]") -> list[str]:
 
 
 def notes_of(kind: str, paths: Sequence[Path], report: Mapping[str, Any], out: Path) -> list[str]:
-    """Return what a user should know of a conversion that is complete.
+    """Return warnings about a complete conversion.
 
     Parameters
     ----------
@@ -87,9 +87,9 @@ def _of_asterix(report: Mapping[str, Any], out: Path) -> list[str]:
     alarms = report["figures"].get("sensor_alarms", ())
     found = [f"{alarm['sensor_id']}: {alarm['reason']}" for alarm in alarms]
     found += [
-        f"{file}: ends before {previous} starts, but was given after it; the measurements are "
-        "sorted, but give files in chronological order, because the day of each time is counted in "
-        "that order"
+        f"{file}: ends before {previous} starts, but was given after it; give the files in "
+        "chronological order: the measurements are sorted, but midnights are counted in the order "
+        "of the files"
         for file, previous in report["figures"].get("exchanged_files", ())
     ]
     path = out / SYSTEM_TRACKS_FILE
@@ -108,7 +108,7 @@ def unseen_states(updates: "pl.DataFrame") -> str:
     Returns
     -------
     str
-        Empty where some were.
+        Empty if some were.
     """
     counts = updates["state"].value_counts(sort=True).rows()
     if not counts or any(state not in NOT_SEEN for state, _ in counts):

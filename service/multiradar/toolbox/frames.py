@@ -53,7 +53,7 @@ def to_polars(given: object, name: str) -> pl.DataFrame:
     Raises
     ------
     InputError
-        It is no table.
+        It is not a table.
     """
     if isinstance(given, pl.DataFrame):
         return given
@@ -88,12 +88,12 @@ def as_file(given: object, name: str) -> Iterator[tuple[Path, str]]:
     Yields
     ------
     Path, str
-        The file, removed afterwards where it was made here, and its name in errors.
+        The file, removed afterwards if it was made here, and its name in errors.
 
     Raises
     ------
     InputError
-        It is neither.
+        It is neither a table nor a path.
     """
     if isinstance(given, str | Path):
         yield Path(given), str(given)

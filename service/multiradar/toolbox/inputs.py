@@ -46,7 +46,7 @@ class DumpChoice:
     allow_missing: bool = False
 
     def check_unused(self, given: object) -> None:
-        """Reject options for a dump where the input is none: they would have no effect."""
+        """Reject options for a dump if the input is not a dump: they would have no effect."""
         options = {
             "date": self.date is not None,
             "profile": self.profile is not None,
@@ -80,12 +80,12 @@ class DumpChoice:
 
 
 def parse_day(text: str | None, *, warned: bool = True) -> dt.date | None:
-    """Return a date such as 2018-08-01; None without a text. Warn of an impossible one.
+    """Return a date such as 2018-08-01; None without a text. Warn about an impossible date.
 
     Raises
     ------
     ArgumentError
-        It is no date.
+        It is not a date.
     """
     try:
         day = None if text is None else dt.date.fromisoformat(text)
@@ -101,7 +101,7 @@ def parse_day(text: str | None, *, warned: bool = True) -> dt.date | None:
 
 
 def in_future(span_s: tuple[float, float] | None) -> list[str]:
-    """Return a sentence where the last of (first, last) Unix times is more than a day ahead."""
+    """Return a warning if the last of (first, last) Unix times is more than a day ahead."""
     last_s = 0.0 if span_s is None else span_s[1]
     # Larger ones are in another unit, which has its own message.
     if not SystemClock().now_s() + _DAY_S < last_s < _UNIX_MAX_S:
@@ -118,7 +118,7 @@ def check_sensors_argument(given: object) -> None:
     Raises
     ------
     ArgumentError
-        It is neither.
+        It is neither a path nor a `SensorsFile`.
     """
     from multiradar_schemas.sensors.sensor import SensorsFile
 
@@ -140,7 +140,7 @@ def load_sensor_table(
     path : Path
         The file.
     sensors : SensorsFile, optional
-        Its content, where that was changed.
+        Its contents, if they were changed.
     name : str, optional
         Its name in errors; the path by default.
 
@@ -200,12 +200,12 @@ def as_sensors_file(given: object) -> Iterator[tuple[Path, str]]:
     Yields
     ------
     Path, str
-        The file, removed afterwards where it was made here.
+        The file, removed afterwards if it was made here.
 
     Raises
     ------
     ArgumentError
-        It is neither.
+        It is neither a path nor a `SensorsFile`.
     """
     from multiradar.simulation.scenario.toml_text import toml_text
     from multiradar_schemas.sensors.sensor import SensorsFile

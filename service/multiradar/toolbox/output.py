@@ -56,7 +56,7 @@ class Output:
 
     @property
     def folder(self) -> Path:
-        """The folder; a temporary one goes with this object."""
+        """The folder; a temporary one is removed with this object."""
         return self._folder
 
     @property

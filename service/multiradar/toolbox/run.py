@@ -86,7 +86,7 @@ class Run(Output):
         Raises
         ------
         ArgumentError
-            There is no plot of a name.
+            There is no plot of this name.
         """
         from multiradar.toolbox.pages.pictures import picture
         from multiradar.toolbox.pages.run_plots import run_plots

@@ -25,7 +25,7 @@ def settings_of(config: "PathLike | None", given: Mapping[str, Any]) -> "Setting
     config : path, optional
         Settings in TOML.
     given : mapping of str to object
-        Settings of the tracker by name; None where not given.
+        Settings of the tracker by name; None if not given.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def require(needed: str, given: Mapping[str, object]) -> None:
 
 
 def check_count(name: str, value: Any) -> None:
-    """Check a number of things, of which there is at least one; None is the default.
+    """Check a count of at least 1; None is the default.
 
     Raises
     ------

@@ -55,7 +55,7 @@ class Simulation(Output):
 
     @property
     def measurements(self) -> "pl.DataFrame":
-        """What the sensors measured; columns as in docs/reference/fields.md."""
+        """The simulated measurements; columns as in docs/reference/fields.md."""
         return self.table("measurements")
 
     @property
@@ -70,7 +70,7 @@ class Simulation(Output):
 
     @property
     def sensors(self) -> "SensorsFile":
-        """The sensors, as the tracker is configured with: without the true biases."""
+        """The sensors for the tracker, without the true biases."""
         return read_sensors(self.folder / _SENSORS_FILE)
 
 
@@ -89,7 +89,7 @@ def simulate(
     scenario : str, path or mapping
         A built-in scenario (``multiradar simulate --list``), a TOML file, or its contents.
     out : path, optional
-        Folder to make; by default a temporary one, which goes with the result.
+        Folder to make; by default a temporary one, removed with the result.
     seed : int, optional
         Random seed, by default that of the scenario; the same seed gives the same bytes.
     duration_s : float, optional

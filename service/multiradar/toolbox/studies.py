@@ -57,9 +57,9 @@ def study(
     ArgumentError
         There is no such study, or it does not support an argument.
     UnknownFilterError
-        It does not compare a filter.
+        The study does not compare this filter.
     ConfigurationError
-        The duration is out of its bounds.
+        The duration is out of bounds.
     OutputExistsError
         `out` or `figures` exists.
 

@@ -218,7 +218,7 @@ def test_one_command_writes_an_archive_at_a_time(
     thread.start()
     try:
         assert entered.wait(WAIT_TIMEOUT_S)
-        with pytest.raises(OutputExistsError, match="another command writes this archive"):
+        with pytest.raises(OutputExistsError, match="another command is writing to this archive"):
             archive_journal(path, folder)
     finally:
         leave.set()

@@ -295,7 +295,7 @@ def test_removing_files_does_not_admit_a_second_service(tmp_path: Path) -> None:
     for file in tmp_path.iterdir():
         if file.name != "journal.db":
             file.unlink()
-            with pytest.raises(JournalError, match="another service uses this journal"):
+            with pytest.raises(JournalError, match="another service is using this journal"):
                 _open(tmp_path)
     (tmp_path / "journal.db").unlink()
     with pytest.raises(JournalError, match="removed"):

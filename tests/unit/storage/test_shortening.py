@@ -316,7 +316,7 @@ def test_a_start_needs_two_snapshots_an_archive_and_one_command_at_a_time(
         _shorten(path, archive, snapshots=snapshots[:1])
     with pytest.raises(InputError, match="no segments; run `multiradar archive` first"):
         _shorten(path, tmp_path / "none", snapshots=snapshots)
-    with locked_archive(archive), pytest.raises(OutputExistsError, match="another command writes"):
+    with locked_archive(archive), pytest.raises(OutputExistsError, match="another command is"):
         _shorten(path, archive, snapshots=snapshots)
     assert _content(path) == before
 
@@ -341,7 +341,7 @@ def test_the_last_entry_and_damaged_entries_stay(path: Path, archive: Path) -> N
         ("UPDATE base SET sequence = 36", "the entries 37 to 40 of the journal are missing"),
         (
             "UPDATE base SET sequence = 41",
-            "entry 41 of the journal is damaged: it is n",
+            "entry 41 of the journal is damaged: it is recorded as removed",
         ),
         ("UPDATE base SET digest = x'00'", "entry 41 of the journal is damaged"),
         ("UPDATE base SET accepted = accepted + 1", "its counts do not match"),
@@ -373,11 +373,11 @@ def test_without_a_sound_snapshot_the_verification_says_that_no_start_is_possibl
     damage = verify_journal(path).damage
     assert len(damage) == 3
     assert damage[-1].endswith(
-        "the entries up to 40 are in the archive only, and no sound snapshot is after them: a "
+        "the entries up to 40 are in the archive only, and no intact snapshot follows them: a "
         "service cannot start; restore the archive"
     )
     (tmp_path / "backup").mkdir()
-    with pytest.raises(DamageError, match="no sound snapshot"):
+    with pytest.raises(DamageError, match="no intact snapshot"):
         write_backup(path, tmp_path / "backup", {}, time_s=0.0, version="0")
 
 
@@ -484,7 +484,7 @@ def test_a_start_waits_while_entries_are_removed(
     locks: Any = sys.modules[unchanged.__module__]
     monkeypatch.setattr(locks, "_TRIES", 2)
     tip = path.with_name(f"{path.name}-tip")
-    with unchanged(tip), pytest.raises(JournalError, match="another process changes this journal"):
+    with unchanged(tip), pytest.raises(JournalError, match="another process is changing this"):
         SqliteJournal(path, FINGERPRINT)
     SqliteJournal(path, FINGERPRINT).close()
 

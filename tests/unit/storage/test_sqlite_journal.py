@@ -53,7 +53,7 @@ def test_a_journal_survives_closing(tmp_path: Path) -> None:
 def test_a_second_service_must_use_another_journal(tmp_path: Path) -> None:
     path = tmp_path / "journal.db"
     first = SqliteJournal(path, FINGERPRINT)
-    with pytest.raises(JournalError, match=r"journal\.db: another service uses this journal"):
+    with pytest.raises(JournalError, match=r"journal\.db: another service is using this journal"):
         SqliteJournal(path, FINGERPRINT)
     first.append([entry(1)])
     first.close()

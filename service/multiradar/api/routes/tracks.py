@@ -142,7 +142,7 @@ async def get_history(
     cursor: TimeCursor = None,
     format_: TableFormat = None,
 ) -> Response:
-    """Return the retained updates of a track, oldest first, also after the track was dropped."""
+    """Return the retained updates of a track, oldest first, even after the track was dropped."""
     asked = _Asked(track_id, since, cursor, limit, chosen_form(request, format_, ("json", "arrow")))
     return await access.queries.run(
         "history", _table_of_track, request, access.view, UPDATES, asked
@@ -162,7 +162,7 @@ async def get_transitions(
     cursor: TimeCursor = None,
     format_: TableFormat = None,
 ) -> Response:
-    """Return the state transitions of a track with their reasons, also after it was dropped."""
+    """Return the state transitions of a track with their reasons, even after it was dropped."""
     asked = _Asked(track_id, since, cursor, limit, chosen_form(request, format_, ("json", "arrow")))
     return await access.queries.run(
         "history", _table_of_track, request, access.view, TRANSITIONS, asked

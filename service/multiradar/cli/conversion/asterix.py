@@ -17,7 +17,7 @@ ASTERIX_HELP = (
     "Creates DIR with measurements.parquet (plots of categories 001, 010 and 048, "
     "multilateration of 010 and 020, ADS-B of 021), rejects.ndjson (every block that cannot be "
     "decoded), report.json (records by category, sensor and item) and sensors.toml (scan periods, "
-    "ranges, and sites where they are reported)."
+    "ranges, and sites if they are reported)."
 )
 
 

@@ -32,7 +32,7 @@ def print_conversion(
 
 
 def times_line(first_s: float | None, last_s: float | None) -> str:
-    """Return the time span of a recording as text, in UTC where its date is known.
+    """Return the time span of a recording as text, in UTC if its date is known.
 
     Parameters
     ----------

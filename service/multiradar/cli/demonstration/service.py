@@ -69,7 +69,7 @@ def start_service(sensors: Path, folder: Path, on_wait: Callable[[str], None]) -
     Raises
     ------
     PeerError
-        If it exits before.
+        If it exits before then.
     """
     log = folder / "service.log"
     command = [

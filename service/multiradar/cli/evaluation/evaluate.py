@@ -17,7 +17,7 @@ from multiradar.errors import ArgumentError
 if TYPE_CHECKING:
     from multiradar.report.content import Document
 
-#: Width of the tables where standard output is no terminal.
+#: Width of the tables where standard output is not a terminal.
 _WIDTH_UNKNOWN = 160
 _FAILED = 1
 

@@ -181,7 +181,7 @@ def _fail_when_unused(chosen: list[str], found: "Inspection") -> None:
 
 
 def _fail_when_unreadable(found: "Inspection") -> None:
-    """Exit with status 1 where most of the recordings is unreadable.
+    """Exit with status 1 if most of the recordings is unreadable.
 
     Raises
     ------

@@ -64,7 +64,7 @@ def _map(found: Inspection, samples: dict[str, Reports]) -> Iterator[Plot]:
     missing = [one.sensor_id for one in found.sensors if one.sensor_id not in places]
     caption = (
         f"A sample of the plots, on the plane at {plane.place}; rings are the sites of radars."
-        + (f" Without a site, not shown: {', '.join(missing)}." if missing else "")
+        + (f" Not shown, because the site is unknown: {', '.join(missing)}." if missing else "")
     )
     yield map_plot("Map", series, caption)
 

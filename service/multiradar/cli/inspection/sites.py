@@ -40,7 +40,7 @@ def read_sites(path: Path) -> dict[str, InspectedSite]:
     Raises
     ------
     InputError
-        The file cannot be read, a column is missing, or a value is no number in its range.
+        The file cannot be read, a column is missing, or a value is not a number in its range.
     """
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
@@ -105,7 +105,7 @@ def _number(path: Path, line: int, row: Mapping[str, str | None], name: str, mos
 
 
 def solved_sites(survey: Survey, known: Mapping[str, InspectedSite]) -> dict[str, InspectedSite]:
-    """Return the sites that are not known, where the recording determines them.
+    """Return unknown sites, if the recording determines them.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ EXPORT_HELP = (
     "Export tracks as GeoJSON or KML.\n\n"
     "TRACKS is the output directory of `track`, or its tracks.parquet. Each confirmed track "
     "becomes a line with the time of every position. Heights are those of the tracks: pressure "
-    "altitudes where they come from Mode C."
+    "altitudes if they come from Mode C."
 )
 
 

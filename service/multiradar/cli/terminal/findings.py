@@ -9,7 +9,7 @@ Output = TypeVar("Output")
 
 
 def with_findings(make: Callable[[], Output]) -> tuple[Output, FindingsError | None]:
-    """Return what a function makes, with its findings where it raises them.
+    """Return what a function makes, with its findings if it raises them.
 
     Returns
     -------

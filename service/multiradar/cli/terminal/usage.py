@@ -60,7 +60,7 @@ def usage_sentence(error: Exception, arguments: Sequence[str], root: Any) -> str
     Returns
     -------
     str
-        One sentence; empty where the error only requests help.
+        One sentence; empty if the error only requests help.
     """
     sentence = str(error).removeprefix("Value error, ")
     command = _command(arguments, root)

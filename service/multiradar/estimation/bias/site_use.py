@@ -61,7 +61,7 @@ class SiteUse:
         if self._shared[sensor]:
             return (
                 "its plots do not contribute while the heights of its aircraft are unknown or "
-                "uncertain; a sensor that receives Mode C, or ADS-B, gives them"
+                "uncertain; add ADS-B, or a sensor that receives Mode C"
             )
         if len(np.unique(self._sites[self._used])) == 1:
             return (

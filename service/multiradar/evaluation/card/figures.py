@@ -108,7 +108,7 @@ def row_figures(counts: RowCounts) -> Figures:
     Parameters
     ----------
     counts : RowCounts
-        What became of the rows.
+        Disposition of the rows.
 
     Returns
     -------

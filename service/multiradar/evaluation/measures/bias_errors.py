@@ -23,7 +23,7 @@ class BiasHistory:
     time_s, estimate, sigma : (n,) float64
         Published by the tracker.
     true : (n,) float64
-        The truth, linear between its times; NaN where unknown.
+        The truth, interpolated linearly; NaN where unknown.
     """
 
     sensor_id: str

@@ -125,7 +125,7 @@ class SequentialFilter:
 
         Notes
         -----
-        Where a time offset is estimated, it is linearised at one velocity for good. The given
+        Where a time offset is estimated, it is linearised once, at one velocity. The given
         velocity is used when the variances of both rates sum to less than (30 m/s)². Otherwise
         the aircraft is reinitialised once its plots have determined the velocity, without the
         given state.
@@ -173,7 +173,7 @@ class SequentialFilter:
         Raises
         ------
         TimeOrderError
-            If the time goes back.
+            If the time is earlier than the last one.
         ShapeError
             If the value is not two numbers, the sensor does not exist, or the height is missing.
         ConfigurationError
@@ -219,7 +219,7 @@ class SequentialFilter:
         Raises
         ------
         TimeOrderError
-            If the time goes back.
+            If the time is earlier than the last one.
         ShapeError
             If the values are not pairs of numbers, one per sensor, a sensor is repeated or does not
             exist, or a height is missing.
@@ -274,12 +274,12 @@ class SequentialFilter:
         IMM UrO RAN report (2016), equations (1.6) and (1.25) for ς. The re-anchoring of the
         two-stage filter is the project's own: see `multiradar.estimation.bias.store.drift`.
         """
-        duration_s = float(require_shape(duration_s, "length of the walk", ()))
+        duration_s = float(require_shape(duration_s, "duration of the walk", ()))
         if not 0.0 <= duration_s < np.inf:
             raise TimeOrderError("end of the walk", duration_s, 0.0)
         if duration_s > WALK_MAX_S:
             raise ConfigurationError(
-                f"length of the walk: expected at most {WALK_MAX_S:g} s, was {duration_s:g} s"
+                f"duration of the walk: expected at most {WALK_MAX_S:g} s, was {duration_s:g} s"
             )
         one = self._one
         walk(one.definition.method, duration_s, one.model, one.aircraft, one.store)

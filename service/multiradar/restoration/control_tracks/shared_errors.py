@@ -40,7 +40,7 @@ def require_part(shared_m2: ArrayLike, covariance_m2: Floats) -> Floats:
     ShapeError
         If it is not a finite 2 × 2 matrix.
     CovarianceError
-        If it, or the rest of the whole, has a negative variance in some direction.
+        If it, or the remainder of the whole covariance, has a negative variance in a direction.
     """
     shared = finite_array(shared_m2, "covariance of shared errors", (2, 2))
     least = -_ROUNDING * float(np.trace(covariance_m2))

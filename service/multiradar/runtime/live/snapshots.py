@@ -128,7 +128,7 @@ class Cut(NamedTuple):
 
 
 class Snapshots:
-    """Takes snapshots of a service, and restores the newest that is sound.
+    """Takes snapshots of a service, and restores the newest intact one.
 
     Parameters
     ----------
@@ -276,7 +276,7 @@ class Snapshots:
         self, journal: Journal, skipped: Mapping[int, str], holders: Mapping[str, Any],
         tables: Tables, restart: Callable[[], None],
     ) -> int:  # fmt: skip
-        """Restore the newest snapshot that is sound; others are named in the log.
+        """Restore the newest intact snapshot; others are named in the log.
 
         Parameters
         ----------

@@ -109,7 +109,7 @@ MANOEUVRE_PLANE = Query(
     "manoeuvre-plane", "manoeuvre-planes", True, (parameters.WINDOW,), _of_window(plane_of_track),
     ManoeuvrePlane,
     "Fit a plane to the last plots of a live track and test whether they lie in it.",
-    "The plots of the window determine no plane; see `code`",
+    "The plots of the window do not determine a plane; see `code`",
 )  # fmt: skip
 OBSERVABILITY = Query(
     "observability", "observability", True, (parameters.WINDOW,),

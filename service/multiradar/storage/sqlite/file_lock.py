@@ -40,7 +40,7 @@ class FileLock:
         except OSError as error:
             self.release()
             raise JournalError(
-                f"{path}: another service uses this journal; stop it, or choose another journal"
+                f"{path}: another service is using this journal; stop it, or choose another one"
             ) from error
 
     def release(self) -> None:
@@ -81,7 +81,8 @@ def unchanged(tip: Path) -> Iterator[None]:
             except BlockingIOError as error:
                 if not left:
                     raise JournalError(
-                        f"{tip}: another process changes this journal; wait until it has finished"
+                        f"{tip}: another process is changing this journal; wait until it has "
+                        "finished"
                     ) from error
                 threading.Event().wait(_TRY_S)
         yield

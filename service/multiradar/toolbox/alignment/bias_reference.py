@@ -1,4 +1,4 @@
-"""`multiradar track --reference`: system tracks of another processor beside the measurements."""
+"""`multiradar track --reference`: system tracks of another processor as a reference."""
 
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
@@ -38,7 +38,7 @@ class BiasReference:
     added : bool
         Whether the sensors file has no such sensor.
     processor : str, optional
-        `sensor_id` of the processor, where it was chosen.
+        `sensor_id` of the processor, if it was chosen.
     """
 
     path: Path
@@ -80,7 +80,7 @@ class Referenced:
     recording : Recording
         The measurements of both.
     counts : ReferenceCounts, optional
-        What became of the updates of the reference; None without one.
+        Disposition of the updates of the reference; None without one.
     shared : list of str
         Radars of the measurements that the processor of the reference uses by its own reports.
     """
@@ -100,7 +100,7 @@ class Referenced:
         counts = self.counts
         if counts is None or reference is None:
             return []
-        note = "where its processor uses the same radars, they contain its registration"
+        note = "if its processor uses the same radars, they contain its registration errors"
         if self.shared:
             names = ", ".join(self.shared)
             note = f"its processor uses {names}, whose registration errors cannot be detected"
@@ -124,7 +124,7 @@ def read_reference(
     sensors : SensorsFile
         The sensors of the measurements.
     processor : str, optional
-        `sensor_id` of the processor; needed where there are several.
+        `sensor_id` of the processor; needed if there are several.
     late : bool
         Whether its times may be off, unless the sensors file says otherwise.
 

@@ -111,8 +111,8 @@ def _map(found: Registration, sides: dict[int, SideResiduals]) -> Iterator[Plot]
     yield map_plot(
         "Map of residuals",
         series,
-        f"Median distance of the pairs in each cell of {width:g} km, as the height of a bar: a "
-        f"whole cell for {high:.0f} m or more. On the plane at {plane.place}; rings are the "
+        f"Median distance of the pairs in each cell of {width:g} km, drawn as a bar: as high as "
+        f"the cell for {high:.0f} m or more. On the plane at {plane.place}; rings are the "
         "radars.",
         name="residual-map",
     )
@@ -188,8 +188,8 @@ def _radar_maps(found: Registration, sides: dict[int, SideResiduals]) -> Iterato
         yield map_plot(
             found.sensors.ids[number],
             series,
-            f"Cells of {width:g} km; a line as long as a cell is a median residual of "
-            f"{long_m:.0f} m, from the point to where this radar sees the aircraft.",
+            f"Cells of {width:g} km; lines point from the aircraft to its position as measured by "
+            f"this radar: a line as long as a cell is a median residual of {long_m:.0f} m.",
             name=f"residuals-{found.sensors.ids[number]}",
             group="Residuals by position",
         )

@@ -127,7 +127,7 @@ def convert(
     recordings : path, or several
         A dump directory, ASTERIX files or ADS-B files; several files are one recording.
     out : path, optional
-        Folder to make; by default a temporary one, which goes with the result.
+        Folder to make; by default a temporary one, removed with the result.
     format : {"vid", "asterix", "adsb"}, optional
         Detected by default.
     **options
@@ -145,7 +145,7 @@ def convert(
     OutputExistsError
         `out` exists.
     ArgumentError
-        An option cannot be used, or not with this format.
+        An option has an invalid value, or does not apply to this format.
     FindingsError
         The recording is truncated or at fault; what was read is in `.output`.
     """

@@ -6,7 +6,7 @@ from typing import Any
 
 
 def incomplete(kind: str, report: dict[str, Any], out: Path) -> str:
-    """Return what makes a conversion incomplete; the most important alone, empty if nothing.
+    """Return the main reason why a conversion is incomplete; empty if it is complete.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def _without_reference_point(report: dict[str, Any], out: Path) -> str:
     return (
         f"{counts} have local coordinates only, and their reference point is unknown; specify "
         f"it with --reference {first}=LATITUDE,LONGITUDE, or as latitude_deg and longitude_deg "
-        f"of the sensor in --sensors; {out} has the other reports"
+        f"of the sensor in --sensors; {out} contains the other reports"
     )
 
 

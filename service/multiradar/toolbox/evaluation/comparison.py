@@ -34,7 +34,7 @@ class References:
     smoother: str | None
 
     def check(self) -> None:
-        """Check that there is one reference, and nothing that it does not use.
+        """Check that exactly one reference is given, and no option that it does not use.
 
         Raises
         ------

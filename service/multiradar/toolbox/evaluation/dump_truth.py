@@ -57,7 +57,7 @@ def read_truth(dump: Path) -> Truth:
     Raises
     ------
     InputError
-        The file is there but cannot be used.
+        The file exists but cannot be used.
     """
     path = dump / TRUTH_FILE
     if not path.exists():

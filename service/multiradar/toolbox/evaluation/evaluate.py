@@ -39,7 +39,7 @@ class Evaluation:
     figures : dict
         The figures.
     measurements : Path, optional
-        The measurements of the tracks, where they are known.
+        The measurements of the tracks, if known.
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class Evaluation:
         }
 
     def document(self, *, whole: bool) -> "Document":
-        """Return tables, and plots where it is whole, of `multiradar.report.content`."""
+        """Return the tables for a report; with `whole`, also the plots."""
         from multiradar.toolbox.evaluation.document import scorecard_document
 
         return scorecard_document(Path(self._tracks), self._card, self._figures, whole=whole)
@@ -103,7 +103,7 @@ class Evaluation:
         Raises
         ------
         ArgumentError
-            There is no plot of a name.
+            There is no plot of this name.
         """
         from multiradar.evaluation.card.plots import card_plots
         from multiradar.toolbox.pages.pictures import picture
@@ -144,7 +144,7 @@ def evaluate(
     system_tracks : Conversion, path or table, optional
         Reference: system tracks of another processor; `processor` is its SAC-SIC.
     sensors : path, optional
-        Sensors of the tracks; by default those beside them.
+        Sensors of the tracks; by default those next to them.
     measurements : Conversion, Simulation, path or table, optional
         Plots of the tracks, for differences by radar; by default those of the reference.
     smoother : str, optional
@@ -166,8 +166,8 @@ def evaluate(
     InputError
         A table cannot be used.
     FindingsError
-        No update was compared, all tracks are displaced alike, or the measurements to be smoothed
-        are at fault; the scorecard is in `.output`.
+        No update was compared, all tracks have the same displacement, or the measurements to be
+        smoothed are wrong; the scorecard is in `.output`.
 
     Notes
     -----

@@ -59,12 +59,12 @@ def read_truth(
     Returns
     -------
     Known
-        With true biases where they lie beside it.
+        With true biases if they are next to it.
 
     Raises
     ------
     InputError
-        It is not there or cannot be used.
+        It does not exist or cannot be used.
     """
     path = given / TRUTH_FILE if given.is_dir() else given
     frame = read_table(path, "the output of `simulate`")
@@ -140,7 +140,7 @@ def read_reports(
     Raises
     ------
     InputError
-        It is not there, cannot be used, or has no ADS-B reports.
+        It does not exist, cannot be used, or has no ADS-B reports.
     """
     return _reports("adsb", given, *_measurements(given), settings, regions=regions)
 
@@ -187,7 +187,7 @@ def read_system_tracks(
     regions : sequence of CoveredRegion
         Coverage of the sensors; positions outside are left out.
     processor : str, optional
-        `sensor_id` of the processor; needed where there are several.
+        `sensor_id` of the processor; needed if there are several.
 
     Returns
     -------
@@ -256,7 +256,7 @@ def read_smoothed(
     Raises
     ------
     InputError
-        It is not there or cannot be used.
+        It does not exist or cannot be used.
     ConfigurationError
         The sensors cannot be used.
     """
@@ -304,12 +304,12 @@ def radar_plots(given: Path | None) -> pl.DataFrame | None:
     Returns
     -------
     DataFrame or None
-        Columns of `PLOT_COLUMNS`; None where nothing is given, or it has no rows.
+        Columns of `PLOT_COLUMNS`; None if nothing is given, or it has no rows.
 
     Raises
     ------
     InputError
-        It is not there or cannot be used.
+        It does not exist or cannot be used.
     """
     from multiradar.evaluation.sensor_differences import PLOT_COLUMNS
     from multiradar.storage.recording import Recording, measurements_path

@@ -22,7 +22,7 @@ _COLUMNS = ("time_s", "latitude_deg", "longitude_deg", "height_m")
 
 
 def is_recorded_truth(given: Path | None) -> bool:
-    """Return whether a path means the `truth.json` of a dump rather than a simulated truth."""
+    """Return whether a path is the `truth.json` of a dump rather than a simulated truth."""
     if given is None:
         return False
     return given.suffix == ".json" or (
@@ -41,7 +41,7 @@ def recorded_truth(given: Path) -> tuple[Truth, Path]:
     Raises
     ------
     InputError
-        It is not there or cannot be used.
+        It does not exist or cannot be used.
     """
     path = given / TRUTH_FILE if given.is_dir() else given
     if not path.is_file():
@@ -64,7 +64,7 @@ def true_biases(truth: Truth) -> pl.DataFrame:
 
 
 def reports_of_dump(path: Path, truth: Truth) -> tuple[pl.DataFrame, str]:
-    """Return the measurements of the dump beside a `truth.json`, converted on the fly.
+    """Return the measurements of the dump next to a `truth.json`, converted on the fly.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def reports_of_dump(path: Path, truth: Truth) -> tuple[pl.DataFrame, str]:
     Raises
     ------
     InputError
-        There is no dump beside it.
+        There is no dump next to it.
     """
     dump = path.parent
     if not (dump / "plots.txt").exists():
@@ -95,7 +95,7 @@ def reports_of_dump(path: Path, truth: Truth) -> tuple[pl.DataFrame, str]:
 
 
 def has_dump_tracks(given: Path) -> bool:
-    """Return whether a path means system tracks that `convert vid` wrote as `.new4`."""
+    """Return whether a path is that of system tracks that `convert vid` wrote as `.new4`."""
     return given.suffix == ".new4" or (given.is_dir() and any(_track_files(given)))
 
 

@@ -23,7 +23,7 @@ FORECAST_FILES = ("forecasts.parquet", "bundle_forecasts.parquet")
 
 
 def sensors_file(given: Path, sensors: Path | None) -> Path | None:
-    """Return the sensors file of tracks: the one given, or the one beside them.
+    """Return the sensors file of tracks: the one given, or the one next to them.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def sensors_file(given: Path, sensors: Path | None) -> Path | None:
     Returns
     -------
     Path or None
-        None where there is neither.
+        None if there is neither.
     """
     if sensors is not None:
         return sensors
@@ -98,7 +98,7 @@ def read_tracks(given: Path, known: "Known", settings: EvaluationSettings) -> "T
     Raises
     ------
     InputError
-        It is not there or cannot be used.
+        It does not exist or cannot be used.
     """
     path, frame = _tracks_table(given)
     try:
@@ -112,19 +112,19 @@ def read_tracks(given: Path, known: "Known", settings: EvaluationSettings) -> "T
 
 
 def read_biases(given: Path, known: "Known") -> list[BiasHistory]:
-    """Read the biases beside the tracks, with their truth where it is known.
+    """Read the biases next to the tracks, with their truth if it is known.
 
     Parameters
     ----------
     given : Path
-        The folder that `track` made; a single file has no biases beside it.
+        The folder that `track` made; a single file has no biases next to it.
     known : Known
         Where the truth may be.
 
     Returns
     -------
     list of BiasHistory
-        Empty where there are no biases.
+        Empty if there are no biases.
 
     Raises
     ------
@@ -135,12 +135,12 @@ def read_biases(given: Path, known: "Known") -> list[BiasHistory]:
 
 
 def read_forecasts(given: Path) -> list[tuple[pl.DataFrame, str]]:
-    """Read the forecasts beside the tracks.
+    """Read the forecasts next to the tracks.
 
     Parameters
     ----------
     given : Path
-        The folder that `track` made; a single file has no forecasts beside it.
+        The folder that `track` made; a single file has no forecasts next to it.
 
     Returns
     -------
@@ -150,7 +150,7 @@ def read_forecasts(given: Path) -> list[tuple[pl.DataFrame, str]]:
     Raises
     ------
     InputError
-        One is no Parquet.
+        One of them is not a Parquet file.
     """
     if not given.is_dir():
         return []
@@ -171,7 +171,7 @@ def read_table(path: Path, what: str) -> pl.DataFrame:
     Raises
     ------
     InputError
-        It is not there, or is no Parquet.
+        It does not exist, or is not a Parquet file.
     """
     if not path.is_file():
         raise InputError(no_such(path, what))
@@ -231,7 +231,7 @@ def _tracks_table(given: Path) -> tuple[Path, pl.DataFrame]:
 
 
 def bias_tables(given: Path, truth: tuple[pl.DataFrame, str] | None) -> list[BiasHistory]:
-    """Read the biases beside the tracks, with a table of true ones and its name in errors.
+    """Read the biases next to the tracks, with a table of true ones and its name in errors.
 
     Raises
     ------

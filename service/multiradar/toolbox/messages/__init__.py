@@ -1,1 +1,1 @@
-"""What a function says while it runs: progress and warnings."""
+"""Messages of a running function: progress and warnings."""

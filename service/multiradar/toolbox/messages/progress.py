@@ -1,4 +1,4 @@
-"""A progress bar on standard error; none when that is no terminal."""
+"""A progress bar on standard error; none if that is not a terminal."""
 
 import sys
 from collections.abc import Callable, Iterator

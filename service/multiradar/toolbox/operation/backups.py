@@ -24,7 +24,7 @@ def backup(
     config: Path | None = None, filter_name: str | None = None,
     on_progress: "Progress" = lambda _done, _total: None,
 ) -> "Backup":  # fmt: skip
-    """Copy the state of a service, which may run meanwhile.
+    """Copy the state of a service, which may be running.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def backup(
     sensors, config : Path, optional
         The sensors file and the settings file of the service.
     filter_name : str, optional
-        The filter of the service, where it is not that of the settings.
+        The filter of the service, if it differs from that of the settings.
     on_progress : callable
         Called with the number of verified entries and that of all.
 
@@ -81,7 +81,7 @@ def backup(
 def archive(
     state: Path, folder: Path, *, on_progress: "Progress" = lambda _done, _total: None
 ) -> "list[Segment]":
-    """Seal the entries of a state, which may be in use, that an archive does not have yet.
+    """Seal the entries of a state, which may be in use, that are not yet in an archive.
 
     Parameters
     ----------
@@ -124,14 +124,14 @@ def verify(
     Returns
     -------
     Verification
-        What was found; `damage` is empty if all is sound.
+        What was found; `damage` is empty if all is intact.
 
     Raises
     ------
     InputError
         There is neither.
     JournalError, ConfigurationError
-        It is no journal, or one of another format.
+        It is not a journal, or has another format.
     """
     from multiradar.storage.archive import verify_archive
     from multiradar.storage.backup import MANIFEST, verify_backup
@@ -197,7 +197,7 @@ def journal_of(state: Path) -> Path:
 
 
 def check_configuration(journal: Path, fingerprint: str, settings: "Settings") -> None:
-    """Check that a journal can be continued: only with the sensors and settings it began with.
+    """Check that a journal can be continued: only with its original sensors and settings.
 
     Parameters
     ----------

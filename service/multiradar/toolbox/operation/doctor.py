@@ -31,7 +31,7 @@ def examine(
     config, sensors : Path, optional
         The settings file and the sensors file of the service.
     filter_name : str, optional
-        The filter of the service, where it is not that of the settings.
+        The filter of the service, if it differs from that of the settings.
     archive : Path, optional
         The archive of the journal.
     clock : Clock, optional

@@ -12,10 +12,10 @@ class Level(StrEnum):
 
     OK = "ok"
     WARNING = "warning"
-    """The service starts, but something will go wrong, or cost more than it should."""
+    """The service starts, but will have a problem later, or needs more resources than it should."""
 
     ERROR = "error"
-    """The service does not start, or loses something."""
+    """The service does not start, or loses data."""
 
 
 class Finding(NamedTuple):
@@ -30,7 +30,7 @@ class Finding(NamedTuple):
     text : str
         What was found.
     advice : str
-        What to do; empty where all is well.
+        What to do; empty if nothing is wrong.
     """
 
     check: str
@@ -55,7 +55,7 @@ def error(check: str, text: str, advice: str) -> Finding:
 
 
 def found(check: str, advice: str, look: Callable[[], Finding]) -> Finding:
-    """Return what a check finds; an error with this advice where it fails."""
+    """Return what a check finds; an error with this advice if it fails."""
     try:
         return look()
     except MultiradarError as failure:

@@ -34,7 +34,7 @@ def check_python() -> Finding:
     wanted = metadata(_PACKAGE)["Requires-Python"] or ""
     if here not in SpecifierSet(wanted, prereleases=True):
         return error(
-            "python", f"{here}, expected {wanted}", "install multiradar with another Python"
+            "python", f"{here}, expected {wanted}", "install multiradar with a supported Python"
         )
     return ok("python", f"{here} ({platform.machine()}), multiradar {version(_PACKAGE)}")
 
@@ -121,7 +121,7 @@ def check_open_files(settings: "Settings") -> Finding:
 
 
 def check_ports(settings: "Settings", user: int | None) -> Finding:
-    """Check that the service can listen where it is to.
+    """Check that the service can listen on the configured addresses.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ def check_ports(settings: "Settings", user: int | None) -> Finding:
     wanted = _addresses(settings)
     named = ", ".join(one.name for one in wanted)
     if user is not None:
-        return ok("ports", f"not tried, because the service runs (process {user}): {named}")
+        return ok("ports", f"not tried, because the service is running (process {user}): {named}")
     taken = [f"{one.name}: {why}" for one in wanted if (why := _obstacle(one))]
     if taken:
         return error(

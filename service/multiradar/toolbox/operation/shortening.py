@@ -31,7 +31,7 @@ def shorten(
     config, sensors : Path, optional
         The settings file and the sensors file of the service.
     filter_name : str, optional
-        The filter of the service, where it is not that of the settings.
+        The filter of the service, if it differs from that of the settings.
     on_progress : callable
         Called with the last entry of each segment that was verified, and that of the journal.
 
@@ -46,8 +46,8 @@ def shorten(
         No rule or archive is set, the service needs its whole journal with these settings, or the
         journal was created with others.
     InputError, OutputExistsError
-        There is no such state or archive, there are too few snapshots, or another command writes
-        the archive.
+        There is no such state or archive, there are too few snapshots, or another command is
+        writing to the archive.
     JournalError
         The journal or its archive is damaged, or they do not belong together.
     """

@@ -45,7 +45,8 @@ def check_folders(journal: Path, *others: Path | None) -> Finding:
     for folder, use in ((journal.parent, "the journal"), (temporary, "temporary files")):
         place = next(one for one in (folder, *folder.absolute().parents) if one.exists())
         if not place.is_dir():
-            return error("folders", f"{place}: is a file, not a folder", f"move it: {use} need it")
+            advice = f"move it: {use} must be written there"
+            return error("folders", f"{place}: is a file, not a folder", advice)
         if not os.access(place, os.W_OK | os.X_OK):
             advice = f"run doctor as the user of the service; {use} must be writable by that user"
             return error("folders", f"{place}: not writable by this user", advice)
@@ -75,7 +76,7 @@ def check_disk(journal: Path, limits: "RuntimeLimits", growth: Growth | None) ->
     # Below the least free space it is not ready.
     days = (disk.free - limits.disk_free_bytes_min) / rate if rate else None
     text = f"{disk.free / _GIB:.1f} GiB free, {share:.0%} used; " + (
-        "no rate of data yet" if rate is None or days is None
+        "data rate not known yet" if rate is None or days is None
         else f"{rate / _GIB:.3g} GiB a day: lasts {max(days, 0.0):,.1f} days"
     )  # fmt: skip
     advice = "archive the journal, free some space, or use a larger disk (docs/howto/backup.md)"
@@ -125,7 +126,7 @@ def _snapshots(found: "Verification", damage: Sequence[str]) -> Finding:
             "snapshots", "none: the next start replays the whole journal",
             "stop the service with SIGTERM, which writes one; see docs/howto/journal.md#snapshots",
         )  # fmt: skip
-    return ok("snapshots", f"{found.snapshots} sound")
+    return ok("snapshots", f"{found.snapshots} intact")
 
 
 def check_archive(folder: Path, entries: int, on_progress: "Progress") -> Finding:
@@ -158,7 +159,7 @@ def check_clock(clock: Clock, ahead_max_s: float, growth: Growth | None, running
     growth : Growth or None
         The last entries.
     running : bool
-        Whether a service runs, which is to have live data.
+        Whether a service is running, and should have live data.
     """
     now_s = clock.now_s()
     advice = "synchronise the clock (NTP or PTP)"
@@ -175,14 +176,15 @@ def check_clock(clock: Clock, ahead_max_s: float, growth: Growth | None, running
         )  # fmt: skip
     text = f"the newest measurement is {_ago(behind_s)} old"
     if running and behind_s > _LIVE_MAX_S:
-        return warning("clock", f"{text}, although the service runs", f"check the feeds; {advice}")
+        text += ", although the service is running"
+        return warning("clock", text, f"check the feeds; {advice}")
     return ok("clock", text)
 
 
 def using_process(journal: Path) -> int | None:
-    """Return the process that has locked a journal; None where there is none, or it is unknown.
+    """Return the process that has locked a journal; None if there is none, or it is unknown.
 
-    The lock itself is not tried: a service that starts meanwhile would find it taken.
+    The lock itself is not tried: a service that starts at this moment would find it locked.
     """
     try:
         number = journal.stat().st_ino
@@ -198,7 +200,7 @@ def using_process(journal: Path) -> int | None:
 
 
 def recent(journal: Path) -> Growth | None:
-    """Return the last entries of a journal; None where there are none, or they cannot be read."""
+    """Return the last entries of a journal; None if there are none, or they cannot be read."""
     try:
         return growth_of(journal) if journal.exists() else None
     except MultiradarError:

@@ -37,7 +37,7 @@ def picture(plots: Sequence[Plot], names: Sequence[str] = ()) -> Figure:
     Raises
     ------
     ArgumentError
-        There is no plot of a name, or none at all.
+        There is no plot of this name, or none at all.
     """
     by_name = {plot.name: plot for plot in plots}
     for name in names:

@@ -107,7 +107,7 @@ def _health(run: TrackRun) -> Table:
             "s since last plot", "alarms",
         ),
         rows=rows,
-        caption="Detection: probability of a plot in a scan of an aircraft in coverage.",
+        caption="Detection: probability that a scan of an aircraft in coverage gives a plot.",
     )  # fmt: skip
 
 

@@ -1,1 +1,1 @@
-"""Tracking a recording or a stream, and what comes of it."""
+"""Tracking a recording or a stream, and the results."""

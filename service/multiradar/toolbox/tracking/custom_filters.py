@@ -47,7 +47,7 @@ class AircraftPlot:
     covariance_m2 : (2, 2) float64
         Of its error, with the uncertainty of biases and height, m².
     height_m : float
-        Height of the aircraft above the ellipsoid, m; NaN where it is not known.
+        Height of the aircraft above the ellipsoid, m; NaN if unknown.
     """
 
     time_s: float
@@ -113,7 +113,7 @@ def register_filter(name: str, make: Callable[[], AircraftFilter], *, host: str 
     Parameters
     ----------
     name : str
-        Its name; a name that is registered already gets the new filter.
+        Its name; registering a name again replaces its filter.
     make : callable
         Returns a new `AircraftFilter`, such as its class: called once for each track.
     host : str
@@ -128,7 +128,7 @@ def register_filter(name: str, make: Callable[[], AircraftFilter], *, host: str 
 
     Notes
     -----
-    The filter gets every accepted plot of a track, also before the track is confirmed. Bearings,
+    The filter receives every accepted plot of a track, even before its confirmation. Bearings,
     and plots in the cone of silence, have no position: for these the state is that of the host.
     """
     if not name or name in FILTERS:
@@ -141,7 +141,7 @@ def register_filter(name: str, make: Callable[[], AircraftFilter], *, host: str 
 
 
 def host_of(name: str | None) -> tuple[str | None, CustomFilter | None]:
-    """Return the compiled filter for a name, and the registered one where it is one.
+    """Return the compiled filter for a name, and the registered one if it names one.
 
     Raises
     ------

@@ -60,7 +60,7 @@ def run_findings(report: "Report", result: "OfflineResult", out: Path) -> list[s
 
 
 def exhausted(result: "OfflineResult", filter_name: str) -> list[str]:
-    """Return a sentence where there were more aircraft than the filter tracks."""
+    """Return a warning if there were more aircraft than the filter tracks."""
     from multiradar.estimation.filters.bank import find_filter
     from multiradar.tracking.pool import CAPACITY_MAX
 

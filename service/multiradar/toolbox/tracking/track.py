@@ -137,7 +137,7 @@ def track(
     hide : collection of str, optional
         Withhold these fields from the tracker: track_number, mode_3a, mode_s_address, callsign.
     out : path, optional
-        Folder to make; by default a temporary one, which goes with the result.
+        Folder to make; by default a temporary one, removed with the result.
     **options
         See `TrackOptions`.
 
@@ -160,7 +160,7 @@ def track(
 
     Notes
     -----
-    Memory is bounded by the size of the tables that are looked at.
+    Memory is bounded by the size of the tables that are read.
 
     References
     ----------

@@ -156,7 +156,7 @@ class Tracker:
         Raises
         ------
         InputError
-            It is no table, lacks a column (`MissingColumnError`), or a column has another type.
+            It is not a table, lacks a column (`MissingColumnError`), or a column has another type.
 
         Warns
         -----
@@ -180,7 +180,7 @@ class Tracker:
         return self._updates(output, sorted((i, str(code), why) for i, code, why in rows))
 
     def flush(self) -> Updates:
-        """End the stream: process what waits in the reordering window and end the epoch.
+        """End the stream: process the measurements in the reordering window and end the epoch.
 
         Returns
         -------

@@ -39,7 +39,7 @@ class Duplicates:
 
     @classmethod
     def equal(cls, arrival: Integers, batch: MeasurementBatch) -> "Duplicates":
-        """Return measurements that equal another one in every column."""
+        """Return measurements that equal another in every column."""
         none = np.zeros(len(batch))
         return cls(arrival, batch.time_s, none, none, batch)
 

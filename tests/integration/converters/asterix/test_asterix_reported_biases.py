@@ -99,7 +99,7 @@ def test_reported_biases_are_offered_as_priors(
 ) -> None:
     out, _ = converted(recording, capsys)
     text = (out / "sensors.toml").read_text()
-    radar, other = text.split("# 20-131: without measurements here")
+    radar, other = text.split("# 20-131: no measurements in this recording")
     assert other.count("prior_sigma") == 3
     given = re.sub(r"^# (bias\.\w+ = \{ prior = )", r"\1", radar, flags=re.MULTILINE)
     for name in ("latitude_deg", "longitude_deg", "height_m"):

@@ -50,7 +50,7 @@ def test_a_state_is_backed_up_verified_and_restored(
     assert "no snapshot; verified" in said
     for path in (state, state / "journal.sqlite", out):
         assert run(["verify", str(path)]) == 0
-        assert f"{path}: sound: {counts}, 0 snapshots; digest " in capsys.readouterr().out
+        assert f"{path}: intact: {counts}, 0 snapshots; digest " in capsys.readouterr().out
     assert run(["restore", str(out), str(restored)]) == 0
     assert f"multiradar serve --state {restored} --sensors {restored}/sensors.toml --config " in (
         capsys.readouterr().out
@@ -70,7 +70,7 @@ def test_a_state_is_archived_verified_and_restored(
         assert f"{folder}: {expected}" in capsys.readouterr().out
     assert run(["verify", str(folder)]) == 0
     counts = "10 entries, 45 measurements, 9 rejected rows"
-    assert f"sound: {counts}, 1 segment from entry 1 on" in capsys.readouterr().out
+    assert f"intact: {counts}, 1 segment from entry 1 on" in capsys.readouterr().out
     assert run(["restore", str(folder), str(restored)]) == 0
     assert f"{restored}: {counts}; verified. Start it with" in capsys.readouterr().out
     digests = []

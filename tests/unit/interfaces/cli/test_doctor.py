@@ -193,7 +193,7 @@ def test_a_port_is_taken_by_another_program_or_by_the_running_service(
         used = _doctor(capsys)["ports"]
         lock.release()
     # It may have been given other ports on its command line.
-    assert used["text"].startswith("not tried, because the service runs (process ")
+    assert used["text"].startswith("not tried, because the service is running (process ")
     assert _doctor(capsys)["ports"]["text"] == f"free: HTTP 127.0.0.1:{port}"
 
 
@@ -221,8 +221,8 @@ def test_a_disk_lasts_as_long_as_the_last_entries_say(folder: Path) -> None:
     assert (small.level, "GiB a day: lasts" in small.text) == (Level.OK, True)
     full = check_disk(journal, limits, _growth(1 << 50, DAY_S))
     assert (full.level, "lasts 0." in full.text) == (Level.WARNING, True)
-    assert "no rate of data yet" in check_disk(journal, limits, _growth(1 << 50, 10.0)).text
-    assert "no rate of data yet" in check_disk(journal, limits, None).text
+    assert "data rate not known yet" in check_disk(journal, limits, _growth(1 << 50, 10.0)).text
+    assert "data rate not known yet" in check_disk(journal, limits, None).text
     none_left = check_disk(journal, RuntimeLimits(disk_free_bytes_min=1 << 60), None)
     assert (none_left.level, "free some space" in none_left.advice) == (Level.ERROR, True)
     filling = check_disk(journal, RuntimeLimits(disk_filling_share=1e-9), None)
@@ -251,7 +251,7 @@ def test_the_rate_counts_the_octets_that_entries_take_on_disk(folder: Path) -> N
     [
         (NOW_S, NOW_S - 5.0, True, Level.OK, "5 s old"),
         (NOW_S, NOW_S - 3.0 * DAY_S, False, Level.OK, "3 days old"),
-        (NOW_S, NOW_S - 600.0, True, Level.WARNING, "10 min old, although the service runs"),
+        (NOW_S, NOW_S - 600.0, True, Level.WARNING, "10 min old, although the service is running"),
         (NOW_S, NOW_S + 90.0, False, Level.ERROR, "90 s ahead of the clock"),
         (0.0, NOW_S, False, Level.ERROR, "before 2026"),
     ],

@@ -225,9 +225,9 @@ def _consistency_table(rows: list[Row]) -> Table:
         rows=tuple(cells),
         caption="The 95 % band is that of the mean over runs and times, from the scatter of the "
         "means of the runs. At each time NEES has its own band, but times of a run are correlated: "
-        "NEES may be outside for long in some seeds and hardly ever in others. Crossing: the "
-        "separation of the lines of sight at the end in units of their errors, condition (10); 3 "
-        "are required.",
+        "NEES may be outside for a long time with some seeds, hardly ever with others. Crossing: "
+        "the separation of the lines of sight at the end in units of their errors, condition (10); "
+        "3 are required.",
     )  # fmt: skip
 
 

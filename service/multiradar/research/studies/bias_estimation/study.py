@@ -37,7 +37,7 @@ def run(options: StudyOptions, progress: Progress) -> StudyResult:
     Raises
     ------
     UnknownFilterError
-        If there is no filter of a name.
+        If a name is not that of a filter.
 
     References
     ----------

@@ -212,8 +212,8 @@ def _notes(runs: int, steps: int) -> list[str]:
         "harder than it accelerates. The relative-speed variant has no noise along an axis without "
         "initial speed: near the axes its filter is overconfident and loses aircraft that turn.",
         "(7) uses the direction of the estimated velocity for its noise. At 6 °/s that direction "
-        "is some 10° wrong, which rotates enough of the strong noise across the track out of its "
-        "direction to make the covariance too small; (5), with the course as a state, is nearly "
+        "is wrong by some 10°: part of the strong cross-track noise is then applied in a wrong "
+        "direction, and the covariance is too small; (5), with the course as a state, is nearly "
         "consistent. With white acceleration the position moves within an interval, which the "
         "models of the paper do not have.",
     ]

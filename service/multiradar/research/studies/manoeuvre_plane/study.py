@@ -239,11 +239,12 @@ def _notes(rows: list[Row]) -> list[str]:
     published = float(shares[0]["value"] or 0.0)
     return [
         "Λ has N − 3 degrees of freedom: the plane has three parameters. The published criterion "
-        f"√(2 Λ) > √(2 N) + 2 rejects {100.0 * published:.1f} % of plane motions here, not 0.3 %: "
+        f"√(2 Λ) > √(2 N) + 2 rejects {100.0 * published:.1f} % of planar motions here, not 0.3 %: "
         "by Fisher's approximation its threshold is two sigma, which is 2.3 %.",
         "`proportional`: sources with sigmas as 1, 2 and 3, of one shape and direction, by the "
         "eigenproblem. `two directions`: covariances rotated by 90° relative to each other, which "
-        "are not proportional, by the search that starts from it.",
+        "are not proportional; solved by the search that starts from the solution "
+        "of the eigenproblem.",
         "Half a turn of a helix is nearly an inclined plane: a slow climb is not detected, and "
         "does not matter. The larger the observed part of a turn, the slower the detectable climb.",
     ]

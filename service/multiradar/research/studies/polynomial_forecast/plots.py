@@ -133,7 +133,7 @@ def _forecast_errors(rng: np.random.Generator) -> list[Plot]:
                     *(Series("single runs", horizons, one, "thin", key="runs") for one in errors.T),
                 ),
                 group="Errors of forecasts",
-                caption="One line in twenty is outside the band of two sigma at any time.",
+                caption="At any time one line in twenty is outside the band of two sigma.",
                 name=f"forecast-fan-{begin:g}",
             )
         )

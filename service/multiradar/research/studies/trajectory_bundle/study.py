@@ -172,11 +172,11 @@ def _notes(rows: list[dict[str, Value]]) -> list[str]:
         f"{_text(settled, 'misfit')}, the search at {_text(searched, 'misfit')} after "
         f"{_text(searched, 'evaluations')} evaluations per track; least squares need some dozens, "
         "with derivatives.",
-        "Readings: X is north and Z east; the three points of an arc are two of the track and the "
-        "plot, and the position, heading and speed at the first are those of the track. Groups are "
-        "tracks with a mean distance below 20 m. The report does not define the shape of "
-        "the dimples: here each is ln 2 deep, as if an outlier were as likely as a good plot at "
-        "best.",
+        "Interpretation: X is north and Z east; the three points of an arc are two of the track "
+        "and the plot, and the position, heading and speed at the first are those of the track. "
+        "Groups are tracks with a mean distance below 20 m. The report does not define the shape "
+        "of the dimples: here each is ln 2 deep, so that a plot without error is as likely to be "
+        "an outlier as not.",
     ]
 
 
