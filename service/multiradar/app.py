@@ -23,11 +23,7 @@ from multiradar.ingest.asterix_inlet import InletBounds
 from multiradar.ingest.asterix_output.sender import AsterixSender, Outlet
 from multiradar.ingest.asterix_output.sinks import open_sink
 from multiradar.ingest.asterix_queue import DatagramQueue
-from multiradar.ingest.asterix_sensors import (
-    names_by_source,
-    references_by_source,
-    scan_periods_by_source,
-)
+from multiradar.ingest.asterix_sensors import of_sensors
 from multiradar.ingest.asterix_source import UdpSource
 from multiradar.ingest.feeds.configured import asterix_stream, configured_feeds
 from multiradar.ingest.http import IntakeBounds, measurement_routes
@@ -428,14 +424,14 @@ def asterix_gateway(
     except ProfileError as error:
         raise ConfigurationError(f"settings: asterix.editions: {error}") from error
     options = LiveOptions(
-        names=names_by_source(sensors),
-        scan_periods=scan_periods_by_source(sensors),
-        references=references_by_source(sensors),
+        {},
         editions=editions,
         all_targets=wanted.all_targets,
         duplicate_window_s=wanted.duplicate_window_s,
         behind_max_s=wanted.behind_max_s,
     )
+    decoder = LiveDecoder(of_sensors(sensors, options))
+    service.sensor_listeners.append(lambda table: decoder.use(of_sensors(table, options)))
     gateway = AsterixGateway(
         labels=wanted.input_labels,
         sources=[
@@ -454,7 +450,7 @@ def asterix_gateway(
             *(partial(asterix_stream, one.address, settings.feeds) for one in wanted.connect),
         ],
         sink=service,
-        decoder=LiveDecoder(options),
+        decoder=decoder,
         queue=DatagramQueue(wanted.queue_datagrams_max, wanted.queue_octets_max),
         bounds=InletBounds(wanted.batch_interval_s, wanted.quarantine_rows_max),
     )

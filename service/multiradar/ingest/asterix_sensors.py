@@ -1,12 +1,14 @@
 """Sensors by ASTERIX source: SAC, SIC and kind of measurement."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 
 from multiradar.estimation.measurement.kinds import KIND_POSITION, KIND_RADAR
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar_converters.asterix.decoding.local_plane import ReferencePoint
+from multiradar_converters.asterix.live.reception import LiveOptions
 
 # `SAC-SIC`, and the kind for a second kind of measurement of one source.
 _NAME = re.compile(r"(\d{1,3})-(\d{1,3})(?:-(mlat|adsb))?")
@@ -33,6 +35,16 @@ def names_by_source(table: SensorTable) -> dict[tuple[int, str], str]:
             if match[3] in (None, kind):
                 names[source, kind] = table.ids[row]
     return names
+
+
+def of_sensors(table: SensorTable, options: LiveOptions) -> LiveOptions:
+    """Return options with the names, scan periods and reference points of sensors."""
+    return replace(
+        options,
+        names=names_by_source(table),
+        scan_periods=scan_periods_by_source(table),
+        references=references_by_source(table),
+    )
 
 
 def references_by_source(table: SensorTable) -> dict[int, ReferencePoint]:

@@ -78,6 +78,11 @@ class LiveClocks:
         self._last: dict[int, tuple[float, ...]] = {}
         self._last_sector: dict[int, tuple[float, ...]] = {}
 
+    def extend(self, known: Integers, scan_periods: Mapping[int, float]) -> None:
+        """Use further sources, too; those so far keep what is known about them."""
+        more = LiveClocks(known, scan_periods)._antennas
+        self._known, self._antennas = known, more | self._antennas
+
     def marks(self, rows: Rows, targets: Targets, service_rows: Rows, services: Services) -> Marks:
         """Return the times of day for reports, and retain those of this batch.
 

@@ -33,6 +33,11 @@ class RecentDifferences:
         }
         self._clocks: dict[int, SensorClock] = {}
 
+    def extend(self, sources: Iterable[int]) -> None:
+        """Retain those of further sources, too."""
+        more = RecentDifferences(sources)._found
+        self._found = more | self._found
+
     def push(self, found: Differences) -> None:
         """Add messages; those of other sources are ignored."""
         for source in np.unique(found.source).tolist():

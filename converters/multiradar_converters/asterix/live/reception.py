@@ -98,14 +98,21 @@ class LiveDecoder:
     """
 
     def __init__(self, options: LiveOptions) -> None:
-        self._options = options
-        sources = sorted({source for source, _ in options.names})
+        self._options = self._following = options
+        sources = _sources(options)
         self._known = np.array(sources, dtype=np.int64)
         self._clocks = LiveClocks(self._known, options.scan_periods)
         self._differences = RecentDifferences(sources)
         self._framing = LearntFraming(SKIPPED)
         self._recent = RecentRecords(options.duplicate_window_s)
         self._references = dict(options.references)
+
+    def use(self, options: LiveOptions) -> None:
+        """Use further names, scan periods and references from the next datagrams on; any thread.
+
+        What was learnt about the sources so far continues.
+        """
+        self._following = options
 
     def decode(self, datagrams: Datagrams) -> LiveBatch:
         """Decode the next datagrams.
@@ -120,6 +127,7 @@ class LiveDecoder:
         LiveBatch
             Every octet and target report is in one of its counts.
         """
+        self._adopt(self._following)
         blocks, cut = blocks_of_datagrams(datagrams, datagrams.begins, learnt=self._framing)
         sources = sources_of(blocks)
         # Unknown sources are not retained: there may be up to 65 536 of them.
@@ -135,6 +143,15 @@ class LiveDecoder:
             self._recent.clear()
             raise
         return batch
+
+    def _adopt(self, options: LiveOptions) -> None:
+        if options is self._options:
+            return
+        self._options = options
+        self._known = np.array(_sources(options), dtype=np.int64)
+        self._clocks.extend(self._known, options.scan_periods)
+        self._differences.extend(self._known.tolist())
+        self._references |= options.references
 
     def _reports(self, gathered: Gathered, datagrams: Datagrams, batch: LiveBatch) -> None:
         """Assign times to target reports, and select measurements."""
@@ -204,6 +221,10 @@ class LiveDecoder:
                 )
                 unnamed.append((place == number, RejectCode.UNKNOWN_KIND, reason))
         return pl.Series(ids, dtype=pl.String).gather(place), unnamed
+
+
+def _sources(options: LiveOptions) -> list[int]:
+    return sorted({source for source, _ in options.names})
 
 
 def warm_up() -> None:

@@ -89,6 +89,8 @@ class Service:
         Distributes the output of the engine.
     view : LiveView
         The read side.
+    sensor_listeners : list of callable
+        Called with the sensors at the start, and before they change; interfaces add theirs.
     unready_checks : list of callable
         What `unready` asks; interfaces add theirs before the start.
     """
@@ -137,8 +139,9 @@ class Service:
             disk=Disk(self._space, self._limits, self._clock),
             sources=self._intake.sources, saturated=self.view.saturated,
         )  # fmt: skip
-        alarms = self._watch.sensors
-        self.view.clock_leads, self.view.storms = alarms.clock_leads, alarms.storms
+        self.sensor_listeners: list[Callable[[SensorTable], None]] = [self._watch.use]
+        self.view.clock_leads = self._watch.sensors.clock_leads
+        self.view.storms = self._watch.sensors.storms
         self.publication.watch_silence(self._watch.silence)
         disk, *others = self._watch.checks()
         self.unready_checks: list[Check] = [
@@ -333,18 +336,10 @@ class Service:
         change: bytes = b"",
     ) -> Future[Receipt]:  # fmt: skip
         received_s = self._watch.host_clock.received_s
-        journalled = self._put(
-            Submission(
-                kind,
-                pl.DataFrame(),
-                source,
-                key,
-                (),
-                received_s=received_s,
-                clock_s=clock_s,
-                change=change,
-            )
+        mark = Submission(
+            kind, pl.DataFrame(), source, key, (), math.inf, received_s, clock_s, change
         )
+        journalled = self._put(mark)
         assert self._processor is not None, "a running service has one"
         return self._processor.when_processed(journalled)
 
@@ -381,7 +376,7 @@ class Service:
         admission = Admission.for_sensors(present.table, self._horizon_s, self._forward_jump_max_s)
         if counts.admission:
             admission.restore(counts.admission)
-        self._watch.use(present.table)
+        self._use(present.table)
         self._watch.attach(admission)
         _warm_up(admission)
         self._writer = Writer(
@@ -389,7 +384,7 @@ class Service:
             journal=journal,
             backlog=self._backlog,
             sensors=present,
-            on_sensors=self._watch.use,
+            on_sensors=self._use,
             admission=admission,
             accounting=self._accounting,
             batches_max=self._limits.commit_batches_max,
@@ -403,6 +398,10 @@ class Service:
             self._threads.start(self._writer.run, "journal-writer"),
             self._threads.start(self._processor.run, "engine"),
         ]
+
+    def _use(self, sensors: SensorTable) -> None:
+        for listener in self.sensor_listeners:
+            listener(sensors)
 
     def _note_journalled(self, frame: pl.DataFrame, entry: Entry) -> None:
         self._watch.note(entry)

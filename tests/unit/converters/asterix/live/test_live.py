@@ -425,3 +425,26 @@ def test_a_reference_point_that_is_reported_counts_from_then_on() -> None:
     report = block(20, mlat_020(43_202.0, local=(0, 0)))
     found = one.decode(datagrams((NOON_S + 2.4, report)))
     assert found.frame["latitude_deg"].to_list() == [pytest.approx(41.5)]
+
+
+def test_sources_that_are_added_are_decoded_and_the_others_go_on() -> None:
+    one = decoder()
+    both = [
+        (NOON_S + 0.4, block(48, plot_048(43_200.0))),
+        (NOON_S + 0.5, block(48, plot_048(43_200.1, source="1483"))),
+    ]
+    first = one.decode(datagrams(*both))
+    assert first.frame["sensor_id"].to_list() == ["20-130"]
+    one.use(LiveOptions(names=NAMES | {(0x1483, "radar"): "20-131"}))
+    later = [
+        (NOON_S + 4.4, block(48, plot_048(43_204.0))),
+        (NOON_S + 4.5, block(48, plot_048(43_204.1, source="1483"))),
+    ]
+    sent = datagrams(*later)
+    second = one.decode(sent)
+    assert second.frame["sensor_id"].to_list() == ["20-130", "20-131"]
+    assert balanced(second, sent)
+    assert set(second.clocks) == {"20-130", "20-131"}
+    # A copy of what came before the change is still one.
+    again = one.decode(datagrams(both[0]))
+    assert len(again.frame) == 0
