@@ -5,6 +5,7 @@ one message cannot prevent the service from starting. After a failure the engine
 journal replayed: the output is the same as before.
 """
 
+import json
 import logging
 import math
 import threading
@@ -24,7 +25,7 @@ from multiradar.runtime.live.backlog import Backlog, Journalled, grouped
 from multiradar.runtime.live.preparation import journalled
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.live.receipt import Receipt
-from multiradar.runtime.live.sensors_in_force import SensorsInForce
+from multiradar.runtime.live.sensors_in_force import CHANGES_MAX, SensorsInForce
 from multiradar.runtime.live.snapshots import Snapshots
 from multiradar.state import Fields
 from multiradar.storage.entries import EntryKind, StoredEntry
@@ -42,7 +43,8 @@ PIECE_ENTRIES_MAX = 256
 _FIGURES_WAIT_S = 0.2
 #: Figures without an engine.
 NO_FIGURES: dict[str, Any] = {
-    "processed_sequence": 0, "engine": {}, "unobservable_biases": [], "output_sha256": None,
+    "processed_sequence": 0, "sensor_changes": [], "engine": {}, "unobservable_biases": [],
+    "output_sha256": None,
 }  # fmt: skip
 
 
@@ -85,6 +87,7 @@ class Processor:
         "_updates": int,
         "_data_time_s": float | None,
         "_changed_sensors": list[str],
+        "_changes": deque[str],
     }
 
     def __init__(
@@ -135,9 +138,9 @@ class Processor:
         Returns
         -------
         dict
-            `processed_sequence`: entry that all of them include; `engine`: measurements by outcome;
-            `unobservable_biases`: what is not observable so far, in words (`what`, `prior_ratio`,
-            `reason`); `output_sha256`: hash of all output so far.
+            `processed_sequence`: entry that all of them include; `sensor_changes`: the last ones;
+            `engine`: measurements by outcome; `unobservable_biases`: what is not observable so far,
+            in words (`what`, `prior_ratio`, `reason`); `output_sha256`: hash of all output so far.
         """
         if self._lock.acquire(timeout=_FIGURES_WAIT_S):
             try:
@@ -150,6 +153,7 @@ class Processor:
         return {
             # Of the same moment: the digest is never that of an earlier entry.
             "processed_sequence": self.processed,
+            "sensor_changes": [json.loads(one) for one in self._changes],
             "engine": dict(sorted(self._engine.counts.items())),
             "unobservable_biases": [
                 {"what": one.name, "prior_ratio": round(one.prior_ratio, 4), "reason": one.reason}
@@ -258,6 +262,7 @@ class Processor:
         #: The sensors after the last entry that was processed, and their descriptions if changed.
         self.sensors = self._first_sensors
         self._changed_sensors: list[str] = []
+        self._changes: deque[str] = deque(maxlen=CHANGES_MAX)
         #: Last entry that was processed.
         self.processed = 0
 
@@ -398,17 +403,24 @@ class Processor:
         if group[0].kind is EntryKind.FLUSH:
             return self._engine.flush()
         if group[0].kind is EntryKind.SENSOR:
-            return self._change_sensors(group[0].change)
+            return self._change_sensors(group[0])
         for entry in group:
             self._origins.add(entry.sequence, len(entry.batch))
         batches = [entry.batch for entry in group]
         batch = batches[0] if len(batches) == 1 else MeasurementBatch.concatenate(batches)
         return self._engine.push(batch, clock_s)
 
-    def _change_sensors(self, change: bytes) -> EngineOutput:
-        sensors, what = self.sensors.changed(change)
+    def _change_sensors(self, entry: Journalled) -> EngineOutput:
+        before = self.sensors
+        sensors, what = before.changed(entry.change)
         output = self._engine.change_sensors(sensors.table, what)
         self.sensors, self._changed_sensors = sensors, sensors.texts()
+        record = before.record(sensors, what, entry.change)
+        record |= {
+            "journal_sequence": entry.sequence, "source": entry.source,
+            "data_time_s": self._data_time_s,
+        }  # fmt: skip
+        self._changes.append(json.dumps(record))
         return output
 
     # Whether an operator has set the data clock to an earlier time.

@@ -17,6 +17,8 @@ from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTab
 from multiradar_schemas.errors import DocumentError
 from multiradar_schemas.sensors.sensor import Sensor, SensorsFile, with_sensor
 
+#: Changes of sensors listed in the status, the last ones.
+CHANGES_MAX = 50
 _SENSOR, _RESET = "sensor", "reset_biases"
 
 
@@ -94,9 +96,9 @@ class SensorsInForce:
         added = row >= len(self.table)
         after = _described(new, row)
         before = {} if added else _described(self, row)
-        names = after if added else [name for name in after if before[name] != after[name]]
+        names = [name for name in after if before.get(name) != after[name]]
         if added:
-            names = [name for name in names if name in values]
+            names = [name for name in after if name in values]
         reset = not added and bool(change.reset[row])
         own = new.table.parameter_kind[new.table.parameter_sensor == row].tolist()
         return SensorPlan(
@@ -122,6 +124,25 @@ class SensorsInForce:
             return self._changed(document)
         except (KeyError, TypeError, ValueError) as error:
             raise JournalError(f"expected the change of a sensor, was {change!r:.200}") from error
+
+    def record(self, new: "SensorsInForce", what: SensorChange, change: bytes) -> dict[str, Any]:
+        """Return what a change did, for the status.
+
+        Returns
+        -------
+        dict
+            `sensor_id`; `added`; `fields` that differ, of a new sensor those given; `biases_reset`:
+            whether its biases started from their priors.
+        """
+        name = str(json.loads(change)[_SENSOR]["id"])
+        before, after = (one.description(name) or {} for one in (self, new))
+        row = new.table.ids.index(name)
+        return {
+            "sensor_id": name,
+            "added": not before,
+            "fields": sorted(one for one in before | after if before.get(one) != after.get(one)),
+            "biases_reset": not before or bool(what.reset[row]),
+        }
 
     def texts(self) -> list[str]:
         """Return the descriptions of all sensors, for a snapshot."""

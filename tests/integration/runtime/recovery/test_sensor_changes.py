@@ -67,7 +67,15 @@ class Run:
     def known(self) -> dict[str, Any]:
         """Return what readers see."""
         status = settled(self.service)
-        names = ("output_sha256", "output_sequence", "data_time_s", "engine", "tracks", "accepted")
+        names = (
+            "output_sha256",
+            "output_sequence",
+            "sensor_changes",
+            "data_time_s",
+            "engine",
+            "tracks",
+            "accepted",
+        )
         reader = self.service.view.subscribe(0, 10**6)
         events = []
         while part := reader.poll(1000):

@@ -125,6 +125,11 @@ def test_a_disabled_radar_is_named_and_counted_without_an_alarm(run: _Run) -> No
     status: Any = settled(run.service)
     assert status["rejected_by_code"] == {"SENSOR_DISABLED": off}
     assert any(one.startswith("41-20: disabled") for one in status["warnings"])
+    (change,) = status["sensor_changes"]
+    assert {name: change[name] for name in ("sensor_id", "source", "fields", "biases_reset")} == {
+        "sensor_id": "41-20", "source": "operator", "fields": ["enabled"], "biases_reset": False,
+    }  # fmt: skip
+    assert change["data_time_s"] == pytest.approx(frame[:600]["time_s"].max())
     assert "41-20" not in status["sensor_alarms"]
     assert [one["enabled"] for one in run.service.view.sensors()] == [True, False, True]
     run.change("41-20", {"enabled": True})
