@@ -6,9 +6,9 @@ from typing import Any, Protocol
 
 import polars as pl
 
+from multiradar.runtime.admission.sensors_in_force import SensorPlan
 from multiradar.runtime.live.readiness import Reason
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
-from multiradar.runtime.live.sensors_in_force import SensorPlan
 from multiradar.runtime.picture.air_picture import Asked
 from multiradar.runtime.picture.past import PastAsked
 from multiradar.runtime.queries.registry import History, Query

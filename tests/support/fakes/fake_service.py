@@ -9,9 +9,9 @@ from typing import Any
 import polars as pl
 
 from multiradar.errors import LiveStreamError
+from multiradar.runtime.admission.sensors_in_force import SensorPlan, SensorsInForce
 from multiradar.runtime.live.readiness import Reason
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
-from multiradar.runtime.live.sensors_in_force import SensorPlan, SensorsInForce
 from multiradar.runtime.picture.air_picture import Asked
 from multiradar.runtime.picture.frames import encoded
 from multiradar.runtime.picture.past import PastAsked

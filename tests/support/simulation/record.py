@@ -15,11 +15,11 @@ import polars as pl
 from multiradar import wire
 from multiradar.errors import MultiradarError
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.runtime.admission.sensors_in_force import SensorsInForce
 from multiradar.runtime.engine.digest import OutputDigest
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.payload import decode_rows
 from multiradar.runtime.live.receipt import SENDER_SEPARATOR
-from multiradar.runtime.live.sensors_in_force import SensorsInForce
 from multiradar.runtime.stream.events import GAP, Event
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.input.measurements import MeasurementBatch

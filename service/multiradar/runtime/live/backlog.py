@@ -31,7 +31,7 @@ class Journalled:
     received_s : float or None
         Time of reception, UTC, s; None of entries that are replayed.
     change : bytes
-        Change of a sensor; see `multiradar.runtime.live.sensors_in_force`.
+        Change of a sensor; see `multiradar.runtime.admission.sensors_in_force`.
     """
 
     sequence: int

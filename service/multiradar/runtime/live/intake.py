@@ -44,7 +44,7 @@ class Submission:
     clock_s : float
         New time of the data clock, s.
     change : bytes
-        Change of a sensor; see `multiradar.runtime.live.sensors_in_force`.
+        Change of a sensor; see `multiradar.runtime.admission.sensors_in_force`.
     future : Future of Receipt
         Resolved when the message is in the journal.
     """

@@ -19,13 +19,13 @@ from multiradar.errors import MultiradarError, PipelineError
 from multiradar.estimation.measurement.sensor_changes import SensorChange
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.admission.origins import Origins
+from multiradar.runtime.admission.sensors_in_force import CHANGES_MAX, SensorsInForce
 from multiradar.runtime.engine.digest import OutputDigest
 from multiradar.runtime.engine.tracking_engine import TrackingEngine
 from multiradar.runtime.live.backlog import Backlog, Journalled, grouped
 from multiradar.runtime.live.preparation import journalled
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.live.receipt import Receipt
-from multiradar.runtime.live.sensors_in_force import CHANGES_MAX, SensorsInForce
 from multiradar.runtime.live.snapshots import Snapshots
 from multiradar.state import Fields
 from multiradar.storage.entries import EntryKind, StoredEntry

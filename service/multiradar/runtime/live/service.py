@@ -19,6 +19,7 @@ from multiradar.clock import Clock, SystemClock
 from multiradar.errors import LiveStreamError, MultiradarError, PipelineError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.admission.admission_by_time import FORWARD_JUMP_MAX_S, Admission
+from multiradar.runtime.admission.sensors_in_force import SensorPlan, SensorsInForce
 from multiradar.runtime.engine.prerequisites import plane_for, require_usable
 from multiradar.runtime.engine.tracking_engine import TrackingEngine
 from multiradar.runtime.live.accounting import Accounting
@@ -36,7 +37,6 @@ from multiradar.runtime.live.readiness import (
     state_reason,
 )
 from multiradar.runtime.live.receipt import Receipt, RejectedRow
-from multiradar.runtime.live.sensors_in_force import SensorPlan, SensorsInForce
 from multiradar.runtime.live.snapshots import SnapshotRules, open_snapshots
 from multiradar.runtime.live.threads import SystemThreads, Thread, Threads
 from multiradar.runtime.live.writer import Writer

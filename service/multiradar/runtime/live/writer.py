@@ -21,12 +21,12 @@ from multiradar.errors import (
 )
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.admission.admission_by_time import Admission
+from multiradar.runtime.admission.sensors_in_force import SensorsInForce
 from multiradar.runtime.live.accounting import Accounting
 from multiradar.runtime.live.backlog import Backlog, Journalled
 from multiradar.runtime.live.intake import Intake, Submission
 from multiradar.runtime.live.preparation import Prepared, prepare, same_message
 from multiradar.runtime.live.receipt import SENDER_SEPARATOR, Receipt
-from multiradar.runtime.live.sensors_in_force import SensorsInForce
 from multiradar.storage.entries import Entry, StoredEntry
 from multiradar.storage.journal import Journal
 

@@ -59,7 +59,7 @@ def test_the_same_sensors_again_are_as_a_closed_epoch(scene: Scene, name: str) -
     assert (engine.biases.sigma <= before.sigma * (1 + 1e-12)).all()
     again = engine.push(scene.batch.select(slice(half, None)))
     assert not len(again.ended)
-    # Nobody is initiated a second time.
+    # No track is initiated a second time.
     assert set(again.updates.track_id.tolist()) == set(tracks.track_id.tolist())
 
 

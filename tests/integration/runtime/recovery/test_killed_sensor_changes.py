@@ -1,4 +1,4 @@
-"""`serve` is killed right after sensors change over HTTP: the output is that of a quiet run."""
+"""`serve` is killed right after sensors change over HTTP: the output is that without a kill."""
 
 from pathlib import Path
 from typing import Any
@@ -48,24 +48,24 @@ def _end(served: Served) -> dict[str, Any]:
 def test_a_kill_right_after_a_change_loses_nothing(tmp_path: Path) -> None:
     sensors = tmp_path / "sensors.toml"
     sensors.write_text(SENSORS)
-    quiet = Served(sensors, tmp_path / "quiet")
+    undisturbed = Served(sensors, tmp_path / "undisturbed")
     killed = Served(sensors, tmp_path / "killed")
     for number in range(len(PARTS)):
         if number:
-            made = [_change(one, *CHANGES[number - 1]) for one in (quiet, killed)]
+            made = [_change(one, *CHANGES[number - 1]) for one in (undisturbed, killed)]
             assert made[0] == made[1]
             assert made[0]["applied"]
             killed.kill()
             killed = Served(sensors, tmp_path / "killed")
-        codes = [_send(one, number) for one in (quiet, killed)]
+        codes = [_send(one, number) for one in (undisturbed, killed)]
         assert codes[0] == codes[1]
         assert set(codes[0]) == ({"SENSOR_DISABLED"} if number == 1 else set())
     warnings = killed.status()["warnings"]
     assert not any("disabled" in one for one in warnings)
-    expected = _end(quiet)
+    expected = _end(undisturbed)
     assert _end(killed) == expected
     assert expected["rejected_by_code"]["SENSOR_DISABLED"] > 0
-    assert quiet.stop() == 0
+    assert undisturbed.stop() == 0
     assert killed.stop() == 0
     # From the whole journal, without the snapshot of the clean stop.
     for one in (tmp_path / "killed" / "journal.sqlite-snapshots").glob("*"):
