@@ -3,7 +3,7 @@
 import { closeMenu } from "./export/menu";
 import type { App } from "./panels/panel";
 import { nextRow } from "./panels/table";
-import { SWITCHES, TABS } from "./view";
+import { SWITCHES, TABS } from "./view/view";
 
 export interface Key {
   /** As in `KeyboardEvent.key`. */

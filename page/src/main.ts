@@ -6,21 +6,21 @@ import "./panels/panels.css";
 import "./panels/screens.css";
 import "./time/time.css";
 
-import { Encounters } from "./encounters";
+import { Encounters } from "./service/encounters";
 import { closeMenu } from "./export/menu";
-import { Feed } from "./feed";
+import { Feed } from "./service/feed";
 import { pressed } from "./keys";
 import { BiasHint } from "./panels/bias_hint";
 import { drawPanels } from "./panels/index";
 import type { Actions, App } from "./panels/panel";
-import { Picture } from "./picture";
-import { Selection } from "./selection";
+import { Picture } from "./drawing/picture";
+import { Selection } from "./service/selection";
 import { Overlays } from "./overlays/overlays";
 import { attach } from "./measure/measure";
-import { Store } from "./store";
+import { Store } from "./sky/store";
 import { Ago } from "./time/ago";
 import { Clock } from "./time/clock";
-import { addressOf, initialView } from "./view";
+import { addressOf, initialView } from "./view/view";
 
 const PANEL_MS = 500;
 /** The address follows the time shown so much later, ms: browsers limit how often it changes. */

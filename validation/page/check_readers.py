@@ -35,7 +35,7 @@ from multiradar.report.content import Table
 from multiradar.report.markdown import markdown_table
 from validation.service.traffic import CLOCK, Traffic, processor_s
 
-#: As in `page/src/feed.ts`: seconds between frames, and between the documents.
+#: As in `page/src/service/feed.ts`: seconds between frames, and between the documents.
 FRAME_S, DOCUMENTS_S = 0.5, 4.0
 DOCUMENTS = ("v1/sensors", "v1/status")
 _SETTLE_S = 3.0

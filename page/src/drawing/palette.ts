@@ -1,6 +1,6 @@
 /** Colours of the map, by theme. */
 
-import type { ViewState } from "../view";
+import type { ViewState } from "../view/view";
 
 export interface Palette {
   background: string;

@@ -1,9 +1,9 @@
 /** What a layer draws with: the canvas, the place of the map on it, and what is shown. */
 
-import type { Feed } from "../feed";
-import type { Selection } from "../selection";
-import type { Store, Track } from "../store";
-import type { ViewState } from "../view";
+import type { Feed } from "../service/feed";
+import type { Selection } from "../service/selection";
+import type { Store, Track } from "../sky/store";
+import type { ViewState } from "../view/view";
 import { PALETTES, type Palette } from "./palette";
 import type { Pixels } from "./pixels";
 

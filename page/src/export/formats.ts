@@ -1,6 +1,6 @@
 /** Tracks as text of other programs: CSV (RFC 4180), GeoJSON (RFC 7946), KML 2.2. */
 
-import { nameOf, type Track } from "../store";
+import { nameOf, type Track } from "../sky/store";
 
 /** Times below are times of the day without a date, s. */
 const DATED_FROM_S = 366 * 86_400;

@@ -5,9 +5,9 @@ import { html, type TemplateResult } from "lit";
 
 import { PALETTES } from "../drawing/palette";
 import type { App } from "../panels/panel";
-import { isShown } from "../shown";
-import type { Track } from "../store";
-import { date, utc } from "../units";
+import { isShown } from "../view/shown";
+import type { Track } from "../sky/store";
+import { date, utc } from "../view/units";
 import { csv, geojson, isoTime, kml, type Past } from "./formats";
 
 const CAPTION_PX = 24;

@@ -2,7 +2,7 @@
 
 import { FONT } from "../drawing/palette";
 import type { Layer, Scene } from "../drawing/scene";
-import type { PastPoint } from "../selection";
+import type { PastPoint } from "../service/selection";
 
 const DASH = [5, 3];
 const CROSS_PX = 3;

@@ -2,10 +2,10 @@
 
 import { FONT } from "../drawing/palette";
 import type { Layer, Scene } from "../drawing/scene";
-import { HORIZON_S, probabilityOf, type Encounters } from "../encounters";
-import { mercatorX, mercatorY } from "../mercator";
-import type { Track } from "../store";
-import { distance } from "../units";
+import { HORIZON_S, probabilityOf, type Encounters } from "../service/encounters";
+import { mercatorX, mercatorY } from "../drawing/mercator";
+import type { Track } from "../sky/store";
+import { distance } from "../view/units";
 
 const DASH = [4, 3];
 const LETTER_PX = 6.7;

@@ -1,8 +1,8 @@
 /** The layers of the map, from below; a new one is a line here. */
 
 import type { Layer, PixelLayer } from "../drawing/scene";
-import type { Encounters } from "../encounters";
-import type { Scans } from "../scans";
+import type { Encounters } from "../service/encounters";
+import type { Scans } from "../sky/scans";
 import { SecondRun, SecondTrails } from "../time/second";
 import { Measure } from "../measure/measure";
 import { BundleLayer } from "./bundle";

@@ -1,13 +1,13 @@
 /** Labels of the tracks: callsign or code, level with trend, speed. */
 
-import { shownKey } from "../shown";
+import { shownKey } from "../view/shown";
 import { FONT } from "../drawing/palette";
 import { hasLeader, LabelPlaces, leftOf, MARGIN, topOf, type Wanted } from "../drawing/label_places";
 import type { Layer, Scene } from "../drawing/scene";
-import type { Encounters } from "../encounters";
-import { nameOf, type Track } from "../store";
+import type { Encounters } from "../service/encounters";
+import { nameOf, type Track } from "../sky/store";
 import { SECOND_COLOURS } from "../time/second";
-import { level, speed, trend, type Units } from "../units";
+import { level, speed, trend, type Units } from "../view/units";
 
 const LABELS_MAX = 600;
 const LINE_PX = 13;

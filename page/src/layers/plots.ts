@@ -3,7 +3,7 @@
 import { sensorColour, type Palette } from "../drawing/palette";
 import { word, type Pixels } from "../drawing/pixels";
 import type { PixelLayer, Scene } from "../drawing/scene";
-import { PLOTS_KEPT_S } from "../plots";
+import { PLOTS_KEPT_S } from "../sky/plots";
 
 /** Opacity falls with age in so many steps. */
 const STEPS = 4;

@@ -2,7 +2,7 @@
 
 import { FONT } from "../drawing/palette";
 import type { Layer, Scene } from "../drawing/scene";
-import { scaleAt } from "../mercator";
+import { scaleAt } from "../drawing/mercator";
 
 /** Distance of the sentence from the lower left corner. */
 const CORNER_PX = 14;

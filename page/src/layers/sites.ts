@@ -2,9 +2,9 @@
 
 import { FONT, sensorColour } from "../drawing/palette";
 import type { Layer, Scene } from "../drawing/scene";
-import type { Sensor } from "../feed";
-import { destination, mercatorX, mercatorY } from "../mercator";
-import { NAUTICAL_MILE_M, type Units } from "../units";
+import type { Sensor } from "../service/feed";
+import { destination, mercatorX, mercatorY } from "../drawing/mercator";
+import { NAUTICAL_MILE_M, type Units } from "../view/units";
 
 const RING_NM = 50;
 /** Range of a radar without a configured one, m. */

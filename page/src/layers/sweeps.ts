@@ -2,8 +2,8 @@
 
 import { sensorColour } from "../drawing/palette";
 import type { Layer, Scene } from "../drawing/scene";
-import { destination, mercatorX, mercatorY } from "../mercator";
-import type { Scans } from "../scans";
+import { destination, mercatorX, mercatorY } from "../drawing/mercator";
+import type { Scans } from "../sky/scans";
 import { RANGE_ASSUMED_M, type Sites } from "./sites";
 
 const POINTS = 6;

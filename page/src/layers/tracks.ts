@@ -3,9 +3,9 @@
 import type { Palette } from "../drawing/palette";
 import { Form, word, type Pixels } from "../drawing/pixels";
 import type { Layer, PixelLayer, Scene } from "../drawing/scene";
-import { isShown } from "../shown";
-import type { Track } from "../store";
-import { ADSB, MLAT } from "../track";
+import { isShown } from "../view/shown";
+import type { Track } from "../sky/store";
+import { ADSB, MLAT } from "../sky/track";
 
 const VECTOR_S = 60;
 const UNCERTAINTY_SIGMAS = 3;

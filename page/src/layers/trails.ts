@@ -2,7 +2,7 @@
 
 import { word, type Pixels } from "../drawing/pixels";
 import type { PixelLayer, Scene } from "../drawing/scene";
-import { isShown } from "../shown";
+import { isShown } from "../view/shown";
 
 const DOT_PX = 2;
 const OPACITY = 0.75;

@@ -11,8 +11,8 @@ import { fromLonLat, toLonLat } from "ol/proj";
 import { FONT } from "../drawing/palette";
 import type { Layer, Scene } from "../drawing/scene";
 import type { App } from "../panels/panel";
-import { distance, heading } from "../units";
-import type { ViewState } from "../view";
+import { distance, heading } from "../view/units";
+import type { ViewState } from "../view/view";
 import { between, inverse, type Line } from "./geodesic";
 
 const STEPS = 32;

@@ -10,8 +10,8 @@ import Stroke from "ol/style/Stroke";
 import Style from "ol/style/Style";
 import Text from "ol/style/Text";
 
-import { get } from "../feed";
-import type { ViewState } from "../view";
+import { get } from "../service/feed";
+import type { ViewState } from "../view/view";
 
 const COLOURS = { dark: "#9ec1ff", light: "#1d3f8a" } as const;
 /** Names are drawn from this zoom on. */

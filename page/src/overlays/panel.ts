@@ -3,7 +3,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 
 import type { App, Panel } from "../panels/panel";
-import { RUN_KEYS } from "../shown";
+import { RUN_KEYS } from "../view/shown";
 import { keyOf } from "./overlays";
 
 /** The symbols of the runs, as on the map. */

@@ -2,8 +2,8 @@
 
 import { html, nothing, type TemplateResult } from "lit";
 
-import { isFiltered, isShown } from "../shown";
-import { date, utc } from "../units";
+import { isFiltered, isShown } from "../view/shown";
+import { date, utc } from "../view/units";
 import type { App } from "./panel";
 
 export function banner(app: App): TemplateResult | typeof nothing {

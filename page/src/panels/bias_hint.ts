@@ -2,8 +2,8 @@
 
 import { html, nothing, type TemplateResult } from "lit";
 
-import { scaleAt } from "../mercator";
-import { distance } from "../units";
+import { scaleAt } from "../drawing/mercator";
+import { distance } from "../view/units";
 import type { App } from "./panel";
 
 /** Less cannot be seen, pixels. */

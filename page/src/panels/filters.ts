@@ -2,9 +2,9 @@
 
 import { html, nothing, type TemplateResult } from "lit";
 
-import { isFiltered } from "../shown";
-import { FOOT_M } from "../units";
-import type { Filters } from "../view";
+import { isFiltered } from "../view/shown";
+import { FOOT_M } from "../view/units";
+import type { Filters } from "../view/view";
 import type { App } from "./panel";
 
 const STATES = ["confirmed", "tentative", "coasting"];

@@ -2,7 +2,7 @@
 
 import { html, nothing, render, type TemplateResult } from "lit";
 
-import { TABS, type Tab } from "../view";
+import { TABS, type Tab } from "../view/view";
 import { announce } from "./announcer";
 import { banner, bar } from "./bar";
 import { keyList, legend } from "./help";

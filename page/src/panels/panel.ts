@@ -2,17 +2,17 @@
 
 import type { TemplateResult } from "lit";
 
-import type { Encounters } from "../encounters";
-import type { Feed } from "../feed";
+import type { Encounters } from "../service/encounters";
+import type { Feed } from "../service/feed";
 import type { Measure } from "../measure/measure";
 import type { Overlays } from "../overlays/overlays";
-import type { Picture } from "../picture";
-import type { Selection } from "../selection";
-import type { Store } from "../store";
+import type { Picture } from "../drawing/picture";
+import type { Selection } from "../service/selection";
+import type { Store } from "../sky/store";
 import type { Ago } from "../time/ago";
 import type { Clock } from "../time/clock";
 import type { BiasHint } from "./bias_hint";
-import type { Filters, Switch, Tab, ViewState } from "../view";
+import type { Filters, Switch, Tab, ViewState } from "../view/view";
 
 export interface Actions {
   /** Select a track, or none; its sheet opens unless `opens` is false. */

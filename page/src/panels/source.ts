@@ -1,6 +1,6 @@
 /** Documents that a panel needs while it is open: read when it is drawn and they are old. */
 
-import { get } from "../feed";
+import { get } from "../service/feed";
 import type { App } from "./panel";
 
 /** What a past time has, too; a recorded run has none of it. */

@@ -2,7 +2,7 @@
 
 import { html, type TemplateResult } from "lit";
 
-import { SWITCHES } from "../view";
+import { SWITCHES } from "../view/view";
 import type { App, Panel } from "./panel";
 import { swatch } from "./swatch";
 

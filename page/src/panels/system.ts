@@ -2,8 +2,8 @@
 
 import { html, nothing, type TemplateResult } from "lit";
 
-import { follow } from "../access";
-import { utc } from "../units";
+import { follow } from "../service/access";
+import { utc } from "../view/units";
 import type { App, Panel } from "./panel";
 import { Source } from "./source";
 

@@ -2,9 +2,9 @@
 
 import { html, nothing, type TemplateResult } from "lit";
 
-import { isFiltered, isShown } from "../shown";
-import { nameOf, type Track } from "../store";
-import { distance, level, speed, trend } from "../units";
+import { isFiltered, isShown } from "../view/shown";
+import { nameOf, type Track } from "../sky/store";
+import { distance, level, speed, trend } from "../view/units";
 import { filterForm } from "./filters";
 import type { App, Panel } from "./panel";
 

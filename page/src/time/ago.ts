@@ -1,7 +1,7 @@
 /** Answers where the selected aircraft was some minutes ago. */
 
 import type { App } from "../panels/panel";
-import { utc } from "../units";
+import { utc } from "../view/units";
 
 /** Times are asked for in milliseconds. */
 const ROUNDED_S = 0.01;

@@ -4,7 +4,7 @@ import { html, nothing, type TemplateResult } from "lit";
 
 import { exportMenu } from "../export/menu";
 import type { App } from "../panels/panel";
-import { date, utc } from "../units";
+import { date, utc } from "../view/units";
 
 const AGO_S = 300;
 

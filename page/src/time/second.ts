@@ -2,7 +2,7 @@
 
 import type { Layer, PixelLayer, Scene } from "../drawing/scene";
 import { word, type Pixels } from "../drawing/pixels";
-import { isShown } from "../shown";
+import { isShown } from "../view/shown";
 
 const SIZE_PX = 5;
 const VECTOR_S = 60;

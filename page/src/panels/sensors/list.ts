@@ -2,11 +2,11 @@
 
 import { html, nothing, type TemplateResult } from "lit";
 
-import type { Sensor } from "../../feed";
+import type { Sensor } from "../../service/feed";
 import { signed } from "../track/contributions";
 import type { App, Panel } from "../panel";
 import { swatch } from "../swatch";
-import { utc } from "../../units";
+import { utc } from "../../view/units";
 import { bySeverity, numberOf, type Severity } from "./severity";
 import { sensorSheet } from "./sheet";
 

@@ -1,6 +1,6 @@
 /** How badly a sensor does, and why: what its list is sorted by. */
 
-import type { Sensor } from "../../feed";
+import type { Sensor } from "../../service/feed";
 
 /** Noise over the configured one, and detection, that an operator should look at. */
 const NOISE_RATIO_MAX = 1.5;

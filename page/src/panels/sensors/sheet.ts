@@ -2,14 +2,14 @@
 
 import { html, nothing, type TemplateResult } from "lit";
 
-import type { Sensor } from "../../feed";
+import type { Sensor } from "../../service/feed";
 import { bars, type Bar } from "../charts/bars";
 import type { ChartData } from "../charts/chart";
 import type { App } from "../panel";
 import { Source } from "../source";
 import { signed } from "../track/contributions";
 import { figure } from "../track/curves";
-import { utc } from "../../units";
+import { utc } from "../../view/units";
 import { numberOf } from "./severity";
 
 const EVERY_MS = 5000;

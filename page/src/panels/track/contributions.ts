@@ -3,7 +3,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 
 import { swatch } from "../swatch";
-import { distance, utc } from "../../units";
+import { distance, utc } from "../../view/units";
 import type { App } from "../panel";
 import { acrossOf, alongOf, residualOf, sigmasOf, type TrackPlot, type TrackPlots } from "./documents";
 

@@ -3,8 +3,8 @@
 import { html, type TemplateResult } from "lit";
 
 import { sensorColour } from "../../drawing/palette";
-import type { Update } from "../../selection";
-import { FOOT_M, KNOT_MPS, type Units } from "../../units";
+import type { Update } from "../../service/selection";
+import { FOOT_M, KNOT_MPS, type Units } from "../../view/units";
 import "../charts/chart";
 import type { ChartData, Curve } from "../charts/chart";
 import type { App } from "../panel";

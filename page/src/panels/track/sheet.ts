@@ -2,9 +2,9 @@
 
 import { html, nothing, type TemplateResult } from "lit";
 
-import type { Update } from "../../selection";
-import { nameOf, type Track } from "../../store";
-import { climb, distance, heading, level, speed, utc } from "../../units";
+import type { Update } from "../../service/selection";
+import { nameOf, type Track } from "../../sky/store";
+import { climb, distance, heading, level, speed, utc } from "../../view/units";
 import type { App, Panel } from "../panel";
 import { Source } from "../source";
 import { profile, residuals } from "./curves";

@@ -1,7 +1,7 @@
 /** A live track. */
 
-import type { Column, Table } from "./frame";
-import { mercatorX, mercatorY, scaleAt } from "./mercator";
+import type { Column, Table } from "../service/frame";
+import { mercatorX, mercatorY, scaleAt } from "../drawing/mercator";
 
 const TRAIL_POINTS = 24;
 const TRAIL_STEP_S = 5;

@@ -1,7 +1,7 @@
 /** The plots of the last seconds, in arrays of fixed size: the oldest are overwritten. */
 
-import type { Table } from "./frame";
-import { latitudeOf, longitudeOf, mercatorX, mercatorY } from "./mercator";
+import type { Table } from "../service/frame";
+import { latitudeOf, longitudeOf, mercatorX, mercatorY } from "../drawing/mercator";
 
 /** Plots are shown this long, s of data time. */
 export const PLOTS_KEPT_S = 30;

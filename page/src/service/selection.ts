@@ -2,7 +2,7 @@
 
 import { atOf } from "./encounters";
 import { get } from "./feed";
-import { mercatorX, mercatorY } from "./mercator";
+import { mercatorX, mercatorY } from "../drawing/mercator";
 
 const EVERY_MS = 3000;
 const PAST_S = 600;

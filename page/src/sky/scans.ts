@@ -1,7 +1,7 @@
 /** Where the antenna of each radar points, from the azimuths and times of its plots. */
 
-import type { Sensor } from "./feed";
-import { azimuthTo } from "./mercator";
+import type { Sensor } from "../service/feed";
+import { azimuthTo } from "../drawing/mercator";
 import type { Store } from "./store";
 
 const TURN = 2 * Math.PI;

@@ -2,8 +2,8 @@
 
 import { request } from "./access";
 import { decode, type Frame } from "./frame";
-import { Store } from "./store";
-import type { Clock } from "./time/clock";
+import { Store } from "../sky/store";
+import type { Clock } from "../time/clock";
 
 const SLOW_TICK_MS = 4000;
 /** A history that stands still is read so often, ms: to know that the service answers. */

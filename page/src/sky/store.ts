@@ -1,7 +1,7 @@
 /** What the page knows: the tracks of the last frame, trails and plots, with the clock of the data. */
 
-import type { Frame } from "./frame";
-import { mercatorX, mercatorY } from "./mercator";
+import type { Frame } from "../service/frame";
+import { mercatorX, mercatorY } from "../drawing/mercator";
 import { PLOTS_KEPT_S, Plots } from "./plots";
 import { nameOf, Track, trackColumns } from "./track";
 

@@ -15,17 +15,17 @@ import { fromLonLat, toLonLat } from "ol/proj";
 import { feature } from "topojson-client";
 import type { Topology } from "topojson-specification";
 
-import { PALETTES } from "./drawing/palette";
-import { Pixels } from "./drawing/pixels";
-import { Scene, type Layer as Drawn, type Plane } from "./drawing/scene";
-import type { Encounters } from "./encounters";
-import type { Feed } from "./feed";
-import { allLayers } from "./layers/index";
+import { PALETTES } from "./palette";
+import { Pixels } from "./pixels";
+import { Scene, type Layer as Drawn, type Plane } from "./scene";
+import type { Encounters } from "../service/encounters";
+import type { Feed } from "../service/feed";
+import { allLayers } from "../layers/index";
 import { RADIUS_M, scaleAt } from "./mercator";
-import { Scans } from "./scans";
-import type { Selection } from "./selection";
-import type { Store, Track } from "./store";
-import type { ViewState } from "./view";
+import { Scans } from "../sky/scans";
+import type { Selection } from "../service/selection";
+import type { Store, Track } from "../sky/store";
+import type { ViewState } from "../view/view";
 
 const PICK_PX = 14;
 /** Time in which plots move between their measured and their corrected positions, ms. */

@@ -1,7 +1,7 @@
 /** Which tracks the switches and the filters show: on the map and in the table alike. */
 
-import { PLOTS_KEPT_S } from "./plots";
-import type { Track } from "./store";
+import { PLOTS_KEPT_S } from "../sky/plots";
+import type { Track } from "../sky/store";
 import type { Filters, ViewState } from "./view";
 
 /** The names of the runs among what is hidden. */
