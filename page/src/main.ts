@@ -108,7 +108,7 @@ const actions: Actions = {
 };
 
 const picture = new Picture(
-  document.getElementById("map") as HTMLElement, store, feed, view, selection, encounters,
+  document.getElementById("map") as HTMLElement, store, feed, view, selection, encounters, clock,
   (id) => actions.select(id), keep,
 );
 const overlays = new Overlays(picture.map, view, () => actions.changed());

@@ -21,10 +21,12 @@ import { Scene, type Layer as Drawn, type Plane } from "./scene";
 import type { Encounters } from "../service/encounters";
 import type { Feed } from "../service/feed";
 import { allLayers } from "../layers/index";
+import type { Site } from "../layers/sites";
 import { RADIUS_M, scaleAt } from "./mercator";
 import { Scans } from "../sky/scans";
 import type { Selection } from "../service/selection";
 import type { Store, Track } from "../sky/store";
+import type { Clock } from "../time/clock";
 import type { ViewState } from "../view/view";
 
 const PICK_PX = 14;
@@ -73,6 +75,7 @@ export class Picture {
     private readonly view: ViewState,
     selection: Selection,
     private readonly encounters: Encounters,
+    clock: Clock,
     select: (id: number | null) => void,
     moved: () => void,
   ) {
@@ -114,11 +117,16 @@ export class Picture {
       moved();
     });
     this.theme();
-    void this.loadLand();
+    let isLandAsked = false;
     const draw = () => {
       this.centre();
-      this.element.classList.toggle("lost", feed.isLost(performance.now()) || feed.silenceS !== null);
+      this.element.classList.toggle("lost", feed.isLost(performance.now()) || (clock.isLive && feed.silenceS !== null));
       this.draw(false);
+      // The coast comes after the first tracks: reading it takes as long as drawing them.
+      if (!isLandAsked && this.store.frames > 0) {
+        isLandAsked = true;
+        void this.loadLand();
+      }
       requestAnimationFrame(draw);
     };
     requestAnimationFrame(draw);
@@ -179,10 +187,14 @@ export class Picture {
 
   /** Show all sensors and tracks. */
   fit(): void {
-    const points = [
-      ...this.sites().map((one) => [one.x, one.y] as const),
-      ...this.store.tracks.map((one) => [one.x, one.y] as const),
-    ];
+    const points = this.store.tracks.map((one): [number, number] => [one.x, one.y]);
+    const isEmpty = points.length === 0;
+    for (const { x, y, rings } of this.sites()) {
+      points.push([x, y]);
+      // Without aircraft, what a radar covers; a site alone has no extent.
+      const [ring] = isEmpty ? rings : [];
+      for (let at = 0; at < (ring?.length ?? 0); at += 2) points.push([ring?.[at] ?? x, ring?.[at + 1] ?? y]);
+    }
     if (points.length === 0) return;
     const [xs, ys] = [points.map((one) => one[0]), points.map((one) => one[1])];
     this.centred = true;
@@ -221,7 +233,7 @@ export class Picture {
     this.land.getSource()?.addFeatures(features);
   }
 
-  private sites(): { x: number; y: number }[] {
+  private sites(): Site[] {
     return this.layers.sites.all(this.feed.sensors);
   }
 

@@ -5,10 +5,13 @@ import type { Layer, Scene } from "../drawing/scene";
 import { HORIZON_S, probabilityOf, type Encounters } from "../service/encounters";
 import { mercatorX, mercatorY } from "../drawing/mercator";
 import type { Track } from "../sky/store";
+import { touches } from "./sites";
 import { distance } from "../view/units";
 
 const DASH = [4, 3];
 const LETTER_PX = 6.7;
+/** The text is moved by so much where it would cover another. */
+const STEPS_PX = [0, -14, 14, -28, 28] as const;
 
 export class EncountersLayer implements Layer {
   readonly plane = "moving";
@@ -59,18 +62,24 @@ export class EncountersLayer implements Layer {
       }
       context.stroke();
       const probability = probabilityOf(one);
-      const text = `${distance(one.distance_m, view.units)} in ${Math.round(left)} s, ${percent(probability)}`;
+      const heights = one.vertical_separation_m === null ? ", height unknown" : "";
+      const text = `${distance(one.distance_m, view.units)} in ${Math.round(left)} s, ${percent(probability)}${heights}`;
       // Whole within the map, as long as its place is.
       const most = Math.max(2, scene.width - LETTER_PX * text.length - 4);
       const beside = Math.round((cx + dx) / 2) + 8;
-      const [x, y] = [beside <= scene.width ? Math.min(beside, most) : beside, Math.round((cy + dy) / 2) + 4];
+      const x = beside <= scene.width ? Math.min(beside, most) : beside;
+      const middle = Math.round((cy + dy) / 2) + 4;
+      const width = LETTER_PX * text.length + 4;
+      // Beside the names of sites and the texts of other pairs, if there is room near by.
+      const isFree = (top: number): boolean => ![scene.reserved, scene.reservedMoving].some((one) => touches(one, x - 2, top - 10, width, 13));
+      const y = STEPS_PX.map((step) => middle + step).find(isFree) ?? middle;
       context.fillStyle = palette.background;
       context.globalAlpha = 0.8;
-      context.fillRect(x - 2, y - 10, LETTER_PX * text.length + 4, 13);
+      context.fillRect(x - 2, y - 10, width, 13);
       context.globalAlpha = 1;
       context.fillStyle = palette.warning;
       context.fillText(text, x, y);
-      scene.reservedMoving.push(x - 2, y - 10, LETTER_PX * text.length + 4, 13);
+      scene.reservedMoving.push(x - 2, y - 10, width, 13);
       this.texts.push(text);
     }
   }

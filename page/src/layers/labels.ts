@@ -36,10 +36,11 @@ class Label implements Wanted {
   /** Write the lines again if a value changed. */
   write(units: Units, letter: number): void {
     const { track } = this;
-    const height = track.onGround ? "GND" : level(track.heightM, units).replace(/ .*/, "");
+    const height = track.onGround ? "GND" : level(track.heightM, units, track.isLevelEstimated).replace(/ .*/, "");
     const coasting = track.state === "coasting" ? ` ${Math.round(track.ageS)} s ago` : "";
-    const second = `${height}${trend(track.climbMps)} ${speed(track.speedMps, units).replace(/ .*/, "")}${coasting}`;
-    const first = nameOf(track);
+    const flown = Number.isFinite(track.speedMps) ? ` ${speed(track.speedMps, units, track.isSpeedUncertain).replace(/ .*/, "")}` : "";
+    const second = `${height}${trend(track.climbMps)}${flown}${coasting}`;
+    const first = track.emergency === "" ? nameOf(track) : `${nameOf(track)} ${track.emergency}`;
     const key = `${first} ${second}`;
     if (key === this.key) return;
     this.key = key;
@@ -180,6 +181,7 @@ export class LabelsLayer implements Layer {
       if (label.slot < 0) continue;
       const wanted = label.run === 1 ? SECOND_COLOURS[view.theme]
         : label.track.id === view.selected ? palette.selected
+        : label.track.emergency !== "" ? palette.warning
         : label.track.state === "confirmed" ? palette.label
         : label.track.state === "coasting" ? palette.stale : palette.faint;
       if (wanted !== colour) context.fillStyle = colour = wanted;
@@ -197,9 +199,9 @@ export class LabelsLayer implements Layer {
   }
 }
 
-/** The selected track, those of encounters, then by state; on the ground last. */
+/** The selected track, emergencies and encounters, then by state; on the ground last. */
 function rankOf(track: Track, selected: boolean, encounter: boolean): number {
   if (selected) return 0;
-  if (encounter) return 1;
+  if (encounter || track.emergency !== "") return 1;
   return track.onGround ? 5 : track.state === "confirmed" ? 2 : track.state === "coasting" ? 3 : 4;
 }

@@ -3,6 +3,7 @@
 import { FONT, sensorColour } from "../drawing/palette";
 import type { Layer, Scene } from "../drawing/scene";
 import type { Sensor } from "../service/feed";
+import { bySeverity, wordOf } from "../sky/severity";
 import { destination, mercatorX, mercatorY } from "../drawing/mercator";
 import { NAUTICAL_MILE_M, type Units } from "../view/units";
 
@@ -18,6 +19,8 @@ const NAME_PX = 6.7;
 /** A radar on the map. */
 export interface Site {
   sensor: Sensor;
+  /** What is wrong with it, in a word; empty: nothing. */
+  word: string;
   x: number;
   y: number;
   /** Points of its rings in map units: x, y, x, y, …; one array each. */
@@ -38,7 +41,8 @@ export class Sites {
   all(sensors: Sensor[]): Site[] {
     if (sensors !== this.of) {
       this.of = sensors;
-      this.found = sensors.flatMap(siteOf);
+      this.found = bySeverity(sensors).flatMap(({ sensor, severity }) => siteOf(sensor, wordOf(sensor, severity)))
+        .sort((a, b) => sensors.indexOf(a.sensor) - sensors.indexOf(b.sensor));
     }
     return this.found;
   }
@@ -48,6 +52,8 @@ export class SitesLayer implements Layer {
   readonly plane = "ground";
   /** Distances on the canvas, for tests. */
   distances: string[] = [];
+  /** Names on the canvas with what is wrong, for tests. */
+  names: string[] = [];
 
   constructor(private readonly sites: Sites) {}
 
@@ -60,7 +66,7 @@ export class SitesLayer implements Layer {
     if (!view.shown.sites) return;
     context.lineWidth = 1;
     context.font = `11px ${FONT}`;
-    const named = new Map<string, { x: number; y: number; names: string[] }>();
+    const named = new Map<string, { x: number; y: number; sites: Site[] }>();
     for (const site of this.sites.all(scene.feed.sensors)) {
       if (view.hiddenSensors.has(site.sensor.id)) continue;
       const colour = sensorColour(store.sensors.indexOf(site.sensor.id), palette);
@@ -82,15 +88,24 @@ export class SitesLayer implements Layer {
       context.fill();
       const key = `${x} ${y}`;
       const together = named.get(key);
-      if (together === undefined) named.set(key, { x, y, names: [site.sensor.id] });
-      else together.names.push(site.sensor.id);
+      if (together === undefined) named.set(key, { x, y, sites: [site] });
+      else together.sites.push(site);
     }
     // Sensors of one site have one text.
-    context.fillStyle = palette.label;
-    for (const { x, y, names } of named.values()) {
-      const text = names.join(", ");
-      context.fillText(text, x + 9, y + 5);
-      scene.reserved.push(x - 7, y - 7, NAME_PX * text.length + 18, 15);
+    this.names.length = 0;
+    for (const { x, y, sites } of named.values()) {
+      let letters = 0;
+      const write = (text: string, colour: string): void => {
+        context.fillStyle = colour;
+        context.fillText(text, x + 9 + NAME_PX * letters, y + 5);
+        letters += text.length;
+      };
+      sites.forEach(({ sensor, word }, number) => {
+        write(`${number > 0 ? ", " : ""}${sensor.id}`, palette.label);
+        if (word !== "") write(` ${word}`, palette.warning);
+        this.names.push(`${sensor.id} ${word}`.trim());
+      });
+      scene.reserved.push(x - 7, y - 7, NAME_PX * letters + 18, 15);
     }
     this.nameRings(scene);
   }
@@ -117,7 +132,7 @@ export class SitesLayer implements Layer {
 }
 
 /** Whether a box touches one of some: left, top, width, height, … */
-function touches(boxes: readonly number[], left: number, top: number, width: number, height: number): boolean {
+export function touches(boxes: readonly number[], left: number, top: number, width: number, height: number): boolean {
   for (let at = 0; at < boxes.length; at += 4) {
     const [x, y, w, h] = [boxes[at] ?? 0, boxes[at + 1] ?? 0, boxes[at + 2] ?? 0, boxes[at + 3] ?? 0];
     if (left < x + w && x < left + width && top < y + h && y < top + height) return true;
@@ -125,7 +140,7 @@ function touches(boxes: readonly number[], left: number, top: number, width: num
   return false;
 }
 
-function siteOf(sensor: Sensor): Site[] {
+function siteOf(sensor: Sensor, word: string): Site[] {
   const { latitude_deg: latitude, longitude_deg: longitude, range_max_m: end } = sensor;
   if (latitude === null || longitude === null || sensor.kind !== "radar") return [];
   const rings = [];
@@ -137,5 +152,5 @@ function siteOf(sensor: Sensor): Site[] {
     }
     rings.push(Float64Array.from(points));
   }
-  return [{ sensor, x: mercatorX(longitude), y: mercatorY(latitude), rings }];
+  return [{ sensor, word, x: mercatorX(longitude), y: mercatorY(latitude), rings }];
 }

@@ -145,6 +145,7 @@ export class SelectedLayer implements Layer {
 
 function colourOf(track: Track, selected: boolean, palette: Palette): string {
   if (selected) return palette.selected;
+  if (track.emergency !== "") return palette.warning;
   return track.state === "confirmed" ? palette.track : track.state === "coasting" ? palette.stale : palette.faint;
 }
 

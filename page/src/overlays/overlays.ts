@@ -65,7 +65,7 @@ export class Overlays {
 
   private add(overlay: Overlay, document: unknown): void {
     const features = new GeoJSON().readFeatures(document, { featureProjection: "EPSG:3857" });
-    const layer = new VectorLayer({ source: new VectorSource({ features }), style: (feature, resolution) => {
+    const layer = new VectorLayer({ source: new VectorSource({ features }), declutter: true, style: (feature, resolution) => {
       const colour = COLOURS[this.view.theme];
       const named = feature.get("name") as unknown;
       const zoom = Math.log2(156543.03 / resolution);

@@ -1,6 +1,6 @@
 /** Announcements for screen readers: lost and restored connections, and new alarms. */
 
-import { alarmsOf } from "./sensors/severity";
+import { alarmsOf } from "../sky/severity";
 import type { App } from "./panel";
 
 /** Sentences that stay readable after they were announced. */

@@ -15,6 +15,7 @@ const signs = (palette: Palette): readonly [TemplateResult, string][] => [
   [svg`<circle class="track" r="4"></circle>`, "Open: tentative"],
   [svg`<circle class="stale" r="4"></circle><path class="stale" d="M-6-6L6 6M6-6L-6 6"></path>`, "Crossed: coasting, no plots"],
   [svg`<circle class="track full" r="2.2"></circle>`, "Small: on the ground"],
+  [svg`<text class="label" text-anchor="middle" y="4">~F120</text>`, "Estimated level (no height received), or a speed uncertain by more than 50 kt"],
   [svg`<circle class="track full" cx="-12" r="3"></circle><path class="faint" d="M-12 0H14"></path>`, "Predicted movement in the next 60 s"],
   [svg`<path class="faint" stroke-width="2" stroke-dasharray="2 4" d="M-13 0H12"></path>`, "Earlier positions, last two minutes"],
   [svg`<ellipse class="region" rx="14" ry="6"></ellipse>`, "Position uncertainty, 3 sigma"],

@@ -1,6 +1,6 @@
 /** The switches of what the map shows. */
 
-import { html, type TemplateResult } from "lit";
+import { html, nothing, type TemplateResult } from "lit";
 
 import { SWITCHES } from "../view/view";
 import type { App, Panel } from "./panel";
@@ -26,9 +26,9 @@ function sensor(id: string, number: number, app: App): TemplateResult {
       if (!view.hiddenSensors.delete(id)) view.hiddenSensors.add(id);
       actions.changed();
     }}> ${swatch(id, app)}${id}</label> <small>${store.plots.count(number)} plots</small>
-    <button type="button" aria-label=${alone ? "Show all sensors" : `Show only ${id}`} @click=${() => {
+    ${store.sensors.length === 1 ? nothing : html`<button type="button" aria-label=${alone ? "Show all sensors" : `Show only ${id}`} @click=${() => {
       view.hiddenSensors.clear();
       if (!alone) for (const one of store.sensors) if (one !== id) view.hiddenSensors.add(one);
       actions.changed();
-    }}>${alone ? "All" : "Only"}</button></li>`;
+    }}>${alone ? "All" : "Only"}</button>`}</li>`;
 }

@@ -41,7 +41,7 @@ export const systemPanel: Panel = {
     const { feed } = app;
     const { state, warnings } = feed.status as { state?: string; warnings?: unknown[] };
     if (state !== undefined && state !== "running" && state !== "recorded") return state;
-    return Array.isArray(warnings) && warnings.length > 0 ? `${warnings.length} warnings` : "";
+    return Array.isArray(warnings) && warnings.length > 0 ? `${warnings.length} warning${warnings.length > 1 ? "s" : ""}` : "";
   },
   draw,
 };

@@ -2,7 +2,7 @@
 
 import { html, nothing, type TemplateResult } from "lit";
 
-import { isFiltered, isShown } from "../view/shown";
+import { isShown } from "../view/shown";
 import { nameOf, type Track } from "../sky/store";
 import { distance, level, speed, trend } from "../view/units";
 import { filterForm } from "./filters";
@@ -19,8 +19,8 @@ type Key = "name" | "level" | "speed" | "sigma" | "age";
 
 const COLUMNS: readonly [Key, string, string][] = [
   ["name", "Track", "Callsign, else Mode 3/A code, address or number"],
-  ["level", "Level", "Height"],
-  ["speed", "Speed", "Ground speed"],
+  ["level", "Level", "Height; with ~ estimated, not received"],
+  ["speed", "Speed", "Ground speed; with ~ uncertain by more than 50 kt (1 sigma)"],
   ["sigma", "Sigma", "Position uncertainty: one standard deviation"],
   ["age", "Age", "Time since the last plot"],
 ];
@@ -33,7 +33,6 @@ export const tablePanel: Panel = {
   id: "tracks",
   title: "Tracks",
   tab: "tracks",
-  badge: ({ store, view }) => (isFiltered(view.filters) ? "filtered" : String(store.tracks.length || "")),
   draw,
 };
 
@@ -42,20 +41,30 @@ function draw(app: App): TemplateResult {
   const shown = store.tracks.filter((one) => isShown(one, view));
   rows = view.filters.area ? shown.filter((one) => picture.contains(one)) : shown;
   rows.sort(order);
-  const worst = rows.reduce<Track | null>((most, one) => (one.sigmaM > (most?.sigmaM ?? -1) ? one : most), null);
   const hidden = store.tracks.length - rows.length;
   return html`${filterForm(app)}
     <p class="summary"><span>${rows.length} shown${hidden > 0 ? `, ${hidden} hidden by filters and switches` : ""}</span>
-      ${worst === null ? nothing : html`<button type="button" class="link" @click=${() => actions.show(worst.id)}
-        >Least certain: ${nameOf(worst)}, ${distance(worst.sigmaM, view.units)}</button>`}</p>
+      <span>${leastCertain(app)}</span></p>
+    ${rows.length > 0 ? nothing : html`<p class="hint">${store.tracks.length === 0
+      ? "No tracks: there are no aircraft, or no measurements have been received." : "No track matches the filters."}</p>`}
     <div class="rows" @scroll=${() => actions.redraw()} @keydown=${(event: KeyboardEvent) => moved(event, app)}>
     <table role="grid" aria-label="Tracks" aria-rowcount=${rows.length + 1}>
       <thead><tr>${COLUMNS.map(([key, text, title]) => html`<th scope="col" aria-sort=${sortOf(key)} title=${title}>
         <button type="button" @click=${() => sort(key, app)}>${text}</button></th>`)}</tr></thead>
       <tbody>${body(app)}</tbody>
-    </table></div>
-    ${rows.length > 0 ? nothing : html`<p class="hint">${store.tracks.length === 0
-      ? "No tracks: there are no aircraft, or no measurements have been received." : "No track matches the filters."}</p>`}`;
+    </table></div>`;
+}
+
+/** The least certain track; if it is tentative, which may be clutter, also that of the others. */
+function leastCertain({ view, actions }: App): TemplateResult | typeof nothing {
+  const most = (one: Track | null, other: Track): Track | null => (other.sigmaM > (one?.sigmaM ?? -1) ? other : one);
+  const worst = rows.reduce(most, null);
+  if (worst === null) return nothing;
+  const link = (track: Track, state: string): TemplateResult => html`<button type="button" class="link"
+    @click=${() => actions.show(track.id)}>${nameOf(track)}${state}, ${distance(track.sigmaM, view.units)}</button>`;
+  const other = worst.state === "tentative" ? rows.filter((one) => one.state !== "tentative").reduce(most, null) : null;
+  return html`Least certain: ${link(worst, worst.state === "tentative" ? " (tentative)" : "")}${
+    other === null ? nothing : html`; ${other.state}: ${link(other, "")}`}`;
 }
 
 /** The rows in sight, between spaces as high as those that are not. */
@@ -79,10 +88,11 @@ function row(track: Track, place: number, focused: number | null | undefined, { 
   const state = track.onGround ? "on the ground" : track.state;
   return html`<tr data-id=${track.id} aria-rowindex=${place + 2} aria-selected=${track.id === view.selected}
     tabindex=${track.id === focused ? 0 : -1} class=${track.state} @click=${() => actions.show(track.id)}>
-    <td><span class="state" title=${state} aria-hidden="true">${track.onGround ? "■" : SYMBOLS[track.state]}</span>${nameOf(track)}
+    <td><span class="state" title=${state} aria-hidden="true">${track.onGround ? "■" : SYMBOLS[track.state]}</span>${nameOf(track)}${
+        track.emergency === "" ? nothing : html` <span class="badge level-fault">${track.emergency}</span>`}
       <span class="unseen">${state}</span></td>
-    <td><span class="trend">${track.onGround ? "" : trend(track.climbMps)}</span>${track.onGround ? "GND" : level(track.heightM, units)}</td>
-    <td>${speed(track.speedMps, units)}</td>
+    <td><span class="trend">${track.onGround ? "" : trend(track.climbMps)}</span>${track.onGround ? "GND" : level(track.heightM, units, track.isLevelEstimated)}</td>
+    <td>${speed(track.speedMps, units, track.isSpeedUncertain)}</td>
     <td>${distance(track.sigmaM, units)}</td>
     <td>${track.ageS.toFixed(0)} s</td></tr>`;
 }

@@ -47,8 +47,11 @@ export class Store {
   /** Take a frame; the clock of the data follows its steps. */
   update(frame: Frame, nowMs: number): void {
     const time = frame.header.data_time_s;
-    if (time !== this.dataTimeS) this.receivedMs = nowMs;
-    if (time !== null) this.measure(time, nowMs);
+    // A frame of the same data says nothing of their rate: where they end, the picture stands and does not slide back.
+    if (time !== this.dataTimeS) {
+      this.receivedMs = nowMs;
+      if (time !== null) this.measure(time, nowMs);
+    }
     this.dataTimeS = time;
     this.frames += 1;
     this.skipped += frame.header.skipped;

@@ -11,6 +11,13 @@ export const ADSB = 1;
 export const MLAT = 2;
 export const RADAR = 4;
 
+/** A level less certain than this is not received but estimated, from ranges of several radars, m. */
+const LEVEL_SIGMA_MAX_M = 30;
+/** A speed less certain than this is marked, m/s: 50 kt. */
+const SPEED_SIGMA_MAX_MPS = 25.7;
+/** Codes that mean an emergency, in a word. */
+const EMERGENCIES: Record<string, string> = { "7500": "HIJACK", "7600": "NO RADIO", "7700": "EMERGENCY" };
+
 export class Track {
   timeS = NaN;
   latitude = NaN;
@@ -23,7 +30,9 @@ export class Track {
   /** Map units per metre. */
   scale = 1;
   heightM = NaN;
+  heightSigmaM = NaN;
   speedMps = NaN;
+  velocitySigmaMps = NaN;
   headingDeg = NaN;
   climbMps = NaN;
   sigmaM = NaN;
@@ -58,7 +67,9 @@ export class Track {
     this.y = mercatorY(this.latitude);
     this.scale = scaleAt(this.latitude);
     this.heightM = at(columns.height_m, row);
+    this.heightSigmaM = at(columns.height_sigma_m, row);
     this.speedMps = at(columns.speed_mps, row);
+    this.velocitySigmaMps = at(columns.velocity_sigma_mps, row);
     this.headingDeg = at(columns.heading_deg, row);
     this.climbMps = at(columns.vertical_rate_mps, row);
     this.sigmaM = at(columns.position_sigma_m, row);
@@ -69,12 +80,28 @@ export class Track {
     this.sources = at(columns.sources, row);
     this.state = states[at(columns.state, row)] ?? "unknown";
     this.onGround = at(columns.on_ground, row) === 1;
+    // After a single plot nothing is known of its motion.
+    if (this.speedMps === 0 && this.state === "tentative") this.speedMps = this.headingDeg = NaN;
     this.identify(at(columns.callsign, row), at(columns.mode_3a, row), at(columns.mode_s_address, row));
     const heading = (this.headingDeg * Math.PI) / 180;
     const moving = Number.isFinite(this.speedMps) && Number.isFinite(heading);
     this.vx = moving ? this.speedMps * Math.sin(heading) * this.scale : 0;
     this.vy = moving ? this.speedMps * Math.cos(heading) * this.scale : 0;
     this.trail.extend(this.timeS, this.x, this.y);
+  }
+
+  /** Whether no height was received lately. */
+  get isLevelEstimated(): boolean {
+    return this.heightSigmaM > LEVEL_SIGMA_MAX_M;
+  }
+
+  get isSpeedUncertain(): boolean {
+    return this.velocitySigmaMps > SPEED_SIGMA_MAX_MPS;
+  }
+
+  /** The emergency that its code means, in a word; empty: none. */
+  get emergency(): string {
+    return EMERGENCIES[this.code ?? ""] ?? "";
   }
 
   /** Write the texts of an identity that changed. */
@@ -105,7 +132,7 @@ function at(column: Column, row: number): number {
 }
 
 const COLUMNS = [
-  "track_id", "time_s", "latitude_deg", "longitude_deg", "height_m", "speed_mps", "heading_deg", "vertical_rate_mps",
+  "track_id", "time_s", "latitude_deg", "longitude_deg", "height_m", "height_sigma_m", "speed_mps", "velocity_sigma_mps", "heading_deg", "vertical_rate_mps",
   "position_sigma_m", "sigma_major_m", "sigma_minor_m", "sigma_azimuth_deg", "age_s", "sources", "state", "on_ground",
   "callsign", "mode_3a", "mode_s_address",
 ] as const;

@@ -8,15 +8,24 @@ export const NAUTICAL_MILE_M = 1852;
 
 const known = (value: number): boolean => Number.isFinite(value);
 
-export function level(heightM: number, units: Units): string {
+/** A level; an estimated one, which was not received, has a tilde. */
+export function level(heightM: number, units: Units, isEstimated = false): string {
   if (!known(heightM)) return "–";
-  if (units === "si") return `${Math.round(heightM)} m`;
-  return `F${String(Math.max(0, Math.round(heightM / FOOT_M / 100))).padStart(3, "0")}`;
+  const mark = isEstimated ? "~" : "";
+  if (units === "si") return `${mark}${Math.round(heightM)} m`;
+  return `${mark}F${String(Math.max(0, Math.round(heightM / FOOT_M / 100))).padStart(3, "0")}`;
 }
 
-export function speed(mps: number, units: Units): string {
+/** A difference of heights. */
+export function height(metres: number, units: Units): string {
+  return units === "si" ? `${Math.round(metres)} m` : `${Math.round(metres / FOOT_M / 10) * 10} ft`;
+}
+
+/** A speed; an uncertain one has a tilde. */
+export function speed(mps: number, units: Units, isUncertain = false): string {
   if (!known(mps)) return "–";
-  return units === "si" ? `${Math.round(mps)} m/s` : `${Math.round(mps / KNOT_MPS)} kt`;
+  const mark = isUncertain ? "~" : "";
+  return units === "si" ? `${mark}${Math.round(mps)} m/s` : `${mark}${Math.round(mps / KNOT_MPS)} kt`;
 }
 
 export function climb(mps: number, units: Units): string {

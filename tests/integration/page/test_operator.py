@@ -3,7 +3,7 @@
 from collections import Counter
 from typing import Any
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 from integration.page.conftest import Air
 from integration.page.test_browser import PICTURE, STORE, opened, settled
@@ -104,31 +104,75 @@ def test_the_words_of_estimation_are_explained_where_they_stand(page: Page, air:
     expect(why).to_contain_text("Weight: how much of the position comes from this sensor.")
 
 
-def test_of_two_wrong_sites_the_less_certain_may_be_a_consequence(page: Page, air: Air) -> None:
+def test_the_map_names_the_radars_that_are_faulty_and_silent(page: Page, air: Air) -> None:
     def wrong(sensors: list[dict[str, Any]]) -> None:
         by_name = {one["id"]: one for one in sensors}
-        for name, east_m in (("north", 60.0), ("west", 300.0)):
-            by_name[name]["health"] |= {
-                "alarms": "site", "site_east_m": east_m, "site_north_m": 0.0, "site_sigma_m": 10.0,
-            }  # fmt: skip
+        by_name["north"]["health"]["alarms"] = "silent"
+        by_name["west"]["health"] |= {"alarms": "noise,site", "range_sigma_ratio": 2.7}
+        by_name["west"]["diagnoses"] = [{"sentence": "west: its site is 300 m off"}]
 
     sensors_with(page, wrong)
     opened(page, air)
+    settled(page, f"{PICTURE}.layers.layers[0].names.length === 3")
+    names = page.evaluate(f"{PICTURE}.layers.layers[0].names")
+    assert "north SILENT" in names
+    assert "west FAULT" in names
     page.keyboard.press("3")
-    states = page.locator("#sensors table.sensors tbody tr")
-    expect(states.nth(0)).to_contain_text("west")
-    expect(states.nth(0)).to_contain_text("ALARM")
-    expect(states.nth(1)).to_contain_text("north")
-    expect(states.nth(1)).to_contain_text("CHECK")
-    page.get_by_role("button", name="north").click()
-    expect(page.get_by_role("region", name="Sensor north")).to_contain_text(
-        "may be a consequence of west: correct that first."
-    )
+    # What the cause and the figure say is not repeated.
+    reasons = page.get_by_role("region", name="Sensor west").locator("p.alarm")
+    expect(reasons).to_have_text(["The noise of the range is 2.7 times the configured noise."])
+    expect(page.locator("#sensors .summary")).to_contain_text("west: its site is 300 m off")
+
+
+def test_long_names_and_badges_leave_all_tabs_and_columns_in_sight(page: Page, air: Air) -> None:
+    def named(sensors: list[dict[str, Any]]) -> None:
+        for one in sensors:
+            one["id"] = f"Great-{one['id']}-Fell"
+            one["diagnoses"] = [{"sentence": "wrong"}]
+
+    def warned(route: Route) -> None:
+        route.fulfill(json=route.fetch().json() | {"warnings": ["one"]})
+
+    sensors_with(page, named)
+    page.route("**/v1/status", warned)
+    opened(page, air, "/#tab=sensors&q=0")
+    expect(page.locator("#tab-system .badge")).to_have_text("1 warning")
+    expect(page.locator("#tab-sensors .badge")).to_have_text("3 FAULT")
+    for part in ("#tabs", "#panel-sensors"):
+        hidden: float = page.locator(part).evaluate("(one) => one.scrollWidth - one.clientWidth")
+        assert hidden <= 0.0
+
+
+def test_an_emergency_an_estimated_level_and_a_single_plot_are_seen_as_such(
+    page: Page, air: Air
+) -> None:
+    def changed(header: dict[str, Any], tracks: dict[str, Any]) -> None:
+        header["sensors"] = list(header["sensors"])
+        tracks["mode_3a"][0] = 0o7700
+        tracks["height_sigma_m"][1] = 200.0
+        tracks["state"][2], tracks["speed_mps"][2] = 0, 0.0
+        tracks["position_sigma_m"][2] = 9000.0
+
+    pictured(page, changed)
+    opened(page, air)
+    rows = page.locator("#tracks tbody tr")
+    names = f"{STORE}.tracks.slice(0, 3).map((one) => one.id)"
+    emergency, estimated, single = page.evaluate(names)
+    expect(rows.and_(page.locator(f"[data-id='{emergency}']"))).to_contain_text("EMERGENCY")
+    expect(rows.and_(page.locator(f"[data-id='{estimated}']"))).to_contain_text("~F")
+    speed = rows.and_(page.locator(f"[data-id='{single}']")).locator("td").nth(2)
+    expect(speed).to_have_text("–")
+    summary = page.locator("#tracks .summary")
+    expect(summary).to_contain_text("(tentative), 4.9 NM; confirmed: ")
+    page.evaluate(f"window.multiradar.actions.select({estimated})")
+    expect(page.locator("#sheet")).to_contain_text("± 1310 ft, estimated: not received")
+    page.evaluate(f"window.multiradar.actions.select({emergency})")
+    expect(page.locator("#sheet .head")).to_contain_text("EMERGENCY")
 
 
 def test_the_clock_runs_as_the_data_also_when_frames_come_in_bunches(page: Page, air: Air) -> None:
     opened(page, air)
-    ahead, late = page.evaluate(
+    ahead, moves = page.evaluate(
         f"""() => {{
           const store = new {STORE}.constructor();
           const none = {{ rows: 0, column: () => new Float64Array(0) }};
@@ -147,14 +191,20 @@ def test_the_clock_runs_as_the_data_also_when_frames_come_in_bunches(page: Page,
               if (pair > 10) ahead.push(store.timeAt(now) - (3 * pair + 1.5) - (3 * later) / 1000);
             }}
           }}
-          // The data end.
-          for (let ms = 40000; ms < 60000; ms += 500) take(3 * 39 + 1.5, ms);
-          return [[Math.min(...ahead), Math.max(...ahead)], store.timeAt(60000) - 3 * 39 - 1.5];
+          // The data end: the picture stands, and does not slide back.
+          const moves = [];
+          let before = store.timeAt(42000);
+          for (let ms = 42000; ms < 60000; ms += 500) {{
+            take(3 * 39 + 1.5, ms);
+            moves.push(store.timeAt(ms) - before);
+            before = store.timeAt(ms);
+          }}
+          return [[Math.min(...ahead), Math.max(...ahead)], moves];
         }}"""
     )
     assert ahead[0] > -1.0
     assert ahead[1] < 1.0
-    assert late == 0.0
+    assert moves == [0.0] * len(moves)
 
 
 def test_a_paused_picture_does_not_change(page: Page, air: Air) -> None:

@@ -7,7 +7,7 @@ import { signed } from "../track/contributions";
 import type { App, Panel } from "../panel";
 import { swatch } from "../swatch";
 import { utc } from "../../view/units";
-import { bySeverity, numberOf, type Severity } from "./severity";
+import { bySeverity, numberOf, type Severity } from "../../sky/severity";
 import { sensorSheet } from "./sheet";
 
 export const sensorPanel: Panel = {

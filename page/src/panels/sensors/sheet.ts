@@ -10,7 +10,7 @@ import { Source } from "../source";
 import { signed } from "../track/contributions";
 import { figure } from "../track/curves";
 import { utc } from "../../view/units";
-import { numberOf } from "./severity";
+import { numberOf } from "../../sky/severity";
 
 const EVERY_MS = 5000;
 const PAST_S = 3600;

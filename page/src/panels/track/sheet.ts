@@ -4,7 +4,7 @@ import { html, nothing, type TemplateResult } from "lit";
 
 import type { Update } from "../../service/selection";
 import { nameOf, type Track } from "../../sky/store";
-import { climb, distance, heading, level, speed, utc } from "../../view/units";
+import { climb, distance, heading, height, level, speed, utc } from "../../view/units";
 import type { App, Panel } from "../panel";
 import { Source } from "../source";
 import { profile, residuals } from "./curves";
@@ -56,19 +56,22 @@ function draw(app: App): TemplateResult {
 function head(track: Track, { actions }: App): TemplateResult {
   const state = track.onGround ? `${track.state}, on the ground` : track.state;
   return html`<div class="head"><div><strong class="name">${nameOf(track)}</strong>
-      <span class="badge ${track.state}">${state}</span></div>
+      <span class="badge ${track.state}">${state}</span>${
+        track.emergency === "" ? nothing : html` <span class="badge level-fault">${track.emergency}</span>`}</div>
     <div class="actions"><button type="button" @click=${() => actions.show(track.id)}>Centre</button>
       <button type="button" @click=${() => actions.select(null)}>Deselect <kbd>Esc</kbd></button></div></div>`;
 }
 
 function facts(track: Track, newest: Update | undefined, { view }: App): TemplateResult {
   const { units } = view;
-  const sigma = newest?.height_sigma_m ?? NaN;
+  const sigma = track.heightSigmaM;
+  const received = track.isLevelEstimated ? ", estimated: not received" : "";
+  const isAirborne = Number.isFinite(sigma) && !track.onGround;
   const rows: [string, string, string][] = [
-    ["Level", track.onGround ? "on the ground" : Number.isFinite(track.heightM) ? level(track.heightM, units) : "not received",
-      Number.isFinite(sigma) ? `± ${(2 * sigma).toFixed(0)} m` : ""],
+    ["Level", track.onGround ? "on the ground" : Number.isFinite(track.heightM) ? level(track.heightM, units, track.isLevelEstimated) : "not received",
+      isAirborne ? `± ${height(2 * sigma, units)}${received}` : ""],
     ["Vertical rate", climb(track.climbMps, units), ""],
-    ["Speed", speed(track.speedMps, units), newest === undefined ? "" : `± ${speed(2 * newest.velocity_sigma_mps, units)}`],
+    ["Speed", speed(track.speedMps, units, track.isSpeedUncertain), Number.isFinite(track.speedMps) ? `± ${speed(2 * track.velocitySigmaMps, units)}` : ""],
     ["Heading", heading(track.headingDeg), ""],
     ["Position", `${track.latitude.toFixed(4)}, ${track.longitude.toFixed(4)}`, ""],
     ["Position sigma", distance(track.sigmaM, units), "expected error"],

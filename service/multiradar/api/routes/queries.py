@@ -22,9 +22,9 @@ from multiradar.runtime.queries.registry import NO_ANSWER, QUERIES, Query
 router = APIRouter(prefix="/v1", tags=["tracks"], dependencies=[DISPLAY, Depends(strict_query)])
 
 
-def track_not_found(track_id: int) -> RequestError:
-    """Return the error of a request for an unknown track."""
-    return RequestError(404, "TRACK_NOT_FOUND", f"no track has the number {track_id}")
+def track_not_found(track_id: int, wanted: str = "live track") -> RequestError:
+    """Return the error of a request for an unknown track, or for one that was terminated."""
+    return RequestError(404, "TRACK_NOT_FOUND", f"no {wanted} has the number {track_id}")
 
 
 def _annotation(parameter: Parameter) -> Any:

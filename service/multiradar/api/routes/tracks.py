@@ -214,4 +214,4 @@ def _check_known(view: View, track_id: int, page: pl.DataFrame) -> None:
     if not page.is_empty() or view.track(track_id) is not None:
         return
     if all(view.rows(one, track_id, None, 1).is_empty() for one in (UPDATES, TRANSITIONS)):
-        raise track_not_found(track_id)
+        raise track_not_found(track_id, "retained track")

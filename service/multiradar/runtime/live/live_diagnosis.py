@@ -30,6 +30,8 @@ PERIOD_S = 5.0
 #: Codes that need more than a window: a radar without aircraft in coverage sends nothing,
 #: and an airport may close at night.
 _OF_LONGER_TIMES = ("no_measurements", "times_jump")
+#: The code of a wrong site, and the alarm.
+_SITE = "site"
 
 
 class LiveDiagnosis:
@@ -106,6 +108,15 @@ class LiveDiagnosis:
     def of(self, sensor_id: str) -> list[dict[str, str]]:
         """Return the present findings about a sensor."""
         return [one for one in self.records() if one["sensor_id"] == sensor_id]
+
+    def confirmed(self, sensor_id: str, alarms: Sequence[str]) -> list[str]:
+        """Return the alarms of a sensor without `site` while the wrong site is that of another.
+
+        Tracks follow the most accurate radar; if its site is wrong, the others seem displaced.
+        """
+        sites = {one.sensor_id for one in self._found if one.code == _SITE}
+        is_other = bool(sites) and sensor_id not in sites
+        return [one for one in alarms if not (is_other and one == _SITE)]
 
     def check(self) -> bool:
         """Diagnose if the window had ended at the check before; return whether it had."""

@@ -151,6 +151,9 @@ class LiveView:
             record["storm"] = storms.get(record["id"])
             record["clock_lead_s"] = leads.get(record["id"])
             record["diagnoses"] = self._diagnosis.of(record["id"])
+            if (health := record["health"]) is not None:
+                alarms = self._diagnosis.confirmed(record["id"], health["alarms"].split(","))
+                record["health"] = {**health, "alarms": ",".join(alarms)}
         return records
 
     def saturated(self) -> list[str]:
@@ -171,13 +174,18 @@ class LiveView:
         # First: what is counted as processed is then in the output.
         service = self.service_counts()
         known = self._known.counts()
-        alarms: dict[str, list[str]] = known["sensor_alarms"]
+        alarms: dict[str, list[str]] = {
+            sensor_id: names
+            for sensor_id, raised in known["sensor_alarms"].items()
+            if (names := self._diagnosis.confirmed(sensor_id, raised))
+        }
         for name, sensor_ids in ((CLOCK_ALARM, self.clock_leads()), (STORM_ALARM, self.storms())):
             for sensor_id in sensor_ids:
                 alarms[sensor_id] = [*alarms.get(sensor_id, []), name]
         return {
             **service,
             **known,
+            "sensor_alarms": alarms,
             "filter": self._known.tracking.filter_name,
             "event_sequence": ring.head,
             "subscribers": ring.subscriber_count,

@@ -25,6 +25,9 @@ PLOTS_FIRST_S = 30.0
 TICK_S = 0.1
 #: Fraction of the time that making states may take; with many tracks and plots they are rarer.
 SHARE_MAX = 0.03
+#: Longest pause between two states, s: one that took seconds because the machine was busy must not
+#: stop the picture for minutes.
+PAUSE_MAX_S = 2.0
 #: Encoded frames retained until the next tick.
 _FRAMES_MAX = 64
 
@@ -50,8 +53,9 @@ class Asked(NamedTuple):
 class AirPicture:
     """Frames for the page, for any thread.
 
-    The state is read at most every `TICK_S`, rarer where that takes more than `SHARE_MAX`, and each
-    frame of a tick encoded once for all pages that ask for the same.
+    The state is read at most every `TICK_S`, rarer where that takes more than `SHARE_MAX`, with
+    pauses of at most `PAUSE_MAX_S`; each frame of a tick is encoded once for all pages that ask for
+    the same.
 
     Parameters
     ----------
@@ -144,8 +148,9 @@ class AirPicture:
         feed = self._known.trajectories
         self._bundles = [] if feed is None else feed.tracks()
         self._frames.clear()
-        took_s = self._clock.monotonic_s() - began_s
-        self._due_s = began_s + max(TICK_S, took_s / SHARE_MAX)
+        ended_s = self._clock.monotonic_s()
+        pause_s = max(TICK_S, min((ended_s - began_s) / SHARE_MAX, PAUSE_MAX_S))
+        self._due_s = ended_s + pause_s
 
     def _encoded(self, asked: Asked) -> bytes:
         since_s = (self._data_time_s or 0.0) - PLOTS_FIRST_S

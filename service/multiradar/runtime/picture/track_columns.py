@@ -14,8 +14,8 @@ from multiradar.tracking.forecast.regions import ellipses
 SOURCE_KEPT_S = 30.0
 
 _NUMBERS = (
-    "height_m", "speed_mps", "vertical_rate_mps", "position_sigma_m", "turn_right_probability",
-    "turn_left_probability",
+    "height_m", "height_sigma_m", "speed_mps", "velocity_sigma_mps", "vertical_rate_mps",
+    "position_sigma_m", "turn_right_probability", "turn_left_probability",
 )  # fmt: skip
 #: Identities as numbers; the page writes them as text. -1 for none.
 _IDENTITIES = {"callsign": np.float64, "mode_s_address": np.int32, "mode_3a": np.int32}
@@ -44,12 +44,13 @@ def track_columns(air: AirTracks, plane: SystemPlane | None) -> Columns:
     Returns
     -------
     dict of (n,) ndarray
-        `track_id`, `time_s`, `latitude_deg`, `longitude_deg`, `height_m`, `speed_mps`,
-        `heading_deg`, `vertical_rate_mps`, `position_sigma_m`, `turn_right_probability`,
-        `turn_left_probability`, `age_s`; semi-axes of one sigma of the position and the azimuth
-        of the greater one, `sigma_major_m`, `sigma_minor_m`, `sigma_azimuth_deg`; `state` (index
-        into `STATE_NAMES`), `on_ground` (-1 unknown), `sources` (sum of 1 for ADS-B, 2 for
-        multilateration and 4 for radars and direction finders that updated it in the last
+        `track_id`, `time_s`, `latitude_deg`, `longitude_deg`, `height_m`, `height_sigma_m`,
+        `speed_mps`, `heading_deg`, `velocity_sigma_mps`, `vertical_rate_mps`, `position_sigma_m`,
+        `turn_right_probability`, `turn_left_probability`, `age_s`; semi-axes of one sigma of the
+        position and the azimuth of the greater one, `sigma_major_m`, `sigma_minor_m`,
+        `sigma_azimuth_deg`; `state` (index into `STATE_NAMES`), `on_ground` (-1 unknown),
+        `sources` (sum of 1 for ADS-B, 2 for multilateration and 4 for radars and direction
+        finders that updated it in the last
         `SOURCE_KEPT_S`); `callsign` (eight characters of six bits, the first in the highest),
         `mode_s_address`, `mode_3a`, -1 for none.
     """

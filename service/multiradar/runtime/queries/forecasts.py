@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.errors import ForecastError
+from multiradar.errors import ForecastError, TrajectoryError
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.queries.forecast_methods import (
     Known,
@@ -19,6 +19,7 @@ from multiradar.runtime.queries.polynomial_forecasts import LastPlots, last_plot
 from multiradar.runtime.trajectories.ensemble_paths import member_documents
 from multiradar.tracking.forecast.polynomial_forecast import WINDOW_S
 from multiradar.tracking.forecast.regions import ellipses
+from multiradar.tracking.forecast.state_samples import SAMPLE_EVERY_S
 from multiradar.tracking.outputs import TrackStates
 
 
@@ -213,21 +214,35 @@ def answer_forecast(
     ForecastError
         If there are too many points.
     TrajectoryError
-        If the track has no bundle or too few plots for the method; see `code`.
+        If the track has no state at that time (`NO_STATE`), or no bundle or too few plots for the
+        method; see `code`.
     """
     steps = forecast_steps(horizon_s, step_s, known.limits.forecast_steps_max)
-    track, now = known.track(track_id), known.states()
-    if track is None or now is None:
+    track = known.track(track_id)
+    if track is None:
         return None
+    now = known.states()
+    if now is None:
+        raise _no_state(track_id)
     states, plane = now
     source = known_of(
         states, track_id, known.calibration, lambda: known.trajectory_feed().read(track_id),
         lambda: last_plots_of(known, plane, track_id),
     )  # fmt: skip
     if source is None:
-        return None
+        raise _no_state(track_id)
     points = forecast_from(source, track, plane, steps, method_of(by, probability))
     return {"track_id": track_id, "probability": probability, "by": by, "points": points}
+
+
+# A track of the past whose first state was stored later, or is no longer retained.
+def _no_state(track_id: int) -> TrajectoryError:
+    return TrajectoryError(
+        "NO_STATE",
+        f"no state of track {track_id} is stored for this time: states are stored every "
+        f"{SAMPLE_EVERY_S:.0f} s from the confirmation of a track on, the oldest are discarded; "
+        "ask for a later time",
+    )
 
 
 def last_plots_of(known: Moment, plane: SystemPlane, track_id: int) -> LastPlots | None:

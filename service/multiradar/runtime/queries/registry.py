@@ -103,7 +103,7 @@ def _of_window(analyse: WindowAnalysis) -> Callable[..., Document | None]:
 FORECAST = Query(
     "forecast", "forecasts", True, parameters.FORECAST, answer_forecast, Forecast,
     "Predict the position of a track, with covariances and containment regions.",
-    "The track has no bundle to predict from; see `code`",
+    "The track has no state or no bundle to predict from; see `code`",
 )  # fmt: skip
 MANOEUVRE_PLANE = Query(
     "manoeuvre-plane", "manoeuvre-planes", True, (parameters.WINDOW,), _of_window(plane_of_track),

@@ -9,7 +9,7 @@ import pytest
 from multiradar.runtime.live.live_diagnosis import LiveDiagnosis
 from multiradar.storage.entries import RejectedRow
 from support.fakes.engine_outputs import Update, output_of
-from support.inputs.mistaken import START_S, recording
+from support.inputs.mistaken import RADARS, START_S, recording
 
 WRONG = recording().changed("1-10", range_m=pl.col("range_m") / 1e3)
 
@@ -94,4 +94,19 @@ def test_before_the_start_nothing_is_retained() -> None:
     diagnosis = LiveDiagnosis(WRONG.table())
     diagnosis.record(WRONG.frame, ())
     assert not checked(diagnosis)
+    diagnosis.stop()
+
+
+def test_a_site_alarm_is_a_consequence_while_the_wrong_site_is_that_of_another_radar() -> None:
+    latitude_deg = RADARS["1-10"][0][0] + 0.01
+    displaced = recording().configured("1-10", latitude_deg=latitude_deg)
+    diagnosis = LiveDiagnosis(displaced.table(), period_s=3600.0)
+    diagnosis.start()
+    alarms = ["noise", "site"]
+    assert diagnosis.confirmed("2-10", alarms) == alarms
+    diagnosis.record(displaced.frame, ())
+    assert checked(diagnosis)
+    assert [one["code"] for one in diagnosis.of("1-10")] == ["site"]
+    assert diagnosis.confirmed("1-10", alarms) == alarms
+    assert diagnosis.confirmed("2-10", alarms) == ["noise"]
     diagnosis.stop()

@@ -1,6 +1,7 @@
 """Frames have the tracks with their covariance and sources, and are encoded once for all pages."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,8 +10,9 @@ from multiradar.clock import FixedClock
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.picture import air_picture
-from multiradar.runtime.picture.air_picture import TICK_S, AirPicture, Asked
-from multiradar.runtime.picture.selection import Area
+from multiradar.runtime.picture.air_picture import PAUSE_MAX_S, TICK_S, AirPicture, Asked
+from multiradar.runtime.picture.selection import Area, Columns
+from multiradar.runtime.picture.track_columns import track_columns
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.tracking.outputs import EngineOutput, TrackPlots
 from multiradar.tracking.settings import TrackingSettings
@@ -107,6 +109,25 @@ def test_the_picture_changes_after_a_tick_alone() -> None:
     air.clock.advance(0.5 * TICK_S)
     assert air.picture.frame(Asked()) is first
     air.clock.advance(0.5 * TICK_S)
+    assert air.picture.frame(Asked()) is not first
+
+
+def test_a_state_that_took_seconds_does_not_stop_the_picture(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    air = _Air()
+
+    # As beside a process that has both cores.
+    def slow(*given: Any) -> Columns:
+        air.clock.advance(3.0)
+        return track_columns(*given)
+
+    monkeypatch.setattr(air_picture, "track_columns", slow)
+    air.push(20)
+    first = air.picture.frame(Asked())
+    air.push(20, seed=2)
+    assert air.picture.frame(Asked()) is first
+    air.clock.advance(PAUSE_MAX_S)
     assert air.picture.frame(Asked()) is not first
 
 

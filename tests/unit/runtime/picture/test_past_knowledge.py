@@ -117,6 +117,19 @@ def test_before_the_first_row_nothing_is_known() -> None:
         air.ask(TRAJECTORIES, 1, THEN_S)
 
 
+def test_a_track_without_a_stored_state_has_no_forecast_and_the_answer_says_so() -> None:
+    air = _Air()
+    air.push(0.0, THEN_S)
+    first_s = float(air.known.oldest_s or 0.0)
+    track = int(air.picture.retained.latest(first_s + 1.0)["track_id"][0])
+    with pytest.raises(TrajectoryError, match=f"no state of track {track} .* every 8 s") as error:
+        air.ask(FORECAST, track, first_s + 1.0)
+    assert error.value.code == "NO_STATE"
+    # Once a state is stored, it has one; a track that was never there is unknown.
+    assert air.ask(FORECAST, track, air.then_s)["points"]
+    assert air.ask(FORECAST, 10**6, first_s + 1.0) is None
+
+
 def test_states_are_those_of_the_last_samples_within_their_memory() -> None:
     air = _Air()
     batch = measurement_batch(air.frame, TABLE)[0]

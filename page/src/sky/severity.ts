@@ -1,6 +1,6 @@
 /** How badly a sensor does, and why: what its list is sorted by. */
 
-import type { Sensor } from "../../service/feed";
+import type { Sensor } from "../service/feed";
 
 /** Noise over the configured one, and detection, that an operator should look at. */
 const NOISE_RATIO_MAX = 1.5;
@@ -24,7 +24,7 @@ const ALARMS: Record<string, string> = {
   silent: "No plot for five scans of tracks that other radars still detect.",
   bias_jump: "A bias jumped within the last eight scans.",
   noise: "The noise is more than twice the configured noise.",
-  site: "The configured site position is wrong.",
+  site: "Its configured site, or that of a radar that detects the same aircraft, is wrong.",
   address: "A plot updated a track with another Mode S address: a bug in multiradar.",
 };
 
@@ -36,44 +36,34 @@ export function alarmsOf(sensor: Sensor): string[] {
   return named;
 }
 
-/** The site error of a radar in sigmas; NaN where it is not estimated. */
-function siteSigmas({ health }: Sensor): number {
-  return Math.hypot(numberOf(health?.["site_east_m"]), numberOf(health?.["site_north_m"])) / numberOf(health?.["site_sigma_m"]);
-}
-
-/**
- * The radar whose site is most surely wrong, of several with that alarm: diagnosed, else with most sigmas. The tracks
- * follow it, and its neighbours then seem to lie elsewhere.
- */
-function surestSite(sensors: readonly Sensor[]): Sensor | null {
-  const [surest] = sensors.filter((one) => alarmsOf(one).includes("site") && siteSigmas(one) > 0)
-    .sort((a, b) => Number(b.diagnoses.length > 0) - Number(a.diagnoses.length > 0) || siteSigmas(b) - siteSigmas(a));
-  return surest ?? null;
-}
-
-export function severityOf(sensor: Sensor, surest: Sensor | null = null): Severity {
-  const isDoubtful = (alarm: string): boolean => alarm === "site" && surest !== null && surest !== sensor;
-  const all = alarmsOf(sensor);
-  const alarms = all.filter((one) => !isDoubtful(one));
+export function severityOf(sensor: Sensor): Severity {
+  const alarms = alarmsOf(sensor);
   // The name stands before them on the page.
   const causes = sensor.diagnoses.map(({ sentence }) => (sentence.startsWith(`${sensor.id}: `) ? sentence.slice(sensor.id.length + 2) : sentence));
   const meaning = (alarm: string): string => alarm === "storm"
     ? `Excessive number of measurements: ${sensor.storm}.` : alarm === "clock"
     ? `Its clock is ${(sensor.clock_lead_s ?? 0).toFixed(0)} s ahead of the data time.` : ALARMS[alarm] ?? `Alarm ${alarm}.`;
-  const consequences = all.filter(isDoubtful).map(() =>
-    `Its site seems wrong, too, which may be a consequence of ${surest?.id ?? ""}: correct that first.`);
-  const reasons = [...causes, ...alarms.map(meaning), ...consequences, ...doubts(sensor)];
+  const seen = doubts(sensor);
+  // What a cause or a figure says better is not repeated.
+  const isSaid = (alarm: string): boolean => (alarm === "site" && causes.some((one) => one.includes("site")))
+    || (alarm === "noise" && seen.some((one) => one.includes("noise")));
+  const reasons = [...causes, ...alarms.filter((one) => !isSaid(one)).map(meaning), ...seen];
   const level: Level = causes.length > 0 ? "FAULT" : alarms.length > 0 ? "ALARM"
     : (sensor.updates ?? sensor.last_update_s ?? 0) === 0 ? "NO DATA" : reasons.length > 0 ? "CHECK" : "OK";
   if (level === "NO DATA") reasons.unshift(sensor.updates === null ? "No plot updated a track in the last two minutes." : "No plot has updated a track yet.");
   return { level, rank: RANKS[level], reasons };
 }
 
+/** What its site on the map says in a word; empty where there is nothing to say. */
+export function wordOf(sensor: Sensor, { level }: Severity): string {
+  if (level !== "FAULT" && alarmsOf(sensor).includes("silent")) return "SILENT";
+  return level === "FAULT" || level === "ALARM" || level === "NO DATA" ? level : "";
+}
+
 /** Sensors by severity, the worst first; then by name. */
 export function bySeverity(sensors: readonly Sensor[]): { sensor: Sensor; severity: Severity }[] {
-  const surest = surestSite(sensors);
   return sensors
-    .map((sensor) => ({ sensor, severity: severityOf(sensor, surest) }))
+    .map((sensor) => ({ sensor, severity: severityOf(sensor) }))
     .sort((a, b) => b.severity.rank - a.severity.rank || b.severity.reasons.length - a.severity.reasons.length
       || (a.sensor.id < b.sensor.id ? -1 : 1));
 }
