@@ -12,8 +12,8 @@ from multiradar_schemas.measurements.callsigns import packed_callsigns
 
 # Columns of a picture.
 _NUMBERS = (
-    "time_s", "track_id", "height_m", "speed_mps", "position_sigma_m", "vertical_rate_mps",
-    "turn_right_probability", "turn_left_probability",
+    "time_s", "track_id", "height_m", "height_sigma_m", "speed_mps", "velocity_sigma_mps",
+    "position_sigma_m", "vertical_rate_mps", "turn_right_probability", "turn_left_probability",
 )  # fmt: skip
 _ANGLES = {
     "latitude_deg": "latitude_rad", "longitude_deg": "longitude_rad", "heading_deg": "heading_rad",
