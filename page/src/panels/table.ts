@@ -60,11 +60,11 @@ function leastCertain({ view, actions }: App): TemplateResult | typeof nothing {
   const most = (one: Track | null, other: Track): Track | null => (other.sigmaM > (one?.sigmaM ?? -1) ? other : one);
   const worst = rows.reduce(most, null);
   if (worst === null) return nothing;
-  const link = (track: Track, state: string): TemplateResult => html`<button type="button" class="link"
-    @click=${() => actions.show(track.id)}>${nameOf(track)}${state}, ${distance(track.sigmaM, view.units)}</button>`;
+  const link = (before: string, track: Track, state: string): TemplateResult => html`<button type="button" class="link"
+    @click=${() => actions.show(track.id)}>${before}${nameOf(track)}${state}, ${distance(track.sigmaM, view.units)}</button>`;
   const other = worst.state === "tentative" ? rows.filter((one) => one.state !== "tentative").reduce(most, null) : null;
-  return html`Least certain: ${link(worst, worst.state === "tentative" ? " (tentative)" : "")}${
-    other === null ? nothing : html`; ${other.state}: ${link(other, "")}`}`;
+  return html`${link("Least certain: ", worst, worst.state === "tentative" ? " (tentative)" : "")}${
+    other === null ? nothing : html`; ${link(`${other.state}: `, other, "")}`}`;
 }
 
 /** The rows in sight, between spaces as high as those that are not. */
