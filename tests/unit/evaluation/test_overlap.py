@@ -103,8 +103,8 @@ def test_rarely_matched_aircraft_give_a_warning() -> None:
     assert rarely_matched(np.array([7, -1]), 2.0) == []
     (said,) = rarely_matched(np.array([7, -1, -1, -1]), 2.0)
     assert said == (
-        "the aircraft of the reference have a track within 2 m (--gate) for 25% of their time "
-        "only: is this another recording, or is the gate too small?"
+        "the aircraft of the reference have a track within 2 m (--gate) for only 25% of their "
+        "time: is this another recording, or is the gate too small?"
     )
 
 

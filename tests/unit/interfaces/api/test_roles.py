@@ -147,7 +147,7 @@ def test_a_route_without_a_role_cannot_be_served(service: FakeService) -> None:
     async def _new() -> None:
         """Declare no role."""
 
-    with pytest.raises(ConfigurationError, match=r"route /v1/new: expected one of FEED, DISPLAY"):
+    with pytest.raises(ConfigurationError, match=r"route /v1/new: expected exactly one of FEED"):
         create_api(service, routers=[router])
 
 
