@@ -11,7 +11,7 @@ READY := $(VENV)/.ready
 # What one process compiled, others load: a test run starts hundreds.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help install test unit fuzz simulate-faults lint types contracts kernels collection check docs docs-check demo page bench dist kernel-list lock clean
+.PHONY: help install test unit fuzz simulate-faults lint types contracts kernels collection check docs docs-check demo demo-cluster page bench dist kernel-list lock clean
 
 help: ## Show the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -72,6 +72,13 @@ simulate-faults: $(READY) ## Simulate the service under faults (SIMULATE_OPTIONS
 demo: $(READY) ## Convert the sample, serve and replay it, show tracks and biases
 	$(BIN)/multiradar demo $(DEMO_OPTIONS)
 
+$(VENV)/.cluster: $(READY) requirements/cluster.txt
+	$(PIP) --require-hashes --requirement requirements/cluster.txt
+	@touch $@
+
+demo-cluster: $(VENV)/.cluster ## Serve the sample with shards on Ray in a network namespace, kill one, compare the output
+	$(BIN)/python -m validation.service.demo_cluster $(DEMO_OPTIONS)
+
 page: ## Build the page of the air picture (needs Node.js 20); the result is committed
 	cd page && npm ci --no-audit --no-fund && npm run types && npm run build
 
@@ -104,7 +111,7 @@ kernel-list: $(READY) ## Update the list of kernels of each command; --check com
 	cd tests && ../$(BIN)/python -m support.kernel_list $(KERNEL_LIST_OPTIONS)
 
 lock: ## Update all pinned versions (needs uv); those of dev hold everywhere
-	for use in dev run bench docs dist; do \
+	for use in dev run bench cluster docs dist; do \
 	  uv pip compile --universal --generate-hashes --python-version 3.11 --no-emit-index-url --no-header \
 	    $$([ $$use = run ] || echo --extra $$use) $$([ $$use = dev ] || echo --constraint requirements/dev.txt) \
 	    pyproject.toml -o requirements/$$use.txt; \

@@ -15,6 +15,7 @@ from multiradar.api.factory import create_api
 from multiradar.api.http_server import LOOPBACK_NAMES, HttpServer
 from multiradar.api.routes.overlays import overlay_routes
 from multiradar.clock import SystemClock
+from multiradar.cluster.ray_steps import steps_of
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.estimation.measurement.sensors import SensorTable
@@ -238,15 +239,18 @@ def build_service(
 ) -> Service:
     """Return the live pipeline on a real journal and engine; not started."""
     tracking, journal = settings.tracking_settings(), settings.journal.path
+    shards = steps_of(settings, settings.workers)
     fingerprint = configuration_fingerprint(sensors, tracking)
 
     def setting_of(other: str) -> str:
         name = filter_of(other, sensors, tracking, FILTERS)
         return f"--filter {name}, now {tracking.filter_name}" if name else ""
 
-    return Service(
+    service = Service(
         open_journal=lambda: SqliteJournal(journal, fingerprint, setting_of),
-        open_engine=lambda: Engine(sensors, tracking, settings.workers, sampling=Sampling.ALL),
+        open_engine=lambda: Engine(
+            sensors, tracking, settings.workers, open_steps=shards, sampling=Sampling.ALL
+        ),
         sensors=sensors,
         tracking=tracking,
         limits=settings.runtime_limits(),
@@ -254,6 +258,9 @@ def build_service(
         snapshots=snapshot_rules(settings, fingerprint),
         described=described,
     )
+    if shards is not None:
+        service.publication.count_edge("cluster", shards.document)
+    return service
 
 
 def snapshot_rules(settings: Settings, fingerprint: str) -> SnapshotRules | None:

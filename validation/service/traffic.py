@@ -134,7 +134,7 @@ class Traffic:
     def __init__(self, folder: Path, aircraft: int, warm_s: float = 24.0) -> None:
         self.sky = Sky(aircraft)
         sensors = folder / "sensors.toml"
-        sensors.write_text("\n".join(_sensor(*one) for one in SITES.items()), encoding="utf-8")
+        sensors.write_text("\n".join(sensor_text(*one) for one in SITES.items()), encoding="utf-8")
         command = [
             sys.executable, "-m", "multiradar", "serve", "--sensors", str(sensors), "--port", "0",
             "--no-zenoh", "--json", "--state", str(folder / "state"), "--log-level", "warning",
@@ -223,7 +223,7 @@ def processor_s(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def _sensor(name: str, site: tuple[float, float, float]) -> str:
+def sensor_text(name: str, site: tuple[float, float, float]) -> str:
     return (
         f'[[sensor]]\nid = "{name}"\nkind = "radar"\nlatitude_deg = {site[0]}\n'
         f"longitude_deg = {site[1]}\nheight_m = {site[2]}\nrange_sigma_m = {_NOISE_M}\n"

@@ -39,6 +39,13 @@ class FilterChoice(StrEnum):
     CI = "ci"
 
 
+class EngineChoice(StrEnum):
+    """What updates the tracks."""
+
+    THREADS = "threads"
+    RAY = "ray"
+
+
 class MotionChoice(StrEnum):
     """Process noise of the motion of aircraft."""
 
@@ -246,6 +253,23 @@ OverlaysOption = Annotated[
         "--overlays",
         metavar="DIR",
         help="Directory of GeoJSON files (sectors, airways) to show on the page.",
+        show_default=False,
+    ),
+]
+EngineOption = Annotated[
+    EngineChoice | None,
+    typer.Option(
+        help="What updates the tracks: threads, or actors of Ray (extra `cluster`), which needs "
+        "--cluster-listen; the output does not depend on it.",
+        show_default="threads",
+    ),
+]
+ClusterListenOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="ADDRESS",
+        help="Address of this host on which Ray may listen, one at least of each interface; "
+        "repeatable. A host that reaches it can run code.",
         show_default=False,
     ),
 ]

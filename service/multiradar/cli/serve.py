@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from multiradar.cli.options import ConfigOption, FilterOption, OverlaysOption
+from multiradar.cli.options import (
+    ClusterListenOption,
+    ConfigOption,
+    EngineOption,
+    FilterOption,
+    OverlaysOption,
+)
 from multiradar.cli.terminal.stop_signals import stop_on_signals
 from multiradar.errors import PipelineError
 from multiradar.toolbox.inputs import load_sensor_table, read_sensors
@@ -81,8 +87,13 @@ def serve(
         ),
     ] = None,
     workers: Annotated[
-        int | None, typer.Option(min=1, help="Worker threads of the tracker.", show_default="1")
+        int | None,
+        typer.Option(
+            min=1, help="Worker threads of the tracker, or actors of Ray.", show_default="1"
+        ),
     ] = None,
+    engine: EngineOption = None,
+    cluster_listen: ClusterListenOption = None,
     filter_name: FilterOption = None,
     trajectory_aircraft_max: Annotated[
         int | None,
@@ -128,6 +139,8 @@ def serve(
             ("zenoh", "listen"): tuple(zenoh_listen) if zenoh_listen else None,
             ("zenoh", "connect"): tuple(zenoh_connect) if zenoh_connect else None,
             ("workers",): workers,
+            ("engine",): None if engine is None else engine.value,
+            ("cluster", "listen"): tuple(cluster_listen) if cluster_listen else None,
             ("trajectories", "aircraft_max"): trajectory_aircraft_max,
             ("tracking", "filter_name"): None if filter_name is None else filter_name.value,
             ("page", "overlays"): overlays,

@@ -9,11 +9,13 @@ from multiradar.cli.conversion.outcome import times_line
 from multiradar.cli.options import (
     TRACKING_DEFAULTS,
     AllowMissingOption,
+    ClusterListenOption,
     ConfigOption,
     DateOption,
     EncounterDistanceOption,
     EncounterHeightOption,
     EncountersOption,
+    EngineOption,
     FilterOption,
     ForecastsOption,
     HideOption,
@@ -83,9 +85,13 @@ def track(
     workers: Annotated[
         int | None,
         typer.Option(
-            min=1, help="Worker threads; the output does not depend on it.", show_default="cores"
+            min=1,
+            help="Worker threads, or actors of Ray; the output does not depend on it.",
+            show_default="cores",
         ),
     ] = None,
+    engine: EngineOption = None,
+    cluster_listen: ClusterListenOption = None,
     batch: Annotated[
         int, typer.Option(min=1, help="Batch size; the output does not depend on it.")
     ] = 8192,
@@ -158,6 +164,8 @@ def track(
             acceleration_density=acceleration_density,
             motion=None if motion is None else motion.value,
             workers=workers,
+            engine=None if engine is None else engine.value,
+            cluster_listen=cluster_listen or None,
             batch=batch,
             manoeuvre_planes=manoeuvre_planes,
             observability=observability,

@@ -23,6 +23,7 @@ from pydantic_settings import (
 from multiradar.errors import ConfigurationError
 from multiradar.settings.access import AccessSettings
 from multiradar.settings.asterix import AsterixSettings
+from multiradar.settings.cluster import ClusterSettings
 from multiradar.settings.feeds import FeedsSettings
 from multiradar.settings.limits import HttpLimits, RuntimeLimits
 from multiradar.settings.retention import RetentionSettings
@@ -226,6 +227,10 @@ class Settings(BaseSettings):
 
     sensors: Path = Path("sensors.toml")
     workers: Count = 1
+    engine: Annotated[
+        Literal["threads", "ray"],
+        Field(description="What updates the tracks: threads of this process, or actors of Ray"),
+    ] = "threads"
     rows_per_message_max: Count = 100_000
     server: ServerSettings = ServerSettings()
     access: AccessSettings = AccessSettings()
@@ -239,6 +244,7 @@ class Settings(BaseSettings):
     page: PageSettings = PageSettings()
     asterix: AsterixSettings = AsterixSettings()
     feeds: FeedsSettings = FeedsSettings()
+    cluster: ClusterSettings = ClusterSettings()
     tracking: TrackingSection = TrackingSection()
 
     def tracking_settings(self) -> TrackingSettings:

@@ -17,7 +17,11 @@ if TYPE_CHECKING:
 TRAJECTORY_AIRCRAFT_DEFAULT = 1000
 
 
-def settings_of(config: "PathLike | None", given: Mapping[str, Any]) -> "Settings":
+def settings_of(
+    config: "PathLike | None",
+    given: Mapping[str, Any],
+    others: Mapping[str, Any] | None = None,
+) -> "Settings":
     """Return the settings: arguments first, then the environment, the file and the defaults.
 
     Parameters
@@ -26,6 +30,8 @@ def settings_of(config: "PathLike | None", given: Mapping[str, Any]) -> "Setting
         Settings in TOML.
     given : mapping of str to object
         Settings of the tracker by name; None if not given.
+    others : mapping of str to object, optional
+        Other settings, by section.
 
     Raises
     ------
@@ -45,7 +51,9 @@ def settings_of(config: "PathLike | None", given: Mapping[str, Any]) -> "Setting
     except ValidationError as error:
         name, _, reason = mistakes_in(error, TrackingSection, chosen, {})[0].partition(": ")
         raise ArgumentError(f"`{name}`: {reason}", name) from error
-    return load_settings(None if config is None else Path(config), {"tracking": chosen})
+    return load_settings(
+        None if config is None else Path(config), {"tracking": chosen, **(others or {})}
+    )
 
 
 def checked_kinds(kinds: Collection[str] | None) -> frozenset[str] | None:

@@ -14,7 +14,6 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.errors import ConfigurationError
 from multiradar.estimation.bias.observability import UnobservableBias
 from multiradar.estimation.bias.store import BiasState
 from multiradar.estimation.filters.arrays import Model, Result, Rows, result_arrays
@@ -34,7 +33,8 @@ from multiradar.runtime.engine.run_updates import (
     update_innovations,
 )
 from multiradar.runtime.engine.shared_biases import SharedBiases
-from multiradar.runtime.engine.stepper import WORKERS_MAX, Stepper
+from multiradar.runtime.engine.step_pool import OpenStepPool
+from multiradar.runtime.engine.stepper import Stepper
 from multiradar.runtime.engine.track_states import sampled, track_states
 from multiradar.state import Fields, carry_state
 from multiradar.tracking.association.shared_plots import RowSelection, shared_plots
@@ -94,6 +94,8 @@ class Engine:
         Settings of the tracker.
     workers : int
         Threads that update the tracks, 1 to `WORKERS_MAX`; the output does not depend on it.
+    open_steps : callable, optional
+        Opens what updates the tracks in place of threads.
     pictures : bool
         Whether the output contains the live tracks at the end of each epoch.
     sampling : Sampling
@@ -124,12 +126,11 @@ class Engine:
         settings: TrackingSettings,
         workers: int = 1,
         *,
+        open_steps: OpenStepPool | None = None,
         pictures: bool = False,
         sampling: Sampling = Sampling.NONE,
         plane: SystemPlane | None = None,
     ) -> None:
-        if not 1 <= workers <= WORKERS_MAX:
-            raise ConfigurationError(f"workers: expected 1 to {WORKERS_MAX}, was {workers}")
         self._settings, self._sensors = settings, sensors
         self._sources: Sources | None = None
         self._plane = plane or plane_for(sensors)
@@ -150,10 +151,9 @@ class Engine:
         self._sampling = sampling
         self._begin_time()
         self._pictures: list[Picture] | None = [] if pictures else None
-        self._sequence = 0
+        self._sequence, self._steps = 0, 1
         self._outcomes: Counter[str] = Counter()
-        self._workers, self._steps = workers, 1
-        self._stepper = Stepper(self._filter, self._pool, self._biases, workers)
+        self._stepper = Stepper(self._filter, self._pool, self._biases, workers, open_steps)
 
     # What compares times with earlier ones.
     def _begin_time(self) -> None:
@@ -234,15 +234,15 @@ class Engine:
         ConfigurationError as the constructor does, and changes nothing then.
         """
         new = Engine(
-            sensors, self._settings, self._workers, pictures=self._pictures is not None,
+            sensors, self._settings, pictures=self._pictures is not None,
             sampling=self._sampling, plane=self._plane,
         )  # fmt: skip
         output = self._close_epoch().added_to(NO_OUTPUT, self._pop_pictures())
         self._biases.discard(change, self._pool)
         carry_state(self, new, change)
         new._pool.renumber_sites(new._biases.model.site_numbers)
-        self._stepper.close()
-        vars(self).update(vars(new))
+        self._stepper.renew(new._pool, new._biases)
+        vars(self).update(vars(new), _stepper=self._stepper)
         return output
 
     def restart(self) -> EngineOutput:

@@ -1,22 +1,17 @@
-"""The filter step for rows of many tracks, on one thread or several."""
-
-from concurrent.futures import ThreadPoolExecutor
+"""The filter step for rows of many tracks; which of them contribute to the biases."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from multiradar.estimation.filters.arrays import Model, Result, Rows, Work
+from multiradar.estimation.filters.arrays import Model, Result, Rows
 from multiradar.estimation.filters.bank import FilterDefinition
 from multiradar.runtime.engine.shared_biases import SharedBiases
-from multiradar.tracking.pool import PARTITIONS, AircraftPool
-
-#: Fewer rows than this are processed by one thread.
-PARALLEL_ROWS_MIN = 512
-WORKERS_MAX = PARTITIONS
+from multiradar.runtime.engine.step_pool import OpenStepPool, StepPool, ThreadStepPool
+from multiradar.tracking.pool import AircraftPool
 
 
 class Stepper:
-    """Updates the tracks of a pool; the output does not depend on the number of workers.
+    """Updates the tracks of a pool; the output does not depend on who steps them.
 
     Parameters
     ----------
@@ -27,15 +22,25 @@ class Stepper:
     biases : SharedBiases
         The biases to which the tracks contribute.
     workers : int
-        Threads, 1 to `WORKERS_MAX`.
+        Threads that step them, 1 to `WORKERS_MAX`.
+    open_steps : callable, optional
+        Opens another pool in place of threads.
     """
 
     def __init__(
-        self, chosen: FilterDefinition, pool: AircraftPool, biases: SharedBiases, workers: int
+        self,
+        chosen: FilterDefinition,
+        pool: AircraftPool,
+        biases: SharedBiases,
+        workers: int,
+        open_steps: OpenStepPool | None = None,
     ) -> None:
         self._filter, self._pool, self._biases = chosen, pool, biases
-        self._workers = workers
-        self._executor = ThreadPoolExecutor(workers, "step") if workers > 1 else None
+        self._steps: StepPool = (
+            ThreadStepPool(chosen, pool, workers)
+            if open_steps is None
+            else open_steps(chosen, pool, biases.model)
+        )
 
     def step(self, rows: Rows, result: Result, cut: tuple[int, int], model: Model) -> None:
         """Filter rows; excluded tracks do not contribute to the bias estimate."""
@@ -63,26 +68,19 @@ class Stepper:
             self._biases.log(result.log[contributing], rows.sensor[contributing])
         self._step_rows(rows, self._biases.without_bias_sums(result), which[excluded], model)
 
+    def renew(self, pool: AircraftPool, biases: SharedBiases) -> None:
+        """Continue with other tracks and biases, of the same filter."""
+        self._pool, self._biases = pool, biases
+        self._steps.renew(pool, biases.model)
+
     def close(self) -> None:
-        """Stop the threads."""
-        if self._executor is not None:
-            self._executor.shutdown()
+        """Release threads and processes."""
+        self._steps.close()
 
     def _step_rows(
         self, rows: Rows, result: Result, which: NDArray[np.int64], model: Model
     ) -> None:
-        used, work = self._pool.work(rows.slot[which], which)
-        step, aircraft = self._filter.step, self._pool.aircraft
-        if self._executor is None or len(which) < PARALLEL_ROWS_MIN or len(used) == 1:
-            step(work, rows, model, aircraft, result, want_readout=True)
+        if len(which) == 0:
             return
-        parts = [
-            Work(used[worker :: self._workers].copy(), work.bounds, work.order)
-            for worker in range(self._workers)
-        ]
-        tasks = [
-            self._executor.submit(step, part, rows, model, aircraft, result, want_readout=True)
-            for part in parts
-        ]
-        for task in tasks:
-            task.result()
+        _, work = self._pool.work(rows.slot[which], which)
+        self._steps.step(work, rows, model, result)

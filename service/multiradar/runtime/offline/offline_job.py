@@ -10,6 +10,7 @@ from pydantic import JsonValue
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.estimation.bias.observability import UnobservableBias
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.runtime.engine.step_pool import OpenStepPool
 from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.runtime.trajectories.options import TrajectoryOptions
 from multiradar.storage.recording import Recording
@@ -57,6 +58,8 @@ class OfflineJob:
         Settings of trajectory bundles; none by default.
     forecasts_every_s : float, optional
         Data time between two forecasts of a track, s; not written by default.
+    open_steps : callable, optional
+        Opens what updates the tracks in place of threads.
     """
 
     recording: Recording
@@ -70,6 +73,7 @@ class OfflineJob:
     encounters: EncounterQuery | None = None
     trajectories: TrajectoryOptions | None = None
     forecasts_every_s: float | None = None
+    open_steps: OpenStepPool | None = None
 
 
 @dataclass(slots=True)

@@ -93,7 +93,10 @@ def track_recording(
     sampling = Sampling.DRAWN if pictures else Sampling.NONE
     if job.forecasts_every_s is not None:
         sampling = Sampling.ALL
-    engine = Engine(job.sensors, job.settings, job.workers, pictures=pictures, sampling=sampling)
+    engine = Engine(
+        job.sensors, job.settings, job.workers, open_steps=job.open_steps, pictures=pictures,
+        sampling=sampling,
+    )  # fmt: skip
     stages = stages or StageTimes(SystemClock())
     run: _Run | None = None
     try:

@@ -68,7 +68,10 @@ class TrackOptions(TypedDict, total=False):
     acceleration_density, motion
         Process noise of `two-stage` and others: m²/s³; white-acceleration or velocity-frame.
     workers, batch : int
-        Threads, and rows at a time; the output depends on neither.
+        Threads, or actors of Ray, and rows at a time; the output depends on neither.
+    engine, cluster_listen : str, collection of str
+        threads (the default) or ray, and the addresses on which Ray may listen: see
+        docs/howto/cluster.md.
     manoeuvre_planes, observability : float
         Window of these tables, s.
     encounters : float
@@ -94,6 +97,8 @@ class TrackOptions(TypedDict, total=False):
     acceleration_density: float | None
     motion: str | None
     workers: int | None
+    engine: str | None
+    cluster_listen: Collection[str] | None
     batch: int
     manoeuvre_planes: float | None
     observability: float | None
@@ -241,11 +246,17 @@ def _request(
         },
     }
     return _Request(
-        settings_of(options.get("config"), settings),
+        settings_of(options.get("config"), settings, _cluster(options)),
         checked_kinds(kinds),
         _encounters(options),
         options,
     )
+
+
+def _cluster(options: TrackOptions) -> dict[str, object]:
+    engine, listen = options.get("engine"), options.get("cluster_listen")
+    given: dict[str, object] = {} if engine is None else {"engine": engine}
+    return given if listen is None else {**given, "cluster": {"listen": tuple(listen)}}
 
 
 def _encounters(options: TrackOptions) -> "EncounterQuery | None":
@@ -285,6 +296,7 @@ class _Given:
 def _run(
     request: _Request, given: _Given, stages: "StageTimes", custom: "CustomFilter | None"
 ) -> _Done:
+    from multiradar.cluster.ray_steps import steps_of
     from multiradar.runtime.offline.offline_job import BATCH_ROWS, OfflineJob
     from multiradar.runtime.offline.stage_times import READING
     from multiradar.storage.output_folder import check_new, new_folder
@@ -293,6 +305,8 @@ def _run(
     options, out = request.options, given.out
     check_new(out)
     settings = request.settings.tracking_settings()
+    workers = options.get("workers") or min(os.cpu_count() or 1, _WORKERS_DEFAULT_MAX)
+    open_steps = steps_of(request.settings, workers)
     known, tracks, table = _sensors(given, request, settings.filter_name)
     outputs = {
         f"--{name.replace('_', '-')}": options.get(name) or None
@@ -316,7 +330,8 @@ def _run(
             sensors=table,
             settings=settings,
             kinds=request.kinds if tracks is None else None,
-            workers=options.get("workers") or min(os.cpu_count() or 1, _WORKERS_DEFAULT_MAX),
+            workers=workers,
+            open_steps=open_steps,
             batch_rows=options.get("batch", BATCH_ROWS),
             plane_window_s=options.get("manoeuvre_planes"),
             observability_window_s=options.get("observability"),

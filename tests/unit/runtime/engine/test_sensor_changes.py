@@ -12,6 +12,7 @@ from multiradar.runtime.engine.digest import OutputDigest
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
+from support.cluster.shards import on_local_shards
 from support.scenarios.scenes import Scene, make_scene, random_flights, three_radars
 
 FILTERS = ("two-stage", "imm", "joint", "blom", "blom-macro", "ci")
@@ -112,6 +113,25 @@ def test_an_added_radar_starts_from_its_priors(scene: Scene, name: str) -> None:
     if name != "blom-macro":
         engine.flush()
         assert (engine.biases.sigma[count:] < 0.9 * whole.prior_sigma[count:]).any()
+
+
+def test_an_added_radar_gives_the_same_output_on_shards(scene: Scene) -> None:
+    """The states have more columns then: the shards start again."""
+    fewer, whole = _without_last(scene.sensors), scene.sensors
+    seen = scene.batch.select(np.flatnonzero(scene.batch.sensor < len(fewer)))
+    half_s = float(np.median(scene.batch.time_s))
+    digests = set()
+    for open_steps in (None, on_local_shards):
+        engine = Engine(fewer, TrackingSettings(), open_steps=open_steps)
+        outputs = [
+            engine.push(seen.select(np.flatnonzero(seen.time_s < half_s))),
+            engine.change_sensors(whole, SensorChange.between(fewer, whole)),
+            engine.push(scene.batch.select(np.flatnonzero(scene.batch.time_s >= half_s))),
+            engine.flush(),
+        ]
+        engine.close()
+        digests.add(_digest(outputs))
+    assert len(digests) == 1
 
 
 @pytest.mark.parametrize("workers", [1, 3])

@@ -23,8 +23,7 @@ OTHER = {
     "BlockDigest": "_parts _digest _room",
     "ClutterMap": "_periods_s _usual log_usual",
     "DelayLog": "",
-    "Engine": "_settings _sensors _sources _filter _plane _shared _sampling _pictures _stepper "
-    "_workers",
+    "Engine": "_settings _sensors _sources _filter _plane _shared _sampling _pictures _stepper",
     "ForecastCalibration": "family",
     "ForecastScores": "_first_motion _first",
     "JumpTests": "_radars _periods _tests",

@@ -1,0 +1,1 @@
+"""The pool on several processes and machines: shards that step partitions of the aircraft."""

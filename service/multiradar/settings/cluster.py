@@ -1,0 +1,29 @@
+"""The section of the cluster."""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from multiradar.settings.types import Ipv4, Seconds, Section
+
+
+class ClusterSettings(Section):
+    """The engine `ray`: addresses on which Ray may listen, and the cluster."""
+
+    listen: Annotated[
+        tuple[Ipv4, ...],
+        Field(
+            description="Addresses of this host on which Ray may listen, at least one of each "
+            "interface; the first is that of the node. Required with the engine ray"
+        ),
+    ] = ()
+    head: Annotated[
+        str | None,
+        Field(
+            pattern=r"^[^\s/]+:\d{1,5}$",
+            description="Address of a Ray cluster to join; default: one is started on this host",
+        ),
+    ] = None
+    deadline_s: Annotated[
+        Seconds, Field(description="A shard without an answer for so long is replaced, s")
+    ] = 10.0

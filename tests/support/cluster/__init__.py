@@ -1,0 +1,1 @@
+"""Engines on shards, in this process and on Ray."""
