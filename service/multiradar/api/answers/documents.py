@@ -73,6 +73,9 @@ class SensorState(BaseModel):
 
     id: str
     kind: str
+    enabled: bool = Field(
+        default=True, description="Whether its measurements are used; otherwise they are rejected"
+    )
     health: RadarHealth | None = Field(
         default=None, description="For radars, after the first epoch"
     )
