@@ -123,7 +123,7 @@ export class Picture {
       this.element.classList.toggle("lost", feed.isLost(performance.now()) || (clock.isLive && feed.silenceS !== null));
       this.draw(false);
       // The coast comes after the first tracks: reading it takes as long as drawing them.
-      if (!isLandAsked && this.store.frames > 0) {
+      if (!isLandAsked && (this.store.frames > 0 || this.feed.problem !== "")) {
         isLandAsked = true;
         void this.loadLand();
       }

@@ -26,7 +26,8 @@ function notice(app: App): TemplateResult | typeof nothing {
   const { feed } = app;
   if (feed.isLost(performance.now())) {
     const since = (performance.timeOrigin + feed.lastAnswerMs) / 1000;
-    return html`<p role="alert">No answer from the service since ${utc(since)} UTC. The picture is out of date. ${feed.problem}</p>`;
+    return html`<p role="alert">No picture from the service since ${utc(since)} UTC. The picture is out of date. ${
+      feed.problem.charAt(0).toUpperCase()}${feed.problem.slice(1)}</p>`;
   }
   const silence = feed.silenceS;
   if (silence !== null) {
