@@ -22,6 +22,7 @@ from multiradar_converters.normalised.parsed import (
     ParsedReject,
     check_rows_max,
 )
+from multiradar_schemas.documents.names import did_you_mean
 from multiradar_schemas.errors import BodyError
 from multiradar_schemas.measurements.columns import MEASUREMENT_REQUIRED, MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.directions import without_empty_columns
@@ -117,6 +118,7 @@ def _check_names(names: list[str]) -> None:
     for name in names:
         if name not in _COLUMNS:
             reason = f"expected only the columns {', '.join(_COLUMNS)}, found {ascii(name)[:60]}"
+            reason += did_you_mean(name[:60], _COLUMNS)
             raise BodyError(RejectCode.UNKNOWN_FIELD, reason)
     times = [name for name in _TIMES if name in names]
     if len(times) > 1:

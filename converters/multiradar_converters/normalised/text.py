@@ -24,7 +24,7 @@ from multiradar_converters.normalised.parsed import (
     rows_frame,
 )
 from multiradar_schemas.documents.explain import explain
-from multiradar_schemas.documents.names import shown
+from multiradar_schemas.documents.names import did_you_mean, shown
 from multiradar_schemas.errors import BodyError
 from multiradar_schemas.measurements.measurement import MEASUREMENT, Measurement, RadarMeasurement
 from multiradar_schemas.reject import RejectCode
@@ -35,6 +35,8 @@ INTEGER_DIGITS_MAX = 30
 #: Characters of a row that are parsed; the interpreter stands still while one value is. Longer rows
 #: are rejected: a valid one has a few hundred.
 ROW_CHARACTERS_MAX = 64 * 1024
+#: Unknown names of a message for which a similar one is searched, and their length.
+HINTS_MAX, HINT_LENGTH_MAX = 8, 40
 # Of most rows it is enough to copy so many.
 _ROW_CHARACTERS = 1024
 
@@ -46,7 +48,7 @@ _MARKS = re.compile(r'[\[\]{}]|"[^"\\]*+(?:\\.[^"\\]*+)*+"', re.DOTALL)
 _LEVELS = {"[": 1, "{": 1, "]": -1, "}": -1}
 _BLANKS = re.compile(r"[ \t\n\r]*")
 #: Names of all fields, the same for every kind of measurement.
-_FIELDS = frozenset(RadarMeasurement.model_fields)
+_FIELDS = tuple(sorted(RadarMeasurement.model_fields))
 _TEXTS = ("mode_3a", "mode_s_address", "callsign", "time")
 _TEXTS_ALWAYS = 2  # sensor_id and kind
 #: Maximum quotation marks of a valid row.
@@ -161,9 +163,10 @@ class _Collected:
         self._rows: list[Measurement] = []
         self._index: list[int] = []
         self._rejected: list[ParsedReject] = []
+        self._hints: dict[str, str] = {}
 
     def add(self, index: int, value: Any, raw: str) -> None:
-        fault = _shape_fault(value)
+        fault = self._shape_fault(value)
         if fault is not None:
             self.reject(index, *fault, raw)
             return
@@ -188,20 +191,27 @@ class _Collected:
     def parsed(self) -> Parsed:
         return Parsed(rows_frame(self._rows, self._index), self._rejected)
 
+    def _shape_fault(self, value: Any) -> tuple[RejectCode, str] | None:
+        if isinstance(value, _Oversized):
+            reason = (
+                f"expected a row of at most {ROW_CHARACTERS_MAX} characters, was {value.length}"
+            )
+            return RejectCode.TOO_LARGE, reason
+        if isinstance(value, _Duplicated):
+            reason = f"expected each key once, found {shown(value.key)} twice"
+            return RejectCode.DUPLICATE_KEY, reason
+        if not isinstance(value, dict):
+            return RejectCode.WRONG_TYPE, f"expected an object, was {shown(value)}"
+        for name in value:
+            if name not in _FIELDS:
+                return RejectCode.UNKNOWN_FIELD, f"unknown field {shown(name)}{self._meant(name)}"
+        return None
 
-def _shape_fault(value: Any) -> tuple[RejectCode, str] | None:
-    if isinstance(value, _Oversized):
-        reason = f"expected a row of at most {ROW_CHARACTERS_MAX} characters, was {value.length}"
-        return RejectCode.TOO_LARGE, reason
-    if isinstance(value, _Duplicated):
-        return RejectCode.DUPLICATE_KEY, f"expected each key once, found {shown(value.key)} twice"
-    if not isinstance(value, dict):
-        return RejectCode.WRONG_TYPE, f"expected an object, was {shown(value)}"
-    for name in value:
-        if name not in _FIELDS:
-            sentence = f"unknown field {shown(name)}"
-            return RejectCode.UNKNOWN_FIELD, sentence
-    return None
+    # A search takes a millisecond, and a hostile message has 100 000 different names.
+    def _meant(self, name: str) -> str:
+        if name not in self._hints and len(self._hints) < HINTS_MAX and len(name) < HINT_LENGTH_MAX:
+            self._hints[name] = did_you_mean(name, _FIELDS)
+        return self._hints.get(name, "")
 
 
 class _Duplicated:

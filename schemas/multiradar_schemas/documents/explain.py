@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from multiradar_schemas.documents.names import shown
+from multiradar_schemas.documents.names import shown, time_unit
 from multiradar_schemas.reject import RejectCode
 
 #: Type of errors whose message is complete.
@@ -53,6 +53,7 @@ _SENTENCES = {
     "many_times": f"{_ONE_TIME}more than one",
     "whole_source": "{missing}: expected all of {fields} or none, was absent",
 }
+_TIME = ("time_s",)
 _BOUNDS = ("greater than", "less than")
 
 
@@ -72,7 +73,9 @@ def explain(details: Mapping[str, Any]) -> tuple[RejectCode, str]:
         A message of the form "field: expected …, was …".
     """
     kind, value = str(details["type"]), details.get("input")
-    return _code(kind, value), f"{location_text(details['loc'])}{reason_of(details)}"
+    code, place = _code(kind, value), details["loc"]
+    hint = time_unit(value) if code is RejectCode.OUT_OF_RANGE and place[-1:] == _TIME else ""
+    return code, f"{location_text(place)}{reason_of(details)}{hint}"
 
 
 def reason_of(details: Mapping[str, Any]) -> str:

@@ -9,6 +9,9 @@ SHOWN_LENGTH_MAX = 60
 _QUOTED = re.compile(r"'([^']*)'")
 #: Minimum similarity, from 0 to 1, of a suggested name.
 LIKENESS_MIN = 0.6
+#: Times of recordings, Unix seconds.
+YEAR_2000_S, YEAR_2100_S = 946_684_800.0, 4_102_444_800.0
+_PER_SECOND = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
 
 
 def unknown(what: str, was: object, known: Iterable[str]) -> str:
@@ -51,6 +54,16 @@ def shown(value: object) -> str:
 def unknown_choice(was: object, expected: str) -> str:
     """Return the message about a value that is not one of those quoted by pydantic."""
     return unknown("name", was, _QUOTED.findall(expected))
+
+
+def time_unit(value: object) -> str:
+    """Return " (milliseconds?)" for a time of these years that is not in seconds, else ""."""
+    if not isinstance(value, int | float):
+        return ""
+    for unit, per_s in _PER_SECOND.items():
+        if YEAR_2000_S <= abs(value) / per_s < YEAR_2100_S:
+            return f" ({unit}?)"
+    return ""
 
 
 def did_you_mean(was: object, known: Iterable[str]) -> str:

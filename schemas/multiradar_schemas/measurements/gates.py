@@ -8,7 +8,7 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar_schemas.bounds import POSITION_SIGMA_M
-from multiradar_schemas.documents.names import shown
+from multiradar_schemas.documents.names import shown, time_unit
 from multiradar_schemas.measurements.aircraft_data import (
     MACH_MAX,
     ROLL_MAX_DEG,
@@ -118,6 +118,8 @@ def _first_gate(gates: tuple[Gate, ...], empty: frozenset[str]) -> pl.Expr:
 def _sentence(gate: Gate, row: dict[str, object]) -> str:
     value = row[gate.shows or gate.field]
     found = "absent" if value is None else shown(value)
+    if gate.field == "time_s" and gate.code is RejectCode.OUT_OF_RANGE:
+        found += time_unit(value)
     return f"{gate.field}: expected {gate.expected}, was {found}"
 
 

@@ -27,12 +27,15 @@ from multiradar.errors import (
     RequestError,
 )
 from multiradar.observability.metrics import HTTP_REJECTIONS
-from multiradar_schemas.documents.names import unknown_choice
+from multiradar_schemas.documents.names import did_you_mean, unknown_choice
 
 MEDIA_TYPE = "application/problem+json"
 
 #: Key of the request identifier in the ASGI scope.
 REQUEST_ID_KEY = "multiradar.request_id"
+
+#: For longer paths no similar one is searched.
+PATH_LENGTH_MAX = 100
 
 # Codes of errors of the framework.
 _CODES_BY_STATUS = {404: "NOT_FOUND", 405: "METHOD_NOT_ALLOWED"}
@@ -165,11 +168,30 @@ def _methods(request: Request) -> list[str]:
 async def _framework(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
     code = _CODES_BY_STATUS.get(error.status_code, "REQUEST_REFUSED")
-    detail = {
-        404: "no such path",
-        405: f"the path does not support the method {request.method}",
-    }.get(error.status_code, HTTPStatus(error.status_code).phrase)
+    detail = HTTPStatus(error.status_code).phrase
+    if error.status_code == HTTPStatus.NOT_FOUND:
+        detail = f"no such path{_meant(request)}"
+    elif error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
+        detail = f"the path does not support the method {request.method}"
     headers = dict(error.headers or {})
     if "Allow" in headers:
         headers["Allow"] = ", ".join(_methods(request))
     return problem_response(RequestError(error.status_code, code, detail, headers), request.scope)
+
+
+def _meant(request: Request) -> str:
+    path = request.url.path
+    if len(path) > PATH_LENGTH_MAX:
+        return ""
+    routes = (one for one in request.app.state.routes if isinstance(one, Route))
+    known = {_filled(one.path, path) for one in routes if one.include_in_schema}
+    return did_you_mean(path, sorted(known))
+
+
+# `/v1/tracks/{number}` for `/v1/trakcs/7` is `/v1/tracks/7`.
+def _filled(template: str, path: str) -> str:
+    parts, given = template.split("/"), path.split("/")
+    if len(parts) != len(given):
+        return template
+    pairs = zip(parts, given, strict=True)
+    return "/".join(one if one and part.startswith("{") else part for part, one in pairs)

@@ -144,7 +144,10 @@ def test_an_integer_too_large_for_its_column_is_rejected_not_dropped() -> None:
         ),
         pytest.param(stream(FRAME.drop("kind")), "MISSING_FIELD", "kind", id="missing"),
         pytest.param(
-            stream(FRAME.with_columns(hight_m=1.0)), "UNKNOWN_FIELD", "hight_m", id="unknown"
+            stream(FRAME.with_columns(hight_m=1.0)),
+            "UNKNOWN_FIELD",
+            "did you mean 'height_m'",
+            id="unknown",
         ),
         pytest.param(
             stream(FRAME.with_columns(time_ns=1)), "UNKNOWN_FIELD", "time_ns", id="two-times"

@@ -8,7 +8,7 @@ import pytest
 
 from multiradar_converters.normalised import text as text_module
 from multiradar_converters.normalised.parsed import PARSED_SCHEMA, Parsed
-from multiradar_converters.normalised.text import parse_json, parse_ndjson
+from multiradar_converters.normalised.text import HINTS_MAX, parse_json, parse_ndjson
 from multiradar_schemas.errors import BodyError
 from multiradar_schemas.reject import RejectCode
 from support.inputs.messages import adsb, array, radar, without
@@ -25,7 +25,12 @@ BAD_ROWS = [
     pytest.param(radar(time_ns=3), "UNKNOWN_FIELD", "time", id="two-times"),
     pytest.param(radar(time=None, time_s=None), "MISSING_FIELD", "time", id="null-times"),
     pytest.param(radar(kind="sonar"), "UNKNOWN_KIND", "kind", id="unknown-kind"),
-    pytest.param(radar(hight_m=3), "UNKNOWN_FIELD", "hight_m", id="unknown-field"),
+    pytest.param(
+        radar(hight_m=3), "UNKNOWN_FIELD", "'hight_m' (did you mean 'height_m'?)", id="hight"
+    ),
+    pytest.param(radar(colour=3), "UNKNOWN_FIELD", "unknown field 'colour'", id="unknown-field"),
+    pytest.param(radar(time_s=1_533_110_400_123), "OUT_OF_RANGE", "123 (milliseconds?)", id="ms"),
+    pytest.param(radar(time_s=1.5331104e15), "OUT_OF_RANGE", "(microseconds?)", id="us"),
     pytest.param(radar(azimuth_deg=360), "OUT_OF_RANGE", "azimuth_deg", id="azimuth-360"),
     pytest.param(radar(range_m=0), "OUT_OF_RANGE", "range_m", id="range-0"),
     pytest.param(radar(range_m=1e6 + 1), "OUT_OF_RANGE", "range_m", id="range-too-large"),
@@ -110,6 +115,15 @@ def test_a_line_that_is_no_json_spoils_only_itself(line: bytes, code: str) -> No
     parsed = parse_ndjson(GOOD.encode() + b"\n" + line + b"\n" + GOOD.encode())
     assert parsed.frame["index"].to_list() == [0, 2]
     assert [(reject.index, reject.code) for reject in parsed.rejected] == [(1, code)]
+
+
+def test_few_unknown_names_of_a_message_are_searched_for_similar_ones() -> None:
+    names = [f"hight_{number}_m" for number in range(2 * HINTS_MAX)]
+    parsed = parse_json(array(*(radar(**{name: 1}) for name in names)))
+    hinted = ["did you mean 'height_m'" in one.reason for one in parsed.rejected]
+    assert hinted == [True] * HINTS_MAX + [False] * HINTS_MAX
+    (long,) = parse_json(array(radar(**{"height_m" * 20: 1}))).rejected
+    assert "did you mean" not in long.reason
 
 
 def test_lines_cannot_mend_each_other() -> None:

@@ -236,3 +236,24 @@ async def test_only_known_names_of_the_host_are_answered(
     async with httpx.AsyncClient(transport=transport, base_url="http://x") as client:
         answer = await client.get("/healthz", headers={"host": host})
     assert answer.status_code == status
+
+
+@pytest.mark.parametrize(
+    ("path", "detail"),
+    [
+        ("/v1/track", "no such path (did you mean '/v1/tracks'?)"),
+        ("/v1/tracks/", "no such path (did you mean '/v1/tracks'?)"),
+        ("/v1/trakcs/7", "no such path (did you mean '/v1/tracks/7'?)"),
+        ("/v1/measurement", "no such path (did you mean '/v1/measurements'?)"),
+        ("/etc/passwd", "no such path"),
+        (f"/v1/tracks{'s' * 100}", "no such path"),
+    ],
+)
+async def test_an_unknown_path_names_the_nearest(
+    unchanging: FastAPI, path: str, detail: str
+) -> None:
+    async with httpx.AsyncClient(
+        transport=httpx.ASGITransport(unchanging), base_url="http://test"
+    ) as client:
+        answer = await client.get(path)
+    assert _is_problem(answer, 404, "NOT_FOUND")["detail"] == detail
