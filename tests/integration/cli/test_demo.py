@@ -4,8 +4,6 @@ import json
 import os
 import re
 import signal
-import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,11 +13,12 @@ import pytest
 
 from multiradar.toolbox.evaluation.dump_truth import read_truth
 from support.paths import SAMPLE
-from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
+from support.processes.commands import Command, run_command
+from support.processes.waiting import wait_until
 from support.scenarios.recorded_scene import command, environment
 
-#: Fraction of the lines of each file: about the first ten minutes.
-SHARE = 0.33
+#: Fraction of the lines of each file: about the first five minutes.
+SHARE = 0.16
 
 
 @pytest.fixture
@@ -36,12 +35,12 @@ def short_dump(tmp_path: Path) -> Path:
 
 @pytest.mark.slow
 def test_the_demo_ends_with_biases_near_the_truth_and_leaves_nothing(
-    short_dump: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    short_dump: Path, tmp_path: Path
 ) -> None:
     temporary = tmp_path / "tmp"
     temporary.mkdir()
-    monkeypatch.setenv("TMPDIR", str(temporary))
-    done = command("demo", "--dump", short_dump, "--speed", "max", "--exit")
+    own = {**environment(), "TMPDIR": str(temporary)}
+    done = run_command("demo", "--dump", short_dump, "--speed", "max", "--exit", env=own)
     assert done.returncode == 0, done.stderr
     assert not done.stderr
     assert not list(temporary.iterdir())
@@ -88,22 +87,22 @@ def _processes_that_name(folder: Path) -> list[int]:
 
 
 @contextmanager
-def _demo(dump: Path, temporary: Path) -> Iterator["subprocess.Popen[str]"]:
+def _demo(dump: Path, temporary: Path) -> Iterator[Command]:
     # Terminates the processes it started, including the service, however the test ends.
-    line = [sys.executable, "-m", "multiradar", "demo", "--dump", str(dump), "--speed", "max"]
     temporary.mkdir()
     own = {**environment(), "TMPDIR": str(temporary)}
-    with subprocess.Popen(line, stdout=subprocess.PIPE, text=True, env=own) as process:
-        try:
-            yield process
-        finally:
-            process.kill()
-            for service in _processes_that_name(temporary):
-                os.kill(service, signal.SIGKILL)
+    process = Command("demo", "--dump", dump, "--speed", "max", env=own)
+    try:
+        yield process
+    finally:
+        process.signal(signal.SIGKILL)
+        process.wait()
+        process.stdout.close()
+        for service in _processes_that_name(temporary):
+            os.kill(service, signal.SIGKILL)
 
 
-def _read_until(process: "subprocess.Popen[str]", wanted: str) -> str:
-    assert process.stdout is not None
+def _read_until(process: Command, wanted: str) -> str:
     seen = ""
     for output in process.stdout:
         seen += output
@@ -118,8 +117,8 @@ def test_ctrl_c_stops_the_service_and_removes_everything(short_dump: Path, tmp_p
     with _demo(short_dump, temporary) as process:
         assert "stays up" in _read_until(process, "/v1/status")
         assert _processes_that_name(temporary)
-        process.send_signal(signal.SIGINT)
-        assert process.wait(WAIT_TIMEOUT_S) == 0
+        process.signal(signal.SIGINT)
+        assert process.wait() == 0
         assert not _processes_that_name(temporary)
     assert not list(temporary.iterdir())
 
@@ -137,8 +136,8 @@ def test_a_demo_interrupted_while_its_service_starts_leaves_no_process(
             "the service of the demo",
         )
         assert process.poll() is None
-        process.send_signal(number)
-        assert process.wait(WAIT_TIMEOUT_S) == 0
+        process.signal(number)
+        assert process.wait() == 0
         assert not _processes_that_name(temporary)
     assert not list(temporary.iterdir())
 

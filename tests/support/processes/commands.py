@@ -75,8 +75,17 @@ def run_command(
     *arguments: object, env: Mapping[str, str] | None = None
 ) -> "subprocess.CompletedProcess[str]":
     """Run a command to its end and return what it said, whatever its exit status."""
+    environment = dict(os.environ if env is None else env)
+    return run_forked(_command, [*map(str, arguments)], environment)
+
+
+def run_forked(
+    function: Callable[..., object], *arguments: object
+) -> "subprocess.CompletedProcess[str]":
+    """Call a function in a process of its own and return what it said, whatever its status."""
     with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as errors:
-        status = ended(start_command(arguments, env, out.fileno(), errors.fileno()))
+        streams = {1: out.fileno(), 2: errors.fileno()}
+        status = ended(fork(function, *arguments, streams=streams))
         for one in (out, errors):
             one.seek(0)
         return subprocess.CompletedProcess(
@@ -159,5 +168,7 @@ def _call(
 def _command(arguments: list[str], environment: dict[str, str]) -> None:
     os.environ.clear()
     os.environ.update(environment)
+    # Found anew, as TMPDIR may be another.
+    tempfile.tempdir = None
     sys.argv = ["multiradar", *arguments]
     main()

@@ -37,6 +37,11 @@ def main(arguments: list[str] | None = None) -> int:
     return int(bool(total.failures))
 
 
+def run(arguments: list[str]) -> None:
+    """Simulate in a process for this alone, and end it."""
+    sys.exit(main(arguments))
+
+
 def summary(total: Outcome, duration_s: float) -> str:
     """Return what runs covered, as text."""
     rows = {fault.row for fault in FAULTS}
@@ -60,12 +65,12 @@ def _show(text: str) -> None:
 
 
 def _outcomes(options: argparse.Namespace) -> Iterator[Outcome]:
-    seeds = range(options.seed, options.seed + options.runs)
+    seeds = options.seeds or range(options.seed, options.seed + options.runs)
     names = tuple(options.fault)
-    if options.workers == 1:
+    if options.workers == 1 or options.dry_run:
         simulator = Simulator()
         for seed in seeds:
-            yield simulator.run(seed, names)
+            yield simulator.run(seed, names, dry=options.dry_run)
         return
     pieces = [seeds[first : first + PIECE_RUNS] for first in range(0, len(seeds), PIECE_RUNS)]
     context = multiprocessing.get_context("spawn")
@@ -99,9 +104,12 @@ def _options(arguments: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="make simulate-faults", description=__doc__)
     parser.add_argument("--runs", type=int, default=1000, help="number of runs")
     parser.add_argument("--seed", type=int, default=0, help="seed of the first run")
+    parser.add_argument("--seeds", type=int, nargs="+", default=[], help="seeds of all runs")
+    parser.add_argument("--dry-run", action="store_true", help="only show what is covered")
     parser.add_argument("--fault", action="append", default=[], help="only this fault; repeatable")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes")
     options = parser.parse_args(arguments)
+    options.runs = len(options.seeds) or options.runs
     options.workers = min(options.workers, options.runs)
     return options
 

@@ -67,14 +67,16 @@ class Simulator:
         self._clock = VirtualClock(START_S)
         self._front = Front(self._clock)
 
-    def run(self, seed: int, names: tuple[str, ...] = ()) -> Outcome:
-        """Run a seed, with the faults that it draws or with these."""
+    def run(self, seed: int, names: tuple[str, ...] = (), *, dry: bool = False) -> Outcome:
+        """Run a seed, with the faults that it draws or with these; if dry, only draw them."""
         outcome = Outcome(runs=1)
         world = World(seed, self._front, self._clock)
         faults = drawn(world, names)
         rows = sorted({fault.row for fault in faults})
         outcome.faults.update(fault.name for fault in faults)
         outcome.pairs.update(itertools.combinations(rows, 2))
+        if dry:
+            return outcome
         named = ", ".join(fault.name for fault in faults)
         try:
             with contextlib.suppress(Detected):
