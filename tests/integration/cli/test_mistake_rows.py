@@ -1,6 +1,7 @@
 """Rows of the table of mistakes: each ends with its status and names the cause."""
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import polars as pl
@@ -15,6 +16,16 @@ from validation.mistakes.mistakes_catalogue import CATALOGUE, SENSORS, Mistake, 
 
 SENSORS_FILE = SAMPLE.parent / "sensors-vid-sample.toml"
 ROWS = (*CATALOGUE, *COLUMN_MISTAKES, *DUMP_MISTAKES, *FILE_MISTAKES)
+#: Of the sample; check_mistakes.py uses all of it, 20 minutes.
+DURATION_S = 480.0
+#: Mistakes that only show in all of it.
+SLOWLY_SHOWN = (
+    "Mode 3/A codes in decimal",
+    "ADS-B in GPS time (18 s ahead)",
+    "a date that falls back by a day",
+    "a clock off by 0.3 s",
+    "azimuths of one radar off by 2.5°, without ADS-B",
+)
 #: One of each kind of cause; check_mistakes.py makes all of them.
 CHOSEN = (
     "none: the sample as it is",
@@ -59,6 +70,10 @@ def test_a_mistake_ends_as_the_table_says(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
+    if mistake.name not in SLOWLY_SHOWN:
+        rows = sample.measurements
+        first = pl.col("time_s") < rows["time_s"].to_numpy().min() + DURATION_S
+        sample = replace(sample, measurements=rows.filter(first))
     mistake.prepare(sample, tmp_path)
     monkeypatch.chdir(tmp_path)
     assert run(list(mistake.command)) == mistake.status

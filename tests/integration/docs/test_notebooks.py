@@ -4,11 +4,12 @@ import os
 import re
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 from support.paths import ROOT
-from support.processes.waiting import run_to_end
+from support.processes.commands import run_forked
 
 NOTEBOOKS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
 _CELL = re.compile(r"^```\{code-cell\}.*?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -29,9 +30,17 @@ def test_the_notebooks_are_these_and_each_has_pictures() -> None:
 
 
 @pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
-def test_a_notebook_runs_to_its_end(notebook: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("MPLBACKEND", "Agg")
-    # It runs in the folder of the notebook: relative paths would lead elsewhere.
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(map(os.path.abspath, sys.path)))
-    done = run_to_end([sys.executable, "-c", "\n".join(cells(notebook))], cwd=notebook.parent)
+def test_a_notebook_runs_to_its_end(notebook: Path) -> None:
+    done = run_forked(run_notebook, str(notebook))
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def run_notebook(notebook: str) -> None:
+    """Run the cells in a process for them alone, in the folder of the notebook."""
+    # Relative paths would lead elsewhere.
+    sys.path[:] = map(os.path.abspath, sys.path)
+    os.environ |= {"MPLBACKEND": "Agg", "PYTHONPATH": os.pathsep.join(sys.path)}
+    os.chdir(Path(notebook).parent)
+    module = ModuleType("__main__")
+    sys.modules["__main__"] = module
+    exec("\n".join(cells(Path(notebook))), module.__dict__)
