@@ -168,7 +168,7 @@ def _call(
 def _command(arguments: list[str], environment: dict[str, str]) -> None:
     os.environ.clear()
     os.environ.update(environment)
-    # Found anew, as TMPDIR may be another.
+    # It is searched for again, as TMPDIR may differ.
     tempfile.tempdir = None
     sys.argv = ["multiradar", *arguments]
     main()
