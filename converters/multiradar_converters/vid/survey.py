@@ -8,9 +8,12 @@ from pathlib import Path
 from multiradar_converters.errors import LayoutError
 from multiradar_converters.vid.fields import PLOTS, TABLES
 from multiradar_converters.vid.options import Options
+from multiradar_converters.vid.profile import Profile
 from multiradar_converters.vid.text.detection import detect, with_times
 from multiradar_converters.vid.text.layout import FileLayout, TimeForm
 from multiradar_schemas.documents.contents import DUMP, content, no_such
+
+_WANTED = "a folder with the text files of a dump, such as plots.txt"
 
 
 @dataclass(frozen=True)
@@ -36,14 +39,14 @@ def survey(dump: Path, options: Options) -> list[DumpFile]:
         The folder or a file is missing, or does not match its layout.
     """
     if not dump.is_dir():
-        raise LayoutError(no_such(dump, "a folder with the text files of a dump"))
+        raise LayoutError(no_such(dump, _WANTED))
     files = []
     for table in TABLES:
         path = dump / options.profile.files.of(table)
         if not path.exists():
             if options.allow_missing and table is not PLOTS:
                 continue
-            raise LayoutError(_missing(dump, path, optional=table is not PLOTS))
+            raise LayoutError(_missing(dump, path, options.profile, optional=table is not PLOTS))
         if not path.is_file():
             msg = f"{path}: expected a file, was a {'folder' if path.is_dir() else 'special file'}"
             raise LayoutError(msg)
@@ -51,7 +54,7 @@ def survey(dump: Path, options: Options) -> list[DumpFile]:
     return _with_times(dump, files, options.date)
 
 
-def _missing(dump: Path, path: Path, *, optional: bool) -> str:
+def _missing(dump: Path, path: Path, profile: Profile, *, optional: bool) -> str:
     found = content(dump)
     if found not in (None, DUMP):
         return f"{dump}: expected a dump, was {found}"
@@ -62,6 +65,8 @@ def _missing(dump: Path, path: Path, *, optional: bool) -> str:
         hint = f"; {packed.name} exists: decompress it first"
     elif inside:
         hint = f"; specify the folder {inside[0]}"
+    elif not any((dump / profile.files.of(table)).exists() for table in TABLES):
+        return no_such(dump, _WANTED)
     return f"{dump}: missing file {path.name}{hint}"
 
 

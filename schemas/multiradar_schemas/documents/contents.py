@@ -65,6 +65,8 @@ def no_such(path: Path, wanted: str) -> str:
     # A file expected in the given folder.
     expected = path.name in dict(_MARKS) and path.parent.is_dir()
     if not path.is_dir() and not expected:
+        if path.exists():
+            return f"{path}: expected {wanted}, was a special file"
         return f"{path}: no such file or folder"
     folder = path if path.is_dir() else path.parent
     found = content(folder)

@@ -56,6 +56,13 @@ def test_a_path_that_is_not_a_folder_is_named(tmp_path: Path) -> None:
         dumps.run(tmp_path / "nowhere", tmp_path / "out")
 
 
+def test_a_folder_without_any_file_of_a_dump_is_named_as_such(tmp_path: Path) -> None:
+    (tmp_path / "dump").mkdir()
+    (tmp_path / "dump" / "notes.txt").write_text("none of them")
+    with pytest.raises(LayoutError, match=r"text files of a dump.*, was another folder"):
+        dumps.run(tmp_path / "dump", tmp_path / "out")
+
+
 def test_missing_files_may_be_allowed_but_not_plots(tmp_path: Path, dump: Path) -> None:
     (dump / "tracks.txt").unlink()
     (dump / "plots_ads.txt").unlink()

@@ -65,7 +65,7 @@ def test_a_table_is_known_by_its_columns(tmp_path: Path, columns: list[str], exp
         (lambda path: convert(path, format="asterix"), "report.json", "a recording"),
         (lambda path: convert(path, format="adsb"), "sensors.toml", "a recording"),
         (lambda path: convert(path, format="vid"), "settings.toml",
-         "a folder with the text files of a dump"),
+         "a folder with the text files of a dump, such as plots.txt"),
     ],
 )  # fmt: skip
 def test_another_file_is_an_error_that_names_it(
@@ -88,6 +88,10 @@ def test_another_folder_is_an_error_that_names_it(
         read(tmp_path)
     (tmp_path / "measurements.parquet").unlink()
     assert no_such(tmp_path, "it") == f"{tmp_path}: expected it, was an empty folder"
+
+
+def test_a_device_is_not_said_to_be_missing() -> None:
+    assert no_such(Path("/dev/null"), "it") == "/dev/null: expected it, was a special file"
 
 
 def test_missing_columns_name_the_table_that_was_found() -> None:
