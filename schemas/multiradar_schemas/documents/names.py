@@ -11,7 +11,8 @@ _QUOTED = re.compile(r"'([^']*)'")
 LIKENESS_MIN = 0.6
 #: Times of recordings, Unix seconds.
 YEAR_2000_S, YEAR_2100_S = 946_684_800.0, 4_102_444_800.0
-_PER_SECOND = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
+#: Units that are taken for seconds, and how many of each make one.
+PER_SECOND = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
 
 
 def unknown(what: str, was: object, known: Iterable[str]) -> str:
@@ -60,7 +61,7 @@ def time_unit(value: object) -> str:
     """Return " (milliseconds?)" for a time of these years that is not in seconds, else ""."""
     if not isinstance(value, int | float):
         return ""
-    for unit, per_s in _PER_SECOND.items():
+    for unit, per_s in PER_SECOND.items():
         if YEAR_2000_S <= abs(value) / per_s < YEAR_2100_S:
             return f" ({unit}?)"
     return ""

@@ -8,6 +8,7 @@ import numpy as np
 from multiradar.diagnosis.evidence import Source
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.diagnosis.names import first_and_last
+from multiradar_schemas.documents.names import PER_SECOND
 
 #: Times below this are times of day without a date, s.
 DATELESS_MAX_S = 10.0 * 86_400.0
@@ -17,7 +18,6 @@ GAP_MIN_S = 600.0
 ZONE_WITHIN_S = 120.0
 #: Tolerance of a jump by whole days: time without measurements about it, s.
 DAY_S, JUMP_WITHIN_S = 86_400.0, 120.0
-_UNITS = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
 #: Unix times in seconds stay below this for 3000 years: gaps of larger times have no unit.
 _UNIX_MAX_S = 1e11
 #: Other gaps of a recording are reported from this on, s: some airports close for the night.
@@ -111,11 +111,15 @@ def _times_differ(name: str, own: tuple[float, float], rest: tuple[float, float]
     elif abs(rest[0]) < DATELESS_MAX_S <= abs(own[0]):
         cause = "its times have a date, but those of the other sensors do not"
         remedy = "use the same time format for all sensors"
-    elif unit := next((n for n, u in _UNITS.items() if 0.99 * u < own[0] / rest[0] < 1.01 * u), ""):
+    elif unit := _unit(own[0] / rest[0]):
         cause, remedy = f"its times are probably in {unit}", "convert them to seconds"
     else:
         cause, remedy = _shift(later), "correct its times, or exclude it"
     return Diagnosis(name, "times_apart", f"{name}: {cause}: {spans}; {remedy}")
+
+
+def _unit(ratio: float) -> str:
+    return next((name for name, per_s in PER_SECOND.items() if 0.99 < ratio / per_s < 1.01), "")
 
 
 def _shift(later_s: float) -> str:
