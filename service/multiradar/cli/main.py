@@ -15,6 +15,7 @@ from multiradar.cli.backups import archive, backup, restore, shorten, verify
 from multiradar.cli.conversion.adsb import ADSB_HELP, convert_adsb
 from multiradar.cli.conversion.asterix import ASTERIX_HELP, convert_asterix
 from multiradar.cli.conversion.convert import convert_app
+from multiradar.cli.conversion.journal import JOURNAL_HELP, convert_journal
 from multiradar.cli.demonstration.demo import demo
 from multiradar.cli.doctor import doctor
 from multiradar.cli.evaluation.evaluate import evaluate
@@ -61,6 +62,7 @@ app = typer.Typer(
 )
 convert_app.command(name="asterix", help=ASTERIX_HELP)(convert_asterix)
 convert_app.command(name="adsb", help=ADSB_HELP)(convert_adsb)
+convert_app.command(name="journal", help=JOURNAL_HELP)(convert_journal)
 app.add_typer(convert_app, name="convert")
 app.command(name="inspect", help=INSPECT_HELP)(inspect)
 app.command(name="align", help=ALIGN_HELP)(align)

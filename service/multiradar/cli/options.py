@@ -1,6 +1,7 @@
 """Options that several commands share."""
 
 import datetime as dt
+import math
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -82,6 +83,22 @@ def parse_date(text: str) -> str:
     except ValueError as error:
         msg = f"expected a date such as 2018-08-01, was {text!r}"
         raise typer.BadParameter(msg) from error
+
+
+def parse_time(text: str) -> str:
+    """Return a time, Unix seconds or ISO 8601 with a zone, as Unix seconds."""
+    msg = f"expected a time such as 2026-01-31T12:00:00Z, or Unix seconds, was {text!r}"
+    try:
+        time_s = float(text)
+    except ValueError:
+        try:
+            moment = dt.datetime.fromisoformat(text)
+        except ValueError:
+            raise typer.BadParameter(msg) from None
+        time_s = math.nan if moment.tzinfo is None else moment.timestamp()
+    if not math.isfinite(time_s):
+        raise typer.BadParameter(msg)
+    return repr(time_s)
 
 
 def chosen_kinds(text: str | None) -> frozenset[str] | None:

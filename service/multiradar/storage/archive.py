@@ -331,6 +331,42 @@ def restore_archive(
     return archived
 
 
+@contextmanager
+def archive_entries(folder: Path) -> Iterator[tuple[int, int, Iterator[StoredEntry]]]:
+    """Open an archive for reading, as `journal_entries` opens a journal.
+
+    Yields
+    ------
+    int, int
+        Number of the first and of the last entry.
+    Iterator of StoredEntry
+        All of them, each verified when it is read.
+
+    Raises
+    ------
+    InputError
+        There is no archive.
+    JournalError
+        A segment is damaged or missing.
+    """
+    found = _required(folder)
+
+    def entries() -> Iterator[StoredEntry]:
+        end: _End | None = None
+        for segment in found:
+            if end is not None and segment.first > end.sequence + 1:
+                lacking = span(end.sequence + 1, segment.first - 1)
+                raise JournalError(f"{folder}: {lacking} missing")
+            reader = SegmentReader(segment)
+            for one in reader.entries():
+                if one.sequence == segment.first and (gap := _gap(segment, reader, end)):
+                    raise JournalError(gap[0])
+                yield one
+            end = _End(one.sequence, one.digest, reader.fingerprint)
+
+    yield found[0].first, found[-1].last, entries()
+
+
 def _required(folder: Path) -> list[Segment]:
     found = segments_of(folder)
     if not found:

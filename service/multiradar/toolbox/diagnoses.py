@@ -47,7 +47,7 @@ def notes_of(kind: str, paths: Sequence[Path], report: Mapping[str, Any], out: P
     Parameters
     ----------
     kind : str
-        vid, asterix or adsb.
+        vid, asterix, adsb or journal.
     paths : sequence of Path
         What was converted.
     report : mapping
@@ -62,10 +62,25 @@ def notes_of(kind: str, paths: Sequence[Path], report: Mapping[str, Any], out: P
     """
     from multiradar_converters.repeated_files import repeated_sentence
 
+    if kind == "journal":
+        return _of_journal(report)
     # A dump is a folder, whose copies are found in its plots.
     found = [sentence for path in paths if (sentence := repeated_sentence(path))]
     found += _unused_options(report)
     return [*found, *_of_asterix(report, out)] if kind == "asterix" else found
+
+
+# What `track` cannot repeat.
+def _of_journal(report: Mapping[str, Any]) -> list[str]:
+    changes = report["figures"]["sensor_changes"]
+    if not changes:
+        return []
+    named = ", ".join(f"{one['sensor_id']} in entry {one['entry']}" for one in changes[:5])
+    more = f" and {len(changes) - 5} more" if len(changes) > 5 else ""
+    return [
+        f"sensors changed while the service was running: {named}{more}; `track` uses one "
+        "description of each sensor for all measurements"
+    ]
 
 
 # A zone is for local times.

@@ -1,5 +1,6 @@
 """Recordings in other formats as measurements."""
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,6 +18,7 @@ from multiradar.toolbox.arguments import typed
 from multiradar.toolbox.compiling import compile_kernels
 from multiradar.toolbox.conversion.dump_points import track_points
 from multiradar.toolbox.conversion.incomplete import incomplete
+from multiradar.toolbox.conversion.journal import RECOVERABLE, convert_journal, is_journal
 from multiradar.toolbox.diagnoses import findings_of, notes_of
 from multiradar.toolbox.inputs import (
     DumpChoice,
@@ -27,6 +29,8 @@ from multiradar.toolbox.inputs import (
 from multiradar.toolbox.messages.progress import progress_bar
 from multiradar.toolbox.messages.warning import warn
 from multiradar.toolbox.output import Output, PathLike, new_output, remove_with
+from multiradar_schemas.documents.names import unknown
+from multiradar_schemas.reject import RejectCode
 
 if TYPE_CHECKING:
     import polars as pl
@@ -54,6 +58,10 @@ class ConvertOptions(TypedDict, total=False):
         asterix: include test targets and the like; write every field of every record.
     utc_offset : float
         adsb: local time of BaseStation messages minus UTC, hours.
+    recover : sequence of str
+        journal: codes of rejects that are read as measurements, such as ``UNKNOWN_SENSOR``.
+    from_s, until_s : float
+        journal: only measurements at or after the first and before the second time, Unix time, s.
     """
 
     date: str | None
@@ -70,6 +78,9 @@ class ConvertOptions(TypedDict, total=False):
     all_targets: bool
     records: bool
     utc_offset: float
+    recover: Sequence[str]
+    from_s: float
+    until_s: float
 
 
 _OF_FORMAT = {
@@ -79,6 +90,7 @@ _OF_FORMAT = {
     ),
     "asterix": ("date", "sensors", "edition", "reference", "all_targets", "records"),
     "adsb": ("date", "utc_offset"),
+    "journal": ("recover", "from_s", "until_s"),
 }  # fmt: skip
 
 
@@ -117,7 +129,7 @@ def convert(
     recordings: PathLike | Iterable[PathLike],
     *,
     out: PathLike | None = None,
-    format: Literal["vid", "asterix", "adsb"] | None = None,
+    format: Literal["vid", "asterix", "adsb", "journal"] | None = None,
     **options: Unpack[ConvertOptions],
 ) -> Conversion:
     """Convert a recording into measurements.
@@ -125,10 +137,11 @@ def convert(
     Parameters
     ----------
     recordings : path, or several
-        A dump directory, ASTERIX files or ADS-B files; several files are one recording.
+        A dump directory, ASTERIX files, ADS-B files, or the state or archive of a service; several
+        files are one recording.
     out : path, optional
         Folder to make; by default a temporary one, removed with the result.
-    format : {"vid", "asterix", "adsb"}, optional
+    format : {"vid", "asterix", "adsb", "journal"}, optional
         Detected by default.
     **options
         See `ConvertOptions`.
@@ -155,7 +168,7 @@ def convert(
         raise ArgumentError("`recordings`: expected at least one, found none", "recordings")
     chosen = format or detected(paths[0])
     if chosen not in _OF_FORMAT:
-        msg = f"`format`: expected vid, asterix or adsb, was {chosen!r}"
+        msg = f"`format`: expected {', '.join(_OF_FORMAT)}, was {chosen!r}"
         raise ArgumentError(msg, "format")
     for name in options:
         if name not in _OF_FORMAT[chosen]:
@@ -186,6 +199,8 @@ def detected(path: Path) -> str:
 
     if not path.exists():
         raise InputError(f"{path}: no such file")
+    if is_journal(path):
+        return "journal"
     try:
         kind = recording_kind(path)
     except ConversionError as error:
@@ -383,7 +398,22 @@ def _adsb(paths: list[Path], out: Path, options: ConvertOptions) -> dict[str, An
     return convert_files("adsb", paths, lambda advance: convert(paths, out, wanted, advance))
 
 
-_CONVERT = {"vid": _vid, "asterix": _asterix, "adsb": _adsb}
+def _journal(paths: list[Path], out: Path, options: ConvertOptions) -> dict[str, Any]:
+    if len(paths) > 1:
+        raise ArgumentError(f"{paths[1]}: a journal must be converted separately")
+    codes = []
+    for name in options.get("recover", ()):
+        if name not in RECOVERABLE:
+            raise ArgumentError(f"`recover`: {unknown('code', name, RECOVERABLE)}", "recover")
+        codes.append(RejectCode(name))
+    begin_s, end_s = options.get("from_s", -math.inf), options.get("until_s", math.inf)
+    if not begin_s < end_s:
+        msg = f"`from_s`: expected a time before `until_s` ({end_s} s), was {begin_s} s"
+        raise ArgumentError(msg, "from_s")
+    return convert_journal(paths[0], out, codes, begin_s, end_s)
+
+
+_CONVERT = {"vid": _vid, "asterix": _asterix, "adsb": _adsb, "journal": _journal}
 
 
 def _sensors(options: ConvertOptions) -> "SensorsFile | None":
@@ -395,6 +425,9 @@ def _sensors(options: ConvertOptions) -> "SensorsFile | None":
 
 def _findings(kind: str, report: dict[str, Any], out: Path, options: ConvertOptions) -> list[str]:
     """Return what makes a conversion incomplete or suspect; the most important alone."""
+    if kind == "journal":
+        # The service has diagnosed its sensors, and `track` will.
+        return []
     from multiradar import wire
     from multiradar.diagnosis.conversion import diagnose_conversion
     from multiradar.storage.recording import MEASUREMENTS_FILE

@@ -1,0 +1,65 @@
+"""Reading a journal that a service may be writing."""
+
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+from multiradar.errors import InputError
+from multiradar.storage.entries import StoredEntry
+from multiradar.storage.sqlite.journal_rows import ENTRY, JournalRows, fingerprint_of
+from multiradar.storage.sqlite.sqlite_file import (
+    check_file_type,
+    journal_errors,
+    open_database,
+    reading_mode,
+    snapshot,
+)
+from multiradar_schemas.documents.contents import JOURNAL, no_such
+
+
+@contextmanager
+def journal_entries(journal: Path) -> Iterator[tuple[int, int, Iterator[StoredEntry]]]:
+    """Open a journal for reading; nothing is changed, and a service may go on writing.
+
+    Parameters
+    ----------
+    journal : Path
+        The database file.
+
+    Yields
+    ------
+    int, int
+        Number of the first entry that it has, and of the last one.
+    Iterator of StoredEntry
+        All its entries, each verified when it is read.
+
+    Raises
+    ------
+    InputError
+        There is no such journal.
+    JournalError
+        It is damaged.
+    ConfigurationError
+        It is of another format.
+    """
+    path = journal.resolve() if journal.is_symlink() else journal
+    if not path.is_file():
+        raise InputError(no_such(journal, JOURNAL))
+    check_file_type(path)
+    with (
+        journal_errors(path),
+        closing(open_database(path, reading_mode(path))) as connection,
+        snapshot(connection),
+    ):
+        rows = JournalRows(path, fingerprint_of(connection, path))
+        base, head = rows.base(connection), rows.head(connection)
+
+        def entries() -> Iterator[StoredEntry]:
+            sequence, digest = base.sequence, base.digest
+            for row in connection.execute(f"{ENTRY}ORDER BY sequence"):
+                stored = rows.verified(digest, sequence + 1, row)
+                sequence, digest = stored.sequence, stored.digest
+                yield stored
+            rows.check_end(head, sequence, digest)
+
+        yield base.sequence + 1, head.sequence, entries()

@@ -1,0 +1,253 @@
+"""Measurements of a journal or an archive, as the service received them."""
+
+import json
+from collections import Counter
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any
+
+import numpy as np
+
+from multiradar.errors import InputError
+from multiradar.storage.entries import EntryKind, RejectedRow, StoredEntry
+from multiradar.storage.recording import MEASUREMENTS_FILE, Recording
+from multiradar.toolbox.messages.progress import counting_bar
+from multiradar_schemas.documents.contents import content
+from multiradar_schemas.reject import Reject, RejectCode
+
+if TYPE_CHECKING:
+    import polars as pl
+
+#: Codes of rejects whose content is a valid measurement: the service did not use it for its time,
+#: or for a sensor that it did not have at that time.
+RECOVERABLE = (
+    RejectCode.UNKNOWN_SENSOR,
+    RejectCode.SENSOR_DISABLED,
+    RejectCode.TIME_LATE,
+    RejectCode.TIME_FUTURE,
+    RejectCode.RATE_EXCEEDED,
+)
+#: Entries from one call for the progress bar to the next.
+_STEP_ENTRIES = 64
+
+
+def is_journal(path: Path) -> bool:
+    """Return whether a path is the state of a service, a backup, a journal or an archive."""
+    from multiradar.storage.segments import segments_of
+    from multiradar.toolbox.operation.backups import journal_of
+
+    if path.is_dir():
+        return journal_of(path).is_file() or bool(segments_of(path))
+    return content(path) == "an SQLite database"
+
+
+def convert_journal(
+    source: Path, out: Path, recovered: Collection[RejectCode], from_s: float, until_s: float
+) -> dict[str, Any]:
+    """Write the measurements of a journal in the order of their arrival.
+
+    Parameters
+    ----------
+    source : Path
+        State of a service that may be running, backup, journal or archive.
+    out : Path
+        The folder to create.
+    recovered : collection of RejectCode
+        Codes of rejects that are read as measurements; with any, all are sorted by time.
+    from_s, until_s : float
+        Only measurements at or after the first and before the second time, s.
+
+    Returns
+    -------
+    dict
+        Contents of `report.json`.
+
+    Raises
+    ------
+    InputError
+        There is no such journal or archive, or it has no measurements in this time.
+    OutputExistsError
+        `out` exists.
+    JournalError, ConfigurationError
+        It is damaged, or of another format; nothing is written.
+    """
+    from multiradar.storage.output_folder import new_folder
+
+    found = _Found(source.name, frozenset(recovered), from_s, until_s)
+    with new_folder(out) as folder:
+        with (
+            _entries_of(source) as (first, last, entries),
+            (folder / "rejects.ndjson").open("w", encoding="utf-8", newline="\n") as rejects,
+            counting_bar("reading entries") as show,
+        ):
+            writer = _Writer(folder / MEASUREMENTS_FILE)
+            for stored in entries:
+                writer.append(found.measurements(stored, rejects))
+                if stored.sequence % _STEP_ENTRIES == 0 or stored.sequence == last:
+                    show(stored.sequence - first + 1, last - first + 1)
+            writer.finish()
+        if not found.accepted:
+            raise InputError(f"{source}: {found.lacking()}")
+        if recovered:
+            _sort(folder)
+        return found.write_report(folder / "report.json", source, first, last)
+
+
+def _entries_of(
+    source: Path,
+) -> AbstractContextManager[tuple[int, int, Iterator[StoredEntry]]]:
+    from multiradar.storage.archive import archive_entries
+    from multiradar.storage.segments import segments_of
+    from multiradar.storage.sqlite.reading import journal_entries
+    from multiradar.toolbox.operation.backups import journal_of
+
+    if source.is_dir() and segments_of(source):
+        return archive_entries(source)
+    return journal_entries(journal_of(source))
+
+
+class _Writer:
+    # The columns are those of a conversion.
+    def __init__(self, path: Path) -> None:
+        from multiradar.storage.table_writer import TableWriter
+        from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
+
+        self._columns = MEASUREMENT_SCHEMA.names()
+        self._writer = TableWriter(path, MEASUREMENT_SCHEMA)
+
+    def append(self, frame: "pl.DataFrame") -> None:
+        if len(frame):
+            self._writer.append(frame.select(self._columns))
+
+    def finish(self) -> None:
+        self._writer.finish()
+
+
+@dataclass
+class _Found:
+    # What a journal contained.
+    name: str
+    recovered_codes: frozenset[RejectCode]
+    from_s: float
+    until_s: float
+    accepted: int = 0
+    recovered: Counter[RejectCode] = field(default_factory=Counter)
+    rejected: Counter[RejectCode] = field(default_factory=Counter)
+    outside: int = 0
+    flushes: int = 0
+    sensor_changes: list[dict[str, Any]] = field(default_factory=list)
+    first_s: float = np.inf
+    last_s: float = -np.inf
+
+    def measurements(self, stored: StoredEntry, rejects: IO[str]) -> "pl.DataFrame":
+        """Return the measurements of an entry, and write its rejected rows."""
+        import polars as pl
+
+        from multiradar.runtime.live.payload import decode_rows
+        from multiradar_schemas.measurements.columns import complete
+
+        entry = stored.entry
+        frames = []
+        if entry.kind is EntryKind.SENSOR:
+            change = json.loads(entry.payload)
+            self.sensor_changes.append(
+                {"entry": stored.sequence, "sensor_id": change["sensor"]["id"]}
+            )
+        elif entry.kind is EntryKind.FLUSH:
+            self.flushes += 1
+        elif entry.payload:
+            frames.append(complete(decode_rows(entry.payload)))
+        if entry.rejects:
+            frame, left = self._recover(entry.rejects)
+            for row in left:
+                self._reject(row, stored, rejects)
+            frames.append(complete(frame))
+        rows = pl.concat(frames) if frames else pl.DataFrame()
+        return self._within(rows) if len(rows) else rows
+
+    def _within(self, rows: "pl.DataFrame") -> "pl.DataFrame":
+        import polars as pl
+
+        # A time that is not a number is in no interval.
+        kept = rows.filter(pl.col("time_s") >= self.from_s, pl.col("time_s") < self.until_s)
+        self.outside += len(rows) - len(kept)
+        self.accepted += len(kept)
+        if len(kept):
+            low, high = kept.select(pl.min("time_s"), pl.max("time_s").alias("last")).row(0)
+            self.first_s, self.last_s = min(self.first_s, low), max(self.last_s, high)
+        return kept
+
+    def _recover(self, rows: Sequence[RejectedRow]) -> "tuple[pl.DataFrame, list[RejectedRow]]":
+        from multiradar_converters.normalised.text import parse_ndjson
+
+        wanted = [row for row in rows if row.code in self.recovered_codes and row.raw]
+        lines = [" ".join(row.raw.splitlines()).encode("utf-8", "replace") for row in wanted]
+        parsed = parse_ndjson(b"\n".join(lines))
+        readable = set(parsed.frame["index"].to_list())
+        unreadable = {id(row) for k, row in enumerate(wanted) if k not in readable}
+        kept = {id(row) for row in wanted} - unreadable
+        self.recovered.update(RejectCode(row.code) for row in wanted if id(row) in kept)
+        return parsed.frame, [row for row in rows if id(row) not in kept]
+
+    def _reject(self, row: RejectedRow, stored: StoredEntry, rejects: IO[str]) -> None:
+        code = RejectCode(row.code)
+        self.rejected[code] += 1
+        line = Reject(
+            file=self.name, offset=row.index, code=code, raw=row.raw,
+            reason=f"entry {stored.sequence} from {stored.entry.source}: {row.reason}",
+        )  # fmt: skip
+        rejects.write(line.model_dump_json(exclude_none=True) + "\n")
+
+    def lacking(self) -> str:
+        """Return why there are no measurements."""
+        if self.outside:
+            return f"no measurements in this time; all {self.outside:,} are outside it"
+        if self.rejected:
+            by_code = ", ".join(f"{code} {count}" for code, count in sorted(self.rejected.items()))
+            return f"no accepted measurements; rejected: {by_code}"
+        return "no measurements"
+
+    def write_report(self, path: Path, source: Path, first: int, last: int) -> dict[str, Any]:
+        """Write and return the report."""
+        from multiradar_converters.report_file import Converted, write_report
+
+        rejected = sum(self.rejected.values())
+        counts = {"read": self.accepted + rejected, "accepted": self.accepted, "rejected": rejected}
+        size = sum(one.stat().st_size for one in [source, *source.glob("*")] if one.is_file())
+        return write_report(path, Converted(
+            command="convert journal",
+            inputs=[(self.name, size, counts)],
+            rejected_by_code=self.rejected,
+            measurements=self.accepted,
+            settings={
+                "recovered": sorted(self.recovered_codes),
+                "from_s": self.from_s if np.isfinite(self.from_s) else None,
+                "until_s": self.until_s if np.isfinite(self.until_s) else None,
+            },
+            figures={
+                "first_entry": first,
+                "last_entry": last,
+                "first_s": self.first_s,
+                "last_s": self.last_s,
+                "recovered_by_code": dict(sorted(self.recovered.items())),
+                "outside": self.outside,
+                "flushes": self.flushes,
+                "sensor_changes": self.sensor_changes,
+            },
+        ))  # fmt: skip
+
+
+def _sort(folder: Path) -> None:
+    from multiradar.storage.time_order import in_time_order
+    from multiradar_converters.leftovers import temporary_folder
+
+    path = folder / MEASUREMENTS_FILE
+    with temporary_folder("multiradar-sort-") as temporary:
+        sorted_rows = in_time_order(Recording(path), temporary)
+        writer = _Writer(folder / "sorted.parquet")
+        for block in sorted_rows.blocks():
+            writer.append(block)
+        writer.finish()
+    (folder / "sorted.parquet").replace(path)
