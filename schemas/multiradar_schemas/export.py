@@ -19,7 +19,12 @@ from multiradar_schemas.inspection import Inspection
 from multiradar_schemas.measurements.columns import MEASUREMENT_REQUIRED, MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.measurement import MEASUREMENT, MEASUREMENTS
 from multiradar_schemas.products.aircraft_delay import AIRCRAFT_DELAY_SCHEMA, AircraftDelay
-from multiradar_schemas.products.bias import BIAS_SCHEMA, BiasEstimate
+from multiradar_schemas.products.bias import (
+    BIAS_CORRELATION_SCHEMA,
+    BIAS_SCHEMA,
+    BiasCorrelation,
+    BiasEstimate,
+)
 from multiradar_schemas.products.encounter import ENCOUNTER_SCHEMA, Encounter, Encounters
 from multiradar_schemas.products.forecast import FORECAST_SCHEMA, Forecast, ForecastRow
 from multiradar_schemas.products.health import HEALTH_SCHEMA, RadarHealth
@@ -70,6 +75,7 @@ _TABLES: dict[str, tuple[pl.Schema, tuple[str, ...]]] = {
             ("encounters", ENCOUNTER_SCHEMA, Encounter),
             ("forecasts", FORECAST_SCHEMA, ForecastRow),
             ("biases", BIAS_SCHEMA, BiasEstimate),
+            ("bias_correlations", BIAS_CORRELATION_SCHEMA, BiasCorrelation),
             ("aircraft_delays", AIRCRAFT_DELAY_SCHEMA, AircraftDelay),
             ("health", HEALTH_SCHEMA, RadarHealth),
         )

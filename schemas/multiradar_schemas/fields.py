@@ -34,7 +34,12 @@ from multiradar_schemas.inspection import (
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.measurement import KIND_NEEDS, RadarMeasurement
 from multiradar_schemas.products.aircraft_delay import AIRCRAFT_DELAY_SCHEMA, AircraftDelay
-from multiradar_schemas.products.bias import BIAS_SCHEMA, BiasEstimate
+from multiradar_schemas.products.bias import (
+    BIAS_CORRELATION_SCHEMA,
+    BIAS_SCHEMA,
+    BiasCorrelation,
+    BiasEstimate,
+)
 from multiradar_schemas.products.encounter import ENCOUNTER_SCHEMA, Encounter, Encounters
 from multiradar_schemas.products.forecast import (
     FORECAST_SCHEMA,
@@ -181,6 +186,9 @@ def _lines() -> Iterator[str]:
 def _bias_lines() -> Iterator[str]:
     yield "\n## Biases: `biases.parquet`, a row for each sensor, parameter and epoch\n"
     yield from _table(BiasEstimate, tuple(BIAS_SCHEMA), dict(BIAS_SCHEMA))
+    yield "\n## Correlations of biases: `bias_correlations.parquet`, a row for each pair\n"
+    schema = BIAS_CORRELATION_SCHEMA
+    yield from _table(BiasCorrelation, tuple(schema), dict(schema))
     yield "\n## Delays of transponders: `aircraft_delays.parquet`\n"
     yield "A row for each confirmed track, where a radar has `transponder_delay_sigma_m`.\n"
     yield from _table(AircraftDelay, tuple(AIRCRAFT_DELAY_SCHEMA), dict(AIRCRAFT_DELAY_SCHEMA))

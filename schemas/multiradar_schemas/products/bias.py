@@ -1,4 +1,4 @@
-"""Bias estimates in JSON, with the same fields as `biases.parquet`."""
+"""Bias estimates, with the same fields as `biases.parquet`, and their correlations."""
 
 from typing import Annotated, Literal
 
@@ -64,3 +64,40 @@ class BiasEstimate(Record):
 
 #: `biases.parquet`: one row for each sensor, parameter and epoch.
 BIAS_SCHEMA = table_schema(BiasEstimate)
+
+
+class BiasCorrelation(Record):
+    """The correlation of the errors of two biases at the end; a row of `bias_correlations.parquet`.
+
+    Together with the last `sigma` of each in `biases.parquet` it is their covariance.
+    """
+
+    sensor_id: Annotated[
+        str,
+        StringConstraints(pattern=SENSOR_ID_PATTERN),
+        described("The sensor of the first bias", unit="text", source="sensors.toml"),
+    ]
+    parameter: Annotated[
+        ParameterName, described("The first bias parameter", unit="name", source="sensors.toml")
+    ]
+    other_sensor_id: Annotated[
+        str,
+        StringConstraints(pattern=SENSOR_ID_PATTERN),
+        described("The sensor of the second bias", unit="text", source="sensors.toml"),
+    ]
+    other_parameter: Annotated[
+        ParameterName, described("The second bias parameter", unit="name", source="sensors.toml")
+    ]
+    correlation: Annotated[
+        float,
+        Field(ge=-1.0, le=1.0),
+        described(
+            "Correlation of the errors of both estimates in the last row of each",
+            unit="1",
+            source="filter",
+        ),
+    ]
+
+
+#: `bias_correlations.parquet`: one row for each pair of bias parameters.
+BIAS_CORRELATION_SCHEMA = table_schema(BiasCorrelation)

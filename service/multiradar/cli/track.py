@@ -103,6 +103,15 @@ def track(
     trajectories: TrajectoriesOption = False,
     trajectory_aircraft_max: TrajectoryAircraftOption = None,
     forecasts: ForecastsOption = None,
+    biases_from: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="TRACKS",
+            help="Output directory of an earlier `track`: start from its last biases, with their "
+            "covariance and drift since then, in place of the priors.",
+            show_default=False,
+        ),
+    ] = None,
     reference: Annotated[
         Path | None,
         typer.Option(
@@ -175,6 +184,7 @@ def track(
             trajectories=trajectories,
             trajectory_aircraft_max=trajectory_aircraft_max,
             forecasts=forecasts,
+            biases_from=biases_from,
             reference=reference,
             processor=processor,
             asterix=asterix,

@@ -60,7 +60,7 @@ def _run(path: Path, out: Path, **options: Any) -> OfflineResult:
 
 def _hashes(folder: Path) -> list[str]:
     files = sorted(folder.iterdir())
-    names = ["biases", "health", "tracks", "transitions"]
+    names = ["bias_correlations", "biases", "health", "tracks", "transitions"]
     assert [file.name for file in files] == sorted(
         ["rejects.ndjson", *(f"{name}.parquet" for name in names)]
     )

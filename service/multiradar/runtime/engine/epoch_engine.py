@@ -24,6 +24,7 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.prerequisites import plane_for, require_usable
 from multiradar.runtime.engine.run_updates import (
+    SPREAD,
     ClosedEpoch,
     Run,
     describe_run,
@@ -194,6 +195,10 @@ class Engine:
         """The published biases."""
         return self._biases.state
 
+    def start_from(self, biases: BiasState) -> None:
+        """Start from the biases of an earlier run, before the first measurement."""
+        self._biases.start_from(biases)
+
     def push(self, batch: MeasurementBatch, clock_s: float | None = None) -> EngineOutput:
         """Process admitted measurements.
 
@@ -323,7 +328,7 @@ class Engine:
             duplicates=duplicates,
             health=HealthRecords.concatenate([one.health for one in closed]),
             plots=plots,
-            spread=result.readout[accepted][:, _SPREAD],
+            spread=result.readout[accepted][:, SPREAD],
             innovations=update_innovations(run, accepted, noises),
             pictures=self._pop_pictures(),
             samples=tuple(sample for one in closed for sample in one.samples),
@@ -393,8 +398,7 @@ class Engine:
             accepted, run.identities.slot, run.identities.track_id, run.result.outcome,
             run.confirmed, run.batch.time_s, confirmed.astype(np.int64),
         )  # fmt: skip
-        slots = len(self._pool.roster.track_id)
-        transitions = self._transitions.update(updated, slots)
+        transitions = self._transitions.update(updated, len(self._pool.roster.track_id))
         updates = track_updates(
             shown, run, found, self._settings.hidden_fields, keeps_modes=self._filter.keeps_modes
         )
@@ -464,7 +468,3 @@ class Engine:
         self._delays.add(
             slots[kept], track_id[kept], self._pool.aircraft, self._pool.roster, self._biases.model
         )
-
-
-# Columns of a readout with the position of a track in the plane, and its covariance.
-_SPREAD = np.array([0, 1, 4, 5, 6])

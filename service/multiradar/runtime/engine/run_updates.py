@@ -37,6 +37,9 @@ from multiradar.tracking.outputs import (
 from multiradar.tracking.plausibility.adsb_plausibility import PlausibilityWindow
 from multiradar.tracking.roster import RowIdentities
 
+#: Columns of a readout with the position of a track in the plane, and its covariance.
+SPREAD = np.array([0, 1, 4, 5, 6])
+
 
 class Run(NamedTuple):
     """The rows of one release of the reorder buffer, and their results.

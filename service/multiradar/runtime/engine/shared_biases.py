@@ -86,6 +86,11 @@ class SharedBiases:
         """The published biases."""
         return self._estimator.state
 
+    def start_from(self, biases: BiasState) -> None:
+        """Start from the end of an earlier run in place of the priors; nothing was processed."""
+        self._estimator.set_state(biases.estimate, biases.covariance)
+        self._publish()
+
     def start(self, time_s: float) -> None:
         """Set the time of the prior: the start of the first epoch."""
         self._started_s = self.drifted_s = time_s

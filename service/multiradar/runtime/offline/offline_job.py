@@ -9,6 +9,7 @@ from pydantic import JsonValue
 
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.estimation.bias.observability import UnobservableBias
+from multiradar.estimation.bias.store import BiasState
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.engine.step_pool import OpenStepPool
 from multiradar.runtime.queries.encounter_query import EncounterQuery
@@ -19,6 +20,7 @@ from multiradar.tracking.settings import TrackingSettings
 BATCH_ROWS = 8192
 TRACKS_FILE = "tracks.parquet"
 BIASES_FILE = "biases.parquet"
+BIAS_CORRELATIONS_FILE = "bias_correlations.parquet"
 TRANSITIONS_FILE = "transitions.parquet"
 HEALTH_FILE = "health.parquet"
 PLANES_FILE = "manoeuvre_planes.parquet"
@@ -60,6 +62,8 @@ class OfflineJob:
         Data time between two forecasts of a track, s; not written by default.
     open_steps : callable, optional
         Opens what updates the tracks in place of threads.
+    start : BiasState, optional
+        Biases to start from, in place of the priors of the sensors.
     """
 
     recording: Recording
@@ -74,6 +78,7 @@ class OfflineJob:
     trajectories: TrajectoryOptions | None = None
     forecasts_every_s: float | None = None
     open_steps: OpenStepPool | None = None
+    start: BiasState | None = None
 
 
 @dataclass(slots=True)
@@ -88,9 +93,9 @@ class OfflineResult:
         Duplicates by sensor, where there are any.
     rejected : Counter
         Rejected measurements by code.
-    updates, tracks, tracks_confirmed, bias_rows, health_rows, steps : int
+    updates, tracks, tracks_confirmed, bias_rows, correlation_rows, health_rows, steps : int
         Rows of `tracks.parquet`, tracks initiated and confirmed, rows of `biases.parquet`, of
-        `health.parquet` and of `transitions.parquet`.
+        `bias_correlations.parquet`, of `health.parquet` and of `transitions.parquet`.
     window_rows : dict
         Rows of the requested tables by epoch, by file.
     final_biases : dict
@@ -132,6 +137,7 @@ class OfflineResult:
     tracks: int = 0
     tracks_confirmed: int = 0
     bias_rows: int = 0
+    correlation_rows: int = 0
     health_rows: int = 0
     steps: int = 0
     window_rows: dict[str, int] = field(default_factory=dict)

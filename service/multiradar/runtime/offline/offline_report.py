@@ -8,6 +8,7 @@ from pydantic import JsonValue
 from multiradar.estimation.bias.observability import UnobservableBias
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
 from multiradar.runtime.offline.offline_job import (
+    BIAS_CORRELATIONS_FILE,
     BIASES_FILE,
     HEALTH_FILE,
     REJECTS_FILE,
@@ -65,6 +66,7 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
             OutputFile(file=TRACKS_FILE, rows=result.updates),
             OutputFile(file=TRANSITIONS_FILE, rows=result.steps),
             OutputFile(file=BIASES_FILE, rows=result.bias_rows),
+            OutputFile(file=BIAS_CORRELATIONS_FILE, rows=result.correlation_rows),
             OutputFile(file=HEALTH_FILE, rows=result.health_rows),
             *windows,
             OutputFile(file=REJECTS_FILE, rows=result.rejected_total + result.duplicate),

@@ -26,6 +26,7 @@ from multiradar.runtime.offline.delay_table import DelayTable
 from multiradar.runtime.offline.encounter_table import EncounterTable
 from multiradar.runtime.offline.epoch_tables import requested_tables
 from multiradar.runtime.offline.offline_job import (
+    BIAS_CORRELATIONS_FILE,
     BIASES_FILE,
     HEALTH_FILE,
     REJECTS_FILE,
@@ -43,7 +44,7 @@ from multiradar.tracking.health.health_records import HealthRecords
 from multiradar.tracking.input.duplicates import Duplicates
 from multiradar.tracking.lifecycle.transitions import TrackTransitions
 from multiradar.tracking.outputs import BiasRecords, EngineOutput, TrackUpdates
-from multiradar_schemas.products.bias import BIAS_SCHEMA
+from multiradar_schemas.products.bias import BIAS_CORRELATION_SCHEMA, BIAS_SCHEMA
 from multiradar_schemas.products.health import HEALTH_SCHEMA
 from multiradar_schemas.products.track import TRACK_SCHEMA
 from multiradar_schemas.products.transition import TRANSITION_SCHEMA
@@ -66,7 +67,7 @@ def track_recording(
         Input and settings.
     folder : Path
         Existing, empty folder for `tracks.parquet`, `transitions.parquet`, `biases.parquet`,
-        `health.parquet` and `rejects.ndjson`.
+        `bias_correlations.parquet`, `health.parquet` and `rejects.ndjson`.
     on_progress : callable
         Called with the number of processed measurements, after every batch.
     on_output : callable, optional
@@ -97,6 +98,8 @@ def track_recording(
         job.sensors, job.settings, job.workers, open_steps=job.open_steps, pictures=pictures,
         sampling=sampling,
     )  # fmt: skip
+    if job.start is not None:
+        engine.start_from(job.start)
     stages = stages or StageTimes(SystemClock())
     run: _Run | None = None
     try:
@@ -137,6 +140,9 @@ class _Run:
         self._tally = TrackTally()
         self._tracks = TableWriter(folder / TRACKS_FILE, TRACK_SCHEMA)
         self._biases = TableWriter(folder / BIASES_FILE, BIAS_SCHEMA)
+        # Standard deviations of the biases in the last rows of their table, m, rad, 1 or s.
+        self._sigma = np.empty(0)
+        self._correlations = TableWriter(folder / BIAS_CORRELATIONS_FILE, BIAS_CORRELATION_SCHEMA)
         self._health = TableWriter(folder / HEALTH_FILE, HEALTH_SCHEMA)
         self._transitions = TableWriter(folder / TRANSITIONS_FILE, TRANSITION_SCHEMA)
         self._windows = requested_tables(job, folder, engine.plane)
@@ -182,7 +188,11 @@ class _Run:
             self._write([last])
             self._write_duplicates([last])
             self._rejects.finish()
-            for one in (self._tracks, self._biases, self._health, self._transitions):
+            self._write_correlations()
+            written = (
+                self._tracks, self._biases, self._correlations, self._health, self._transitions,
+            )  # fmt: skip
+            for one in written:
                 one.finish()
         for file, (table, writer) in self._windows.items():
             with self._stages.measure(_stage_of(file)):
@@ -241,10 +251,19 @@ class _Run:
             frame = wire.biases_frame(biases, self._sensors)
             self._biases.append(frame)
             self._result.bias_rows += len(frame)
+            self._sigma = biases.sigma[-len(self._sensors.parameter_kind) :]
             self._keep_last(frame)
         health = HealthRecords.concatenate([output.health for output in outputs])
         if len(health):
             self._keep_health(wire.health_frame(health, self._sensors))
+
+    def _write_correlations(self) -> None:
+        if not len(self._sigma):
+            return
+        covariance = self._engine.biases.covariance
+        frame = wire.bias_correlations_frame(covariance, self._sigma, self._sensors)
+        self._correlations.append(frame)
+        self._result.correlation_rows = len(frame)
 
     def _keep_windows(self, file: str, writer: TableWriter, frame: pl.DataFrame) -> None:
         writer.append(frame)

@@ -6,10 +6,10 @@ from collections.abc import Collection, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, TypedDict, Unpack
+from typing import TYPE_CHECKING, Unpack
 
 from multiradar.clock import SystemClock
-from multiradar.errors import ArgumentError, DataWarning, FindingsError
+from multiradar.errors import DataWarning, FindingsError
 from multiradar.toolbox.arguments import typed
 from multiradar.toolbox.compiling import compile_kernels
 from multiradar.toolbox.conversion.asterix_file import new_recorder
@@ -21,22 +21,15 @@ from multiradar.toolbox.inputs import (
     check_found,
     in_future,
     load_sensor_table,
-    parse_day,
     read_sensors,
 )
 from multiradar.toolbox.messages.progress import progress_bar
 from multiradar.toolbox.messages.warning import warn
 from multiradar.toolbox.output import PathLike, new_output, remove_with
 from multiradar.toolbox.run import Run
-from multiradar.toolbox.settings import (
-    TRAJECTORY_AIRCRAFT_DEFAULT,
-    check_count,
-    checked_fields,
-    checked_kinds,
-    require,
-    settings_of,
-    within,
-)
+from multiradar.toolbox.settings import TRAJECTORY_AIRCRAFT_DEFAULT
+from multiradar.toolbox.tracking.earlier_run import biases_at_end
+from multiradar.toolbox.tracking.request import TrackOptions, TrackRequest, track_request
 from multiradar.toolbox.tracking.run_warnings import exhausted, missing_periods, run_findings
 
 if TYPE_CHECKING:
@@ -44,9 +37,7 @@ if TYPE_CHECKING:
     from multiradar.runtime.asterix.recording import AsterixRecorder
     from multiradar.runtime.offline.offline_job import OfflineJob, OfflineResult
     from multiradar.runtime.offline.stage_times import StageTimes
-    from multiradar.runtime.queries.encounter_query import EncounterQuery
     from multiradar.runtime.trajectories.options import TrajectoryOptions
-    from multiradar.settings.service import Settings
     from multiradar.toolbox.alignment.bias_reference import BiasReference
     from multiradar.toolbox.frames import FrameOrPath
     from multiradar.toolbox.tracking.custom_filters import CustomFilter
@@ -55,64 +46,6 @@ if TYPE_CHECKING:
     from multiradar_schemas.sensors.sensor import SensorsFile
 
 _WORKERS_DEFAULT_MAX = 8
-
-
-class TrackOptions(TypedDict, total=False):
-    """Further options of `track`; None means the default.
-
-    date, profile, allow_missing
-        Of a dump that is converted on the fly: date of its first line, layout, and whether it may
-        lack tracks.txt or plots_ads.txt.
-    epoch_s, reorder_horizon_s : float
-        Bias update interval, and reordering window, s of data time.
-    acceleration_density, motion
-        Process noise of `two-stage` and others: m²/s³; white-acceleration or velocity-frame.
-    workers, batch : int
-        Threads, or actors of Ray, and rows at a time; the output depends on neither.
-    engine, cluster_listen : str, collection of str
-        threads (the default) or ray, and the addresses on which Ray may listen: see
-        docs/howto/cluster.md.
-    manoeuvre_planes, observability : float
-        Window of these tables, s.
-    encounters : float
-        Horizon of the table of encounters, s; encounter_distance_m and encounter_height_m are its
-        thresholds.
-    trajectories : bool
-        Write reconstructed trajectories, of trajectory_aircraft_max tracks at a time.
-    forecasts : float
-        Interval of the table of forecasts, s.
-    reference, processor : path, str
-        System tracks of another processor as a bias reference, and its SAC-SIC.
-    asterix, report : path
-        Also write system tracks in ASTERIX, and an HTML page.
-    config : path
-        Settings in TOML; arguments and the environment take precedence.
-    """
-
-    date: str | None
-    profile: PathLike | None
-    allow_missing: bool
-    epoch_s: float | None
-    reorder_horizon_s: float | None
-    acceleration_density: float | None
-    motion: str | None
-    workers: int | None
-    engine: str | None
-    cluster_listen: Collection[str] | None
-    batch: int
-    manoeuvre_planes: float | None
-    observability: float | None
-    encounters: float | None
-    encounter_distance_m: float | None
-    encounter_height_m: float | None
-    trajectories: bool
-    trajectory_aircraft_max: int | None
-    forecasts: float | None
-    reference: PathLike | None
-    processor: str | None
-    asterix: PathLike | None
-    report: PathLike | None
-    config: PathLike | None
 
 
 @typed
@@ -177,7 +110,7 @@ def track(
     from multiradar.toolbox.tracking.custom_filters import host_of
 
     host, custom = host_of(filter)
-    request = _request(host, kinds, hide, options)
+    request = track_request(host, kinds, hide, options)
     folder = new_output(out)
     with (
         as_file(measurements, "measurements") as measured,
@@ -196,91 +129,11 @@ def track(
 
 
 @dataclass(frozen=True, slots=True)
-class _Request:
-    # Arguments, checked.
-    settings: "Settings"
-    kinds: frozenset[str] | None
-    encounters: "EncounterQuery | None"
-    options: TrackOptions
-
-    def path(self, name: str) -> Path | None:
-        given = self.options.get(name)
-        return None if given is None else Path(str(given))
-
-
-@dataclass(frozen=True, slots=True)
 class _Done:
     seconds: dict[str, float]
     span_s: tuple[float, float] | None
     warnings: list[str]
     findings: list[str]
-
-
-def _request(
-    host: str | None,
-    kinds: Collection[str] | None,
-    hide: Collection[str] | None,
-    options: TrackOptions,
-) -> _Request:
-    from multiradar.runtime.queries.parameters import WINDOW
-
-    for name in options:
-        if name not in TrackOptions.__annotations__:
-            known = ", ".join(TrackOptions.__annotations__)
-            raise ArgumentError(f"unknown argument `{name}`; known: {known}", name)
-    parse_day(options.get("date"), warned=False)
-    for name in ("workers", "batch"):
-        check_count(name, options.get(name))
-    if not options.get("trajectories"):
-        require("trajectories", {"trajectory_aircraft_max": options.get("trajectory_aircraft_max")})
-    if options.get("reference") is None:
-        require("reference", {"processor": options.get("processor")})
-    for name in ("manoeuvre_planes", "observability"):
-        within(name, options.get(name), WINDOW)  # type: ignore[arg-type]  # numbers
-    settings = {
-        "filter_name": host,
-        "hidden_fields": checked_fields(hide),
-        **{
-            name: options.get(name)
-            for name in ("epoch_s", "reorder_horizon_s", "acceleration_density", "motion")
-        },
-    }
-    return _Request(
-        settings_of(options.get("config"), settings, _cluster(options)),
-        checked_kinds(kinds),
-        _encounters(options),
-        options,
-    )
-
-
-def _cluster(options: TrackOptions) -> dict[str, object]:
-    engine, listen = options.get("engine"), options.get("cluster_listen")
-    given: dict[str, object] = {} if engine is None else {"engine": engine}
-    return given if listen is None else {**given, "cluster": {"listen": tuple(listen)}}
-
-
-def _encounters(options: TrackOptions) -> "EncounterQuery | None":
-    from multiradar.runtime.queries.encounter_query import EncounterQuery
-    from multiradar.runtime.queries.parameters import (
-        ENCOUNTER_DISTANCE,
-        ENCOUNTER_DISTANCE_M,
-        ENCOUNTER_HEIGHT,
-        ENCOUNTER_HORIZON,
-    )
-
-    horizon_s = within("encounters", options.get("encounters"), ENCOUNTER_HORIZON)
-    distance_m, height_m = (
-        options.get("encounter_distance_m"),
-        options.get("encounter_height_m"),
-    )
-    within("encounter_distance_m", distance_m, ENCOUNTER_DISTANCE)
-    within("encounter_height_m", height_m, ENCOUNTER_HEIGHT)
-    if horizon_s is None:
-        given = {"encounter_distance_m": distance_m, "encounter_height_m": height_m}
-        require("encounters", given)
-        return None
-    near_m = ENCOUNTER_DISTANCE_M if distance_m is None else distance_m
-    return EncounterQuery(horizon_s, near_m, height_m, limit=None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -294,7 +147,7 @@ class _Given:
 
 
 def _run(
-    request: _Request, given: _Given, stages: "StageTimes", custom: "CustomFilter | None"
+    request: TrackRequest, given: _Given, stages: "StageTimes", custom: "CustomFilter | None"
 ) -> _Done:
     from multiradar.cluster.ray_steps import steps_of
     from multiradar.runtime.offline.offline_job import BATCH_ROWS, OfflineJob
@@ -308,6 +161,8 @@ def _run(
     workers = options.get("workers") or min(os.cpu_count() or 1, _WORKERS_DEFAULT_MAX)
     open_steps = steps_of(request.settings, workers)
     known, tracks, table = _sensors(given, request, settings.filter_name)
+    earlier = request.path("biases_from")
+    before = None if earlier is None else Run(earlier)
     outputs = {
         f"--{name.replace('_', '-')}": options.get(name) or None
         for name in ("encounters", "forecasts", "trajectories", "manoeuvre_planes", "observability")
@@ -325,8 +180,10 @@ def _run(
         recording_file as recorder, _page_file(request.path("report")) as partial,
         new_folder(out) as folder,
     ):  # fmt: skip
+        recording = referenced.recording
+        span_s = recording.span_s(request.kinds if tracks is None else None)
         job = OfflineJob(
-            recording=referenced.recording,
+            recording=recording,
             sensors=table,
             settings=settings,
             kinds=request.kinds if tracks is None else None,
@@ -338,15 +195,15 @@ def _run(
             encounters=request.encounters,
             trajectories=_trajectories(request),
             forecasts_every_s=options.get("forecasts"),
+            start=None if before is None else biases_at_end(before, table, span_s and span_s[0]),
         )
         result = _track(job, folder, recorder, stages, custom)
         result.warnings += missing_periods(job.recording, table) + referenced.sentences(tracks)
         result.reference = referenced.figures()
         check_found(result.read, request.kinds, given.measurements_name)
-        span_s = job.recording.span_s(job.kinds)
         if recorder is not None:
             result.asterix = recorder.finish()
-        report = _write_report(job, result, folder, custom)
+        report = _write_report(job, result, folder, custom, before)
         # For `evaluate`: coverage and differences need the sites of this run.
         shutil.copyfile(given.sensors, folder / SENSORS_FILE)
         if tracks is not None:
@@ -357,7 +214,7 @@ def _run(
 
 
 def _sensors(
-    given: _Given, request: _Request, filter_name: str
+    given: _Given, request: TrackRequest, filter_name: str
 ) -> "tuple[SensorsFile, BiasReference | None, SensorTable]":
     from multiradar.estimation.filters.bank import find_filter
     from multiradar.toolbox.alignment.bias_reference import read_reference
@@ -424,19 +281,25 @@ def _track(
 
 
 def _write_report(
-    job: "OfflineJob", result: "OfflineResult", folder: Path, custom: "CustomFilter | None"
+    job: "OfflineJob",
+    result: "OfflineResult",
+    folder: Path,
+    custom: "CustomFilter | None",
+    before: Run | None,
 ) -> "Report":
     from multiradar.runtime.offline.offline_report import REPORT_FILE, offline_report
 
     report = offline_report(job, result)
     if custom is not None:
         report.settings.update(filter_name=custom.name, host_filter=job.settings.filter_name)
+    if before is not None:
+        report.settings.update(biases_from=before.report["output_sha256"])
     text = report.model_dump_json(indent=2)
     (folder / REPORT_FILE).write_text(text + "\n", encoding="utf-8")
     return report
 
 
-def _trajectories(request: _Request) -> "TrajectoryOptions | None":
+def _trajectories(request: TrackRequest) -> "TrajectoryOptions | None":
     from multiradar.runtime.trajectories.options import trajectory_options
 
     if not request.options.get("trajectories"):
