@@ -4,12 +4,15 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from multiradar.cli.options import ConfigOption, FilterOption
 from multiradar.errors import DamageError
+
+if TYPE_CHECKING:
+    from multiradar.settings.service import Settings
 
 StateArgument = Annotated[
     Path,
@@ -195,6 +198,83 @@ def restore(
         f"{state}: {counted}; verified. Start it with: multiradar serve --state {state}"
         + configured,
     )  # fmt: skip
+
+
+def migrate(
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="STATE|BACKUP|ARCHIVE", help="What to migrate; not changed.", show_default=False
+        ),
+    ],
+    state: Annotated[
+        Path,
+        typer.Argument(
+            metavar="NEW_STATE", help="Directory to create; must not exist.", show_default=False
+        ),
+    ],
+    *,
+    sensors: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Sensor configuration of the new service.",
+            show_default="sensors.toml",
+        ),
+    ] = None,
+    filter_name: FilterOption = None,
+    config: ConfigOption = None,
+    json_wanted: JsonOption = False,
+) -> None:
+    """Create a state from that of other sensors, settings, version or processor.
+
+    All measurements are admitted and tracked again, so the new service starts with the tracks and
+    biases of these sensors and settings. Track numbers may differ.
+    """
+    from multiradar.settings.service import load_settings
+    from multiradar.toolbox.messages.progress import counting_bar
+    from multiradar.toolbox.operation.migration import migrate as carry
+
+    overrides: dict[str, Any] = {} if sensors is None else {"sensors": sensors}
+    if filter_name is not None:
+        overrides["tracking"] = {"filter_name": filter_name.value}
+    settings = load_settings(config, overrides)
+    with counting_bar("migrating entries") as show:
+        found = carry(source, state, settings, _replayed, on_progress=show)
+    lost = ", ".join(f"{code} {count:,}" for code, count in sorted(found.rejected_now.items()))
+    lost = f" (now rejected: {lost})" if lost else ""
+    begin = f" from entry {found.first:,} on" if found.first > 1 else ""
+    _print(
+        json_wanted, asdict(found),
+        f"{state}: {_entries(found.entries)}{begin}, {found.accepted:,} of "
+        f"{found.accepted_before:,} measurements accepted{lost}; "
+        f"{_number(found.figures['tracks'], 'live track', 'live tracks')}; output digest "
+        f"{found.figures['output_sha256'][:16]}. Start it with: multiradar serve --state {state}, "
+        "and the sensors and settings given here",
+    )  # fmt: skip
+
+
+# What a service does at its start, and at its end.
+def _replayed(settings: "Settings") -> dict[str, Any]:
+    from multiradar.app import build_service
+    from multiradar.runtime.kernel_purposes import serve_purposes
+    from multiradar.toolbox.compiling import compile_kernels
+    from multiradar.toolbox.inputs import load_sensor_table, read_sensors
+
+    described = read_sensors(settings.sensors)
+    table = load_sensor_table(settings.sensors, described)
+    compile_kernels(
+        serve_purposes(
+            settings.tracking_settings(), table, trajectories=False, asterix=False, feeds=False
+        )
+    )
+    service = build_service(settings, table, described=described)
+    service.start()
+    try:
+        status = service.view.status()
+    finally:
+        service.stop()
+    return {name: status[name] for name in ("tracks", "output_sequence", "output_sha256")}
 
 
 def _counted(entries: int, accepted: int, rejected: int) -> str:

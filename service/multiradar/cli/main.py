@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from multiradar.cli.alignment.align import ALIGN_HELP, align
-from multiradar.cli.backups import archive, backup, restore, shorten, verify
+from multiradar.cli.backups import archive, backup, migrate, restore, shorten, verify
 from multiradar.cli.conversion.adsb import ADSB_HELP, convert_adsb
 from multiradar.cli.conversion.asterix import ASTERIX_HELP, convert_asterix
 from multiradar.cli.conversion.convert import convert_app
@@ -76,6 +76,7 @@ app.command(name="archive")(archive)
 app.command(name="shorten")(shorten)
 app.command(name="verify")(verify)
 app.command(name="restore")(restore)
+app.command(name="migrate")(migrate)
 app.command(name="doctor")(doctor)
 app.command(name="demo")(demo)
 app.command(name="simulate")(simulate)

@@ -63,7 +63,7 @@ def test_a_second_service_must_use_another_journal(tmp_path: Path) -> None:
 def test_another_configuration_is_rejected_and_says_what_to_do(tmp_path: Path) -> None:
     path = tmp_path / "journal.db"
     _written(path)
-    with pytest.raises(ConfigurationError, match=r"other sensors or .*another journal"):
+    with pytest.raises(ConfigurationError, match=r"other sensors or .*multiradar migrate"):
         SqliteJournal(path, "b" * 64)
     assert len(_read_everything(path)) > 20
 

@@ -325,8 +325,8 @@ class SqliteJournal:
                 f"(fingerprint {written_with[:12]}, now {fingerprint[:12]})"
             )
             raise ConfigurationError(
-                f"{self._path}: the journal was created with {other}; start with those, or choose "
-                "another journal (--state) and replay the measurements into it"
+                f"{self._path}: the journal was created with {other}; start with those, or carry "
+                "it over into a new state (multiradar migrate)"
             )
 
     # ---------------------------------------------------------------- writing

@@ -18,7 +18,6 @@ from multiradar.toolbox.arguments import typed
 from multiradar.toolbox.compiling import compile_kernels
 from multiradar.toolbox.conversion.dump_points import track_points
 from multiradar.toolbox.conversion.incomplete import incomplete
-from multiradar.toolbox.conversion.journal import RECOVERABLE, convert_journal, is_journal
 from multiradar.toolbox.diagnoses import findings_of, notes_of
 from multiradar.toolbox.inputs import (
     DumpChoice,
@@ -30,7 +29,6 @@ from multiradar.toolbox.messages.progress import progress_bar
 from multiradar.toolbox.messages.warning import warn
 from multiradar.toolbox.output import Output, PathLike, new_output, remove_with
 from multiradar_schemas.documents.names import unknown
-from multiradar_schemas.reject import RejectCode
 
 if TYPE_CHECKING:
     import polars as pl
@@ -194,6 +192,7 @@ def detected(path: Path) -> str:
     InputError
         It is not there, or of no known format.
     """
+    from multiradar.toolbox.operation.backups import is_journal
     from multiradar_converters.errors import ConversionError
     from multiradar_converters.inspection.recordings import recording_kind
 
@@ -399,6 +398,9 @@ def _adsb(paths: list[Path], out: Path, options: ConvertOptions) -> dict[str, An
 
 
 def _journal(paths: list[Path], out: Path, options: ConvertOptions) -> dict[str, Any]:
+    from multiradar.toolbox.conversion.journal import RECOVERABLE, convert_journal
+    from multiradar_schemas.reject import RejectCode
+
     if len(paths) > 1:
         raise ArgumentError(f"{paths[1]}: a journal must be converted separately")
     codes = []

@@ -2,8 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Collection, Iterator, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
@@ -14,7 +13,6 @@ from multiradar.errors import InputError
 from multiradar.storage.entries import EntryKind, RejectedRow, StoredEntry
 from multiradar.storage.recording import MEASUREMENTS_FILE, Recording
 from multiradar.toolbox.messages.progress import counting_bar
-from multiradar_schemas.documents.contents import content
 from multiradar_schemas.reject import Reject, RejectCode
 
 if TYPE_CHECKING:
@@ -31,16 +29,6 @@ RECOVERABLE = (
 )
 #: Entries from one call for the progress bar to the next.
 _STEP_ENTRIES = 64
-
-
-def is_journal(path: Path) -> bool:
-    """Return whether a path is the state of a service, a backup, a journal or an archive."""
-    from multiradar.storage.segments import segments_of
-    from multiradar.toolbox.operation.backups import journal_of
-
-    if path.is_dir():
-        return journal_of(path).is_file() or bool(segments_of(path))
-    return content(path) == "an SQLite database"
 
 
 def convert_journal(
@@ -74,11 +62,12 @@ def convert_journal(
         It is damaged, or of another format; nothing is written.
     """
     from multiradar.storage.output_folder import new_folder
+    from multiradar.toolbox.operation.backups import entries_of
 
     found = _Found(source.name, frozenset(recovered), from_s, until_s)
     with new_folder(out) as folder:
         with (
-            _entries_of(source) as (first, last, entries),
+            entries_of(source) as (first, last, entries),
             (folder / "rejects.ndjson").open("w", encoding="utf-8", newline="\n") as rejects,
             counting_bar("reading entries") as show,
         ):
@@ -93,19 +82,6 @@ def convert_journal(
         if recovered:
             _sort(folder)
         return found.write_report(folder / "report.json", source, first, last)
-
-
-def _entries_of(
-    source: Path,
-) -> AbstractContextManager[tuple[int, int, Iterator[StoredEntry]]]:
-    from multiradar.storage.archive import archive_entries
-    from multiradar.storage.segments import segments_of
-    from multiradar.storage.sqlite.reading import journal_entries
-    from multiradar.toolbox.operation.backups import journal_of
-
-    if source.is_dir() and segments_of(source):
-        return archive_entries(source)
-    return journal_entries(journal_of(source))
 
 
 class _Writer:

@@ -1,6 +1,8 @@
 """Backup, archive, verification and restoration of the state of a service."""
 
 import json
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +12,7 @@ if TYPE_CHECKING:
     from multiradar.settings.service import Settings
     from multiradar.storage.archive import Archived
     from multiradar.storage.backup import Backup
+    from multiradar.storage.entries import StoredEntry
     from multiradar.storage.segments import Segment
     from multiradar.storage.verification import Progress, Verification
 
@@ -187,6 +190,47 @@ def restore(
     with new_folder(state) as made:
         copy_backup(folder, made)
     return listed
+
+
+def is_journal(path: Path) -> bool:
+    """Return whether a path is the state of a service, a backup, a journal or an archive."""
+    from multiradar.storage.segments import segments_of
+    from multiradar_schemas.documents.contents import content
+
+    if path.is_dir():
+        return journal_of(path).is_file() or bool(segments_of(path))
+    return content(path) == "an SQLite database"
+
+
+def entries_of(
+    source: Path,
+) -> "AbstractContextManager[tuple[int, int, Iterator[StoredEntry]]]":
+    """Open a state, which may be in use, a backup or an archive for reading.
+
+    Parameters
+    ----------
+    source : Path
+        Its folder, or the journal in it.
+
+    Returns
+    -------
+    context manager
+        Of the numbers of its first and last entry, and its entries, each verified when it is read.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    JournalError, ConfigurationError
+        It is damaged, or of another format.
+    """
+    from multiradar.storage.archive import archive_entries
+    from multiradar.storage.segments import segments_of
+    from multiradar.storage.sqlite.reading import journal_entries
+
+    if source.is_dir() and segments_of(source):
+        return archive_entries(source)
+    return journal_entries(journal_of(source))
 
 
 def journal_of(state: Path) -> Path:

@@ -1,0 +1,172 @@
+"""Migration: the entries of a journal in a new one, for other sensors, settings or rules."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import polars as pl
+
+from multiradar.errors import InputError
+from multiradar.storage.entries import Entry, EntryKind
+
+if TYPE_CHECKING:
+    from multiradar.runtime.admission.admission_by_time import Admission
+    from multiradar.runtime.admission.sensors_in_force import SensorsInForce
+    from multiradar.runtime.live.intake import Submission
+    from multiradar.settings.service import Settings
+    from multiradar.storage.verification import Progress
+
+#: Entries in one transaction.
+_APPENDED = 256
+
+
+@dataclass
+class Migration:
+    """What a migration did.
+
+    Attributes
+    ----------
+    first, entries : int
+        The first entry that the old journal has, and the number of entries written.
+    accepted_before, accepted : int
+        Measurements that were accepted then, and that are now.
+    rejected_now : dict of str to int
+        Measurements that were accepted then and are rejected now, by code.
+    figures : dict
+        What the new service made of them.
+    """
+
+    first: int = 1
+    entries: int = 0
+    accepted_before: int = 0
+    accepted: int = 0
+    rejected_now: dict[str, int] = field(default_factory=dict)
+    figures: dict[str, Any] = field(default_factory=dict)
+
+    def count(self, before: Entry, now: Entry) -> None:
+        """Count an entry of the old journal, and the one that it became."""
+        self.entries += 1
+        self.accepted_before += before.accepted
+        self.accepted += now.accepted
+        if now.accepted < before.accepted:
+            known = {row.index for row in before.rejects}
+            for row in now.rejects:
+                if row.index not in known:
+                    self.rejected_now[row.code] = self.rejected_now.get(row.code, 0) + 1
+
+
+def migrate(
+    source: Path, out: Path, settings: "Settings",
+    run: Callable[["Settings"], dict[str, Any]],
+    on_progress: "Progress" = lambda _done, _total: None,
+) -> Migration:  # fmt: skip
+    """Write the entries of a state or an archive into a new state.
+
+    All measurements are admitted again, by the present rules and the sensors and settings that are
+    given. Rejected rows stay rejected; keys of messages and changes of sensors are kept.
+
+    Parameters
+    ----------
+    source : Path
+        State of a service, backup or archive, which is not changed.
+    out : Path
+        Folder of the state to create.
+    settings : Settings
+        The settings of the new service, with its sensors file.
+    run : callable
+        Called with the settings of the new state: replays its journal, writes a snapshot, and
+        returns `figures`.
+    on_progress : callable
+        Called with the number of entries done, and that of all.
+
+    Returns
+    -------
+    Migration
+        What was done.
+
+    Raises
+    ------
+    InputError, OutputExistsError
+        There is no such source, it has no entries, or `out` exists.
+    JournalError
+        The source is damaged.
+    ConfigurationError
+        The journal is of another format, or a change of a sensor does not apply to these sensors.
+    """
+    from multiradar.runtime.admission.admission_by_time import Admission
+    from multiradar.runtime.admission.sensors_in_force import SensorsInForce
+    from multiradar.runtime.engine.fingerprint import configuration_fingerprint
+    from multiradar.storage.backup import DATABASE
+    from multiradar.storage.output_folder import new_folder
+    from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
+    from multiradar.toolbox.inputs import load_sensor_table, read_sensors
+    from multiradar.toolbox.operation.backups import entries_of
+
+    described = read_sensors(settings.sensors)
+    table, tracking = load_sensor_table(settings.sensors, described), settings.tracking_settings()
+    sensors = SensorsInForce.of(table, described)
+    admission = Admission.for_sensors(sensors.table, tracking.reorder_horizon_s)
+    done = Migration()
+    with new_folder(out) as folder:
+        path = folder / DATABASE
+        written = SqliteJournal(path, configuration_fingerprint(table, tracking))
+        try:
+            with entries_of(source) as (first, last, entries):
+                done.first = first
+                waiting: list[Entry] = []
+                for stored in entries:
+                    entry, sensors = _admitted(stored.entry, sensors, admission)
+                    done.count(stored.entry, entry)
+                    waiting.append(entry)
+                    if len(waiting) == _APPENDED or stored.sequence == last:
+                        written.append(waiting)
+                        waiting = []
+                        on_progress(stored.sequence - first + 1, last - first + 1)
+        finally:
+            written.close()
+        if not done.entries:
+            raise InputError(f"{source}: no entries")
+        journal = settings.journal.model_copy(update={"path": path})
+        done.figures = run(settings.model_copy(update={"journal": journal}))
+    return done
+
+
+def _admitted(
+    entry: Entry, sensors: "SensorsInForce", admission: "Admission"
+) -> "tuple[Entry, SensorsInForce]":
+    from multiradar.runtime.live.preparation import prepare
+
+    submission = _submission(entry)
+    if submission.change:
+        sensors, _ = sensors.changed(submission.change)
+        admission.use(sensors.table)
+    prepared = prepare([submission], sensors.table, admission)[0]
+    if isinstance(prepared, Exception):
+        raise prepared
+    return prepared.entry, sensors
+
+
+# The message of an entry, whose accepted rows stood between the rejected ones.
+def _submission(entry: Entry) -> "Submission":
+    from multiradar.runtime.admission.admission_by_time import data_clock_of
+    from multiradar.runtime.live.intake import Submission
+    from multiradar.runtime.live.payload import decode_rows
+    from multiradar.runtime.live.preparation import INDEX_COLUMN
+
+    frame, change, clock_s = pl.DataFrame(), b"", np.inf
+    if entry.kind is EntryKind.SENSOR:
+        change = entry.payload
+    elif entry.kind is EntryKind.CLOCK:
+        clock_s = data_clock_of(entry.admission)
+    elif entry.payload:
+        rows = np.arange(entry.accepted + len(entry.rejects))
+        index = np.setdiff1d(rows, [row.index for row in entry.rejects])
+        frame = decode_rows(entry.payload).with_columns(
+            pl.Series(INDEX_COLUMN, index[: entry.accepted])
+        )
+    return Submission(
+        entry.kind, frame, entry.source, entry.idempotency_key, entry.rejects,
+        change=change, clock_s=clock_s,
+    )  # fmt: skip
