@@ -27,6 +27,7 @@ import { Scans } from "../sky/scans";
 import type { Selection } from "../service/selection";
 import type { Store, Track } from "../sky/store";
 import type { Clock } from "../time/clock";
+import { presentOf, unheardS } from "../time/presence";
 import type { ViewState } from "../view/view";
 
 const PICK_PX = 14;
@@ -120,7 +121,10 @@ export class Picture {
     let isLandAsked = false;
     const draw = () => {
       this.centre();
-      this.element.classList.toggle("lost", feed.isLost(performance.now()) || (clock.isLive && feed.silenceS !== null));
+      const now = performance.now();
+      this.scene.unheardS = unheardS(feed, clock) ?? 0;
+      this.element.classList.toggle("lost", feed.isLost(now) || (clock.isLive && feed.silenceS !== null));
+      this.element.classList.toggle("ended", clock.isLive && presentOf(feed, now).word === "No data");
       this.draw(false);
       // The coast comes after the first tracks: reading it takes as long as drawing them.
       if (!isLandAsked && (this.store.frames > 0 || this.feed.problem !== "")) {
@@ -164,7 +168,7 @@ export class Picture {
   /** Move the map so that a track is in its middle. */
   show(track: Track): void {
     this.centred = true;
-    this.map.getView().animate({ center: [track.x, track.y], duration: 250 });
+    this.map.getView().animate({ center: this.store.placeOf(track, this.scene.timeS), duration: 250 });
   }
 
   /** Latitude of the middle of the map, degrees. */
@@ -182,7 +186,8 @@ export class Picture {
   /** Whether a track lies in the part of the world that the map shows. */
   contains(track: Track): boolean {
     const [west = -Infinity, south = -Infinity, east = Infinity, north = Infinity] = this.map.getView().calculateExtent(this.map.getSize());
-    return track.x >= west && track.x <= east && track.y >= south && track.y <= north;
+    const [x, y] = this.store.placeOf(track, this.store.dataTimeS ?? NaN);
+    return x >= west && x <= east && y >= south && y <= north;
   }
 
   /** Show all sensors and tracks. */

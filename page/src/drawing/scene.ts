@@ -41,6 +41,8 @@ export class Scene {
   palette: Palette = PALETTES.dark;
   /** Data time of the drawing. */
   timeS = 0;
+  /** Time by which it is older than it says, s: no data come. */
+  unheardS = 0;
   /** 0: plots as measured, 1: without biases; between them while they move. */
   corrected = 1;
   /** Boxes that labels leave free: left, top, width, height, … */

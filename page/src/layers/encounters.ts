@@ -91,6 +91,6 @@ function percent(probability: number): string {
 }
 
 function here(scene: Scene, track: Track): [number, number] {
-  const ahead = scene.store.ahead(track, scene.timeS);
-  return [scene.px(track.x + track.vx * ahead), scene.py(track.y + track.vy * ahead)];
+  const [x, y] = scene.store.placeOf(track, scene.timeS);
+  return [scene.px(x), scene.py(y)];
 }

@@ -34,10 +34,10 @@ class Label implements Wanted {
   constructor(readonly track: Track, readonly run: 0 | 1) {}
 
   /** Write the lines again if a value changed. */
-  write(units: Units, letter: number): void {
+  write(units: Units, letter: number, unheardS: number): void {
     const { track } = this;
     const height = track.onGround ? "GND" : level(track.heightM, units, track.isLevelEstimated).replace(/ .*/, "");
-    const coasting = track.state === "coasting" ? ` ${Math.round(track.ageS)} s ago` : "";
+    const coasting = track.state === "coasting" ? ` ${Math.round(track.ageS + unheardS)} s ago` : "";
     const flown = Number.isFinite(track.speedMps) ? ` ${speed(track.speedMps, units, track.isSpeedUncertain).replace(/ .*/, "")}` : "";
     const second = `${height}${trend(track.climbMps)}${flown}${coasting}`;
     const first = track.emergency === "" ? nameOf(track) : `${nameOf(track)} ${track.emergency}`;
@@ -95,7 +95,7 @@ export class LabelsLayer implements Layer {
   private isDue(scene: Scene): boolean {
     const { view } = scene;
     const place = `${scene.a} ${scene.e} ${scene.f} ${scene.width} ${scene.height} ${view.units} ${view.selected} ${shownKey(view)}`;
-    const state = `${scene.store.frames} ${scene.feed.second.frames} ${view.hidden.has("r1")} ${this.encounters.revision} ${view.shown.encounters}`;
+    const state = `${scene.store.frames} ${scene.feed.second.frames} ${view.hidden.has("r1")} ${this.encounters.revision} ${view.shown.encounters} ${Math.floor(scene.unheardS)}`;
     const moved = scene.store.fastest * scene.a * (scene.timeS - this.placedS);
     const due = place !== this.place || state !== this.placedState || !(moved < MARGIN);
     this.moving = place !== this.place;
@@ -121,7 +121,7 @@ export class LabelsLayer implements Layer {
         label = new Label(track, run);
         this.labels.set(key, label);
       }
-      label.write(view.units, this.letter);
+      label.write(view.units, this.letter, scene.unheardS);
       label.home = home;
       label.x = seen.x[place] ?? 0;
       label.y = seen.y[place] ?? 0;

@@ -47,7 +47,7 @@ export class UncertaintyLayer implements Layer {
       const track = seen.tracks[at] as Track;
       const perSigma = UNCERTAINTY_SIGMAS * track.scale * scene.a;
       const known = Number.isFinite(track.majorM);
-      const major = perSigma * (known ? track.majorM : track.sigmaM);
+      const major = perSigma * (known ? track.majorM : track.sigmaNowM);
       if (!(major > UNCERTAINTY_MIN_PX)) continue;
       const minor = known ? perSigma * track.minorM : major;
       context.beginPath();

@@ -4,6 +4,7 @@ import { html, nothing, type TemplateResult } from "lit";
 
 import { isShown } from "../view/shown";
 import { nameOf, type Track } from "../sky/store";
+import { aged, unheardS } from "../time/presence";
 import { distance, level, speed, trend } from "../view/units";
 import { filterForm } from "./filters";
 import type { App, Panel } from "./panel";
@@ -21,13 +22,15 @@ const COLUMNS: readonly [Key, string, string][] = [
   ["name", "Track", "Callsign, else Mode 3/A code, address or number"],
   ["level", "Level", "Height; with ~ estimated, not received"],
   ["speed", "Speed", "Ground speed; with ~ uncertain by more than 50 kt (1 sigma)"],
-  ["sigma", "Sigma", "Position uncertainty: one standard deviation"],
+  ["sigma", "Sigma", "Position uncertainty at the time shown: one standard deviation, grown since the last plot"],
   ["age", "Age", "Time since the last plot"],
 ];
 const SYMBOLS: Record<string, string> = { confirmed: "●", tentative: "○", coasting: "✕", unknown: "?" };
 
 const sorting: { key: Key; descending: boolean } = { key: "name", descending: false };
 let rows: Track[] = [];
+/** What the ages are older by, s. */
+let olderS: number | null = 0;
 
 export const tablePanel: Panel = {
   id: "tracks",
@@ -41,12 +44,12 @@ function draw(app: App): TemplateResult {
   const shown = store.tracks.filter((one) => isShown(one, view));
   rows = view.filters.area ? shown.filter((one) => picture.contains(one)) : shown;
   rows.sort(order);
+  olderS = unheardS(app.feed, app.clock);
   const hidden = store.tracks.length - rows.length;
   return html`${filterForm(app)}
     <p class="summary"><span>${rows.length} shown${hidden > 0 ? `, ${hidden} hidden by filters and switches` : ""}</span>
       <span>${leastCertain(app)}</span></p>
-    ${rows.length > 0 ? nothing : html`<p class="hint">${store.tracks.length === 0
-      ? "No tracks: there are no aircraft, or no measurements have been received." : "No track matches the filters."}</p>`}
+    ${rows.length > 0 ? nothing : html`<p class="hint">${store.tracks.length > 0 ? "No track matches the filters." : none(app)}</p>`}
     <div class="rows" @scroll=${() => actions.redraw()} @keydown=${(event: KeyboardEvent) => moved(event, app)}>
     <table role="grid" aria-label="Tracks" aria-rowcount=${rows.length + 1}>
       <thead><tr>${COLUMNS.map(([key, text, title]) => html`<th scope="col" aria-sort=${sortOf(key)} title=${title}>
@@ -55,13 +58,22 @@ function draw(app: App): TemplateResult {
     </table></div>`;
 }
 
+/** Why there are no tracks. */
+function none({ feed, store }: App): string {
+  const { backlog_rows: backlog, intake_rows: intake } = feed.status;
+  if (!store.isRead) return "Reading the picture…";
+  if (Number(backlog ?? 0) + Number(intake ?? 0) > 0) return "The service is still processing the measurements received so far.";
+  return store.dataTimeS === null ? "No tracks: there are no aircraft, or no measurements have been received." : "No tracks at this time.";
+}
+
 /** The least certain track; if it is tentative, which may be clutter, also that of the others. */
 function leastCertain({ view, actions }: App): TemplateResult | typeof nothing {
-  const most = (one: Track | null, other: Track): Track | null => (other.sigmaM > (one?.sigmaM ?? -1) ? other : one);
+  const most = (one: Track | null, other: Track): Track | null => (other.sigmaNowM > (one?.sigmaNowM ?? -1) ? other : one);
   const worst = rows.reduce(most, null);
   if (worst === null) return nothing;
   const link = (before: string, track: Track, state: string): TemplateResult => html`<button type="button" class="link"
-    @click=${() => actions.show(track.id)}>${before}${nameOf(track)}${state}, ${distance(track.sigmaM, view.units)}</button>`;
+    @click=${() => actions.show(track.id)}>${before}${nameOf(track)}${state}, ${distance(track.sigmaNowM, view.units)}${
+      track.state === "coasting" ? ` ${aged(track.ageS, olderS)} after its last plot` : ""}</button>`;
   const other = worst.state === "tentative" ? rows.filter((one) => one.state !== "tentative").reduce(most, null) : null;
   return html`${link("Least certain: ", worst, worst.state === "tentative" ? " (tentative)" : "")}${
     other === null ? nothing : html`; ${link(`${other.state}: `, other, "")}`}`;
@@ -93,8 +105,8 @@ function row(track: Track, place: number, focused: number | null | undefined, { 
       <span class="unseen">${state}</span></td>
     <td><span class="trend">${track.onGround ? "" : trend(track.climbMps)}</span>${track.onGround ? "GND" : level(track.heightM, units, track.isLevelEstimated)}</td>
     <td>${speed(track.speedMps, units, track.isSpeedUncertain)}</td>
-    <td>${distance(track.sigmaM, units)}</td>
-    <td>${track.ageS.toFixed(0)} s</td></tr>`;
+    <td>${distance(track.sigmaNowM, units)}</td>
+    <td>${aged(track.ageS, olderS)}</td></tr>`;
 }
 
 function scroller(): HTMLElement | null {
@@ -174,7 +186,7 @@ function valueOf(track: Track): number {
   switch (sorting.key) {
     case "level": return track.heightM;
     case "speed": return track.speedMps;
-    case "sigma": return track.sigmaM;
+    case "sigma": return track.sigmaNowM;
     default: return track.ageS;
   }
 }

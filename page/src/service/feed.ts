@@ -44,6 +44,8 @@ export interface Encounter {
 export class Feed {
   sensors: Sensor[] = [];
   status: Record<string, unknown> = {};
+  /** When it was read, as `performance.now`. */
+  statusMs = 0;
   /** The time of `sensors`, s; null: the present. */
   sensorsAtS: number | null = null;
   private sensorsJumps = -1;
@@ -108,7 +110,7 @@ export class Feed {
   get silenceS(): number | null {
     const { alarms, silence_s: silence } = this.status;
     const ceased = Array.isArray(alarms) && alarms.includes("no_data");
-    return ceased && typeof silence === "number" ? silence : null;
+    return ceased && typeof silence === "number" ? silence + (performance.now() - this.statusMs) / 1000 : null;
   }
 
   /** When the service answered last, as `performance.now`. */
@@ -216,6 +218,7 @@ export class Feed {
     if (!stands) this.sensors = sensorsOf(await (await get(`v1/sensors${at === null ? "" : `?at=${at.toFixed(3)}`}`)).json());
     this.sensorsAtS = at;
     this.status = (await (await get("v1/status")).json()) as Record<string, unknown>;
+    this.statusMs = performance.now();
     if (!stands) this.statusShown = this.status;
     this.revision += 1;
   }

@@ -5,7 +5,7 @@ import { mercatorX, mercatorY } from "../drawing/mercator";
 import { PLOTS_KEPT_S, Plots } from "./plots";
 import { nameOf, Track, trackColumns } from "./track";
 
-/** Positions are extrapolated at most this long, s. */
+/** Beyond the data time the picture runs on at most this long, s. */
 const AHEAD_MAX_S = 10;
 /** Data seconds per second are those of so long: frames come in bunches when service or network are busy, ms. */
 const RATE_MS = 10_000;
@@ -23,6 +23,8 @@ export class Store {
   /** Tracks that have a trajectory set. */
   bundles: number[] = [];
   dataTimeS: number | null = null;
+  /** Whether there is a frame since all was discarded. */
+  isRead = false;
   /** Frames received, plots that the service no longer had, and answers that were no frame. */
   frames = 0;
   skipped = 0;
@@ -53,6 +55,7 @@ export class Store {
       if (time !== null) this.measure(time, nowMs);
     }
     this.dataTimeS = time;
+    this.isRead = true;
     this.frames += 1;
     this.skipped += frame.header.skipped;
     this.total = frame.header.total;
@@ -71,6 +74,7 @@ export class Store {
     this.plots.clear();
     this.byId.clear();
     this.dataTimeS = null;
+    this.isRead = false;
     this.steps.length = 0;
   }
 
@@ -90,9 +94,15 @@ export class Store {
     return this.dataTimeS + Math.min(ahead, AHEAD_MAX_S);
   }
 
-  /** Seconds for which a track is extrapolated at a data time. */
+  /** Seconds for which a track is extrapolated at a data time: as long as it lives. */
   ahead(track: Track, timeS: number): number {
-    return Math.max(0, Math.min(timeS - track.timeS, AHEAD_MAX_S));
+    return Math.max(0, timeS - track.timeS);
+  }
+
+  /** The position of a track at a data time, in map units. */
+  placeOf(track: Track, timeS: number): [number, number] {
+    const ahead = this.ahead(track, timeS);
+    return [track.x + track.vx * ahead, track.y + track.vy * ahead];
   }
 
   /** Note in the tracks which sensors saw them, from the plots since a number. */

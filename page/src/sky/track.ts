@@ -35,8 +35,11 @@ export class Track {
   velocitySigmaMps = NaN;
   headingDeg = NaN;
   climbMps = NaN;
+  /** Sigma of the position at the last plot, m. */
   sigmaM = NaN;
-  /** Semi-axes of one sigma of the position, m, and the azimuth of the greater one, degrees. */
+  /** At the time of the frame, grown since the last plot: sigma of the position, m. */
+  sigmaNowM = NaN;
+  /** At the same time: semi-axes of one sigma, m, and the azimuth of the greater one, degrees. */
   majorM = NaN;
   minorM = NaN;
   axisDeg = NaN;
@@ -73,6 +76,7 @@ export class Track {
     this.headingDeg = at(columns.heading_deg, row);
     this.climbMps = at(columns.vertical_rate_mps, row);
     this.sigmaM = at(columns.position_sigma_m, row);
+    this.sigmaNowM = at(columns.sigma_now_m, row);
     this.majorM = at(columns.sigma_major_m, row);
     this.minorM = at(columns.sigma_minor_m, row);
     this.axisDeg = at(columns.sigma_azimuth_deg, row);
@@ -133,7 +137,7 @@ function at(column: Column, row: number): number {
 
 const COLUMNS = [
   "track_id", "time_s", "latitude_deg", "longitude_deg", "height_m", "height_sigma_m", "speed_mps", "velocity_sigma_mps", "heading_deg", "vertical_rate_mps",
-  "position_sigma_m", "sigma_major_m", "sigma_minor_m", "sigma_azimuth_deg", "age_s", "sources", "state", "on_ground",
+  "position_sigma_m", "sigma_now_m", "sigma_major_m", "sigma_minor_m", "sigma_azimuth_deg", "age_s", "sources", "state", "on_ground",
   "callsign", "mode_3a", "mode_s_address",
 ] as const;
 

@@ -5,6 +5,7 @@ import { html, nothing, type TemplateResult } from "lit";
 import { exportMenu } from "../export/menu";
 import type { App } from "../panels/panel";
 import { date, utc } from "../view/units";
+import { lasting, presentOf } from "./presence";
 
 const AGO_S = 300;
 
@@ -12,13 +13,17 @@ export function timeBar(app: App): TemplateResult {
   const { clock, store, view, measure } = app;
   const { span } = clock;
   const time = clock.at(performance.now()) ?? store.dataTimeS;
-  const mode = clock.recorded ? "Recorded" : clock.isLive ? "Live" : "History";
-  document.body.dataset["time"] = mode.toLowerCase();
+  const { word, forS } = presentOf(app.feed, performance.now());
+  const mode = clock.recorded ? "Recorded" : clock.isLive ? word : "History";
+  document.body.dataset["time"] = clock.isLive && word !== "Live" ? "stale" : mode.toLowerCase();
+  const since = !clock.isLive ? "" : word === "No data" ? (forS === null ? "since the service started" : `for ${lasting(forS)}`)
+    : word === "No contact" ? `for ${lasting((performance.now() - app.feed.lastAnswerMs) / 1000)}` : "";
   const moves: [number, string][] = [[-60, "−1 min"], [-10, "−10 s"], [10, "+10 s"], [60, "+1 min"]];
   const selected = view.selected === null ? undefined : store.track(view.selected);
   return html`
     <p class="clock" @keydown=${(event: KeyboardEvent) => keys(event, app)}>
       <strong class="mode" role="status">${mode}${clock.isLive ? nothing : clock.playing ? html` ▶ ×${clock.speed}` : " paused"}</strong>
+      ${since === "" ? nothing : html`<span class="since">${since}</span>`}
       <time title="${date(time)} UTC">${time === null ? "–" : utc(time)}</time>
       <button type="button" @click=${() => clock.toggle()} title="Space">${clock.isLive || clock.playing ? "Pause" : "Play"}</button>
       ${clock.recorded ? nothing : html`<button type="button" ?disabled=${clock.isLive} @click=${() => clock.live()}>Go live</button>`}

@@ -20,8 +20,8 @@ export class SecondRun implements Layer {
     context.lineWidth = 1.3;
     for (const track of store.tracks) {
       if (!isShown(track, view, 1)) continue;
-      const ahead = store.ahead(track, scene.timeS);
-      const [x, y] = [scene.px(track.x + track.vx * ahead), scene.py(track.y + track.vy * ahead)];
+      const [east, north] = store.placeOf(track, scene.timeS);
+      const [x, y] = [scene.px(east), scene.py(north)];
       if (!scene.isInside(x, y, SIZE_PX)) continue;
       seen.add(track, x, y);
       triangle(context, x, y, SIZE_PX);

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import polars as pl
 import pytest
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Page, Route, expect, sync_playwright
 
 from multiradar.app import Application
 from multiradar.settings.service import load_settings
@@ -79,6 +79,17 @@ class Air:
             )
             assert answer.json()["accepted"] == len(frame)
             assert client.post("/v1/flush").status_code == 200
+
+
+def received(page: Page, age_s: float) -> list[float]:
+    """Let the last measurement be so old; the list can be changed."""
+    ages_s = [age_s]
+
+    def answer(route: Route) -> None:
+        route.fulfill(json={**route.fetch().json(), "received_age_s": ages_s[0]})
+
+    page.route("**/v1/status", answer)
+    return ages_s
 
 
 @pytest.fixture(scope="module")

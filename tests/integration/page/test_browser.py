@@ -175,7 +175,7 @@ def test_the_table_is_sorted_and_filtered_from_the_keyboard(page: Page, air: Air
     page.get_by_role("button", name="Sigma").click()
     header = page.locator("#tracks th").nth(3)
     expect(header).to_have_attribute("aria-sort", "descending")
-    sigmas = page.evaluate(f"{STORE}.tracks.map((one) => one.sigmaM)")
+    sigmas = page.evaluate(f"{STORE}.tracks.map((one) => one.sigmaNowM)")
     first = page.locator("#tracks tbody tr").first
     expect(first).to_contain_text(f"{round(max(sigmas))} m")
     page.keyboard.press("/")

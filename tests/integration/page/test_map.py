@@ -42,7 +42,7 @@ def shown(browser: Browser, air: Air) -> Iterator[Shown]:
 
 def test_uncertainty_has_the_axes_of_the_covariance(shown: Shown) -> None:
     tracks = shown.value(
-        f"{STORE}.tracks.map((one) => [one.majorM, one.minorM, one.axisDeg, one.sigmaM])"
+        f"{STORE}.tracks.map((one) => [one.majorM, one.minorM, one.axisDeg, one.sigmaNowM])"
     )
     assert len(tracks) >= 30
     for major_m, minor_m, axis_deg, sigma_m in tracks:

@@ -151,7 +151,7 @@ def test_an_emergency_an_estimated_level_and_a_single_plot_are_seen_as_such(
         tracks["mode_3a"][0] = 0o7700
         tracks["height_sigma_m"][1] = 200.0
         tracks["state"][2], tracks["speed_mps"][2] = 0, 0.0
-        tracks["position_sigma_m"][2] = 9000.0
+        tracks["sigma_now_m"][2] = 9000.0
 
     pictured(page, changed)
     opened(page, air)

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page, expect
 
-from integration.page.conftest import Air
+from integration.page.conftest import Air, received
 from integration.page.test_browser import STORE, opened, settled
 from multiradar.report.times import clock_text
 
@@ -39,6 +39,7 @@ def places(page: Page) -> dict[str, list[float]]:
 def test_the_history_has_the_picture_of_then_and_goes_back_to_the_present(
     page: Page, long: Air
 ) -> None:
+    received(page, 1.0)
     watch = opened(page, long)
     mode = page.locator("#time .mode")
     expect(mode).to_have_text("Live")
@@ -113,6 +114,7 @@ def test_a_copied_address_shows_the_same_time(page: Page, long: Air) -> None:
 def test_it_plays_at_any_speed_from_the_keyboard_until_it_is_live(page: Page, long: Air) -> None:
     first_s = long.measurements["time_s"].min()
     assert isinstance(first_s, float)
+    received(page, 1.0)
     opened(page, long, f"/#at={first_s + 100.0}")
     page.keyboard.press("ArrowLeft")
     settled(page, f"Math.abs({STORE}.dataTimeS - {first_s + 90.0}) < 0.1")

@@ -39,7 +39,9 @@ TIMELY_S = TRACKING.reorder_horizon_s / 2.0
 #: Answers after which a client sends again.
 _AGAIN = {408, 429, 503, 507}
 _CODES = {str(code) for code in RejectCode}
-_OF_MACHINE_TIME = re.compile(rb'"(data_delay_s|silence_s|age_s|reception_age_s)":[^,}]*')
+_OF_MACHINE_TIME = re.compile(
+    rb'"(data_delay_s|silence_s|received_age_s|age_s|reception_age_s)":[^,}]*'
+)
 
 
 class Detected(Exception):  # noqa: N818  # what is to be expected

@@ -2,8 +2,10 @@
 
 import { html, nothing, type TemplateResult } from "lit";
 
+import { latitudeOf, longitudeOf } from "../../drawing/mercator";
 import type { Update } from "../../service/selection";
 import { nameOf, type Track } from "../../sky/store";
+import { aged, unheardS } from "../../time/presence";
 import { climb, distance, heading, height, level, speed, utc } from "../../view/units";
 import type { App, Panel } from "../panel";
 import { Source } from "../source";
@@ -62,8 +64,11 @@ function head(track: Track, { actions }: App): TemplateResult {
       <button type="button" @click=${() => actions.select(null)}>Deselect <kbd>Esc</kbd></button></div></div>`;
 }
 
-function facts(track: Track, newest: Update | undefined, { view }: App): TemplateResult {
+function facts(track: Track, newest: Update | undefined, { clock, feed, store, view }: App): TemplateResult {
   const { units } = view;
+  const olderS = unheardS(feed, clock);
+  const timeS = store.dataTimeS ?? track.timeS;
+  const [x, y] = store.placeOf(track, timeS);
   const sigma = track.heightSigmaM;
   const received = track.isLevelEstimated ? ", estimated: not received" : "";
   const isAirborne = Number.isFinite(sigma) && !track.onGround;
@@ -73,9 +78,9 @@ function facts(track: Track, newest: Update | undefined, { view }: App): Templat
     ["Vertical rate", climb(track.climbMps, units), ""],
     ["Speed", speed(track.speedMps, units, track.isSpeedUncertain), Number.isFinite(track.speedMps) ? `± ${speed(2 * track.velocitySigmaMps, units)}` : ""],
     ["Heading", heading(track.headingDeg), ""],
-    ["Position", `${track.latitude.toFixed(4)}, ${track.longitude.toFixed(4)}`, ""],
-    ["Position sigma", distance(track.sigmaM, units), "expected error"],
-    ["Last plot", `${track.ageS.toFixed(1)} s ago`, newest === undefined ? "" : `by ${newest.sensor_id}`],
+    ["Position", `${latitudeOf(y).toFixed(4)}, ${longitudeOf(x).toFixed(4)}`, `at ${utc(timeS)}, ${track.ageS.toFixed(0)} s after the last plot`],
+    ["Position sigma", distance(track.sigmaNowM, units), `then; ${distance(track.sigmaM, units)} at the last plot`],
+    ["Last plot", `${olderS === 0 ? `${track.ageS.toFixed(1)} s` : aged(track.ageS, olderS)} ago`, newest === undefined ? "" : `by ${newest.sensor_id}`],
     ["Track number", String(track.id), ""],
   ];
   return html`<dl class="facts">${rows.map(([name, value, more]) => html`<dt>${name}</dt><dd>${value}${

@@ -24,6 +24,7 @@ from multiradar.runtime.asterix.track_items import (
 )
 from multiradar.runtime.memory.live_tracks import LiveTracks
 from multiradar.tracking.columns import rows_of
+from multiradar.tracking.forecast.coasting import coasted_variances
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import (
     ON_GROUND,
@@ -287,11 +288,9 @@ class TrackPicture:
         matrix = self._plane.local_matrix(spread[:, 0], spread[:, 1], height_m)
         plane = spread[:, [2, 3, 3, 4]].reshape(-1, 2, 2)
         true = matrix @ plane @ matrix.swapaxes(-1, -2)
-        # The correlation of position and velocity errors is unknown: worst case, sigmas add up.
         sigma = np.sqrt(np.stack([true[:, 0, 0], true[:, 1, 1]], axis=1))
-        moved = (rows["velocity_sigma_mps"] / np.sqrt(2.0) * age_s)[:, None]
-        noise = (self._tracking.acceleration_density * age_s**3 / 3.0)[:, None]
-        grown = (sigma + moved) ** 2 + noise
+        density = self._tracking.acceleration_density
+        grown = coasted_variances(sigma, rows["velocity_sigma_mps"], density, age_s)
         # The correlation of east and north is kept.
         ratio = np.sqrt(grown[:, 0] * grown[:, 1]) / (sigma[:, 0] * sigma[:, 1])
         return np.concatenate([grown, (true[:, 0, 1] * ratio)[:, None]], axis=1)

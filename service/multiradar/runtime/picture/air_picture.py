@@ -144,7 +144,7 @@ class AirPicture:
         air = self._known.air_tracks()
         self._plots.update()
         self._version, self._data_time_s = air.version, air.data_time_s
-        self._tracks = track_columns(air, self._plane)
+        self._tracks = track_columns(air, self._plane, self.retained.acceleration_density)
         feed = self._known.trajectories
         self._bundles = [] if feed is None else feed.tracks()
         self._frames.clear()

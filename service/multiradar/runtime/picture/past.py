@@ -73,6 +73,11 @@ class PictureSource(Protocol):
         """Age from which a confirmed track is coasting, s."""
         ...
 
+    @property
+    def acceleration_density(self) -> float:
+        """Spectral density of the acceleration between updates, m²/s³."""
+        ...
+
     def latest(self, at_s: float) -> NDArray[np.void]:
         """Return the last update of each track at a time, rows of `UPDATE_DTYPE` by track."""
         ...
@@ -128,7 +133,8 @@ def past_frame(source: PictureSource, asked: PastAsked, members: dict[str, objec
     recent = source.positions(min(since_s, at_s - SOURCE_KEPT_S), at_s)
     heard_s = _heard(recent, rows["track_id"], source.sensors)
     plane, spread = source.spread(rows)
-    tracks = track_columns(AirTracks(0, at_s, rows, age_s, heard_s, spread), plane)
+    air = AirTracks(0, at_s, rows, age_s, heard_s, spread)
+    tracks = track_columns(air, plane, source.acceleration_density)
     total = len(rows)
     if total > WHOLE_MAX:
         tracks = at(tracks, shown(tracks, asked.area or WORLD, asked.track))

@@ -41,6 +41,11 @@ class RetainedPast:
         """Age from which a confirmed track is coasting, s."""
         return self._known.tracking.coast_after_s
 
+    @property
+    def acceleration_density(self) -> float:
+        """Spectral density of the acceleration between updates, m²/s³."""
+        return self._known.tracking.acceleration_density
+
     def latest(self, at_s: float) -> NDArray[np.void]:
         """Return the last update of each track at a time."""
         silent_s = self._known.tracking.drop_after_s + _ENDING_S

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.memory.knowledge import AirTracks
+from multiradar.tracking.forecast.coasting import coasted_variances
 from multiradar.tracking.forecast.regions import ellipses
 
 #: A source counts as long as it updated the track in the last seconds, s of data time.
@@ -31,7 +32,7 @@ def system_plane(sensors: SensorTable) -> SystemPlane | None:
     return SystemPlane.for_sensors(sensors.latitude_rad, sensors.longitude_rad)
 
 
-def track_columns(air: AirTracks, plane: SystemPlane | None) -> Columns:
+def track_columns(air: AirTracks, plane: SystemPlane | None, density: float) -> Columns:
     """Return the columns of the live tracks.
 
     Parameters
@@ -40,13 +41,16 @@ def track_columns(air: AirTracks, plane: SystemPlane | None) -> Columns:
         The tracks.
     plane : SystemPlane or None
         The plane of their covariances; None where no sensor has a position.
+    density : float
+        Spectral density of the acceleration between updates, m²/s³.
 
     Returns
     -------
     dict of (n,) ndarray
         `track_id`, `time_s`, `latitude_deg`, `longitude_deg`, `height_m`, `height_sigma_m`,
         `speed_mps`, `heading_deg`, `velocity_sigma_mps`, `vertical_rate_mps`, `position_sigma_m`,
-        `turn_right_probability`, `turn_left_probability`, `age_s`; semi-axes of one sigma of the
+        `turn_right_probability`, `turn_left_probability`, `age_s`; at `time_s` + `age_s`, as from
+        `coasted_variances`: `sigma_now_m` as `position_sigma_m`, semi-axes of one sigma of the
         position and the azimuth of the greater one, `sigma_major_m`, `sigma_minor_m`,
         `sigma_azimuth_deg`; `state` (index into `STATE_NAMES`), `on_ground` (-1 unknown),
         `sources` (sum of 1 for ADS-B, 2 for multilateration and 4 for radars and direction
@@ -55,7 +59,12 @@ def track_columns(air: AirTracks, plane: SystemPlane | None) -> Columns:
         `mode_s_address`, `mode_3a`, -1 for none.
     """
     rows = air.rows
-    major_m, minor_m, azimuth_deg = _axes(air, plane)
+    at_update_m, azimuth_deg = _axes(air, plane)
+    known = np.isfinite(at_update_m)
+    # Without a covariance the same on both axes.
+    each_m = np.where(known, at_update_m, rows["position_sigma_m"][:, None] / np.sqrt(2.0))
+    variances = coasted_variances(each_m, rows["velocity_sigma_mps"], density, air.age_s)
+    major_m, minor_m = np.where(known, np.sqrt(variances), np.nan).T
     heard = rows["time_s"][:, None] - air.heard_s <= SOURCE_KEPT_S
     columns: Columns = {
         "track_id": rows["track_id"].astype(np.float64),
@@ -64,6 +73,7 @@ def track_columns(air: AirTracks, plane: SystemPlane | None) -> Columns:
         "longitude_deg": np.degrees(rows["longitude_rad"]),
         "heading_deg": (np.degrees(rows["heading_rad"]) % 360.0).astype(np.float32),
         "age_s": air.age_s.astype(np.float32),
+        "sigma_now_m": np.sqrt(variances.sum(axis=1)).astype(np.float32),
         "sigma_major_m": major_m.astype(np.float32),
         "sigma_minor_m": minor_m.astype(np.float32),
         "sigma_azimuth_deg": azimuth_deg.astype(np.float32),
@@ -76,8 +86,9 @@ def track_columns(air: AirTracks, plane: SystemPlane | None) -> Columns:
     return columns
 
 
-# Semi-axes of one sigma, m, and the azimuth of the greater one, degrees; NaN without a covariance.
-def _axes(air: AirTracks, plane: SystemPlane | None) -> tuple[Floats, Floats, Floats]:
+# Semi-axes of one sigma at the last update, m, (n, 2), and the azimuth of the greater one, degrees;
+# NaN without a covariance.
+def _axes(air: AirTracks, plane: SystemPlane | None) -> tuple[Floats, Floats]:
     axes = np.full((3, len(air.rows)), np.nan)
     known = np.isfinite(air.spread).all(axis=1)
     if plane is not None and known.any():
@@ -88,4 +99,4 @@ def _axes(air: AirTracks, plane: SystemPlane | None) -> tuple[Floats, Floats, Fl
         true = matrix @ flat @ matrix.transpose(0, 2, 1)
         found = ellipses(true, np.ones(len(true)))
         axes[:, known] = found.major_m, found.minor_m, np.degrees(found.azimuth_rad)
-    return axes[0], axes[1], axes[2]
+    return axes[:2].T, axes[2]

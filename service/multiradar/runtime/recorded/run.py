@@ -83,8 +83,12 @@ class RecordedRun:
         optional = {name: dtype for name, dtype in TRACK_SCHEMA.items() if name not in required}
         self._tracks = TimeTable(files.tracks, list(TRACK_SCHEMA), optional, folder=folder)
         self.report = _report(self._beside(REPORT_FILE))
+        given = _settings(self.report)
         #: Age from which a confirmed track is coasting, s.
-        self.coast_after_s, self._drop_after_s = _times(self.report)
+        self.coast_after_s = given["coast_after_s"]
+        #: Spectral density of the acceleration between updates, m²/s³.
+        self.acceleration_density = given["acceleration_density"]
+        self._drop_after_s = given["drop_after_s"]
         self._ended_id, self._ended_s = self._read_ended(self._beside(TRANSITIONS_FILE))
         biases = self._beside(BIASES_FILE)
         self._biases = (
@@ -274,16 +278,16 @@ def _report(path: Path) -> dict[str, Any]:
     return document if isinstance(document, dict) else {}
 
 
-def _times(report: dict[str, Any]) -> tuple[float, float]:
+def _settings(report: dict[str, Any]) -> dict[str, float]:
     settings = report.get("settings")
     given = settings if isinstance(settings, dict) else {}
     default = TrackingSettings()
-    found = []
-    for name in ("coast_after_s", "drop_after_s"):
+    found = {}
+    for name in ("coast_after_s", "drop_after_s", "acceleration_density"):
         value = given.get(name)
         usable = isinstance(value, int | float) and 0 < value < np.inf
-        found.append(float(value) if usable and value is not None else getattr(default, name))
-    return found[0], found[1]
+        found[name] = float(value) if usable and value is not None else getattr(default, name)
+    return found
 
 
 def final_diagnoses(report: dict[str, Any]) -> list[dict[str, Any]]:

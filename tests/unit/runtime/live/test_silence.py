@@ -108,3 +108,42 @@ def test_rejected_measurements_do_not_end_it(running: tuple[Service, FixedClock,
     clock.advance(75.0)
     submit(service, recording(5).with_columns(sensor_id=pl.lit("unlisted")))
     assert settled(service)["alarms"] == (["no_data"] if live else [])
+
+
+@pytest.mark.parametrize(
+    ("down_s", "alarms"), [(30.0, ["no_data"]), (36_000.0, ["no_data"]), (90_000.0, []), (2.0, [])]
+)
+def test_a_restart_without_new_data_does_not_hide_it(down_s: float, alarms: list[str]) -> None:
+    clock, journal = FixedClock(START_S + 5.2), MemoryJournal()
+
+    def started() -> Service:
+        service = Service(
+            open_journal=lambda: journal,
+            open_engine=FakeEngine,
+            sensors=TABLE,
+            tracking=TrackingSettings(),
+            clock=clock,
+        )
+        service.start()
+        return service
+
+    first = started()
+    submit(first, recording(100))
+    assert settled(first)["received_age_s"] == 0.0
+    first.stop()
+    clock.advance(down_s)
+    second = started()
+    try:
+        # Of a time of the same day: older data are those of a replay.
+        status = settled(second)
+        assert status["alarms"] == alarms
+        assert status["received_age_s"] is None
+        assert status["silence_limit_s"] == WITHOUT_SCANS_S
+        if alarms:
+            assert status["silence_s"] == pytest.approx(down_s, abs=0.5)
+            assert set(second.view.tracks()["state"]) == {"stale"}
+        submit(second, recording(5).with_columns(pl.col("time_s") + down_s + 5.0))
+        status = settled(second)
+        assert (status["alarms"], status["received_age_s"]) == ([], 0.0)
+    finally:
+        second.stop()

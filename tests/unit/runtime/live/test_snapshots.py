@@ -133,7 +133,7 @@ def everything(service: Service) -> dict[str, Any]:
     """Return all that a service publishes."""
     status = settled(service)
     # Counts since the start of the process, and what it is at work on.
-    for name in ("arrivals", "warnings", "sources", "subscribers", "lags_s"):
+    for name in ("arrivals", "warnings", "sources", "subscribers", "lags_s", "received_age_s"):
         del status[name]
     reader = service.view.subscribe(0, 10**6)
     events = []

@@ -55,9 +55,17 @@ def test_a_track_has_the_axes_of_its_covariance_its_sources_and_its_identity() -
     header, tables = air.read()
     tracks = tables["tracks"]
     assert header["total"] == len(tracks["track_id"]) == len(np.unique(updates.track_id))
-    # The plane is nearly that of the ground here, its north nearly true north.
-    np.testing.assert_allclose(tracks["sigma_major_m"], 90.0, rtol=0.01)
-    np.testing.assert_allclose(tracks["sigma_minor_m"], 30.0, rtol=0.01)
+    # The plane is nearly that of the ground here, its north nearly true north. Since the last
+    # update the sigmas of position and velocity add up, with the noise of the acceleration.
+    age_s = tracks["age_s"]
+    assert age_s.max() > 1.0
+    velocity_mps = tracks["velocity_sigma_mps"] / np.sqrt(2.0)
+    noise_m2 = TrackingSettings().acceleration_density * age_s**3 / 3.0
+    for name, sigma_m in (("major", 90.0), ("minor", 30.0)):
+        grown_m = np.sqrt((sigma_m + velocity_mps * age_s) ** 2 + noise_m2)
+        np.testing.assert_allclose(tracks[f"sigma_{name}_m"], grown_m, rtol=0.01)
+    both_m = np.hypot(tracks["sigma_major_m"], tracks["sigma_minor_m"])
+    np.testing.assert_allclose(tracks["sigma_now_m"], both_m, rtol=1e-6)
     off_north_deg = (tracks["sigma_azimuth_deg"] + 90.0) % 180.0 - 90.0
     np.testing.assert_allclose(off_north_deg, 0.0, atol=4.0)
     for row, track in enumerate(tracks["track_id"].tolist()):

@@ -16,6 +16,9 @@ from multiradar.runtime.live.readiness import NO_DATA, Reason
 
 #: Data are in real time when their time is this near to the clock of the machine, s.
 REAL_TIME_WITHIN_S = 600.0
+#: After a restart, so are data whose last time is at most so old, s: the service may have been
+#: stopped for long, and a replay of the same day is rare.
+RESTARTED_WITHIN_S = 86_400.0
 #: The alarm is raised after so many scans of the fastest radar without any measurement.
 SCANS = 2.0
 #: Likewise without radars of known scan period, s.
@@ -36,7 +39,7 @@ class Silence:
     def __init__(self, sensors: SensorTable, clock: Clock) -> None:
         self.use(sensors)
         self._clock = clock
-        self._heard_s = math.nan
+        self._heard_s = self._received_s = math.nan
         self._behind_s = math.nan
 
     def use(self, sensors: SensorTable) -> None:
@@ -50,7 +53,21 @@ class Silence:
     def hear(self, data_clock_s: float) -> None:
         """Note the reception of measurements, with the data clock after them, s."""
         self._behind_s = self._clock.now_s() - data_clock_s
-        self._heard_s = self._clock.monotonic_s()
+        self._heard_s = self._received_s = self._clock.monotonic_s()
+
+    def resume(self, data_clock_s: float) -> None:
+        """Continue after a restart with the data clock of the journal, s."""
+        old_s = self._clock.now_s() - data_clock_s
+        if -REAL_TIME_WITHIN_S <= old_s <= RESTARTED_WITHIN_S:
+            self._behind_s = 0.0
+            self._heard_s = self._clock.monotonic_s() - max(old_s, 0.0)
+
+    @property
+    def received_age_s(self) -> float | None:
+        """Time since the last reception, s, also in a replay; None: none since the start."""
+        if math.isnan(self._received_s):
+            return None
+        return max(self._clock.monotonic_s() - self._received_s, 0.0)
 
     @property
     def duration_s(self) -> float | None:

@@ -60,6 +60,8 @@ class Supervision:
         """Set the admission, which compares the times and counts the measurements."""
         admission.arrivals = self.arrivals
         self._admission = self.sensors.admission = self.host_clock.admission = admission
+        if admission.data_clock_s is not None:
+            self.silence.resume(admission.data_clock_s)
 
     def use(self, sensors: SensorTable) -> None:
         """Continue with other sensors: those so far at their places."""
@@ -100,6 +102,8 @@ class Supervision:
             "alarms": [*(name for name, raised in alarms.items() if raised), *disk_alarms],
             "data_delay_s": _rounded(self.silence.delay_s),
             "silence_s": _rounded(self.silence.duration_s),
+            "silence_limit_s": self.silence.bound_s,
+            "received_age_s": _rounded(self.silence.received_age_s),
         }
 
 
