@@ -30,6 +30,8 @@ HEIGHT_MAX_M = 40_000.0
 INTEGER_MAX = 2**63 - 1
 
 SENSOR_ID_PATTERN = r"^[A-Za-z0-9._-]{1,64}$"
+#: A sensor, by its id.
+SensorName = Annotated[str, StringConstraints(pattern=SENSOR_ID_PATTERN)]
 MODE_3A_PATTERN = r"^[0-7]{4}$"
 MODE_S_ADDRESS_PATTERN = r"^[0-9a-fA-F]{6}$"
 # One to eight letters, digits and blanks between them.

@@ -23,7 +23,7 @@ from multiradar_schemas.documents.contents import SENSORS
 from multiradar_schemas.documents.explain import ABSENT_ERROR, SENTENCE_ERROR
 from multiradar_schemas.documents.files import Document, parse_toml, read_toml, validated
 from multiradar_schemas.documents.tables import Table, wrong
-from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
+from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN, SensorName
 from multiradar_schemas.sensors.bias import FILE, BiasParameter, SensorBias, of_file, within
 
 SensorKind = Literal["radar", "adsb", "mlat", "direction-finder"]
@@ -189,7 +189,7 @@ class Sensor(Table):
         ),
     ] = True
     also: Annotated[
-        tuple[Annotated[str, StringConstraints(pattern=SENSOR_ID_PATTERN)], ...],
+        tuple[SensorName, ...],
         BeforeValidator(lambda names: tuple(names) if isinstance(names, list) else names),
         of_file(
             "Further names of the sensor in measurements, for example from a second network",

@@ -28,14 +28,11 @@ from multiradar_schemas.sensors.sensor import Sensor
 
 #: Octets of a description.
 BODY_BYTES_MAX = 1 << 16
-#: Longest name of a sensor in a path.
-ID_LENGTH_MAX = 200
 
 SensorId = Annotated[
     str,
     Path(
-        pattern=SENSOR_ID_PATTERN, max_length=ID_LENGTH_MAX, description="Name of the sensor",
-        examples=["41-10"],
+        pattern=SENSOR_ID_PATTERN, description="Name of the sensor", examples=["41-10"]
     ),
 ]  # fmt: skip
 Choice = Literal["true", "false"]
@@ -126,15 +123,15 @@ def sensor_change_routes(sink: OperatedSink, acknowledge_deadline_s: float = 30.
             }  # fmt: skip
             del answer["change"]
             if plan.change and dry_run == "false":
-                SECURITY_LOG.info(
-                    "sensor_changed", client=caller.name, sensor_id=sensor_id,
-                    fields=[one["field"] for one in plan.changes], biases_reset=plan.biases_reset,
-                )  # fmt: skip
                 receipt = await acknowledged(
                     lambda: sink.change_sensor(
                         plan.change, source=source_of(caller), idempotency_key=key
                     ),
                     ENGINE_LATE, threads, acknowledge_deadline_s,
+                )  # fmt: skip
+                SECURITY_LOG.info(
+                    "sensor_changed", client=caller.name, sensor_id=sensor_id,
+                    fields=[one["field"] for one in plan.changes], biases_reset=plan.biases_reset,
                 )  # fmt: skip
                 answer |= {"applied": True, "journal_sequence": receipt.journal_sequence}
         except ConfigurationError as error:

@@ -28,12 +28,11 @@ from pydantic import Field, StringConstraints, model_validator
 from pydantic_core import PydanticCustomError
 
 from multiradar.settings.types import Section
-from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
+from multiradar_schemas.measurements.measurement import SensorName
 
 #: Clients in a list.
 CLIENTS_MAX = 1000
 
-SensorName = Annotated[str, StringConstraints(pattern=SENSOR_ID_PATTERN)]
 #: Name of a client: in the log, and the common name of its certificate.
 ClientName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9._-]{1,64}$")]
 Algorithm = Literal["RS256", "RS384", "RS512", "PS256", "ES256", "ES384", "EdDSA"]

@@ -16,11 +16,11 @@ The service connects to no other addresses, and follows no redirection.
 from typing import Annotated, Literal, NamedTuple, Self
 from urllib.parse import SplitResult, urlsplit
 
-from pydantic import AfterValidator, Field, StringConstraints, model_validator
+from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from multiradar.settings.types import Count, Label, Seconds, Section
-from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
+from multiradar_schemas.measurements.measurement import SensorName
 
 #: Each source has a thread of its own.
 SOURCES_MAX = 64
@@ -99,7 +99,6 @@ def _checked_stream(url: str) -> str:
 #: Address of a feed, and of a stream.
 FeedUrl = Annotated[str, AfterValidator(_checked)]
 StreamUrl = Annotated[str, AfterValidator(_checked_stream)]
-SensorName = Annotated[str, StringConstraints(pattern=SENSOR_ID_PATTERN)]
 
 
 class FeedSourceSettings(Section):

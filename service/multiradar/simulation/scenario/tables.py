@@ -23,7 +23,7 @@ from multiradar_schemas.measurements.measurement import (
     LONGITUDE_MAX_DEG,
     MODE_3A_PATTERN,
     MODE_S_ADDRESS_PATTERN,
-    SENSOR_ID_PATTERN,
+    SensorName,
 )
 from multiradar_schemas.sensors.bias import within
 from multiradar_schemas.sensors.sensor import PARAMETERS_BY_KIND
@@ -266,7 +266,7 @@ _OF_FINDERS = ("elevation_sigma_deg", "speed_mps", "heading_deg", "leg")
 class SensorTable(_Positioned):
     """One sensor."""
 
-    id: Annotated[str, StringConstraints(pattern=SENSOR_ID_PATTERN)]
+    id: SensorName
     kind: SensorKind = "radar"
     height_m: Annotated[float, within(bounds.HEIGHT_M)] = 0.0
     range_sigma_m: Annotated[float, within(bounds.RANGE_SIGMA_M)] = 50.0

@@ -30,7 +30,9 @@ def test_the_overview_names_every_command(capsys: pytest.CaptureFixture[str]) ->
         assert f" {command} " in output
 
 
-@pytest.mark.parametrize("command", ["backup", "archive", "shorten", "verify", "restore", "migrate", "doctor"])
+@pytest.mark.parametrize(
+    "command", ["backup", "archive", "shorten", "verify", "restore", "migrate", "doctor"]
+)
 def test_help_shows_the_whole_sentence_of_a_command(
     command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -99,14 +101,14 @@ def test_a_usage_error_is_one_sentence_and_status_2(
         (
             ["nonsense"],
             "unknown command 'nonsense'; known: inspect, align, track, export, view, serve, "
-            "replay, backup, archive, shorten, verify, restore, migrate, doctor, demo, simulate, evaluate, "
-            "key, warm-up, study, convert",
+            "replay, backup, archive, shorten, verify, restore, migrate, doctor, demo, simulate, "
+            "evaluate, key, warm-up, study, convert",
         ),
         (
             ["trakc"],
             "unknown command 'trakc' (did you mean 'track'?); known: inspect, align, track, "
-            "export, view, serve, replay, backup, archive, shorten, verify, restore, migrate, doctor, "
-            "demo, simulate, evaluate, key, warm-up, study, convert",
+            "export, view, serve, replay, backup, archive, shorten, verify, restore, migrate, "
+            "doctor, demo, simulate, evaluate, key, warm-up, study, convert",
         ),
         (
             ["convert", "vidd"],
