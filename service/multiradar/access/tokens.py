@@ -10,7 +10,8 @@ from pydantic import TypeAdapter
 from multiradar.access.clients import Caller
 from multiradar.access.watched import Watched
 from multiradar.errors import ConfigurationError
-from multiradar.settings.access import ClientName, IssuerSettings, Role, SensorName
+from multiradar.settings.access import ClientName, IssuerSettings, Role
+from multiradar_schemas.measurements.measurement import SensorName
 
 #: Difference of clocks that is tolerated, s.
 _LEEWAY_S = 30.0
