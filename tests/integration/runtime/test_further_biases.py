@@ -6,6 +6,7 @@ import numpy as np
 import polars as pl
 import pytest
 
+import multiradar as mr
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, PARAMETER_UNITS
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.simulation.observation.observe import observe
@@ -148,6 +149,13 @@ def test_what_is_unobservable_is_reported_and_not_applied(
     assert abs(weights @ tracked.state.estimate) < 0.05 * np.abs(weights).sum() * np.max(
         tracked.table.prior_sigma[weights != 0.0]
     )
+
+
+def test_an_estimated_eccentricity_is_not_diagnosed_as_a_wrong_site() -> None:
+    """Over the part of the circle with traffic, the site of `west` seemed 0.23 km off."""
+    scene = mr.simulate("eccentric-antenna", seed=1002)
+    run = mr.track(scene.folder, scene.sensors, filter="two-stage")
+    assert run.report["figures"]["diagnoses"] == []
 
 
 def test_angles_have_the_unit_of_their_name() -> None:

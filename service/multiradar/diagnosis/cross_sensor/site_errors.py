@@ -28,6 +28,8 @@ from multiradar.diagnosis.names import listed
 from multiradar.diagnosis.plots import Floats, Integers, located
 from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.estimation.measurement.sensors import (
+    PARAMETER_AZIMUTH_COSINE,
+    PARAMETER_AZIMUTH_SINE,
     PARAMETER_FRAME_EAST,
     PARAMETER_RANGE_GAIN,
     PARAMETER_TIME_OFFSET,
@@ -119,7 +121,9 @@ class JointFit:
         self._rows = _rows(comparison, compared)
         self._basis = np.zeros((0, 2, 0))
         if self._rows is not None:
-            self._basis = _offset_columns(comparison, self._rows)
+            columns = [_offset_columns(comparison, self._rows)]
+            columns += _eccentricity_columns(sensors, comparison, self._rows)
+            self._basis = np.concatenate(columns, axis=2)
 
     def site_errors(self) -> list[tuple[SiteError, ...]]:
         """Return errors of sites and range scales, the most certain first.
@@ -380,6 +384,23 @@ def _offset_columns(comparison: Comparison, rows: _Rows) -> Floats:
         found[some, :, 3 * column : 3 * column + 3] = of_it * sign
         found[some, :, -1:] += seen.height_scale * sign
     return found
+
+
+# Azimuth errors with the sine and cosine of the azimuth, where they are estimated: (k, 2, 1) each.
+# Over a part of the circle, they resemble another site.
+def _eccentricity_columns(
+    sensors: SensorTable, comparison: Comparison, rows: _Rows
+) -> list[Floats]:
+    columns = []
+    for radar in _radars_of(comparison, rows):
+        for axis, kind in enumerate((PARAMETER_AZIMUTH_SINE, PARAMETER_AZIMUTH_COSINE)):
+            if configured_bias(sensors, radar, kind)[1] > 0.0:
+                some, sign, seen = _seen(comparison, rows, radar)
+                column = np.zeros((len(rows.own), 2, 1))
+                of_it = seen.offsets[:, :, 1:] * seen.along[:, axis, None, None]
+                column[some] = of_it * _OFFSETS[1] * sign
+                columns.append(column)
+    return columns
 
 
 def _radars_of(comparison: Comparison, rows: _Rows) -> list[int]:
