@@ -27,7 +27,7 @@ export const KEYS: readonly Key[] = [
   { key: "+", shown: "+ −", text: "Play faster or slower (in the map: zoom)", mapped: true, run: (app) => app.clock.faster(1) },
   { key: "-", hidden: true, text: "", mapped: true, run: (app) => app.clock.faster(-1) },
   { key: "n", text: "Return to the present", run: (app) => app.clock.live() },
-  { key: "a", text: "Where was the selected aircraft 5 minutes ago?", run: (app) => app.ago.show(app, 300) },
+  { key: "a", text: "Go back 5 minutes, to where the selected aircraft was", run: (app) => app.ago.show(app, 300) },
   { key: "x", text: "Measure; Enter sets the end point at the centre of the map", run: (app) => app.measure.toggle(app) },
   { key: "Enter", hidden: true, text: "", run: (app) => app.measure.enter(app) },
   { key: "f", text: "Show everything", run: (app) => app.picture.fit() },
@@ -72,6 +72,8 @@ export function pressed(event: KeyboardEvent, app: App): void {
   // An open sheet has keys of its own, and is closed by the browser.
   if (document.querySelector("dialog[open]") !== null && event.key !== "?") return;
   if (event.ctrlKey || event.metaKey || event.altKey) return;
+  // Held down, a key that switches would do so many times a second.
+  if (event.repeat && event.key === " ") return event.preventDefault();
   const found = KEYS.find((one) => one.key === event.key && one.run !== undefined);
   if (found === undefined || !(target instanceof Element)) return;
   if (event.key === "Enter" && !app.measure.active) return;

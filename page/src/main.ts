@@ -112,7 +112,7 @@ const picture = new Picture(
   document.getElementById("map") as HTMLElement, store, feed, view, selection, encounters, clock,
   (id) => actions.select(id), keep,
 );
-const overlays = new Overlays(picture.map, view, () => actions.changed());
+const overlays = new Overlays(picture.map, view, picture.layers.overlayNames, () => actions.changed());
 const { measure } = picture.layers;
 const app: App = {
   store, feed, view, selection, encounters, picture, actions, clock, ago: new Ago(), biasHint: new BiasHint(), measure, overlays,
@@ -178,6 +178,10 @@ function redraw(now = false): void {
 }
 
 document.addEventListener("keydown", (event) => pressed(event, app));
+// Clicked with the mouse, a button does not keep the focus: Space is pause again, and not the same button.
+document.addEventListener("click", (event) => {
+  if (event.detail > 0 && event.target instanceof Element) event.target.closest<HTMLElement>("#time button, #bar button")?.blur();
+});
 document.addEventListener("pointerdown", (event) => void closeMenu(event.target));
 
 // Paper is white: the map is drawn again in light colours.

@@ -168,7 +168,7 @@ export class Picture {
   /** Move the map so that a track is in its middle. */
   show(track: Track): void {
     this.centred = true;
-    this.map.getView().animate({ center: this.store.placeOf(track, this.scene.timeS), duration: 250 });
+    this.map.getView().animate({ center: this.store.placeOf(track, this.store.timeAt(performance.now())), duration: 250 });
   }
 
   /** Latitude of the middle of the map, degrees. */
@@ -239,7 +239,7 @@ export class Picture {
   }
 
   private sites(): Site[] {
-    return this.layers.sites.all(this.feed.sensors);
+    return this.layers.sites.all(this.feed.sensors, this.store);
   }
 
   private pick(x: number, y: number): number | null {

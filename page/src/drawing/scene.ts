@@ -47,6 +47,8 @@ export class Scene {
   corrected = 1;
   /** Boxes that labels leave free: left, top, width, height, … */
   readonly reserved: number[] = [];
+  /** Counts how often they were written. */
+  reservations = 0;
   /** The same of texts that move. */
   readonly reservedMoving: number[] = [];
   /** Tracks on the canvas, filled by the layer of symbols, with their pixels. */

@@ -4,6 +4,7 @@ import type { Layer, PixelLayer } from "../drawing/scene";
 import type { Encounters } from "../service/encounters";
 import type { Scans } from "../sky/scans";
 import { SecondRun, SecondTrails } from "../time/second";
+import { OverlayNames } from "../overlays/names";
 import { Measure } from "../measure/measure";
 import { BundleLayer } from "./bundle";
 import { EncountersLayer } from "./encounters";
@@ -25,6 +26,7 @@ export interface Layers {
   bundle: BundleLayer;
   forecast: ForecastLayer;
   joined: JoinedLayer;
+  overlayNames: OverlayNames;
   /** Written into the image under the other layers of their plane. */
   pixels: PixelLayer[];
   layers: Layer[];
@@ -34,7 +36,7 @@ export function allLayers(pairs: Encounters, scans: Scans): Layers {
   const [sites, labels] = [new Sites(), new LabelsLayer(pairs)];
   const [encounters, sweeps] = [new EncountersLayer(pairs), new SweepsLayer(sites, scans)];
   const [bundle, forecast] = [new BundleLayer(), new ForecastLayer()];
-  const [measure, joined] = [new Measure(), new JoinedLayer()];
+  const [measure, joined, overlayNames] = [new Measure(), new JoinedLayer(), new OverlayNames()];
   return {
     measure,
     sites,
@@ -44,6 +46,7 @@ export function allLayers(pairs: Encounters, scans: Scans): Layers {
     bundle,
     forecast,
     joined,
+    overlayNames,
     pixels: [new TrailsLayer(), new SecondTrails(), new PlotsLayer(), new SeenLayer(), new SymbolsLayer()],
     layers: [
       new SitesLayer(sites),
@@ -51,6 +54,7 @@ export function allLayers(pairs: Encounters, scans: Scans): Layers {
       new PastLayer(),
       forecast,
       bundle,
+      overlayNames,
       sweeps,
       new SecondRun(),
       new UncertaintyLayer(),

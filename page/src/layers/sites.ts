@@ -4,6 +4,7 @@ import { FONT, sensorColour } from "../drawing/palette";
 import type { Layer, Scene } from "../drawing/scene";
 import type { Sensor } from "../service/feed";
 import { bySeverity, wordOf } from "../sky/severity";
+import type { Store } from "../sky/store";
 import { destination, mercatorX, mercatorY } from "../drawing/mercator";
 import { NAUTICAL_MILE_M, type Units } from "../view/units";
 
@@ -36,12 +37,14 @@ function ringName(number: number, units: Units): string {
 /** Radars with a known site; rings are computed when the sensors change. */
 export class Sites {
   private of: Sensor[] | null = null;
+  private plotted = "";
   private found: Site[] = [];
 
-  all(sensors: Sensor[]): Site[] {
-    if (sensors !== this.of) {
-      this.of = sensors;
-      this.found = bySeverity(sensors).flatMap(({ sensor, severity }) => siteOf(sensor, wordOf(sensor, severity)))
+  all(sensors: Sensor[], store: Store): Site[] {
+    const plotted = sensors.map((one) => (store.hasPlots(one.id) ? "p" : "n")).join("");
+    if (sensors !== this.of || plotted !== this.plotted) {
+      [this.of, this.plotted] = [sensors, plotted];
+      this.found = bySeverity(sensors, store).flatMap(({ sensor, severity }) => siteOf(sensor, wordOf(sensor, severity)))
         .sort((a, b) => sensors.indexOf(a.sensor) - sensors.indexOf(b.sensor));
     }
     return this.found;
@@ -60,6 +63,7 @@ export class SitesLayer implements Layer {
   draw(scene: Scene): void {
     const { context, palette, store, view } = scene;
     scene.reserved.length = 0;
+    scene.reservations += 1;
     this.distances.length = 0;
     // The buttons of the zoom.
     scene.reserved.push(0, 0, scene.controlX, scene.controlY);
@@ -67,7 +71,7 @@ export class SitesLayer implements Layer {
     context.lineWidth = 1;
     context.font = `11px ${FONT}`;
     const named = new Map<string, { x: number; y: number; sites: Site[] }>();
-    for (const site of this.sites.all(scene.feed.sensors)) {
+    for (const site of this.sites.all(scene.feed.sensors, scene.store)) {
       if (view.hiddenSensors.has(site.sensor.id)) continue;
       const colour = sensorColour(store.sensors.indexOf(site.sensor.id), palette);
       context.strokeStyle = colour;
@@ -113,7 +117,7 @@ export class SitesLayer implements Layer {
   /** Write the distance of each ring on its north, where nothing else stands. */
   private nameRings(scene: Scene): void {
     const { context, palette, store, view } = scene;
-    for (const site of this.sites.all(scene.feed.sensors)) {
+    for (const site of this.sites.all(scene.feed.sensors, scene.store)) {
       if (view.hiddenSensors.has(site.sensor.id)) continue;
       context.fillStyle = sensorColour(store.sensors.indexOf(site.sensor.id), palette);
       const centre = scene.py(site.y);

@@ -1,6 +1,11 @@
 /** The user's own GeoJSON on the map. The service names the files by number; a wrong one is named here. */
 
 import type OlMap from "ol/Map";
+import type Feature from "ol/Feature";
+import { getCenter } from "ol/extent";
+import LineString from "ol/geom/LineString";
+import MultiPolygon from "ol/geom/MultiPolygon";
+import Polygon from "ol/geom/Polygon";
 import VectorLayer from "ol/layer/Vector";
 import VectorSource from "ol/source/Vector";
 import GeoJSON from "ol/format/GeoJSON";
@@ -8,14 +13,12 @@ import CircleStyle from "ol/style/Circle";
 import Fill from "ol/style/Fill";
 import Stroke from "ol/style/Stroke";
 import Style from "ol/style/Style";
-import Text from "ol/style/Text";
 
 import { get } from "../service/feed";
 import type { ViewState } from "../view/view";
+import type { NamedPlace, OverlayNames } from "./names";
 
-const COLOURS = { dark: "#9ec1ff", light: "#1d3f8a" } as const;
-/** Names are drawn from this zoom on. */
-const NAMES_FROM = 6;
+export const OVERLAY_COLOURS = { dark: "#9ec1ff", light: "#1d3f8a" } as const;
 /** The land is below. */
 const ABOVE_LAND = 1;
 
@@ -30,10 +33,12 @@ export interface Overlay {
 export class Overlays {
   listed: Overlay[] = [];
   private readonly layers = new Map<number, VectorLayer>();
+  private readonly places = new Map<number, NamedPlace[]>();
 
   constructor(
     private readonly map: OlMap,
     private readonly view: ViewState,
+    private readonly names: OverlayNames,
     private readonly changed: () => void,
   ) {}
 
@@ -58,29 +63,41 @@ export class Overlays {
 
   /** Show what is switched on, in the colours of the theme. */
   apply(): void {
-    for (const one of this.listed) this.layers.get(one.number)?.setVisible(!this.view.hidden.has(keyOf(one)));
-    for (const layer of this.layers.values()) layer.changed();
+    this.names.places = [];
+    for (const one of this.listed) {
+      const layer = this.layers.get(one.number);
+      const isShown = !this.view.hidden.has(keyOf(one));
+      layer?.setVisible(isShown);
+      if (isShown) this.names.places.push(...(this.places.get(one.number) ?? []));
+      layer?.changed();
+    }
     this.changed();
   }
 
   private add(overlay: Overlay, document: unknown): void {
     const features = new GeoJSON().readFeatures(document, { featureProjection: "EPSG:3857" });
-    const layer = new VectorLayer({ source: new VectorSource({ features }), declutter: true, style: (feature, resolution) => {
-      const colour = COLOURS[this.view.theme];
-      const named = feature.get("name") as unknown;
-      const zoom = Math.log2(156543.03 / resolution);
+    const layer = new VectorLayer({ source: new VectorSource({ features }), style: () => {
+      const colour = OVERLAY_COLOURS[this.view.theme];
       return new Style({
         stroke: new Stroke({ color: colour, width: 1.2 }),
         fill: new Fill({ color: `${colour}14` }),
         image: new CircleStyle({ radius: 3, stroke: new Stroke({ color: colour, width: 1.5 }) }),
-        ...(typeof named === "string" && zoom >= NAMES_FROM
-          ? { text: new Text({ text: named, font: "11px sans-serif", overflow: true, offsetY: -8, fill: new Fill({ color: colour }) }) }
-          : {}),
       });
     } });
     this.layers.set(overlay.number, layer);
+    this.places.set(overlay.number, features.flatMap(placeOf));
     this.map.getLayers().insertAt(ABOVE_LAND, layer);
   }
+}
+
+/** Where the name of a feature stands, if it has one. */
+function placeOf(feature: Feature): NamedPlace[] {
+  const [name, geometry] = [feature.get("name") as unknown, feature.getGeometry()];
+  if (typeof name !== "string" || name === "" || geometry === undefined) return [];
+  const [x, y] = geometry instanceof Polygon ? geometry.getInteriorPoint().getCoordinates()
+    : geometry instanceof MultiPolygon ? geometry.getInteriorPoints().getFlatCoordinates()
+    : geometry instanceof LineString ? geometry.getCoordinateAt(0.5) : getCenter(geometry.getExtent());
+  return x === undefined || y === undefined ? [] : [{ name, x, y }];
 }
 
 /** The name of an overlay among what is hidden. */

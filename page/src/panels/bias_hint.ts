@@ -21,13 +21,23 @@ export class BiasHint {
     this.sinceMs = performance.now();
   }
 
+  /** Until the switch is used again. */
+  private close(app: App): void {
+    this.sinceMs = -Infinity;
+    app.actions.changed();
+  }
+
   draw(app: App): TemplateResult | typeof nothing {
     if (performance.now() - this.sinceMs > SHOWN_MS || !app.view.shown.plots) return nothing;
     const metres = shiftM(app);
     const perMetre = app.picture.scene.a * scaleAt(app.picture.latitude);
     if (!(metres > 0) || metres * perMetre >= SEEN_PX) return nothing;
     return html`<p class="note" role="status">The biases move plots by ${distance(metres, app.view.units)}, too little to be visible at this zoom.
-      <button type="button" @click=${() => zoom(app, metres)}>Zoom to an aircraft</button></p>`;
+      <button type="button" @click=${() => {
+        zoom(app, metres);
+        this.close(app);
+      }}>Zoom to an aircraft</button>
+      <button type="button" @click=${() => this.close(app)}>Close</button></p>`;
   }
 }
 

@@ -68,7 +68,7 @@ function draw(app: App): TemplateResult {
       ["Entries skipped", text("skipped_entries")],
     ])}
     ${group("Measurements", [
-      ["Read", text("read")], ["Accepted", text("accepted")], ["Rejected", text("rejected")], ["Duplicates", text("duplicate")],
+      ["Read", text("read")], ["Accepted", text("accepted")], ["Rejected", text("rejected")], ["In repeated messages", text("duplicate")],
     ])}
     ${count("read") === count("accepted") + count("rejected") + count("duplicate") || Number.isNaN(count("read"))
       ? nothing : html`<p class="hint">Some are still being counted.</p>`}
@@ -136,7 +136,7 @@ function rejects(app: App): TemplateResult {
       app.actions.redraw();
     }}><summary>${code} <span class="count">${count}</span></summary>${opened.has(code) ? shown(code, app) : nothing}</details>`)}
     ${listed > Number(app.feed.status["rejected"] ?? 0) + Number(app.feed.status["duplicate"] ?? 0)
-      ? html`<p class="hint">With accepted plots that the tracker did not use.</p>` : nothing}</section>`;
+      ? html`<p class="hint">Including accepted plots that were not used, such as duplicates of others (DUPLICATE).</p>` : nothing}</section>`;
 }
 
 /** The last rejected rows of a reason. */

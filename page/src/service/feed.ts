@@ -18,6 +18,7 @@ const LOST_MS = 5000;
 export interface Sensor {
   id: string;
   kind: string;
+  enabled?: boolean;
   latitude_deg: number | null;
   longitude_deg: number | null;
   range_max_m: number | null;

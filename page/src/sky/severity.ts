@@ -1,6 +1,7 @@
 /** How badly a sensor does, and why: what its list is sorted by. */
 
 import type { Sensor } from "../service/feed";
+import type { Store } from "./store";
 
 /** Noise over the configured one, and detection, that an operator should look at. */
 const NOISE_RATIO_MAX = 1.5;
@@ -9,7 +10,7 @@ const DETECTION_MIN = 0.7;
 const SCANS_MAX = 5;
 const SILENCE_MAX_S = 60;
 
-export type Level = "FAULT" | "ALARM" | "CHECK" | "NO DATA" | "OK";
+export type Level = "FAULT" | "ALARM" | "CHECK" | "NO DATA" | "DISABLED" | "OK";
 
 export interface Severity {
   level: Level;
@@ -18,7 +19,7 @@ export interface Severity {
   reasons: string[];
 }
 
-const RANKS: Record<Level, number> = { FAULT: 4, ALARM: 3, CHECK: 2, "NO DATA": 1, OK: 0 };
+const RANKS: Record<Level, number> = { FAULT: 4, ALARM: 3, CHECK: 2, "NO DATA": 1, DISABLED: 0, OK: 0 };
 
 const ALARMS: Record<string, string> = {
   silent: "No plot for five scans of tracks that other radars still detect.",
@@ -36,10 +37,13 @@ export function alarmsOf(sensor: Sensor): string[] {
   return named;
 }
 
-export function severityOf(sensor: Sensor): Severity {
+export function severityOf(sensor: Sensor, store: Store): Severity {
+  if (sensor.enabled === false) {
+    return { level: "DISABLED", rank: RANKS.DISABLED, reasons: ["Disabled by an operator or the sensors file: its measurements are rejected."] };
+  }
   const alarms = alarmsOf(sensor);
   // The name stands before them on the page.
-  const causes = sensor.diagnoses.map(({ sentence }) => (sentence.startsWith(`${sensor.id}: `) ? sentence.slice(sensor.id.length + 2) : sentence));
+  const causes = sensor.diagnoses.map(({ sentence }) => ended(sentence.startsWith(`${sensor.id}: `) ? sentence.slice(sensor.id.length + 2) : sentence));
   const meaning = (alarm: string): string => alarm === "storm"
     ? `Excessive number of measurements: ${sensor.storm}.` : alarm === "clock"
     ? `Its clock is ${(sensor.clock_lead_s ?? 0).toFixed(0)} s ahead of the data time.` : ALARMS[alarm] ?? `Alarm ${alarm}.`;
@@ -49,23 +53,33 @@ export function severityOf(sensor: Sensor): Severity {
     || (alarm === "noise" && seen.some((one) => one.includes("noise")));
   const reasons = [...causes, ...alarms.filter((one) => !isSaid(one)).map(meaning), ...seen];
   const level: Level = causes.length > 0 ? "FAULT" : alarms.length > 0 ? "ALARM"
-    : (sensor.updates ?? sensor.last_update_s ?? 0) === 0 ? "NO DATA" : reasons.length > 0 ? "CHECK" : "OK";
+    : (sensor.updates ?? sensor.last_update_s ?? 0) === 0 && !store.hasPlots(sensor.id) ? "NO DATA" : reasons.length > 0 ? "CHECK" : "OK";
   if (level === "NO DATA") reasons.unshift(sensor.updates === null ? "No plot updated a track in the last two minutes." : "No plot has updated a track yet.");
   return { level, rank: RANKS[level], reasons };
 }
 
+/** Whether the biases of a radar mean nothing: they absorb an error that they do not model. */
+export function isDoubtful({ level }: Severity, sensor: Sensor): boolean {
+  return level === "FAULT" || alarmsOf(sensor).includes("site");
+}
+
 /** What its site on the map says in a word; empty where there is nothing to say. */
 export function wordOf(sensor: Sensor, { level }: Severity): string {
-  if (level !== "FAULT" && alarmsOf(sensor).includes("silent")) return "SILENT";
-  return level === "FAULT" || level === "ALARM" || level === "NO DATA" ? level : "";
+  if (level !== "FAULT" && level !== "DISABLED" && alarmsOf(sensor).includes("silent")) return "SILENT";
+  return level === "OK" || level === "CHECK" ? "" : level;
 }
 
 /** Sensors by severity, the worst first; then by name. */
-export function bySeverity(sensors: readonly Sensor[]): { sensor: Sensor; severity: Severity }[] {
+export function bySeverity(sensors: readonly Sensor[], store: Store): { sensor: Sensor; severity: Severity }[] {
   return sensors
-    .map((sensor) => ({ sensor, severity: severityOf(sensor) }))
+    .map((sensor) => ({ sensor, severity: severityOf(sensor, store) }))
     .sort((a, b) => b.severity.rank - a.severity.rank || b.severity.reasons.length - a.severity.reasons.length
       || (a.sensor.id < b.sensor.id ? -1 : 1));
+}
+
+/** A sentence with its full stop. */
+function ended(sentence: string): string {
+  return /[.!?]$/.test(sentence) ? sentence : `${sentence}.`;
 }
 
 function doubts({ health, age_s: age, rotation_period_s: period }: Sensor): string[] {

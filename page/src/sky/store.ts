@@ -39,6 +39,8 @@ export class Store {
   private rate = 0;
   /** Data times of the last frames, and when they came. */
   private readonly steps: { ms: number; timeS: number }[] = [];
+  /** Time of the last plot of each sensor. */
+  private readonly plottedS = new Map<string, number>();
   private readonly byId = new Map<number, Track>();
   private other: Track[] = [];
 
@@ -72,6 +74,7 @@ export class Store {
   clear(): void {
     this.tracks = [];
     this.plots.clear();
+    this.plottedS.clear();
     this.byId.clear();
     this.dataTimeS = null;
     this.isRead = false;
@@ -105,13 +108,21 @@ export class Store {
     return [track.x + track.vx * ahead, track.y + track.vy * ahead];
   }
 
+  /** Whether plots of a sensor are drawn. */
+  hasPlots(sensor: string): boolean {
+    return (this.plottedS.get(sensor) ?? -Infinity) >= (this.dataTimeS ?? Infinity) - PLOTS_KEPT_S;
+  }
+
   /** Note in the tracks which sensors saw them, from the plots since a number. */
   private noteSensors(since: number): void {
     const { plots } = this;
     for (let number = Math.max(since, plots.first); number < plots.last; number++) {
       const at = plots.slot(number);
       const sensor = this.sensors[plots.sensor[at] ?? -1];
-      if (sensor !== undefined) this.track(plots.track[at] ?? null)?.heardS.set(sensor, plots.timeS[at] ?? NaN);
+      if (sensor === undefined) continue;
+      const time = plots.timeS[at] ?? NaN;
+      this.plottedS.set(sensor, Math.max(time, this.plottedS.get(sensor) ?? -Infinity));
+      this.track(plots.track[at] ?? null)?.heardS.set(sensor, time);
     }
   }
 

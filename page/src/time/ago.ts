@@ -1,5 +1,6 @@
 /** Answers where the selected aircraft was some minutes ago. */
 
+import { latitudeOf, longitudeOf } from "../drawing/mercator";
 import type { App } from "../panels/panel";
 import { utc } from "../view/units";
 
@@ -36,10 +37,12 @@ export class Ago {
     else if (wanted !== null && Math.abs((app.store.dataTimeS ?? 0) - wanted.atS) < ROUNDED_S) {
       this.wanted = null;
       const track = app.store.track(wanted.id);
+      const [x, y] = track === undefined ? [0, 0] : app.store.placeOf(track, wanted.atS);
       this.message = wanted.before + (track === undefined
         ? `${wanted.name} had no track at ${utc(wanted.atS)}.`
         : `${wanted.name} ${wanted.isFirst ? "was first tracked " : ""}at ${utc(wanted.atS)}: ${
-          track.latitude.toFixed(4)}, ${track.longitude.toFixed(4)}`);
+          latitudeOf(y).toFixed(4)}, ${longitudeOf(x).toFixed(4)}. The picture is paused there; ${
+          app.clock.recorded ? "Space plays on" : "Go live (n) returns to the present"}.`);
       if (track !== undefined) app.picture.show(track);
     } else if (wanted === null && app.clock.isLive) this.message = "";
   }

@@ -34,8 +34,8 @@ export function timeBar(app: App): TemplateResult {
         <span class="speed">×${clock.speed}</span>
         <button type="button" aria-label="Faster" title="+" ?disabled=${clock.isLive} @click=${() => clock.faster(1)}>+</button></span>
       <button type="button" class="ago" ?disabled=${selected === undefined}
-        title=${selected === undefined ? "Select a track first" : "Show where the selected aircraft was five minutes before the displayed time (a)"}
-        @click=${() => app.ago.show(app, AGO_S)}>Where 5 min ago?</button>
+        title=${selected === undefined ? "Select a track first" : "Pause five minutes before the time shown, with the map centred on where the selected aircraft was (a)"}
+        @click=${() => app.ago.show(app, AGO_S)}>Go back 5 min</button>
       <button type="button" aria-pressed=${measure.active} title="x" @click=${() => measure.toggle(app)}>Measure</button>
       ${exportMenu(app)}
     </p>

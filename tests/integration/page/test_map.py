@@ -390,3 +390,25 @@ def test_the_map_is_north_up(shown: Shown) -> None:
 def test_the_map_wrote_nothing_to_the_console(shown: Shown, air: Air) -> None:
     assert shown.watch.messages == []
     assert all(one.startswith((air.url, "data:")) for one in shown.watch.addresses)
+
+
+def test_names_that_come_later_do_not_cover_labels(shown: Shown) -> None:
+    page = shown.page
+    page.keyboard.press(" ")
+    shown.until("!window.multiradar.clock.isLive && window.multiradar.feed.isCurrent")
+    shown.until(f"{PICTURE}.seenOnCanvas.length === 30")
+    try:
+        # The picture stands; paths and forecasts of what is selected come all the same.
+        for at in range(0, 30, 5):
+            track = shown.value(f"{STORE}.tracks[{at}].id")
+            shown.value(f"window.multiradar.actions.select({track})")
+            shown.until("window.multiradar.selection.past.length > 1")
+            shown.until(f"{PICTURE}.ground.includes(` ${{window.multiradar.selection.revision}} `)")
+            texts, boxes = shown.value(f"[{PICTURE}.scene.reserved, {BOXES}]")
+            for left, top, width, height in zip(*[iter(texts)] * 4, strict=True):
+                text = {"left": left, "top": top, "right": left + width, "bottom": top + height}
+                assert all(overlaps([text, box]) == 0 for box in boxes)
+    finally:
+        shown.value("window.multiradar.actions.select(null)")
+        page.keyboard.press("n")
+        shown.until("window.multiradar.clock.isLive && window.multiradar.feed.isCurrent")

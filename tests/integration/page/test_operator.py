@@ -1,5 +1,6 @@
 """What an operator who sees the page for the first time must not be puzzled by."""
 
+import re
 from collections import Counter
 from typing import Any
 
@@ -118,9 +119,17 @@ def test_the_map_names_the_radars_that_are_faulty_and_silent(page: Page, air: Ai
     assert "north SILENT" in names
     assert "west FAULT" in names
     page.keyboard.press("3")
+    # A fault is in the estimates, too.
+    expect(page.get_by_role("region", name="Sensor west")).not_to_contain_text("of 95 %")
+    expect(page.locator("#sensors tbody tr", has_text="west").first).to_contain_text("°?")
+    expect(page.locator("#sensors .summary")).to_contain_text("300 m off. 1 more to look at.")
+    page.get_by_role("button", name="east").click()
+    expect(page.get_by_role("region", name="Sensor east")).to_contain_text("of 95 %")
+    page.get_by_role("button", name="west").click()
     # What the cause and the figure say is not repeated.
     reasons = page.get_by_role("region", name="Sensor west").locator("p.alarm")
-    expect(reasons).to_have_text(["The noise of the range is 2.7 times the configured noise."])
+    noise = "The noise of the range is 2.7 times the configured noise."
+    expect(reasons).to_have_text([noise, re.compile("Do not use these biases")])
     expect(page.locator("#sensors .summary")).to_contain_text("west: its site is 300 m off")
 
 
@@ -276,3 +285,113 @@ def test_names_on_the_axes_of_bars_do_not_run_together(page: Page, air: Air) -> 
     )
     assert len(gaps) > 0
     assert min(gaps) > 3.0
+
+
+def test_space_is_of_the_focused_button_and_else_pauses(page: Page, air: Air) -> None:
+    opened(page, air)
+    back = page.get_by_role("button", name="−1 min")
+    back.click()
+    mode = page.locator("#time .mode")
+    expect(mode).to_have_text("History paused")
+    shown: float = page.evaluate(f"{CLOCK}.at(0)")
+    # Clicked with the mouse, it does not keep Space, which plays.
+    page.keyboard.press(" ")
+    expect(mode).to_contain_text("History ▶")
+    page.keyboard.press(" ")
+    expect(mode).to_have_text("History paused")
+    assert page.evaluate(f"{CLOCK}.at(0)") >= shown
+    # Reached with the keyboard, it does, and the picture stays paused.
+    back.focus()
+    before: float = page.evaluate(f"{CLOCK}.at(0)")
+    page.keyboard.press(" ")
+    settled(page, f"{CLOCK}.at(0) < {before}")
+    expect(back).to_be_focused()
+    expect(mode).to_have_text("History paused")
+    # Held down, it is pressed once.
+    page.evaluate("document.activeElement.blur()")
+    for _ in range(2):
+        page.keyboard.down(" ")
+    page.keyboard.up(" ")
+    expect(mode).to_contain_text("History ▶")
+
+
+def test_the_whole_heading_of_a_column_sorts(page: Page, air: Air) -> None:
+    opened(page, air)
+    heading = page.locator("#tracks th").nth(1)
+    box = heading.bounding_box()
+    assert box is not None
+    for place, order in ((1.5, "descending"), (box["width"] - 1.5, "ascending")):
+        page.mouse.click(box["x"] + place, box["y"] + 0.5 * box["height"])
+        expect(heading).to_have_attribute("aria-sort", order)
+
+
+def test_long_names_end_with_an_ellipsis_and_are_whole_in_title_and_sheet(
+    page: Page, air: Air
+) -> None:
+    def long(header: dict[str, Any], tracks: dict[str, Any]) -> None:
+        header["sensors"] = list(header["sensors"])
+        tracks["mode_3a"][:] = 0o7700
+        tracks["callsign"][:] = sum(23 << 6 * place for place in range(8))
+
+    pictured(page, long)
+    opened(page, air)
+    name = page.locator("#tracks tbody tr[data-id] td").first
+    expect(name).to_have_attribute("title", "WWWWWWWW EMERGENCY, confirmed")
+    assert name.evaluate("(one) => getComputedStyle(one).textOverflow") == "ellipsis"
+    hidden: float = page.locator("#tracks .rows").evaluate(
+        "(one) => one.scrollWidth - one.clientWidth"
+    )
+    assert hidden <= 0.0
+    page.evaluate(f"window.multiradar.actions.select({STORE}.tracks[0].id)")
+    expect(page.locator("#sheet .name")).to_have_text("WWWWWWWW")
+
+
+def test_messages_stay_on_the_map_and_stay_closed(page: Page, air: Air) -> None:
+    opened(page, air)
+    page.route("**/v1/**", lambda route: route.abort())
+    expect(page.get_by_role("alert")).to_contain_text("The picture is out of date")
+    for width, height in ((1280, 720), (1024, 600), (900, 600), (600, 700)):
+        page.set_viewport_size({"width": width, "height": height})
+        ends = page.evaluate(
+            """() => ["banner", "map"].map((id) =>
+              document.getElementById(id).getBoundingClientRect().bottom)"""
+        )
+        assert ends[0] <= ends[1]
+    page.unroute("**/v1/**")
+    page.set_viewport_size({"width": 1280, "height": 720})
+    expect(page.get_by_role("alert")).to_have_count(0)
+    page.keyboard.press("b")
+    hint = page.get_by_text("too little to be visible")
+    page.locator("#banner").get_by_role("button", name="Close").click()
+    expect(hint).to_have_count(0)
+    frames = page.evaluate(f"{STORE}.frames")
+    settled(page, f"{STORE}.frames > {frames} + 2")
+    expect(hint).to_have_count(0)
+
+
+def test_a_disabled_sensor_is_marked(page: Page, air: Air) -> None:
+    def disabled(sensors: list[dict[str, Any]]) -> None:
+        for one in sensors:
+            one["enabled"] = one["id"] != "north"
+
+    sensors_with(page, disabled)
+    opened(page, air)
+    settled(page, f"{PICTURE}.layers.layers[0].names.includes('north DISABLED')")
+    page.keyboard.press("3")
+    row = page.locator("#sensors tbody tr", has_text="north").first
+    expect(row.locator(".badge")).to_have_text("DISABLED")
+    page.get_by_role("button", name="north").click()
+    expect(page.get_by_role("region", name="Sensor north")).to_contain_text("are rejected")
+
+
+def test_duplicate_plots_and_repeated_messages_are_named_apart(page: Page, air: Air) -> None:
+    def counted(route: Route) -> None:
+        route.fulfill(json=route.fetch().json() | {"rejected_by_code": {"DUPLICATE": 2}})
+
+    page.route("**/v1/status", counted)
+    opened(page, air, "/#tab=system")
+    system = page.locator("#system")
+    expect(system).to_contain_text("DUPLICATE 2")
+    expect(system).to_contain_text("duplicates of others (DUPLICATE)")
+    expect(system.locator("dt", has_text="In repeated messages")).to_have_count(1)
+    expect(system.locator("dt", has_text="Duplicates")).to_have_count(0)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page, Route, expect
 from pyproj import Geod
 
 from integration.page.conftest import Air
@@ -159,9 +159,37 @@ def test_own_geojson_is_shown_and_a_broken_file_is_named(page: Page, shown: str)
     layer = "window.multiradar.picture.map.getLayers().item(1)"
     assert page.evaluate(f"{layer}.getSource().getFeatures()[0].get('name')") == "<b>N1</b>"
     assert page.evaluate(f"{layer}.getVisible()")
+    # Its name takes part in the placing of labels.
+    names = "window.multiradar.picture.layers.overlayNames.drawn.join()"
+    page.evaluate("window.multiradar.picture.map.getView().setZoom(8)")
+    settled(page, f"{names} === '<b>N1</b>'")
+    texts, boxes = page.evaluate(
+        "(({ scene, layers }) => [scene.reserved, layers.labels.boxes])(window.multiradar.picture)"
+    )
+    for left, top, width, height in zip(*[iter(texts)] * 4, strict=True):
+        text = {"left": left, "top": top, "right": left + width, "bottom": top + height}
+        assert all(overlaps([text, box]) == 0 for box in boxes)
     legend.get_by_label("sectors").click()
+    settled(page, f"{names} === ''")
     settled(page, f"!{layer}.getVisible() && location.hash.includes('without=o1')")
     assert watch.messages == []
+
+
+def test_a_radar_whose_plots_are_drawn_has_data(page: Page, shown: str) -> None:
+    def without_updates(route: Route) -> None:
+        document = route.fetch().json()
+        for one in document["sensors"]:
+            one |= {"updates": None, "last_update_s": None, "age_s": None}
+        route.fulfill(json=document)
+
+    page.route("**/v1/sensors*", without_updates)
+    opened(page, shown, "tab=sensors")
+    badges = page.locator("#sensors tbody .badge")
+    expect(badges).to_have_count(3)
+    settled(page, f"{STORE}.plots.length > 100")
+    expect(badges.get_by_text("NO DATA")).to_have_count(0)
+    names = page.evaluate("window.multiradar.picture.layers.layers[0].names.join()")
+    assert "NO DATA" not in names
 
 
 def exported(page: Page, name: str) -> tuple[str, bytes]:

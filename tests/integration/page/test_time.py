@@ -1,5 +1,6 @@
 """Time on the page: back through the history of a service, and a service that restarts."""
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -139,7 +140,7 @@ def test_it_plays_at_any_speed_from_the_keyboard_until_it_is_live(page: Page, lo
 def test_one_click_shows_where_the_aircraft_was_five_minutes_ago(page: Page, long: Air) -> None:
     watch = opened(page, long)
     present = time_of(page)
-    button = page.get_by_role("button", name="Where 5 min ago?")
+    button = page.get_by_role("button", name="Go back 5 min")
     expect(button).to_be_disabled()
     # One that was there already then.
     old = page.evaluate(f"Math.min(...{STORE}.tracks.map((one) => one.id))")
@@ -147,11 +148,14 @@ def test_one_click_shows_where_the_aircraft_was_five_minutes_ago(page: Page, lon
     button.click()
     settled(page, f"Math.abs({STORE}.dataTimeS - {present - 300.0}) < 0.1")
     track: dict[str, Any] = page.evaluate(
-        f"(() => {{ const one = {STORE}.track({old});"
-        " return { latitude: one.latitude, longitude: one.longitude, x: one.x, y: one.y }; })()"
+        f"(() => {{ const [x, y] = {STORE}.placeOf({STORE}.track({old}), {STORE}.dataTimeS);"
+        " return { x, y }; })()"
     )
-    said = f"{track['latitude']:.4f}, {track['longitude']:.4f}"
-    expect(page.locator("#time p[role=status]")).to_contain_text(said)
+    # Web Mercator, back to degrees.
+    longitude = math.degrees(track["x"] / 6378137.0)
+    latitude = math.degrees(2.0 * math.atan(math.exp(track["y"] / 6378137.0)) - math.pi / 2.0)
+    said = page.locator("#time p[role=status]")
+    expect(said).to_contain_text(f"{latitude:.4f}, {longitude:.4f}. The picture is paused there")
     centre = "window.multiradar.picture.map.getView().getCenter()"
     settled(page, f"Math.hypot({centre}[0] - {track['x']}, {centre}[1] - {track['y']}) < 500")
     # A younger one is shown where it was first.

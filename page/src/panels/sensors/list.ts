@@ -7,15 +7,15 @@ import { signed } from "../track/contributions";
 import type { App, Panel } from "../panel";
 import { swatch } from "../swatch";
 import { utc } from "../../view/units";
-import { bySeverity, numberOf, type Severity } from "../../sky/severity";
+import { bySeverity, isDoubtful, numberOf, type Severity } from "../../sky/severity";
 import { sensorSheet } from "./sheet";
 
 export const sensorPanel: Panel = {
   id: "sensors",
   title: "Radars",
   tab: "sensors",
-  badge: ({ feed }) => {
-    const wrong = bySeverity(feed.sensors).filter(({ severity }) => severity.rank > 0);
+  badge: ({ feed, store }) => {
+    const wrong = bySeverity(feed.sensors, store).filter(({ severity }) => severity.rank > 0);
     const [first] = wrong;
     // Those of the worst level: two that are checked do not make a second fault.
     const worst = wrong.filter(({ severity }) => severity.level === first?.severity.level).length;
@@ -25,8 +25,8 @@ export const sensorPanel: Panel = {
 };
 
 function draw(app: App): TemplateResult {
-  const { feed, view } = app;
-  const sorted = bySeverity(feed.sensors);
+  const { feed, store, view } = app;
+  const sorted = bySeverity(feed.sensors, store);
   if (sorted.length === 0) return html`<p class="hint">The service has no sensors, or has not responded yet.</p>`;
   const [first] = sorted;
   const open = sorted.find(({ sensor }) => sensor.id === view.sensor) ?? first;
@@ -38,7 +38,7 @@ function draw(app: App): TemplateResult {
       <th scope="col" title="Estimated bias of the range">Range<br>bias</th>
       <th scope="col" title="Estimated bias of the azimuth">Azimuth<br>bias</th></tr></thead>
     <tbody>${sorted.map(({ sensor, severity }) => row(sensor, severity, sensor === open?.sensor, app))}</tbody></table>
-    ${open === undefined ? nothing : sensorSheet(open.sensor, open === first ? open.severity.reasons.slice(1) : open.severity.reasons, app)}`;
+    ${open === undefined ? nothing : sensorSheet(open.sensor, open.severity, open === first && open.severity.rank > 0 ? 1 : 0, app)}`;
 }
 
 /** One sentence: which sensor to look at first. */
@@ -55,7 +55,7 @@ function row(sensor: Sensor, severity: Severity, open: boolean, app: App): Templ
   const detection = numberOf(sensor.health?.["detection_probability"]);
   const bias = (name: string, digits: number, unit: string): string => {
     const found = sensor.biases.find((one) => one["parameter"] === name);
-    return found === undefined ? "–" : `${signed(numberOf(found["estimate"]), digits)}${unit}`;
+    return found === undefined ? "–" : `${signed(numberOf(found["estimate"]), digits)}${unit}${isDoubtful(severity, sensor) ? "?" : ""}`;
   };
   return html`<tr aria-current=${open} @click=${() => app.actions.sensor(sensor.id)}>
     <th scope="row"><button type="button" class="link" aria-expanded=${open} @click=${(event: Event) => {

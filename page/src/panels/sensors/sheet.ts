@@ -10,7 +10,7 @@ import { Source } from "../source";
 import { signed } from "../track/contributions";
 import { figure } from "../track/curves";
 import { utc } from "../../view/units";
-import { numberOf } from "../../sky/severity";
+import { isDoubtful, numberOf, type Severity } from "../../sky/severity";
 
 const EVERY_MS = 5000;
 const PAST_S = 3600;
@@ -42,17 +42,17 @@ interface Residuals {
 const history = new Source<{ biases: Estimate[] }>(EVERY_MS);
 const residuals = new Source<Residuals>(EVERY_MS);
 
-/** The sheet, with what is wrong with the sensor in sentences. */
-export function sensorSheet(sensor: Sensor, reasons: readonly string[], app: App): TemplateResult {
+/** The sheet, with what is wrong with the sensor in sentences, but for the first ones, which are said elsewhere. */
+export function sensorSheet(sensor: Sensor, severity: Severity, said: number, app: App): TemplateResult {
   return html`<section class="sheet" aria-label="Sensor ${sensor.id}"><h3 class="own">${sensor.id}</h3>
-    ${reasons.map((one) => html`<p class="alarm">${one}</p>`)}
-    ${sensor.biases.length === 0 ? html`<p class="hint">No bias is estimated${(sensor.updates ?? 1) === 0 ? " yet" : ""}.</p>` : biases(sensor)}
+    ${severity.reasons.slice(said).map((one) => html`<p class="alarm">${one}</p>`)}
+    ${sensor.biases.length === 0 ? html`<p class="hint">No bias is estimated${(sensor.updates ?? 1) === 0 ? " yet" : ""}.</p>` : biases(sensor, isDoubtful(severity, sensor))}
     ${curves(sensor, app)}
     ${sensor.kind === "radar" ? byPlace(sensor, app) : nothing}
     ${facts(sensor, app)}</section>`;
 }
 
-function biases({ biases: found }: Sensor): TemplateResult {
+function biases({ biases: found }: Sensor, doubtful: boolean): TemplateResult {
   return html`<table><thead><tr><th scope="col">Bias</th><th scope="col">Estimate</th><th scope="col">± 2 sigma</th>
     <th scope="col" title="Sigma relative to that before the first plot">Of prior</th></tr></thead>
     <tbody>${found.map((bias) => {
@@ -62,7 +62,9 @@ function biases({ biases: found }: Sensor): TemplateResult {
       return html`<tr><th scope="row">${name}</th><td>${signed(estimate, digits)}${unit}</td><td>${(2 * sigma).toFixed(digits)}${unit}</td>
         <td>${Number.isFinite(ratio) ? `${(100 * ratio).toPrecision(2)} %` : "–"}</td></tr>`;
     })}</tbody></table>
-    <p class="hint">The true bias lies within ± 2 sigma of the estimate with a probability of 95 %. Of prior: the sigma that is
+    ${doubtful ? html`<p class="alarm">Do not use these biases: this radar has a fault, and they absorb part of it.
+      ± 2 sigma does not cover that error. Correct the fault first.</p>` : nothing}
+    <p class="hint">${doubtful ? "" : "The true bias lies within ± 2 sigma of the estimate with a probability of 95 %. "}Of prior: the sigma that is
       left of that before the first plot; at 100 % the plots have not shown this bias.</p>`;
 }
 
