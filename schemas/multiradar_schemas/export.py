@@ -25,6 +25,14 @@ from multiradar_schemas.products.bias import (
     BiasCorrelation,
     BiasEstimate,
 )
+from multiradar_schemas.products.bias_days import (
+    BIAS_OF_DAY_SCHEMA,
+    BIAS_OF_PERIOD_SCHEMA,
+    BIAS_STEP_SCHEMA,
+    BiasOfDay,
+    BiasOfPeriod,
+    BiasStep,
+)
 from multiradar_schemas.products.encounter import ENCOUNTER_SCHEMA, Encounter, Encounters
 from multiradar_schemas.products.forecast import FORECAST_SCHEMA, Forecast, ForecastRow
 from multiradar_schemas.products.health import HEALTH_SCHEMA, RadarHealth
@@ -76,6 +84,9 @@ _TABLES: dict[str, tuple[pl.Schema, tuple[str, ...]]] = {
             ("forecasts", FORECAST_SCHEMA, ForecastRow),
             ("biases", BIAS_SCHEMA, BiasEstimate),
             ("bias_correlations", BIAS_CORRELATION_SCHEMA, BiasCorrelation),
+            ("biases_by_day", BIAS_OF_DAY_SCHEMA, BiasOfDay),
+            ("drift", BIAS_STEP_SCHEMA, BiasStep),
+            ("biases_merged", BIAS_OF_PERIOD_SCHEMA, BiasOfPeriod),
             ("aircraft_delays", AIRCRAFT_DELAY_SCHEMA, AircraftDelay),
             ("health", HEALTH_SCHEMA, RadarHealth),
         )

@@ -40,6 +40,14 @@ from multiradar_schemas.products.bias import (
     BiasCorrelation,
     BiasEstimate,
 )
+from multiradar_schemas.products.bias_days import (
+    BIAS_OF_DAY_SCHEMA,
+    BIAS_OF_PERIOD_SCHEMA,
+    BIAS_STEP_SCHEMA,
+    BiasOfDay,
+    BiasOfPeriod,
+    BiasStep,
+)
 from multiradar_schemas.products.encounter import ENCOUNTER_SCHEMA, Encounter, Encounters
 from multiradar_schemas.products.forecast import (
     FORECAST_SCHEMA,
@@ -189,6 +197,12 @@ def _bias_lines() -> Iterator[str]:
     yield "\n## Correlations of biases: `bias_correlations.parquet`, a row for each pair\n"
     schema = BIAS_CORRELATION_SCHEMA
     yield from _table(BiasCorrelation, tuple(schema), dict(schema))
+    yield "\n## Biases by day: `biases_by_day.parquet` of `multiradar reprocess`\n"
+    yield from _table(BiasOfDay, tuple(BIAS_OF_DAY_SCHEMA), dict(BIAS_OF_DAY_SCHEMA))
+    yield "\n## Steps of biases between days: `drift.parquet` of `multiradar reprocess`\n"
+    yield from _table(BiasStep, tuple(BIAS_STEP_SCHEMA), dict(BIAS_STEP_SCHEMA))
+    yield "\n## Biases over a period: `biases_merged.parquet` of `multiradar reprocess`\n"
+    yield from _table(BiasOfPeriod, tuple(BIAS_OF_PERIOD_SCHEMA), dict(BIAS_OF_PERIOD_SCHEMA))
     yield "\n## Delays of transponders: `aircraft_delays.parquet`\n"
     yield "A row for each confirmed track, where a radar has `transponder_delay_sigma_m`.\n"
     yield from _table(AircraftDelay, tuple(AIRCRAFT_DELAY_SCHEMA), dict(AIRCRAFT_DELAY_SCHEMA))

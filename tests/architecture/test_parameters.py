@@ -40,4 +40,4 @@ def test_the_rule_meets_what_it_forbids() -> None:
     assert long("service/multiradar/x.py", ast.parse(f"def track({names}): ...")) == []
     wide = ast.parse(f"def track({names}, *, last): ...")
     assert long("service/multiradar/x.py", wide) == ["track"]
-    assert long("service/multiradar/cli/track.py", wide) == []
+    assert long("service/multiradar/cli/tracking/track.py", wide) == []

@@ -5,7 +5,6 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
-from tempfile import gettempdir
 from typing import Annotated, Any
 
 import typer
@@ -29,26 +28,23 @@ from multiradar.cli.simulate import simulate
 from multiradar.cli.study import study_command, study_help
 from multiradar.cli.terminal.stopping import EXIT_INTERRUPTED, end_on_signals, leave
 from multiradar.cli.terminal.usage import check_arguments, usage_sentence
-from multiradar.cli.track import track
+from multiradar.cli.tracking.reprocess import REPROCESS_HELP, reprocess
+from multiradar.cli.tracking.track import track
 from multiradar.cli.warm_up import warm_up
 from multiradar.errors import (
     ArgumentError,
-    ConfigurationError,
     DataWarning,
     FindingsError,
     MultiradarError,
     UnknownFilterError,
 )
 from multiradar.research.studies.catalogue import STUDIES
-from multiradar.storage.full_disk import is_full
+from multiradar.toolbox.messages.sentences import TRACEBACK_VARIABLE, error_sentence
 from multiradar_schemas.documents.names import unknown
 
 EXIT_DONE = 0
 EXIT_FAILED = 1
 EXIT_USAGE = 2
-
-#: Set to 1 to see the traceback of an internal error.
-TRACEBACK_VARIABLE = "MULTIRADAR_TRACEBACK"
 
 app = typer.Typer(
     name="multiradar",
@@ -67,6 +63,7 @@ app.add_typer(convert_app, name="convert")
 app.command(name="inspect", help=INSPECT_HELP)(inspect)
 app.command(name="align", help=ALIGN_HELP)(align)
 app.command(name="track")(track)
+app.command(name="reprocess", help=REPROCESS_HELP)(reprocess)
 app.command(name="export", help=EXPORT_HELP)(export)
 app.command(name="view", help=VIEW_HELP)(view)
 app.command(name="serve")(serve)
@@ -156,7 +153,7 @@ def _usage(error: Exception, arguments: Sequence[str], root: Any) -> str:
 
 
 def _fail(error: Exception) -> int:
-    for sentence in error.findings if isinstance(error, FindingsError) else [_describe(error)]:
+    for sentence in error.findings if isinstance(error, FindingsError) else [error_sentence(error)]:
         _print_error(sentence, EXIT_FAILED, getattr(error, "mistakes", ()))
     return EXIT_FAILED
 
@@ -181,22 +178,6 @@ def _print_error(sentence: str, status: int, mistakes: Sequence[str] = ()) -> in
 
 def _one_line(text: str) -> str:
     return " ".join(text.split())
-
-
-def _describe(error: Exception) -> str:
-    if isinstance(error, ConfigurationError) and len(error.mistakes) > 1:
-        return f"{error.source}: {len(error.mistakes)} mistakes"
-    if is_full(error) and getattr(error, "filename", None) is None:
-        return (
-            f"no space left on device for the output or for temporary files in {gettempdir()} "
-            "(set TMPDIR to use another folder for these)"
-        )
-    if isinstance(error, OSError) and error.strerror:
-        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
-    if not isinstance(error, MultiradarError | OSError):
-        hint = f"set {TRACEBACK_VARIABLE}=1 for a traceback"
-        return f"internal error, {type(error).__name__}: {error} ({hint})"
-    return str(error) or type(error).__name__
 
 
 def _leave_broken_pipe() -> int:

@@ -55,8 +55,8 @@ class RayHost:
     def __init__(self, settings: ClusterSettings, shards: int) -> None:
         require_named(settings.listen, addresses_of_host())
         self._model: tuple[Model, Any] | None = None
-        with _own_signals():
-            _connect(settings, shards)
+        with own_signals():
+            connect(settings, shards)
         try:
             self._front = _only_front(f"{settings.listen[0]}, process {os.getpid()}")
         except ConfigurationError:
@@ -115,7 +115,7 @@ class RayLink:
                 return False
             ray.get(self._started)
         except RayError as error:
-            raise PeerError(f"{self._name}: {_reason(error)}") from error
+            raise PeerError(f"{self._name}: {reason_of(error)}") from error
         return True
 
     def send(self, batch: Batch, model: Model | None) -> None:
@@ -124,7 +124,7 @@ class RayLink:
             shared = None if model is None else self._host.share(model)
             self._answer = self._actor.step.remote(batch, shared)
         except RayError as error:
-            raise PeerError(f"{self._name}: {_reason(error)}") from error
+            raise PeerError(f"{self._name}: {reason_of(error)}") from error
 
     def receive(self, deadline_s: float) -> Answer:
         """Return the answer to the batch that was sent."""
@@ -132,7 +132,7 @@ class RayLink:
         try:
             answer: Answer = ray.get(sent, timeout=deadline_s)
         except RayError as error:
-            raise PeerError(f"{self._name}: {_reason(error)}") from error
+            raise PeerError(f"{self._name}: {reason_of(error)}") from error
         return answer
 
     def stop(self) -> None:
@@ -140,7 +140,14 @@ class RayLink:
         ray.kill(self._actor, no_restart=True)
 
 
-def _connect(settings: ClusterSettings, shards: int) -> None:
+def connect(settings: ClusterSettings, slots: int) -> None:
+    """Join the cluster of the settings, or start one with processors for some actors or tasks.
+
+    Raises
+    ------
+    ConfigurationError
+        If there is no cluster at the address, or it cannot be used.
+    """
     common = {"namespace": NAMESPACE, "log_to_driver": False, "configure_logging": False}
     os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
     try:
@@ -151,12 +158,14 @@ def _connect(settings: ClusterSettings, shards: int) -> None:
         # Other processes of this host cannot join without it.
         os.environ.setdefault("RAY_AUTH_TOKEN", secrets.token_hex(32))
         ray.init(
-            "local", num_cpus=shards, include_dashboard=False, object_store_memory=STORE_OCTETS,
+            "local", num_cpus=slots, include_dashboard=False, object_store_memory=STORE_OCTETS,
             _node_ip_address=settings.listen[0], **common,
         )  # fmt: skip
     except (RayError, ConnectionError, RuntimeError, ValueError, OSError) as error:
         place = settings.head or settings.listen[0]
-        raise ConfigurationError(f"cluster: cannot use Ray at {place}: {_reason(error)}") from error
+        raise ConfigurationError(
+            f"cluster: cannot use Ray at {place}: {reason_of(error)}"
+        ) from error
 
 
 # Ray itself tries for minutes.
@@ -184,15 +193,15 @@ def _other_front() -> str:
         return "an unknown host"
 
 
-# The last line that Ray gives, which is the reason.
-def _reason(error: BaseException) -> str:
+def reason_of(error: BaseException) -> str:
+    """Return the last line that Ray gives, which is the reason."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     return lines[-1] if lines else type(error).__name__
 
 
-# Ray replaces handlers of signals by its own.
 @contextmanager
-def _own_signals() -> Iterator[None]:
+def own_signals() -> Iterator[None]:
+    """Restore the handlers of signals, which Ray replaces by its own."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

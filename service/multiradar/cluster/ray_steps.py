@@ -1,5 +1,7 @@
 """The engine `ray`: opens shards on Ray for an engine, as the settings say."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from multiradar.cluster.interfaces import addresses_of_host, require_named
@@ -29,14 +31,8 @@ class RaySteps:
     """
 
     def __init__(self, settings: ClusterSettings, shards: int) -> None:
-        try:
+        with with_ray():
             from multiradar.cluster.ray_host import RayHost
-        except ModuleNotFoundError as error:
-            if error.name != "ray":
-                raise
-            raise ConfigurationError(
-                "engine: ray is not installed; install the extra: pip install 'multiradar[cluster]'"
-            ) from error
         require_named(settings.listen, addresses_of_host())
         self._host, self._settings, self._shards = RayHost, settings, shards
         self._opened: ShardedSteps | None = None
@@ -59,6 +55,25 @@ class RaySteps:
     def document(self) -> dict[str, Any]:
         """Return state and counts for the status of the service; empty before the start."""
         return {} if self._opened is None else self._opened.document()
+
+
+@contextmanager
+def with_ray() -> Iterator[None]:
+    """Explain a missing Ray where it is imported.
+
+    Raises
+    ------
+    ConfigurationError
+        If Ray is not installed.
+    """
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        if error.name != "ray":
+            raise
+        raise ConfigurationError(
+            "engine: ray is not installed; install the extra: pip install 'multiradar[cluster]'"
+        ) from error
 
 
 def steps_of(settings: Settings, workers: int) -> RaySteps | None:

@@ -59,6 +59,39 @@ def new_file(path: Path) -> Iterator[Path]:
         unregister_leftover(partial)
 
 
+@contextmanager
+def replaced_file(path: Path) -> Iterator[Path]:
+    """Provide a file to write to; it replaces the one at a path when everything succeeded.
+
+    Parameters
+    ----------
+    path : Path
+        The file; its folder exists.
+
+    Yields
+    ------
+    Path
+        A hidden sibling to write to, removed on failure. After a crash there is the old file, the
+        new one, or none.
+
+    Raises
+    ------
+    InputError
+        The disk is full.
+    """
+    partial = path.with_name(f".{path.name}.partial-{secrets.token_hex(4)}")
+    register_leftover(partial)
+    try:
+        with named_if_full(path):
+            yield partial
+            with partial.open("rb+") as written:
+                os.fsync(written.fileno())
+            os.replace(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)
+        unregister_leftover(partial)
+
+
 def free_name(path: Path) -> Path:
     """Return the path, or the first of ``name-2.html``, ``name-3.html`` … that does not exist.
 

@@ -109,6 +109,11 @@ class TrackRequest:
         given = self.options.get(name)
         return None if given is None else Path(str(given))
 
+    def outputs(self) -> dict[str, object]:
+        """Return the further tables by the option of the command; None: not wanted."""
+        names = ("encounters", "forecasts", "trajectories", "manoeuvre_planes", "observability")
+        return {f"--{name.replace('_', '-')}": self.options.get(name) or None for name in names}
+
 
 def track_request(
     host: str | None,

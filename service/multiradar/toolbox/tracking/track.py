@@ -163,11 +163,7 @@ def _run(
     known, tracks, table = _sensors(given, request, settings.filter_name)
     earlier = request.path("biases_from")
     before = None if earlier is None else Run(earlier)
-    outputs = {
-        f"--{name.replace('_', '-')}": options.get(name) or None
-        for name in ("encounters", "forecasts", "trajectories", "manoeuvre_planes", "observability")
-    }
-    _compile(stages, settings, table, outputs)
+    _compile(stages, settings, table, request.outputs())
     profile = request.path("profile")
     dump = DumpChoice(options.get("date"), profile, options.get("allow_missing", False))
     opened = open_measurements(

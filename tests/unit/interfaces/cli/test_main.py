@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 import typer
 
-from multiradar.cli.main import TRACEBACK_VARIABLE, app, run
+from multiradar.cli.main import app, run
 from multiradar.errors import InputError, UnknownFilterError
+from multiradar.toolbox.messages.sentences import TRACEBACK_VARIABLE
 from support.processes.waiting import run_to_end
 
 COMMANDS = (
@@ -100,15 +101,15 @@ def test_a_usage_error_is_one_sentence_and_status_2(
     [
         (
             ["nonsense"],
-            "unknown command 'nonsense'; known: inspect, align, track, export, view, serve, "
-            "replay, backup, archive, shorten, verify, restore, migrate, doctor, demo, simulate, "
-            "evaluate, key, warm-up, study, convert",
+            "unknown command 'nonsense'; known: inspect, align, track, reprocess, export, "
+            "view, serve, replay, backup, archive, shorten, verify, restore, migrate, doctor, "
+            "demo, simulate, evaluate, key, warm-up, study, convert",
         ),
         (
             ["trakc"],
             "unknown command 'trakc' (did you mean 'track'?); known: inspect, align, track, "
-            "export, view, serve, replay, backup, archive, shorten, verify, restore, migrate, "
-            "doctor, demo, simulate, evaluate, key, warm-up, study, convert",
+            "reprocess, export, view, serve, replay, backup, archive, shorten, verify, restore, "
+            "migrate, doctor, demo, simulate, evaluate, key, warm-up, study, convert",
         ),
         (
             ["convert", "vidd"],

@@ -1,0 +1,32 @@
+"""An error as one sentence."""
+
+from tempfile import gettempdir
+
+from multiradar.errors import ConfigurationError, MultiradarError
+from multiradar.storage.full_disk import is_full
+
+#: Set to 1 to see the traceback of an internal error.
+TRACEBACK_VARIABLE = "MULTIRADAR_TRACEBACK"
+
+
+def error_sentence(error: Exception) -> str:
+    """Return an error as one sentence for the user.
+
+    Parameters
+    ----------
+    error : Exception
+        One of this project, of the system, or an internal one.
+    """
+    if isinstance(error, ConfigurationError) and len(error.mistakes) > 1:
+        return f"{error.source}: {len(error.mistakes)} mistakes"
+    if is_full(error) and getattr(error, "filename", None) is None:
+        return (
+            f"no space left on device for the output or for temporary files in {gettempdir()} "
+            "(set TMPDIR to use another folder for these)"
+        )
+    if isinstance(error, OSError) and error.strerror:
+        return f"{error.filename}: {error.strerror}" if error.filename else error.strerror
+    if not isinstance(error, MultiradarError | OSError):
+        hint = f"set {TRACEBACK_VARIABLE}=1 for a traceback"
+        return f"internal error, {type(error).__name__}: {error} ({hint})"
+    return str(error) or type(error).__name__

@@ -1,0 +1,1 @@
+"""Days of recordings tracked one by one, and their biases compared."""
