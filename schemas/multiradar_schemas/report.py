@@ -97,7 +97,11 @@ class Report(Record):
             "the `alarm` of each alarm raised; `warnings` as sentences; and `diagnoses`: probable "
             "faults, each with the `sensor_id` (empty if it concerns all), a `code` such as "
             "`range_unit`, and a `sentence` with the cause and the remedy, and the `severity`, "
-            "`error` or `warning`",
+            "`error` or `warning`. For `reprocess`: `days`, each with its `region`, `day`, "
+            "`status` (made, kept or failed), `reason`, times, `start` (the day from whose biases "
+            "it started), digest, `findings` and `warnings`; `tests`: whether biases are the same "
+            "on all days, of a region (empty `sensor_id`) and of each sensor, `chi2` of all biases "
+            "together with their correlations, `degrees_of_freedom` and `p_value`",
             unit="by name",
             source="run",
         ),

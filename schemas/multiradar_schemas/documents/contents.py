@@ -17,6 +17,7 @@ PROFILE = "a layout of a dump"
 #: Files that identify a folder, and its description; the first match counts.
 _MARKS = (
     ("backup.json", BACKUP),
+    ("biases_merged.parquet", "the output of `reprocess`"),
     ("tracks.parquet", TRACKS),
     ("truth.parquet", MEASUREMENTS[1]),
     ("system_tracks.parquet", "the output of `convert asterix`"),

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from support.scenarios.archive_days import write_days
+from validation.tracker.archive_days import write_days
 
 #: Step of the radar `east` on the third day, m.
 STEP_M = 60.0

@@ -19,7 +19,7 @@ from multiradar_schemas.products.bias_days import (
 from multiradar_schemas.report import Report
 from multiradar_schemas.sensors.sensor import load_sensors
 from support.fakes.fake_jobs import FakeJobs
-from support.scenarios.archive_days import RANGE_OFFSETS_M, date_of, write_days
+from validation.tracker.archive_days import RANGE_OFFSETS_M, date_of, write_days
 
 STEP_M = 60.0
 #: Below this by chance in one of 30 000 tests.

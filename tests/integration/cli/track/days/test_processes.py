@@ -16,8 +16,8 @@ from support.paths import TESTS
 from support.processes import hanging_day
 from support.processes.commands import Command
 from support.processes.waiting import wait_until
-from support.scenarios.archive_days import date_of
 from support.scenarios.recorded_scene import environment
+from validation.tracker.archive_days import date_of
 
 DATES = [date_of(day) for day in range(4)]
 Archive = tuple[Path, Path]

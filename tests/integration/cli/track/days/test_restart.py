@@ -11,7 +11,7 @@ import pytest
 from multiradar.errors import ArgumentError, FindingsError, InputError, OutputExistsError
 from multiradar.toolbox.tracking.reprocessing.reprocess import Reprocessed, reprocess
 from support.fakes.fake_jobs import FakeJobs
-from support.scenarios.archive_days import date_of, write_day
+from validation.tracker.archive_days import date_of, write_day
 
 DATES = [date_of(day) for day in range(4)]
 Archive = tuple[Path, Path]
