@@ -2,14 +2,12 @@
 
 import os
 from collections.abc import Callable, Sequence
-from functools import partial
 
 import structlog
 from starlette.types import ASGIApp
 
 from multiradar.access.authentication import Authentication, with_default_file
 from multiradar.access.exposure import require_credentials
-from multiradar.access.security_log import RepeatedEvents
 from multiradar.api.connections import TlsFiles
 from multiradar.api.factory import create_api
 from multiradar.api.http_server import LOOPBACK_NAMES, HttpServer
@@ -19,14 +17,10 @@ from multiradar.cluster.ray_steps import steps_of
 from multiradar.errors import ConfigurationError
 from multiradar.estimation.filters.bank import FILTERS
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.ingest.asterix_gateway import AsterixGateway
-from multiradar.ingest.asterix_inlet import InletBounds
+from multiradar.ingest.asterix_configured import asterix_gateway
 from multiradar.ingest.asterix_output.sender import AsterixSender, Outlet
 from multiradar.ingest.asterix_output.sinks import open_sink
-from multiradar.ingest.asterix_queue import DatagramQueue
-from multiradar.ingest.asterix_sensors import of_sensors
-from multiradar.ingest.asterix_source import UdpSource
-from multiradar.ingest.feeds.configured import asterix_stream, configured_feeds
+from multiradar.ingest.feeds.configured import configured_feeds
 from multiradar.ingest.http import IntakeBounds, measurement_routes
 from multiradar.ingest.http_sensors import sensor_change_routes
 from multiradar.ingest.zenoh.gateway import ZenohGateway
@@ -49,6 +43,7 @@ from multiradar.runtime.live.service import Service
 from multiradar.runtime.live.snapshots import SnapshotRules
 from multiradar.runtime.recorded.run import RecordedRun
 from multiradar.runtime.recorded.view import RecordedService
+from multiradar.runtime.standby.following import Standby
 from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.runtime.trajectories.options import trajectory_options
 from multiradar.runtime.warm_up import warm_up
@@ -61,9 +56,6 @@ from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar_compiled.ahead import compile_ahead
 from multiradar_compiled.kernel_list import kernels_for
-from multiradar_converters.asterix.decoding.editions import parse_editions
-from multiradar_converters.asterix.live.reception import LiveDecoder, LiveOptions
-from multiradar_converters.errors import ProfileError
 from multiradar_schemas.sensors.sensor import SensorsFile
 
 _log = structlog.get_logger("multiradar.app")
@@ -85,6 +77,8 @@ class Application:
         Called from another thread when a component has stopped for good: the process must end.
     described : SensorsFile, optional
         The sensors as described, so that they can change while the service runs.
+    on_drain : callable
+        Called from another thread when an operator drains the service: the process must stop.
 
     Raises
     ------
@@ -99,6 +93,7 @@ class Application:
         sensors: SensorTable,
         on_failure: Callable[[], None],
         described: SensorsFile | None = None,
+        on_drain: Callable[[], None] = lambda: None,
     ) -> None:
         self._settings = settings
         self._sensors = sensors
@@ -119,10 +114,11 @@ class Application:
             settings.journal.path, settings.retention.archive, data_clock_of, SystemClock()
         )
         self.service.publication.count_edge("retained", retained.document)
-        self._http = http_server(self.service, settings, authentication, on_failure)
+        self._http = http_server(self.service, settings, authentication, on_failure, on_drain)
         self._gateway = zenoh_gateway(self.service, settings, zenoh)
         self._sender = asterix_sender(self.service, settings, sensors)
         self._trajectories = trajectory_feed(self.service, settings, sensors)
+        self._standby: Standby | None = None
         self._started = False
 
     @property
@@ -145,33 +141,58 @@ class Application:
         """Addresses of the feeds; empty before the start, or without feeds."""
         return () if self._feeds is None else self._feeds.endpoints
 
+    @property
+    def following(self) -> bool:
+        """Whether it is the standby of another service."""
+        return self._standby is not None and not self._started
+
     def start(self) -> None:
         """Open the journal, serve HTTP, compile kernels, replay, then ingest measurements.
 
         During the replay `/readyz` reports it and measurements are answered 503; ASTERIX, which no
-        sender would repeat, is buffered.
+        sender would repeat, is buffered. A standby then follows the journal; nothing is received or
+        published until it takes over.
         """
         # A wrong journal is reported at once, before kernels are compiled.
-        self.service.open()
+        journal = self.service.open()
         self._supervisor.start()
         self._http.start()
         self._compile()
-        for edge in self._edges:
-            edge.start()
+        if isinstance(journal, SqliteJournal) and journal.following:
+            self._standby = Standby(self.service, journal, SystemClock(), self._begin)
+        else:
+            self._open_edges()
         warm_up(self._sensors, self._settings.tracking_settings())
         if self._sender is not None:
             self._sender.start()
         if self._trajectories is not None:
             self._trajectories.start()
-        self.service.start()
-        self._begin()
+        if self._standby is None:
+            self.service.start()
+            self._begin()
+        else:
+            self._standby.start()
+            _log.info("following", http=self.http_url)
+        self._watch()
+        self._supervisor.ready()
+
+    def _open_edges(self) -> None:
+        for edge in self._edges:
+            edge.start()
+
+    # The journal was replayed, and this service writes it; all further data are new.
+    def _begin(self) -> None:
+        if self._trajectories is not None:
+            self._trajectories.go_live()
+        if self._sender is not None:
+            self._sender.begin()
         if self._gateway is not None:
             self._gateway.start()
+        if self._standby is not None:
+            self._open_edges()
         for edge in self._edges:
             edge.begin()
-        self._watch()
         self._started = True
-        self._supervisor.ready()
         _log.info("started", http=self.http_url)
 
     def _watch(self) -> None:
@@ -206,27 +227,28 @@ class Application:
         compile_ahead(kernels_for(purposes), on_progress)
         self.service.note_start("loading kernels")
 
-    # The journal was replayed; all further data are new.
-    def _begin(self) -> None:
-        if self._trajectories is not None:
-            self._trajectories.go_live()
-        if self._sender is not None:
-            self._sender.begin()
-
     def stop(self) -> None:
-        """Stop ingest, finish pending work, close everything; valid in any state."""
+        """Stop ingest, finish pending work, close everything; valid in any state.
+
+        The journal is closed as soon as all is processed, so that a standby takes over while this
+        service publishes the rest, and answers reads and pending requests.
+        """
         self._supervisor.stop()
+        if self._standby is not None:
+            self._standby.stop()
         self._unwatch()
         for edge in self._edges:
             edge.stop()
+        self.service.drain()
+        # At once: its end of service must not follow the first report of a standby.
+        if self._sender is not None:
+            self._sender.stop()
         if self._gateway is not None:
             self._gateway.stop()
         self._http.stop()
         if self._trajectories is not None:
             self._trajectories.stop()
         self.service.stop()
-        if self._sender is not None:
-            self._sender.stop()
         if self._started:
             _log.info("stopped")
 
@@ -237,7 +259,18 @@ def build_service(
     on_failure: Callable[[], None] = lambda: None,
     described: SensorsFile | None = None,
 ) -> Service:
-    """Return the live pipeline on a real journal and engine; not started."""
+    """Return the live pipeline on a real journal and engine; not started.
+
+    Raises
+    ------
+    ConfigurationError
+        If a standby would have actors of Ray.
+    """
+    if settings.journal.standby and settings.engine == "ray":
+        raise ConfigurationError(
+            "settings: journal.standby: expected the engine threads, was ray: actors of two "
+            "services would need the resources of both"
+        )
     tracking, journal = settings.tracking_settings(), settings.journal.path
     shards = steps_of(settings, settings.workers)
     fingerprint = configuration_fingerprint(sensors, tracking)
@@ -247,7 +280,9 @@ def build_service(
         return f"--filter {name}, now {tracking.filter_name}" if name else ""
 
     service = Service(
-        open_journal=lambda: SqliteJournal(journal, fingerprint, setting_of),
+        open_journal=lambda: SqliteJournal(
+            journal, fingerprint, setting_of, standby=settings.journal.standby
+        ),
         open_engine=lambda: Engine(
             sensors, tracking, settings.workers, open_steps=shards, sampling=Sampling.ALL
         ),
@@ -328,6 +363,7 @@ def http_server(
     settings: Settings,
     authentication: Authentication,
     on_failure: Callable[[], None],
+    on_drain: Callable[[], None],
 ) -> HttpServer:
     """Return the HTTP server with all routes, not started.
 
@@ -342,7 +378,7 @@ def http_server(
         acknowledge_deadline_s=limits.acknowledge_deadline_s,
     )
     routers = (
-        measurement_routes(service, intake),
+        measurement_routes(service, intake, on_drain),
         sensor_change_routes(service, limits.acknowledge_deadline_s),
         overlay_routes(overlays_of(settings)),
     )
@@ -411,55 +447,3 @@ def zenoh_options(settings: Settings, authentication: Authentication) -> ZenohOp
         message_bytes_max=http.body_bytes_max,
         message_rows_max=settings.rows_per_message_max,
     )
-
-
-def asterix_gateway(
-    settings: Settings, sensors: SensorTable, service: Service
-) -> AsterixGateway | None:
-    """Return the receiver of ASTERIX, not started; None without listeners.
-
-    Raises
-    ------
-    ConfigurationError
-        If an edition is unknown.
-    """
-    wanted = settings.asterix
-    if not (wanted.listen or wanted.connect):
-        return None
-    try:
-        editions = parse_editions(list(wanted.editions))
-    except ProfileError as error:
-        raise ConfigurationError(f"settings: asterix.editions: {error}") from error
-    options = LiveOptions(
-        {},
-        editions=editions,
-        all_targets=wanted.all_targets,
-        duplicate_window_s=wanted.duplicate_window_s,
-        behind_max_s=wanted.behind_max_s,
-    )
-    decoder = LiveDecoder(of_sensors(sensors, options))
-    service.sensor_listeners.append(lambda table: decoder.use(of_sensors(table, options)))
-    gateway = AsterixGateway(
-        labels=wanted.input_labels,
-        sources=[
-            *(
-                partial(
-                    UdpSource,
-                    one.address,
-                    one.port,
-                    one.interface,
-                    one.receive_buffer_octets,
-                    senders=one.senders,
-                    events=RepeatedEvents(SystemClock()),
-                )
-                for one in wanted.listen
-            ),
-            *(partial(asterix_stream, one.address, settings.feeds) for one in wanted.connect),
-        ],
-        sink=service,
-        decoder=decoder,
-        queue=DatagramQueue(wanted.queue_datagrams_max, wanted.queue_octets_max),
-        bounds=InletBounds(wanted.batch_interval_s, wanted.quarantine_rows_max),
-    )
-    service.publication.count_edge("asterix", gateway.counts.document)
-    return gateway

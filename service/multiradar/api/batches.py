@@ -92,7 +92,7 @@ class StreamHub:
     async def batches(
         self, transport: str, after: int | None, kinds: frozenset[str], encode: Encoder
     ) -> AsyncGenerator[Batch, None]:
-        """Yield batches for one client; an empty batch is a heartbeat."""
+        """Yield batches for one client until the service is drained; an empty one: a heartbeat."""
         # Not on another thread: a client that disconnects meanwhile would leak its subscription.
         subscription = self._view.subscribe(after, _WHOLE_RING)
         bell = _Wakeup()
@@ -101,7 +101,11 @@ class StreamHub:
         try:
             while True:
                 bell.clear()
+                # Before the poll, so that events before the end are sent.
+                ended = subscription.ended
                 batch = await self._workers.run(self._next, subscription, kinds, encode, transport)
+                if batch is None and ended:
+                    return
                 if batch is None:
                     rung = await bell.wait(self._limits.stream_heartbeat_s)
                     if not rung:

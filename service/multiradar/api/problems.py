@@ -140,7 +140,9 @@ def _translated(error: MultiradarError) -> RequestError:
         return RequestError(429, code, str(error), {"retry-after": str(retry_after_s)})
     for kind, status, code in _SERVICE_ERRORS:
         if isinstance(error, kind):
-            return RequestError(status, code, error.for_clients)
+            # A service that starts, drains or is the standby: there is another, or soon.
+            headers = {"retry-after": "1"} if code == "NOT_READY" else {}
+            return RequestError(status, code, error.for_clients, headers)
     raise error
 
 

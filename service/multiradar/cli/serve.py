@@ -58,6 +58,13 @@ def serve(
             metavar="DIR", help="Directory of the journal.", show_default="multiradar-data"
         ),
     ] = None,
+    standby: Annotated[
+        bool | None,
+        typer.Option(
+            "--standby",
+            help="If another service uses the journal, follow it, and take over when it ends.",
+        ),
+    ] = None,
     host: Annotated[
         str | None, typer.Option(help="Address to listen on.", show_default="127.0.0.1")
     ] = None,
@@ -133,6 +140,7 @@ def serve(
         {
             ("sensors",): sensors,
             ("journal", "path"): None if state is None else state / "journal.sqlite",
+            ("journal", "standby"): standby,
             ("server", "host"): host,
             ("server", "port"): port,
             ("zenoh", "enabled"): zenoh,
@@ -189,7 +197,7 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
             failed.set()
             stop.set()
 
-        application = Application(settings, table, on_failure, sensors)
+        application = Application(settings, table, on_failure, sensors, stop.set)
         try:
             application.start()
             # What the start made remains: without this each collection of garbage looks at all of
@@ -215,7 +223,7 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
 def _check_start(settings: "Settings") -> None:
     from multiradar.access.authentication import Authentication, with_default_file
     from multiradar.access.exposure import check_exposed
-    from multiradar.storage.sqlite.sqlite_journal import make_folder
+    from multiradar.storage.sqlite.opening import make_folder
 
     check_exposed(settings, Authentication(with_default_file(settings.access)).required)
     make_folder(settings.journal.path)
@@ -228,6 +236,8 @@ def _print_addresses(application: "Application", json_wanted: bool) -> None:
         import json
 
         addresses = {"ready": True, "http": application.http_url, "zenoh": list(endpoints)}
+        if application.following:
+            addresses["role"] = "standby"
         if asterix:
             addresses["asterix"] = list(asterix)
         if feeds:
@@ -238,6 +248,10 @@ def _print_addresses(application: "Application", json_wanted: bool) -> None:
         line += f" and Zenoh at {', '.join(endpoints)}" if endpoints else " (no Zenoh)"
         line += f", receives ASTERIX on {', '.join(asterix)}" if asterix else ""
         line += f", and receives feeds from {', '.join(feeds)}" if feeds else ""
+        if application.following:
+            line = (
+                f"multiradar is the standby, and serves what it follows at {application.http_url}"
+            )
     print(line, flush=True)
 
 

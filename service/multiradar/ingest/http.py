@@ -77,6 +77,12 @@ class Acknowledgement(BaseModel):
     journal_sequence: int = Field(description="Entry of the journal that holds the message")
 
 
+class Draining(BaseModel):
+    """The service drains."""
+
+    draining: bool
+
+
 @dataclass(frozen=True, slots=True)
 class IntakeBounds:
     """Limits of the intake.
@@ -97,7 +103,9 @@ class IntakeBounds:
     acknowledge_deadline_s: float = 30.0
 
 
-def measurement_routes(sink: OperatedSink, bounds: IntakeBounds | None = None) -> APIRouter:
+def measurement_routes(
+    sink: OperatedSink, bounds: IntakeBounds | None = None, drain: Callable[[], None] = lambda: None
+) -> APIRouter:
     """Return the routes that receive measurements.
 
     Parameters
@@ -106,6 +114,8 @@ def measurement_routes(sink: OperatedSink, bounds: IntakeBounds | None = None) -
         The running service.
     bounds : IntakeBounds, optional
         Limits of the intake. The limit layer around the application bounds the size of a body.
+    drain : callable
+        Stops the process for an operator; returns at once.
     """
     intake = _Intake(sink, bounds or IntakeBounds())
     router = APIRouter(prefix="/v1", tags=["measurements"])
@@ -126,7 +136,20 @@ def measurement_routes(sink: OperatedSink, bounds: IntakeBounds | None = None) -
             name=f"post_{name}",
             description=text,
         )
+    _add_drain(router, drain)
     return router
+
+
+def _add_drain(router: APIRouter, drain: Callable[[], None]) -> None:
+    @router.post(
+        "/drain", dependencies=[OPERATE], response_model=Draining,
+        responses=_DRAIN_ANSWERS, description=_DRAIN_TEXT, name="post_drain",
+    )  # fmt: skip
+    async def post_drain(request: Request) -> Response:
+        await _mark(request)
+        SECURITY_LOG.info("drained", client=request.state.caller.name)
+        drain()
+        return Response(b'{"draining": true}', media_type="application/json")
 
 
 class _Intake:
@@ -264,6 +287,12 @@ tracks; radar biases are kept. The request is recorded in the journal, and the r
 the new time applies.
 """
 
+_DRAIN_TEXT = """\
+Stop the service for maintenance. It accepts no more measurements (503), processes and publishes
+those that it has acknowledged, writes a snapshot, releases the journal and exits with status 0. A
+standby takes over.
+"""
+
 _EXAMPLE = [
     {
         "time_s": 1767182400.25,
@@ -321,6 +350,11 @@ _CLOCK_ANSWERS: dict[int | str, dict[str, Any]] = {
     400: {"description": "The request has a body, or the Idempotency-Key is not valid"},
     422: {"description": "Invalid parameter, or the Idempotency-Key was used for another message"},
     **{code: _ANSWERS[code] for code in (429, 503, 507)},
+}
+
+_DRAIN_ANSWERS: dict[int | str, dict[str, Any]] = {
+    400: {"description": "The request has a body, or the Idempotency-Key is not valid"},
+    422: {"description": "Invalid parameter"},
 }
 
 _FLUSH_ANSWERS: dict[int | str, dict[str, Any]] = {

@@ -153,6 +153,8 @@ def _sources(sources: Mapping[str, Mapping[str, int | bool]]) -> Iterator[Metric
 
 def _lags_s(status: Mapping[str, Any]) -> dict[str, float]:
     lags_s: dict[str, float] = dict(status.get("lags_s", {}))
+    if status.get("role") == "standby":
+        lags_s["follow"] = status["lag_s"]
     if "zenoh" in status:
         lags_s["publish"] = status["zenoh"]["publish_lag_s"]
     return lags_s

@@ -52,6 +52,11 @@ class EventSource(Protocol):
         """Events lost because the reader was too slow or subscribed too late."""
         ...
 
+    @property
+    def ended(self) -> bool:
+        """Whether no further events come: the service has been drained."""
+        ...
+
     def poll(self, max_events: int) -> Sequence[StreamEvent]:
         """Return the next events, at most so many, without waiting."""
         ...

@@ -95,6 +95,10 @@ class JournalSettings(Section):
     snapshot_rows: Annotated[
         Count, Field(description="Measurements after which a snapshot of the state is taken")
     ] = 1_000_000
+    standby: Annotated[
+        bool,
+        Field(description="Follow a journal that another service uses, and take over at its end"),
+    ] = False
 
 
 class PageSettings(Section):

@@ -52,10 +52,12 @@ def test_the_metrics_follow_the_status_until_they_are_unregistered() -> None:
         "zenoh_unreachable 1.0",
     ):
         assert f"multiradar_{line}\n" in text, line
-    status.update(state="failed", data_time_s=12.5, accepted=6)
+    assert 'stage="follow"' not in text
+    status.update(state="failed", role="standby", lag_s=0.25, data_time_s=12.5, accepted=6)
     text = generate_latest(registry).decode()
     assert 'multiradar_measurements_total{result="accepted"} 6.0' in text
     assert "multiradar_running 0.0" in text
+    assert 'multiradar_lag_seconds{stage="follow"} 0.25' in text
     assert "multiradar_data_time_s 12.5" in text
     unwatch()
     assert generate_latest(registry) == b""

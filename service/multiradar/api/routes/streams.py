@@ -24,6 +24,7 @@ from multiradar.runtime.ports import StreamEvent
 
 #: Close codes of `/v1/stream`.
 CLOSE_POLICY = 1008
+CLOSE_RESTART = 1012
 CLOSE_TRY_LATER = 1013
 CLOSE_SLOW_CLIENT = 4408
 
@@ -151,6 +152,7 @@ async def _send_batches(
                 return
             except WebSocketDisconnect:
                 return
+    await socket.close(CLOSE_RESTART, "the service ends: resume at its standby, or after a restart")
 
 
 async def _first_of(*works: Coroutine[None, None, None]) -> None:
@@ -228,7 +230,7 @@ class _EventStream(Response):
         async with contextlib.aclosing(batches):
             async for batch in batches:
                 if not self._access.authentication.is_current(self._caller):
-                    return
+                    break
                 # A separate `id` line advances the resume position without an event.
                 text = batch.text or b": heartbeat\nid: %d\n\n" % batch.last
                 try:
@@ -236,6 +238,8 @@ class _EventStream(Response):
                 except TimeoutError:
                     HTTP_CONNECTIONS_DROPPED.labels(cause="slow_client").inc()
                     raise
+        # A complete response: the client reconnects at once.
+        await send({"type": "http.response.body", "body": b"", "more_body": False})
 
 
 async def _send_body(send: Send, text: bytes) -> None:

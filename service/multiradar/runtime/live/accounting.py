@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from multiradar.errors import PipelineError
+from multiradar.storage.entries import JournalCounts
 
 
 @dataclass(slots=True)
@@ -18,12 +19,13 @@ class Accounting:
     duplicate: int = 0
     rejected: int = 0
 
-    def resume(self, accepted: int, rejected: int) -> None:
-        """Start with the counts of the journal."""
-        self.read = accepted + rejected
-        self.accepted = accepted
+    def resume(self, counts: JournalCounts) -> JournalCounts:
+        """Start with the counts of the journal, and return them."""
+        self.read = counts.accepted + counts.rejected
+        self.accepted = counts.accepted
         self.duplicate = 0
-        self.rejected = rejected
+        self.rejected = counts.rejected
+        return counts
 
     def check(self) -> None:
         """Check the balance.

@@ -6,7 +6,7 @@ number of rows. The result for each message is the same as if it had come alone.
 
 import itertools
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,6 +36,8 @@ INDEX_COLUMN = "index"
 #: Rows of a message beyond the rate of their sensor that are kept with their content. The others
 #: are kept with index, code and reason: a storm must not delay the messages of other sensors.
 EXCESS_KEPT_MAX = 100
+#: Journal entries in memory at once during a replay.
+PIECE_ENTRIES_MAX = 256
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +98,40 @@ def prepare(
         else:
             prepared.append(_decide(submission, *found, admission))
     return prepared
+
+
+def pieces(
+    entries: Iterable[StoredEntry], until: int, skipped: Container[int], rows_max: int
+) -> Iterator[list[StoredEntry]]:
+    """Yield stored entries that are translated together: bounded in number and in measurements.
+
+    Parameters
+    ----------
+    entries : iterable of StoredEntry
+        Entries of the journal.
+    until : int
+        The last one.
+    skipped : container of int
+        Entries to leave out.
+    rows_max : int
+        Measurements after which a piece ends.
+    """
+    piece: list[StoredEntry] = []
+    rows = 0
+    for stored in entries:
+        if stored.sequence > until:
+            break
+        if stored.sequence in skipped:
+            continue
+        piece.append(stored)
+        rows += stored.entry.accepted
+        # The sensors of what follows a change are known once it is processed.
+        full = rows >= rows_max or len(piece) >= PIECE_ENTRIES_MAX
+        if full or stored.entry.kind is EntryKind.SENSOR:
+            yield piece
+            piece, rows = [], 0
+    if piece:
+        yield piece
 
 
 def journalled(entries: Sequence[StoredEntry], table: SensorTable) -> list[Journalled]:

@@ -23,12 +23,11 @@ from multiradar.runtime.admission.sensors_in_force import CHANGES_MAX, SensorsIn
 from multiradar.runtime.engine.digest import OutputDigest
 from multiradar.runtime.engine.tracking_engine import TrackingEngine
 from multiradar.runtime.live.backlog import Backlog, Journalled, grouped
-from multiradar.runtime.live.preparation import journalled
+from multiradar.runtime.live.preparation import journalled, pieces
 from multiradar.runtime.live.publication import Publication
-from multiradar.runtime.live.receipt import Receipt
 from multiradar.runtime.live.snapshots import Snapshots
 from multiradar.state import Fields
-from multiradar.storage.entries import EntryKind, StoredEntry
+from multiradar.storage.entries import EntryKind
 from multiradar.storage.journal import Journal
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import EngineOutput, TrackStates
@@ -37,14 +36,16 @@ _log = logging.getLogger(__name__)
 
 #: Maximum entries skipped in one recovery; with more the engine stops.
 POISON_ENTRIES_MAX = 10
-#: Journal entries in memory at once during a replay.
-PIECE_ENTRIES_MAX = 256
+#: Entries of another service that are processed at once.
+FOLLOWED_MAX = 256
+# Skipped entries listed in the status.
+_SKIPPED_SHOWN_MAX = 100
 # The status waits so long for a call of the engine, s.
 _FIGURES_WAIT_S = 0.2
 #: Figures without an engine.
 NO_FIGURES: dict[str, Any] = {
     "processed_sequence": 0, "sensor_changes": [], "engine": {}, "unobservable_biases": [],
-    "output_sha256": None,
+    "output_sha256": None, "skipped_entries": 0, "skipped": [],
 }  # fmt: skip
 
 
@@ -79,8 +80,11 @@ class Processor:
         Called when the engine has stopped for good.
     snapshots : Snapshots, optional
         Snapshots of the state; without them each start replays the whole journal.
+    following : bool
+        Whether another service writes journal and snapshots, until `lead`.
     """
 
+    processed: int
     STATE: ClassVar[Fields] = {
         "_digest": OutputDigest,
         "_origins": Origins,
@@ -102,8 +106,11 @@ class Processor:
         clock: Clock,
         on_failure: Callable[[], None],
         snapshots: Snapshots | None = None,
+        following: bool = False,
     ) -> None:
         self._snapshots = snapshots
+        #: Whether another service writes journal and snapshots.
+        self.following = following
         self._clock = clock
         self._on_failure = on_failure
         self._journal = journal
@@ -140,7 +147,8 @@ class Processor:
         dict
             `processed_sequence`: entry that all of them include; `sensor_changes`: the last ones;
             `engine`: measurements by outcome; `unobservable_biases`: what is not observable so far,
-            in words (`what`, `prior_ratio`, `reason`); `output_sha256`: hash of all output so far.
+            in words (`what`, `prior_ratio`, `reason`); `output_sha256`: hash of all output so far;
+            `skipped_entries`, `skipped`: number of skipped entries, and the first ones.
         """
         if self._lock.acquire(timeout=_FIGURES_WAIT_S):
             try:
@@ -160,6 +168,8 @@ class Processor:
                 for one in self._engine.unobservable_biases()
             ],
             "output_sha256": self._digest.hexdigest(),
+            "skipped_entries": len(self.skipped),
+            "skipped": sorted(self.skipped)[:_SKIPPED_SHOWN_MAX],
         }
 
     def states(self) -> tuple[TrackStates, SystemPlane]:
@@ -185,7 +195,23 @@ class Processor:
         self._rebuild(None, one_by_one=False)
         self.moved_s = None
         if self._snapshots is not None:
-            self._snapshots.verify_before(self._journal, self._stop)
+            self._snapshots.verify_before(self._journal, self.fail, keep=self.following)
+
+    def follow(self, until: int) -> None:
+        """Process entries that another service has written, up to one, `FOLLOWED_MAX` at most."""
+        self._follow(min(until, self.processed + FOLLOWED_MAX))
+
+    def lead(self) -> None:
+        """Process what is left of the journal, which this service writes from now on."""
+        if not self.following:
+            return
+        self.following = False
+        if self._snapshots is not None:
+            self._snapshots.lead()
+        if self._journal.skipped().keys() != self.skipped.keys():
+            _log.warning("the service before skipped other entries; replaying the journal")
+            self._rebuild(None, one_by_one=False)
+        self._follow(self._journal.counts().entries)
 
     def run(self) -> None:
         """Process entries until the backlog is closed and drained."""
@@ -194,7 +220,7 @@ class Processor:
             try:
                 self._process_or_rebuild(group)
             except Exception as error:
-                self._stop(error)
+                self.fail(error)
                 return
             self.oldest_s = self.moved_s = None
             # Memory of a large message is released before waiting for the next one.
@@ -213,44 +239,40 @@ class Processor:
             self._give_up(self._ended)
         return future
 
-    def when_processed(self, journalled: Future[Receipt]) -> Future[Receipt]:
-        """Return a future of the same receipt, resolved once its entry is processed.
-
-        It cannot be cancelled: the engine resolves it.
-        """
-        answer: Future[Receipt] = Future()
-        answer.set_running_or_notify_cancel()
-
-        def on_disk(done: Future[Receipt]) -> None:
-            error = done.exception()
-            if error is not None:
-                answer.set_exception(error)
-                return
-            receipt = done.result()
-            processed = self.settled(receipt.journal_sequence)
-            processed.add_done_callback(lambda settled: readable(settled, receipt))
-
-        def readable(settled: Future[int], receipt: Receipt) -> None:
-            error = settled.exception()
-            if error is not None:
-                answer.set_exception(error)
-            else:
-                answer.set_result(receipt)
-
-        journalled.add_done_callback(on_disk)
-        return answer
-
-    def close(self) -> None:
-        """Close the engine, with a last snapshot; unresolved futures fail."""
+    def finish(self) -> None:
+        """Take a last snapshot, and read the journal no more."""
         if self._snapshots is not None:
-            if self.failure is None and self._snapshots.is_new:
+            if self.failure is None and self._snapshots.is_new and not self.following:
                 self._capture(self._snapshots)
             self._snapshots.close()
+
+    def close(self) -> None:
+        """Close the engine; unresolved futures fail."""
         with self._lock:
             self._engine.close()
         self._give_up(self.failure or PipelineError("the service has stopped"))
 
+    def fail(self, error: Exception) -> None:
+        """Stop for good, with an error."""
+        unknown = PipelineError("the engine has stopped; see the log")
+        self.failure = error if isinstance(error, MultiradarError) else unknown
+        _log.error("engine stopped", exc_info=error)
+        self._backlog.abandon()
+        self._give_up(self.failure)
+        self._on_failure()
+
     # ---------------------------------------------------------------- inside
+
+    def _follow(self, until: int) -> None:
+        try:
+            for group in self._stored(until, self._rows_max):
+                self._process(group)
+        except _EngineFailureError as failure:
+            _log.warning("engine failed, replaying the journal", exc_info=failure.cause)
+            self._rebuild(until, one_by_one=True)
+        # The last entries may be among the skipped ones.
+        self.processed = until
+        self.moved_s = None
 
     def _reset(self) -> None:
         self._engine = self._open_engine()
@@ -276,6 +298,8 @@ class Processor:
 
     def _rebuild(self, until: int | None, *, one_by_one: bool) -> None:
         rows_max = 1 if one_by_one else self._rows_max
+        # Another service may write meanwhile: what comes later is followed.
+        until = until or self._journal.counts().entries
         for _ in range(POISON_ENTRIES_MAX + 2):
             self.skipped = self._journal.skipped()
             self._start_over()
@@ -300,38 +324,20 @@ class Processor:
                 rows_max = 1
             else:
                 # The last entries may be among the skipped ones.
-                self.processed = self._journal.counts().entries if until is None else until
+                self.processed = until
                 return
         raise PipelineError(
             f"the engine failed on more than {POISON_ENTRIES_MAX} journal entries; see the log"
         )
 
     # The journal in groups for the engine, without skipped entries.
-    def _stored(self, until: int | None, rows_max: int) -> Iterator[list[Journalled]]:
-        for piece in self._pieces(until, rows_max):
+    def _stored(self, until: int, rows_max: int) -> Iterator[list[Journalled]]:
+        stored = self._journal.read(self.processed)
+        for piece in pieces(stored, until, self.skipped, rows_max):
             waiting = deque(journalled(piece, self.sensors.table))
             while waiting:
                 # One by one: those without measurements, too.
                 yield grouped(waiting, rows_max) if rows_max > 1 else [waiting.popleft()]
-
-    # Stored entries that are translated together: bounded in number and in measurements.
-    def _pieces(self, until: int | None, rows_max: int) -> Iterator[list[StoredEntry]]:
-        piece: list[StoredEntry] = []
-        rows = 0
-        for stored in self._journal.read(self.processed):
-            if until is not None and stored.sequence > until:
-                break
-            if stored.sequence in self.skipped:
-                continue
-            piece.append(stored)
-            rows += stored.entry.accepted
-            # The sensors of what follows a change are known once it is processed.
-            full = rows >= rows_max or len(piece) >= PIECE_ENTRIES_MAX
-            if full or stored.entry.kind is EntryKind.SENSOR:
-                yield piece
-                piece, rows = [], 0
-        if piece:
-            yield piece
 
     def _process(self, group: Sequence[Journalled]) -> None:
         self.moved_s = self._clock.monotonic_s()
@@ -353,8 +359,8 @@ class Processor:
         self._quarantine(group, output)
         # The output is visible to readers only from now on.
         self.processed = group[-1].sequence
-        snapshots = self._snapshots
-        if snapshots is not None and snapshots.note(sum(len(entry.batch) for entry in group)):
+        snapshots, rows = self._snapshots, sum(len(entry.batch) for entry in group)
+        if snapshots is not None and snapshots.note(rows) and not self.following:
             self._capture(snapshots)
 
     def _capture(self, snapshots: Snapshots) -> None:
@@ -415,8 +421,7 @@ class Processor:
         sensors, what = before.changed(entry.change)
         output = self._engine.change_sensors(sensors.table, what)
         self.sensors, self._changed_sensors = sensors, sensors.texts()
-        record = before.record(sensors, what, entry.change)
-        record |= {
+        record = before.record(sensors, what, entry.change) | {
             "journal_sequence": entry.sequence, "source": entry.source,
             "data_time_s": self._data_time_s,
         }  # fmt: skip
@@ -449,16 +454,6 @@ class Processor:
             # The caller may have cancelled it.
             if future.set_running_or_notify_cancel():
                 future.set_result(updates)
-
-    def _stop(self, error: Exception) -> None:
-        if isinstance(error, MultiradarError):
-            self.failure = error
-        else:
-            self.failure = PipelineError("the engine has stopped; see the log")
-        _log.error("engine stopped", exc_info=error)
-        self._backlog.abandon()
-        self._give_up(self.failure)
-        self._on_failure()
 
     # Futures registered later fail in `settled`.
     def _give_up(self, error: MultiradarError) -> None:

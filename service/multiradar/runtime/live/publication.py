@@ -116,6 +116,18 @@ class Publication:
         for reader in self._readers:
             reader.set_back()
 
+    def follow(self) -> None:
+        """Expect readers that already have later events: of another service, or before a start."""
+        self._events.ring.following = True
+
+    def lead(self) -> None:
+        """Send the next events: all that another service has sent are here."""
+        self._events.ring.lead()
+
+    def end(self) -> None:
+        """End all streams of events: the service was drained."""
+        self._events.ring.end()
+
     @property
     def logs(self) -> dict[str, RowLog]:
         """Rows that are only ever appended, by name."""

@@ -3,17 +3,18 @@
 import logging
 import threading
 from collections import Counter, deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import StrEnum
 from typing import NamedTuple
 
 from multiradar.clock import Clock
-from multiradar.errors import JournalError, MultiradarError
+from multiradar.errors import JournalError, MultiradarError, PipelineError
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.entries import RejectedRow
 from multiradar.storage.journal import Space
 
 NOT_READY = "NOT_READY"
+STANDBY = "STANDBY"
 JOURNAL_FAILED = "JOURNAL_FAILED"
 JOURNAL_FULL = "JOURNAL_FULL"
 LAG = "LAG"
@@ -21,7 +22,14 @@ ALL_REJECTED = "ALL_REJECTED"
 NO_DATA = "NO_DATA"
 ZENOH_LOST = "ZENOH_LOST"
 #: Codes of all reasons, the most severe first.
-CODES = (NOT_READY, JOURNAL_FAILED, JOURNAL_FULL, LAG, ALL_REJECTED, NO_DATA, ZENOH_LOST)
+CODES = (
+    NOT_READY, STANDBY, JOURNAL_FAILED, JOURNAL_FULL, LAG, ALL_REJECTED, NO_DATA, ZENOH_LOST,
+)  # fmt: skip
+#: Why a standby accepts no measurements.
+IS_STANDBY = (
+    "this service is the standby: it follows the journal of the primary, and takes over when the "
+    "primary ends; send to the primary"
+)
 
 #: Rows and failed writes count for so long, s.
 RECENT_S = 60.0
@@ -37,13 +45,20 @@ _GIB = 1024 * _MIB
 # Rows are summed over such intervals, s.
 _INTERVAL_S = 5.0
 
+#: Role of a service that is no standby, and how far it is behind another.
+PRIMARY = {"role": "primary", "lag_entries": 0, "lag_s": 0.0}
+
 
 class ServiceState(StrEnum):
     """State of the service."""
 
     STOPPED = "stopped"
     RECOVERING = "recovering"
+    #: Another service writes the journal; this one follows it.
+    STANDBY = "standby"
     RUNNING = "running"
+    #: It accepts no more measurements, and ends when those so far are processed and published.
+    DRAINING = "draining"
     #: No more measurements are accepted; tracks can still be read.
     FAILED = "failed"
 
@@ -166,6 +181,40 @@ class LastMinute:
             self._intervals.popleft()
 
 
+def lags_s(now_s: float, stages: Mapping[str, Iterable[object]]) -> dict[str, float]:
+    """Return the time since reception of the oldest message in each stage, s.
+
+    Parameters
+    ----------
+    now_s : float
+        Present time of reception, UTC, s.
+    stages : mapping
+        The parts of each stage; `oldest_s` of a part is None where it has no message.
+    """
+    return {
+        name: max(0.0, *(now_s - (getattr(part, "oldest_s", None) or now_s) for part in parts))
+        for name, parts in stages.items()
+    }
+
+
+def stall(moved_s: float | None, now_s: float, most_s: float) -> str:
+    """Return that the engine has stalled, in words; empty if it has not.
+
+    Parameters
+    ----------
+    moved_s : float or None
+        When it last moved, s of the monotonic clock; None while it has no work.
+    now_s : float
+        The present time, s.
+    most_s : float
+        A longer time is a stall, s.
+    """
+    still_s = 0.0 if moved_s is None else now_s - moved_s
+    if still_s <= most_s:
+        return ""
+    return f"the engine has made no progress for {still_s:.0f} s (limit {most_s:g} s)"
+
+
 def lag_reason(lags_s: Mapping[str, float], most_s: float) -> Reason | None:
     """Return the stage of the pipeline that is too far behind; None if none is.
 
@@ -185,8 +234,20 @@ def lag_reason(lags_s: Mapping[str, float], most_s: float) -> Reason | None:
     )  # fmt: skip
 
 
+def require_running(state: ServiceState, failure: MultiradarError | None) -> None:
+    """Raise an error if the service accepts no measurements: that of its failure, or its state."""
+    if state is ServiceState.DRAINING:
+        raise PipelineError("the service is draining and accepts no more; send to its standby")
+    if state not in (ServiceState.RUNNING, ServiceState.STANDBY):
+        raise PipelineError(f"the service is not running: {state}")
+    if failure is not None:
+        raise failure
+    if state is ServiceState.STANDBY:
+        raise PipelineError(IS_STANDBY)
+
+
 def state_reason(
-    failure: MultiradarError | None, running: bool, state: str, start_step: str
+    failure: MultiradarError | None, state: ServiceState, start_step: str
 ) -> Reason | None:
     """Return why the service does not accept measurements; None if it does.
 
@@ -194,17 +255,19 @@ def state_reason(
     ----------
     failure : MultiradarError or None
         Why it accepts no more.
-    running : bool
-        Whether it runs.
-    state, start_step : str
-        Its state, and the present step of its start, for the reason.
+    state : ServiceState
+        Its state.
+    start_step : str
+        The present step of its start, for the reason.
     """
     if failure is not None:
         # Without the message, which names files: anybody may ask.
         if isinstance(failure, JournalError):
-            return Reason(JOURNAL_FAILED, "the journal cannot be written; see the log")
+            return Reason(JOURNAL_FAILED, "the journal cannot be read or written; see the log")
         return Reason(NOT_READY, "the engine has stopped; see the log")
-    if running:
+    if state is ServiceState.RUNNING:
         return None
+    if state is ServiceState.STANDBY:
+        return Reason(STANDBY, IS_STANDBY)
     text = f"the service is starting: {start_step}" if start_step else f"the service is {state}"
     return Reason(NOT_READY, text)

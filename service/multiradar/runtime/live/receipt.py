@@ -1,6 +1,8 @@
 """The receipt of a message once it is in the journal."""
 
 import json
+from collections.abc import Callable
+from concurrent.futures import Future
 from dataclasses import dataclass
 
 from multiradar.storage.entries import RejectedRow
@@ -14,6 +16,7 @@ __all__ = [
     "RejectedRow",
     "is_idempotency_key",
     "key_of_sender",
+    "once_processed",
     "receipt_json",
 ]
 
@@ -77,3 +80,40 @@ def key_of_sender(sender: str, key: str | None) -> str | None:
     """
     # No valid key has the separator.
     return f"{sender}{SENDER_SEPARATOR}{key}" if sender and key is not None else key
+
+
+def once_processed(
+    journalled: Future[Receipt], settled: Callable[[int], Future[int]]
+) -> Future[Receipt]:
+    """Return a future of the same receipt, resolved once its entry is processed.
+
+    It cannot be cancelled: the engine resolves it.
+
+    Parameters
+    ----------
+    journalled : Future of Receipt
+        Resolved when the message is in the journal.
+    settled : callable
+        Returns a future that is resolved when an entry has been processed.
+    """
+    answer: Future[Receipt] = Future()
+    answer.set_running_or_notify_cancel()
+
+    def on_disk(done: Future[Receipt]) -> None:
+        error = done.exception()
+        if error is not None:
+            answer.set_exception(error)
+            return
+        receipt = done.result()
+        processed = settled(receipt.journal_sequence)
+        processed.add_done_callback(lambda done: readable(done, receipt))
+
+    def readable(done: Future[int], receipt: Receipt) -> None:
+        error = done.exception()
+        if error is not None:
+            answer.set_exception(error)
+        else:
+            answer.set_result(receipt)
+
+    journalled.add_done_callback(on_disk)
+    return answer

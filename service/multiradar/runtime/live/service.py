@@ -10,6 +10,7 @@ import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
+from dataclasses import asdict
 from importlib.metadata import version
 from typing import Any
 
@@ -29,29 +30,31 @@ from multiradar.runtime.live.intake import Intake, Submission
 from multiradar.runtime.live.processor import NO_FIGURES, Processor
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.live.readiness import (
+    PRIMARY,
     Check,
     Disk,
     Reason,
     ServiceState,
     lag_reason,
+    lags_s,
+    require_running,
+    stall,
     state_reason,
 )
-from multiradar.runtime.live.receipt import Receipt, RejectedRow
+from multiradar.runtime.live.receipt import Receipt, RejectedRow, once_processed
 from multiradar.runtime.live.snapshots import SnapshotRules, open_snapshots
 from multiradar.runtime.live.threads import SystemThreads, Thread, Threads
-from multiradar.runtime.live.writer import Writer
-from multiradar.runtime.memory.history import TrackHistory
+from multiradar.runtime.live.writer import Writer, warm_up
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.entries import Entry, EntryKind, Quarantined
 from multiradar.storage.journal import Journal, Space
-from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.settings import TrackingSettings
 from multiradar_schemas.sensors.sensor import SensorsFile
 
 __all__ = ["Receipt", "RejectedRow", "Service", "ServiceState"]
 
-#: Maximum skipped entries listed in the status.
-_SKIPPED_SHOWN_MAX = 100
+# Before the start, and when it has ended, a failure is an exception.
+_UNABLE = (ServiceState.STOPPED, ServiceState.RECOVERING)
 
 
 class Service:
@@ -93,6 +96,8 @@ class Service:
         Called with the sensors at the start, and before they change; interfaces add theirs.
     unready_checks : list of callable
         What `unready` asks; interfaces add theirs before the start.
+    role : callable
+        Returns `role`, `lag_entries` and `lag_s` for the status; a standby sets its own.
     """
 
     def __init__(
@@ -129,6 +134,8 @@ class Service:
         self._changing = threading.Lock()
         self._journal: Journal | None = None
         self._was_started = False
+        self._followed = 0  # last entry of another service
+        self.role: Callable[[], dict[str, Any]] = lambda: PRIMARY
         self._writer: Writer | None = None
         self._processor: Processor | None = None
         self._running: list[Thread] = []
@@ -143,18 +150,15 @@ class Service:
         self.view.clock_leads = self._watch.sensors.clock_leads
         self.view.storms = self._watch.sensors.storms
         self.publication.watch_silence(self._watch.silence)
-        disk, *others = self._watch.checks()
         self.unready_checks: list[Check] = [
             self._state_reason,
-            disk,
-            lambda: lag_reason(self._lags_s(), self._limits.lag_max_s),
-            *others,
+            *self._watch.checks(lambda: lag_reason(self._lags_s(), self._limits.lag_max_s)),
         ]
 
     @property
     def state(self) -> ServiceState:
         """State of the service."""
-        if self._state is ServiceState.RUNNING and self.failure is not None:
+        if self._state not in _UNABLE and self.failure is not None:
             return ServiceState.FAILED
         return self._state
 
@@ -175,13 +179,7 @@ class Service:
         if self.failure is not None:
             return "the service accepts no more measurements; see the log"
         moved_s = None if self._processor is None else self._processor.moved_s
-        still_s = 0.0 if moved_s is None else self._clock.monotonic_s() - moved_s
-        if still_s <= self._limits.stall_max_s:
-            return ""
-        return (
-            f"the engine has made no progress for {still_s:.0f} s (limit "
-            f"{self._limits.stall_max_s:g} s)"
-        )
+        return stall(moved_s, self._clock.monotonic_s(), self._limits.stall_max_s)
 
     @property
     def start_step(self) -> str:
@@ -192,8 +190,8 @@ class Service:
         """Set the present step of the start, for `/readyz`."""
         self._start_step = step
 
-    def open(self) -> None:
-        """Open the journal, ahead of `start`.
+    def open(self) -> Journal:
+        """Open the journal, ahead of `start`, and return it.
 
         Raises
         ------
@@ -202,9 +200,15 @@ class Service:
         """
         with self._changing:
             self._journal = self._journal or self._open_journal()
+            return self._journal
 
-    def start(self) -> None:
+    def start(self, *, following: bool = False) -> None:
         """Open the journal, replay it, then accept measurements.
+
+        Parameters
+        ----------
+        following : bool
+            Whether another service writes the journal: they are accepted from `lead` on.
 
         Raises
         ------
@@ -220,18 +224,45 @@ class Service:
             self._state = ServiceState.RECOVERING
             self.note_start("replaying the journal")
             try:
-                self._recover(self._journal or self._open_journal())
+                self._replay(following)
+                if not following:
+                    self._accept()
             except BaseException:
                 self._state = ServiceState.STOPPED
                 self._let_go()
                 raise
             finally:
                 self._start_step = ""
+            self._state = ServiceState.STANDBY if following else ServiceState.RUNNING
+
+    def follow(self, until: int) -> int:
+        """Process entries of another service, up to one; return the last; raises as `start`."""
+        with self._changing:
+            processor, journal = self._processor, self._journal
+            if processor is None or journal is None or self._state is not ServiceState.STANDBY:
+                raise PipelineError(f"the service does not follow another: {self._state}")
+            self._followed = max(until, self._followed)
+            if until > processor.processed:
+                processor.follow(until)
+                self._accounting.resume(journal.counts())
+            return processor.processed
+
+    def lead(self) -> None:
+        """Accept measurements: no other service writes the journal; raises as `start`."""
+        with self._changing:
+            self._accept()
             self._state = ServiceState.RUNNING
 
-    def stop(self) -> None:
-        """Stop accepting, process what is queued, close the journal; may be called twice."""
+    def fail(self, error: Exception) -> None:
+        """Stop for good: the journal can no longer be followed."""
+        if self._processor is not None:
+            self._processor.fail(error)
+
+    def drain(self) -> None:
+        """Stop accepting, process what is queued, close the journal; reads go on."""
         with self._changing:
+            if self._state is ServiceState.RUNNING:
+                self._state = ServiceState.DRAINING
             self._intake.close()
             if self._running:
                 writer, processor = self._running
@@ -241,6 +272,14 @@ class Service:
                 self._running = []
             self.publication.diagnosis.stop()
             self._let_go()
+            self.publication.end()
+
+    def stop(self) -> None:
+        """Drain, then close the engine; may be called twice."""
+        self.drain()
+        with self._changing:
+            if self._processor is not None:
+                self._processor.close()
             self._state = ServiceState.STOPPED
 
     def submit(
@@ -252,17 +291,12 @@ class Service:
         rejected: Sequence[RejectedRow] = (),
     ) -> Future[Receipt]:
         """Submit measurements; see `MeasurementSink.submit`."""
-        return self._put(
-            Submission(
-                EntryKind.BATCH,
-                frame,
-                source,
-                idempotency_key,
-                tuple(rejected),
-                latest_s=self._clock.now_s() + self._limits.clock_ahead_max_s,
-                received_s=self._watch.host_clock.received_s,
-            )
-        )
+        submission = Submission(
+            EntryKind.BATCH, frame, source, idempotency_key, tuple(rejected),
+            latest_s=self._clock.now_s() + self._limits.clock_ahead_max_s,
+            received_s=self._watch.host_clock.received_s,
+        )  # fmt: skip
+        return self._put(submission)
 
     def flush(
         self, *, source: str, idempotency_key: str | None = None, force: bool = False
@@ -318,9 +352,8 @@ class Service:
     def quarantined(self, after: int, limit: int, code: str | None = None) -> list[Quarantined]:
         """Return rejected rows after a number of the quarantine, at most `limit`.
 
-        Fewer than `limit` mean that there are no more for now. With a code, the retained rows of
-        that code with their own numbers; these include measurements accepted first and then found
-        to be duplicates.
+        Fewer mean that there are no more for now. With a code, the retained rows of that code with
+        their own numbers; duplicates of accepted measurements are among them.
         """
         if self._journal is None:
             raise PipelineError("the service is not running")
@@ -335,63 +368,55 @@ class Service:
         self, kind: EntryKind, source: str, key: str | None, clock_s: float = math.inf,
         change: bytes = b"",
     ) -> Future[Receipt]:  # fmt: skip
-        received_s = self._watch.host_clock.received_s
         mark = Submission(
-            kind, pl.DataFrame(), source, key, (), math.inf, received_s, clock_s, change
-        )
+            kind, pl.DataFrame(), source, key, (),
+            received_s=self._watch.host_clock.received_s, clock_s=clock_s, change=change,
+        )  # fmt: skip
         journalled = self._put(mark)
         assert self._processor is not None, "a running service has one"
-        return self._processor.when_processed(journalled)
+        return once_processed(journalled, self._processor.settled)
 
     def _put(self, submission: Submission) -> Future[Receipt]:
-        if self._state is not ServiceState.RUNNING:
-            raise PipelineError(f"the service is not running: {self._state}")
-        failure = self.failure
-        if failure is not None:
-            raise failure
+        require_running(self._state, self.failure)
         self._intake.put(submission)
         return submission.future
 
-    def _recover(self, journal: Journal) -> None:
-        self._journal = journal
-        counts = journal.counts()
-        self._accounting.resume(counts.accepted, counts.rejected)
+    def _replay(self, following: bool) -> None:
+        self.publication.follow()
+        self._journal = self._journal or self._open_journal()
+        self._followed = self._accounting.resume(self._journal.counts()).entries
         self._processor = Processor(
-            journal=journal,
-            backlog=self._backlog,
-            open_engine=self._open_engine,
-            sensors=self._sensors,
-            publication=self.publication,
-            rows_max=self._limits.push_rows_max,
-            clock=self._clock,
-            on_failure=self._on_failure,
+            journal=self._journal, backlog=self._backlog, open_engine=self._open_engine,
+            sensors=self._sensors, publication=self.publication,
+            rows_max=self._limits.push_rows_max, clock=self._clock, on_failure=self._on_failure,
             snapshots=open_snapshots(
                 self._snapshot_rules, self._limits, self.publication.repeating, self._clock,
                 self._threads,
             ),
+            following=following,
         )  # fmt: skip
         self.publication.attach(self._processor.states, self._counters)
         self._processor.replay()
+
+    def _accept(self) -> None:
+        assert self._processor is not None, "it was replayed"
+        assert self._journal is not None, "it is open"
+        self._processor.lead()
+        self.publication.lead()
+        counts = self._accounting.resume(self._journal.counts())
         present = self._processor.sensors
         admission = Admission.for_sensors(present.table, self._horizon_s, self._forward_jump_max_s)
         if counts.admission:
             admission.restore(counts.admission)
         self._use(present.table)
         self._watch.attach(admission)
-        _warm_up(admission)
+        warm_up(admission)
         self._writer = Writer(
-            intake=self._intake,
-            journal=journal,
-            backlog=self._backlog,
-            sensors=present,
-            on_sensors=self._use,
-            admission=admission,
-            accounting=self._accounting,
-            batches_max=self._limits.commit_batches_max,
-            on_journalled=self._note_journalled,
-            on_full=self._watch.disk.note_full,
-            on_failure=self._on_failure,
-        )
+            intake=self._intake, journal=self._journal, backlog=self._backlog, sensors=present,
+            on_sensors=self._use, admission=admission, accounting=self._accounting,
+            batches_max=self._limits.commit_batches_max, on_journalled=self._note_journalled,
+            on_full=self._watch.disk.note_full, on_failure=self._on_failure,
+        )  # fmt: skip
         self.publication.diagnosis.start()
         self._writer.head = counts.entries
         self._running = [
@@ -408,45 +433,33 @@ class Service:
         self.publication.diagnosis.record(frame, entry.rejects)
 
     def _state_reason(self) -> Reason | None:
-        running = self._state is ServiceState.RUNNING
-        return state_reason(self.failure, running, str(self._state), self._start_step)
+        return state_reason(self.failure, self._state, self._start_step)
 
     def _space(self) -> Space | None:
         return None if self._journal is None else self._journal.space()
 
-    # Time since reception of the oldest message in each stage.
     def _lags_s(self) -> dict[str, float]:
-        now_s = self._watch.host_clock.received_s
-        stages = {
-            "intake": (self._intake,),
-            "journal": (self._writer,),
-            "processor": (self._backlog, self._processor),
-        }
-        return {
-            name: max(0.0, *(now_s - (getattr(part, "oldest_s", None) or now_s) for part in parts))
-            for name, parts in stages.items()
-        }
+        engine = (self._backlog, self._processor)
+        stages = {"intake": (self._intake,), "journal": (self._writer,), "processor": engine}
+        return lags_s(self._watch.host_clock.received_s, stages)
 
     def _let_go(self) -> None:
         if self._processor is not None:
-            self._processor.close()
+            self._processor.finish()
         if self._journal is not None:
             self._journal.close()
 
     def _counters(self) -> dict[str, Any]:
-        writer, processor, accounting = self._writer, self._processor, self._accounting
+        writer, processor = self._writer, self._processor
         failure = self.failure
-        skipped = {} if processor is None else processor.skipped
         space = self._space()
         return {
             "state": str(self.state),
             "failure": None if failure is None else failure.for_clients,
             "version": self._version,
-            "read": accounting.read,
-            "accepted": accounting.accepted,
-            "duplicate": accounting.duplicate,
-            "rejected": accounting.rejected,
-            "journal_sequence": 0 if writer is None else writer.head,
+            **asdict(self._accounting),
+            **self.role(),
+            "journal_sequence": self._followed if writer is None else writer.head,
             **self._intake.document(),
             "backlog_rows": self._backlog.rows,
             "lags_s": {name: round(lag_s, 2) for name, lag_s in self._lags_s().items()},
@@ -454,12 +467,4 @@ class Service:
             "unready": [one._asdict() for one in self.unready()],
             **self._watch.document(),
             **(NO_FIGURES if processor is None else processor.figures()),
-            "skipped_entries": len(skipped),
-            "skipped": sorted(skipped)[:_SKIPPED_SHOWN_MAX],
         }
-
-
-# Compiles the kernels before the first message.
-def _warm_up(admission: Admission) -> None:
-    admission.admit(MeasurementBatch.empty())
-    TrackHistory(1).read(1, None, 1)

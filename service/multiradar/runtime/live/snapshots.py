@@ -40,8 +40,6 @@ SHARE_MAX = 0.02
 FILES_MAX = 64
 #: Of a full history this fraction is copied at once, because the next rows overwrite it.
 _AT_RISK = 16
-
-
 #: Limits on which the state of a service depends.
 _LIMITS = (
     "events_max", "history_rows_max", "bias_history_rows_max", "transition_rows_max",
@@ -215,7 +213,8 @@ class Snapshots:
                 )  # fmt: skip
             except Exception as error:
                 self._folder.tidy()
-                level = logging.WARNING if _is_expected(error) else logging.ERROR
+                is_expected = isinstance(error, SnapshotError | StateError | JournalError)
+                level = logging.WARNING if is_expected else logging.ERROR
                 _log.log(level, "no snapshot of entry %d: %s", sequence, error)
             finally:
                 end_s = self._clock.monotonic_s()
@@ -223,6 +222,10 @@ class Snapshots:
                 self._writing = False
 
         self._thread = self._threads.start(write, "snapshot")
+
+    def lead(self) -> None:
+        """Write all rows again: another service may have removed the files so far."""
+        self._files = {}
 
     def wait(self) -> None:
         """Wait until the last snapshot is written."""
@@ -327,23 +330,24 @@ class Snapshots:
             break
         return self._restored.sequence
 
-    def verify_before(self, journal: Journal, on_damage: Callable[[JournalError], None]) -> None:
+    def verify_before(
+        self, journal: Journal, on_damage: Callable[[JournalError], None], *, keep: bool = False
+    ) -> None:
         """Verify what the start from a snapshot has not read of the journal, beside the service.
 
-        Damage discards the snapshots, so that no further start is before it is mended. Those of a
-        shortened journal stay: each start finds the damage again.
+        Damage discards the snapshots, so that no further start is before it is mended. Those of
+        another service (`keep`) stay, and those of a shortened journal: a start finds it again.
         """
 
         def damaged(error: JournalError) -> None:
             # Without them a shortened journal could not be continued at all.
-            if not journal.removed_until():
+            if not keep and not journal.removed_until():
                 self._folder.clear()
             on_damage(error)
 
         if self._restored.sequence:
-            self._check_beside = JournalCheck(
-                journal, self._restored, damaged, self._clock, self._threads
-            )
+            given = (self._restored, damaged, self._clock, self._threads)
+            self._check_beside = JournalCheck(journal, *given)
 
     def close(self) -> None:
         """Wait until the last snapshot is written, and end the verification."""
@@ -464,7 +468,3 @@ def _key(
 
 def _until(skipped: Mapping[int, str], sequence: int) -> tuple[int, ...]:
     return tuple(sorted(one for one in skipped if one <= sequence))
-
-
-def _is_expected(error: Exception) -> bool:
-    return isinstance(error, SnapshotError | StateError | JournalError)

@@ -27,8 +27,10 @@ from multiradar.runtime.live.backlog import Backlog, Journalled
 from multiradar.runtime.live.intake import Intake, Submission
 from multiradar.runtime.live.preparation import Prepared, prepare, same_message
 from multiradar.runtime.live.receipt import SENDER_SEPARATOR, Receipt
+from multiradar.runtime.memory.history import TrackHistory
 from multiradar.storage.entries import Entry, StoredEntry
 from multiradar.storage.journal import Journal
+from multiradar.tracking.input.measurements import MeasurementBatch
 
 _log = logging.getLogger(__name__)
 
@@ -269,3 +271,9 @@ def _fail(group: Sequence[Submission], error: MultiradarError) -> None:
     for submission in group:
         if not submission.future.done():
             submission.future.set_exception(error)
+
+
+def warm_up(admission: Admission) -> None:
+    """Compile the kernels that the first message needs."""
+    admission.admit(MeasurementBatch.empty())
+    TrackHistory(1).read(1, None, 1)

@@ -98,6 +98,10 @@ class EventRing:
         self._head = 0
         self._lock = threading.Lock()
         self._subscriptions: set[Subscription] = set()
+        #: Whether no further events come.
+        self.ended = False
+        #: Whether readers may have events that come here later; see `lead`.
+        self.following = False
         self._asleep: list[Subscription] = []
 
     @property
@@ -122,6 +126,14 @@ class EventRing:
         for subscription in woken:
             subscription.wake()
 
+    def end(self) -> None:
+        """Wake all readers: no further events come."""
+        with self._lock:
+            self.ended = True
+            woken, self._asleep = self._asleep, []
+        for subscription in woken:
+            subscription.wake()
+
     def clear(self, head: int = 0) -> None:
         """Discard all events and continue after a number; subscribers wait for theirs."""
         with self._lock:
@@ -133,12 +145,21 @@ class EventRing:
         """Return a reader of the events after a number (None: from now on)."""
         with self._lock:
             head = self._head
-            subscription = Subscription(self, head if after is None else min(after, head), depth)
-            if after is not None and after > head:
-                # The number is from another journal: the reader lacks all events of this one.
-                subscription.announce(gap_notice(1, head))
+            subscription = Subscription(self, head if after is None else after, depth)
+            if not self.following:
+                subscription.require(head)
             self._subscriptions.add(subscription)
             return subscription
+
+    def lead(self) -> None:
+        """Continue: all events that readers of this journal may have are here."""
+        with self._lock:
+            self.following = False
+            for subscription in self._subscriptions:
+                subscription.require(self._head)
+            woken, self._asleep = self._asleep, []
+        for subscription in woken:
+            subscription.wake()
 
     def discard(self, subscription: "Subscription") -> None:
         """Remove a subscription."""
@@ -213,6 +234,11 @@ class Subscription:
         return self._after
 
     @property
+    def ended(self) -> bool:
+        """Whether no further events come: the service has been drained."""
+        return self._ring.ended
+
+    @property
     def closed(self) -> bool:
         """True after `close`, also when the ring closed it because its wake-up failed."""
         return self._closed
@@ -241,9 +267,12 @@ class Subscription:
             return self.poll(max_events)
         return polled
 
-    def announce(self, notice: Event) -> None:
-        """Insert a notice before the next events."""
-        self._notices.append(notice)
+    def require(self, head: int) -> None:
+        """Start over at the last event, with a notice, if the position is after it."""
+        if self._after > head:
+            # The number is from another journal: the reader lacks all events of this one.
+            self._notices.append(gap_notice(1, head))
+            self._after = head
 
     def set_wakeup(self, callback: Callable[[], None]) -> None:
         """Set a function that is called, from the engine's thread, when there are new events.

@@ -25,6 +25,8 @@ class FileLock:
     ----------
     path : Path
         The file; created when absent.
+    wait : bool
+        Whether another process may hold it; `acquire` then takes it when it is free.
 
     Raises
     ------
@@ -32,16 +34,29 @@ class FileLock:
         If another process holds it, or the file cannot be created.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, wait: bool = False) -> None:
+        self._path = path
         with file_errors(path):
             self._file: int | None = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
+        if not wait and not self.acquire():
             self.release()
             raise JournalError(
                 f"{path}: another service is using this journal; stop it, or choose another one"
-            ) from error
+            )
+
+    def acquire(self) -> bool:
+        """Take the lock if no other process holds it; return whether it is held."""
+        if self._file is None:
+            return False
+        # The file stays open if not: closing it would release the locks of SQLite.
+        try:
+            with file_errors(self._path):
+                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except JournalError as error:
+            if isinstance(error.__cause__, BlockingIOError):
+                return False
+            raise
+        return True
 
     def release(self) -> None:
         """Release the lock; may be called twice."""

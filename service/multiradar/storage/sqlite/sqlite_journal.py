@@ -3,16 +3,19 @@
 Its tables, and how reads of them are verified: `multiradar.storage.sqlite.journal_rows`. Before
 SQLite opens a journal for writing, and changes its files, the write-ahead log, the pages and the
 tip are verified: the last acknowledged entry must be there (`multiradar.storage.sqlite.tip`).
+
+Two services never write. The file is locked by the one that does; should the file system lose the
+lock, each opening for writing also has a number, in the header of the database (`user_version`),
+which each transaction compares: a service that finds a later one writes no more.
 """
 
 import shutil
-import sqlite3
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
 
-from multiradar.errors import ConfigurationError, JournalError, JournalFullError
+from multiradar.errors import JournalError, JournalFullError
 from multiradar.storage.entries import Entry, JournalCounts, Quarantined, StoredEntry
 from multiradar.storage.journal import Space
 from multiradar.storage.sqlite.chain import Columns, entry_digest, mark_digest
@@ -23,12 +26,10 @@ from multiradar.storage.sqlite.journal_rows import (
     SCHEMA,
     Head,
     JournalRows,
-    fingerprint_of,
 )
+from multiradar.storage.sqlite.opening import Verification, beside, make_folder
 from multiradar.storage.sqlite.sqlite_file import (
     SYNCHRONOUS_FULL,
-    check_file_type,
-    check_pages,
     file_size,
     journal_errors,
     open_database,
@@ -36,15 +37,16 @@ from multiradar.storage.sqlite.sqlite_file import (
     snapshot,
     sync,
 )
-from multiradar.storage.sqlite.tip import ACCEPT, Tip, TipFile
-from multiradar.storage.sqlite.write_ahead_log import log_damage
-from multiradar_schemas.documents.contents import JOURNAL, content
+from multiradar.storage.sqlite.tip import Tip, TipFile
 
 #: Entries read in one transaction; rows are fetched one at a time.
 _PIECE_ENTRIES = 256
 
 # Ends of the names of its files.
 _FILES = ("", "-wal", "-shm", "-tip")
+
+# Another service creates the journal in less than a second: 10 s in all.
+_TRIES, _TRY_S = 200, 0.05
 
 
 class SqliteJournal:
@@ -59,6 +61,9 @@ class SqliteJournal:
     setting_of : callable, optional
         Returns the setting that differs in a journal with another fingerprint, such as
         "filter joint, not imm"; empty where it is unknown.
+    standby : bool
+        Whether to follow a journal that another service writes, rather than raise an error; see
+        `following` and `lead`.
 
     Raises
     ------
@@ -70,25 +75,63 @@ class SqliteJournal:
     """
 
     def __init__(
-        self, path: Path, fingerprint: str, setting_of: Callable[[str], str] = lambda _: ""
-    ) -> None:
+        self, path: Path, fingerprint: str, setting_of: Callable[[str], str] = lambda _: "",
+        *, standby: bool = False,
+    ) -> None:  # fmt: skip
         # SQLite has the log beside the file, not beside a link to it.
         path = path.resolve() if path.is_symlink() else path
         self._path = path
-        self._setting_of = setting_of
+        self._fingerprint = fingerprint
         self._rows = JournalRows(path, fingerprint)
-        self._log_path, self._tip_path = self._beside("-wal"), self._beside("-tip")
+        self._verification = Verification(path, self._rows, fingerprint, setting_of)
+        self._log_path, self._tip_path = beside(path, "-wal"), beside(path, "-tip")
         self._writing = threading.Lock()
         self._reading = threading.Lock()
         self._broken: JournalError | None = None
         self._closed = False
+        self._marks: dict[int, str] = {}
+        #: Whether another service writes it, and this one only reads.
+        self.following = False
         make_folder(path)
         with ExitStack() as opened:
-            opened.callback(FileLock(path).release)
-            # No command changes the log while it is verified.
-            with journal_errors(self._path), unchanged(self._tip_path):
-                self._open(fingerprint, opened)
+            self._lock = FileLock(path, wait=standby)
+            opened.callback(self._lock.release)
+            self.following = standby and not self._lock.acquire()
+            if self.following:
+                self._follow(opened)
+            else:
+                self._open(opened)
             self._opened = opened.pop_all()
+
+    def lead(self) -> bool:
+        """Open it for writing if no other service does any more; return whether that is so.
+
+        All entries of the other service are read from then on. Marks of `skip` are written.
+
+        Raises
+        ------
+        JournalError
+            If it is damaged or incomplete, or another file is in its place.
+        """
+        with journal_errors(self._path):
+            self._files.check()
+        if not self._lock.acquire():
+            return False
+        with self._writing, self._reading:
+            self._open(self._opened)
+            self.following = False
+        written = self.skipped()
+        for sequence, reason in self._marks.items():
+            if sequence not in written:
+                self.skip(sequence, reason)
+        return True
+
+    def acknowledged(self) -> int | None:
+        """Return the last entry that another service has acknowledged; None while it is written."""
+        with suppress(JournalError):
+            tip = Tip.read(self._tip_path)
+            return None if tip is None else tip.sequence
+        return None
 
     def append(self, entries: Sequence[Entry]) -> list[int]:
         """Write entries in one transaction and return their sequence numbers, once on disk.
@@ -104,6 +147,8 @@ class SqliteJournal:
         with self._writing:
             if self._broken is not None:
                 raise self._broken
+            if self.following:
+                raise JournalError(f"{self._path}: another service writes this journal")
             try:
                 with journal_errors(self._path):
                     with self._transaction():
@@ -210,6 +255,9 @@ class SqliteJournal:
 
     def skip(self, sequence: int, reason: str) -> None:
         """Mark an entry that the engine cannot process, so that replays skip it."""
+        if self.following:
+            self._marks[sequence] = reason
+            return
         with self._writing, journal_errors(self._path):
             with self._transaction():
                 self._writer.execute(
@@ -221,7 +269,8 @@ class SqliteJournal:
     def skipped(self) -> dict[int, str]:
         """Return the entries that replays skip, with their reasons."""
         with journal_errors(self._path), self._reading:
-            return self._rows.skipped(self._reader)
+            marks = self._rows.skipped(self._reader)
+        return {**self._marks, **marks} if self.following else marks
 
     def space(self) -> Space | None:
         """Return the space on its disk; None if the disk cannot be read."""
@@ -229,7 +278,7 @@ class SqliteJournal:
             disk = shutil.disk_usage(self._path.parent)
         except OSError:
             return None
-        files = (self._beside(end) for end in _FILES)
+        files = (beside(self._path, end) for end in _FILES)
         return Space(disk.free, disk.total, sum(file_size(file) for file in files))
 
     def close(self) -> None:
@@ -242,97 +291,74 @@ class SqliteJournal:
 
     # ---------------------------------------------------------------- opening
 
-    def _open(self, fingerprint: str, opened: ExitStack) -> None:
-        check_file_type(self._path)
-        tip = self._verified_tip(fingerprint)
-        created = tip is None
-        if tip is None:
-            tip = Tip(0, self._rows.origin)
-        elif self._log_path.exists():
-            # After a kill it may have entries that were never synced.
-            sync(self._log_path)
-        self._tip = TipFile(self._tip_path, tip)
-        opened.callback(self._tip.close)
-        self._writer = opened.enter_context(closing(open_database(self._path, "rwc")))
-        set_pragma(self._writer, self._path, "journal_mode", "WAL", "wal")
-        set_pragma(self._writer, self._path, "synchronous", "FULL", SYNCHRONOUS_FULL)
-        if created:
-            self._create(fingerprint)
-        self._rows.head(self._writer)
-        # One that can be read but not written is reported here, not by the first measurement.
-        self._writer.execute("UPDATE head SET sequence = sequence WHERE 0")
-        self._reader = opened.enter_context(closing(open_database(self._path, "ro")))
-        self._files = OpenFiles([self._path, self._log_path, self._tip_path])
-
-    # The last entry of a journal that has all acknowledged ones; None for a new journal. It changes
-    # no file: a reader does not trim the log.
-    def _verified_tip(self, fingerprint: str) -> Tip | None:
-        tip = Tip.read(self._tip_path)
-        empty = not file_size(self._path)
-        if empty and (file_size(self._log_path) or (tip and tip.sequence)):
-            raise self._incomplete("it is missing or empty, but its other files are not")
-        if empty:
-            return None
-        damage = None if tip and tip.accepts_any else log_damage(self._log_path)
-        if damage is not None:
-            raise self._incomplete(f"{self._log_path.name} is damaged: {damage}")
-        # A kill at the first start may leave a change to be rolled back: the only one without log.
-        mode = "rw" if self._beside("-journal").exists() else "ro"
-        with closing(open_database(self._path, mode)) as connection:
-            tables = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
-            if tables:
-                # First: journals of earlier versions have no tip.
-                self._check_header(connection, fingerprint)
+    def _open(self, opened: ExitStack) -> None:
+        # No command changes the log while it is verified.
+        with journal_errors(self._path), unchanged(self._tip_path):
+            tip = self._verification.tip()
+            created = tip is None
             if tip is None:
-                raise self._incomplete(f"{self._tip_path.name} is missing")
-            if tables:
-                check_pages(connection, self._path)
-                return self._check_tip(connection, tip)
-        if tip.sequence:
-            raise self._incomplete(
-                f"{tip.sequence} entries were acknowledged, but it contains none"
-            )
-        return None
+                tip = Tip(0, self._rows.origin)
+            elif self._log_path.exists():
+                # After a kill it may have entries that were never synced.
+                sync(self._log_path)
+            self._tip = TipFile(self._tip_path, tip)
+            opened.callback(self._tip.close)
+            self._writer = opened.enter_context(closing(open_database(self._path, "rwc")))
+            set_pragma(self._writer, self._path, "journal_mode", "WAL", "wal")
+            set_pragma(self._writer, self._path, "synchronous", "FULL", SYNCHRONOUS_FULL)
+            if created:
+                self._create()
+            self._rows.head(self._writer)
+            # One that can be read but not written is reported here, not by the first measurement.
+            self._writer.execute("UPDATE head SET sequence = sequence WHERE 0")
+            self._number_opening()
+            if not self.following:
+                self._reader = opened.enter_context(closing(open_database(self._path, "ro")))
+            self._files = OpenFiles([self._path, self._log_path, self._tip_path])
 
-    def _check_tip(self, connection: sqlite3.Connection, tip: Tip) -> Tip:
-        end = self._rows.head(connection).sequence
-        if end < tip.sequence:
-            raise self._incomplete(
-                f"entry {end + 1} of the journal is missing: {tip.sequence} were acknowledged, "
-                f"but it contains {end}"
-            )
-        if (
-            tip.sequence
-            # Removed entries were on disk: after a power failure the tip may be of one before.
-            and tip.sequence >= self._rows.base(connection).sequence
-            and self._rows.digest_of(connection, tip.sequence) != tip.digest
-        ):
-            raise self._incomplete(f"entry {tip.sequence} differs from the acknowledged entry")
-        return Tip(end, self._rows.digest_of(connection, end))
+    def _follow(self, opened: ExitStack) -> None:
+        with journal_errors(self._path):
+            for left in reversed(range(_TRIES)):
+                if self._verification.followed():
+                    break
+                if not left:
+                    raise JournalError(f"{self._path}: the service that uses it has not created it")
+                threading.Event().wait(_TRY_S)
+            self._reader = opened.enter_context(closing(open_database(self._path, "ro")))
+            self._files = OpenFiles([self._path, self._tip_path])
 
-    def _create(self, fingerprint: str) -> None:
-        with self._transaction():
+    def _create(self) -> None:
+        with self._written():
             for statement in SCHEMA.strip().split(";\n"):
                 self._writer.execute(statement)
-            self._writer.execute("INSERT INTO header VALUES (?, ?)", (FORMAT_VERSION, fingerprint))
+            header = (FORMAT_VERSION, self._fingerprint)
+            self._writer.execute("INSERT INTO header VALUES (?, ?)", header)
             self._writer.execute("INSERT INTO head VALUES (0, ?, 0, 0)", (self._rows.origin,))
 
-    def _check_header(self, connection: sqlite3.Connection, fingerprint: str) -> None:
-        written_with = fingerprint_of(connection, self._path)
-        if written_with != fingerprint:
-            other = self._setting_of(written_with) or (
-                "other sensors or tracking settings, or on a different kind of processor "
-                f"(fingerprint {written_with[:12]}, now {fingerprint[:12]})"
-            )
-            raise ConfigurationError(
-                f"{self._path}: the journal was created with {other}; start with those, or carry "
-                "it over into a new state (multiradar migrate)"
-            )
+    def _number_opening(self) -> None:
+        # On a full disk the lock of the file must do.
+        with suppress(JournalFullError), journal_errors(self._path), self._written():
+            self._writer.execute(f"PRAGMA user_version = {self._opening() + 1}")
+        self._number = self._opening()
+
+    def _opening(self) -> int:
+        number: int = self._writer.execute("PRAGMA user_version").fetchone()[0]
+        return number
 
     # ---------------------------------------------------------------- writing
 
     @contextmanager
     def _transaction(self) -> Iterator[None]:
+        with self._written():
+            if self._opening() != self._number:
+                raise JournalError(
+                    f"{self._path}: another service has opened this journal for writing; this one "
+                    "writes no more"
+                )
+            yield
+
+    @contextmanager
+    def _written(self) -> Iterator[None]:
         self._writer.execute("BEGIN IMMEDIATE")
         try:
             yield
@@ -368,52 +394,9 @@ class SqliteJournal:
         )
         return Head(sequence, digest, accepted, rejected)
 
-    def _beside(self, end: str) -> Path:
-        return self._path.with_name(self._path.name + end)
-
-    def _incomplete(self, how: str) -> JournalError:
-        return JournalError(
-            f"{self._path}: {how}; restore all files {self._path.name}* from one copy, or write "
-            f'"{ACCEPT}" into {self._tip_path.name} to continue with what is left'
-        )
-
 
 def _numbered(stored: StoredEntry, first: int) -> list[Quarantined]:
     return [
         Quarantined(first + place, stored.sequence, stored.entry.source, row)
         for place, row in enumerate(stored.entry.rejects)
     ]
-
-
-def make_folder(path: Path) -> None:
-    """Create the folder of a journal, if it can have one.
-
-    Parameters
-    ----------
-    path : Path
-        The file of the journal.
-
-    Raises
-    ------
-    JournalError
-        The folder is a file, contains something else, or cannot be created.
-    """
-    folder = path.parent
-    try:
-        if folder.exists() and not folder.is_dir():
-            msg = f"{folder}: is a file; choose a folder for the journal"
-            raise JournalError(msg)
-        found = None if path.exists() else content(folder)
-        if found not in (None, JOURNAL):
-            msg = (
-                f"{folder}: expected a folder with a journal, was {found}; choose another "
-                "folder, which need not exist (`replay` sends a recording to the service)"
-            )
-            raise JournalError(msg)
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        msg = (
-            f"{folder}: cannot be created for the journal ({error.strerror}); choose another "
-            "folder with --state"
-        )
-        raise JournalError(msg) from error

@@ -18,6 +18,7 @@ _PATHS = {
     "/healthz": ["get"],
     "/metrics": ["get"],
     "/readyz": ["get"],
+    "/v1/drain": ["post"],
     "/v1/encounters": ["get"],
     "/v1/events": ["get"],
     "/v1/flush": ["post"],

@@ -86,6 +86,7 @@ async def test_roles_are_those_of_the_documents(guarded: FastAPI) -> None:
     roles = {path: role_of(operation) for _, path, operation in operations(guarded)}
     assert roles.pop("/v1/measurements") is Role.FEED
     assert roles.pop("/v1/flush") is roles.pop("/v1/clock") is Role.OPERATE
+    assert roles.pop("/v1/drain") is Role.OPERATE
     assert {path for path, role in roles.items() if role is None} == PUBLIC
     assert {role for role in roles.values() if role} == {Role.DISPLAY}
 

@@ -17,12 +17,14 @@ def ready_line(
     *,
     as_json: bool = False,
     feeds: tuple[str, ...] = (),
+    following: bool = False,
 ) -> str:
     application = SimpleNamespace(
         http_url="http://127.0.0.1:8321",
         zenoh_endpoints=("tcp/127.0.0.1:7447",),
         asterix_endpoints=asterix,
         feed_endpoints=feeds,
+        following=following,
     )
     _print_addresses(application, as_json)  # type: ignore[arg-type]
     return capsys.readouterr().out
@@ -46,6 +48,14 @@ def test_feeds_are_reported(capsys: pytest.CaptureFixture[str]) -> None:
     assert line.endswith(", and receives feeds from tcp/127.0.0.1:30047\n")
     found = json.loads(ready_line(capsys, (), as_json=True, feeds=("tcp/127.0.0.1:30047",)))
     assert found["feeds"] == ["tcp/127.0.0.1:30047"]
+
+
+def test_a_standby_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
+    assert ready_line(capsys, (), following=True) == (
+        "multiradar is the standby, and serves what it follows at http://127.0.0.1:8321\n"
+    )
+    assert json.loads(ready_line(capsys, (), as_json=True, following=True))["role"] == "standby"
+    assert "role" not in json.loads(ready_line(capsys, (), as_json=True))
 
 
 @pytest.mark.parametrize(

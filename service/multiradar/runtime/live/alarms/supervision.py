@@ -11,7 +11,7 @@ from multiradar.runtime.admission.sources import Sources
 from multiradar.runtime.live.alarms.host_clock import HostClock
 from multiradar.runtime.live.alarms.sensor_alarms import SensorAlarms
 from multiradar.runtime.live.alarms.silence import Silence
-from multiradar.runtime.live.readiness import Disk, LastMinute, Reason
+from multiradar.runtime.live.readiness import Check, Disk, LastMinute
 from multiradar.storage.entries import Entry
 
 #: Alarms of the whole service, in `alarms` of the status.
@@ -69,9 +69,9 @@ class Supervision:
             one.use(sensors)
         self.host_clock.sensors = sensors
 
-    def checks(self) -> list[Callable[[], Reason | None]]:
-        """Return what makes the service unready, the most severe first."""
-        return [self.disk.reason, self._last_minute.reason, self.silence.reason]
+    def checks(self, lag: Check) -> list[Check]:
+        """Return what makes the service unready, a lag among it, the most severe first."""
+        return [self.disk.reason, lag, self._last_minute.reason, self.silence.reason]
 
     def note(self, entry: Entry) -> None:
         """Note an entry that is in the journal."""

@@ -1,0 +1,1 @@
+"""A second service that follows the journal of the primary, and takes over when that ends."""

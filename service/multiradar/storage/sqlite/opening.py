@@ -1,0 +1,176 @@
+"""What is verified of a journal before a service uses it; no file is changed.
+
+A service that follows a journal verifies header and pages when it starts to, and the rest when it
+takes over: the entries by their digests as they come.
+"""
+
+import sqlite3
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+
+from multiradar.errors import ConfigurationError, JournalError
+from multiradar.storage.sqlite.journal_rows import JournalRows, fingerprint_of
+from multiradar.storage.sqlite.sqlite_file import (
+    check_file_type,
+    check_pages,
+    file_size,
+    open_database,
+)
+from multiradar.storage.sqlite.tip import ACCEPT, Tip
+from multiradar.storage.sqlite.write_ahead_log import log_damage
+from multiradar_schemas.documents.contents import JOURNAL, content
+
+
+def beside(path: Path, end: str) -> Path:
+    """Return another file of a journal by the end of its name."""
+    return path.with_name(path.name + end)
+
+
+class Verification:
+    """Verifies the files of a journal.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    rows : JournalRows
+        Its tables.
+    fingerprint : str
+        Fingerprint of the configuration.
+    setting_of : callable
+        Returns the setting that differs in a journal with another fingerprint.
+    """
+
+    def __init__(
+        self, path: Path, rows: JournalRows, fingerprint: str, setting_of: Callable[[str], str]
+    ) -> None:
+        self._path, self._rows = path, rows
+        self._fingerprint, self._setting_of = fingerprint, setting_of
+        self._log_path, self._tip_path = beside(path, "-wal"), beside(path, "-tip")
+        self._pages_verified = False
+
+    def followed(self) -> bool:
+        """Verify header and pages of a journal in use; return False if it is not created yet."""
+        check_file_type(self._path)
+        if not file_size(self._path) or not file_size(self._tip_path):
+            return False
+        with closing(open_database(self._path, "ro")) as connection:
+            if not _has_tables(connection):
+                return False
+            self._check_header(connection)
+            check_pages(connection, self._path)
+        self._pages_verified = True
+        return True
+
+    def tip(self) -> Tip | None:
+        """Return the last entry of a journal with all acknowledged ones; None for a new journal.
+
+        It changes no file: a reader does not trim the log.
+        """
+        if not self._pages_verified:
+            # Only before the first connection: it closes the file, and with it locks of SQLite.
+            check_file_type(self._path)
+        tip = Tip.read(self._tip_path)
+        empty = not file_size(self._path)
+        if empty and (file_size(self._log_path) or (tip and tip.sequence)):
+            raise self._incomplete("it is missing or empty, but its other files are not")
+        if empty:
+            return None
+        damage = None if tip and tip.accepts_any else log_damage(self._log_path)
+        if damage is not None:
+            raise self._incomplete(f"{self._log_path.name} is damaged: {damage}")
+        # A kill at the first start may leave a change to be rolled back: the only one without log.
+        mode = "rw" if beside(self._path, "-journal").exists() else "ro"
+        with closing(open_database(self._path, mode)) as connection:
+            return self._tip_in(connection, tip)
+
+    def _tip_in(self, connection: sqlite3.Connection, tip: Tip | None) -> Tip | None:
+        tables = _has_tables(connection)
+        if tables:
+            # First: journals of earlier versions have no tip.
+            self._check_header(connection)
+        if tip is None:
+            raise self._incomplete(f"{self._tip_path.name} is missing")
+        if not tables and tip.sequence:
+            raise self._incomplete(
+                f"{tip.sequence} entries were acknowledged, but it contains none"
+            )
+        if not tables:
+            return None
+        if not self._pages_verified:
+            check_pages(connection, self._path)
+        return self._check_tip(connection, tip)
+
+    def _check_tip(self, connection: sqlite3.Connection, tip: Tip) -> Tip:
+        end = self._rows.head(connection).sequence
+        if end < tip.sequence:
+            raise self._incomplete(
+                f"entry {end + 1} of the journal is missing: {tip.sequence} were acknowledged, "
+                f"but it contains {end}"
+            )
+        if (
+            tip.sequence
+            # Removed entries were on disk: after a power failure the tip may be of one before.
+            and tip.sequence >= self._rows.base(connection).sequence
+            and self._rows.digest_of(connection, tip.sequence) != tip.digest
+        ):
+            raise self._incomplete(f"entry {tip.sequence} differs from the acknowledged entry")
+        return Tip(end, self._rows.digest_of(connection, end))
+
+    def _check_header(self, connection: sqlite3.Connection) -> None:
+        written_with = fingerprint_of(connection, self._path)
+        if written_with != self._fingerprint:
+            other = self._setting_of(written_with) or (
+                "other sensors or tracking settings, or on a different kind of processor "
+                f"(fingerprint {written_with[:12]}, now {self._fingerprint[:12]})"
+            )
+            raise ConfigurationError(
+                f"{self._path}: the journal was created with {other}; start with those, or carry "
+                "it over into a new state (multiradar migrate)"
+            )
+
+    def _incomplete(self, how: str) -> JournalError:
+        return JournalError(
+            f"{self._path}: {how}; restore all files {self._path.name}* from one copy, or write "
+            f'"{ACCEPT}" into {self._tip_path.name} to continue with what is left'
+        )
+
+
+def _has_tables(connection: sqlite3.Connection) -> bool:
+    found: int = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
+    return found > 0
+
+
+def make_folder(path: Path) -> None:
+    """Create the folder of a journal, if it can have one.
+
+    Parameters
+    ----------
+    path : Path
+        The file of the journal.
+
+    Raises
+    ------
+    JournalError
+        The folder is a file, contains something else, or cannot be created.
+    """
+    folder = path.parent
+    try:
+        if folder.exists() and not folder.is_dir():
+            msg = f"{folder}: is a file; choose a folder for the journal"
+            raise JournalError(msg)
+        found = None if path.exists() else content(folder)
+        if found not in (None, JOURNAL):
+            msg = (
+                f"{folder}: expected a folder with a journal, was {found}; choose another "
+                "folder, which need not exist (`replay` sends a recording to the service)"
+            )
+            raise JournalError(msg)
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        msg = (
+            f"{folder}: cannot be created for the journal ({error.strerror}); choose another "
+            "folder with --state"
+        )
+        raise JournalError(msg) from error

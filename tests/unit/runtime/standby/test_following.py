@@ -1,0 +1,257 @@
+"""A standby computes what the primary does, writes nothing, and continues where it ends."""
+
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from multiradar.clock import SystemClock
+from multiradar.errors import JournalError, PipelineError
+from multiradar.runtime.engine.tracking_engine import TrackingEngine
+from multiradar.runtime.live.readiness import STANDBY, ServiceState
+from multiradar.runtime.live.service import Service
+from multiradar.runtime.live.snapshots import SnapshotRules
+from multiradar.runtime.standby.following import Standby
+from multiradar.storage.snapshots import SnapshotFolder
+from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
+from multiradar.tracking.settings import TrackingSettings
+from support.fakes.fake_engine import FakeEngine
+from support.processes.live_services import TABLE, settled, submit
+from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
+from support.scenarios.live_scene import recording
+
+FRAME = recording(1000)
+FINGERPRINT = "a" * 64
+SNAPSHOT_ROWS = 100
+
+
+class Pair:
+    """A primary and its standby on one journal."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self.failed = 0
+        self.began = 0
+        self.primary, journal = self._service()
+        assert not journal.following
+        self.primary.start()
+        self.second, self.journal = self._service()
+        self.standby = Standby(self.second, self.journal, SystemClock(), self._begin)
+
+    def _service(
+        self, engine: Callable[[], TrackingEngine] = FakeEngine
+    ) -> tuple[Service, SqliteJournal]:
+        service = Service(
+            open_journal=lambda: SqliteJournal(self._path, FINGERPRINT, standby=True),
+            open_engine=engine,
+            sensors=TABLE,
+            tracking=TrackingSettings(),
+            snapshots=SnapshotRules(
+                SnapshotFolder(self._path), math.inf, SNAPSHOT_ROWS, FINGERPRINT
+            ),
+            on_failure=self._fail,
+        )
+        journal = service.open()
+        assert isinstance(journal, SqliteJournal)
+        return service, journal
+
+    def _fail(self) -> None:
+        self.failed += 1
+
+    def _begin(self) -> None:
+        self.began += 1
+
+    def level(self) -> None:
+        """Wait until the standby has processed all that the primary has acknowledged."""
+        last = self.primary.view.status()["journal_sequence"]
+        wait_until(lambda: self.second.view.status()["processed_sequence"] == last, "the standby")
+
+    def stop(self) -> None:
+        """Stop both."""
+        self.standby.stop()
+        self.primary.stop()
+        self.second.stop()
+
+
+@pytest.fixture
+def pair(tmp_path: Path) -> Iterator[Pair]:
+    """Both are stopped at the end."""
+    made = Pair(tmp_path / "journal.db")
+    yield made
+    made.stop()
+
+
+SAME = ("processed_sequence", "journal_sequence", "output_sha256", "event_sequence", "accepted")
+
+
+def test_a_standby_follows_without_accepting_and_takes_over(pair: Pair) -> None:
+    submit(pair.primary, FRAME[:300], "a")
+    pair.standby.start()
+    submit(pair.primary, FRAME[300:500], "b")
+    settled(pair.primary)
+    pair.level()
+    before, followed = pair.primary.view.status(), pair.second.view.status()
+    assert {name: followed[name] for name in SAME} == {name: before[name] for name in SAME}
+    assert (before["role"], followed["role"]) == ("primary", "standby")
+    assert (followed["lag_entries"], followed["lag_s"]) == (0, 0.0)
+    assert [one.code for one in pair.second.unready()] == [STANDBY]
+    with pytest.raises(PipelineError, match="this service is the standby"):
+        pair.second.submit(FRAME[:1], source="test")
+    assert pair.began == 0
+
+    pair.primary.stop()
+    wait_until(lambda: pair.began, "the takeover")
+    assert (pair.second.state, pair.second.unready()) == (ServiceState.RUNNING, ())
+    assert pair.second.view.status()["role"] == "primary"
+    # A sender that does not know whether its message was acknowledged.
+    assert submit(pair.second, FRAME[300:500], "b").duplicate
+    submit(pair.second, FRAME[500:], "c")
+    after = settled(pair.second)
+    assert (after["journal_sequence"], after["accepted"]) == (3, 1000)
+    assert pair.failed == 0
+
+
+def test_the_output_is_that_of_one_service(pair: Pair, tmp_path: Path) -> None:
+    pair.standby.start()
+    submit(pair.primary, FRAME[:500])
+    pair.primary.stop()
+    wait_until(lambda: pair.began, "the takeover")
+    submit(pair.second, FRAME[500:])
+    found = settled(pair.second)
+    alone = Pair(tmp_path / "alone.db")
+    submit(alone.primary, FRAME[:500])
+    submit(alone.primary, FRAME[500:])
+    expected = settled(alone.primary)
+    alone.stop()
+    for name in ("output_sha256", "event_sequence", "output_sequence", "accepted"):
+        assert found[name] == expected[name]
+
+
+def test_snapshots_are_written_by_the_primary_alone(pair: Pair, tmp_path: Path) -> None:
+    folder = SnapshotFolder(tmp_path / "journal.db")
+    pair.standby.start()
+    submit(pair.primary, FRAME[:SNAPSHOT_ROWS])
+    wait_until(folder.files, "the snapshot of the primary")
+    pair.level()
+    submit(pair.primary, FRAME[SNAPSHOT_ROWS : SNAPSHOT_ROWS + 1])
+    pair.level()
+    pair.standby.stop()
+    written = sorted(folder.path.iterdir())
+    pair.second.stop()
+    assert sorted(folder.path.iterdir()) == written
+
+
+def test_a_snapshot_after_a_takeover_needs_no_rows_that_the_primary_has_removed(
+    pair: Pair, tmp_path: Path
+) -> None:
+    folder = SnapshotFolder(tmp_path / "journal.db")
+    submit(pair.primary, FRAME[:200])
+    wait_until(folder.files, "the snapshot of the primary")
+    pair.standby.start()
+    pair.primary.stop()
+    wait_until(lambda: pair.began, "the takeover")
+    for path in folder.path.glob("*.rows"):
+        path.unlink()
+    submit(pair.second, FRAME[200:400])
+    settled(pair.second)
+    pair.second.stop()
+    newest = folder.files()[0]
+    assert newest.name == "000000000002.snapshot"
+    for files in folder.read(newest).tables.values():
+        folder.read_rows(files)
+
+
+def test_an_entry_that_cannot_be_processed_is_skipped_by_both(tmp_path: Path) -> None:
+    class Picky(FakeEngine):
+        def push(self, batch: object, clock_s: float | None = None) -> object:  # type: ignore[override]
+            if len(batch) == 13:  # type: ignore[arg-type]
+                raise ValueError("thirteen")
+            return super().push(batch, clock_s)  # type: ignore[arg-type]
+
+    pair = Pair(tmp_path / "journal.db")
+    pair.second.stop()
+    pair.primary.stop()
+    pair.primary, _ = pair._service(Picky)  # type: ignore[arg-type]
+    pair.second, pair.journal = pair._service(Picky)  # type: ignore[arg-type]
+    pair.primary.start()
+    pair.standby = Standby(pair.second, pair.journal, SystemClock(), pair._begin)
+    pair.standby.start()
+    for begin, end in ((0, 20), (20, 33), (33, 60)):
+        submit(pair.primary, FRAME[begin:end])
+    settled(pair.primary)
+    pair.level()
+    expected = pair.primary.view.status()
+    pair.primary.stop()
+    wait_until(lambda: pair.began, "the takeover")
+    found = settled(pair.second)
+    pair.stop()
+    assert found["skipped"] == expected["skipped"] == [2]
+    assert found["output_sha256"] == expected["output_sha256"]
+
+
+def test_entries_that_arrive_during_the_replay_are_processed(tmp_path: Path) -> None:
+    """A replay that took the end of the journal for its own end left them out."""
+    primary: list[Service] = []
+
+    class Slow(FakeEngine):
+        def push(self, batch: object, clock_s: float | None = None) -> object:  # type: ignore[override]
+            if primary:
+                submit(primary.pop(), FRAME[100:200])
+            return super().push(batch, clock_s)  # type: ignore[arg-type]
+
+    pair = Pair(tmp_path / "journal.db")
+    submit(pair.primary, FRAME[:100])
+    pair.second.stop()
+    pair.second, pair.journal = pair._service(Slow)  # type: ignore[arg-type]
+    pair.standby = Standby(pair.second, pair.journal, SystemClock(), pair._begin)
+    primary.append(pair.primary)
+    pair.standby.start()
+    assert primary == []
+    settled(pair.primary)
+    pair.level()
+    digests = {one.view.status()["output_sha256"] for one in (pair.primary, pair.second)}
+    pair.stop()
+    assert len(digests) == 1
+
+
+def test_a_reader_that_is_ahead_of_the_standby_waits_for_its_next_event(pair: Pair) -> None:
+    pair.standby.start()
+    submit(pair.primary, FRAME[:300])
+    settled(pair.primary)
+    pair.level()
+    pair.standby.stop()
+    submit(pair.primary, FRAME[300:400])
+    submit(pair.primary, FRAME[400:500])
+    settled(pair.primary)
+    everything = pair.primary.view.subscribe(0, 10_000).poll(10_000)
+    head = pair.second.view.status()["event_sequence"]
+    ahead = pair.second.view.subscribe(head + 50, 10_000)
+    foreign = pair.second.view.subscribe(10_000, 10_000)
+    assert (ahead.poll(100), foreign.poll(100)) == ([], [])
+    pair.primary.stop()
+    pair.standby = Standby(pair.second, pair.journal, SystemClock(), pair._begin)
+    assert pair.standby.step()
+    assert ahead.poll(10_000) == everything[head + 50 :]
+    # It was never that of this journal.
+    assert [one.kind for one in foreign.poll(10)] == ["gap"]
+
+
+def test_a_standby_that_can_no_longer_follow_ends_with_the_reason(pair: Pair) -> None:
+    pair.standby.start()
+    path = pair.journal._path
+    path.rename(path.with_name("moved.db"))
+    wait_until(lambda: pair.failed, "the failure of the standby")
+    assert isinstance(pair.second.failure, JournalError)
+    assert "journal.db: removed while the service uses it" in str(pair.second.failure)
+    assert pair.second.state is ServiceState.FAILED
+    assert pair.began == 0
+
+
+def test_a_service_that_is_no_standby_does_not_follow(pair: Pair) -> None:
+    with pytest.raises(PipelineError, match="the service does not follow another: running"):
+        pair.primary.follow(1)
+    pair.standby.start()
+    pair.standby.stop()
+    pair.standby.stop()
+    assert pair.primary.submit(FRAME[:1], source="test").result(WAIT_TIMEOUT_S).accepted == 1
