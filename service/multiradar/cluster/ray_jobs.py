@@ -37,7 +37,7 @@ class RayJobs:
         with own_signals():
             connect(settings, slots)
         # A process for each task: it ends with the memory that the task took.
-        self._task = ray.remote(function).options(num_cpus=1, max_retries=0, max_calls=1)
+        self._task = ray.remote(num_cpus=1, max_retries=0, max_calls=1)(function)
         self._running: dict[Any, str] = {}
 
     def start(self, name: str, job: Job) -> None:
