@@ -16,6 +16,7 @@ import pytest
 from support.paths import ROOT, TESTS
 from support.processes.waiting import run_to_end
 from validation.service.namespace import in_namespace, why_no_namespace
+from validation.tracker.archive_days import date_of, write_days
 
 #: With this variable set, missing Ray or a missing namespace is an error.
 REQUIRED = "MULTIRADAR_CLUSTER_REQUIRED"
@@ -31,14 +32,18 @@ def why_not() -> str:
     return f"no network namespace: {reason}" if reason else ""
 
 
-@pytest.fixture(scope="session")
-def played(tmp_path_factory: pytest.TempPathFactory) -> Found:
-    """Play the scenes: the first process of the tests does, others wait for it."""
+@pytest.fixture(name="cluster", scope="session")
+def _cluster() -> None:
     reason = why_not()
     if reason and os.environ.get(REQUIRED):
         pytest.fail(f"{reason}; required here")
     if reason:
         pytest.skip(f"cluster test not run: {reason}")
+
+
+@pytest.fixture(scope="session")
+def played(tmp_path_factory: pytest.TempPathFactory, cluster: None) -> Found:
+    """Play the scenes: the first process of the tests does, others wait for it."""
     base = tmp_path_factory.getbasetemp()
     place = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
     with (place / "cluster.lock").open("w") as lock:
@@ -103,3 +108,20 @@ def test_a_second_front_is_rejected(played: Found) -> None:
 
 def test_no_cluster_at_the_address(played: Found) -> None:
     assert played["nothing_there"]["error"].startswith("cluster: cannot use Ray at 127.0.0.1:9: ")
+
+
+@pytest.mark.usefixtures("cluster")
+def test_days_that_are_tasks_of_ray_have_the_same_bytes(tmp_path: Path) -> None:
+    days = tmp_path / "days"
+    sensors = write_days(days, [0.0, 0.0])
+    # Of this folder, which the tasks do not share.
+    line = ["reprocess", days.name, "--sensors", sensors, "--out"]
+    outputs = []
+    for more in (["processes"], ["tasks", "--engine", "ray", "--cluster-listen", "127.0.0.1"]):
+        command = [sys.executable, "-m", "multiradar", *map(str, line), *more]
+        done = run_to_end(in_namespace(command), env=os.environ, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr[-4000:]
+        outputs.append(
+            [(tmp_path / more[0] / date_of(day) / "tracks.parquet").read_bytes() for day in (0, 1)]
+        )
+    assert outputs[0] == outputs[1]
