@@ -20,7 +20,8 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
-from validation.tracker.check_scenes import bias_errors, multiradar, position_errors, simulated
+import multiradar as mr
+from validation.tracker.check_scenes import bias_errors, position_errors, simulated
 
 Floats = NDArray[np.float64]
 
@@ -78,10 +79,7 @@ def tracked(folder: Path, name: str, kinds: str, *, on: bool) -> Found:
         sensors.write_text(
             "\n".join(line for line in lines if on or not line.startswith(KEY)), encoding="utf-8"
         )
-        multiradar(
-            "track", str(folder), "--sensors", str(sensors), "--out", str(out), "--filter", name,
-            "--kinds", kinds,
-        )  # fmt: skip
+        mr.track(folder, sensors, filter=name, kinds=kinds.split(","), out=out)
         tracks = pl.read_parquet(out / "tracks.parquet")
         biases = pl.read_parquet(out / "biases.parquet")
         health = pl.read_parquet(out / "health.parquet")

@@ -25,6 +25,8 @@ class Run(Output):
         Time of each stage of the run, s.
     span_s : (float, float), optional
         First and last time of the measurements, s.
+    beside_seconds : mapping of str to float
+        Time of each stage of a thread that worked at the same time, s.
 
     Raises
     ------
@@ -40,10 +42,12 @@ class Run(Output):
         folder: PathLike,
         seconds: Mapping[str, float] | None = None,
         span_s: tuple[float, float] | None = None,
+        beside_seconds: Mapping[str, float] | None = None,
     ) -> None:
         super().__init__(folder)
         self.seconds = dict(seconds or {})
         self.span_s = span_s
+        self.beside_seconds = dict(beside_seconds or {})
 
     def __repr__(self) -> str:
         """Return the filter and the number of tracks and measurements."""

@@ -197,7 +197,7 @@ def track(
     else:
         _print_report(run, measurements)
         _print_asterix(run, asterix)
-        print_stages(run.seconds)
+        print_stages(run.seconds, run.beside_seconds)
     if findings is not None:
         raise findings
 

@@ -22,6 +22,7 @@ from multiradar.runtime.admission.reject_file import RejectFile, TimeRejects
 from multiradar.runtime.engine.digest import OutputDigest
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.memory.track_tally import TrackTally
+from multiradar.runtime.offline.beside_tracking import BesideTracking
 from multiradar.runtime.offline.delay_table import DelayTable
 from multiradar.runtime.offline.encounter_table import EncounterTable
 from multiradar.runtime.offline.epoch_tables import requested_tables
@@ -150,6 +151,7 @@ class _Run:
         self._origins = Origins()
         self._evidence = Evidence(job.sensors, job.kinds)
         self._result = OfflineResult()
+        self._writing = BesideTracking(stages)
 
     # Processes one block; yields the number of rows done after each batch.
     def process(self, block: pl.DataFrame) -> Iterator[int]:
@@ -174,19 +176,24 @@ class _Run:
             yield min(rows.stop, len(block))
         self._result.read += len(block)
         self._result.accepted += int(np.count_nonzero(codes == ACCEPTED))
-        self._evidence.record_batch(block, rejected, measured, codes)
         times = TimeRejects(self._admission, clock_s, measured, codes)
-        with self._stages.measure(WRITING):
+        repeated = self._duplicates(outputs)
+
+        def write() -> None:
+            self._evidence.record_batch(block, rejected, measured, codes)
             self._write(outputs)
             self._result.rejected += self._rejects.write(block, rejected, times)
-            self._write_duplicates(outputs)
+            self._write_duplicates(*repeated)
+
+        self._writing.put(write)
 
     def finish(self) -> OfflineResult:
         with self._stages.measure(TRACKING):
             last = self._refined(self._engine.flush())
+        self._writing.finish()
         with self._stages.measure(WRITING):
             self._write([last])
-            self._write_duplicates([last])
+            self._write_duplicates(*self._duplicates([last]))
             self._rejects.finish()
             self._write_correlations()
             written = (
@@ -223,6 +230,7 @@ class _Run:
         return result
 
     def close(self) -> None:
+        self._writing.close()
         self._rejects.close()
 
     def _refined(self, output: EngineOutput) -> EngineOutput:
@@ -234,7 +242,7 @@ class _Run:
             self._tally.update(output)
             self._evidence.record_output(output)
             for file, (table, writer) in self._windows.items():
-                with self._stages.measure(_stage_of(file)):
+                with self._writing.times.measure(_stage_of(file)):
                     self._keep_windows(file, writer, table.update(output))
             if self._on_output is not None:
                 self._on_output(output)
@@ -282,13 +290,17 @@ class _Run:
             ]
             self._result.final_health[name] = row
 
-    def _write_duplicates(self, outputs: Sequence[EngineOutput]) -> None:
+    # Duplicate measurements, and the row of each in the recording.
+    def _duplicates(self, outputs: Sequence[EngineOutput]) -> tuple[Duplicates, list[int]]:
         found = Duplicates.concatenate([output.duplicates for output in outputs])
         indices = [row for _, row in self._origins.find(found.arrival.tolist())]
+        self._origins.discard(self._engine.waiting_from)
+        return found, indices
+
+    def _write_duplicates(self, found: Duplicates, indices: Sequence[int]) -> None:
         self._rejects.write_duplicates(found, indices, self._sensors)
         named = (self._sensors.ids[sensor] for sensor in found.batch.sensor.tolist())
         self._result.duplicates_by_sensor.update(named)
-        self._origins.discard(self._engine.waiting_from)
 
     def _keep_last(self, frame: pl.DataFrame) -> None:
         last = frame.unique(["sensor_id", "parameter"], keep="last", maintain_order=True)

@@ -11,8 +11,8 @@ from multiradar.clock import Clock
 
 Item = TypeVar("Item")
 
-STARTING, COMPILING, READING, TRACKING, WRITING = (
-    "starting", "compiling", "reading", "tracking", "writing",
+STARTING, COMPILING, READING, TRACKING, WRITING, WAITING = (
+    "starting", "compiling", "reading", "tracking", "writing", "waiting",
 )  # fmt: skip
 _COMPILATION = "numba:compile"
 
@@ -39,6 +39,22 @@ class StageTimes(event.Listener):
         self._compilations = 0
         self._since_s = clock.monotonic_s() if since_s is None else since_s
         self._seconds: dict[str, float] = {STARTING: 0.0, COMPILING: 0.0}
+        self._beside: list[StageTimes] = []
+
+    def beside(self) -> "StageTimes":
+        """Return the stages of another thread that works beside this one."""
+        other = StageTimes(self._clock)
+        self._beside.append(other)
+        return other
+
+    def beside_seconds(self) -> dict[str, float]:
+        """Return the time of each stage of other threads so far, s."""
+        found: dict[str, float] = {}
+        for other in self._beside:
+            for stage, time_s in other.seconds().items():
+                if stage not in (STARTING, COMPILING):
+                    found[stage] = found.get(stage, 0.0) + time_s
+        return found
 
     @contextmanager
     def measure(self, stage: str) -> Iterator[None]:

@@ -118,7 +118,7 @@ def track(
     ):
         stages = StageTimes(SystemClock(), started_s)
         done = _run(request, _Given(*measured, *listed, folder), stages, custom)
-    run = Run(folder, done.seconds, done.span_s)
+    run = Run(folder, done.seconds, done.span_s, done.beside_seconds)
     if out is None:
         remove_with(run, folder)
     for sentence in done.warnings:
@@ -131,6 +131,7 @@ def track(
 @dataclass(frozen=True, slots=True)
 class _Done:
     seconds: dict[str, float]
+    beside_seconds: dict[str, float]
     span_s: tuple[float, float] | None
     warnings: list[str]
     findings: list[str]
@@ -206,7 +207,8 @@ def _run(
             tracks.append_to(folder / SENSORS_FILE)
         _write_page(partial, folder, report, given, stages)
     warnings = result.warnings + exhausted(result, settings.filter_name) + in_future(span_s)
-    return _Done(stages.seconds(), span_s, warnings, run_findings(report, result, out))
+    findings = run_findings(report, result, out)
+    return _Done(stages.seconds(), stages.beside_seconds(), span_s, warnings, findings)
 
 
 def _sensors(

@@ -27,8 +27,10 @@ from multiradar.runtime.live.snapshots import SnapshotRules, usable_snapshots
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.archive import archive_journal, restore_archive
 from multiradar.storage.backup import copy_backup, write_backup
+from multiradar.storage.entries import StoredEntry
 from multiradar.storage.retention import Retained, Rules, Shortened, shorten
 from multiradar.storage.snapshots import Position, SnapshotFolder
+from multiradar.storage.sqlite.reading import journal_entries
 from multiradar.storage.sqlite.shortening import digests_of, marks_of
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar.storage.verification import verify_journal
@@ -125,6 +127,14 @@ def test_a_start_gives_the_same_bytes_as_before_the_journal_was_shortened(
     assert _output(journal, more=False) == expected
 
 
+# Of the database the entries: its header has the number of the opening.
+def _content(journal: Path) -> tuple[list[StoredEntry], dict[Path, bytes]]:
+    files = {path: path.read_bytes() for path in journal.parent.rglob("*") if path.is_file()}
+    del files[journal]
+    with journal_entries(journal) as (_, _, entries):
+        return list(entries), files
+
+
 def test_a_message_that_was_removed_is_still_a_duplicate(journal: Path, tmp_path: Path) -> None:
     _shorten(journal, tmp_path / "archive")
     service = _service(journal)
@@ -148,12 +158,12 @@ def test_without_a_usable_snapshot_a_start_says_that_the_journal_was_shortened(
     _shorten(journal, archive)
     for snapshot in SnapshotFolder(journal).files():
         snapshot.write_bytes(snapshot.read_bytes()[:-1])
-    state = {path: path.read_bytes() for path in journal.parent.rglob("*") if path.is_file()}
+    state = _content(journal)
     service = _service(journal)
     with pytest.raises(RemovedEntriesError, match="the entries up to 8 are in the archive only"):
         service.start()
     assert _usable(journal) == []
-    assert {path: path.read_bytes() for path in state} == state
+    assert _content(journal) == state
     # The way out: the rest is sealed, and the archive has the whole journal.
     archive_journal(journal, archive)
     again = tmp_path / "again" / "journal.sqlite"
