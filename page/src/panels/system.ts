@@ -80,7 +80,7 @@ function draw(app: App): TemplateResult {
       ["Initiated", text("tracks_initiated")], ["Terminated", text("tracks_ended")],
     ])}
     ${group("Connections", [
-      ["Pages", pages(status)], ["Streams of events", `${text("subscribers")} readers`], ["Zenoh", status["zenoh"] == null ? "off" : "on"],
+      ["Pages", pages(status)], ["Streams of events", `${text("subscribers")} reader${status["subscribers"] === 1 ? "" : "s"}`], ["Zenoh", status["zenoh"] == null ? "off" : "on"],
       ["ASTERIX in, out", `${status["asterix"] == null ? "off" : "on"}, ${status["asterix_output"] == null ? "off" : "on"}`],
       ["Feeds of receivers", status["feeds"] == null ? "off" : "on"],
       ["Frames of this page", `${store.frames}, ${store.malformed} malformed`], ["Plots it missed", String(store.skipped)],
@@ -91,6 +91,18 @@ function draw(app: App): TemplateResult {
 function dataTime(status: Record<string, unknown>, shownS: number | null): string {
   const time = typeof status["data_time_s"] === "number" ? status["data_time_s"] : shownS;
   return time === null ? "no data" : `${utc(time)} UTC`;
+}
+
+/** A sentence on the measurements that the service rejected; empty: none. */
+export function rejectsOf(status: Record<string, unknown>): string {
+  const count = Number(status["rejected"] ?? 0);
+  const [most] = rejectCounts(status);
+  return count === 0 || most === undefined ? "" : `The service has rejected ${count} measurement${count === 1 ? "" : "s"} (most as ${most[0]}): see System.`;
+}
+
+/** Rejects by reason, the most frequent first. */
+function rejectCounts(status: Record<string, unknown>): [string, number][] {
+  return Object.entries((status["rejected_by_code"] ?? {}) as Record<string, number>).sort((a, b) => b[1] - a[1]);
 }
 
 /** Who has the page open. */
@@ -125,9 +137,8 @@ function rates(): [string, string][] {
 }
 
 function rejects(app: App): TemplateResult {
-  const counts = Object.entries((app.feed.status["rejected_by_code"] ?? {}) as Record<string, number>);
+  const counts = rejectCounts(app.feed.status);
   if (counts.length === 0) return html`<section aria-label="Rejects"><h3>Rejects by reason</h3><p class="hint">None.</p></section>`;
-  counts.sort((a, b) => b[1] - a[1]);
   const listed = counts.reduce((sum, [, count]) => sum + count, 0);
   return html`<section aria-label="Rejects"><h3>Rejects by reason</h3>${counts.map(([code, count]) => html`<details
     @toggle=${(event: Event) => {

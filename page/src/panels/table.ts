@@ -73,7 +73,7 @@ function leastCertain({ view, actions }: App): TemplateResult | typeof nothing {
   if (worst === null) return nothing;
   const link = (before: string, track: Track, state: string): TemplateResult => html`<button type="button" class="link"
     @click=${() => actions.show(track.id)}>${before}${nameOf(track)}${state}, ${distance(track.sigmaNowM, view.units)}${
-      track.state === "coasting" ? ` ${aged(track.ageS, olderS)} after its last plot` : ""}</button>`;
+      track.state === "coasting" ? `, ${track.ageS.toFixed(0)} s after its last plot` : ""}</button>`;
   const other = worst.state === "tentative" ? rows.filter((one) => one.state !== "tentative").reduce(most, null) : null;
   return html`${link("Least certain: ", worst, worst.state === "tentative" ? " (tentative)" : "")}${
     other === null ? nothing : html`; ${link(`${other.state}: `, other, "")}`}`;

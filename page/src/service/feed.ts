@@ -35,7 +35,7 @@ export interface Sensor {
   last_update_s: number | null;
   health: Record<string, unknown> | null;
   biases: Record<string, unknown>[];
-  diagnoses: { sentence: string }[];
+  diagnoses: { code?: string; sentence: string }[];
 }
 
 export interface Encounter {
@@ -71,6 +71,8 @@ export class Feed {
   private pastOf = "";
   private pastMs = 0;
   private jumps = 0;
+  /** The jumps of the clock before the picture was read: until another one is, it stays. */
+  private pictureJumps = 0;
   /** Of the loops that wait. */
   private readonly wakes = new Map<number, () => void>();
   private answeredMs = performance.now();
@@ -99,7 +101,7 @@ export class Feed {
 
   /** Whether the picture is that of the time chosen last. */
   get isCurrent(): boolean {
-    return this.jumps === this.clock.jumps && this.store.dataTimeS !== null;
+    return this.pictureJumps === this.clock.jumps && this.store.dataTimeS !== null;
   }
 
   /** Whether the service has been silent for too long. */
@@ -146,7 +148,6 @@ export class Feed {
     const { clock, store } = this;
     if (clock.jumps !== this.jumps) {
       this.jumps = clock.jumps;
-      for (const one of [store, this.second]) one.clear();
       [this.after, this.pastS, this.pastOf] = [null, null, ""];
     }
     const at = clock.at(performance.now());
@@ -171,6 +172,7 @@ export class Feed {
     this.answeredMs = performance.now();
     // The clock was moved meanwhile.
     if (clock.jumps !== jumps) return;
+    this.renew();
     frames.forEach((buffer, layer) => {
       const frame = this.decoded(buffer);
       clock.learn(frame.header.span_s, frame.header.recorded === true, frame.header.layers ?? []);
@@ -178,6 +180,13 @@ export class Feed {
       if (of !== this.pastOf) (layer === 0 ? this.store : this.second).update(frame, performance.now());
     });
     [this.pastS, this.pastMs, this.pastOf] = [at, performance.now(), of];
+  }
+
+  /** Discard the picture of the time before the clock was moved: that of the time chosen is here. */
+  private renew(): void {
+    if (this.pictureJumps === this.clock.jumps) return;
+    this.pictureJumps = this.clock.jumps;
+    for (const one of [this.store, this.second]) one.clear();
   }
 
   private decoded(buffer: ArrayBuffer): Frame {
@@ -202,6 +211,7 @@ export class Feed {
     clock.learn(frame.header.span_s, frame.header.recorded === true, frame.header.layers ?? []);
     // The clock was moved meanwhile; a run has no present.
     if (clock.jumps !== jumps || clock.recorded) return;
+    this.renew();
     const time = frame.header.data_time_s;
     const isBack = time !== null && this.newestS !== null && time < this.newestS - BACK_S;
     if (isBack) this.wentBack = { fromS: this.newestS ?? time, toS: time };

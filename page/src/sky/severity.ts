@@ -1,6 +1,7 @@
 /** How badly a sensor does, and why: what its list is sorted by. */
 
 import type { Sensor } from "../service/feed";
+import { aged, lasting } from "../time/presence";
 import type { Store } from "./store";
 
 /** Noise over the configured one, and detection, that an operator should look at. */
@@ -9,6 +10,10 @@ const DETECTION_MIN = 0.7;
 /** Scans without a plot after which a sensor counts as silent; seconds without a scan period. */
 const SCANS_MAX = 5;
 const SILENCE_MAX_S = 60;
+/** A sigma that is at least so much of the prior has not been reduced by any plot. */
+const UNTOUCHED_RATIO_MIN = 0.999;
+/** Causes that put the plots of a sensor at wrong positions: the biases of others absorb part of them. */
+const MISPLACED = new Set(["site", "positions_displaced"]);
 
 export type Level = "FAULT" | "ALARM" | "CHECK" | "NO DATA" | "DISABLED" | "OK";
 
@@ -18,6 +23,16 @@ export interface Severity {
   /** Sentences, the most important first. */
   reasons: string[];
 }
+
+/** What the service says of all sensors together. */
+export interface Reception {
+  /** Time by which the last data are older than they say, s: 0 while they come, null where it is not known. */
+  olderS: number | null;
+  /** A sentence on rejected measurements; empty: none was rejected. */
+  rejects: string;
+}
+
+const RECEIVING: Reception = { olderS: 0, rejects: "" };
 
 const RANKS: Record<Level, number> = { FAULT: 4, ALARM: 3, CHECK: 2, "NO DATA": 1, DISABLED: 0, OK: 0 };
 
@@ -37,7 +52,7 @@ export function alarmsOf(sensor: Sensor): string[] {
   return named;
 }
 
-export function severityOf(sensor: Sensor, store: Store): Severity {
+export function severityOf(sensor: Sensor, store: Store, { olderS, rejects }: Reception = RECEIVING): Severity {
   if (sensor.enabled === false) {
     return { level: "DISABLED", rank: RANKS.DISABLED, reasons: ["Disabled by an operator or the sensors file: its measurements are rejected."] };
   }
@@ -47,20 +62,31 @@ export function severityOf(sensor: Sensor, store: Store): Severity {
   const meaning = (alarm: string): string => alarm === "storm"
     ? `Excessive number of measurements: ${sensor.storm}.` : alarm === "clock"
     ? `Its clock is ${(sensor.clock_lead_s ?? 0).toFixed(0)} s ahead of the data time.` : ALARMS[alarm] ?? `Alarm ${alarm}.`;
-  const seen = doubts(sensor);
+  const seen = doubts(sensor, olderS);
   // What a cause or a figure says better is not repeated.
   const isSaid = (alarm: string): boolean => (alarm === "site" && causes.some((one) => one.includes("site")))
     || (alarm === "noise" && seen.some((one) => one.includes("noise")));
   const reasons = [...causes, ...alarms.filter((one) => !isSaid(one)).map(meaning), ...seen];
+  const isUnused = (sensor.updates ?? sensor.last_update_s ?? 0) === 0 && !store.hasPlots(sensor.id);
   const level: Level = causes.length > 0 ? "FAULT" : alarms.length > 0 ? "ALARM"
-    : (sensor.updates ?? sensor.last_update_s ?? 0) === 0 && !store.hasPlots(sensor.id) ? "NO DATA" : reasons.length > 0 ? "CHECK" : "OK";
-  if (level === "NO DATA") reasons.unshift(sensor.updates === null ? "No plot updated a track in the last two minutes." : "No plot has updated a track yet.");
+    : isUnused || olderS !== 0 ? "NO DATA" : reasons.length > 0 ? "CHECK" : "OK";
+  if (level === "NO DATA" && !isUnused) reasons.unshift(olderS === null ? "No data since the service started." : `No data for ${lasting(olderS)}.`);
+  else if (level === "NO DATA") {
+    if (rejects !== "") reasons.unshift(rejects);
+    reasons.unshift(sensor.updates === null ? "No plot updated a track in the last two minutes." : "No plot has updated a track yet.");
+  }
   return { level, rank: RANKS[level], reasons };
 }
 
-/** Whether the biases of a radar mean nothing: they absorb an error that they do not model. */
-export function isDoubtful({ level }: Severity, sensor: Sensor): boolean {
-  return level === "FAULT" || alarmsOf(sensor).includes("site");
+/** Why the biases of a radar mean nothing: they absorb an error that they do not model; empty: they do not. */
+export function doubtOf({ level }: Severity, sensor: Sensor, sensors: readonly Sensor[]): string {
+  if (level === "FAULT" || isMisplaced(sensor)) return "this radar has a fault";
+  const wrong = sensors.find(isMisplaced);
+  return wrong === undefined ? "" : `the positions from ${wrong.id} are wrong`;
+}
+
+function isMisplaced(sensor: Sensor): boolean {
+  return sensor.diagnoses.some(({ code }) => MISPLACED.has(code ?? "")) || alarmsOf(sensor).includes("site");
 }
 
 /** What its site on the map says in a word; empty where there is nothing to say. */
@@ -70,9 +96,9 @@ export function wordOf(sensor: Sensor, { level }: Severity): string {
 }
 
 /** Sensors by severity, the worst first; then by name. */
-export function bySeverity(sensors: readonly Sensor[], store: Store): { sensor: Sensor; severity: Severity }[] {
+export function bySeverity(sensors: readonly Sensor[], store: Store, reception?: Reception): { sensor: Sensor; severity: Severity }[] {
   return sensors
-    .map((sensor) => ({ sensor, severity: severityOf(sensor, store) }))
+    .map((sensor) => ({ sensor, severity: severityOf(sensor, store, reception) }))
     .sort((a, b) => b.severity.rank - a.severity.rank || b.severity.reasons.length - a.severity.reasons.length
       || (a.sensor.id < b.sensor.id ? -1 : 1));
 }
@@ -82,7 +108,7 @@ function ended(sentence: string): string {
   return /[.!?]$/.test(sentence) ? sentence : `${sentence}.`;
 }
 
-function doubts({ health, age_s: age, rotation_period_s: period }: Sensor): string[] {
+function doubts({ health, age_s: age, rotation_period_s: period }: Sensor, olderS: number | null): string[] {
   const found: string[] = [];
   const value = (name: string): number => numberOf(health?.[name]);
   for (const [name, what] of [["range_sigma_ratio", "range"], ["azimuth_sigma_ratio", "azimuth"]] as const) {
@@ -92,8 +118,13 @@ function doubts({ health, age_s: age, rotation_period_s: period }: Sensor): stri
   const detection = value("detection_probability");
   if (detection < DETECTION_MIN) found.push(`It detects only ${(100 * detection).toFixed(0)} % of the scans.`);
   const limit = period === null ? SILENCE_MAX_S : SCANS_MAX * period;
-  if (age !== null && age > limit) found.push(`No plot for ${age.toFixed(0)} s.`);
+  if (age !== null && age > limit) found.push(`No plot for ${aged(age, olderS)}.`);
   return found;
+}
+
+/** The estimate of a bias, NaN without any information: before the first plot that shows it, it is that of the prior. */
+export function estimateOf(bias: Record<string, unknown>): number {
+  return numberOf(bias["prior_ratio"]) >= UNTOUCHED_RATIO_MIN ? NaN : numberOf(bias["estimate"]);
 }
 
 /** A number of a document, NaN if it has none. */

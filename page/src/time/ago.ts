@@ -8,8 +8,9 @@ import { utc } from "../view/units";
 const ROUNDED_S = 0.01;
 
 export class Ago {
-  /** What there is to say; empty: nothing. */
-  message = "";
+  private message = "";
+  /** The time that the message is about, s. */
+  private saidAtS: number | null = null;
   private wanted: { id: number; name: string; atS: number; jumps: number; isFirst: boolean; before: string } | null = null;
 
   show(app: App, seconds: number): void {
@@ -30,12 +31,18 @@ export class Ago {
     this.wanted = { id: track.id, name, atS: shownS, jumps: clock.jumps, isFirst, before };
   }
 
+  /** What there is to say of the time shown; empty: nothing. */
+  said({ clock }: App): string {
+    return this.saidAtS !== null && clock.at(performance.now()) === this.saidAtS ? this.message : "";
+  }
+
   /** A frame has come: show the place. */
   arrived(app: App): void {
     const { wanted } = this;
     if (wanted !== null && wanted.jumps !== app.clock.jumps) this.wanted = null;
     else if (wanted !== null && Math.abs((app.store.dataTimeS ?? 0) - wanted.atS) < ROUNDED_S) {
       this.wanted = null;
+      this.saidAtS = app.clock.at(performance.now());
       const track = app.store.track(wanted.id);
       const [x, y] = track === undefined ? [0, 0] : app.store.placeOf(track, wanted.atS);
       this.message = wanted.before + (track === undefined
@@ -44,6 +51,6 @@ export class Ago {
           latitudeOf(y).toFixed(4)}, ${longitudeOf(x).toFixed(4)}. The picture is paused there; ${
           app.clock.recorded ? "Space plays on" : "Go live (n) returns to the present"}.`);
       if (track !== undefined) app.picture.show(track);
-    } else if (wanted === null && app.clock.isLive) this.message = "";
+    }
   }
 }

@@ -18,6 +18,7 @@ export function timeBar(app: App): TemplateResult {
   document.body.dataset["time"] = clock.isLive && word !== "Live" ? "stale" : mode.toLowerCase();
   const since = !clock.isLive ? "" : word === "No data" ? (forS === null ? "since the service started" : `for ${lasting(forS)}`)
     : word === "No contact" ? `for ${lasting((performance.now() - app.feed.lastAnswerMs) / 1000)}` : "";
+  const said = outage(app) || app.ago.said(app);
   const moves: [number, string][] = [[-60, "−1 min"], [-10, "−10 s"], [10, "+10 s"], [60, "+1 min"]];
   const selected = view.selected === null ? undefined : store.track(view.selected);
   return html`
@@ -45,7 +46,13 @@ export function timeBar(app: App): TemplateResult {
         .value=${String(clock.isLive ? span[1] : time ?? span[1])}
         aria-valuetext="${utc(time)} UTC" @input=${(event: Event) => clock.seek(Number((event.target as HTMLInputElement).value))}>
       <span>${utc(span[1])}</span></p>`}
-    ${app.ago.message === "" ? nothing : html`<p class="hint" role="status">${app.ago.message}</p>`}`;
+    ${said === "" ? nothing : html`<p class="hint" role="status">${said}</p>`}`;
+}
+
+/** Why the picture is that of another time than the one chosen; empty: it is not, or is being read. */
+function outage({ feed, store }: App): string {
+  return feed.isCurrent || feed.problem === "" || store.dataTimeS === null ? ""
+    : `The picture is still that of ${utc(store.dataTimeS)}: the time chosen cannot be read until the service responds.`;
 }
 
 /** Keys that the slider or a button would keep for itself. */

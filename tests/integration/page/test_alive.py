@@ -12,6 +12,7 @@ from integration.page.test_browser import PICTURE, STORE, opened, settled
 from integration.page.test_panels import pictured
 from multiradar.report.times import clock_text
 from multiradar.tracking.settings import TrackingSettings
+from support.processes import clients
 
 #: Without plots for so long, an aircraft is coasting and not yet dropped.
 SILENT_S = 45.0
@@ -55,7 +56,12 @@ def test_a_coasting_track_flies_on_and_its_uncertainty_grows(page: Page, tmp_pat
         first = page.locator("#tracks tbody tr[data-id]").first
         expect(first).to_have_attribute("data-id", str(track["id"]))
         expect(first).to_contain_text(f"{round(track['sigmaNowM'])} m")
-        page.get_by_role("button", name="Least certain").click()
+        # Its age is that of the sigma, which does not grow without data.
+        received(page, 600.0)
+        expect(page.locator("#time .mode")).to_have_text("No data")
+        worst = page.get_by_role("button", name="Least certain")
+        expect(worst).to_contain_text(f" m, {track['ageS']:.0f} s after its last plot")
+        worst.click()
         sheet = page.locator("#sheet")
         age = f"{track['ageS']:.0f} s after the last plot"
         expect(sheet).to_contain_text(f"at {clock_text(end_s)}, {age}")
@@ -79,7 +85,14 @@ def test_data_that_ended_are_not_live_and_their_ages_go_on(page: Page, air: Air)
     expect(page.locator(".picture.ended")).to_have_count(1)
     ages = page.locator("#tracks tbody tr[data-id] td:last-child")
     expect(ages.first).to_have_text("10 min")
+    page.keyboard.press("3")
+    badges = page.locator("#sensors tbody .badge")
+    expect(badges).to_have_text(["NO DATA"] * 3)
+    expect(page.locator("#tab-sensors .badge")).to_have_text("3 NO DATA")
+    expect(page.locator("#sensors .summary")).to_contain_text("No data for 10 min.")
+    expect(page.locator("#sensors .facts")).to_contain_text("the last 10 min ago")
     age_s[0] = 1.0
+    expect(badges.get_by_text("NO DATA")).to_have_count(0)
     expect(mode).to_have_text("Live")
     expect(page.locator(".picture.ended")).to_have_count(0)
 
@@ -107,6 +120,44 @@ def test_a_service_out_of_reach_is_not_live_and_ages_go_on(page: Page, air: Air)
     expect(age).not_to_have_text(before)
     page.unroute("**/v1/**")
     expect(page.locator("#time .mode")).to_have_text("No data")
+
+
+def test_the_last_picture_stays_when_another_time_cannot_be_read(page: Page, air: Air) -> None:
+    opened(page, air)
+    time_s, count = page.evaluate(f"[{STORE}.dataTimeS, {STORE}.tracks.length]")
+    page.evaluate(f"window.multiradar.actions.select({STORE}.tracks[0].id)")
+    page.route("**/v1/**", lambda route: route.abort())
+    mode = page.locator("#time .mode")
+    expect(mode).to_have_text("No contact")
+    said = page.locator("#time p[role=status]")
+    for key, word in (("a", "History paused"), ("n", "No contact")):
+        page.keyboard.press(key)
+        expect(mode).to_have_text(word)
+        expect(said).to_contain_text(
+            f"is still that of {clock_text(time_s)}: the time chosen cannot be read"
+        )
+        assert page.evaluate(f"[{STORE}.dataTimeS, {STORE}.tracks.length]") == [time_s, count]
+    page.unroute("**/v1/**")
+    expect(said).to_have_count(0)
+    expect(page.get_by_role("alert")).to_have_count(0)
+
+
+def test_rejected_measurements_are_named(page: Page, tmp_path: Any) -> None:
+    air = Air(tmp_path, 30.0)
+    try:
+        plots = air.measurements.with_columns(callsign=pl.lit("<b>"))
+        with clients.client(air.url) as client:
+            answer = client.post(
+                "/v1/measurements",
+                content=plots.write_ndjson().encode(),
+                headers={"content-type": "application/x-ndjson"},
+            )
+        assert answer.json()["accepted"] == 0
+        page.goto(f"{air.url}/#tab=sensors")
+        expect(page.locator("#sensors tbody .badge")).to_have_text(["NO DATA"] * 3)
+        expect(page.locator("#sensors")).to_contain_text(f"rejected {len(plots)} measurements")
+    finally:
+        air.application.stop()
 
 
 def test_a_picture_that_is_being_read_or_computed_is_not_empty(page: Page, air: Air) -> None:

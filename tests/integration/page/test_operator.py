@@ -6,7 +6,7 @@ from typing import Any
 
 from playwright.sync_api import Page, Route, expect
 
-from integration.page.conftest import Air
+from integration.page.conftest import Air, received
 from integration.page.test_browser import PICTURE, STORE, opened, settled
 from integration.page.test_panels import pictured, sensors_with
 from multiradar.report.times import clock_text
@@ -97,9 +97,21 @@ def test_the_export_menu_closes_with_escape_and_a_click_elsewhere(page: Page, ai
 
 
 def test_the_words_of_estimation_are_explained_where_they_stand(page: Page, air: Air) -> None:
+    def untouched(sensors: list[dict[str, Any]]) -> None:
+        for one in sensors:
+            one["biases"][0] |= {"estimate": 0.0, "prior_ratio": 1.0}
+
+    sensors_with(page, untouched)
     opened(page, air)
     page.keyboard.press("3")
     expect(page.locator("#sensors")).to_contain_text("Of prior: the sigma that is left")
+    # The estimate would be that of the prior.
+    first = page.locator("#sensors .sheet tbody tr").first.locator("td")
+    expect(first).to_have_text(["–", re.compile("."), "100 %"])
+    assert (
+        page.locator("#sensors table.sensors tbody tr").first.locator("td").nth(3).inner_text()
+        == "–"
+    )
     page.evaluate(f"window.multiradar.actions.select({STORE}.tracks[0].id)")
     why = page.get_by_role("region", name="Why is it here?")
     expect(why).to_contain_text("Weight: how much of the position comes from this sensor.")
@@ -110,9 +122,10 @@ def test_the_map_names_the_radars_that_are_faulty_and_silent(page: Page, air: Ai
         by_name = {one["id"]: one for one in sensors}
         by_name["north"]["health"]["alarms"] = "silent"
         by_name["west"]["health"] |= {"alarms": "noise,site", "range_sigma_ratio": 2.7}
-        by_name["west"]["diagnoses"] = [{"sentence": "west: its site is 300 m off"}]
+        by_name["west"]["diagnoses"] = [{"code": "site", "sentence": "west: its site is 300 m off"}]
 
     sensors_with(page, wrong)
+    received(page, 1.0)
     opened(page, air)
     settled(page, f"{PICTURE}.layers.layers[0].names.length === 3")
     names = page.evaluate(f"{PICTURE}.layers.layers[0].names")
@@ -123,8 +136,12 @@ def test_the_map_names_the_radars_that_are_faulty_and_silent(page: Page, air: Ai
     expect(page.get_by_role("region", name="Sensor west")).not_to_contain_text("of 95 %")
     expect(page.locator("#sensors tbody tr", has_text="west").first).to_contain_text("°?")
     expect(page.locator("#sensors .summary")).to_contain_text("300 m off. 1 more to look at.")
+    # Those of the others absorb part of it.
+    expect(page.locator("#sensors tbody tr", has_text="east").first).to_contain_text("°?")
     page.get_by_role("button", name="east").click()
-    expect(page.get_by_role("region", name="Sensor east")).to_contain_text("of 95 %")
+    east = page.get_by_role("region", name="Sensor east")
+    expect(east).to_contain_text("Do not use these biases: the positions from west are wrong")
+    expect(east).not_to_contain_text("of 95 %")
     page.get_by_role("button", name="west").click()
     # What the cause and the figure say is not repeated.
     reasons = page.get_by_role("region", name="Sensor west").locator("p.alarm")

@@ -175,6 +175,8 @@ def test_one_click_shows_where_the_aircraft_was_five_minutes_ago(page: Page, lon
     expect(page.locator("#sheet")).to_contain_text("in the last minute")
     page.evaluate(f"{CLOCK}.seek({first_s})")
     expect(page.locator("#sheet")).to_contain_text("did not exist at")
+    # What was said of another time is gone.
+    expect(said).to_have_count(0)
     page.evaluate(f"window.multiradar.actions.select({old})")
     page.evaluate(f"{CLOCK}.seek({present - 300.0})")
     settled(page, f"Math.abs({STORE}.dataTimeS - {present - 300.0}) < 0.1")

@@ -7,15 +7,17 @@ import { signed } from "../track/contributions";
 import type { App, Panel } from "../panel";
 import { swatch } from "../swatch";
 import { utc } from "../../view/units";
-import { bySeverity, isDoubtful, numberOf, type Severity } from "../../sky/severity";
+import { bySeverity, doubtOf, estimateOf, numberOf, type Severity } from "../../sky/severity";
+import { unheardS } from "../../time/presence";
+import { rejectsOf } from "../system";
 import { sensorSheet } from "./sheet";
 
 export const sensorPanel: Panel = {
   id: "sensors",
   title: "Radars",
   tab: "sensors",
-  badge: ({ feed, store }) => {
-    const wrong = bySeverity(feed.sensors, store).filter(({ severity }) => severity.rank > 0);
+  badge: (app) => {
+    const wrong = sortedOf(app).filter(({ severity }) => severity.rank > 0);
     const [first] = wrong;
     // Those of the worst level: two that are checked do not make a second fault.
     const worst = wrong.filter(({ severity }) => severity.level === first?.severity.level).length;
@@ -24,9 +26,14 @@ export const sensorPanel: Panel = {
   draw,
 };
 
+/** The sensors by severity, with what the service receives of all. */
+function sortedOf({ feed, store, clock }: App): { sensor: Sensor; severity: Severity }[] {
+  return bySeverity(feed.sensors, store, { olderS: unheardS(feed, clock), rejects: clock.isLive ? rejectsOf(feed.status) : "" });
+}
+
 function draw(app: App): TemplateResult {
-  const { feed, store, view } = app;
-  const sorted = bySeverity(feed.sensors, store);
+  const { feed, view } = app;
+  const sorted = sortedOf(app);
   if (sorted.length === 0) return html`<p class="hint">The service has no sensors, or has not responded yet.</p>`;
   const [first] = sorted;
   const open = sorted.find(({ sensor }) => sensor.id === view.sensor) ?? first;
@@ -55,7 +62,8 @@ function row(sensor: Sensor, severity: Severity, open: boolean, app: App): Templ
   const detection = numberOf(sensor.health?.["detection_probability"]);
   const bias = (name: string, digits: number, unit: string): string => {
     const found = sensor.biases.find((one) => one["parameter"] === name);
-    return found === undefined ? "–" : `${signed(numberOf(found["estimate"]), digits)}${unit}${isDoubtful(severity, sensor) ? "?" : ""}`;
+    const estimate = found === undefined ? NaN : estimateOf(found);
+    return Number.isNaN(estimate) ? "–" : `${signed(estimate, digits)}${unit}${doubtOf(severity, sensor, app.feed.sensors) === "" ? "" : "?"}`;
   };
   return html`<tr aria-current=${open} @click=${() => app.actions.sensor(sensor.id)}>
     <th scope="row"><button type="button" class="link" aria-expanded=${open} @click=${(event: Event) => {

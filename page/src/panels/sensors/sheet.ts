@@ -10,7 +10,8 @@ import { Source } from "../source";
 import { signed } from "../track/contributions";
 import { figure } from "../track/curves";
 import { utc } from "../../view/units";
-import { isDoubtful, numberOf, type Severity } from "../../sky/severity";
+import { doubtOf, estimateOf, numberOf, type Severity } from "../../sky/severity";
+import { aged, unheardS } from "../../time/presence";
 
 const EVERY_MS = 5000;
 const PAST_S = 3600;
@@ -46,25 +47,25 @@ const residuals = new Source<Residuals>(EVERY_MS);
 export function sensorSheet(sensor: Sensor, severity: Severity, said: number, app: App): TemplateResult {
   return html`<section class="sheet" aria-label="Sensor ${sensor.id}"><h3 class="own">${sensor.id}</h3>
     ${severity.reasons.slice(said).map((one) => html`<p class="alarm">${one}</p>`)}
-    ${sensor.biases.length === 0 ? html`<p class="hint">No bias is estimated${(sensor.updates ?? 1) === 0 ? " yet" : ""}.</p>` : biases(sensor, isDoubtful(severity, sensor))}
+    ${sensor.biases.length === 0 ? html`<p class="hint">No bias is estimated${(sensor.updates ?? 1) === 0 ? " yet" : ""}.</p>` : biases(sensor, doubtOf(severity, sensor, app.feed.sensors))}
     ${curves(sensor, app)}
     ${sensor.kind === "radar" ? byPlace(sensor, app) : nothing}
     ${facts(sensor, app)}</section>`;
 }
 
-function biases({ biases: found }: Sensor, doubtful: boolean): TemplateResult {
+function biases({ biases: found }: Sensor, doubt: string): TemplateResult {
   return html`<table><thead><tr><th scope="col">Bias</th><th scope="col">Estimate</th><th scope="col">± 2 sigma</th>
     <th scope="col" title="Sigma relative to that before the first plot">Of prior</th></tr></thead>
     <tbody>${found.map((bias) => {
-      const [estimate, sigma, ratio] = [numberOf(bias["estimate"]), numberOf(bias["sigma"]), numberOf(bias["prior_ratio"])];
+      const [estimate, sigma, ratio] = [estimateOf(bias), numberOf(bias["sigma"]), numberOf(bias["prior_ratio"])];
       const [name, unit] = named(String(bias["parameter"] ?? ""));
       const digits = digitsOf(sigma);
-      return html`<tr><th scope="row">${name}</th><td>${signed(estimate, digits)}${unit}</td><td>${(2 * sigma).toFixed(digits)}${unit}</td>
-        <td>${Number.isFinite(ratio) ? `${(100 * ratio).toPrecision(2)} %` : "–"}</td></tr>`;
+      return html`<tr><th scope="row">${name}</th><td>${Number.isNaN(estimate) ? "–" : `${signed(estimate, digits)}${unit}`}</td><td>${(2 * sigma).toFixed(digits)}${unit}</td>
+        <td>${Number.isFinite(ratio) ? `${Number((100 * ratio).toPrecision(2))} %` : "–"}</td></tr>`;
     })}</tbody></table>
-    ${doubtful ? html`<p class="alarm">Do not use these biases: this radar has a fault, and they absorb part of it.
-      ± 2 sigma does not cover that error. Correct the fault first.</p>` : nothing}
-    <p class="hint">${doubtful ? "" : "The true bias lies within ± 2 sigma of the estimate with a probability of 95 %. "}Of prior: the sigma that is
+    ${doubt !== "" ? html`<p class="alarm">Do not use these biases: ${doubt}, and they absorb part of that error.
+      ± 2 sigma does not cover it. Correct the fault first.</p>` : nothing}
+    <p class="hint">${doubt !== "" ? "" : "The true bias lies within ± 2 sigma of the estimate with a probability of 95 %. "}Of prior: the sigma that is
       left of that before the first plot; at 100 % the plots have not shown this bias.</p>`;
 }
 
@@ -131,9 +132,10 @@ function barsOf(bins: readonly Bin[], end: number, name: (begin: number) => stri
   });
 }
 
-function facts(sensor: Sensor, { feed }: App): TemplateResult {
+function facts(sensor: Sensor, { feed, clock: shown }: App): TemplateResult {
   const { health } = sensor;
   const now = feed.sensorsAtS === null ? "" : " (now)";
+  const olderS = unheardS(feed, shown);
   const value = (name: string): number => numberOf(health?.[name]);
   const arrivals = ((feed.status["arrivals"] ?? {}) as Record<string, Record<string, unknown>>)[sensor.id];
   const delay = [numberOf(arrivals?.["delay_s_median"]), numberOf(arrivals?.["delay_s_p99"])] as const;
@@ -142,7 +144,7 @@ function facts(sensor: Sensor, { feed }: App): TemplateResult {
   const clock = sensor.biases.find((one) => one["parameter"] === "time_offset_s");
   const rows: [string, string][] = [
     ["Kind", sensor.kind],
-    ["Updates", [sensor.updates === null ? "" : String(sensor.updates), sensor.age_s === null ? "" : `the last ${sensor.age_s.toFixed(1)} s ago`]
+    ["Updates", [sensor.updates === null ? "" : String(sensor.updates), sensor.age_s === null ? "" : `the last ${olderS === 0 ? `${sensor.age_s.toFixed(1)} s` : aged(sensor.age_s, olderS)} ago`]
       .filter((one) => one !== "").join(", ") || "none"],
     ["Scan period", sensor.rotation_period_s === null ? "not configured" : `${sensor.rotation_period_s} s`],
     [`Latency behind data time${now}`, Number.isFinite(delay[0]) ? `${delay[0].toFixed(2)} s, 99 %: ${delay[1].toFixed(2)} s` : "no data"],
