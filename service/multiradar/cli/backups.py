@@ -12,7 +12,9 @@ from multiradar.cli.options import ConfigOption, FilterOption
 from multiradar.errors import DamageError
 
 if TYPE_CHECKING:
+    from multiradar.estimation.measurement.sensors import SensorTable
     from multiradar.settings.service import Settings
+    from multiradar_schemas.sensors.sensor import SensorsFile
 
 StateArgument = Annotated[
     Path,
@@ -255,14 +257,13 @@ def migrate(
 
 
 # What a service does at its start, and at its end.
-def _replayed(settings: "Settings") -> dict[str, Any]:
+def _replayed(
+    settings: "Settings", table: "SensorTable", described: "SensorsFile"
+) -> dict[str, Any]:
     from multiradar.app import build_service
     from multiradar.runtime.kernel_purposes import serve_purposes
     from multiradar.toolbox.compiling import compile_kernels
-    from multiradar.toolbox.inputs import load_sensor_table, read_sensors
 
-    described = read_sensors(settings.sensors)
-    table = load_sensor_table(settings.sensors, described)
     compile_kernels(
         serve_purposes(
             settings.tracking_settings(), table, trajectories=False, asterix=False, feeds=False

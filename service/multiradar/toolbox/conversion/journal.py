@@ -162,10 +162,9 @@ class _Found:
         lines = [" ".join(row.raw.splitlines()).encode("utf-8", "replace") for row in wanted]
         parsed = parse_ndjson(b"\n".join(lines))
         readable = set(parsed.frame["index"].to_list())
-        unreadable = {id(row) for k, row in enumerate(wanted) if k not in readable}
-        kept = {id(row) for row in wanted} - unreadable
-        self.recovered.update(RejectCode(row.code) for row in wanted if id(row) in kept)
-        return parsed.frame, [row for row in rows if id(row) not in kept]
+        kept = {row.index: RejectCode(row.code) for k, row in enumerate(wanted) if k in readable}
+        self.recovered.update(kept.values())
+        return parsed.frame, [row for row in rows if row.index not in kept]
 
     def _reject(self, row: RejectedRow, stored: StoredEntry, rejects: IO[str]) -> None:
         code = RejectCode(row.code)

@@ -12,11 +12,13 @@ from multiradar.errors import InputError
 from multiradar.storage.entries import Entry, EntryKind
 
 if TYPE_CHECKING:
+    from multiradar.estimation.measurement.sensors import SensorTable
     from multiradar.runtime.admission.admission_by_time import Admission
     from multiradar.runtime.admission.sensors_in_force import SensorsInForce
     from multiradar.runtime.live.intake import Submission
     from multiradar.settings.service import Settings
     from multiradar.storage.verification import Progress
+    from multiradar_schemas.sensors.sensor import SensorsFile
 
 #: Entries in one transaction.
 _APPENDED = 256
@@ -59,7 +61,7 @@ class Migration:
 
 def migrate(
     source: Path, out: Path, settings: "Settings",
-    run: Callable[["Settings"], dict[str, Any]],
+    run: "Callable[[Settings, SensorTable, SensorsFile], dict[str, Any]]",
     on_progress: "Progress" = lambda _done, _total: None,
 ) -> Migration:  # fmt: skip
     """Write the entries of a state or an archive into a new state.
@@ -76,8 +78,8 @@ def migrate(
     settings : Settings
         The settings of the new service, with its sensors file.
     run : callable
-        Called with the settings of the new state: replays its journal, writes a snapshot, and
-        returns `figures`.
+        Called with the settings of the new state and its sensors: replays its journal, writes a
+        snapshot, and returns `figures`.
     on_progress : callable
         Called with the number of entries done, and that of all.
 
@@ -129,7 +131,7 @@ def migrate(
         if not done.entries:
             raise InputError(f"{source}: no entries")
         journal = settings.journal.model_copy(update={"path": path})
-        done.figures = run(settings.model_copy(update={"journal": journal}))
+        done.figures = run(settings.model_copy(update={"journal": journal}), table, described)
     return done
 
 
