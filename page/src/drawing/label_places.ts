@@ -1,6 +1,7 @@
 /**
- * Places labels so that none covers another. A label keeps its slot until that collides; labels
- * that have one come before others of the same rank.
+ * Places labels so that none covers another. A label keeps its slot until that collides, or has
+ * covered a symbol for some time while another slot is free; labels that have one come before
+ * others of the same rank.
  */
 
 /** A label that wants a place. Size and rank are set before, slot and place by `place`. */
@@ -19,8 +20,9 @@ export interface Wanted {
   top: number;
   /** Whether it leaves a slot with a leader line for one beside the symbol: the user moved the map. */
   home: boolean;
-  /** Whether a symbol lies under it. */
+  /** Whether a symbol lies under it, and since when, ms. */
   covers: boolean;
+  coveredMs: number;
 }
 
 export const RANKS = 6;
@@ -40,6 +42,8 @@ export const SLOTS = DIRECTIONS.length * (1 + RINGS.length);
 /** Kept free around a label, so that labels do not touch until they are placed again, pixels. */
 export const MARGIN = 1.5;
 const SYMBOL = 5;
+/** A label that covers a symbol looks for another slot so often, ms: most aircraft only pass under it. */
+const COVERED_MS = 2000;
 /** After so many labels without a place the canvas is full. */
 const FAILED_MAX = 2000;
 
@@ -52,12 +56,14 @@ export class LabelPlaces {
   private readonly labels = new Boxes();
   private readonly symbols = new Boxes();
   private order = new Int32Array(0);
+  private nowMs = 0;
 
   /** Place at most `budget` of the first `count` within a canvas; those without a place get slot -1. */
   place(
-    wanted: readonly Wanted[], count: number, budget: number, width: number, height: number,
+    wanted: readonly Wanted[], count: number, budget: number, width: number, height: number, nowMs: number,
     reserved: readonly (readonly number[])[] = [],
   ): void {
+    this.nowMs = nowMs;
     this.labels.clear(width, height);
     for (const boxes of reserved) {
       for (let at = 0; at + 3 < boxes.length; at += 4) {
@@ -92,13 +98,23 @@ export class LabelPlaces {
       }
     }
     // A slot that is kept may cover symbols: labels do not jump when aircraft pass under them.
-    if (kept >= 0 && this.fits(one, kept, width, height, true)) return this.take(one, kept);
+    if (kept >= 0 && this.fits(one, kept, width, height, true)) return this.take(one, this.uncovered(one, width, height) ?? kept);
     for (const overSymbols of [false, true]) {
       for (let slot = 0; slot < SLOTS; slot++) {
         if (this.fits(one, slot, width, height, overSymbols)) return this.take(one, slot);
       }
     }
     return false;
+  }
+
+  /** Another slot that covers no symbol, for a label that has covered one for too long. */
+  private uncovered(one: Wanted, width: number, height: number): number | null {
+    if (!one.covers || this.nowMs - one.coveredMs < COVERED_MS) return null;
+    one.coveredMs = this.nowMs;
+    for (let slot = 0; slot < SLOTS; slot++) {
+      if (slot !== one.slot && this.fits(one, slot, width, height, false)) return slot;
+    }
+    return null;
   }
 
   private fits(one: Wanted, slot: number, width: number, height: number, overSymbols: boolean): boolean {
@@ -113,7 +129,9 @@ export class LabelPlaces {
     one.slot = slot;
     one.left = leftOf(one, slot);
     one.top = topOf(one, slot);
-    one.covers = !this.symbols.isFree(one.left, one.top, one.width, one.height);
+    const covers = !this.symbols.isFree(one.left, one.top, one.width, one.height);
+    if (covers && !one.covers) one.coveredMs = this.nowMs;
+    one.covers = covers;
     this.labels.add(one.left - MARGIN, one.top - MARGIN, one.width + 2 * MARGIN, one.height + 2 * MARGIN);
     return true;
   }

@@ -27,6 +27,7 @@ class Label implements Wanted {
   left = 0;
   top = 0;
   covers = false;
+  coveredMs = 0;
   home = false;
   lines: [string, string] = ["", ""];
   private key = "";
@@ -129,7 +130,7 @@ export class LabelsLayer implements Layer {
       label.rank = rankOf(track, first && track.id === view.selected, first && this.encounters.tracks.has(track.id));
       this.wanted[at] = label;
     }
-    this.places.place(this.wanted, this.count, LABELS_MAX, scene.width, scene.height, [scene.reserved, scene.reservedMoving]);
+    this.places.place(this.wanted, this.count, LABELS_MAX, scene.width, scene.height, performance.now(), [scene.reserved, scene.reservedMoving]);
     if (this.labels.size > 2 * this.count + 100) this.forget(scene);
   }
 

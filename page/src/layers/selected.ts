@@ -29,6 +29,7 @@ export class PastLayer implements Layer {
     context.globalAlpha = 0.8;
     context.beginPath();
     for (const point of selection.past) context.lineTo(scene.px(point.x), scene.py(point.y));
+    this.join(scene);
     context.stroke();
     let minute = Infinity;
     let [lastX, lastY] = [-Infinity, -Infinity];
@@ -48,6 +49,17 @@ export class PastLayer implements Layer {
       minute = age;
     }
     context.globalAlpha = 1;
+  }
+
+  /** The past is read every few seconds: what the frames brought since then leads to the symbol. */
+  private join(scene: Scene): void {
+    const track = scene.store.track(scene.view.selected);
+    const endS = scene.selection.past.at(-1)?.timeS ?? Infinity;
+    if (track === undefined || !(track.timeS > endS)) return;
+    for (const slot of track.trail.after(endS)) {
+      scene.context.lineTo(scene.px(track.trail.x[slot] ?? NaN), scene.py(track.trail.y[slot] ?? NaN));
+    }
+    scene.context.lineTo(scene.px(track.x), scene.py(track.y));
   }
 }
 

@@ -58,9 +58,12 @@ export class Encounters {
       + `&probability_min=${PROBABILITY_MIN}&order=probability&limit=${LIMIT}`;
     for (;;) {
       const began = performance.now();
+      const { jumps } = this;
       const at = this.atS();
       const isWanted = this.wanted() && !document.hidden;
       if (!isWanted || at === null || at !== this.foundAtS) await this.read(isWanted ? `v1/encounters?${asked}${atOf(at)}` : null, at);
+      // Another time may be chosen while an answer comes.
+      if (this.jumps !== jumps) continue;
       const took = performance.now() - began;
       await new Promise<void>((done) => {
         setTimeout(done, Math.max(EVERY_MS - took, PATIENCE * took));

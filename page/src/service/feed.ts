@@ -124,6 +124,7 @@ export class Feed {
   private async loop(step: () => Promise<void>, everyMs: number, number: number): Promise<void> {
     for (;;) {
       const began = performance.now();
+      const { jumps } = this.clock;
       try {
         await step();
         this.problems[number] = "";
@@ -131,6 +132,8 @@ export class Feed {
         this.problems[number] = error instanceof Error ? error.message : String(error);
       }
       this.changed();
+      // The clock may be moved while an answer comes.
+      if (this.clock.jumps !== jumps) continue;
       await new Promise<void>((done) => {
         setTimeout(done, Math.max(20, everyMs - (performance.now() - began)));
         this.wakes.set(number, done);
@@ -139,12 +142,6 @@ export class Feed {
   }
 
   private async frame(): Promise<void> {
-    const { clock } = this;
-    // The clock may be moved while an answer comes.
-    do await this.step(); while (clock.jumps !== this.jumps);
-  }
-
-  private async step(): Promise<void> {
     const { clock, store } = this;
     if (clock.jumps !== this.jumps) {
       this.jumps = clock.jumps;

@@ -97,6 +97,8 @@ export class Selection {
   /** Data time of what was read. */
   private readS: number | null = null;
   private busy = false;
+  /** What is being read, or was read last. */
+  private reading: Promise<void> = Promise.resolve();
   /** Whether it is to be read again after what is being read. */
   private again = false;
 
@@ -111,7 +113,7 @@ export class Selection {
   ) {
     setInterval(() => {
       // A past time that stands is read once.
-      if (this.mode() === "live" || this.readS !== this.dataTimeS()) void this.refresh();
+      if (this.mode() === "live" || this.readS !== this.dataTimeS()) this.refresh();
     }, EVERY_MS);
   }
 
@@ -125,20 +127,29 @@ export class Selection {
     this.forecast = [];
     this.bundle = null;
     this.revision += 1;
-    void this.refresh();
+    this.refresh();
   }
 
   /** Another time is shown: what is being read is that of the one before. */
   moved(): void {
     this.again = this.busy;
-    void this.refresh();
+    this.refresh();
+  }
+
+  /** Wait until the past of the track that is selected has been read, or could not be. */
+  async settled(): Promise<void> {
+    for (let reading = null; reading !== this.reading;) await (reading = this.reading);
   }
 
   /** Read the past and the forecast again. */
-  async refresh(): Promise<void> {
+  private refresh(): void {
     const [id, time] = [this.id, this.dataTimeS()];
     if (id === null || time === null || this.busy) return;
     this.busy = true;
+    this.reading = this.read(id, time);
+  }
+
+  private async read(id: number, time: number): Promise<void> {
     this.again = false;
     try {
       const since = `since=${time - PAST_S}&limit=5000`;
@@ -171,7 +182,7 @@ export class Selection {
       this.revision += 1;
       this.busy = false;
       // Another track was selected meanwhile, or another time.
-      if (id !== this.id || this.again) void this.refresh();
+      if (id !== this.id || this.again) this.refresh();
     }
   }
 }

@@ -157,6 +157,7 @@ export function nameOf(track: Track): string {
 export class Trail {
   readonly x = new Float64Array(TRAIL_POINTS);
   readonly y = new Float64Array(TRAIL_POINTS);
+  readonly timeS = new Float64Array(TRAIL_POINTS);
   /** Positions so far; that of number n is in slot n modulo the capacity. */
   private end = 0;
   private lastS = -Infinity;
@@ -165,12 +166,21 @@ export class Trail {
     return Math.min(this.end, TRAIL_POINTS);
   }
 
+  /** Slots of the positions after a time, oldest first. */
+  *after(timeS: number): Generator<number> {
+    for (let number = this.end - this.length; number < this.end; number++) {
+      const slot = number % TRAIL_POINTS;
+      if ((this.timeS[slot] ?? NaN) > timeS) yield slot;
+    }
+  }
+
   extend(timeS: number, x: number, y: number): void {
     if (!(timeS - this.lastS >= TRAIL_STEP_S)) return;
     // After a gap the positions before it are not those of the last two minutes.
     if (timeS - this.lastS > TRAIL_POINTS * TRAIL_STEP_S) this.end = 0;
     this.x[this.end % TRAIL_POINTS] = x;
     this.y[this.end % TRAIL_POINTS] = y;
+    this.timeS[this.end % TRAIL_POINTS] = timeS;
     this.lastS = timeS;
     this.end += 1;
   }

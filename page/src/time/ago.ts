@@ -13,8 +13,12 @@ export class Ago {
   private saidAtS: number | null = null;
   private wanted: { id: number; name: string; atS: number; jumps: number; isFirst: boolean; before: string } | null = null;
 
-  show(app: App, seconds: number): void {
+  async show(app: App, seconds: number): Promise<void> {
     const { clock, store, view } = app;
+    const asked = view.selected;
+    // A track that was selected just now: when it was first tracked comes with its past.
+    await app.selection.settled();
+    if (view.selected !== asked) return;
     const track = store.track(view.selected);
     const now = clock.at(performance.now()) ?? store.dataTimeS;
     if (track === undefined || now === null) return;

@@ -12,7 +12,8 @@ const AGO_S = 300;
 export function timeBar(app: App): TemplateResult {
   const { clock, store, view, measure } = app;
   const { span } = clock;
-  const time = clock.at(performance.now()) ?? store.dataTimeS;
+  // While history plays, frames come at intervals: the time is that of the picture, as above the map.
+  const time = app.feed.isCurrent ? store.dataTimeS : clock.at(performance.now()) ?? store.dataTimeS;
   const { word, forS } = presentOf(app.feed, performance.now());
   const mode = clock.recorded ? "Recorded" : clock.isLive ? word : "History";
   document.body.dataset["time"] = clock.isLive && word !== "Live" ? "stale" : mode.toLowerCase();

@@ -111,6 +111,87 @@ def test_labels_do_not_cover_each_other_and_keep_their_slots(shown: Shown) -> No
     shown.value(f"{PICTURE}.fit()")
 
 
+def paused(shown: Shown) -> None:
+    # Space is of a button that an earlier test has focused by keyboard.
+    shown.value("document.activeElement.blur()")
+    shown.page.keyboard.press(" ")
+    shown.until("!window.multiradar.clock.isLive && window.multiradar.feed.isCurrent")
+    shown.until(f"{PICTURE}.seenOnCanvas.length === 30")
+
+
+def resumed(shown: Shown) -> None:
+    shown.page.keyboard.press("n")
+    shown.until("window.multiradar.clock.isLive && window.multiradar.feed.isCurrent")
+
+
+def test_a_label_leaves_an_aircraft_that_stays_under_it(shown: Shown) -> None:
+    paused(shown)
+    try:
+        # Selected, its label is placed first; the picture is read for it once more.
+        label = shown.value(f"{STORE}.tracks[0].id")
+        shown.value(f"window.multiradar.actions.select({label})")
+        shown.until(f"window.multiradar.feed.pastOf.endsWith(' {label}')")
+        other, slot, after = shown.value(
+            f"""(() => {{
+              const {{ store, picture }} = window.multiradar;
+              const {{ scene }} = picture;
+              picture.map.renderSync();
+              const box = {BOXES}.find((one) => one.id === {label});
+              const other = store.tracks.find((one) => one.id !== box.id);
+              other.x = ((box.left + box.right) / 2 - scene.e) / scene.a;
+              other.y = ((box.top + box.bottom) / 2 - scene.f) / scene.d;
+              [other.vx, other.vy] = [0, 0];
+              picture.touch();
+              picture.map.renderSync();
+              const after = {BOXES}.find((one) => one.id === box.id);
+              return [other.id, box.slot, after.slot];
+            }})()"""
+        )
+        # It does not jump from one that passes.
+        assert after == slot
+        shown.until(
+            f"""(() => {{
+              window.multiradar.picture.map.renderSync();
+              window.multiradar.picture.layers.labels.placedS = -Infinity;
+              const box = {BOXES}.find((one) => one.id === {label});
+              const symbol = {PICTURE}.seenOnCanvas.find((one) => one.id === {other});
+              return symbol.x < box.left || symbol.x > box.right
+                || symbol.y < box.top || symbol.y > box.bottom;
+            }})()"""
+        )
+    finally:
+        shown.value("window.multiradar.actions.select(null)")
+        resumed(shown)
+
+
+def test_the_path_of_the_selected_track_ends_at_its_symbol(shown: Shown) -> None:
+    paused(shown)
+    try:
+        track = shown.value(f"Math.min(...{STORE}.tracks.map((one) => one.id))")
+        shown.value(f"window.multiradar.actions.select({track})")
+        shown.until("window.multiradar.selection.past.length > 20")
+        shown.value("window.multiradar.selection.settled()")
+        # The past as it was read 30 s ago; so far in that it ends beyond the canvas.
+        alone = """for (const name of ["trails", "plots", "sites", "tracks", "uncertainty"])
+          view.shown[name] = false;
+          const { selection } = window.multiradar;
+          const one = store.track(view.selected);
+          picture.map.getView().setCenter([one.x, one.y]);
+          picture.map.getView().setZoom(15);
+          selection.forecast = [];
+          selection.past = selection.past.filter((point) => point.timeS < one.timeS - 30)"""
+        whole, cut = painted(shown, "ground", alone, "view.selected = null")
+        assert whole - cut > 100
+    finally:
+        shown.value(
+            """for (const name of ["trails", "plots", "sites", "tracks", "uncertainty"])
+              window.multiradar.view.shown[name] = true"""
+        )
+        shown.value("window.multiradar.actions.select(null)")
+        shown.value(f"{PICTURE}.fit()")
+        resumed(shown)
+
+
 def test_encounters_are_those_of_the_service_and_have_a_switch(shown: Shown, air: Air) -> None:
     shown.until("window.multiradar.encounters.revision > 0")
     with clients.client(air.url) as client:
@@ -393,12 +474,7 @@ def test_the_map_wrote_nothing_to_the_console(shown: Shown, air: Air) -> None:
 
 
 def test_names_that_come_later_do_not_cover_labels(shown: Shown) -> None:
-    page = shown.page
-    # Space is of a button that an earlier test has focused by keyboard.
-    shown.value("document.activeElement.blur()")
-    page.keyboard.press(" ")
-    shown.until("!window.multiradar.clock.isLive && window.multiradar.feed.isCurrent")
-    shown.until(f"{PICTURE}.seenOnCanvas.length === 30")
+    paused(shown)
     try:
         # The picture stands; paths and forecasts of what is selected come all the same.
         for at in range(0, 30, 5):
@@ -412,5 +488,4 @@ def test_names_that_come_later_do_not_cover_labels(shown: Shown) -> None:
                 assert all(overlaps([text, box]) == 0 for box in boxes)
     finally:
         shown.value("window.multiradar.actions.select(null)")
-        page.keyboard.press("n")
-        shown.until("window.multiradar.clock.isLive && window.multiradar.feed.isCurrent")
+        resumed(shown)

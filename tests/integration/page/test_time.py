@@ -130,7 +130,19 @@ def test_it_plays_at_any_speed_from_the_keyboard_until_it_is_live(page: Page, lo
     # The picture runs on between the frames, at the speed of the clock.
     assert page.evaluate(f"{STORE}.pace") == 2
     settled(page, f"{STORE}.dataTimeS > {first_s + 92.0}")
-    for _ in range(7):
+    for _ in range(3):
+        page.keyboard.press("+")
+    assert page.evaluate(f"{CLOCK}.speed") == 20
+    # Both clocks are that of the picture, between frames, too.
+    for _ in range(3):
+        shown_s = time_of(page)
+        settled(page, f"{STORE}.dataTimeS > {shown_s}")
+        above, below = page.evaluate(
+            """[...document.querySelectorAll("#bar time, #time time")]
+              .map((one) => one.textContent.replace(" UTC", ""))"""
+        )
+        assert above == below
+    for _ in range(4):
         page.keyboard.press("+")
     assert page.evaluate(f"{CLOCK}.speed") == 300
     # It catches up with the present.
@@ -168,7 +180,15 @@ def test_one_click_shows_where_the_aircraft_was_five_minutes_ago(page: Page, lon
         f"[window.multiradar.selection.updates[0].time_s, {CLOCK}.span[0]]"
     )
     assert born_s > first_s + 0.1
-    page.evaluate(f"window.multiradar.ago.show(window.multiradar, {present - first_s - 0.1})")
+    # Also when it was selected only just now: its past is still to be read.
+    page.evaluate(f"window.multiradar.actions.select({old})")
+    page.evaluate("window.multiradar.selection.settled()")
+    page.evaluate(
+        f"""(() => {{
+          window.multiradar.actions.select({young});
+          void window.multiradar.ago.show(window.multiradar, {present - first_s - 0.1});
+        }})()"""
+    )
     expect(page.locator("#time p[role=status]")).to_contain_text("was first tracked at")
     assert abs(time_of(page) - born_s) < 0.1
     # Before that it was not there, and the service is not asked for its plots: it would answer 404.
