@@ -240,6 +240,9 @@ def test_a_paused_picture_does_not_change(page: Page, air: Air) -> None:
     page.on("request", lambda request: asked.update([request.url]))
     page.keyboard.press(" ")
     settled(page, f"{STORE}.dataTimeS !== null && window.multiradar.encounters.found.length > 0")
+    # The map shows all, and the picture is that of its area.
+    settled(page, "window.multiradar.picture.centred")
+    settled(page, "window.multiradar.feed.pastOf.includes(` ${window.multiradar.feed.area} `)")
     known = f"JSON.stringify({STORE}.tracks.map((one) => [one.id, one.speedMps, one.x]))"
     before = page.evaluate(known)
     reads = [0]
@@ -250,22 +253,24 @@ def test_a_paused_picture_does_not_change(page: Page, air: Air) -> None:
 
     pictured(page, faster)
 
-    def waited() -> bool:
+    def past() -> dict[str, int]:
         # Requests are answered in the meantime.
         page.evaluate("1")
-        return reads[0] >= 6
+        return {
+            address: count for address, count in asked.items()
+            if "at=" in address and "/v1/picture" not in address
+        }  # fmt: skip
 
+    names = ("/encounters?", "/forecast?", "/plots?", "/sensors?")
+    wait_until(
+        lambda: all(any(name in address for address in past()) for name in names), "each question"
+    )
+    read = reads[0]
     # Two seconds each: in this time all else would have been read three times.
-    wait_until(waited, "reads of a time that stands")
+    wait_until(lambda: bool(past()) and reads[0] >= read + 6, "reads of a time that stands")
     page.unroute_all(behavior="wait")
     assert page.evaluate(known) == before
-    past = {
-        address: count for address, count in asked.items()
-        if "at=" in address and "/v1/picture" not in address
-    }  # fmt: skip
-    for name in ("/encounters?", "/forecast?", "/plots?", "/sensors?"):
-        assert any(name in address for address in past)
-    assert max(past.values()) <= 2
+    assert max(past().values()) <= 2
 
 
 def test_rings_have_distances_and_the_knob_of_the_present_is_at_the_end(
