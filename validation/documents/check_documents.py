@@ -111,6 +111,11 @@ class Step:
         """Page and line."""
         return f"{self.page}:{self.line}"
 
+    @property
+    def name(self) -> str:
+        """The command in one line; of a program, its first."""
+        return self.command.partition("\n")[0]
+
 
 def steps_of(page: str, text: str) -> list[Step]:
     """Return the steps of a page in their order.
@@ -456,11 +461,11 @@ def main() -> int:
         wanted = selected(steps, arguments.only, quick=arguments.quick)
         if arguments.list:
             for step in wanted:
-                print(f"{step.where}: {step.command} {step.options.get('slow', '')}".rstrip())
+                print(f"{step.where}: {step.name} {step.options.get('slow', '')}".rstrip())
             continue
         for step, text, time_s in compared(page, wanted, write=arguments.write):
             result = "differs" if text else "same"
-            print(f"{result:8}{time_s:7.1f} s  {step.where}  {step.command}", flush=True)
+            print(f"{result:8}{time_s:7.1f} s  {step.where}  {step.name}", flush=True)
             if text:
                 differ += 1
                 print(textwrap.indent(text, "    "), flush=True)

@@ -10,6 +10,7 @@ The plots of a study are those named in `PICTURES`, or else the first.
 
 import argparse
 import sys
+import textwrap
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -22,6 +23,8 @@ from multiradar.research.studies.document import command_of
 from multiradar.research.studies.result import StudyOptions, StudyResult
 from validation.documents.marked_parts import put
 
+#: Characters of a line of the pages.
+WIDTH = 120
 DOCS = Path(__file__).parents[2] / "docs"
 #: Names of the plots in studies.md, where it is not the first of the study.
 PICTURES = {
@@ -68,7 +71,15 @@ def write(result: StudyResult, docs: Path) -> None:
         )
     head = f"Made by `{command_of(result)}`.\n"
     parts = [head, f"**{result.tables[0].title}**\n", markdown_table(result.tables[0]), *pictures]
-    put(docs / "validation" / "studies.md", result.study, "\n".join(parts))
+    paragraphs = "\n".join(parts).split("\n\n")
+    put(docs / "validation" / "studies.md", result.study, "\n\n".join(map(filled, paragraphs)))
+
+
+def filled(paragraph: str) -> str:
+    """Return a paragraph in lines of the width of the pages; tables and pictures as they are."""
+    if paragraph.lstrip().startswith(("|", "!")):
+        return paragraph
+    return textwrap.fill(paragraph, WIDTH, break_long_words=False, break_on_hyphens=False)
 
 
 def chosen(result: StudyResult) -> Sequence[Plot]:

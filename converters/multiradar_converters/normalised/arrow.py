@@ -100,6 +100,28 @@ def parse_arrow(body: bytes, *, rows_max: int = ROWS_MAX) -> Parsed:
     return _gated(frame)
 
 
+def parse_columns(frame: pl.DataFrame) -> Parsed:
+    """Read a table with the columns of an Arrow body.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        The table.
+
+    Returns
+    -------
+    Parsed
+        As of `parse_arrow`.
+
+    Raises
+    ------
+    BodyError
+        When a column is unknown, missing or has the wrong type.
+    """
+    _check_names(frame.columns)
+    return _gated(_typed(frame))
+
+
 def _malformed(reason: str) -> BodyError:
     return BodyError(RejectCode.MALFORMED_ARROW, reason)
 

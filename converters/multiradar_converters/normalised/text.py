@@ -16,6 +16,7 @@ from typing import Annotated, Any
 
 from pydantic import FailFast, TypeAdapter, ValidationError
 
+from multiradar_converters.normalised.json_columns import parse_array, parse_lines
 from multiradar_converters.normalised.parsed import (
     ROWS_MAX,
     Parsed,
@@ -76,6 +77,9 @@ def parse_json(body: bytes, *, rows_max: int = ROWS_MAX) -> Parsed:
         When the body is not UTF-8 (ENCODING), not JSON or not an array (MALFORMED_JSON), or has
         too many rows (TOO_LARGE).
     """
+    parsed = parse_array(body, rows_max, ROW_CHARACTERS_MAX)
+    if parsed is not None:
+        return parsed
     rows = _fast(body, rows_max)
     if rows is not None:
         return Parsed(rows_frame(rows), [])
@@ -103,6 +107,9 @@ def parse_ndjson(body: bytes, *, rows_max: int = ROWS_MAX) -> Parsed:
     BodyError
         When there are too many rows (TOO_LARGE).
     """
+    parsed = parse_lines(body.rstrip(b"\r\n"), rows_max, ROW_CHARACTERS_MAX)
+    if parsed is not None:
+        return parsed
     lines: list[tuple[int, bytes]] = []
     for index, line in enumerate(io.BytesIO(body)):
         stripped = line.strip(_WHITESPACE.encode())

@@ -31,6 +31,8 @@ COLUMNS = (
     "time_s", "kind", "range_m", "azimuth_deg", "latitude_deg", "longitude_deg", "height_m",
     "mode_3a", "mode_s_address", "track_number",
 )  # fmt: skip
+#: Columns that are recorded; optional ones may be missing.
+RECORDED = ("sensor_id", *COLUMNS)
 #: Reject codes by the codes of `runtime.admission`: accepted, late, future, excess.
 ADMISSION_CODES = ("", "TIME_LATE", "TIME_FUTURE", "RATE_EXCEEDED")
 _SCHEMA = {name: MEASUREMENT_SCHEMA[name] for name in COLUMNS}

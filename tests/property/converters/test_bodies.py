@@ -4,13 +4,14 @@ import json
 import random
 from collections.abc import Callable
 from typing import Any
+from unittest import mock
 
 import polars as pl
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from polars.testing import assert_frame_equal
 
-from multiradar_converters.normalised import text
+from multiradar_converters.normalised import json_columns, text
 from multiradar_converters.normalised.arrow import parse_arrow
 from multiradar_converters.normalised.parsed import Parsed, rows_frame
 from multiradar_converters.normalised.text import parse_json, parse_ndjson
@@ -83,11 +84,73 @@ def test_the_fast_path_takes_only_what_the_slow_path_takes(
         assert_frame_equal(rows_frame(fast), slow.frame)
 
 
+def as_columns(body: bytes) -> Parsed | None:
+    with (
+        mock.patch.object(json_columns, "ROWS_MIN", 1),
+        mock.patch.object(json_columns, "SEARCHED", 1),
+    ):
+        return json_columns.parse_array(body, 10, text.ROW_CHARACTERS_MAX)
+
+
+#: Forms of a value that a compiled parser might take for another.
+FORMS = st.sampled_from(
+    ["5.0", "1e2", "-0", "-0.0", "0.1e-7", '"5"', "7012", "true", "null", '"\\u0041"',
+     '"\\ud800"', '":"', '"},{"', "[7]", "{}", "9223372036854775808",
+     "123456789.12345678901234567890", "01", "NaN"]
+)  # fmt: skip
+
+
+@settings(max_examples=400)
+@given(
+    st.lists(rows(), min_size=2, max_size=3),
+    st.sampled_from([",", ", ", " ,\n "]),
+    st.sampled_from([":", ": ", " :"]),
+    st.lists(st.tuples(FIELDS, FORMS), max_size=2),
+    st.booleans(),
+)
+@example([radar(), radar()], ",", ":", [("track_number", "5.0")], False)
+@example([radar(mode_3a="7012"), radar()], ",", ":", [("mode_3a", "7012")], False)
+@example(
+    [radar(mode_3a="7012"), radar()], ",", ":", [("mode_3a", "7012"), ("altitude", "7")], False
+)
+@example([radar(), radar()], ",", ":", [("height_m", "null"), ("height_m", "9.0")], True)
+def test_columns_are_what_the_rows_are_one_by_one(
+    messages: list[dict[str, Any]],
+    comma: str,
+    colon: str,
+    more: list[tuple[str, str]],
+    is_first: bool,
+) -> None:
+    # The last row has these values in place of its own, or beside them.
+    if not is_first:
+        messages = [*messages[:-1], {k: v for k, v in messages[-1].items() if k not in dict(more)}]
+    texts = [json.dumps(one, separators=(comma, colon)) for one in messages]
+    added = comma.join(f'"{name}"{colon}{form}' for name, form in more)
+    if added:
+        inner = texts[-1][1:-1]
+        texts[-1] = f"{{{added}{comma}{inner}}}" if is_first else f"{{{inner}{comma}{added}}}"
+    body = f"[{comma.join(texts)}]".encode()
+    columns = as_columns(body)
+    if columns is not None:
+        slow = text._slow_array(body.decode(), 10)
+        assert slow.rejected == []
+        assert_frame_equal(columns.frame, slow.frame, check_exact=True)
+
+
+def test_valid_rows_are_columns() -> None:
+    for message in (radar(), adsb(), radar(kind="bearing"), radar(callsign="AB 12", mode_3a=None)):
+        for comma, colon in ((",", ":"), (", ", ": ")):
+            row = json.dumps(message, separators=(comma, colon))
+            assert as_columns(f"[{row}{comma}{row}]".encode()) is not None
+
+
 @given(st.lists(st.sampled_from([*radar(), "time_ns"]), min_size=1, max_size=3), st.data())
 def test_a_key_named_twice_is_always_noticed(names: list[str], data: st.DataObject) -> None:
     pairs = [*radar().items(), *[(name, data.draw(SCALARS)) for name in names]]
     order = data.draw(st.permutations(pairs))
     inner = ",".join(f"{json.dumps(name)}:{json.dumps(value)}" for name, value in order)
+    columns = as_columns(b"[{" + inner.encode() + b"}," + json.dumps(radar()).encode() + b"]")
+    assert columns is None or len({name for name, _ in pairs}) == len(pairs)
     parsed = parse_json(b"[{" + inner.encode() + b"}]")
     assert len(parsed.frame) == 0 or len({name for name, _ in pairs}) == len(pairs)
 

@@ -260,3 +260,23 @@ def test_a_text_of_many_escapes_takes_no_more_memory_than_its_length() -> None:
     assert [one.code for one in parsed.rejected] == [RejectCode.TOO_LARGE]
     # The search for the end of the text took 64 octets for each escape.
     assert peak_bytes < 6 * len(body)
+
+
+def test_a_large_message_is_read_as_columns(monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = [radar(time_s=float(number)) for number in range(300)]
+    lines = "".join(f"{json.dumps(row)}\n" for row in rows).encode()
+    # Neither of the others is called.
+    monkeypatch.setattr(text_module, "_fast", None)
+    monkeypatch.setattr(text_module, "_slow_array", None)
+    for parsed in (parse_json(array(*rows)), parse_ndjson(lines)):
+        assert parsed.frame["time_s"].to_list() == [row["time_s"] for row in rows]
+        assert parsed.frame["index"].to_list() == list(range(300))
+        assert parsed.rejected == []
+
+
+def test_one_invalid_row_of_a_large_message_is_named() -> None:
+    rows = [radar(time_s=float(number)) for number in range(300)]
+    rows[299]["azimuth_deg"] = 360.0
+    parsed = parse_json(array(*rows))
+    assert len(parsed.frame) == 299
+    assert [(one.index, one.code) for one in parsed.rejected] == [(299, RejectCode.OUT_OF_RANGE)]

@@ -89,8 +89,8 @@ def _forecasts(rows: list[dict[str, Value]]) -> Plot:
         y_label="variance, m²",
         series=tuple(series),
         y_scale="log",
-        caption="From t* = 10 s and from t* = 20 s. Ten seconds more of observation reduce the "
-        "variance ten seconds ahead to a tenth.",
+        caption="From t* = 10 s and from t* = 20 s. Another ten seconds of observation reduce the "
+        "variance ten seconds ahead to one tenth.",
         name="forecast-variance",
     )
 
