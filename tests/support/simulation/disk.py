@@ -11,7 +11,8 @@ import ctypes
 import errno
 import os
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from ctypes import CFUNCTYPE, POINTER, c_char_p, c_int, c_int64, c_void_p
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -69,8 +70,11 @@ class _Content:
     durable: bytearray
     pending: list[tuple[int, bytes | None]] = field(default_factory=list)
     synced: bool = False
-    #: A sync failed: the system loses what it could not write, and later syncs do not write it.
-    lossy: bool = False
+
+    def write_all(self) -> None:
+        for place, octets in self.pending:
+            self.apply(place, octets)
+        self.pending.clear()
 
     def apply(self, place: int, octets: bytes | None) -> None:
         if octets is None:
@@ -128,11 +132,7 @@ class VirtualDisk:
         _layer().disks[str(folder)] = self
 
     def image(self, *, power_lost: bool) -> dict[str, bytes]:
-        """Return the files that are left; after a power failure without some unsynced writes.
-
-        After a failed sync the same holds without a power failure: the system loses what it could
-        not write.
-        """
+        """Return the files that are left; after a power failure without some unsynced writes."""
         found: dict[str, bytes] = {}
         if power_lost:
             for name, content in self._removed.items():
@@ -140,28 +140,39 @@ class VirtualDisk:
                 if name not in self._files and self._random.random() < 0.5:
                     found[name] = bytes(content.durable)
         for name, content in self._files.items():
-            left = _Content(bytearray(content.durable))
-            for place, octets in content.pending:
-                if power_lost or content.lossy:
-                    self._apply_some(left, place, octets)
-                else:
-                    left.apply(place, octets)
+            left = _Content(bytearray(content.durable), list(content.pending))
+            if power_lost:
+                self._write_some(left)
+            else:
+                left.write_all()
             found[name] = bytes(left.durable)
         return found
+
+    @contextmanager
+    def sound(self) -> Iterator[None]:
+        """Have no faults for a while."""
+        names = ("kill_at", "full", "failing_syncs", "failing_reads")
+        before = {name: getattr(self, name) for name in names}
+        self.kill_at, self.full, self.failing_syncs, self.failing_reads = None, False, 0, 0
+        yield
+        for name, value in before.items():
+            setattr(self, name, value)
 
     def close(self) -> None:
         """Leave the folder."""
         self.dead = True
         _layer().disks.pop(str(self._folder), None)
 
-    def _apply_some(self, left: _Content, place: int, octets: bytes | None) -> None:
-        drawn = self._random.random()
-        if drawn < 0.4:
-            left.apply(place, octets)
-        elif drawn < 0.6 and octets is not None:
-            for start in range(0, len(octets), SECTOR_BYTES):
-                if self._random.random() < 0.5:
-                    left.apply(place + start, octets[start : start + SECTOR_BYTES])
+    def _write_some(self, content: _Content) -> None:
+        for place, octets in content.pending:
+            drawn = self._random.random()
+            if drawn < 0.4:
+                content.apply(place, octets)
+            elif drawn < 0.6 and octets is not None:
+                for start in range(0, len(octets), SECTOR_BYTES):
+                    if self._random.random() < 0.5:
+                        content.apply(place + start, octets[start : start + SECTOR_BYTES])
+        content.pending.clear()
 
     # ---------------------------------------------------------------- calls of SQLite and Python
 
@@ -186,6 +197,9 @@ class VirtualDisk:
                 ends = [end for end in range(place, place + len(octets)) if not end % SECTOR_BYTES]
                 done = self._random.choice([0, *(end - place for end in ends), len(octets)])
                 self._files[name].pending.append((place, octets[:done]))
+                # Another process on this disk reads them.
+                with (self._folder / name).open("r+b") as stream:
+                    os.pwrite(stream.fileno(), octets[:done], place)
             self._die()
         if self.dead:
             return IOERR
@@ -204,16 +218,15 @@ class VirtualDisk:
         content = self._files[name]
         if self.failing_syncs:
             self.failing_syncs -= 1
-            self.faulted = content.lossy = True
+            self.faulted = True
+            # The system loses what it could not write, and later syncs do not write it.
+            self._write_some(content)
             return IOERR_FSYNC
         if not content.synced:
             # SQLite syncs the folder with a new file, and with it all removals before.
             content.synced = True
             self._removed.clear()
-        if not content.lossy:
-            for place, octets in content.pending:
-                content.apply(place, octets)
-            content.pending.clear()
+        content.write_all()
         return 0
 
     def removed(self, name: str) -> int:

@@ -37,7 +37,6 @@ FAULTS: tuple[Fault, ...] = tuple(
 
 #: Rows of the fault model that one process cannot show, and where they are tested.
 ELSEWHERE: dict[int, str] = {
-    29: "tests/integration/runtime/recovery/test_kill.py",
     41: "tests/integration/deploy/test_packaging.py",
     42: "tests/integration/api/test_tls.py",
 }

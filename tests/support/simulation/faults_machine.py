@@ -6,33 +6,62 @@ from collections.abc import Callable
 from support.simulation import traffic
 from support.simulation.engines import POISON_HEIGHT_M
 from support.simulation.faults_data import window
+from support.simulation.machine import Machine
 from support.simulation.process import JOURNAL, Process
 from support.simulation.traffic import Message
 from support.simulation.world import World
 
 
-def _kills(*, power_lost: bool) -> Callable[[World, random.Random], None]:
+def _kills(*, power_lost: bool, paired: bool = False) -> Callable[[World, random.Random], None]:
     def arm(world: World, drawn: random.Random) -> None:
-        def kill() -> None:
-            process = world.process
-            if process is None:
-                return
-            process.power_lost = power_lost
-            if drawn.random() < 0.2:
-                process.kill()
-            else:
-                process.disk.kill_at = process.disk.boundaries + drawn.randint(1, 60)
+        machine = world.machine
+        machine.paired |= paired
 
-        def kill_at_start(process: Process) -> None:
+        def kill_soon(process: Process, boundaries_max: int = 20) -> None:
             process.power_lost = power_lost
-            process.disk.kill_at = process.disk.boundaries + drawn.randint(1, 20)
+            process.disk.kill_at = process.disk.boundaries + drawn.randint(1, boundaries_max)
 
         for _ in range(drawn.randint(1, 3)):
-            world.at(drawn.uniform(0.5, 15.0), kill)
+            world.at(drawn.uniform(0.5, 15.0), lambda: _kill(machine, drawn, kill_soon))
         if drawn.random() < 0.3:
-            world.start_faults.append(kill_at_start)
+            machine.start_faults.append(kill_soon)
 
     return arm
+
+
+def _kill(
+    machine: Machine, drawn: random.Random, kill_soon: Callable[[Process, int], None]
+) -> None:
+    _delay_standby(machine, drawn)
+    if machine.standby is not None and drawn.random() < 0.2:
+        machine.standby.failed = True
+    elif machine.process is not None:
+        kill_soon(machine.process, 60)
+        if drawn.random() < 0.2:
+            machine.process.kill()
+
+
+def _takeovers(change: Callable[[Machine], None]) -> Callable[[World, random.Random], None]:
+    # The primary of a pair is made to end.
+    def arm(world: World, drawn: random.Random) -> None:
+        world.machine.paired = True
+
+        def end_primary() -> None:
+            _delay_standby(world.machine, drawn)
+            change(world.machine)
+
+        for _ in range(drawn.randint(1, 2)):
+            world.at(drawn.uniform(1.0, 15.0), end_primary)
+
+    return arm
+
+
+def _delay_standby(machine: Machine, drawn: random.Random) -> None:
+    # So that it takes over with entries that it has not processed.
+    if machine.standby is not None:
+        until_s = machine.now_s + drawn.choice((0.0, 1.0)) * drawn.uniform(0.0, 3.0)
+        for thread in machine.standby.scheduler.threads:
+            thread.stalled_until_s = until_s
 
 
 def _on_disk(change: Callable[[Process, bool], None]) -> Callable[[World, random.Random], None]:
@@ -41,9 +70,9 @@ def _on_disk(change: Callable[[Process, bool], None]) -> Callable[[World, random
         begin_s, end_s = window(drawn)
 
         def turn(*, on: bool) -> None:
-            world.disk_state = (lambda process: change(process, on)) if on else None
-            if world.process is not None:
-                change(world.process, on)
+            world.machine.disk_state = (lambda process: change(process, on)) if on else None
+            if world.machine.process is not None:
+                change(world.machine.process, on)
 
         world.during(begin_s, end_s, lambda: turn(on=True), lambda: turn(on=False))
 
@@ -58,13 +87,13 @@ def _once(name: str) -> Callable[[World, random.Random], None]:
     # The next operations of a kind fail.
     def arm(world: World, drawn: random.Random) -> None:
         def fail() -> None:
-            if world.process is not None:
-                setattr(world.process.disk, name, drawn.randint(1, 2))
+            if world.machine.process is not None:
+                setattr(world.machine.process.disk, name, drawn.randint(1, 2))
 
         for _ in range(drawn.randint(1, 2)):
             world.at(drawn.uniform(1.0, 15.0), fail)
         if name == "failing_reads":
-            world.start_faults.append(lambda process: setattr(process.disk, name, 1))
+            world.machine.start_faults.append(lambda process: setattr(process.disk, name, 1))
 
     return arm
 
@@ -100,9 +129,8 @@ def _truncated(world: World, drawn: random.Random) -> None:
 
 def _damage(world: World, drawn: random.Random, change: Callable[[dict[str, bytes]], str]) -> None:
     def strike() -> None:
-        world.damage = change
-        if world.process is not None:
-            world.process.kill()
+        world.machine.damage = change
+        world.machine.kill()
 
     world.at(drawn.uniform(4.0, 14.0), strike)
 
@@ -110,14 +138,16 @@ def _damage(world: World, drawn: random.Random, change: Callable[[dict[str, byte
 def _error(error: Callable[[], Exception]) -> Callable[[World, random.Random], None]:
     # The engine fails once.
     def arm(world: World, drawn: random.Random) -> None:
-        world.at(drawn.uniform(1.0, 14.0), lambda: setattr(world.tampering, "error", error()))
+        world.at(
+            drawn.uniform(1.0, 14.0), lambda: setattr(world.machine.tampering, "error", error())
+        )
 
     return arm
 
 
 def _poison(world: World, drawn: random.Random) -> None:
     """A measurement with which the engine always fails."""
-    world.tampering.poisoned = True
+    world.machine.tampering.poisoned = True
     due_s = drawn.uniform(2.0, 11.0)
     row = {
         "time_s": traffic.START_S + due_s, "sensor_id": "41-10", "kind": "radar",
@@ -133,9 +163,9 @@ def _stall(world: World, drawn: random.Random) -> None:
     """A thread does not run for some seconds."""
 
     def stall() -> None:
-        if world.process is None:
+        if world.machine.process is None:
             return
-        thread = drawn.choice(world.process.scheduler.threads)
+        thread = drawn.choice(world.machine.process.scheduler.threads)
         thread.stalled_until_s = world.clock.elapsed_s + drawn.uniform(1.0, 6.0)
 
     world.all_suspect = True
@@ -156,11 +186,12 @@ def _host_clock(world: World, drawn: random.Random) -> None:
 
 def _other_configuration(world: World, drawn: random.Random) -> None:
     """The service is started with other sensors, and then as before."""
-    world.at(drawn.uniform(4.0, 14.0), world.start_otherwise)
+    world.at(drawn.uniform(4.0, 14.0), world.machine.start_otherwise)
 
 
 FAULTS = (
     (21, "kill", _kills(power_lost=False)),
+    (21, "kill of one of a pair", _kills(power_lost=False, paired=True)),
     (22, "power failure", _kills(power_lost=True)),
     (23, "bit flip", _flips),
     (23, "journal cut", _truncated),
@@ -172,5 +203,7 @@ FAULTS = (
     (27, "poisoned measurement", _poison),
     (28, "engine fails once", _error(lambda: RuntimeError("transient"))),
     (8, "clock of the host", _host_clock),
+    (28, "drain of the primary", _takeovers(Machine.drain)),
+    (29, "primary loses its lock", _takeovers(Machine.lose_lock)),
     (30, "other configuration", _other_configuration),
 )

@@ -82,6 +82,10 @@ class Current:
         self.submitted: list[tuple[str | None, Future[Receipt]]] = []
         self.view = cast(View, _CurrentView(self))
 
+    def use(self, service: Service, submitted: list[tuple[str | None, Future[Receipt]]]) -> None:
+        """Serve with another one."""
+        self.service, self.submitted = service, submitted
+
     def submit(self, frame: Any, **given: Any) -> Future[Receipt]:
         """Submit to it."""
         assert self.service is not None

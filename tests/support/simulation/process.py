@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from multiradar import wire
+from multiradar.errors import MultiradarError
 from multiradar.ingest.asterix_counts import AsterixCounts
 from multiradar.ingest.asterix_inlet import AsterixInlet, InletBounds
 from multiradar.ingest.asterix_queue import DatagramQueue, Received
@@ -19,6 +20,7 @@ from multiradar.runtime.engine.tracking_engine import TrackingEngine
 from multiradar.runtime.live.receipt import Receipt
 from multiradar.runtime.live.service import Service
 from multiradar.runtime.live.snapshots import SnapshotRules
+from multiradar.runtime.standby.following import Standby
 from multiradar.runtime.stream.events import Event, Subscription
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.snapshots import SnapshotFolder
@@ -83,11 +85,15 @@ class Process:
         Builds an engine.
     snapshot_rows : int
         Measurements from one snapshot to the next; 0 for none.
+    beside : Process, optional
+        Another process, on whose disk it is; this one then is its standby.
 
     Attributes
     ----------
     failed : bool
         It has stopped for good and ends.
+    leads : bool
+        It accepts measurements.
     left : mapping of str to bytes or None
         The disk as its kill left it.
     acknowledged : list of (str, Receipt)
@@ -98,19 +104,30 @@ class Process:
         self, *, folder: Path, image: Mapping[str, bytes], seed: random.Random, clock: VirtualClock,
         front: Front, sensors: SensorsFile, fingerprint: str,
         open_engine: Callable[[], TrackingEngine], snapshot_rows: int,
+        beside: "Process | None" = None,
     ) -> None:  # fmt: skip
-        self._folder = folder
+        self.folder: Path = folder if beside is None else beside.folder
         self._front = front
         self._clock = clock
-        self.disk = VirtualDisk(folder, seed, dict(image))
-        self.disk.on_kill = self._killed
+        self._is_standby = beside is not None
+        # Whether it dies when its disk does.
+        self._has_disk = beside is None
+        self.disk: VirtualDisk
+        if beside is None:
+            self.disk = VirtualDisk(folder, seed, dict(image))
+            self.disk.on_kill = self._killed
+        else:
+            self.disk = beside.disk
         self.scheduler = Scheduler(seed, clock)
         self.loop = VirtualLoop(clock)
-        self.failed = False
+        self.failed = self.leads = False
         self.power_lost = False
         self.left: dict[str, bytes] | None = None
         self.acknowledged: list[tuple[str | None, Receipt]] = []
         self._journal: SqliteJournal | None = None
+        self._standby: Standby | None = None
+        #: Messages on their way to the journal: key and future.
+        self._submitted: list[tuple[str | None, Future[Receipt]]] = []
         self._open: list[tuple[Exchange, asyncio.Task[None], Callable[[Exchange], None]]] = []
         self._datagrams = 0
         self._fingerprint = fingerprint
@@ -125,7 +142,7 @@ class Process:
             threads=self.scheduler,
             on_failure=self._fail,
             snapshots=SnapshotRules(
-                SnapshotFolder(folder / JOURNAL), SNAPSHOT_S, snapshot_rows, fingerprint
+                SnapshotFolder(self.folder / JOURNAL), SNAPSHOT_S, snapshot_rows, fingerprint
             )
             if snapshot_rows
             else None,
@@ -143,7 +160,7 @@ class Process:
                     names=names_by_source(table), scan_periods=scan_periods_by_source(table)
                 )
             ),
-            front.current,
+            self.service,
             self.counts,
             InletBounds(INLET_INTERVAL_S, 100),
             threads=self.scheduler,
@@ -154,14 +171,25 @@ class Process:
     @property
     def down(self) -> bool:
         """Whether it was killed, or must end."""
-        return self.disk.dead or self.failed
+        return self.failed or (self.disk.dead and self._has_disk)
 
     def start(self) -> None:
         """Start it; raises what the service raises."""
-        self._front.current.service = self.service
-        self._front.current.submitted = []
-        self.service.start()
-        self.scheduler.start(self._inlet.run, "asterix-decoder")
+        self.service.open()
+        assert self._journal is not None, "it is open"
+        if self._journal.following:
+            self._standby = Standby(
+                self.service, self._journal, self._clock, self._begin, self.scheduler
+            )
+            self._standby.start()
+        else:
+            self.service.start()
+            self._begin()
+
+    def survive(self) -> None:
+        """Go on with the disk after the other process has ended, however it did."""
+        self._has_disk = True
+        self.disk.dead, self.disk.kill_at, self.disk.on_kill = False, None, self._killed
 
     def request(self, exchange: Exchange, answered: Callable[[Exchange], None]) -> None:
         """Serve a request; `answered` is called with the complete answer, or never."""
@@ -186,6 +214,7 @@ class Process:
 
     def pump(self) -> None:
         """Run the event loop, and answer requests that are done."""
+        self._front.current.use(self.service, self._submitted)
         self.loop.pump()
         if self.down:
             return
@@ -196,9 +225,29 @@ class Process:
             elif not task.done():
                 still.append((exchange, task, answered))
         self._open = still
-        current = self._front.current
-        if len(current.submitted) > 64:
-            current.submitted = [one for one in current.submitted if not one[1].done()]
+        if len(self._submitted) > 64:
+            self._submitted[:] = [one for one in self._submitted if not one[1].done()]
+
+    def drain(self) -> None:
+        """Accept no more, process and answer what it has acknowledged, and end."""
+        self._inlet.stop()
+        with contextlib.suppress(MultiradarError):
+            self.service.drain()
+        self.pump()
+        self.failed = True
+
+    def lose_lock(self) -> None:
+        """Lose the lock of the journal without noticing."""
+        assert self._journal is not None, "it is open"
+        self._journal._lock.release()
+
+    def write_on(self) -> MultiradarError | None:
+        """Write what comes until it fails; return why it has."""
+        self._run_on()
+        if self.service.failure is None:
+            self.service.flush(source="operator", force=True)
+            self._run_on()
+        return self.service.failure
 
     def stop(self) -> None:
         """End it in order."""
@@ -208,10 +257,9 @@ class Process:
 
     def bury(self) -> dict[str, bytes]:
         """End it where it is; return the files on its disk."""
-        left = self.left
-        if left is None:
-            left = self.disk.image(power_lost=self.power_lost)
-        self.disk.dead = True
+        if self.left is None:
+            self._killed()
+        dead, self.disk.dead = self.disk.dead, True
         self.scheduler.kill()
         with contextlib.suppress(Exception):
             self.service.stop()
@@ -219,7 +267,9 @@ class Process:
             with contextlib.suppress(Exception):
                 self._journal.close()
         self._cleanup()
-        return left
+        self.disk.dead = dead
+        assert self.left is not None, "it was killed"
+        return self.left
 
     def kill(self) -> None:
         """Kill it now."""
@@ -232,8 +282,18 @@ class Process:
     def _open_journal(self) -> SqliteJournal:
         threads: Any = _Threading(self.scheduler)
         tip.threading = threads  # type: ignore[attr-defined]
-        self._journal = SqliteJournal(self._folder / JOURNAL, self._fingerprint)
+        self._journal = SqliteJournal(
+            self.folder / JOURNAL, self._fingerprint, standby=self._is_standby
+        )
         return self._journal
+
+    def _begin(self) -> None:
+        self.scheduler.start(self._inlet.run, "asterix-decoder")
+        self.leads = True
+
+    def _run_on(self) -> None:
+        while self.scheduler.step(stalled=True):
+            pass
 
     def _fail(self) -> None:
         self.failed = True
@@ -242,9 +302,7 @@ class Process:
         self.left = self.disk.image(power_lost=self.power_lost)
         # An answer may have left at the very instant.
         self.acknowledged = [
-            (key, future.result())
-            for key, future in self._front.current.submitted
-            if _is_answered(future)
+            (key, future.result()) for key, future in self._submitted if _is_answered(future)
         ]
 
     def _cleanup(self) -> None:
@@ -253,8 +311,6 @@ class Process:
         with contextlib.suppress(Exception):
             self.loop.pump()
         self.loop.close()
-        self._front.current.service = None
-        self.disk.close()
 
 
 class _Threading:

@@ -74,7 +74,7 @@ class Record:
         self.events: dict[int, bytes] = {}
         self.answers: Counter[str] = Counter()
         self.starts = 0
-        self.kills = 0
+        self.kills = self.takeovers = 0
         #: Damage of the journal that was reported, and that was not, by kind.
         self.detected: Counter[str] = Counter()
         self.wrote_since_damage = False
@@ -182,6 +182,20 @@ class Record:
         self.starts += 1
         self.wrote_since_damage = True
         self.sample(process)
+
+    def took_over(self, standby: Process) -> None:
+        """Check the state after a takeover."""
+        self.takeovers += 1
+        self.started(standby)
+
+    def level(self, primary: Process, standby: Process) -> None:
+        """Check that a standby has processed all that the primary has."""
+        processor = primary.service._processor
+        assert processor is not None, "it runs"
+        status = standby.service.view.status()
+        found = [status[name] for name in ("role", "lag_entries", "processed_sequence")]
+        require(found == ["standby", 0, processor.processed], "I6", f"the standby: {found}")
+        self.sample(standby)
 
     def died(self, process: Process) -> None:
         """Note what a process that died had acknowledged."""

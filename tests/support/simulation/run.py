@@ -23,8 +23,8 @@ class Outcome:
 
     Attributes
     ----------
-    runs, kills : int
-        Runs, and processes that died in them.
+    runs, kills, takeovers : int
+        Runs, processes that ended in them, and takeovers by a standby.
     faults : Counter of str
         Runs by fault.
     pairs : Counter of pairs of int
@@ -37,6 +37,7 @@ class Outcome:
 
     runs: int = 0
     kills: int = 0
+    takeovers: int = 0
     faults: Counter[str] = field(default_factory=Counter)
     pairs: Counter[tuple[int, int]] = field(default_factory=Counter)
     detected: Counter[str] = field(default_factory=Counter)
@@ -46,6 +47,7 @@ class Outcome:
         """Add other runs."""
         self.runs += other.runs
         self.kills += other.kills
+        self.takeovers += other.takeovers
         self.faults.update(other.faults)
         self.pairs.update(other.pairs)
         self.detected.update(other.detected)
@@ -86,6 +88,7 @@ class Simulator:
         except Exception:
             outcome.failures.append((seed, f"{traceback.format_exc()}\n  faults: {named}"))
         outcome.kills += world.record.kills
+        outcome.takeovers += world.record.takeovers
         outcome.detected.update(world.record.detected)
         return outcome
 

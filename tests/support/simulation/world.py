@@ -4,23 +4,16 @@ import heapq
 import itertools
 import random
 import shutil
-import tempfile
 from collections.abc import Callable
-from pathlib import Path
 
-from multiradar import wire
-from multiradar.errors import ConfigurationError, JournalError, MultiradarError
-from multiradar.runtime.engine.epoch_engine import Engine
-from multiradar.runtime.engine.fingerprint import configuration_fingerprint
 from multiradar.runtime.stream.events import Subscription
-from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar_schemas.sensors.sensor import SensorsFile
 from support.simulation import traffic
 from support.simulation.disk import draw_from
-from support.simulation.engines import Tampered, Tampering
 from support.simulation.front import KEYS, Exchange, Front
-from support.simulation.process import TRACKING, Process
-from support.simulation.record import Detected, Record, Violation, require
+from support.simulation.machine import SENSORS, Machine
+from support.simulation.process import Process
+from support.simulation.record import Record, Violation
 from support.simulation.scheduler import VirtualClock
 from support.simulation.traffic import Message, Row
 
@@ -31,14 +24,8 @@ TICK_S = 0.5
 #: A client waits so long for an answer, and pauses before it repeats, s.
 ANSWER_S = 4.0
 PAUSE_S = 0.5
-#: The supervisor starts a process that ended after so long, s.
-RESTART_S = 0.5
-STARTS_MAX = 60
 #: Events that a reader gets at once; one farther behind gets a notice of a gap.
 READER_EVENTS_MAX = 120
-#: Measurements from one snapshot to the next, and what their files have in their names.
-SNAPSHOT_ROWS = 60
-SNAPSHOTS = "-snapshots/"
 
 Change = Callable[[Row], list[Row]]
 
@@ -85,8 +72,9 @@ class World:
         clock.elapsed_s = clock.offset_s = 0.0
         self.front = front
         self.record = Record()
-        self.tampering = Tampering()
-        self.sensors: SensorsFile = SENSORS["plain"]
+        self.machine = Machine(
+            seed, drawn=self.random, clock=clock, front=front, record=self.record, clients=self
+        )  # fmt: skip
         self.senders = {name: Sender(name) for name in KEYS}
         #: Changes of the rows of a sensor: from, until, and what becomes of each.
         self.changes: dict[str, list[tuple[float, float, Change]]] = {}
@@ -95,24 +83,8 @@ class World:
         #: Whether a fault concerns the whole service: any row may be late.
         self.all_suspect = False
         self.datagram_faults: list[tuple[float, float, Callable[[bytes], list[bytes]]]] = []
-        self.process: Process | None = None
-        #: Done to the files on the disk before the next start; named when it is damage.
-        self.damage: Callable[[dict[str, bytes]], str] | None = None
-        self.start_faults: list[Callable[[Process], None]] = []
-        #: Applied to the disk of each process that starts.
-        self.disk_state: Callable[[Process], None] | None = None
-        #: Half of the runs have snapshots.
-        self._snapshot_rows = SNAPSHOT_ROWS if seed % 2 else 0
-        self._otherwise = False
-        #: Whether the tip may be older than the journal, so that not all damage is found.
-        self._tip_is_old = False
-        #: Damage that no start has reported so far.
-        self.damaged = ""
-        self._image: dict[str, bytes] = {}
         self._agenda: list[tuple[float, int, Callable[[], None]]] = []
         self._count = itertools.count()
-        self._starts = 0
-        self._folder = Path(tempfile.mkdtemp(dir=_memory_folder()))
         draw_from(seed)
 
     # ---------------------------------------------------------------- for faults
@@ -146,19 +118,12 @@ class World:
 
     def repeat(self, message: Message) -> None:
         """Send an acknowledged message again, with its key."""
-        if self.process is not None and not self.process.down:
-            self._arrive(self.senders[message.sender], message)
+        self._arrive(self.senders[message.sender], message)
 
     def use_table(self, name: str) -> None:
         """Run the service with other sensors than those that send; one of `SENSORS`."""
-        self.sensors = SENSORS[name]
+        self.machine.sensors = SENSORS[name]
         self.suspects.add("41-20")
-
-    def start_otherwise(self) -> None:
-        """Kill the service, and start it with another configuration."""
-        self._otherwise = True
-        if self.process is not None:
-            self.process.kill()
 
     def headers(self, client: str, media: str) -> dict[str, str]:
         """Return the headers of a request of a client."""
@@ -179,10 +144,12 @@ class World:
 
         def read() -> None:
             nonlocal after, reader
-            process = self.process
-            if process is not None and not process.down:
-                if reader is None or reader not in process.readers:
-                    reader = process.subscribe(after, READER_EVENTS_MAX)
+            running = self.machine.running()
+            process = next((one for one in running if reader in one.readers), None)
+            if process is None and running:
+                process = self._some(running)
+                reader = process.subscribe(after, READER_EVENTS_MAX)
+            if process is not None and reader is not None:
                 events = process.events(reader, READER_EVENTS_MAX)
                 self.record.read(events, after)
                 after = reader.after
@@ -192,17 +159,19 @@ class World:
 
     def read_once(self, after: int) -> None:
         """Read the events after a number, which may be of another journal, and leave."""
-        if self.process is not None and not self.process.down:
-            reader = self.process.subscribe(after, READER_EVENTS_MAX)
-            head = self.process.service.view.status()["event_sequence"]
-            events = self.process.events(reader, READER_EVENTS_MAX)
+        process = self.machine.process
+        if process is not None and not process.down:
+            reader = process.subscribe(after, READER_EVENTS_MAX)
+            head = process.service.view.status()["event_sequence"]
+            events = process.events(reader, READER_EVENTS_MAX)
             self.record.read(events, after if after <= head else 0)
             reader.close()
 
     def ask(self, exchange: Exchange, answered: Callable[[Exchange], None]) -> None:
         """Ask once, without a repetition."""
-        if self.process is not None and not self.process.down:
-            self.process.request(exchange, answered)
+        process = self.machine.process
+        if process is not None and not process.down:
+            process.request(exchange, answered)
 
     # ---------------------------------------------------------------- the run
 
@@ -210,7 +179,7 @@ class World:
         """Run to the end and check; raises `Violation`, and `Detected` if damage ended it."""
         try:
             self._plan()
-            self._start()
+            self.machine.start()
             while self._agenda and not self._is_over():
                 time_s, _, action = heapq.heappop(self._agenda)
                 self.clock.elapsed_s = max(self.clock.elapsed_s, time_s)
@@ -218,9 +187,8 @@ class World:
                 self._churn()
             self._finish()
         finally:
-            if self.process is not None:
-                self.process.bury()
-            shutil.rmtree(self._folder, ignore_errors=True)
+            self.machine.abandon()
+            shutil.rmtree(self.machine.folder, ignore_errors=True)
 
     def _plan(self) -> None:
         seen = traffic.plots(self.seed, DURATION_S)
@@ -260,123 +228,47 @@ class World:
         done = self.clock.elapsed_s > DURATION_S + 12.0 and all(
             not (sender.waiting or sender.outstanding) for sender in self.senders.values()
         )
-        return done and self.process is not None and not self.process.down
+        return done and self.machine.serves
 
     def _churn(self) -> None:
-        process = self.process
-        if process is None:
-            return
-        if self.random.random() < 0.6:
-            process.pump()
-            process.scheduler.settle()
-        else:
-            for _ in range(self.random.randrange(6)):
-                process.scheduler.step()
-                if self.random.random() < 0.5 and not process.down:
-                    process.pump()
-        if not process.down:
-            process.pump()
-            self.record.sample(process)
-        if process.down:
-            self._bury()
+        self.machine.tend()
+        for process in self.machine.running():
+            if process not in self.machine.running():
+                # It ended with the other one.
+                continue
+            if self.random.random() < 0.6:
+                process.pump()
+                process.scheduler.settle()
+            else:
+                for _ in range(self.random.randrange(6)):
+                    process.scheduler.step()
+                    if self.random.random() < 0.5 and not process.down:
+                        process.pump()
+            if not process.down:
+                process.pump()
+                self.record.sample(process)
+            self.machine.tend()
 
     # ---------------------------------------------------------------- processes
 
-    def _start(self) -> None:
-        self._starts += 1
-        if self._starts > STARTS_MAX:
-            raise Violation("I8", "the service never starts again")
-        if self._otherwise and self._image:
-            self._start_otherwise()
-        intact = dict(self._image)
-        if self.damage is not None and self._image and not self._tip_is_old:
-            # What a start from a snapshot does not read of the journal, it finds later.
-            self._image = {name: one for name, one in intact.items() if SNAPSHOTS not in name}
-            self.damaged, self.damage = self.damage(self._image), None
-        process = self._process(str(self._starts), _fingerprint(self.sensors))
-        if self.disk_state is not None:
-            self.disk_state(process)
-        for fault in self.start_faults:
-            fault(process)
-        self.start_faults.clear()
-        self.tampering.raised = False
-        try:
-            process.start()
-        except MultiradarError as error:
-            dead = process.disk.dead
-            faulty = dead or process.disk.faulted or self.tampering.raised
-            self.record.start_failed(error, damaged=self.damaged, faulty=faulty)
-            left = process.bury()
-            self._note_tip(process)
-            if self.damaged and not dead:
-                self._repair(intact)
-            else:
-                self._image = left if dead else intact
-            self.at(self.clock.elapsed_s + RESTART_S, self._restart)
-            return
-        self.process = process
-        self.record.started(process)
+    @property
+    def sensors(self) -> SensorsFile:
+        """The sensors with which the service runs."""
+        return self.machine.sensors
 
-    def _repair(self, intact: dict[str, bytes]) -> None:
-        if self.record.wrote_since_damage:
-            raise Detected
-        self._image, self.damaged = intact, ""
-
-    def _process(self, name: str, fingerprint: str) -> Process:
-        folder = self._folder / name
-        folder.mkdir()
-        return Process(
-            folder=folder,
-            image=self._image,
-            seed=self.random,
-            clock=self.clock,
-            front=self.front,
-            sensors=self.sensors,
-            fingerprint=fingerprint,
-            open_engine=self._open_engine,
-            snapshot_rows=self._snapshot_rows,
-        )
-
-    def _start_otherwise(self) -> None:
-        self._otherwise = False
-        process = self._process("other", "another fingerprint")
-        rejected = False
-        try:
-            process.start()
-        except ConfigurationError:
-            rejected = True
-        except JournalError:
-            # The journal itself may be damaged.
-            rejected = bool(self.damaged)
-        finally:
-            process.bury()
-        require(rejected, "I8", "it starts with another configuration")
-
-    def _bury(self) -> None:
-        process = self.process
-        assert process is not None
-        self.process = None
-        self._image = process.bury()
-        self._note_tip(process)
-        self.record.died(process)
+    def disconnected(self) -> None:
+        """Have all clients lose their connections."""
         for sender in self.senders.values():
             lost, sender.outstanding = sender.outstanding, []
             sender.waiting[:0] = [message for message in lost if message not in sender.waiting]
-        self.at(self.clock.elapsed_s + RESTART_S, self._restart)
 
-    def _note_tip(self, process: Process) -> None:
-        self._tip_is_old = process.power_lost or process.disk.faulted
-
-    def _restart(self) -> None:
-        if self.process is None:
-            self._start()
+    def served(self) -> None:
+        """Have all clients send again."""
         for sender in self.senders.values():
             self._next(sender)
 
-    def _open_engine(self) -> Tampered:
-        table = wire.sensor_table(self.sensors)
-        engine = Engine(table, TRACKING, 1, sampling=Sampling.DRAWN)
-        return Tampered(engine, self.tampering)
+    def _some(self, running: list[Process]) -> Process:
+        return running[0] if len(running) == 1 else self.random.choice(running)
 
     # ---------------------------------------------------------------- network
 
@@ -398,12 +290,15 @@ class World:
         self.at(now_s + ANSWER_S, lambda: self._give_up(sender, message))
 
     def _arrive(self, sender: Sender, message: Message) -> None:
-        if self.process is None or self.process.down:
+        running = self.machine.running()
+        if not running:
             return
         headers = self.headers(message.sender, message.media) | {"idempotency-key": message.key}
         chunks = [(0.0, message.body)]
         exchange = Exchange("POST", message.path, headers, chunks)
-        self.process.request(exchange, lambda done: self._answered(sender, message, done))
+        # A client does not know which of a pair is the standby.
+        process = self._some(running)
+        process.request(exchange, lambda done: self._answered(sender, message, done))
 
     def _answered(self, sender: Sender, message: Message, exchange: Exchange) -> None:
         final = self.record.answered(message, exchange)
@@ -440,8 +335,9 @@ class World:
 
     def throw(self, octets: bytes, sender: str) -> None:
         """Send a datagram now."""
-        if self.process is not None and not self.process.down:
-            fits = self.process.receive(octets, sender)
+        process = self.machine.process
+        if process is not None and not process.down:
+            fits = process.receive(octets, sender)
             self.record.thrown(fits=fits)
 
     # ---------------------------------------------------------------- end
@@ -449,38 +345,10 @@ class World:
     def _finish(self) -> None:
         if not self._is_over():
             raise Violation("liveness", "not all messages were acknowledged in time")
-        process = self.process
-        assert process is not None
+        process = self.machine.process
+        assert process is not None, "it is over"
         process.pump()
         process.scheduler.settle()
         self.record.sample(process)
         self.record.check_status(process)
-        folder = self._folder / str(self._starts)
-        process.stop()
-        self.process = None
-        self.record.check_journal(self, folder)
-
-
-def _memory_folder() -> str | None:
-    return "/dev/shm" if Path("/dev/shm").is_dir() else None
-
-
-def _shifted(metres: float) -> dict[str, tuple[float, float, float]]:
-    latitude, longitude, height = traffic.SITES["41-20"]
-    return traffic.SITES | {"41-20": (latitude + metres / 111_000.0, longitude, height)}
-
-
-#: Sensors: as they are, with a wrong site, with two radars at one site.
-SENSORS = {
-    "plain": traffic.sensors(traffic.SITES),
-    "shifted": traffic.sensors(_shifted(3_000.0)),
-    "together": traffic.sensors(traffic.SITES | {"41-20": traffic.SITES["41-10"]}),
-}
-_FINGERPRINTS: dict[int, str] = {}
-
-
-def _fingerprint(sensors: SensorsFile) -> str:
-    if id(sensors) not in _FINGERPRINTS:
-        table = wire.sensor_table(sensors)
-        _FINGERPRINTS[id(sensors)] = configuration_fingerprint(table, TRACKING)
-    return _FINGERPRINTS[id(sensors)]
+        self.record.check_journal(self, self.machine.finish())

@@ -10,10 +10,10 @@ from support.simulation.__main__ import run
 pytestmark = pytest.mark.slow
 
 #: Chosen one after the other of the first 1500 for the pairs of faults that none before has: more
-#: pairs than in the first 60.
+#: pairs than in the first 60. Six have a standby, with which a run takes 1.5 times as long.
 SEEDS = (
-    19, 38, 889, 653, 662, 1031, 26, 282, 599, 791, 984, 188, 1129, 609,
-    1143, 158, 659, 1370, 918, 1470, 494, 471, 663, 762, 927, 151, 943, 1121,
+    19, 24, 37, 38, 501, 977, 955, 106, 609, 225, 282, 408, 283, 573,
+    762, 791, 1039, 663, 927, 1192, 1207, 1266, 531, 832, 1468, 599,
 )  # fmt: skip
 PAIRS_MIN = 500
 
