@@ -85,8 +85,9 @@ def check_time_unit(name: str, plots: Plots, period_s: float) -> Diagnosis | Non
     between_s = _between_plots(plots)
     for unit, factor in _TIME_UNITS.items():
         if abs(between_s / (period_s * factor) - 1.0) <= _RATIO_WITHIN:
+            form = ".3g" if between_s < 100.0 else ",.0f"
             why = (
-                f"the plots of one aircraft are {between_s:.3g} apart, and rotation_period_s is "
+                f"the plots of one aircraft are {between_s:{form}} apart, and rotation_period_s is "
                 f"{period_s:g} in the sensors file"
             )
             return _of_time_unit(name, unit, why)

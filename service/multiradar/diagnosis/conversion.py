@@ -97,8 +97,7 @@ def diagnose_conversion(
         written = any(one["rows"] for one in report["outputs"] if one["file"] != REJECTS_FILE)
         return found if found or written else [Diagnosis("", "no_measurements", _NOTHING)]
     if sensors is not None:
-        evidence = Evidence(sensors)
-        evidence.sources = sources
+        evidence = Evidence(sensors, sources=sources)
         found += check_names(evidence)
     found += check_times(sources)
     found += check_gaps(sources)

@@ -31,11 +31,12 @@ COLUMNS = (
     "time_s", "kind", "range_m", "azimuth_deg", "latitude_deg", "longitude_deg", "height_m",
     "mode_3a", "mode_s_address", "track_number",
 )  # fmt: skip
-#: Columns that are recorded; optional ones may be missing.
-RECORDED = ("sensor_id", *COLUMNS)
+#: Rows that are sorted by source together: the cost depends little on their number.
+GATHERED_MAX = 20_000
 #: Reject codes by the codes of `runtime.admission`: accepted, late, future, excess.
 ADMISSION_CODES = ("", "TIME_LATE", "TIME_FUTURE", "RATE_EXCEEDED")
 _SCHEMA = {name: MEASUREMENT_SCHEMA[name] for name in COLUMNS}
+_RECORDED = ("sensor_id", *COLUMNS)
 
 
 @dataclass(slots=True)
@@ -103,13 +104,21 @@ class Evidence:
         The sensors that are configured.
     kinds : collection of str, optional
         Kinds of measurement that are used; all when absent.
+    sources : dict of Source, optional
+        What has been received.
     """
 
-    def __init__(self, sensors: SensorTable, kinds: Collection[str] | None = None) -> None:
+    def __init__(
+        self,
+        sensors: SensorTable,
+        kinds: Collection[str] | None = None,
+        sources: dict[str, Source] | None = None,
+    ) -> None:
         self.sensors = sensors
         self.kinds = kinds
-        #: By identifier of a sensor, or by the name of a source that is not configured.
-        self.sources: dict[str, Source] = {}
+        self._sources: dict[str, Source] = {} if sources is None else sources
+        self._gathered: list[pl.DataFrame] = []
+        self._gathered_rows = 0
         #: Measurements that were duplicates, by sensor.
         self.duplicates: Counter[str] = Counter()
         #: (sensors, outcomes): outcome of the accepted measurements in the filter.
@@ -124,6 +133,12 @@ class Evidence:
         self._names = {name: sensors.ids[row] for name, row in sensors.aliases}
         self._tracked: list[TrackPlots] = []
         self._tracked_rows = 0
+
+    @property
+    def sources(self) -> dict[str, Source]:
+        """By identifier of a sensor, or by the name of a source that is not configured."""
+        self._sort_gathered()
+        return self._sources
 
     def record_batch(
         self,
@@ -170,18 +185,11 @@ class Evidence:
 
     def record_rows(self, frame: pl.DataFrame) -> None:
         """Record measurements as received; rejects are counted by `reject`."""
-        named = frame.select(
-            *(
-                pl.col(name).cast(kind) if name in frame.columns else pl.lit(None, kind).alias(name)
-                for name, kind in _SCHEMA.items()
-            ),
-            pl.col("sensor_id").fill_null(""),
-        )
-        for (name,), part in named.partition_by("sensor_id", as_dict=True).items():
-            source = self._source(str(name))
-            if source is None:
-                continue
-            source.add(part.drop("sensor_id"))
+        if len(frame):
+            self._gathered.append(frame.select(one for one in _RECORDED if one in frame.columns))
+            self._gathered_rows += len(frame)
+        if self._gathered_rows >= GATHERED_MAX:
+            self._sort_gathered()
 
     def record_output(self, output: EngineOutput) -> None:
         """Record an output of the engine."""
@@ -228,13 +236,31 @@ class Evidence:
         number = self.number(name)
         return self.outcomes[number] if number >= 0 else np.zeros(self.outcomes.shape[1], np.int64)
 
+    def _sort_gathered(self) -> None:
+        if not self._gathered:
+            return
+        frame = pl.concat(self._gathered, how="diagonal")
+        self._gathered, self._gathered_rows = [], 0
+        named = frame.select(
+            *(
+                pl.col(name).cast(kind) if name in frame.columns else pl.lit(None, kind).alias(name)
+                for name, kind in _SCHEMA.items()
+            ),
+            pl.col("sensor_id").fill_null(""),
+        )
+        for (name,), part in named.partition_by("sensor_id", as_dict=True).items():
+            source = self._source(str(name))
+            if source is None:
+                continue
+            source.add(part.drop("sensor_id"))
+
     def _source(self, name: str) -> Source | None:
         name = self._names.get(name, name)
         if name and not re.fullmatch(SENSOR_ID_PATTERN, name):
             # Anything may stand there, of any length, and sentences quote it.
             name = shown(name)
-        if name not in self.sources:
-            if len(self.sources) >= SOURCES_MAX:
+        if name not in self._sources:
+            if len(self._sources) >= SOURCES_MAX:
                 return None
-            self.sources[name] = Source()
-        return self.sources[name]
+            self._sources[name] = Source()
+        return self._sources[name]

@@ -130,7 +130,8 @@ def _reused_id(evidence: Evidence, name: str, meant: str) -> Diagnosis:
 
 def _unknown(evidence: Evidence, name: str, silent: list[str], meant: str | None) -> Diagnosis:
     source = evidence.sources[name]
-    what = "plots" if _kinds_of(evidence, name) <= {"radar"} else "measurements"
+    what = "plot" if _kinds_of(evidence, name) <= {"radar"} else "measurement"
+    what += "" if source.read == 1 else "s"
     has = ""
     if silent:
         has = f"; {listed(silent)} of that file sent nothing"

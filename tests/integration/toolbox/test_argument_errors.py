@@ -227,3 +227,17 @@ def test_a_tracker_warns_where_all_measurements_are_rejected(made: Path) -> None
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             assert len(tracker.push(mixed).rejected) == 1
+
+
+@pytest.mark.filterwarnings("always::multiradar.errors.DataWarning")
+def test_a_tracker_names_what_is_wrong_at_the_end_of_a_stream(made: Path) -> None:
+    milliseconds = _table(made).with_columns(pl.col("time_s") * 1000.0)
+    with mr.Tracker(_sensors(made)) as tracker:
+        for part in milliseconds.iter_slices(500):
+            tracker.push(part)
+        with pytest.warns(DataWarning, match="times are probably in milliseconds"):
+            tracker.flush()
+        # Of what followed, which is nothing.
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            tracker.flush()

@@ -9,6 +9,7 @@ import pytest
 
 import multiradar as mr
 from multiradar.cli.main import EXIT_DONE, run
+from multiradar.errors import DataWarning
 from multiradar.toolbox.conversion.convert import Conversion
 from multiradar.toolbox.simulation import Simulation
 from support.paths import SAMPLE
@@ -95,7 +96,8 @@ def test_a_tracker_says_which_rows_it_rejects(made: Path) -> None:
     )
     with mr.Tracker(made / "scene" / "sensors.toml") as tracker:
         rejected = tracker.push(frame).rejected
-        tracker.flush()
+        with pytest.warns(DataWarning, match=r"x \(1 \w+\) is not in the sensors file"):
+            tracker.flush()
         counts = tracker.counts
     assert rejected["index"].to_list() == [3, 7]
     assert rejected["code"][1] == "UNKNOWN_SENSOR"

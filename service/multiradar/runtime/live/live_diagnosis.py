@@ -13,7 +13,7 @@ from typing import Any
 
 import polars as pl
 
-from multiradar.diagnosis.evidence import RECORDED, ROWS_MAX, Evidence
+from multiradar.diagnosis.evidence import ROWS_MAX, Evidence
 from multiradar.diagnosis.findings import diagnose
 from multiradar.diagnosis.model import Diagnosis
 from multiradar.estimation.measurement.sensors import SensorTable
@@ -27,8 +27,6 @@ _log = logging.getLogger(__name__)
 WINDOW_S = 60.0
 #: Interval between checks for the end of the window, s of the machine.
 PERIOD_S = 5.0
-#: Received rows that are recorded together: their number adds little to the cost.
-GATHERED_MAX = 20_000
 #: Codes that need more than a window: a radar without aircraft in coverage sends nothing,
 #: and an airport may close at night.
 _OF_LONGER_TIMES = ("no_measurements", "times_jump")
@@ -57,8 +55,6 @@ class LiveDiagnosis:
         self._period_s = period_s
         self._lock = threading.Lock()
         self._evidence = Evidence(sensors)
-        #: Measurements that were received, and are still to be recorded.
-        self._gathered: list[pl.DataFrame] = []
         self._found: tuple[Diagnosis, ...] = ()
         self._is_ended = False
         self._stopping = self._threads.event()
@@ -80,9 +76,7 @@ class LiveDiagnosis:
             return
         with self._lock:
             if len(frame):
-                self._gathered.append(frame.select(one for one in RECORDED if one in frame.columns))
-                if sum(map(len, self._gathered)) >= GATHERED_MAX:
-                    self._record_gathered()
+                self._evidence.record_rows(frame)
             for row in rejects:
                 self._evidence.reject(_sensor_of(row), row.code)
 
@@ -96,7 +90,7 @@ class LiveDiagnosis:
     def restart(self) -> None:
         """Start over: the engine restarts, and its output has been diagnosed."""
         with self._lock:
-            self._evidence, self._gathered = Evidence(self._sensors), []
+            self._evidence = Evidence(self._sensors)
 
     def use(self, sensors: SensorTable) -> None:
         """Start over with other sensors."""
@@ -127,7 +121,6 @@ class LiveDiagnosis:
     def check(self) -> bool:
         """Diagnose if the window had ended at the check before; return whether it had."""
         with self._lock:
-            self._record_gathered()
             evidence = self._evidence
             was_ended, self._is_ended = self._is_ended, _is_over(evidence)
             if not (was_ended and self._is_ended):
@@ -140,11 +133,6 @@ class LiveDiagnosis:
                 _log.warning("diagnosis: %s", one.sentence)
         self._found = found
         return True
-
-    def _record_gathered(self) -> None:
-        if self._gathered:
-            self._evidence.record_rows(pl.concat(self._gathered, how="diagonal"))
-            self._gathered = []
 
     def _run(self) -> None:
         while not self._stopping.wait(self._period_s):

@@ -10,6 +10,8 @@ import numpy as np
 import polars as pl
 
 from multiradar import wire
+from multiradar.diagnosis.evidence import Evidence
+from multiradar.diagnosis.findings import diagnose
 from multiradar.errors import DataWarning
 from multiradar.runtime.admission.admission_by_time import ACCEPTED, Admission
 from multiradar.runtime.admission.reject_file import TimeRejects
@@ -116,6 +118,7 @@ class Tracker:
         self._admission = Admission(settings.reorder_horizon_s, len(self._table))
         self._refine = None if custom is None else custom.start(self._table, settings)
         self._read = self._rejected = 0
+        self._evidence = Evidence(self._table)
 
     def __enter__(self) -> Self:
         return self
@@ -168,6 +171,7 @@ class Tracker:
         at = np.delete(np.arange(len(frame)), rejected.index)
         codes = self._admission.admit(measured)
         times = TimeRejects(self._admission, self._admission.clock_s, measured, codes)
+        self._evidence.record_batch(frame, rejected, measured, codes)
         accepted = codes == ACCEPTED
         rows = [*zip(rejected.index.tolist(), rejected.code, rejected.reason, strict=True)]
         rows += [(int(at[row]), code, reason) for row, code, reason in times.rejections]
@@ -186,14 +190,25 @@ class Tracker:
         -------
         Updates
             The last ones; later measurements may follow.
+
+        Warns
+        -----
+        DataWarning
+            What is probably wrong with a sensor, its measurements or its description, as for
+            `track`; of the measurements since the last call.
         """
-        return self._updates(self._engine.flush(), [])
+        updates = self._updates(self._engine.flush(), [])
+        evidence, self._evidence = self._evidence, Evidence(self._table)
+        for one in diagnose(evidence) if evidence.sources else ():
+            warn(one.sentence, DataWarning)
+        return updates
 
     def close(self) -> None:
         """Stop the threads."""
         self._engine.close()
 
     def _updates(self, output: EngineOutput, rejected: list[tuple[int, str, str]]) -> Updates:
+        self._evidence.record_output(output)
         if self._refine is not None:
             output = self._refine(output)
         return Updates(
