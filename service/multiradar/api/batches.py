@@ -15,7 +15,7 @@ from multiradar.runtime.ports import EventSource, StreamEvent, View
 from multiradar.settings.limits import HttpLimits
 
 #: Kinds of events that a client can select; gap notices are always sent.
-KINDS = ("track", "bias", "ended", "status")
+KINDS = ("track", "bias", "ended", "status", "sensor")
 GAP = "gap"
 
 # The ring of events bounds how far a client may lag behind, not the stream.

@@ -25,7 +25,7 @@ class StreamEvent(Protocol):
 
     @property
     def kind(self) -> str:
-        """One of track, bias, ended, status and gap."""
+        """One of track, bias, ended, status, sensor and gap."""
         ...
 
     @property

@@ -1,9 +1,17 @@
-"""The whole application on Zenoh: it announces its actual address, not the configured one."""
+"""The whole application on Zenoh: its address, and events that it sends over HTTP, too."""
 
+import itertools
+import json
 from pathlib import Path
+from typing import Any
+
+import zenoh
 
 from multiradar.app import Application
 from multiradar.settings.service import load_settings
+from support.processes.clients import client, event_source
+from support.processes.waiting import wait_until
+from support.processes.zenoh_subscriber import client_config
 from support.scenarios import live_scene
 from support.scenarios.zenoh_scene import free_endpoint
 
@@ -29,3 +37,47 @@ def test_the_endpoints_announced_are_those_of_the_configuration_file(tmp_path: P
     finally:
         application.stop()
     assert list(application.zenoh_endpoints) == []
+
+
+def test_a_change_of_a_sensor_is_one_event_over_http_and_zenoh(tmp_path: Path) -> None:
+    settings = {
+        "server": {"port": 0},
+        "journal": {"path": tmp_path / "journal.sqlite"},
+        "zenoh": {"listen": [free_endpoint()]},
+    }
+    application = Application(
+        load_settings(None, settings), live_scene.sensors(), lambda: None,
+        live_scene.sensors_file(),
+    )  # fmt: skip
+    application.start()
+    samples: list[tuple[str, dict[str, Any]]] = []
+    heard: list[str] = []
+    try:
+        with zenoh.open(client_config(application.zenoh_endpoints[0])) as session:
+
+            def on_sample(sample: zenoh.Sample) -> None:
+                samples.append((str(sample.key_expr), json.loads(sample.payload.to_bytes())))
+
+            session.declare_subscriber("multiradar/v1/sensors/*", on_sample)
+            # Declared later: when it receives, the service knows of both.
+            session.declare_subscriber(
+                "multiradar/v1/status", lambda sample: heard.append(str(sample.key_expr))
+            )
+            wait_until(lambda: heard, "the status")
+            with client(application.http_url) as http:
+                known = http.get("/v1/sensors/41-20/configuration").json()
+                changed = http.put("/v1/sensors/41-20", json=known | {"enabled": False})
+                assert changed.status_code == 200, changed.text
+            wait_until(lambda: samples, "the event over Zenoh")
+        url = f"{application.http_url}/v1/events?after=0&kinds=sensor"
+        with event_source(url) as source:
+            # The first block is the delay before a reconnection.
+            lines = itertools.dropwhile(lambda one: not one.startswith("id"), source.iter_lines())
+            event = dict(line.split(": ", 1) for line in itertools.takewhile(bool, lines))
+    finally:
+        application.stop()
+    assert (event["id"], event["event"]) == ("1", "sensor")
+    over_http = json.loads(event["data"])
+    assert samples == [("multiradar/v1/sensors/41-20", over_http)]
+    assert over_http["sensor_id"] == "41-20"
+    assert (over_http["fields"], over_http["enabled"]) == (["enabled"], False)

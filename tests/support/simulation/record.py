@@ -151,7 +151,7 @@ class Record:
             expected += 1
             require(b"NaN" not in event.payload, "I6", "NaN in an event")
             payload = _OF_MACHINE_TIME.sub(b"", event.payload)
-            if event.kind in ("track", "bias", "ended"):
+            if event.kind in ("track", "bias", "ended", "sensor"):
                 known = self.events.setdefault(event.sequence, payload)
                 require(known == payload, "I3", f"event {event.sequence} differs after a restart")
 
@@ -316,6 +316,7 @@ class Record:
                 if output is not None:
                     digest.add(output)
                     events.add(output, ends=set_back and kind == "clock")
+                    events.count += kind == "sensor"
             if sequence in self.digests:
                 require(
                     self.digests[sequence] == digest.hexdigest(), "I3",
@@ -374,7 +375,10 @@ def _translated(filled: list[tuple[Any, ...]], table: SensorTable) -> dict[int, 
 
 
 class _Events:
-    """How many events output has: one for each update, bias and end, and each period of status."""
+    """How many events output has: one for each update, bias and end, and each period of status.
+
+    Those of changes of sensors are added by the caller.
+    """
 
     def __init__(self) -> None:
         self.count = 0

@@ -53,7 +53,7 @@ After = Annotated[
 Kinds = Annotated[
     str | None,
     Query(
-        description="Kinds of events, separated by commas: track, bias, ended, status",
+        description="Kinds of events, separated by commas: track, bias, ended, status, sensor",
         json_schema_extra=list_form(KINDS),
         examples=["track,bias"],
     ),

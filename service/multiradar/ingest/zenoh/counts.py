@@ -34,6 +34,7 @@ class ZenohCounts:
                 "published_tracks",
                 "published_biases",
                 "published_ended",
+                "published_sensors",
                 "published_gaps",
                 "published_lost",
                 "streams",

@@ -8,7 +8,7 @@
     multiradar/v1/tracks/{track}          out, and queryable
     multiradar/v1/ended/{track}           out: a track was dropped
     multiradar/v1/biases/{sensor}         out, and queryable
-    multiradar/v1/sensors/{sensor}        queryable
+    multiradar/v1/sensors/{sensor}        out: the sensor was changed; queryable
     multiradar/v1/forecasts/{track}       queryable
     multiradar/v1/encounters              queryable
     multiradar/v1/trajectories/{track}    queryable

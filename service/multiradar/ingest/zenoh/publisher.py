@@ -10,7 +10,7 @@ from multiradar.ingest.zenoh.bus import Outlet, Stream
 from multiradar.ingest.zenoh.catch_up import CatchUp, NumberedUpdate
 from multiradar.ingest.zenoh.counts import ZenohCounts
 from multiradar.ingest.zenoh.joining import JoinGate
-from multiradar.ingest.zenoh.keys import BIASES, ENDED, TRACKS, sensor_key
+from multiradar.ingest.zenoh.keys import BIASES, ENDED, SENSORS, TRACKS, sensor_key
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.runtime.ports import EventSource, StreamEvent
 
@@ -149,6 +149,8 @@ class Publisher:
             self._bias(event)
         elif event.kind == "ended":
             self._ended(event)
+        elif event.kind == "sensor":
+            self._sensor(event)
         elif event.kind == "gap":
             self._counts.add(published_gaps=1)
             self._counts.alarm("PUBLICATION_GAP", event.payload.decode(), TRACKS)
@@ -173,6 +175,12 @@ class Publisher:
         if event.sequence > self._known_until:
             self._outlet.put(f"{ENDED}/{event.key}", event.payload, b"%d" % event.sequence)
             self._counts.add(published_ended=1)
+
+    def _sensor(self, event: StreamEvent) -> None:
+        if event.sequence > self._known_until:
+            key = sensor_key(SENSORS, event.key)
+            self._outlet.put(key, event.payload, b"%d" % event.sequence)
+            self._counts.add(published_sensors=1)
 
     def _emit(
         self,

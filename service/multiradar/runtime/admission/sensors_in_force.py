@@ -93,12 +93,8 @@ class SensorsInForce:
         document = {_SENSOR: {**values, "id": sensor_id}, _RESET: reset_biases}
         new, change = self._changed(document)
         row = new.table.ids.index(sensor_id)
-        added = row >= len(self.table)
-        after = _described(new, row)
-        before = {} if added else _described(self, row)
-        names = [name for name in after if before.get(name) != after[name]]
-        if added:
-            names = [name for name in after if name in values]
+        before, after, names = self._difference(new, row, values)
+        added = not before
         reset = not added and bool(change.reset[row])
         own = new.table.parameter_kind[new.table.parameter_sensor == row].tolist()
         return SensorPlan(
@@ -134,19 +130,20 @@ class SensorsInForce:
             `sensor_id`; `added`; `fields` that differ, of a new sensor those given; `biases_reset`:
             whether its biases started from their priors.
         """
-        name = str(json.loads(change)[_SENSOR]["id"])
-        before, after = (one.description(name) or {} for one in (self, new))
-        row = new.table.ids.index(name)
+        given = json.loads(change)[_SENSOR]
+        row = new.table.ids.index(given["id"])
+        before, _, names = self._difference(new, row, given)
         return {
-            "sensor_id": name,
+            "sensor_id": given["id"],
             "added": not before,
-            "fields": sorted(one for one in before | after if before.get(one) != after.get(one)),
+            "fields": sorted(names),
             "biases_reset": not before or bool(what.reset[row]),
         }
 
     def texts(self) -> list[str]:
-        """Return the descriptions of all sensors, for a snapshot."""
-        return [] if self.file is None else [one.model_dump_json() for one in self.file.sensor]
+        """Return the given values of all sensors, for a snapshot."""
+        sensors = () if self.file is None else self.file.sensor
+        return [one.model_dump_json(exclude_unset=True) for one in sensors]
 
     def with_texts(self, texts: Sequence[str]) -> "SensorsInForce":
         """Return the sensors of a snapshot."""
@@ -159,6 +156,17 @@ class SensorsInForce:
             if one.id == sensor_id:
                 return one.model_dump(mode="json", exclude_unset=True)
         return None
+
+    # All values of a sensor before and after a change, before is empty if it is new; and the fields
+    # that differ, of a new sensor those that are given.
+    def _difference(
+        self, new: "SensorsInForce", row: int, given: Mapping[str, Any]
+    ) -> tuple[dict[str, Any], dict[str, Any], list[str]]:
+        after = _described(new, row)
+        if row >= len(self.table):
+            return {}, after, [name for name in after if name in given]
+        before = _described(self, row)
+        return before, after, [name for name in after if before[name] != after[name]]
 
     def _changed(self, document: Any) -> tuple["SensorsInForce", SensorChange]:
         if self.file is None:

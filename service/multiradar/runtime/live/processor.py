@@ -351,9 +351,12 @@ class Processor:
             self._states = None
             if len(output.updates):
                 self._updates = int(output.updates.sequence[-1])
-        if group[0].kind is EntryKind.SENSOR:
+        change = self._changes[-1] if group[0].kind is EntryKind.SENSOR else None
+        if change is not None:
             self._publication.use(self.sensors.table)
         self._publication.publish(output, self._data_time_s)
+        if change is not None:
+            self._publication.publish_change(json.loads(change))
         if set_back:
             self._publication.set_back()
         self._quarantine(group, output)

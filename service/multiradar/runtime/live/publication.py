@@ -1,6 +1,6 @@
 """Distribution of the engine's output to its readers."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -102,6 +102,10 @@ class Publication:
         self._events.publish(output)
         for reader in self._readers:
             reader.put(output)
+
+    def publish_change(self, change: Mapping[str, Any]) -> None:
+        """Distribute a change of a sensor, after its output; as in the status."""
+        self._events.publish_change(change)
 
     def use(self, sensors: SensorTable) -> None:
         """Continue with other sensors: those so far at their places."""

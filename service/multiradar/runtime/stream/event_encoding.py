@@ -7,7 +7,10 @@ the events depend only on the journal.
 
 import io
 import json
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -16,13 +19,24 @@ from numpy.typing import NDArray
 
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.stream.events import BIAS, ENDED, STATUS, TRACK, Event
+from multiradar.runtime.stream.events import BIAS, ENDED, SENSOR, STATUS, TRACK, Event
 from multiradar.tracking.lifecycle.transitions import NO_TRACK, REASON_NAMES
 from multiradar.tracking.outputs import EngineOutput
+from multiradar_schemas.sensors.sensor import Sensor
 
 # Classes of events at one time, in their order.
-_BIAS, _ENDED, _STATUS, _TRACK = range(4)
-EVENT_KINDS = 4
+_BIAS, _ENDED, _STATUS, _TRACK, SENSOR_EVENT = range(5)
+EVENT_KINDS = 5
+#: A change of a sensor: data time, NaN before the first measurement; row of the sensor; entry of
+#: the journal; fields that differ, a bit for each of `Sensor`.
+CHANGE_DTYPE = np.dtype(
+    [
+        ("time_s", np.float64), ("sensor", np.int64), ("journal_sequence", np.int64),
+        ("fields", np.int64), ("added", np.bool_), ("enabled", np.bool_),
+        ("biases_reset", np.bool_),
+    ]
+)  # fmt: skip
+_FIELDS = tuple(Sensor.model_fields)
 # For fewer rows, encoding each is faster than encoding a table.
 _FEW_ROWS = 4
 
@@ -101,9 +115,10 @@ def encode_events(
     order: NDArray[np.intp],
     table: SensorTable,
     *,
+    changes: NDArray[np.void],
     delay_s: float | None,
 ) -> list[Event]:
-    """Return the events of one output.
+    """Return the events of one output, or of a change of a sensor.
 
     Parameters
     ----------
@@ -117,19 +132,22 @@ def encode_events(
         Order of the events, from `event_order`.
     table : SensorTable
         The sensors.
+    changes : (n,) ndarray
+        Changes of sensors, rows of `CHANGE_DTYPE`.
     delay_s : float or None
         Time of the machine less data time at the output, s; each event has it.
 
     Returns
     -------
     list of Event
-        One for each bias record, ended track, status mark and update.
+        One for each bias record, ended track, status mark, update and change.
     """
     unordered = [
         *_bias_events(output, table),
         *_ended_events(output),
         *_status_events(marks),
         *_track_events(output, table),
+        *_change_events(changes, table),
     ]
     delay = b"null" if delay_s is None else b"%.2f" % delay_s
     end = b',"data_delay_s":%s}' % delay
@@ -137,6 +155,29 @@ def encode_events(
         Event(first + k, kind, key, row.removesuffix(b"}") + end)
         for k, (kind, key, row) in enumerate(unordered[chosen] for chosen in order.tolist())
     ]
+
+
+def change_rows(change: Mapping[str, Any], table: SensorTable) -> NDArray[np.void]:
+    """Return a change of a sensor as one row of `CHANGE_DTYPE`.
+
+    Parameters
+    ----------
+    change : mapping
+        As in the status (`sensor_changes`).
+    table : SensorTable
+        The sensors after it.
+    """
+    time_s, row = change["data_time_s"], table.ids.index(change["sensor_id"])
+    fields = sum(1 << _FIELDS.index(name) for name in change["fields"])
+    return np.array(
+        [
+            (
+                math.nan if time_s is None else time_s, row, change["journal_sequence"], fields,
+                change["added"], not table.disabled[row], change["biases_reset"],
+            )
+        ],
+        CHANGE_DTYPE,
+    )  # fmt: skip
 
 
 def json_rows(frame: pl.DataFrame) -> list[bytes]:
@@ -191,3 +232,19 @@ def _status_events(marks: StatusMarks) -> list[_Parts]:
         (STATUS, "", json.dumps({"time_s": time_s, "updates": updates}).encode())
         for time_s, updates in zip(marks.time_s.tolist(), marks.updates.tolist(), strict=True)
     ]
+
+
+def _change_events(changes: NDArray[np.void], table: SensorTable) -> list[_Parts]:
+    events = []
+    for time_s, row, sequence, fields, added, enabled, biases_reset in changes.tolist():
+        change = {
+            "time_s": None if math.isnan(time_s) else time_s,
+            "sensor_id": table.ids[row],
+            "added": added,
+            "fields": sorted(name for bit, name in enumerate(_FIELDS) if fields >> bit & 1),
+            "enabled": enabled,
+            "biases_reset": biases_reset,
+            "journal_sequence": sequence,
+        }
+        events.append((SENSOR, table.ids[row], json.dumps(change).encode()))
+    return events

@@ -15,6 +15,7 @@ TRACK = "track"
 BIAS = "bias"
 ENDED = "ended"
 STATUS = "status"
+SENSOR = "sensor"
 #: Not in the ring: notifies one subscriber of events that are no longer available.
 GAP = "gap"
 
@@ -29,7 +30,7 @@ class Event:
         Number of the event, 1, 2, 3, …; depends only on the journal, the same after a restart. A
         gap notice has the last number that it covers.
     kind : str
-        `track`, `bias`, `ended`, `status` or `gap`.
+        `track`, `bias`, `ended`, `status`, `sensor` or `gap`.
     key : str
         Track identifier or sensor identifier; empty for status and gap.
     payload : bytes

@@ -1,7 +1,7 @@
 """The output of the engine as numbered events, with periodic status events."""
 
-from collections.abc import Callable
-from typing import ClassVar
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +10,11 @@ from multiradar.errors import StateError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.row_ring import RowLog, RowRing
 from multiradar.runtime.stream.event_encoding import (
+    CHANGE_DTYPE,
     EVENT_KINDS,
+    SENSOR_EVENT,
     StatusMarks,
+    change_rows,
     encode_events,
     event_order,
     status_marks,
@@ -20,10 +23,18 @@ from multiradar.runtime.stream.events import EventRing
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.state import Fields
 from multiradar.tracking.columns import row_type, rows_of, table_of
-from multiradar.tracking.outputs import BiasRecords, EndedTracks, EngineOutput, TrackUpdates
+from multiradar.tracking.outputs import (
+    NO_OUTPUT,
+    BiasRecords,
+    EndedTracks,
+    EngineOutput,
+    TrackUpdates,
+)
 
 #: A status event: data time, and number of track updates so far.
 MARK_DTYPE = np.dtype([("time_s", np.float64), ("updates", np.int64)])
+_NO_MARKS = StatusMarks(np.empty(0), np.empty(0, np.int64))
+_NO_CHANGES = np.empty(0, CHANGE_DTYPE)
 # Events that are restored as one chunk.
 _CHUNK_EVENTS = 8192
 
@@ -49,6 +60,7 @@ class OutputEvents:
     _kinds: RowRing
     _ends: RowRing
     _marks: RowRing
+    _changes: RowRing
 
     def __init__(self, sensors: SensorTable, limits: RuntimeLimits) -> None:
         #: The sensors.
@@ -62,8 +74,16 @@ class OutputEvents:
 
     @property
     def logs(self) -> dict[str, RowLog]:
-        """What the events are made of again: kinds, ended tracks, times of status events."""
-        return {"event_kinds": self._kinds, "event_ends": self._ends, "event_marks": self._marks}
+        """What the events are made of again.
+
+        Kinds, ended tracks, times of status events, changes of sensors.
+        """
+        return {
+            "event_kinds": self._kinds,
+            "event_ends": self._ends,
+            "event_marks": self._marks,
+            "event_changes": self._changes,
+        }
 
     def publish(self, output: EngineOutput) -> None:
         """Append the events of one output."""
@@ -80,6 +100,19 @@ class OutputEvents:
             if len(marks.time_s):
                 self._marks.append(_mark_rows(marks))
             self._append(output, marks, order, self.delay_s())
+
+    def publish_change(self, change: Mapping[str, Any]) -> None:
+        """Append the event of a change of a sensor, after the output that it caused.
+
+        Parameters
+        ----------
+        change : mapping
+            As in the status (`sensor_changes`); the sensors are already those after it.
+        """
+        rows = change_rows(change, self.sensors)
+        self._kinds.append(np.array([SENSOR_EVENT], np.int8))
+        self._changes.append(rows)
+        self._append(NO_OUTPUT, _NO_MARKS, np.zeros(1, np.intp), self.delay_s(), rows)
 
     def set_back(self) -> None:
         """Expect earlier times."""
@@ -101,7 +134,10 @@ class OutputEvents:
         """
         kinds = self._kinds.last(self._kinds.capacity)
         counts = np.bincount(kinds, minlength=EVENT_KINDS).tolist()
-        tables = [biases, self._ends.last(counts[1]), self._marks.last(counts[2]), updates]
+        tables = [
+            biases, self._ends.last(counts[1]), self._marks.last(counts[2]), updates,
+            self._changes.last(counts[4]),
+        ]  # fmt: skip
         if any(len(table) < count for table, count in zip(tables, counts, strict=True)):
             raise StateError(f"expected {counts} rows for the events, by kind, found fewer")
         self.ring.clear(self._kinds.appended - len(kinds))
@@ -116,7 +152,7 @@ class OutputEvents:
             begin = end
 
     def _refill(self, kinds: NDArray[np.int8], rows: list[NDArray[np.void]]) -> None:
-        biases, ends, marks, updates = rows
+        biases, ends, marks, updates, changes = rows
         output = EngineOutput(
             updates=table_of(TrackUpdates, updates),
             biases=table_of(BiasRecords, biases),
@@ -126,7 +162,7 @@ class OutputEvents:
         order = np.empty(len(kinds), np.intp)
         order[np.argsort(kinds, kind="stable")] = np.arange(len(kinds))
         marked = StatusMarks(marks["time_s"].copy(), marks["updates"].copy())
-        self._append(output, marked, order, None)
+        self._append(output, marked, order, None, changes)
 
     def _start(self) -> None:
         events_max = self._limits.events_max
@@ -134,15 +170,18 @@ class OutputEvents:
         self._kinds = RowRing(events_max, np.dtype(np.int8))
         self._ends = RowRing(events_max, row_type(EndedTracks))
         self._marks = RowRing(events_max, MARK_DTYPE)
+        self._changes = RowRing(events_max, CHANGE_DTYPE)
 
     def _append(
         self, output: EngineOutput, marks: StatusMarks, order: NDArray[np.intp],
-        delay_s: float | None,
+        delay_s: float | None, changes: NDArray[np.void] = _NO_CHANGES,
     ) -> None:  # fmt: skip
         first, table = self.ring.head + 1, self.sensors
         self.ring.append(
             len(order),
-            lambda: encode_events(first, output, marks, order, table, delay_s=delay_s),
+            lambda: encode_events(
+                first, output, marks, order, table, changes=changes, delay_s=delay_s
+            ),
         )
 
 

@@ -1,5 +1,6 @@
 """Sensors change while the service runs: restarts from everywhere give the bytes of one run."""
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.engine.fingerprint import configuration_fingerprint
 from multiradar.runtime.live.service import Service
 from multiradar.runtime.live.snapshots import SnapshotRules
+from multiradar.runtime.stream.events import Event
 from multiradar.storage.snapshots import SnapshotFolder
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar.tracking.forecast.state_samples import Sampling
@@ -79,14 +81,23 @@ class Run:
         reader = self.service.view.subscribe(0, 10**6)
         events = []
         while part := reader.poll(1000):
-            events += [(one.kind, one.key) for one in part]
+            events += [(one.kind, one.key, _change(one)) for one in part]
         reader.close()
         return {
             **{name: status[name] for name in names},
             "events": events,
             "sensors": self.service.view.sensors(),
+            "given": [self.service.describe_sensor(one) for one in ("41-10", NEW, "41-20")],
             "tracks table": self.service.view.tracks().to_dicts(),
         }
+
+
+def _change(event: Event) -> dict[str, Any]:
+    """The payload of a change of a sensor, without the delay of the machine."""
+    if event.kind != "sensor":
+        return {}
+    payload: dict[str, Any] = json.loads(event.payload)
+    return payload | {"data_delay_s": None}
 
 
 def _parts() -> Iterator[pl.DataFrame]:
@@ -125,6 +136,8 @@ def test_restarts_after_each_change_give_the_same_bytes(tmp_path: Path, name: st
     ids = [one["id"] for one in expected["sensors"]]
     assert sorted(ids) == ids
     assert {one["id"]: one["updates"] for one in expected["sensors"]}[NEW] > 20
+    changed = [key for kind, key, _ in expected["events"] if kind == "sensor"]
+    assert changed == [sensor_id for sensor_id, _, _ in CHANGES]
     # The whole journal again.
     again = Run(tmp_path / "whole", tracking, snapshots=False)
     assert again.known() == expected

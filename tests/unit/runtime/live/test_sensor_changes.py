@@ -1,5 +1,6 @@
 """Sensors change: all readers of the output follow, and a change that fails changes nothing."""
 
+import json
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -134,6 +135,41 @@ def test_a_disabled_radar_is_named_and_counted_without_an_alarm(run: _Run) -> No
     assert [one["enabled"] for one in run.service.view.sensors()] == [True, False, True]
     run.change("41-20", {"enabled": True})
     assert not any("disabled" in one for one in run.service.view.status()["warnings"])
+
+
+def test_each_change_is_one_event_that_names_what_changed(run: _Run) -> None:
+    frame = recording(600)
+    submit(run.service, frame)
+    settled(run.service)
+    reader = run.service.view.subscribe(None, 1000)
+    run.change(NEW, _SITE)
+    run.change("41-20", {"latitude_deg": 49.2001})
+    run.change("41-20", {"range_sigma_m": 80.0, "enabled": False})
+    run.change("41-20", {"enabled": True})
+    settled(run.service)
+    events = [one for one in reader.poll(1000) if one.kind == "sensor"]
+    assert [one.key for one in events] == [NEW, "41-20", "41-20", "41-20"]
+    found = [json.loads(one.payload) for one in events]
+    data_time_s = pytest.approx(frame["time_s"].max())
+    given = ["height_m", "id", "kind", "latitude_deg", "longitude_deg"]
+    expected = [
+        (NEW, True, given, True, True),
+        ("41-20", False, ["latitude_deg"], True, True),
+        ("41-20", False, ["enabled", "range_sigma_m"], False, False),
+        ("41-20", False, ["enabled"], True, False),
+    ]
+    for number, (event, values) in enumerate(zip(found, expected, strict=True)):
+        names = ("sensor_id", "added", "fields", "enabled", "biases_reset")
+        assert tuple(event[name] for name in names) == values
+        assert event["journal_sequence"] == 2 + number
+        assert event["time_s"] == data_time_s
+
+
+def test_a_change_before_the_first_measurement_has_no_time(run: _Run) -> None:
+    run.change("41-20", {"enabled": False})
+    (event,) = run.service.view.subscribe(0, 10).poll(10)
+    assert (event.sequence, event.kind) == (1, "sensor")
+    assert json.loads(event.payload)["time_s"] is None
 
 
 def test_interfaces_hear_of_sensors_at_the_start_and_at_changes(journal: _Journal) -> None:

@@ -34,7 +34,7 @@ OTHER = {
     "NearDuplicates": "_spans_s _identity",
     "Origins": "",
     "OutputDigest": "",
-    "OutputEvents": "sensors _limits _period_s ring delay_s _kinds _ends _marks",
+    "OutputEvents": "sensors _limits _period_s ring delay_s _kinds _ends _marks _changes",
     "Plausibility": "active",
     "Processor": "_snapshots _clock _on_failure _journal _backlog _open_engine _first_sensors "
     "sensors _publication _rows_max _lock _settling_lock _settling _ended _states _figures _engine "

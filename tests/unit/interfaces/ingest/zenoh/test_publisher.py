@@ -70,6 +70,16 @@ def test_a_bias_goes_out_under_its_sensor_with_its_number() -> None:
     assert message.attachment == b"1"
 
 
+def test_a_change_of_a_sensor_goes_out_once_under_the_sensor() -> None:
+    scene = Scene(known_until=1)
+    for _ in range(2):
+        scene.publish(lambda view: view.publish_event("sensor", "41-10", b'{"added":false}'))
+    (message,) = scene.bus.sent
+    assert message.key == "multiradar/v1/sensors/41-10"
+    assert (message.payload, message.attachment) == (b'{"added":false}', b"2")
+    assert scene.counts.number("published_sensors") == 1
+
+
 def test_a_dropped_track_is_reported_and_discarded_only_later() -> None:
     scene = Scene()
     scene.publish(lambda view: view.publish_updates([7]))
