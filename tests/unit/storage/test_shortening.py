@@ -2,13 +2,10 @@
 
 import os
 import shutil
-import signal
 import sqlite3
-import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +36,7 @@ from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from multiradar.storage.sqlite.tip import Tip
 from multiradar.storage.verification import verify_journal
 from support.inputs.journal_entries import entry
+from support.processes.killed_removal import CALLS, removing
 from support.processes.waiting import join
 from unit.storage.test_sqlite_journal import _can_trace
 from unit.storage.test_verification import FINGERPRINT, _add_snapshot, _content, _flip, _tamper
@@ -400,63 +398,6 @@ def test_a_backup_of_a_shortened_journal_is_restored(
 
 # ---------------------------------------------------------------- kills and neighbours
 
-# One program removes from all copies, each in a process of its own. That makes calls of the kind
-# first, so that the one to be killed at has the same number in all of them.
-_REMOVING = """
-import os, sys
-from contextlib import suppress
-from pathlib import Path
-from multiradar.storage.snapshots import Position
-from multiradar.storage.sqlite import shortening
-
-shortening.ENTRIES_MAX = 8
-fatal, end = int(sys.argv[1]), Position(int(sys.argv[2]), bytes.fromhex(sys.argv[3]))
-file = os.memfd_create("calls")
-CALLS = {
-    "pwrite64": lambda: os.pwrite(file, b"", 0),
-    "write": lambda: os.write(file, b""),
-    "fdatasync": lambda: os.fdatasync(file),
-    "fsync": lambda: os.fsync(file),
-    "ftruncate": lambda: os.ftruncate(file, 0),
-    "unlink": lambda: os.unlink(""),
-}
-for line in sys.stdin:
-    kind, number, path = line.split(maxsplit=2)
-    process = os.fork()
-    if process == 0:
-        for _ in range(fatal - int(number)):
-            with suppress(FileNotFoundError):
-                CALLS[kind]()
-        shortening.remove_until(Path(path.strip()), end)
-        os._exit(0)
-    os.writev(1, [b"%d\\n" % os.waitpid(process, 0)[1]])
-"""
-_STEPS = ("pwrite64", "write", "fdatasync", "fsync", "ftruncate", "unlink")
-_FATAL = 400
-
-
-@contextmanager
-def _removing(end: StoredEntry) -> Iterator[Callable[[str, int, Path], bool]]:
-    """Yield what removes until an entry, killed before the call of a kind with a number."""
-    line = ["strace", "-f", "-qq", "-o", "/dev/null", "-e", f"trace={','.join(_STEPS)}"]
-    line += ["-e", f"inject={','.join(_STEPS)}:signal=SIGKILL:when={_FATAL}"]
-    line += [sys.executable, "-c", _REMOVING, str(_FATAL), str(end.sequence), end.digest.hex()]
-    environment = {"PYTHONPATH": os.pathsep.join(sys.path), "PYTHONDONTWRITEBYTECODE": "1"}
-    pipe = subprocess.PIPE
-    with subprocess.Popen(line, stdin=pipe, stdout=pipe, text=True, env=environment) as running:
-        assert running.stdin
-        assert running.stdout
-
-        def remove(kind: str, number: int, path: Path) -> bool:
-            assert running.stdin
-            assert running.stdout
-            print(kind, number, path, file=running.stdin, flush=True)
-            status = int(running.stdout.readline())
-            assert status in (0, signal.SIGKILL)
-            return status == 0
-
-        yield remove
-
 
 @pytest.mark.slow
 @pytest.mark.skipif(not _can_trace(), reason="needs strace, and leave to trace")
@@ -467,8 +408,8 @@ def test_a_kill_at_each_step_leaves_each_entry_in_the_journal_or_noted_as_remove
     """Killed before each write, sync and removal of a file, without a service and beside one."""
     before, end = _entries(path), _entries(path)[23]
     killed = 0
-    with _removing(end) as remove:
-        for kind in _STEPS:
+    with removing(Position(24, end.digest)) as remove:
+        for kind in CALLS:
             bases: list[int] = []
             complete = False
             while not complete:
