@@ -1,12 +1,17 @@
 """Shards: one output wherever partitions are, move to and get lost; the states stay exact."""
 
+from typing import Any
+
+import numpy as np
 import pytest
 
 from multiradar.cluster import sharded_steps
 from multiradar.cluster.hosts import LocalHost
-from multiradar.cluster.shard import Shard, build
+from multiradar.cluster.shard import Answer, Batch, Shard, build
 from multiradar.cluster.sharded_steps import FRONT, ShardedSteps
 from multiradar.errors import ConfigurationError, PeerError
+from multiradar.estimation.filters.arrays import Model
+from multiradar.estimation.filters.imm._imm_step_kernels import imm_step
 from multiradar.tracking.pool import CAPACITY_FIRST, PARTITIONS
 from multiradar.tracking.settings import TrackingSettings
 from support.cluster.shards import IDENTITY, Engines, FaultyHost, drifting_traffic, moved
@@ -140,18 +145,28 @@ def test_a_shard_of_another_version_does_not_start(
     assert build().startswith("multiradar ")
 
 
+# Views: what the engine goes on with is the same memory, and stays as it is. Arrays that are common
+# to all engines would stay read-only in this process, and kernels be compiled again for them.
+def _read_only(received: Any) -> Any:
+    if isinstance(received, tuple):
+        return type(received)._make(map(_read_only, received))  # type: ignore[attr-defined]
+    if isinstance(received, np.ndarray):
+        received = received.view()
+        received.flags.writeable = False
+    return received
+
+
 def test_what_was_received_without_a_copy_is_stepped(scene: Scene) -> None:
-    """Arrays in shared memory cannot be written; kernels need some that can."""
+    """Arrays in shared memory cannot be written; kernels are compiled for arrays that can."""
 
     class ReadOnly(Shard):
-        def step(self, batch, model):  # type: ignore[no-untyped-def]
-            for one in (*batch.rows, *batch.work, batch.states, *(model or ())):
-                one.flags.writeable = False
-            return super().step(batch, model)
+        def step(self, batch: Batch, model: Model | None) -> Answer:
+            return super().step(_read_only(batch), _read_only(model))
 
-    settings = TrackingSettings()
+    engines = Engines(scene, TrackingSettings(filter_name="imm"))
+    kernel: Any = imm_step
+    expected, compiled = engines.on_threads(), list(kernel.signatures)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("multiradar.cluster.hosts.Shard", ReadOnly)
-        engines = Engines(scene, settings)
-        found = engines.on_shards(LocalHost(), 2)
-    assert found == engines.on_threads()
+        assert engines.on_shards(LocalHost(), 2) == expected
+    assert kernel.signatures == compiled
