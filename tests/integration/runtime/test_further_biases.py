@@ -1,5 +1,6 @@
 """Clocks of reports, eccentric antennas and local frames are estimated where observable."""
 
+import functools
 from dataclasses import replace
 
 import numpy as np
@@ -43,14 +44,21 @@ def without_errors(scenario: Scenario, parameters: tuple[str, ...]) -> Scenario:
     return replace(scenario, sensors=tuple(sensors))
 
 
+# The same for both filters, with and without the estimate.
+@functools.cache
+def observed(scenario: Scenario) -> tuple[pl.DataFrame, pl.DataFrame]:
+    """Return the measurements of a scenario, and their true positions."""
+    observation = observe(scenario, np.random.default_rng(scenario.seed))
+    return measurements_frame(scenario, observation), truth_frame(scenario, observation)
+
+
 class Tracked:
     """A scenario, tracked with the further biases or without."""
 
     def __init__(
         self, scenario: Scenario, name: str, *, off: tuple[str, ...] = (), kinds: str = ""
     ) -> None:
-        observation = observe(scenario, np.random.default_rng(scenario.seed))
-        rows, true = measurements_frame(scenario, observation), truth_frame(scenario, observation)
+        rows, true = observed(scenario)
         if kinds:
             own = rows["kind"].is_in(kinds.split())
             rows, true = rows.filter(own), true.filter(own)

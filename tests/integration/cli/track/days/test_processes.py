@@ -122,6 +122,9 @@ def test_a_stopped_command_ends_its_days_and_keeps_the_complete_ones(
 
 def test_two_commands_do_not_write_to_one_output(days: Archive, tmp_path: Path) -> None:
     out, found = tmp_path / "out", tmp_path / "waiting.json"
+    for date in DATES[1:3]:
+        # The first command would go on with them.
+        (days[0] / date).unlink()
 
     def hold() -> None:
         with pytest.raises(FindingsError):
