@@ -13,11 +13,13 @@ import argparse
 import json
 import os
 import signal
+import subprocess
 import sys
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from importlib import import_module
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -139,11 +141,11 @@ def track(name: str, recording: str, *options: str) -> Arguments:
     return arguments
 
 
-def make_inputs(folder: Path) -> None:
+def make_inputs(recorder: "Recorder", folder: Path) -> None:
     """Make what the runs read: recordings in every form."""
 
     def command(*arguments: str) -> None:
-        recorded(list(arguments), folder / "inputs.ndjson", folder)
+        recorder.run(list(arguments), folder / "inputs.ndjson")
 
     command("convert", "vid", str(SAMPLE), str(folder / "sample"), "--date", "2018-08-01")
     command("simulate", "bearings-only", "--out", str(folder / "bearings"))
@@ -167,11 +169,8 @@ def record(arguments: list[str], file: Path) -> None:
     from numba.core.dispatcher import Dispatcher
 
     from multiradar.cli.main import run
-    from multiradar_compiled import kernel_list
     from multiradar_compiled.signatures import describe
 
-    # What is compiled beforehand would not be seen to be called.
-    kernel_list.kernels_for = lambda purposes: []
     original, within = Dispatcher.compile, threading.local()
 
     # What is compiled within another kernel is no call; other threads may compile meanwhile.
@@ -216,36 +215,79 @@ def use_service(state: Path) -> None:
     os.kill(os.getpid(), signal.SIGTERM)
 
 
-def recorded(arguments: list[str], calls: Path, inputs: Path, cache: Path | None = None) -> None:
-    """Run a command in a process that writes what it calls to a file."""
-    environment = {**os.environ, _INPUTS: str(inputs)}
-    if cache is not None:
-        environment["NUMBA_CACHE_DIR"] = str(cache)
-    tool = [sys.executable, "-m", "support.kernel_list", "--record", str(calls), "--"]
-    started_s = CLOCK.monotonic_s()
-    done = run_to_end([*tool, *arguments], env=environment, cwd=TESTS)
-    print(f"{CLOCK.monotonic_s() - started_s:6.1f} s: {' '.join(arguments[:3])}", flush=True)
-    if done.returncode not in (0, 128 + signal.SIGTERM):
-        sys.exit(f"{' '.join(arguments)}: status {done.returncode}\n{done.stderr}")
+class Recorder:
+    """Runs commands, each in a process forked from one that has loaded their modules.
+
+    Parameters
+    ----------
+    inputs : Path
+        What the runs read.
+    cache : Path, optional
+        Parent folder of compiled kernels; that of this process when absent.
+    """
+
+    def __init__(self, inputs: Path, cache: Path | None = None) -> None:
+        environment = {**os.environ, _INPUTS: str(inputs)}
+        if cache is not None:
+            environment["NUMBA_CACHE_DIR"] = str(cache)
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "support.kernel_list", "--record"], cwd=TESTS, env=environment,
+            text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        )  # fmt: skip
+
+    def __enter__(self) -> "Recorder":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with self._process:
+            self._process.kill()
+
+    def run(self, arguments: list[str], calls: Path) -> None:
+        """Run a command that writes what it calls to a file."""
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        started_s = CLOCK.monotonic_s()
+        self._process.stdin.write(json.dumps([arguments, str(calls)]) + "\n")
+        self._process.stdin.flush()
+        status = self._process.stdout.readline().strip()
+        print(f"{CLOCK.monotonic_s() - started_s:6.1f} s: {' '.join(arguments[:3])}", flush=True)
+        if status not in ("0", str(128 + signal.SIGTERM)):
+            sys.exit(f"{' '.join(arguments)}: status {status}")
 
 
-def calls_of(run: Run, inputs: Path, folder: Path, cache: Path | None = None) -> list[Call]:
+def record_all() -> None:
+    """Fork a process for each command on standard input, and print its status."""
+    from multiradar_compiled import kernel_list
+
+    # What is compiled beforehand would not be seen to be called.
+    kernel_list.kernels_for = lambda purposes: []
+    import_module("support.processes.command_modules")
+    for line in sys.stdin:
+        arguments, calls = json.loads(line)
+        process = os.fork()
+        if process == 0:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+            record(arguments, Path(calls))
+        print(os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]), flush=True)
+
+
+def calls_of(run: Run, recorder: Recorder, inputs: Path, folder: Path) -> list[Call]:
     """Run a command and return what it calls; outputs go to a folder."""
     calls = folder / "calls.ndjson"
     calls.unlink(missing_ok=True)
     out = Path(tempfile.mkdtemp(dir=folder)) / "out"
-    recorded(run.arguments(inputs, out), calls, inputs, cache)
+    recorder.run(run.arguments(inputs, out), calls)
     lines = calls.read_text(encoding="utf-8").splitlines() if calls.exists() else []
     found = [json.loads(line) for line in lines]
     return [(kernel, tuple(types), seconds) for kernel, types, seconds in found]
 
 
-def collect(folder: Path, cache: Path | None) -> Iterator[dict[str, list[Call]]]:
+def collect(recorder: Recorder, folder: Path) -> Iterator[dict[str, list[Call]]]:
     """Run everything and yield, after each run, the calls of each purpose so far."""
     found: dict[str, list[Call]] = {}
     for run in runs():
         known = {one[:2] for one in found.get(run.builds_on, [])}
-        calls = calls_of(run, folder, folder, cache)
+        calls = calls_of(run, recorder, folder, folder)
         found.setdefault(run.purpose, []).extend(one for one in calls if one[:2] not in known)
         yield found
 
@@ -302,19 +344,19 @@ def main() -> None:
     """Write the list, or compare it."""
     parser = argparse.ArgumentParser(description="List the kernels that commands call.")
     parser.add_argument("--check", action="store_true", help="compare instead of writing")
-    parser.add_argument("--record", type=Path, help=argparse.SUPPRESS)
-    parser.add_argument("command", nargs="*", help=argparse.SUPPRESS)
+    parser.add_argument("--record", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.record:
-        record(options.command, options.record)
+        record_all()
         return
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        make_inputs(folder)
-        for found in collect(folder, None if options.check else folder / "cache"):
-            document = listed(found)
-            if not options.check:
-                LIST.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+        with Recorder(folder, None if options.check else folder / "cache") as recorder:
+            make_inputs(recorder, folder)
+            for found in collect(recorder, folder):
+                document = listed(found)
+                if not options.check:
+                    LIST.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
     if options.check:
         wrong = differences(document)
         print("\n".join(wrong) or "the list is complete")

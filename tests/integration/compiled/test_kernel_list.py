@@ -1,11 +1,12 @@
 """The list of kernels contains all calls of commands: nothing is compiled after the start."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from multiradar_compiled.kernel_list import kernels_for
-from support.kernel_list import Run, calls_of, make_inputs, runs
+from support.kernel_list import Recorder, Run, calls_of, make_inputs, runs
 
 #: One run of each kind; `make kernel-list KERNEL_LIST_OPTIONS=--check` compares all.
 PURPOSES = ("convert vid", "track imm", "serve two-stage", "track --encounters imm", "bearings imm")
@@ -13,16 +14,23 @@ PURPOSES = ("convert vid", "track imm", "serve two-stage", "track --encounters i
 
 @pytest.fixture(scope="module")
 def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("inputs")
-    make_inputs(folder)
-    return folder
+    return tmp_path_factory.mktemp("inputs")
+
+
+@pytest.fixture(scope="module")
+def recorder(inputs: Path) -> Iterator[Recorder]:
+    with Recorder(inputs) as recorder:
+        make_inputs(recorder, inputs)
+        yield recorder
 
 
 @pytest.mark.parametrize(
     "run", [one for one in runs() if one.purpose in PURPOSES], ids=lambda run: run.purpose
 )
-def test_all_that_a_command_calls_is_listed(run: Run, inputs: Path, tmp_path: Path) -> None:
+def test_all_that_a_command_calls_is_listed(
+    run: Run, recorder: Recorder, inputs: Path, tmp_path: Path
+) -> None:
     listed = kernels_for([one for one in (run.builds_on, run.purpose) if one])
-    called = {one[:2] for one in calls_of(run, inputs, tmp_path)}
+    called = {one[:2] for one in calls_of(run, recorder, inputs, tmp_path)}
     assert called
     assert called <= {(one.kernel, one.arguments) for one in listed}

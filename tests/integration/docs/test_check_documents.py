@@ -1,11 +1,17 @@
 """Documents match program output; slow commands are compared by `make docs-check`."""
 
+import os
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from multiradar.cli.main import main
 from support.paths import ROOT
+from support.processes.commands import run_forked
 from validation.documents import check_documents as documents
 
 
@@ -14,9 +20,30 @@ def _quick(page: str) -> Any:
     return documents.selected(steps, [], quick=True)
 
 
+def _forked(
+    line: Sequence[str], folder: Path, environment: Mapping[str, str]
+) -> "subprocess.CompletedProcess[str]":
+    """Run a program in a process that has loaded what commands need."""
+    return run_forked(_program, [*line], str(folder), dict(environment))
+
+
+def _program(line: list[str], folder: str, environment: dict[str, str]) -> None:
+    # Relative paths would lead elsewhere.
+    sys.path[:] = map(os.path.abspath, sys.path)
+    os.environ.clear()
+    os.environ.update(environment)
+    os.chdir(folder)
+    if line[0] == "multiradar":
+        sys.argv = line
+        main()
+    else:
+        assert line[:2] == ["python", "-c"]
+        exec(line[2], {"__name__": "__main__"})
+
+
 @pytest.mark.parametrize("page", [page for page in documents.PAGES if _quick(page)])
 def test_pages_match_the_output_of_quick_commands(page: str) -> None:
-    found = documents.compared(page, _quick(page), write=False)
+    found = documents.compared(page, _quick(page), write=False, run=_forked)
     differ = [f"{step.where}: {step.command}\n{text}" for step, text, _ in found if text]
     assert differ == [], "run python -m validation.documents.check_documents --quick --write"
 

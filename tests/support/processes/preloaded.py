@@ -10,18 +10,7 @@ from multiradar_compiled.ahead import missing_kernels
 from multiradar_compiled.kernel_list import kernels_for
 from multiradar_compiled.worker import compile_kernel
 
-for module in (
-    "multiradar.app",
-    "multiradar.evaluation.scorecard",
-    "multiradar.runtime.offline.offline_run",
-    "multiradar.simulation.observation.observe",
-    "multiradar.simulation.output",
-    "multiradar.simulation.scenario.sensors_text",
-    "multiradar.toolbox.tracking.track",
-    "multiradar_converters.vid.conversion",
-    "support.processes.live_process",
-):
-    import_module(module)
+import_module("support.processes.command_modules")
 
 wanted = kernels_for(["serve imm", "serve two-stage", "track imm", "track two-stage"])
 missing = missing_kernels(wanted)
