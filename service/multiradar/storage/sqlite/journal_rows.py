@@ -28,6 +28,8 @@ FORMAT_VERSION = 2
 #: In the header of a shortened journal, which earlier versions would find damaged. The digests are
 #: those of the format above.
 SHORTENED_VERSION = 3
+#: Of version 0.2.0: without a tip, so that it is read, but not continued.
+EARLIER_VERSION = 1
 
 SCHEMA = """
 CREATE TABLE header (format_version INTEGER NOT NULL, fingerprint TEXT NOT NULL);
@@ -108,12 +110,14 @@ class JournalRows:
         The file, for errors.
     fingerprint : str
         Fingerprint of the configuration in its header.
+    version : int
+        Version of the format in its header.
     """
 
-    def __init__(self, path: Path, fingerprint: str) -> None:
+    def __init__(self, path: Path, fingerprint: str, version: int = FORMAT_VERSION) -> None:
         self._path = path
         #: The digest before the first entry.
-        self.origin = origin_digest(FORMAT_VERSION, fingerprint)
+        self.origin = origin_digest(min(version, FORMAT_VERSION), fingerprint)
 
     def verified(self, previous: bytes, sequence: int, row: Row) -> StoredEntry:
         """Return an entry whose number and digest are those expected after the previous one."""
@@ -269,15 +273,32 @@ def fingerprint_of(connection: sqlite3.Connection, path: Path) -> str:
     ConfigurationError
         If it is of another format.
     """
+    version, fingerprint = header_of(connection, path)
+    if version == EARLIER_VERSION:
+        raise ConfigurationError(
+            f"{path}: expected a journal of format {FORMAT_VERSION}, was {version}; carry it over "
+            "into a new state (multiradar migrate)"
+        )
+    return fingerprint
+
+
+def header_of(connection: sqlite3.Connection, path: Path) -> tuple[int, str]:
+    """Return the version of the format of a journal that can be read, and its fingerprint.
+
+    Raises
+    ------
+    JournalError, ConfigurationError
+        As `fingerprint_of`.
+    """
     rows = connection.execute("SELECT format_version, fingerprint FROM header").fetchall()
     if len(rows) != 1:
         raise JournalError(f"{path}: expected a journal with one header, was {len(rows)}")
     version, fingerprint = rows[0]
-    if version not in (FORMAT_VERSION, SHORTENED_VERSION):
+    if version not in (EARLIER_VERSION, FORMAT_VERSION, SHORTENED_VERSION):
         raise ConfigurationError(
             f"{path}: expected a journal of format {FORMAT_VERSION}, was {version}; "
             "use the multiradar version that wrote it, or choose another journal"
         )
     if not isinstance(fingerprint, str):
         raise JournalError(f"{path}: expected a fingerprint in the header, was {fingerprint!r}")
-    return fingerprint
+    return version, fingerprint

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from multiradar.errors import InputError
 from multiradar.storage.entries import StoredEntry
-from multiradar.storage.sqlite.journal_rows import ENTRY, JournalRows, fingerprint_of
+from multiradar.storage.sqlite.journal_rows import ENTRY, JournalRows, header_of
 from multiradar.storage.sqlite.sqlite_file import (
     check_file_type,
     journal_errors,
@@ -51,7 +51,8 @@ def journal_entries(journal: Path) -> Iterator[tuple[int, int, Iterator[StoredEn
         closing(open_database(path, reading_mode(path))) as connection,
         snapshot(connection),
     ):
-        rows = JournalRows(path, fingerprint_of(connection, path))
+        version, fingerprint = header_of(connection, path)
+        rows = JournalRows(path, fingerprint, version)
         base, head = rows.base(connection), rows.head(connection)
 
         def entries() -> Iterator[StoredEntry]:
