@@ -177,13 +177,13 @@ def test_a_disk_that_fills_up_meanwhile_keeps_nothing(
     assert sorted(tmp_path.iterdir()) == [path.parent]
 
 
-@pytest.mark.parametrize("version", [1, 4])
-def test_a_journal_of_another_format_says_which_version_reads_it(
-    tmp_path: Path, version: int
+@pytest.mark.parametrize(("version", "advice"), [(1, "carry it over"), (4, "use the multiradar")])
+def test_a_journal_of_another_format_says_what_reads_it(
+    tmp_path: Path, version: int, advice: str
 ) -> None:
     path = _state(tmp_path)
     _tamper(path, "UPDATE header SET format_version = ?", version)
-    with pytest.raises(ConfigurationError, match=f"of format 2, was {version}; use the multiradar"):
+    with pytest.raises(ConfigurationError, match=f"of format 2, was {version}; {advice}"):
         _backup(path, tmp_path / "backup")
 
 
