@@ -214,7 +214,7 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
         "ADS-B displaced by 3 km",
         plots("adsb", latitude_deg=pl.col("latitude_deg") + 0.027),
         TRACK,
-        message=("adsb: its positions are probably displaced by 3.0", "+3.0"),
+        message=("adsb: its positions are probably displaced by 3.0", "km north"),
         sensors=("adsb",),
     ),
     Mistake(

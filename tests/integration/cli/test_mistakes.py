@@ -9,9 +9,12 @@ import polars as pl
 import pytest
 
 from multiradar.cli.main import run
+from multiradar.cli.playback.view import run_files
+from multiradar.runtime.recorded.run import RecordedRun
+from multiradar.runtime.recorded.view import RecordedView
 from multiradar.simulation.scenario.toml_text import toml_text
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
-from support.inputs.mistaken import RADARS, Edit, Recording, recording
+from support.inputs.mistaken import RADARS, START_S, Edit, Recording, recording
 from support.paths import SAMPLE
 
 NAME = "1-10"
@@ -49,6 +52,17 @@ def test_a_correct_recording_ends_with_status_0(
     # With a cold cache the progress of the compilation is shown, too.
     said = capsys.readouterr().err.splitlines()
     assert [line for line in said if "compiling kernels, once:" not in line] == []
+
+
+def test_the_diagnosis_of_a_run_is_viewed_at_every_time(tmp_path: Path) -> None:
+    status, found = tracked(recording().changed(NAME, range_m=RANGE / 1e3), tmp_path)
+    assert (status, [one["code"] for one in found]) == (1, ["range_unit"])
+    files = run_files(tmp_path / "out", tmp_path / "measurements.parquet", [tmp_path / "out"])
+    viewed = RecordedView([RecordedRun(files, tmp_path)])
+    assert viewed.status()["diagnoses"] == found
+    for at_s in (None, START_S + 60.0):
+        diagnoses = {one["id"]: one["diagnoses"] for one in viewed.sensors(at_s)}
+        assert diagnoses == {NAME: found, "2-10": [], "3-10": []}
 
 
 def test_a_warning_ends_with_status_0(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

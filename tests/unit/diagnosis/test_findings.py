@@ -449,3 +449,17 @@ def test_azimuths_of_all_radars_are_compared_without_identity(offset_deg: float)
     found = one.diagnosed(10 * numbers + sensor)
     assert [said.code for said in found] == ["azimuth_offset"] * 3
     assert f"off by about {offset_deg:+.0f}°, like those of all radars" in found[0].sentence
+
+
+# Regression: the sentence of a live diagnosis alternated between two forms.
+@pytest.mark.parametrize("offset_deg", [0.018, 0.05])
+def test_small_and_large_errors_of_a_site_are_described_in_one_form(offset_deg: float) -> None:
+    one = recording().configured(NAME, latitude_deg=SITE[0] + offset_deg)
+    (said,) = one.diagnosed()
+    found = re.search(
+        r"probably ([\d.]+) km south of the configured site.*? at ([\d.]+), ([\d.]+)", said.sentence
+    )
+    assert found is not None
+    assert float(found[1]) == pytest.approx(offset_deg * METRES_PER_DEGREE / 1e3, rel=0.1)
+    assert float(found[2]) == pytest.approx(SITE[0], abs=0.006)
+    assert float(found[3]) == pytest.approx(SITE[1], abs=0.006)

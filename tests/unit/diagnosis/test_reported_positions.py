@@ -38,9 +38,10 @@ def test_displaced_reports_are_named_and_not_the_radars(offset_deg: float) -> No
     )
     (said,) = one.diagnosed()
     assert (said.sensor_id, said.code) == ("adsb", "positions_displaced")
-    found = re.search(r"km east, ([+-][\d.]+) km north", said.sentence)
+    found = re.search(r"displaced by ([\d.]+) km (north|south) \(", said.sentence)
     assert found is not None
-    assert float(found[1]) == pytest.approx(offset_deg * METRES_PER_DEGREE / 1e3, abs=0.1)
+    assert float(found[1]) == pytest.approx(abs(offset_deg) * METRES_PER_DEGREE / 1e3, abs=0.1)
+    assert found[2] == ("north" if offset_deg > 0.0 else "south")
 
 
 def test_a_site_beside_reports_is_still_that_of_the_radar() -> None:

@@ -86,7 +86,9 @@ class SensorState(BaseModel):
         "correct",
     )
     diagnoses: list[SensorDiagnosis] = Field(
-        default=[], description="Probable faults of the sensor, its settings or its data"
+        default=[],
+        description="Probable faults of the sensor, its settings or its data, now or at `at`; of a "
+        "recorded run those of the whole run",
     )
 
 

@@ -15,6 +15,7 @@ from multiradar.diagnosis.cross_sensor.agreement import (
 )
 from multiradar.diagnosis.cross_sensor.clocks import LATE_MIN_S, gps_time, late_positions
 from multiradar.diagnosis.cross_sensor.comparison import AGREES_MIN, TESTED_MIN, Comparison
+from multiradar.diagnosis.cross_sensor.displacements import displacement, place
 from multiradar.diagnosis.cross_sensor.hypotheses import (
     AZIMUTH_UNITS,
     READINGS,
@@ -45,16 +46,6 @@ _TURNS_DEG = (90.0, -90.0, 180.0, *(sign * float(one) for one in range(3, 13) fo
 CIRCLE_MAX_RAD, BEYOND_MAX = 2.002 * np.pi, 2
 #: Time offsets are tried in steps of half an hour up to a day; only three time zones are finer.
 ZONE_STEP_S, ZONES = 1800.0, 48
-_COMPASS = (
-    "north",
-    "north-east",
-    "east",
-    "south-east",
-    "south",
-    "south-west",
-    "west",
-    "north-west",
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -249,14 +240,11 @@ def _origin(offset_deg: float) -> str:
 def _by_site(site: Site, found: Site) -> Callable[[Agreement, float], Explanation]:
     def made(agreement: Agreement, before: float) -> Explanation:
         distance_m, azimuth = seen_from(site, geodetic_to_ecef(*found)[None])
-        latitude, longitude = np.degrees(found[0]), np.degrees(found[1])
-        course = _COMPASS[round(float(azimuth[0]) / (np.pi / 4.0)) % 8]
-        at = f"{latitude:.4f}, {longitude:.4f}"
+        where = displacement(float(distance_m[0]), float(azimuth[0]))
         return Explanation(
             "site",
-            f"its site is probably {float(distance_m[0]) / 1e3:.1f} km {course} of the configured "
-            "site",
-            f"the site at {at}",
+            f"its site is probably {where} of the configured site",
+            f"the site at {place(found[0], found[1])}",
             "correct latitude_deg and longitude_deg in the sensors file",
             agreement.share,
             before,

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from multiradar.diagnosis.cross_sensor.agreement import Agreement
 from multiradar.diagnosis.cross_sensor.comparison import Comparison, configured_bias
+from multiradar.diagnosis.cross_sensor.displacements import displacement, place
 from multiradar.diagnosis.cross_sensor.effects import HEIGHTS_ALIKE_M, Effects, effects_at
 from multiradar.diagnosis.cross_sensor.references import Pairs, are_named, joined
 from multiradar.diagnosis.cross_sensor.trimmed_fit import Equations, TrimmedFit
@@ -289,15 +290,20 @@ def _description(sensors: SensorTable, error: SiteError) -> str:
     if error.kind == GAIN:
         sense = "long" if error.value[0] > 0.0 else "short"
         return f"{names}: its ranges are probably {abs(error.value[0]):.1%} too {sense}"
-    east_km, north_km = -error.value[0] / 1e3, -error.value[1] / 1e3
+    # Configured minus true site, but reported minus true position.
+    sign = -1.0 if _is_sited(sensors, error) else 1.0
+    east_m, north_m = sign * error.value[0], sign * error.value[1]
+    where = displacement(float(np.hypot(east_m, north_m)), float(np.arctan2(east_m, north_m)))
     if not _is_sited(sensors, error):
-        return (
-            f"{names}: its positions are probably displaced by {np.hypot(east_km, north_km):.2f} "
-            f"km ({-east_km:+z.2f} km east, {-north_km:+z.2f} km north; another datum?)"
-        )
+        return f"{names}: its positions are probably displaced by {where} (another datum?)"
+    number = error.radars[0]
+    latitude_rad, longitude_rad = sensors.latitude_rad[number], sensors.longitude_rad[number]
+    site_m = geodetic_to_ecef(latitude_rad, longitude_rad, sensors.height_m[number])
+    site_m = site_m + np.array([east_m, north_m, 0.0]) @ enu_rotation(latitude_rad, longitude_rad)
+    latitude, longitude, _ = ecef_to_geodetic(site_m)
     return (
-        f"{names}: its site is probably {np.hypot(east_km, north_km):.2f} km from the configured "
-        f"site ({east_km:+z.2f} km east, {north_km:+z.2f} km north)"
+        f"{names}: its site is probably {where} of the configured site, at "
+        f"{place(float(latitude), float(longitude))}"
     )
 
 

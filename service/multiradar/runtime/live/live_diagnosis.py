@@ -2,21 +2,25 @@
 
 Measurements are gathered over a window of data time. At the second check after its end, when the
 engine has processed the last of them, a separate thread diagnoses them, and the next window starts.
-No other thread waits for it, and no output depends on it.
+No other thread waits for it, and no output depends on it. Findings hold as in `HeldFindings`.
 """
 
 import json
 import logging
+import math
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import fields
 from typing import Any
 
+import numpy as np
 import polars as pl
+from numpy.typing import NDArray
 
 from multiradar.diagnosis.evidence import ROWS_MAX, Evidence
 from multiradar.diagnosis.findings import diagnose
-from multiradar.diagnosis.model import Diagnosis
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.runtime.live.held_findings import HeldFindings
 from multiradar.runtime.live.threads import SystemThreads, Thread, Threads
 from multiradar.storage.entries import RejectedRow
 from multiradar.tracking.outputs import EngineOutput
@@ -30,8 +34,8 @@ PERIOD_S = 5.0
 #: Codes that need more than a window: a radar without aircraft in coverage sends nothing,
 #: and an airport may close at night.
 _OF_LONGER_TIMES = ("no_measurements", "times_jump")
-#: The code of a wrong site, and the alarm.
-_SITE = "site"
+#: Columns of a table of sensors with a row for each bias parameter; the first is its sensor.
+_OF_PARAMETERS = ("parameter_sensor", "parameter_kind", "prior_mean", "prior_sigma", "drift")
 
 
 class LiveDiagnosis:
@@ -41,6 +45,8 @@ class LiveDiagnosis:
     ----------
     sensors : SensorTable
         The sensors.
+    data_time : callable, optional
+        Returns the data time, s, from which the findings of a window hold; None before any.
     period_s : float
         Interval between checks for the end of a window, s.
     threads : Threads, optional
@@ -48,14 +54,16 @@ class LiveDiagnosis:
     """
 
     def __init__(
-        self, sensors: SensorTable, period_s: float = PERIOD_S, threads: Threads | None = None
-    ) -> None:
+        self, sensors: SensorTable, data_time: Callable[[], float | None] = lambda: None,
+        period_s: float = PERIOD_S, threads: Threads | None = None,
+    ) -> None:  # fmt: skip
         self._threads = threads or SystemThreads()
         self._sensors = sensors
+        self._data_time = data_time
         self._period_s = period_s
         self._lock = threading.Lock()
         self._evidence = Evidence(sensors)
-        self._found: tuple[Diagnosis, ...] = ()
+        self._held = HeldFindings()
         self._is_ended = False
         self._stopping = self._threads.event()
         self._thread: Thread | None = None
@@ -88,35 +96,33 @@ class LiveDiagnosis:
             self._evidence.record_output(output)
 
     def restart(self) -> None:
-        """Start over: the engine restarts, and its output has been diagnosed."""
+        """Start over without findings: the engine restarts."""
         with self._lock:
             self._evidence = Evidence(self._sensors)
+            self._held.clear()
 
     def use(self, sensors: SensorTable) -> None:
-        """Start over with other sensors."""
-        self._sensors = sensors
-        self.restart()
+        """Start over with other sensors, without findings about those that changed."""
+        with self._lock:
+            names = {*self._sensors.ids, *sensors.ids}
+            changed = {
+                name
+                for name in names
+                if not _is_alike(_described(self._sensors, name), _described(sensors, name))
+            }
+            self._held.discard(changed, self._data_time_s())
+            self._sensors, self._evidence = sensors, Evidence(sensors)
 
     def set_back(self) -> None:
         """Start over: earlier times follow."""
-        self.restart()
+        with self._lock:
+            self._evidence = Evidence(self._sensors)
 
-    def records(self) -> list[dict[str, str]]:
-        """Return the present findings."""
-        return [one.document() for one in self._found]
-
-    def of(self, sensor_id: str) -> list[dict[str, str]]:
-        """Return the present findings about a sensor."""
-        return [one for one in self.records() if one["sensor_id"] == sensor_id]
-
-    def confirmed(self, sensor_id: str, alarms: Sequence[str]) -> list[str]:
-        """Return the alarms of a sensor without `site` while the wrong site is that of another.
-
-        Tracks follow the most accurate radar; if its site is wrong, the others seem displaced.
-        """
-        sites = {one.sensor_id for one in self._found if one.code == _SITE}
-        is_other = bool(sites) and sensor_id not in sites
-        return [one for one in alarms if not (is_other and one == _SITE)]
+    def records(self, at_s: float | None = None) -> list[dict[str, str]]:
+        """Return the findings that hold, or held at a past data time, s."""
+        with self._lock:
+            found = self._held.at(at_s)
+        return [one.document() for one in found]
 
     def check(self) -> bool:
         """Diagnose if the window had ended at the check before; return whether it had."""
@@ -125,14 +131,20 @@ class LiveDiagnosis:
             was_ended, self._is_ended = self._is_ended, _is_over(evidence)
             if not (was_ended and self._is_ended):
                 return False
-            self._evidence, self._is_ended = Evidence(self._sensors), False
-        found = tuple(one for one in diagnose(evidence) if one.code not in _OF_LONGER_TIMES)
-        known = {(one.sensor_id, one.code) for one in self._found}
-        for one in found:
-            if (one.sensor_id, one.code) not in known:
-                _log.warning("diagnosis: %s", one.sentence)
-        self._found = found
+            following = self._evidence = Evidence(self._sensors)
+            self._is_ended = False
+        found = [one for one in diagnose(evidence) if one.code not in _OF_LONGER_TIMES]
+        delivered = {name for name, source in evidence.sources.items() if source.read}
+        with self._lock:
+            # Restarted meanwhile, or with other sensors: the findings are out of date.
+            if self._evidence is following:
+                for one in self._held.update(found, delivered, self._data_time_s()):
+                    _log.warning("diagnosis: %s", one.sentence)
         return True
+
+    def _data_time_s(self) -> float:
+        time_s = self._data_time()
+        return -math.inf if time_s is None else time_s
 
     def _run(self) -> None:
         while not self._stopping.wait(self._period_s):
@@ -146,6 +158,27 @@ class LiveDiagnosis:
 def _is_over(evidence: Evidence) -> bool:
     sources = evidence.sources.values()
     return any(one.last_s - one.first_s >= WINDOW_S or one.read >= ROWS_MAX for one in sources)
+
+
+# The columns of a sensor, and of its bias parameters; empty if there is no such sensor.
+def _described(sensors: SensorTable, name: str) -> list[NDArray[Any]]:
+    if name not in sensors.ids:
+        return []
+    row = sensors.ids.index(name)
+    own = sensors.parameter_sensor == row
+    columns = {one.name: getattr(sensors, one.name) for one in fields(sensors)}
+    of_sensor = [
+        column[row]
+        for name, column in columns.items()
+        if name not in _OF_PARAMETERS and isinstance(column, np.ndarray) and len(column)
+    ]
+    return [*of_sensor, *(columns[name][own] for name in _OF_PARAMETERS[1:])]
+
+
+def _is_alike(before: list[NDArray[Any]], now: list[NDArray[Any]]) -> bool:
+    return len(before) == len(now) and all(
+        np.array_equal(old, new, equal_nan=True) for old, new in zip(before, now, strict=True)
+    )
 
 
 # A row rejected at the interface is arbitrary text of the sender.

@@ -49,7 +49,9 @@ class Publication:
     ) -> None:  # fmt: skip
         self._known = Knowledge(sensors, tracking, limits)
         self._events = OutputEvents(sensors, limits)
-        self.diagnosis = LiveDiagnosis(sensors, threads=threads)
+        self.diagnosis = LiveDiagnosis(
+            sensors, data_time=lambda: self._known.data_time_s, threads=threads
+        )
         self._readers: list[OutputReader] = [self.diagnosis]
         #: Readers that need the whole output again after a restart.
         self.repeating: list[str] = []

@@ -15,6 +15,7 @@ from multiradar.runtime.picture.air_picture import AirPicture, Asked
 from multiradar.runtime.picture.past import PastAsked
 from multiradar.runtime.picture.past_knowledge import PastKnowledge
 from multiradar.runtime.picture.past_sensors import past_sensors
+from multiradar.runtime.picture.sensor_findings import add_findings, confirmed
 from multiradar.runtime.queries.aircraft_json import AircraftSnapshots
 from multiradar.runtime.queries.registry import History, Query
 from multiradar.runtime.stream.events import Subscription
@@ -143,17 +144,15 @@ class LiveView:
             of the data time, s), `storm` (more measurements than it can deliver, in words),
             `diagnoses`. Missing values are None.
         """
+        found = self._diagnosis.records(at_s)
         if at_s is not None:
-            return past_sensors(self._picture.retained, at_s)
+            return past_sensors(self._picture.retained, at_s, found)
         records = self._known.sensor_records()
         leads, storms = self.clock_leads(), self.storms()
         for record in records:
             record["storm"] = storms.get(record["id"])
             record["clock_lead_s"] = leads.get(record["id"])
-            record["diagnoses"] = self._diagnosis.of(record["id"])
-            if (health := record["health"]) is not None:
-                alarms = self._diagnosis.confirmed(record["id"], health["alarms"].split(","))
-                record["health"] = {**health, "alarms": ",".join(alarms)}
+        add_findings(records, found)
         return records
 
     def saturated(self) -> list[str]:
@@ -173,11 +172,11 @@ class LiveView:
         ring = self._events.ring
         # First: what is counted as processed is then in the output.
         service = self.service_counts()
-        known = self._known.counts()
+        known, found = self._known.counts(), self._diagnosis.records()
         alarms: dict[str, list[str]] = {
             sensor_id: names
             for sensor_id, raised in known["sensor_alarms"].items()
-            if (names := self._diagnosis.confirmed(sensor_id, raised))
+            if (names := confirmed(sensor_id, raised, found))
         }
         for name, sensor_ids in ((CLOCK_ALARM, self.clock_leads()), (STORM_ALARM, self.storms())):
             for sensor_id in sensor_ids:
@@ -192,7 +191,7 @@ class LiveView:
             "rejected_by_code": self._rejects.counts,
             "rejected_by_source": self._rejects.counts_by_source,
             "duplicates_by_sensor": self._rejects.duplicates_by_sensor,
-            "diagnoses": self._diagnosis.records(),
+            "diagnoses": found,
             **{name: counts() for name, counts in self.edge_counts.items()},
         }
 

@@ -6,12 +6,13 @@ import numpy as np
 
 from multiradar.runtime.memory.sensor_board import SensorBoard
 from multiradar.runtime.picture.past import PictureSource
+from multiradar.runtime.picture.sensor_findings import Found, add_findings
 
 #: A sensor without an update for so long before the time has none, s.
 SILENT_S = 120.0
 
 
-def past_sensors(source: PictureSource, at_s: float) -> list[dict[str, Any]]:
+def past_sensors(source: PictureSource, at_s: float, found: Found = ()) -> list[dict[str, Any]]:
     """Return the sensors by identifier at a time.
 
     Parameters
@@ -20,13 +21,15 @@ def past_sensors(source: PictureSource, at_s: float) -> list[dict[str, Any]]:
         Where it is from.
     at_s : float
         The time, s.
+    found : sequence of mapping
+        The findings about sensors of then.
 
     Returns
     -------
     list of dict
-        As `LiveView.sensors`, with `health`, `biases`, `last_update_s` and `age_s` of then (None
-        without an update in the last `SILENT_S`). What is not retained is None: `updates`,
-        `clock_lead_s` and `storm`; `diagnoses` is empty.
+        As `LiveView.sensors`, with `health`, `biases`, `last_update_s`, `age_s` (None without an
+        update in the last `SILENT_S`) and `diagnoses` of then. What is not retained is None:
+        `updates`, `clock_lead_s` and `storm`.
     """
     recent = source.positions(at_s - SILENT_S, at_s)
     last_s = np.full(len(source.sensors), -np.inf)
@@ -44,5 +47,5 @@ def past_sensors(source: PictureSource, at_s: float) -> list[dict[str, Any]]:
         record["age_s"] = at_s - time_s if updated else None
         record["health"] = health.get(record["id"])
         record["biases"] = [bias for bias in biases if bias["sensor_id"] == record["id"]]
-        record["diagnoses"] = []
+    add_findings(records, found)
     return records

@@ -13,6 +13,7 @@ from multiradar.runtime.memory.sensor_board import SensorBoard
 from multiradar.runtime.picture.air_picture import Asked
 from multiradar.runtime.picture.past import PastAsked, past_frame
 from multiradar.runtime.picture.past_sensors import past_sensors
+from multiradar.runtime.picture.sensor_findings import add_findings
 from multiradar.runtime.ports import EventSource
 from multiradar.runtime.queries.registry import BIASES, UPDATES, History, Query
 from multiradar.runtime.recorded.run import RecordedRun, final_diagnoses
@@ -78,12 +79,15 @@ class RecordedView:
         return read(int(subject), since_s, limit)
 
     def sensors(self, at_s: float | None = None) -> list[dict[str, Any]]:
-        """Return the sensors at a time or, None, at the end of the run; see `LiveView.sensors`."""
+        """Return the sensors at a time or, None, at the end of the run; see `LiveView.sensors`.
+
+        Findings are those of the whole run.
+        """
         run, end_s = self._runs[0], self._span_s[1]
+        found = final_diagnoses(run.report)
         if at_s is not None:
-            return past_sensors(run, at_s)
+            return past_sensors(run, at_s, found)
         biases = run.bias_records(np.inf)
-        diagnoses = final_diagnoses(run.report)
         records = SensorBoard(run.sensors).records(None)
         for record in records:
             name = record["id"]
@@ -92,7 +96,7 @@ class RecordedView:
             record["age_s"] = None if last_s is None else max(end_s - last_s, 0.0)
             record["health"] = self._health.get(name)
             record["biases"] = [bias for bias in biases if bias["sensor_id"] == name]
-            record["diagnoses"] = [one for one in diagnoses if one.get("sensor_id") == name]
+        add_findings(records, found)
         return records
 
     def picture(self, asked: Asked) -> bytes:

@@ -2,21 +2,28 @@
 
 import json
 import logging
+from collections.abc import Callable
+from typing import Any
 
 import polars as pl
 import pytest
 
+from multiradar.diagnosis.model import Diagnosis
+from multiradar.runtime.live import held_findings
+from multiradar.runtime.live.held_findings import WINDOWS_MAX, HeldFindings
 from multiradar.runtime.live.live_diagnosis import LiveDiagnosis
+from multiradar.runtime.picture.sensor_findings import add_findings, confirmed
 from multiradar.storage.entries import RejectedRow
 from support.fakes.engine_outputs import Update, output_of
 from support.inputs.mistaken import RADARS, START_S, recording
 
 WRONG = recording().changed("1-10", range_m=pl.col("range_m") / 1e3)
+RIGHT = recording()
 
 
-def opened() -> LiveDiagnosis:
+def opened(data_time: Callable[[], float | None] = lambda: None) -> LiveDiagnosis:
     """Return one that checks on request only."""
-    diagnosis = LiveDiagnosis(WRONG.table(), period_s=3600.0)
+    diagnosis = LiveDiagnosis(WRONG.table(), data_time, period_s=3600.0)
     diagnosis.start()
     return diagnosis
 
@@ -25,6 +32,14 @@ def checked(diagnosis: LiveDiagnosis) -> bool:
     """Check twice: the engine processes the last measurements of a window after its end."""
     assert not diagnosis.check()
     return diagnosis.check()
+
+
+def window(diagnosis: LiveDiagnosis, frame: pl.DataFrame = RIGHT.frame) -> list[dict[str, str]]:
+    """Diagnose a window of measurements; return the findings that hold after it."""
+    diagnosis.record(frame, ())
+    diagnosis.put(output_of([Update(1, START_S, 1)]))
+    assert checked(diagnosis)
+    return diagnosis.records()
 
 
 def test_tracks_confirmed_after_the_end_of_a_window_belong_to_it() -> None:
@@ -56,24 +71,88 @@ def test_a_finding_is_reported_for_its_sensor_and_logged_once(
         for _ in range(2):
             diagnosis.record(WRONG.frame, ())
             assert checked(diagnosis)
-    assert [one["code"] for one in diagnosis.of("1-10")] == ["range_unit"]
-    assert diagnosis.of("2-10") == []
-    assert [one["sensor_id"] for one in diagnosis.records()] == ["1-10"]
+    (found,) = diagnosis.records()
+    assert (found["sensor_id"], found["code"]) == ("1-10", "range_unit")
+    records: list[dict[str, Any]] = [{"id": name, "health": None} for name in ("1-10", "2-10")]
+    add_findings(records, [found])
+    assert [one["diagnoses"] for one in records] == [[found], []]
     said = [record.getMessage() for record in caplog.records]
     assert len(said) == 1
     assert said[0].startswith("diagnosis: 1-10: its ranges are probably in kilometres")
     diagnosis.stop()
 
 
-def test_a_resolved_finding_is_no_longer_reported() -> None:
+def test_a_finding_holds_until_three_windows_in_a_row_have_not_found_it() -> None:
     diagnosis = opened()
-    diagnosis.record(WRONG.frame, ())
-    checked(diagnosis)
-    diagnosis.record(recording().frame, ())
-    diagnosis.put(output_of([Update(1, START_S, 1)]))
-    checked(diagnosis)
-    assert diagnosis.records() == []
+    (found,) = window(diagnosis, WRONG.frame)
+    for _ in range(2):
+        for _ in range(WINDOWS_MAX - 1):
+            assert window(diagnosis) == [found]
+        assert window(diagnosis, WRONG.frame) == [found]
+    for _ in range(WINDOWS_MAX - 1):
+        assert window(diagnosis) == [found]
+    assert window(diagnosis) == []
     diagnosis.stop()
+
+
+def test_windows_without_the_sensor_do_not_refute_a_finding() -> None:
+    diagnosis = opened()
+    (found,) = window(diagnosis, WRONG.frame)
+    silent = RIGHT.only("2-10", "3-10").frame
+    for _ in range(2 * WINDOWS_MAX):
+        assert found in window(diagnosis, silent)
+    diagnosis.stop()
+
+
+def test_findings_of_a_past_time_are_those_that_held_then() -> None:
+    times_s = iter([START_S, *(START_S + 60.0 * one for one in range(1, WINDOWS_MAX + 1))])
+    diagnosis = opened(lambda: next(times_s))
+    (found,) = window(diagnosis, WRONG.frame)
+    for _ in range(WINDOWS_MAX):
+        window(diagnosis)
+    assert diagnosis.records() == []
+    assert diagnosis.records(START_S - 1.0) == []
+    for at_s in (START_S, START_S + 179.0):
+        assert diagnosis.records(at_s) == [found]
+    assert diagnosis.records(START_S + 180.0) == []
+    diagnosis.stop()
+
+
+def test_a_changed_sensor_or_a_restart_ends_a_finding() -> None:
+    table = WRONG.table()
+    diagnosis = opened()
+    (found,) = window(diagnosis, WRONG.frame)
+    diagnosis.use(WRONG.configured("2-10", range_sigma_m=77.0).table())
+    assert diagnosis.records() == [found]
+    diagnosis.use(WRONG.configured("1-10", range_sigma_m=77.0).table())
+    assert diagnosis.records() == []
+    diagnosis.use(table)
+    window(diagnosis, WRONG.frame)
+    diagnosis.set_back()
+    assert diagnosis.records() == [found]
+    diagnosis.restart()
+    assert diagnosis.records() == diagnosis.records(START_S + 1e6) == []
+    diagnosis.stop()
+
+
+def test_a_held_finding_has_the_newest_sentence_in_its_place() -> None:
+    held = HeldFindings()
+    first = [Diagnosis("1-10", "site", "1.9 km"), Diagnosis("", "no_tracks", "none")]
+    assert held.update(first, {"1-10"}, 10.0) == first
+    again = Diagnosis("1-10", "site", "2.0 km", "warning")
+    assert held.update([again], {"1-10"}, 20.0) == []
+    assert held.at() == (again, first[1])
+    assert held.at(19.0) == tuple(first)
+
+
+def test_findings_and_their_changes_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(held_findings, "FINDINGS_MAX", 3)
+    held = HeldFindings()
+    for number in range(held_findings.CHANGES_MAX + 5):
+        held.update([Diagnosis(f"x{number}", "unknown", "x")], set(), float(number))
+    assert len(held.at()) == 3
+    assert held.at(4.0) == ()
+    assert len(held.at(5.0)) == 3
 
 
 def test_rows_that_were_rejected_count_for_their_sensor() -> None:
@@ -84,9 +163,9 @@ def test_rows_that_were_rejected_count_for_their_sensor() -> None:
     rejects = [RejectedRow(row, "OUT_OF_RANGE", "too far", raw) for row in range(900)]
     diagnosis.record(right, [*rejects, RejectedRow(900, "MALFORMED_JSON", "no JSON", "{")])
     checked(diagnosis)
-    found = diagnosis.of("1-10")
-    assert [one["code"] for one in found] == ["measurements_lost"]
-    assert "900 OUT_OF_RANGE" in found[0]["sentence"]
+    (found,) = diagnosis.records()
+    assert (found["sensor_id"], found["code"]) == ("1-10", "measurements_lost")
+    assert "900 OUT_OF_RANGE" in found["sentence"]
     diagnosis.stop()
 
 
@@ -103,10 +182,11 @@ def test_a_site_alarm_is_a_consequence_while_the_wrong_site_is_that_of_another_r
     diagnosis = LiveDiagnosis(displaced.table(), period_s=3600.0)
     diagnosis.start()
     alarms = ["noise", "site"]
-    assert diagnosis.confirmed("2-10", alarms) == alarms
+    assert confirmed("2-10", alarms, diagnosis.records()) == alarms
     diagnosis.record(displaced.frame, ())
     assert checked(diagnosis)
-    assert [one["code"] for one in diagnosis.of("1-10")] == ["site"]
-    assert diagnosis.confirmed("1-10", alarms) == alarms
-    assert diagnosis.confirmed("2-10", alarms) == ["noise"]
+    found = diagnosis.records()
+    assert [(one["sensor_id"], one["code"]) for one in found] == [("1-10", "site")]
+    assert confirmed("1-10", alarms, found) == alarms
+    assert confirmed("2-10", alarms, found) == ["noise"]
     diagnosis.stop()
