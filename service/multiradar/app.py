@@ -62,6 +62,8 @@ _log = structlog.get_logger("multiradar.app")
 
 #: Interval between log entries on compilation, s.
 _LOG_PERIOD_S = 5.0
+#: A drained service has closed its Zenoh endpoints after so long at most, s.
+_LISTEN_WAIT_S = 30.0
 
 
 class Application:
@@ -444,6 +446,7 @@ def zenoh_options(settings: Settings, authentication: Authentication) -> ZenohOp
         query_deadline_s=http.query_deadline_s,
         access=authentication.settings.model_copy(update={"clients": authentication.clients.all}),
         **settings.zenoh.model_dump(exclude={"enabled"}),
+        listen_wait_s=_LISTEN_WAIT_S if settings.journal.standby else 0.0,
         message_bytes_max=http.body_bytes_max,
         message_rows_max=settings.rows_per_message_max,
     )

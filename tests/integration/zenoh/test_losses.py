@@ -1,6 +1,7 @@
 """Routers that go and come back, instances that die, publications that fall behind."""
 
 import json
+import threading
 from typing import Any
 
 import pytest
@@ -9,7 +10,7 @@ import zenoh
 from multiradar.errors import ConfigurationError
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.session import ZenohBus, zenoh_config
-from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
+from support.processes.waiting import WAIT_TIMEOUT_S, join, wait_until
 from support.processes.zenoh_subscriber import SubscriberProcess, client_config
 from support.scenarios.zenoh_scene import StreamingView, free_endpoint, gateway
 
@@ -77,6 +78,21 @@ def test_a_port_in_use_is_an_error_at_the_start() -> None:
         pytest.raises(ConfigurationError, match="cannot open the Zenoh session"),
     ):
         ZenohBus(ZenohOptions(listen=running.endpoints))
+
+
+def test_a_standby_waits_until_the_service_before_it_has_closed_its_port() -> None:
+    opened: list[ZenohBus] = []
+    with gateway(StreamingView()) as running:
+        options = ZenohOptions(listen=running.endpoints, listen_wait_s=WAIT_TIMEOUT_S)
+        waiting = threading.Thread(target=lambda: opened.append(ZenohBus(options)), daemon=True)
+        waiting.start()
+        # The session before serves while the other one tries.
+        with zenoh.open(client_config(running.endpoints[0])) as client:
+            assert client.info.peers_zid()
+        assert opened == []
+    join(waiting)
+    assert opened[0].endpoints == options.listen
+    opened[0].close()
 
 
 def test_others_see_an_instance_come_and_go() -> None:

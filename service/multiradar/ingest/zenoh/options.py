@@ -31,6 +31,9 @@ class ZenohOptions:
         Clients, and the files of TLS; others than these clients are denied everything.
     client_wait_s : float
         How long a client waits for its router at the start, s.
+    listen_wait_s : float
+        How long a busy endpoint is tried again, s: one of a standby, which the service before may
+        still close.
     lease_s : float
         Lease of the connection, s: a peer that receives nothing of this session for so long closes
         it. None: 10 s if others connect to it, else 2 s. A subscriber that blocks in its callback
@@ -64,6 +67,7 @@ class ZenohOptions:
     config_file: Path | None = None
     access: AccessSettings = field(default_factory=AccessSettings)
     client_wait_s: float = 5.0
+    listen_wait_s: float = 0.0
     lease_s: float | None = None
     message_bytes_max: int = 16 * 1024 * 1024
     message_rows_max: int = 100_000

@@ -53,6 +53,10 @@ _SEQUENCE_END = 2**32
 _DROP = zenoh.CongestionControl.DROP
 
 
+# A busy endpoint is tried again so often.
+_LISTEN_RETRY = {"period_init_ms": 20, "period_max_ms": 100, "period_increase_factor": 2}
+
+
 def zenoh_config(options: ZenohOptions) -> zenoh.Config:
     """Return the configuration of the session.
 
@@ -69,6 +73,8 @@ def zenoh_config(options: ZenohOptions) -> zenoh.Config:
     wanted: dict[str, Any] = {
         "timestamping/enabled": True,
         **{f"transport/link/tx/queue/size/{name}": _QUEUE_BATCHES for name in _PRIORITIES},
+        "listen/timeout_ms": round(options.listen_wait_s * 1000.0),
+        "listen/retry": _LISTEN_RETRY,
     }
     if options.config_file is None:
         wanted |= {
