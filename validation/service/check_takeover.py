@@ -6,8 +6,9 @@
     python -m validation.service.check_takeover --kills 0 --drains 20
 
 One client sends messages to whichever service accepts them, each until it is acknowledged; another
-reads the events of whichever answers. At the end nothing may be lost: all rows once, each event
-once and in order, and the output that one undisturbed run gives. The time of a takeover is that
+reads the events of whichever answers, and a third subscribes to the tracks over Zenoh. At the end
+nothing may be lost: all rows once, each event once and in order, each update over Zenoh, and the
+output that one undisturbed run gives. The time of a takeover is that
 between the end of the primary, or the request to drain it, and the first acknowledgement of the
 other service, as the client sees it.
 """
@@ -35,6 +36,7 @@ from multiradar.clock import SystemClock
 from multiradar.report.content import Table
 from multiradar.report.markdown import markdown_table
 from multiradar_schemas.measurements.columns import complete
+from validation.service.takeover_subscriber import Subscriber, free_endpoint
 from validation.service.traffic import SITES, Sky, sensor_text
 
 CLOCK = SystemClock()
@@ -89,12 +91,15 @@ class Found:
         What was lost or differs; empty if nothing.
     duplicates : int
         Measurements that were sent again, and recognised.
+    queried : int
+        Track updates that the Zenoh subscriber had to query.
     """
 
     takeovers_s: list[float] = field(default_factory=list)
     statuses: list[int] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
     duplicates: int = 0
+    queried: int = 0
 
 
 class Pair:
@@ -102,6 +107,8 @@ class Pair:
 
     def __init__(self, folder: Path, start: Start) -> None:
         self._folder, self._start = folder, start
+        #: The Zenoh endpoint of whichever is the primary.
+        self.endpoint = free_endpoint()
         self.urls: list[str] = []
         self._processes: list[Process] = []
         self.primary = 0
@@ -137,8 +144,8 @@ class Pair:
     def _started(self, port: int) -> tuple[Process, str, str]:
         process, said = self._start(
             ["serve", "--standby", "--sensors", str(self._folder / "sensors.toml"), "--state",
-             str(self._folder / "state"), "--port", str(port), "--no-zenoh", "--json",
-             "--log-level", "error"]
+             str(self._folder / "state"), "--port", str(port), "--zenoh-listen", self.endpoint,
+             "--json", "--log-level", "error"]
         )  # fmt: skip
         with said:
             found: dict[str, Any] = json.loads(said.readline())
@@ -264,11 +271,14 @@ def run(
     pair = Pair(folder, start)
     try:
         sender, reader = Sender(pair, messages), Reader(pair)
+        subscriber = Subscriber(pair.endpoint)
         reader.start()
         for number, drained in enumerate(ends):
+            subscriber.connect()
             sender.until = (number + 1) * round(BETWEEN_S / MESSAGE_S)
             while sender.acknowledged < sender.until - 2 * draw.randrange(1, AFTER):
                 threading.Event().wait(_RETRY_S)
+            subscriber.receive()
             threading.Event().wait(draw.uniform(0.0, 2.0 * PAUSE_S))
             before, ended_s = pair.urls[pair.primary], CLOCK.monotonic_s()
             sender.hurry.set()
@@ -278,8 +288,13 @@ def run(
             found.takeovers_s.append(sender.last[1] - ended_s)
             sender.hurry.clear()
             pair.restore()
+        subscriber.connect()
         sender.until = len(messages)
         sender.thread.join()
+        subscriber.receive()
+        subscriber.stop(_status(pair)["output_sequence"])
+        found.queried = subscriber.queried
+        found.problems += _differences_of_updates(pair, subscriber)
         found.problems += _differences(pair, sender, reader, frames)
         found.problems += _differences_alone(pair, pl.concat(frames), folder, start)
         found.duplicates = sender.duplicates
@@ -316,6 +331,13 @@ def _differences(
         for name, value in expected.items() if status[name] != value
     ]  # fmt: skip
     return found
+
+
+# Those that the subscriber has are those that the last primary knows.
+def _differences_of_updates(pair: Pair, subscriber: Subscriber) -> list[str]:
+    again = Subscriber(pair.endpoint)
+    again.stop(_status(pair)["output_sequence"])
+    return [] if again.updates == subscriber.updates else ["the updates over Zenoh differ"]
 
 
 def _differences_alone(pair: Pair, frame: pl.DataFrame, folder: Path, start: Start) -> list[str]:
@@ -357,9 +379,12 @@ def main() -> int:
     load = os.getloadavg()[0]
     row = (
         f"{options.kills}", f"{options.drains}", f"{p50:.2f}", f"{p99:.2f}", f"{most:.2f}",
-        f"{found.duplicates}", f"{load:.1f}",
+        f"{found.duplicates}", f"{found.queried}", f"{load:.1f}",
     )  # fmt: skip
-    columns = ("kills", "drains", "p50, s", "p99, s", "longest, s", "rows sent again", "load")
+    columns = (
+        "kills", "drains", "p50, s", "p99, s", "longest, s", "rows sent again",
+        "updates queried over Zenoh", "load",
+    )  # fmt: skip
     print(markdown_table(Table("Takeovers", columns, (row,))))
     for one in found.problems:
         print(one)

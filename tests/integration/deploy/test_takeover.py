@@ -1,4 +1,4 @@
-"""A pair of services loses nothing when its primary is killed or drained."""
+"""A pair of services loses nothing when its primary is killed or drained, nor do subscribers."""
 
 import json
 import signal
