@@ -64,7 +64,7 @@ function step(app: App, by: number): void {
 export function pressed(event: KeyboardEvent, app: App): void {
   const { target } = event;
   const typing = target instanceof HTMLSelectElement || target instanceof HTMLTextAreaElement
-    || (target instanceof HTMLInputElement && !["checkbox", "radio", "button"].includes(target.type));
+    || (target instanceof HTMLInputElement && !["checkbox", "radio", "button", "range"].includes(target.type));
   if (typing) {
     if (event.key === "Escape") target.blur();
     return;

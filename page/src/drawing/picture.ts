@@ -8,13 +8,15 @@ import VectorLayer from "ol/layer/Vector";
 import VectorSource from "ol/source/Vector";
 import GeoJSON from "ol/format/GeoJSON";
 import { defaults as defaultControls } from "ol/control/defaults";
+import { defaults as defaultInteractions } from "ol/interaction/defaults";
 import Fill from "ol/style/Fill";
 import Stroke from "ol/style/Stroke";
 import Style from "ol/style/Style";
 import { fromLonLat, toLonLat } from "ol/proj";
 import { feature } from "topojson-client";
-import type { Topology } from "topojson-specification";
+import type { GeometryCollection, Topology } from "topojson-specification";
 
+import { unwrapped } from "./land";
 import { PALETTES } from "./palette";
 import { Pixels } from "./pixels";
 import { Scene, type Layer as Drawn, type Plane } from "./scene";
@@ -28,7 +30,7 @@ import type { Selection } from "../service/selection";
 import type { Store, Track } from "../sky/store";
 import type { Clock } from "../time/clock";
 import { presentOf, unheardS } from "../time/presence";
-import type { ViewState } from "../view/view";
+import { ZOOM_MAX, ZOOM_MIN, type ViewState } from "../view/view";
 
 const PICK_PX = 14;
 /** Time in which plots move between their measured and their corrected positions, ms. */
@@ -94,14 +96,16 @@ export class Picture {
     this.scene.corrected = view.shown.biases ? 1 : 0;
     this.map = new OlMap({
       target,
+      // The wheel zooms without a click before it.
+      interactions: defaultInteractions({ onFocusOnly: false }),
       layers: [this.land, moving],
       controls: defaultControls({ attribution: false, rotate: false }),
       view: new View({
         center: fromLonLat(view.centre ?? [10, 50]),
         zoom: view.zoom ?? 5,
         enableRotation: false,
-        minZoom: 2,
-        maxZoom: 18,
+        minZoom: ZOOM_MIN,
+        maxZoom: ZOOM_MAX,
       }),
     });
     this.map.on("click", (event) => {
@@ -167,8 +171,13 @@ export class Picture {
 
   /** Move the map so that a track is in its middle. */
   show(track: Track): void {
+    this.goTo(this.store.placeOf(track, this.store.timeAt(performance.now())));
+  }
+
+  /** Move the map so that a point is in its middle. */
+  goTo(point: [number, number]): void {
     this.centred = true;
-    this.map.getView().animate({ center: this.store.placeOf(track, this.store.timeAt(performance.now())), duration: 250 });
+    this.map.getView().animate({ center: point, duration: 250 });
   }
 
   /** Latitude of the middle of the map, degrees. */
@@ -232,7 +241,7 @@ export class Picture {
     const topology = (await (await fetch("page/land.json")).json()) as Topology;
     const countries = topology.objects["countries"];
     if (countries === undefined) return;
-    const features = new GeoJSON().readFeatures(feature(topology, countries), {
+    const features = new GeoJSON().readFeatures(unwrapped(feature(topology, countries as GeometryCollection)), {
       featureProjection: "EPSG:3857",
     });
     this.land.getSource()?.addFeatures(features);

@@ -1,9 +1,7 @@
 /** Tracks as text of other programs: CSV (RFC 4180), GeoJSON (RFC 7946), KML 2.2. */
 
 import { nameOf, type Track } from "../sky/store";
-
-/** Times below are times of the day without a date, s. */
-const DATED_FROM_S = 366 * 86_400;
+import { isoTime } from "../view/units";
 
 /** Each column with its unit in the name, as in `tracks.parquet`. */
 const COLUMNS: readonly [string, (track: Track) => string | number | boolean | null][] = [
@@ -24,7 +22,7 @@ const COLUMNS: readonly [string, (track: Track) => string | number | boolean | n
   ["position_sigma_m", (one) => rounded(one.sigmaM, 1)],
   ["age_s", (one) => rounded(one.ageS, 2)],
   ["state", (one) => one.state],
-  ["on_ground", (one) => one.onGround],
+  ["on_ground", (one) => (one.isGroundKnown ? one.onGround : null)],
 ];
 
 export interface Past {
@@ -69,11 +67,6 @@ ${isoTime(one.timeS) === null ? "" : `<TimeStamp><when>${isoTime(one.timeS)}</wh
 ${marks.join("\n")}
 </Document></kml>
 `;
-}
-
-/** A time in ISO 8601; null where the date is not known. */
-export function isoTime(timeS: number): string | null {
-  return Math.abs(timeS) >= DATED_FROM_S ? new Date(Math.round(timeS * 1000)).toISOString() : null;
 }
 
 function place(track: Track): number[] {

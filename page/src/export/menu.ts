@@ -5,10 +5,11 @@ import { html, type TemplateResult } from "lit";
 
 import { PALETTES } from "../drawing/palette";
 import type { App } from "../panels/panel";
-import { isShown } from "../view/shown";
+import { isFiltered, isShown } from "../view/shown";
+import { stateOf } from "../time/bar";
 import type { Track } from "../sky/store";
-import { date, utc } from "../view/units";
-import { csv, geojson, isoTime, kml, type Past } from "./formats";
+import { date, isoTime, utc } from "../view/units";
+import { csv, geojson, kml, type Past } from "./formats";
 
 const CAPTION_PX = 24;
 
@@ -51,9 +52,10 @@ function pastOf({ store, view, selection }: App): Past | null {
   }) };
 }
 
-function titleOf({ store }: App): string {
-  const time = store.dataTimeS;
-  return time === null ? "multiradar" : `multiradar, ${date(time)} ${utc(time)} UTC`;
+function titleOf(app: App): string {
+  const time = app.store.dataTimeS;
+  const state = `${stateOf(app)}${isFiltered(app.view.filters) ? ", filtered" : ""}`;
+  return time === null ? `multiradar, ${state}` : `multiradar, ${`${date(time)} ${utc(time)}`.trim()} UTC, ${state}`;
 }
 
 /** A name of letters, digits and dashes. */
@@ -90,11 +92,15 @@ async function png(app: App): Promise<void> {
   context.fillStyle = palette.background;
   context.fillRect(0, 0, box.width, box.height + CAPTION_PX);
   for (const canvas of target.querySelectorAll("canvas")) {
+    // What is out of date looks so, as on the page.
+    const style = getComputedStyle(canvas.closest(".picture") ?? canvas);
+    [context.filter, context.globalAlpha] = [style.filter, Number(style.opacity)];
     const own = canvas.getBoundingClientRect();
     if (canvas.width > 0 && own.width > 0) {
       context.drawImage(canvas, own.left - box.left, own.top - box.top, own.width, own.height);
     }
   }
+  [context.filter, context.globalAlpha] = ["none", 1];
   context.fillStyle = palette.label;
   context.font = "13px sans-serif";
   context.fillText(`${titleOf(app)}. Coast lines: Natural Earth`, 8, box.height + 16);

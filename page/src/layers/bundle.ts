@@ -15,6 +15,9 @@ const LINE_PX = 13;
 const TEXT_PX = 26;
 const LETTER_PX = 6.7;
 
+/** Turns in words; other motions are called as the service does. */
+const KINDS: Record<string, string> = { left: "left turn", right: "right turn" };
+
 export class BundleLayer implements Layer {
   readonly plane = "ground";
   /** The text on the canvas, for tests. */
@@ -42,7 +45,7 @@ export class BundleLayer implements Layer {
     const last = bundle.best[bundle.best.length - 1];
     if (last === undefined) return;
     this.lines = bundle.hypotheses.filter((one) => one.weight >= WEIGHT_MIN).slice(0, LINES_MAX).map(
-      ({ weight, kind, sinceS }) => `${Math.round(100 * weight)} % ${kind} for ${Math.round(last.timeS - sinceS)} s`,
+      ({ weight, kind, sinceS }) => `${Math.round(100 * weight)} % ${KINDS[kind] ?? kind} for ${Math.round(last.timeS - sinceS)} s`,
     );
     context.font = `11px ${FONT}`;
     const [x, y] = [Math.round(scene.px(last.x)) + TEXT_PX, Math.round(scene.py(last.y)) + TEXT_PX];

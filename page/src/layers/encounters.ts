@@ -11,7 +11,7 @@ import { distance } from "../view/units";
 const DASH = [4, 3];
 const LETTER_PX = 6.7;
 /** The text is moved by so much where it would cover another. */
-const STEPS_PX = [0, -14, 14, -28, 28] as const;
+const STEPS_PX = [0, -14, 14, -28, 28, -42, 42] as const;
 
 export class EncountersLayer implements Layer {
   readonly plane = "moving";
@@ -72,7 +72,8 @@ export class EncountersLayer implements Layer {
       const width = LETTER_PX * text.length + 4;
       // Beside the names of sites and the texts of other pairs, if there is room near by.
       const isFree = (top: number): boolean => ![scene.reserved, scene.reservedMoving].some((one) => touches(one, x - 2, top - 10, width, 13));
-      const y = STEPS_PX.map((step) => middle + step).find(isFree) ?? middle;
+      const y = STEPS_PX.map((step) => middle + step).find(isFree);
+      if (y === undefined) continue;
       context.fillStyle = palette.background;
       context.globalAlpha = 0.8;
       context.fillRect(x - 2, y - 10, width, 13);

@@ -3,6 +3,7 @@
 import { FONT } from "../drawing/palette";
 import type { Layer, Scene } from "../drawing/scene";
 import { scaleAt } from "../drawing/mercator";
+import { touches } from "./sites";
 
 /** Distance of the sentence from the lower left corner. */
 const CORNER_PX = 14;
@@ -11,9 +12,6 @@ const LETTER_PX = 6.7;
 const REGION_MAX = 0.4;
 /** Regions are drawn so far apart, s: more would hide each other. */
 const REGIONS_S = 60;
-/** Room for the name of a minute. */
-const NAME_PX = 52;
-const LINE_PX = 13;
 
 /** The path, with a mark and its age at each minute. */
 export class PastLayer implements Layer {
@@ -32,7 +30,6 @@ export class PastLayer implements Layer {
     this.join(scene);
     context.stroke();
     let minute = Infinity;
-    let [lastX, lastY] = [-Infinity, -Infinity];
     for (const point of selection.past) {
       const age = Math.floor((scene.timeS - point.timeS) / 60);
       // The picture may be a little behind the past of the track: there is no minute 0.
@@ -40,11 +37,12 @@ export class PastLayer implements Layer {
         const [x, y] = [Math.round(scene.px(point.x)), Math.round(scene.py(point.y))];
         context.fillRect(x - 2, y - 2, 5, 5);
         // Far out the minutes are closer than their names.
-        if (Math.abs(x - lastX) >= NAME_PX || Math.abs(y - lastY) >= LINE_PX) {
+        const box = [x + 4, y - 7, 6 * LETTER_PX + 4, 14] as const;
+        if (!touches(scene.reserved, ...box)) {
           context.fillText(`−${age + 1} min`, x + 6, y + 4);
-          scene.reserved.push(x - 2, y - 7, 6 * LETTER_PX + 8, 14);
-          [lastX, lastY] = [x, y];
+          scene.reserved.push(...box);
         }
+        scene.reserved.push(x - 2, y - 2, 5, 5);
       }
       minute = age;
     }
@@ -102,13 +100,15 @@ export class ForecastLayer implements Layer {
       this.names.push(name);
       // Above its region.
       const top = Math.round(y - Math.hypot(major * Math.sin(turned), minor * Math.cos(turned))) - 3;
+      const box = [x - (LETTER_PX * name.length) / 2 - 2, top - 10, LETTER_PX * name.length + 4, 13] as const;
+      if (touches(scene.reserved, ...box)) continue;
       context.fillText(name, Math.round(x - (LETTER_PX * name.length) / 2), top);
-      scene.reserved.push(x - (LETTER_PX * name.length) / 2 - 2, top - 10, LETTER_PX * name.length + 4, 13);
+      scene.reserved.push(...box);
     }
     context.globalAlpha = 1;
     this.text = selection.forecast.length === 0 ? "" : heldText(scene.feed.statusShown);
     if (this.text === "") return;
-    const whole = `Forecast regions: ${this.text}${this.large > 0 ? "; too large for this zoom" : ""}`;
+    const whole = `Forecast regions: ${this.text}${this.large === 0 ? "" : `; ${this.names.length === 0 ? "" : "the last one "}too large for this zoom`}`;
     context.fillText(whole, CORNER_PX, scene.height - CORNER_PX);
     scene.reserved.push(CORNER_PX - 2, scene.height - CORNER_PX - 11, LETTER_PX * whole.length + 4, 15);
   }

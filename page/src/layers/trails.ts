@@ -16,7 +16,7 @@ export class TrailsLayer implements PixelLayer {
     for (const track of store.tracks) {
       if (!isShown(track, view)) continue;
       const { trail } = track;
-      for (let at = 0; at < trail.length; at++) {
+      for (const at of track.trailAt(scene.timeS)) {
         const x = scene.px(trail.x[at] ?? NaN);
         const y = scene.py(trail.y[at] ?? NaN);
         if (scene.isInside(x, y, 0)) pixels.dot(x * ratio, y * ratio, DOT_PX, colour);

@@ -85,8 +85,9 @@ export class Measure implements Layer {
   }
 
   draw(scene: Scene): void {
-    if (this.start === null || this.end === null) return;
+    if (this.start === null || this.end === null || this.line === null) return;
     const { context, palette } = scene;
+    this.text = described(this.line, this.speedMps, scene.view);
     context.strokeStyle = palette.selected;
     context.fillStyle = palette.selected;
     context.lineWidth = 1.5;

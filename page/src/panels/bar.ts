@@ -4,6 +4,7 @@ import { html, nothing, type TemplateResult } from "lit";
 
 import { isFiltered, isShown } from "../view/shown";
 import { date, utc } from "../view/units";
+import { stateOf } from "../time/bar";
 import type { App } from "./panel";
 
 export function banner(app: App): TemplateResult | typeof nothing {
@@ -37,16 +38,19 @@ function notice(app: App): TemplateResult | typeof nothing {
   return app.biasHint.draw(app);
 }
 
-export function bar({ store, view, actions }: App): TemplateResult {
+export function bar(app: App): TemplateResult {
+  const { store, view, actions } = app;
   const { tracks, dataTimeS: time } = store;
   const confirmed = tracks.filter((one) => one.state === "confirmed").length;
   const { biases } = view.shown;
   return html`
     <h1>multiradar</h1>
+    <span class="printed">${date(time)}</span>
     <time title="Data time, UTC ${date(time)}">${utc(time)}${time === null ? "" : html` <small>UTC</small>`}</time>
+    <strong class="printed">${stateOf(app)}</strong>
     <span>${tracks.length === 0 ? "no tracks" : `${confirmed} confirmed, ${tracks.length - confirmed} other tracks`}</span>
-    <span class="minor">${store.plots.length} plots in 30 s</span>
-    ${isFiltered(view.filters) ? html`<span class="badge check">filtered: ${tracks.filter((one) => isShown(one, view)).length} shown</span>` : nothing}
+    ${isFiltered(view.filters) ? html`<span class="badge check">filtered: ${tracks.filter((one) => isShown(one, view)).length} shown</span>`
+      : html`<span class="minor">${store.plots.length} plots in 30 s</span>`}
     <span class="buttons">
       <button type="button" class="switch" role="switch" aria-checked=${biases} @click=${() => actions.toggle("biases")}
         title="On: plots without the estimated biases of their radars. Off: plots as measured (b)">Bias correction

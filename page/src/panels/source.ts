@@ -1,10 +1,12 @@
 /** Documents that a panel needs while it is open: read when it is drawn and they are old. */
 
-import { get } from "../service/feed";
+import { AnswerError, get } from "../service/feed";
 import type { App } from "./panel";
 
 /** What a past time has, too; a recorded run has none of it. */
 const OF_PAST = /^v1\/(tracks\/[0-9]+\/plots|residuals)/;
+
+const NOT_FOUND = 404;
 
 export class Source<T> {
   private key = "";
@@ -14,6 +16,8 @@ export class Source<T> {
   private jumps = 0;
   /** The address of the value: a past time that stands is read once. */
   private of = "";
+  /** The address of what the service does not have: it is not asked again. */
+  private missing = "";
   /** Why there is no value, in the words of the service. */
   problem = "";
 
@@ -39,7 +43,7 @@ export class Source<T> {
     if (past && app.clock.jumps !== this.jumps) [this.jumps, this.readMs, this.of] = [app.clock.jumps, -Infinity, ""];
     const whole = at === null ? address : `${address}${address.includes("?") ? "&" : "?"}at=${at.toFixed(3)}`;
     if (past && !app.feed.isCurrent) return this.value;
-    if (at !== null && whole === this.of) return this.value;
+    if ((at !== null && whole === this.of) || whole === this.missing) return this.value;
     if (!this.busy && performance.now() - this.readMs >= this.everyMs) void this.refresh(app, key, whole);
     return this.value;
   }
@@ -53,6 +57,7 @@ export class Source<T> {
       if (isWanted()) [this.value, this.problem, this.of] = [value, "", address];
     } catch (error) {
       if (isWanted()) [this.value, this.problem] = [null, error instanceof Error ? error.message : String(error)];
+      if (error instanceof AnswerError && error.status === NOT_FOUND) this.missing = address;
     } finally {
       this.busy = false;
       if (isWanted()) this.readMs = performance.now();

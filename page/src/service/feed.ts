@@ -12,6 +12,8 @@ const TIMEOUT_MS = 10_000;
 /** A data time earlier by more is no picture of the same run, s. */
 const BACK_S = 1;
 const RETRIES = "The page tries again by itself.";
+/** A frame that is later by more lacks earlier positions, s. */
+const GAP_S = 10;
 /** Without an answer for this long the picture is out of date, ms. */
 const LOST_MS = 5000;
 
@@ -54,6 +56,8 @@ export class Feed {
   statusShown: Record<string, unknown> = {};
   /** Why the last question of each loop was not answered. */
   private readonly problems = ["", ""];
+  /** Whether the last question for a picture reached no service. */
+  isUnreachable = false;
   /** Counts the documents read. */
   revision = 0;
   /** Area shown and selected track: what frames have of more tracks than a page can show. */
@@ -128,7 +132,9 @@ export class Feed {
       try {
         await step();
         this.problems[number] = "";
+        if (number === 0) this.isUnreachable = false;
       } catch (error) {
+        if (number === 0) this.isUnreachable = error instanceof UnreachableError;
         this.problems[number] = error instanceof Error ? error.message : String(error);
       }
       this.changed();
@@ -215,7 +221,10 @@ export class Feed {
     if (time !== null) this.newestS = time;
     // A service that restarted without its journal numbers from zero.
     if (isBack || (this.after !== null && frame.header.next < this.after)) this.store.clear();
-    this.after = frame.header.next;
+    if (this.after === null) this.store.beginAgain();
+    // After a gap the next frame has the positions of the time between.
+    const isGap = time !== null && time - (this.store.dataTimeS ?? time) > GAP_S;
+    this.after = isGap && this.after !== null ? null : frame.header.next;
     this.store.update(frame, performance.now());
   }
 
@@ -232,16 +241,26 @@ export class Feed {
   }
 }
 
+/** The service answered with an error. */
+export class AnswerError extends Error {
+  constructor(readonly status: number, detail: string) {
+    super(detail);
+  }
+}
+
+/** The service did not answer at all. */
+class UnreachableError extends Error {}
+
 /** Get a document of the service. @throws Error with what the service says, or what to do if it says nothing. */
 export async function get(address: string): Promise<Response> {
   const answer = await request(address, { signal: AbortSignal.timeout(TIMEOUT_MS), cache: "no-store" }).catch((error: unknown) => {
-    throw new Error(error instanceof DOMException && error.name === "TimeoutError"
+    throw new UnreachableError(error instanceof DOMException && error.name === "TimeoutError"
       ? `The service has not answered within ${TIMEOUT_MS / 1000} s: it is overloaded or stopped, or the network is interrupted. ${RETRIES}`
       : `The service cannot be reached. Check that it runs and that the network connects this computer to it. ${RETRIES}`);
   });
   if (!answer.ok) {
     const problem = (await answer.json().catch(() => ({}))) as { detail?: string };
-    throw new Error(problem.detail ?? `the service answered ${answer.status}`);
+    throw new AnswerError(answer.status, problem.detail ?? `the service answered ${answer.status}`);
   }
   return answer;
 }

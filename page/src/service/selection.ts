@@ -152,6 +152,12 @@ export class Selection {
   private async read(id: number, time: number): Promise<void> {
     this.again = false;
     try {
+      // The service has no history of a track that has ended.
+      if (!this.isShown(id)) {
+        this.forecast = [];
+        if (this.mode() !== "live") [this.past, this.updates] = [[], []];
+        return;
+      }
       const since = `since=${time - PAST_S}&limit=5000`;
       const history = (await (await get(`v1/tracks/${id}/history?${since}`)).json()) as { updates: Update[] };
       const isLive = this.mode() === "live";

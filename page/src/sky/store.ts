@@ -70,6 +70,12 @@ export class Store {
     this.noteSensors(before);
   }
 
+  /** Before a frame that has all earlier positions and plots. */
+  beginAgain(): void {
+    for (const track of this.tracks) track.trail.clear();
+    this.plots.clear();
+  }
+
   /** Discard everything: the service restarted. */
   clear(): void {
     this.tracks = [];

@@ -48,6 +48,8 @@ export class Track {
   ageS = NaN;
   state = "unknown";
   onGround = false;
+  /** Whether it reports its ground status. */
+  isGroundKnown = false;
   callsign: string | null = null;
   code: string | null = null;
   address: string | null = null;
@@ -60,6 +62,11 @@ export class Track {
   seenIn = 0;
 
   constructor(readonly id: number) {}
+
+  /** Slots of the trail that are shown at a data time. */
+  trailAt(timeS: number): Generator<number> {
+    return this.trail.after(timeS - TRAIL_POINTS * TRAIL_STEP_S);
+  }
 
   /** Take a row of a frame. */
   update(columns: TrackColumns, states: readonly string[], row: number): void {
@@ -84,6 +91,7 @@ export class Track {
     this.sources = at(columns.sources, row);
     this.state = states[at(columns.state, row)] ?? "unknown";
     this.onGround = at(columns.on_ground, row) === 1;
+    this.isGroundKnown = at(columns.on_ground, row) >= 0;
     // After a single plot nothing is known of its motion.
     if (this.speedMps === 0 && this.state === "tentative") this.speedMps = this.headingDeg = NaN;
     this.identify(at(columns.callsign, row), at(columns.mode_3a, row), at(columns.mode_s_address, row));
@@ -164,6 +172,11 @@ export class Trail {
 
   get length(): number {
     return Math.min(this.end, TRAIL_POINTS);
+  }
+
+  /** Discard all: older ones come again. */
+  clear(): void {
+    [this.end, this.lastS] = [0, -Infinity];
   }
 
   /** Slots of the positions after a time, oldest first. */

@@ -4,21 +4,37 @@ import { html, nothing, type TemplateResult } from "lit";
 
 import { exportMenu } from "../export/menu";
 import type { App } from "../panels/panel";
+import type { Feed } from "../service/feed";
 import { date, utc } from "../view/units";
-import { lasting, presentOf } from "./presence";
+import { lasting, presentOf, type Present } from "./presence";
 
 const AGO_S = 300;
+
+/** Which picture it is, and for how long there have been no data: for print and images. */
+export function stateOf({ clock, feed }: App): string {
+  if (!clock.isLive) return clock.recorded ? "Recorded" : "History";
+  const { word } = presentOf(feed, performance.now());
+  return `${word} ${sinceOf(feed, word)}`.trim();
+}
+
+/** How long there have been no data; empty while they come. */
+function sinceOf(feed: Feed, word: Present["word"]): string {
+  const nowMs = performance.now();
+  if (word === "No contact") return `for ${lasting((nowMs - feed.lastAnswerMs) / 1000)}`;
+  if (word !== "No data") return "";
+  const { forS } = presentOf(feed, nowMs);
+  return forS === null ? "since the service started" : `for ${lasting(forS)}`;
+}
 
 export function timeBar(app: App): TemplateResult {
   const { clock, store, view, measure } = app;
   const { span } = clock;
   // While history plays, frames come at intervals: the time is that of the picture, as above the map.
   const time = app.feed.isCurrent ? store.dataTimeS : clock.at(performance.now()) ?? store.dataTimeS;
-  const { word, forS } = presentOf(app.feed, performance.now());
+  const { word } = presentOf(app.feed, performance.now());
   const mode = clock.recorded ? "Recorded" : clock.isLive ? word : "History";
   document.body.dataset["time"] = clock.isLive && word !== "Live" ? "stale" : mode.toLowerCase();
-  const since = !clock.isLive ? "" : word === "No data" ? (forS === null ? "since the service started" : `for ${lasting(forS)}`)
-    : word === "No contact" ? `for ${lasting((performance.now() - app.feed.lastAnswerMs) / 1000)}` : "";
+  const since = clock.isLive ? sinceOf(app.feed, word) : "";
   const said = outage(app) || app.ago.said(app);
   const moves: [number, string][] = [[-60, "−1 min"], [-10, "−10 s"], [10, "+10 s"], [60, "+1 min"]];
   const selected = view.selected === null ? undefined : store.track(view.selected);
@@ -26,14 +42,14 @@ export function timeBar(app: App): TemplateResult {
     <p class="clock" @keydown=${(event: KeyboardEvent) => keys(event, app)}>
       <strong class="mode" role="status">${mode}${clock.isLive ? nothing : clock.playing ? html` ▶ ×${clock.speed}` : " paused"}</strong>
       ${since === "" ? nothing : html`<span class="since">${since}</span>`}
-      <time title="${date(time)} UTC">${time === null ? "–" : utc(time)}</time>
+      <time>${date(time) === "" ? nothing : html`<small>${date(time)}</small> `}${time === null ? "–" : utc(time)}</time>
       <button type="button" @click=${() => clock.toggle()} title="Space">${clock.isLive || clock.playing ? "Pause" : "Play"}</button>
       ${clock.recorded ? nothing : html`<button type="button" ?disabled=${clock.isLive} @click=${() => clock.live()}>Go live</button>`}
       <span class="together" role="group" aria-label="Move in time">${moves.map(([seconds, text]) =>
         html`<button type="button" ?disabled=${span === null} @click=${() => clock.step(seconds)}>${text}</button>`)}</span>
       <span class="together" role="group" aria-label="Speed">
         <button type="button" aria-label="Slower" title="-" ?disabled=${clock.isLive} @click=${() => clock.faster(-1)}>−</button>
-        <span class="speed">×${clock.speed}</span>
+        <span class="speed">${clock.isLive ? "–" : `×${clock.speed}`}</span>
         <button type="button" aria-label="Faster" title="+" ?disabled=${clock.isLive} @click=${() => clock.faster(1)}>+</button></span>
       <button type="button" class="ago" ?disabled=${selected === undefined}
         title=${selected === undefined ? "Select a track first" : "Pause five minutes before the time shown, with the map centred on where the selected aircraft was (a)"}
@@ -42,12 +58,17 @@ export function timeBar(app: App): TemplateResult {
       ${exportMenu(app)}
     </p>
     ${span === null ? nothing : html`<p class="span" @keydown=${(event: KeyboardEvent) => keys(event, app)}>
-      <span title="Earliest time ${clock.recorded ? "of the run" : "that the service retains"}">${utc(span[0])}</span>
+      <span title="Earliest time ${clock.recorded ? "of the run" : "that the service retains"}">${ends(span[0], span[1])}</span>
       <input type="range" aria-label="Time" min=${span[1] - Math.ceil(span[1] - span[0])} max=${span[1]} step="1"
         .value=${String(clock.isLive ? span[1] : time ?? span[1])}
-        aria-valuetext="${utc(time)} UTC" @input=${(event: Event) => clock.seek(Number((event.target as HTMLInputElement).value))}>
-      <span>${utc(span[1])}</span></p>`}
+        aria-valuetext="${date(time)} ${utc(time)} UTC" @input=${(event: Event) => clock.seek(Number((event.target as HTMLInputElement).value))}>
+      <span>${ends(span[1], span[0])}</span></p>`}
     ${said === "" ? nothing : html`<p class="hint" role="status">${said}</p>`}`;
+}
+
+/** One end of the times that there are, with its date where the other has another one. */
+function ends(time: number, other: number): string {
+  return date(time) === date(other) ? utc(time) : `${date(time)} ${utc(time)}`;
 }
 
 /** Why the picture is that of another time than the one chosen; empty: it is not, or is being read. */

@@ -17,7 +17,7 @@ export function presentOf(feed: Feed, nowMs: number): Present {
   const sinceS = (nowMs - feed.statusMs) / 1000;
   const last = number("received_age_s") ?? number("silence_s");
   const forS = last === null ? null : last + sinceS;
-  if (feed.isLost(nowMs)) return { word: "No contact", forS: forS ?? (nowMs - feed.lastAnswerMs) / 1000 };
+  if (feed.isLost(nowMs) || feed.isUnreachable) return { word: "No contact", forS: forS ?? (nowMs - feed.lastAnswerMs) / 1000 };
   const { state } = status;
   if (state === undefined) return { word: "Connecting", forS: 0 };
   if (state !== "running") return { word: "Not running", forS };

@@ -47,7 +47,7 @@ export class SecondTrails implements PixelLayer {
     for (const track of scene.feed.second.tracks) {
       if (!isShown(track, view, 1)) continue;
       const { trail } = track;
-      for (let at = 0; at < trail.length; at++) {
+      for (const at of track.trailAt(scene.timeS)) {
         const [x, y] = [scene.px(trail.x[at] ?? NaN), scene.py(trail.y[at] ?? NaN)];
         if (scene.isInside(x, y, 0)) pixels.dot(x * ratio, y * ratio, DOT_PX, colour);
       }

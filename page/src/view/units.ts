@@ -59,7 +59,15 @@ export function utc(seconds: number | null): string {
   return new Date(seconds * 1000).toISOString().slice(11, 19);
 }
 
+/** Times below are times of the day without a date, s. */
+const DATED_FROM_S = 366 * 86_400;
+
+/** The date; empty where it is not known. */
 export function date(seconds: number | null): string {
-  if (seconds === null || !known(seconds)) return "";
-  return new Date(seconds * 1000).toISOString().slice(0, 10);
+  return seconds === null ? "" : (isoTime(seconds) ?? "").slice(0, 10);
+}
+
+/** A time in ISO 8601; null where the date is not known. */
+export function isoTime(seconds: number): string | null {
+  return Math.abs(seconds) >= DATED_FROM_S ? new Date(Math.round(seconds * 1000)).toISOString() : null;
 }

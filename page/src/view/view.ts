@@ -77,6 +77,11 @@ export const TABS: readonly [Tab, string, string][] = [
   ["map", "5", "Map"],
 ];
 
+/** Limits of the map. */
+export const ZOOM_MIN = 2;
+export const ZOOM_MAX = 18;
+const LATITUDE_MAX = 85;
+
 export function initialView(address: string): ViewState {
   const given = new URLSearchParams(address.replace(/^#/, ""));
   const [off, on] = [new Set((given.get("off") ?? "").split(",")), new Set((given.get("on") ?? "").split(","))];
@@ -85,7 +90,7 @@ export function initialView(address: string): ViewState {
     const value = text === null || text.trim() === "" ? NaN : Number(text);
     return Number.isFinite(value) ? value : null;
   };
-  const [longitude, latitude] = [number("lon"), number("lat")];
+  const [longitude, latitude, zoom] = [number("lon"), number("lat"), number("zoom")];
   const shown = Object.fromEntries(
     SWITCHES.map(([name, , , initially]) => [name, initially ? !off.has(name) : on.has(name)]),
   ) as Record<Switch, boolean>;
@@ -105,8 +110,9 @@ export function initialView(address: string): ViewState {
     tab: TABS.find(([name]) => name === given.get("tab"))?.[0] ?? "tracks",
     sensor: given.get("sensor"),
     open: true,
-    centre: longitude !== null && latitude !== null ? [longitude, latitude] : null,
-    zoom: number("zoom"),
+    centre: longitude !== null && latitude !== null
+      ? [((((longitude + 180) % 360) + 360) % 360) - 180, Math.max(-LATITUDE_MAX, Math.min(LATITUDE_MAX, latitude))] : null,
+    zoom: zoom === null ? null : Math.max(ZOOM_MIN, Math.min(ZOOM_MAX, zoom)),
     hiddenSensors: new Set((given.get("hide") ?? "").split(",").filter((one) => one !== "")),
     tick: Math.max(TICK_MIN_MS, number("tick") ?? TICK_MS),
     at: number("at"),

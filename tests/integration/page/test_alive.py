@@ -90,7 +90,7 @@ def test_data_that_ended_are_not_live_and_their_ages_go_on(page: Page, air: Air)
     expect(badges).to_have_text(["NO DATA"] * 3)
     expect(page.locator("#tab-sensors .badge")).to_have_text("3 NO DATA")
     expect(page.locator("#sensors .summary")).to_contain_text("No data for 10 min.")
-    expect(page.locator("#sensors .facts")).to_contain_text("the last 10 min ago")
+    expect(page.locator("#sensors .facts")).to_contain_text("last 10 min ago")
     age_s[0] = 1.0
     expect(badges.get_by_text("NO DATA")).to_have_count(0)
     expect(mode).to_have_text("Live")

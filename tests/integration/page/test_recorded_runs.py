@@ -223,7 +223,10 @@ def test_exports_are_of_what_is_shown(page: Page, shown: str) -> None:
     for feature, track in zip(found["features"], tracks, strict=True):
         assert feature["geometry"]["type"] == "Point"
         assert abs(feature["geometry"]["coordinates"][0] - track[2]) < 1e-6
+    # Radars do not say whether an aircraft is on the ground.
+    assert {feature["properties"]["on_ground"] for feature in found["features"]} == {None}
     _, content = exported(page, "KML")
+    assert content.decode().count("UTC, Recorded</name>") == 1
     marks = ET.fromstring(content).iter(f"{KML}Placemark")
     names = [mark.findtext(f"{KML}name") for mark in marks]
     assert len(names) == len(tracks)

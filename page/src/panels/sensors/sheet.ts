@@ -144,7 +144,7 @@ function facts(sensor: Sensor, { feed, clock: shown }: App): TemplateResult {
   const clock = sensor.biases.find((one) => one["parameter"] === "time_offset_s");
   const rows: [string, string][] = [
     ["Kind", sensor.kind],
-    ["Updates", [sensor.updates === null ? "" : String(sensor.updates), sensor.age_s === null ? "" : `the last ${olderS === 0 ? `${sensor.age_s.toFixed(1)} s` : aged(sensor.age_s, olderS)} ago`]
+    ["Updates", [sensor.updates === null ? "" : String(sensor.updates), sensor.age_s === null ? "" : `last ${olderS === 0 ? `${sensor.age_s.toFixed(1)} s` : aged(sensor.age_s, olderS)} ago`]
       .filter((one) => one !== "").join(", ") || "none"],
     ["Scan period", sensor.rotation_period_s === null ? "not configured" : `${sensor.rotation_period_s} s`],
     [`Latency behind data time${now}`, Number.isFinite(delay[0]) ? `${delay[0].toFixed(2)} s, 99 %: ${delay[1].toFixed(2)} s` : "no data"],

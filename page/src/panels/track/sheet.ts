@@ -40,7 +40,7 @@ function draw(app: App): TemplateResult {
   const past = transitions.read(app, String(selected), `v1/tracks/${selected}/transitions?limit=100`);
   const shownS = app.clock.isLive ? Infinity : app.clock.at(performance.now()) ?? Infinity;
   const steps = (past?.transitions ?? []).filter((one) => one.time_s <= shownS);
-  if (track === undefined) return absent(selected, steps, shownS);
+  if (track === undefined) return transitions.problem === "" ? absent(selected, steps, shownS) : html`<p class="hint">${transitions.problem}</p>`;
   last = { id: selected, name: nameOf(track) };
   const used = plots.read(app, String(selected), `v1/tracks/${selected}/plots?window_s=${WINDOW_S}`);
   const { updates } = app.selection;
@@ -77,7 +77,7 @@ function facts(track: Track, newest: Update | undefined, { clock, feed, store, v
       isAirborne ? `± ${height(2 * sigma, units)}${received}` : ""],
     ["Vertical rate", climb(track.climbMps, units), ""],
     ["Speed", speed(track.speedMps, units, track.isSpeedUncertain), Number.isFinite(track.speedMps) ? `± ${speed(2 * track.velocitySigmaMps, units)}` : ""],
-    ["Heading", heading(track.headingDeg), ""],
+    ["Course over ground", heading(track.headingDeg), ""],
     ["Position", `${latitudeOf(y).toFixed(4)}, ${longitudeOf(x).toFixed(4)}`, `at ${utc(timeS)}, ${track.ageS.toFixed(0)} s after the last plot`],
     ["Position sigma", distance(track.sigmaNowM, units), `then; ${distance(track.sigmaM, units)} at the last plot`],
     ["Last plot", `${olderS === 0 ? `${track.ageS.toFixed(1)} s` : aged(track.ageS, olderS)} ago`, newest === undefined ? "" : `by ${newest.sensor_id}`],

@@ -462,6 +462,7 @@ class Service:
             "journal_sequence": self._followed if writer is None else writer.head,
             **self._intake.document(),
             "backlog_rows": self._backlog.rows,
+            "reorder_horizon_s": self._horizon_s,
             "lags_s": {name: round(lag_s, 2) for name, lag_s in self._lags_s().items()},
             "journal_disk": None if space is None else space._asdict(),
             "unready": [one._asdict() for one in self.unready()],

@@ -1,0 +1,177 @@
+"""What somebody tries first: the wheel, keys, addresses; and what is at the ends of the world."""
+
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from integration.page.conftest import Air, received
+from integration.page.test_browser import PICTURE, STORE, opened, settled
+from integration.page.test_map import overlaps
+from integration.page.test_panels import pictured
+
+VIEW = f"{PICTURE}.map.getView()"
+DAY_S = 86_400.0
+
+
+def test_the_wheel_zooms_without_a_click_and_the_page_does_not_scroll(page: Page, air: Air) -> None:
+    opened(page, air)
+    assert page.evaluate("document.documentElement.scrollHeight === innerHeight")
+    zoom: float = page.evaluate(f"{VIEW}.getZoom()")
+    page.mouse.move(400, 300)
+    page.mouse.wheel(0, -300)
+    settled(page, f"{VIEW}.getZoom() > {zoom}")
+    assert page.evaluate("scrollY") == 0
+
+
+def test_keys_work_while_the_slider_has_the_focus(page: Page, air: Air) -> None:
+    opened(page, air)
+    page.get_by_label("Time", exact=True).and_(page.locator("input")).click()
+    page.keyboard.press("3")
+    settled(page, "window.multiradar.view.tab === 'sensors'")
+    page.keyboard.press("n")
+    settled(page, "window.multiradar.clock.isLive")
+
+
+@pytest.mark.parametrize("address", ["lon=999&lat=-400&zoom=1e9", "lon=200&lat=95&zoom=-3"])
+def test_an_address_off_the_map_shows_the_map(page: Page, air: Air, address: str) -> None:
+    page.goto(f"{air.url}/#{address}")
+    settled(page, f"{STORE}.tracks.length > 0")
+    west, south, east, north = page.evaluate(f"{VIEW}.calculateExtent()")
+    assert -4e7 < west < east < 4e7
+    assert -4e7 < south < north < 4e7
+
+
+def test_a_track_that_never_existed_is_asked_for_once(page: Page, air: Air) -> None:
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(f"{air.url}/#track=999999&tab=track")
+    expect(page.locator("#sheet")).to_contain_text("no retained track has the number 999999")
+    frames: int = page.evaluate(f"{STORE}.frames")
+    # In this time it would have been asked for again.
+    settled(page, f"{STORE}.frames > {frames + 6}")
+    assert sum("/tracks/999999/" in one for one in asked) == 1
+
+
+def test_land_does_not_run_around_the_world(page: Page, air: Air) -> None:
+    opened(page, air)
+    land = f"{PICTURE}.land.getSource().getFeatures()"
+    settled(page, f"{land}.length > 100")
+    # Edges across the map would be of polygons that cross the antimeridian. That along its southern
+    # end closes Antarctica.
+    longest, beyond = page.evaluate(
+        f"""(() => {{
+          const longest = [0];
+          let beyond = 0;
+          for (const one of {land}) {{
+            const [west, , east] = one.getGeometry().getExtent();
+            beyond += east > 20037600 || west < -20037600 ? 1 : 0;
+            for (const ring of one.getGeometry().getCoordinates()) {{
+              ring.slice(1).forEach(([x, y], at) => {{
+                if (y > -19e6) longest.push(Math.abs(x - ring[at][0]));
+              }});
+            }}
+          }}
+          return [Math.max(...longest), beyond];
+        }})()"""
+    )
+    assert longest < 1e7
+    # Chukotka is on both sides.
+    assert beyond >= 2
+
+
+def test_earlier_positions_come_again_after_a_gap(page: Page, air: Air) -> None:
+    opened(page, air)
+    settled(page, f"{STORE}.tracks.some((one) => one.trail.length > 10)")
+    known = f"{STORE}.tracks.map((one) => one.trail.length)"
+    before = page.evaluate(known)
+    # As if nothing had come for a minute: the page asks for all of it.
+    page.evaluate(
+        f"""(() => {{
+          for (const one of {STORE}.tracks) one.trail.clear();
+          {STORE}.dataTimeS -= 60;
+        }})()"""
+    )
+    settled(page, f"JSON.stringify({known}) === '{str(before).replace(' ', '')}'")
+    # Older than two minutes they are not drawn.
+    ages = page.evaluate(
+        f"""{STORE}.tracks.map((one) => [...one.trailAt({STORE}.dataTimeS + 60)]
+          .map((at) => {STORE}.dataTimeS + 60 - one.trail.timeS[at]))"""
+    )
+    assert any(len(one) > 3 for one in ages)
+    assert all(age < 120.0 for one in ages for age in one)
+
+
+def test_days_are_told_apart_by_their_dates(page: Page, air: Air) -> None:
+    begin_s = 1.7e9
+
+    def dated(header: dict[str, Any], tracks: dict[str, Any]) -> None:
+        header["data_time_s"] = begin_s + DAY_S
+        header["span_s"] = [begin_s, begin_s + DAY_S]
+
+    pictured(page, dated)
+    page.goto(air.url)
+    ends = page.locator("#time .span span")
+    expect(ends.first).to_have_text("2023-11-14 22:13:20")
+    expect(ends.last).to_have_text("2023-11-15 22:13:20")
+    expect(page.locator("#time time")).to_contain_text("2023-11-15")
+    page.unroute_all(behavior="wait")
+
+
+def test_print_says_that_there_are_no_data(page: Page, air: Air) -> None:
+    age_s = received(page, 1.0)
+    opened(page, air)
+    state = page.locator("#bar strong.printed")
+    expect(state).not_to_be_visible()
+    page.emulate_media(media="print")
+    expect(state).to_be_visible()
+    expect(state).to_have_text("Live")
+    age_s[0] = 600.0
+    expect(state).to_have_text("No data for 10 min")
+
+
+def test_texts_of_paths_and_encounters_do_not_cover_each_other(page: Page, air: Air) -> None:
+    opened(page, air)
+    page.evaluate(f"window.multiradar.actions.select({STORE}.tracks[0].id)")
+    settled(page, "window.multiradar.selection.past.length > 20")
+    settled(page, f"{PICTURE}.layers.encounters.texts.length > 0")
+    page.evaluate(f"{VIEW}.setZoom({VIEW}.getZoom() - 2)")
+    page.evaluate(f"{PICTURE}.map.renderSync()")
+    moving: list[float] = page.evaluate(f"{PICTURE}.scene.reservedMoving")
+    boxes = [
+        {"left": x, "top": y, "right": x + width, "bottom": y + height}
+        for x, y, width, height in zip(*[iter(moving)] * 4, strict=True)
+    ]
+    assert boxes
+    assert overlaps(boxes) == 0
+
+
+def test_the_bias_hint_names_the_sensor_that_biases_move_most(page: Page, air: Air) -> None:
+    opened(page, air)
+    most = page.evaluate(
+        f"""(() => {{
+          const of = new Map();
+          for (const one of {STORE}.plots) {{
+            const name = {STORE}.sensors[one.sensor];
+            const far = Math.hypot(one.correctedX - one.x, one.correctedY - one.y);
+            of.set(name, [...(of.get(name) ?? []), far].sort((a, b) => a - b));
+          }}
+          const middle = ([, all]) => all[Math.floor(all.length / 2)];
+          return [...of].sort((a, b) => middle(b) - middle(a))[0][0];
+        }})()"""
+    )
+    page.evaluate(f"{VIEW}.setZoom(5)")
+    page.keyboard.press("b")
+    hint = page.locator("#banner .note")
+    expect(hint).to_contain_text(f"The biases of {most} move its plots by")
+    hint.get_by_role("button", name="Zoom to an aircraft").click()
+    # A plot of it is in the middle.
+    settled(
+        page,
+        f"""(() => {{
+          const {{ scene }} = {PICTURE};
+          const [x, y] = [scene.width / 2, scene.height / 2];
+          return [...{STORE}.plots].some((one) => {STORE}.sensors[one.sensor] === '{most}'
+            && Math.hypot(scene.px(one.x) - x, scene.py(one.y) - y) < 60);
+        }})()""",
+    )
