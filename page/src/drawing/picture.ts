@@ -24,7 +24,7 @@ import type { Encounters } from "../service/encounters";
 import type { Feed } from "../service/feed";
 import { allLayers } from "../layers/index";
 import type { Site } from "../layers/sites";
-import { RADIUS_M, scaleAt } from "./mercator";
+import { mercatorX, mercatorY, RADIUS_M, scaleAt } from "./mercator";
 import { Scans } from "../sky/scans";
 import type { Selection } from "../service/selection";
 import type { Store, Track } from "../sky/store";
@@ -202,6 +202,10 @@ export class Picture {
   /** Show all sensors and tracks. */
   fit(): void {
     const points = this.store.tracks.map((one): [number, number] => [one.x, one.y]);
+    const [west, south, east, north] = this.feed.extent ?? [];
+    if (west !== undefined && south !== undefined && east !== undefined && north !== undefined) {
+      points.push([mercatorX(west), mercatorY(south)], [mercatorX(east), mercatorY(north)]);
+    }
     const isEmpty = points.length === 0;
     for (const { x, y, rings } of this.sites()) {
       points.push([x, y]);

@@ -61,14 +61,14 @@ function draw(app: App): TemplateResult {
       ["State", text("state")], ["Version", text("version")], ["Filter", text("filter")],
       ["Data time", dataTime(status, store.dataTimeS)],
     ])}
-    ${group("Rates", rates())}
+    ${app.clock.recorded ? nothing : html`${group("Rates", rates())}
     ${group("Lags", [
       ["Waiting for the journal", `${text("intake_rows")} rows`], ["Waiting for the engine", `${text("backlog_rows")} rows`],
       ["Journal entries processed", `${text("processed_sequence")} of ${text("journal_sequence")}`],
       ["Entries skipped", text("skipped_entries")],
       // Live tracks are at least so old: later measurements may still be earlier ones.
       ["Tracks behind the newest plot", Number.isNaN(count("reorder_horizon_s")) ? "–" : `≥ ${count("reorder_horizon_s")} s (reordering)`],
-    ])}
+    ])}`}
     ${group("Measurements", [
       ["Read", text("read")], ["Accepted", text("accepted")], ["Rejected", text("rejected")], ["In repeated messages", text("duplicate")],
     ])}

@@ -63,6 +63,8 @@ export class Feed {
   /** Area shown and selected track: what frames have of more tracks than a page can show. */
   area = "";
   track: number | null = null;
+  /** Where the tracks of a recorded run are, degrees: west, south, east, north. */
+  extent: number[] | null = null;
   /** The tracks of the second of two runs. */
   readonly second = new Store();
   /** The last step back of the data time, until the user has read it. */
@@ -179,6 +181,7 @@ export class Feed {
     frames.forEach((buffer, layer) => {
       const frame = this.decoded(buffer);
       clock.learn(frame.header.span_s, frame.header.recorded === true, frame.header.layers ?? []);
+      this.extent = frame.header.extent_deg ?? null;
       // What is read again of a time that stands only says that the service answers: the picture stays.
       if (of !== this.pastOf) (layer === 0 ? this.store : this.second).update(frame, performance.now());
     });

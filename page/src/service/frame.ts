@@ -24,6 +24,8 @@ interface Header {
   /** Whether it is of a recorded run, and the names of all. */
   recorded?: boolean;
   layers?: string[];
+  /** Where its tracks are, degrees: west, south, east, north. */
+  extent_deg?: [number, number, number, number] | null;
   tables: Record<string, Described>;
 }
 

@@ -104,6 +104,9 @@ def _features(path: Path) -> list[dict[str, Any]]:
         raise ValueError(msg)
     try:
         text = path.read_bytes().decode("utf-8-sig")
+        if not text.strip():
+            msg = "the file is empty"
+            raise ValueError(msg)
         document = json.loads(text, parse_constant=_no_number)
     except UnicodeDecodeError as error:
         msg = "not UTF-8 text"

@@ -116,6 +116,23 @@ def test_a_run_plays_from_its_start_without_a_service(page: Page, shown: str) ->
     assert all(address.startswith((shown, "data:")) for address in watch.addresses)
 
 
+def test_the_map_shows_where_the_whole_run_is(page: Page, shown: str) -> None:
+    opened(page, shown)
+    inside = page.evaluate(
+        """(() => {
+          const { feed, picture } = window.multiradar;
+          const { scene } = picture;
+          const mercator = (latitude) =>
+            6378137 * Math.log(Math.tan(Math.PI / 4 + (latitude * Math.PI) / 360));
+          const [west, south, east, north] = feed.extent;
+          const x = [west, east].map((one) => scene.px((one * Math.PI * 6378137) / 180));
+          const y = [south, north].map((one) => scene.py(mercator(one)));
+          return [...x.map((one) => one / scene.width), ...y.map((one) => one / scene.height)];
+        })()"""
+    )
+    assert all(0.0 < one < 1.0 for one in inside)
+
+
 def test_the_bias_switch_works_offline(page: Page, shown: str) -> None:
     opened(page, shown)
     moved = page.evaluate(

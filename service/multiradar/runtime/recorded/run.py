@@ -118,6 +118,16 @@ class RecordedRun:
         """Return the time of the first and of the last update, s."""
         return self._tracks.span_s
 
+    def extent_deg(self) -> tuple[float, float, float, float] | None:
+        """Return the west, south, east and north end of confirmed tracks, degrees; None without."""
+        latitude, longitude = pl.col("latitude_deg"), pl.col("longitude_deg")
+        rows = pl.scan_parquet(self.files.tracks).filter(pl.col("state") == "confirmed")
+        ends = rows.select(
+            west=longitude.min(), south=latitude.min(), east=longitude.max(), north=latitude.max()
+        )
+        west, south, east, north = ends.collect().row(0)
+        return None if west is None else (west, south, east, north)
+
     def measured_span_s(self) -> tuple[float, float] | None:
         """Return the time of the first and of the last measurement, s; None without them."""
         return None if self._plots is None else self._plots.span_s

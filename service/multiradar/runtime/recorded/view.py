@@ -35,6 +35,7 @@ class RecordedView:
         self._runs = tuple(runs)
         spans = [run.span_s() for run in runs]
         self._span_s = min(one[0] for one in spans), max(one[1] for one in spans)
+        self._extent_deg = self._runs[0].extent_deg()
         self._updates = self._runs[0].updates_by_sensor()
         self._health = {row["sensor_id"]: row for row in self._runs[0].health_records(np.inf)}
 
@@ -116,6 +117,7 @@ class RecordedView:
         members: dict[str, object] = {
             "recorded": True,
             "span_s": self._span_s,
+            "extent_deg": self._extent_deg,
             "layers": [run.name for run in self._runs],
         }
         return past_frame(self._runs[asked.layer], asked, members)
