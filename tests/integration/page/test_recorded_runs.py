@@ -146,12 +146,12 @@ def test_the_bias_switch_works_offline(page: Page, shown: str) -> None:
 
 def test_two_runs_are_two_layers_with_symbols_of_their_own(page: Page, shown: str) -> None:
     opened(page, shown, "tab=map")
-    settled(page, "window.multiradar.picture.drawn > 2")
+    # Both have labels, which do not cover each other.
+    labels = "window.multiradar.picture.layers.labels.boxes"
+    settled(page, f"[0, 1].every((run) => {labels}.some((box) => box.run === run))")
     second, legend = "#ff9bd2", page.locator("#layers")
     assert coloured(page, second) > 100
-    # Both have labels, which do not cover each other.
-    boxes = page.evaluate("window.multiradar.picture.layers.labels.boxes")
-    assert {box["run"] for box in boxes} == {0, 1}
+    boxes = page.evaluate(labels)
     assert overlaps(boxes) == 0
     expect(legend.get_by_label("▽ two-stage")).to_be_checked()
     legend.get_by_label("▽ two-stage").click()
