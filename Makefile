@@ -11,7 +11,7 @@ READY := $(VENV)/.ready
 # What one process compiled, others load: a test run starts hundreds.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help install test unit fuzz simulate-faults lint types contracts kernels collection check docs docs-check demo demo-cluster page bench dist kernel-list lock clean
+.PHONY: help install test pytest unit fuzz simulate-faults lint types contracts kernels collection check docs docs-check demo demo-cluster page bench dist kernel-list lock clean
 
 help: ## Show the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -52,9 +52,12 @@ kernels: $(RUNNABLE) ## Compile the kernels of all commands and studies
 collection: $(READY)
 	@$(BIN)/pytest --collect-only -qq >/dev/null || true
 
-# Most checks use one core; the other compiles meanwhile.
+# Many tests wait; the checks run meanwhile.
 test: ## Lint, types, import contracts and all tests
-	$(MAKE) --jobs lint types contracts kernels collection
+	$(MAKE) --jobs kernels collection
+	$(MAKE) --jobs check pytest
+
+pytest: $(READY)
 	$(BIN)/pytest -n 3 --dist worksteal
 
 unit: $(READY) ## Run the unit tests except slow ones
