@@ -20,6 +20,8 @@ from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 
 #: Shorter messages are read faster row by row.
 ROWS_MIN = 200
+#: Larger ones would be in memory ten times.
+OCTETS_MAX = 8 * 1024 * 1024
 #: Rows that are searched for the names of the fields.
 SEARCHED = 50
 #: Between two objects of an array.
@@ -30,6 +32,8 @@ _TYPES = pl.Schema({**MEASUREMENT_SCHEMA, "time_ns": pl.Int64()})
 
 def parse_array(body: bytes, rows_max: int, characters_max: int) -> Parsed | None:
     """Read an array of valid rows; see `parse_lines`."""
+    if len(body) > OCTETS_MAX:
+        return None
     inner = body.strip(_WHITESPACE)
     separator = _SEPARATOR.search(inner)
     if separator is None or not (inner.startswith(b"[") and inner.endswith(b"]")):
@@ -54,6 +58,8 @@ def parse_lines(lines: bytes, rows_max: int, characters_max: int) -> Parsed | No
         All rows, accepted, as the other readers accept them; None if one may not be valid, or to
         read them in this way does not pay.
     """
+    if len(lines) > OCTETS_MAX:
+        return None
     octets = np.frombuffer(lines, np.uint8)
     ends = np.flatnonzero(octets == ord("\n"))
     if not ROWS_MIN <= len(ends) + 1 <= rows_max or not _are_objects(octets, ends):

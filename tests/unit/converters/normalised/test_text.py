@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
+from multiradar_converters.normalised import json_columns
 from multiradar_converters.normalised import text as text_module
 from multiradar_converters.normalised.parsed import PARSED_SCHEMA, Parsed
 from multiradar_converters.normalised.text import HINTS_MAX, parse_json, parse_ndjson
@@ -272,6 +273,13 @@ def test_a_large_message_is_read_as_columns(monkeypatch: pytest.MonkeyPatch) -> 
         assert parsed.frame["time_s"].to_list() == [row["time_s"] for row in rows]
         assert parsed.frame["index"].to_list() == list(range(300))
         assert parsed.rejected == []
+
+
+def test_a_message_of_many_megabytes_is_read_row_by_row(monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = [radar(time_s=float(number)) for number in range(300)]
+    monkeypatch.setattr(json_columns, "OCTETS_MAX", len(array(*rows)) - 1)
+    assert json_columns.parse_array(array(*rows), 300, 10_000) is None
+    assert len(parse_json(array(*rows)).frame) == 300
 
 
 def test_one_invalid_row_of_a_large_message_is_named() -> None:
