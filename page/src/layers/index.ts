@@ -6,6 +6,7 @@ import type { Scans } from "../sky/scans";
 import { SecondRun, SecondTrails } from "../time/second";
 import { OverlayNames } from "../overlays/names";
 import { Measure } from "../measure/measure";
+import { BearingsLayer } from "./bearings";
 import { BundleLayer } from "./bundle";
 import { EncountersLayer } from "./encounters";
 import { JoinedLayer } from "./joined";
@@ -23,6 +24,7 @@ export interface Layers {
   labels: LabelsLayer;
   encounters: EncountersLayer;
   sweeps: SweepsLayer;
+  bearings: BearingsLayer;
   bundle: BundleLayer;
   forecast: ForecastLayer;
   joined: JoinedLayer;
@@ -37,18 +39,21 @@ export function allLayers(pairs: Encounters, scans: Scans): Layers {
   const [encounters, sweeps] = [new EncountersLayer(pairs), new SweepsLayer(sites, scans)];
   const [bundle, forecast] = [new BundleLayer(), new ForecastLayer()];
   const [measure, joined, overlayNames] = [new Measure(), new JoinedLayer(), new OverlayNames()];
+  const bearings = new BearingsLayer();
   return {
     measure,
     sites,
     labels,
     encounters,
     sweeps,
+    bearings,
     bundle,
     forecast,
     joined,
     overlayNames,
     pixels: [new TrailsLayer(), new SecondTrails(), new PlotsLayer(), new SeenLayer(), new SymbolsLayer()],
     layers: [
+      bearings,
       new SitesLayer(sites),
       joined,
       new PastLayer(),

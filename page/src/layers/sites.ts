@@ -1,4 +1,4 @@
-/** Radars with their range rings. */
+/** Radars with their range rings, and direction finders. */
 
 import { FONT, sensorColour } from "../drawing/palette";
 import type { Layer, Scene } from "../drawing/scene";
@@ -17,7 +17,7 @@ const RING_NAMED_PX = 40;
 /** Width of a letter of a name. */
 const NAME_PX = 6.7;
 
-/** A radar on the map. */
+/** A radar or direction finder on the map. */
 export interface Site {
   sensor: Sensor;
   /** What is wrong with it, in a word; empty: nothing. */
@@ -34,19 +34,21 @@ function ringName(number: number, units: Units): string {
   return units === "aero" ? `${miles} NM` : `${Math.round((miles * NAUTICAL_MILE_M) / 1000)} km`;
 }
 
-/** Radars with a known site; rings are computed when the sensors change. */
+/** Radars and direction finders with a known site; rings are computed when the sensors change. */
 export class Sites {
   private of: Sensor[] | null = null;
   private plotted = "";
   private found: Site[] = [];
 
   all(sensors: Sensor[], store: Store): Site[] {
-    const plotted = sensors.map((one) => (store.hasPlots(one.id) ? "p" : "n")).join("");
+    const plotted = sensors.map((one) => (store.hasPlots(one.id) ? "p" : store.hasBearings(one.id) ? "b" : "n")).join("");
     if (sensors !== this.of || plotted !== this.plotted) {
       [this.of, this.plotted] = [sensors, plotted];
-      this.found = bySeverity(sensors, store).flatMap(({ sensor, severity }) => siteOf(sensor, wordOf(sensor, severity)))
+      this.found = bySeverity(sensors, store).flatMap(({ sensor, severity }) => siteOf(sensor, wordOf(sensor, severity), store))
         .sort((a, b) => sensors.indexOf(a.sensor) - sensors.indexOf(b.sensor));
     }
+    // A direction finder may move.
+    for (const site of this.found) if (site.sensor.kind === "bearing") Object.assign(site, placeOf(site.sensor, store));
     return this.found;
   }
 }
@@ -89,7 +91,8 @@ export class SitesLayer implements Layer {
       context.lineTo(x + 5.5, y + 4);
       context.lineTo(x - 5.5, y + 4);
       context.closePath();
-      context.fill();
+      if (site.sensor.kind === "bearing") context.stroke();
+      else context.fill();
       const key = `${x} ${y}`;
       const together = named.get(key);
       if (together === undefined) named.set(key, { x, y, sites: [site] });
@@ -144,10 +147,19 @@ export function touches(boxes: readonly number[], left: number, top: number, wid
   return false;
 }
 
-function siteOf(sensor: Sensor, word: string): Site[] {
-  const { latitude_deg: latitude, longitude_deg: longitude, range_max_m: end } = sensor;
-  if (latitude === null || longitude === null || sensor.kind !== "radar") return [];
-  const rings = [];
+/** Where a sensor is in map units: that of its last bearing, or its configured site. */
+function placeOf({ id, kind, latitude_deg: latitude, longitude_deg: longitude }: Sensor, store: Store): { x: number; y: number } | null {
+  const source = kind === "bearing" ? store.sourceOf(id) : undefined;
+  if (source !== undefined) return { x: source.x, y: source.y };
+  return latitude === null || longitude === null ? null : { x: mercatorX(longitude), y: mercatorY(latitude) };
+}
+
+function siteOf(sensor: Sensor, word: string, store: Store): Site[] {
+  const { latitude_deg: latitude, longitude_deg: longitude, range_max_m: end, kind } = sensor;
+  const place = placeOf(sensor, store);
+  if (place === null || kind === "position") return [];
+  const rings: Float64Array[] = [];
+  if (kind !== "radar" || latitude === null || longitude === null) return [{ sensor, word, ...place, rings }];
   for (let metres = RING_NM * NAUTICAL_MILE_M; metres <= (end ?? RANGE_ASSUMED_M); metres += RING_NM * NAUTICAL_MILE_M) {
     const points = [];
     for (let azimuth = 0; azimuth <= 360; azimuth += STEP_DEG) {
@@ -156,5 +168,5 @@ function siteOf(sensor: Sensor, word: string): Site[] {
     }
     rings.push(Float64Array.from(points));
   }
-  return [{ sensor, word, x: mercatorX(longitude), y: mercatorY(latitude), rings }];
+  return [{ sensor, word, ...place, rings }];
 }

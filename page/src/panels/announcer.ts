@@ -1,6 +1,6 @@
 /** Announcements for screen readers: lost and restored connections, and new alarms. */
 
-import { alarmsOf } from "../sky/severity";
+import { alarmName, alarmsOf } from "../sky/severity";
 import type { App } from "./panel";
 
 /** Sentences that stay readable after they were announced. */
@@ -15,7 +15,7 @@ export function announce({ feed }: App): void {
   const isLost = feed.isLost(performance.now());
   if (lost && !isLost) said.push("The service answers again.");
   lost = isLost;
-  const active = new Set(feed.sensors.flatMap((one) => alarmsOf(one).map((alarm) => `${one.id}: ${alarm}`)));
+  const active = new Set(feed.sensors.flatMap((one) => alarmsOf(one).map((alarm) => `${one.id}: ${alarmName(alarm)}`)));
   for (const one of active) if (!alarms.has(one)) said.push(`Alarm of radar ${one}.`);
   for (const one of alarms) if (!active.has(one)) said.push(`Alarm of radar ${one} cleared.`);
   alarms = active;

@@ -2,6 +2,7 @@
 
 import { html, nothing, type TemplateResult } from "lit";
 
+import type { Store } from "../sky/store";
 import { SWITCHES } from "../view/view";
 import type { App, Panel } from "./panel";
 import { swatch } from "./swatch";
@@ -19,13 +20,18 @@ export const switchPanel: Panel = {
     <p class="hint">Each sensor is a layer with its plots, rings and sweep. To compare two sensors, show only these two, hide the tracks (<kbd>s</kbd>), and connect their plots by lines (<kbd>i</kbd>).</p>`,
 };
 
+function counted({ plots, bearings }: Store, number: number): string {
+  const [placed, directed] = [plots.count(number), bearings.count(number)];
+  return directed === 0 ? `${placed} plots` : placed === 0 ? `${directed} bearings` : `${placed} plots, ${directed} bearings`;
+}
+
 function sensor(id: string, number: number, app: App): TemplateResult {
   const { store, view, actions } = app;
   const alone = store.sensors.every((one) => (one === id) !== view.hiddenSensors.has(one));
   return html`<li><label><input type="checkbox" .checked=${!view.hiddenSensors.has(id)} @change=${() => {
       if (!view.hiddenSensors.delete(id)) view.hiddenSensors.add(id);
       actions.changed();
-    }}> ${swatch(id, app)}${id}</label> <small>${store.plots.count(number)} plots</small>
+    }}> ${swatch(id, app)}${id}</label> <small>${counted(store, number)}</small>
     ${store.sensors.length === 1 ? nothing : html`<button type="button" aria-label=${alone ? "Show all sensors" : `Show only ${id}`} @click=${() => {
       view.hiddenSensors.clear();
       if (!alone) for (const one of store.sensors) if (one !== id) view.hiddenSensors.add(one);

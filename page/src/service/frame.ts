@@ -45,6 +45,8 @@ export interface Frame {
   header: Header;
   tracks: Table;
   plots: Table;
+  /** Only of frames that have any. */
+  bearings?: Table;
   /** Of past pictures: earlier positions of the tracks. */
   path: Table;
 }
@@ -65,6 +67,7 @@ export function decode(buffer: ArrayBuffer): Frame {
     header,
     tracks: table(buffer, begin, header.tables["tracks"]),
     plots: table(buffer, begin, header.tables["plots"]),
+    bearings: table(buffer, begin, header.tables["bearings"]),
     path: table(buffer, begin, header.tables["path"]),
   };
 }

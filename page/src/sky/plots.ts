@@ -1,4 +1,4 @@
-/** The plots of the last seconds, in arrays of fixed size: the oldest are overwritten. */
+/** The plots of the last seconds, or the bearings, in arrays of fixed size: the oldest are overwritten. */
 
 import type { Table } from "../service/frame";
 import { latitudeOf, longitudeOf, mercatorX, mercatorY } from "../drawing/mercator";
@@ -25,6 +25,9 @@ export class Plots {
   readonly y = new Float64Array(PLOTS_MAX);
   readonly correctedX = new Float64Array(PLOTS_MAX);
   readonly correctedY = new Float64Array(PLOTS_MAX);
+  /** Of bearings, whose positions are the ends of their lines: where their sensor was. */
+  readonly sourceX = new Float64Array(PLOTS_MAX);
+  readonly sourceY = new Float64Array(PLOTS_MAX);
   /** Plots since the page was opened; the plot of number n is in slot n modulo the capacity. */
   private end = 0;
   private begin = 0;
@@ -73,6 +76,7 @@ export class Plots {
     const [latitudes, longitudes] = [table.column("latitude_deg"), table.column("longitude_deg")];
     const correctedLatitudes = table.column("corrected_latitude_deg");
     const correctedLongitudes = table.column("corrected_longitude_deg");
+    const [sourceLatitudes, sourceLongitudes] = [table.column("source_latitude_deg"), table.column("source_longitude_deg")];
     for (let row = 0; row < table.rows; row++) {
       const latitude = latitudes[row] ?? NaN;
       if (!Number.isFinite(latitude)) continue;
@@ -84,6 +88,8 @@ export class Plots {
       this.y[at] = mercatorY(latitude);
       this.correctedX[at] = mercatorX(correctedLongitudes[row] ?? NaN);
       this.correctedY[at] = mercatorY(correctedLatitudes[row] ?? NaN);
+      this.sourceX[at] = mercatorX(sourceLongitudes[row] ?? NaN);
+      this.sourceY[at] = mercatorY(sourceLatitudes[row] ?? NaN);
       this.end += 1;
     }
     this.begin = Math.max(this.begin, this.end - PLOTS_MAX);

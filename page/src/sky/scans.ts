@@ -1,7 +1,8 @@
-/** Where the antenna of each radar points, from the azimuths and times of its plots. */
+/** Where the antenna of each radar points, from the azimuths and times of its plots and bearings. */
 
 import type { Sensor } from "../service/feed";
 import { azimuthTo } from "../drawing/mercator";
+import type { Plots } from "./plots";
 import type { Store } from "./store";
 
 const TURN = 2 * Math.PI;
@@ -30,7 +31,7 @@ interface Phase {
 
 export class Scans {
   private readonly phases = new Map<string, Phase>();
-  private read = 0;
+  private readonly read = [0, 0];
   /** Data time of the newest plot of all. */
   private newestS = -Infinity;
 
@@ -38,13 +39,18 @@ export class Scans {
 
   /** Take the plots since the last call. */
   update(sensors: readonly Sensor[]): void {
-    const { plots, dataTimeS } = this.store;
+    const { plots, bearings, dataTimeS } = this.store;
     if (sensors.length === 0) return;
     // Another time is shown, or the service started again.
     if (dataTimeS === null || this.newestS > dataTimeS + SILENT_S) this.clear();
     const known = this.store.sensors.map((id) => sensors.find((one) => one.id === id));
-    const first = Math.max(this.read > plots.last ? 0 : this.read, plots.first);
-    this.read = plots.last;
+    [plots, bearings].forEach((marks, kind) => this.take(marks, kind, known));
+  }
+
+  private take(plots: Plots, kind: number, known: readonly (Sensor | undefined)[]): void {
+    const read = this.read[kind] ?? 0;
+    const first = Math.max(read > plots.last ? 0 : read, plots.first);
+    this.read[kind] = plots.last;
     for (let number = first; number < plots.last; number++) {
       const at = plots.slot(number);
       const sensor = known[plots.sensor[at] ?? -1];

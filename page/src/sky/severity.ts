@@ -15,7 +15,7 @@ const UNTOUCHED_RATIO_MIN = 0.999;
 /** Causes that put the plots of a sensor at wrong positions: the biases of others absorb part of them. */
 const MISPLACED = new Set(["site", "positions_displaced"]);
 
-export type Level = "FAULT" | "ALARM" | "CHECK" | "NO DATA" | "DISABLED" | "OK";
+export type Level = "FAULT" | "ALARM" | "BEARINGS ONLY" | "CHECK" | "NO DATA" | "DISABLED" | "OK";
 
 export interface Severity {
   level: Level;
@@ -32,17 +32,27 @@ export interface Reception {
   rejects: string;
 }
 
+const BEARINGS_ONLY = "It delivers bearings only: no range of any plot in the last 30 s, as under jamming.";
+
 const RECEIVING: Reception = { olderS: 0, rejects: "" };
 
-const RANKS: Record<Level, number> = { FAULT: 4, ALARM: 3, CHECK: 2, "NO DATA": 1, DISABLED: 0, OK: 0 };
+const RANKS: Record<Level, number> = { FAULT: 4, ALARM: 3, "BEARINGS ONLY": 2.5, CHECK: 2, "NO DATA": 1, DISABLED: 0, OK: 0 };
 
-const ALARMS: Record<string, string> = {
-  silent: "No plot for five scans of tracks that other radars still detect.",
-  bias_jump: "A bias jumped within the last eight scans.",
-  noise: "The noise is more than twice the configured noise.",
-  site: "Its configured site, or that of a radar that detects the same aircraft, is wrong.",
-  address: "A plot updated a track with another Mode S address: a bug in multiradar.",
+/** What each alarm is called, and what it means; those without a meaning here have figures in it. */
+const ALARMS: Record<string, { name: string; meaning?: string }> = {
+  silent: { name: "no plots", meaning: "No plot for five scans of tracks that other radars still detect." },
+  bias_jump: { name: "bias jump", meaning: "A bias jumped within the last eight scans." },
+  noise: { name: "noise", meaning: "The noise is more than twice the configured noise." },
+  site: { name: "wrong site", meaning: "Its configured site, or that of a radar that detects the same aircraft, is wrong." },
+  address: { name: "wrong Mode S address", meaning: "A plot updated a track with another Mode S address: a bug in multiradar." },
+  clock: { name: "wrong clock" },
+  storm: { name: "excessive number of measurements" },
 };
+
+/** An alarm in words. */
+export function alarmName(alarm: string): string {
+  return ALARMS[alarm]?.name ?? alarm.replaceAll("_", " ");
+}
 
 export function alarmsOf(sensor: Sensor): string[] {
   const alarms = sensor.health?.["alarms"];
@@ -61,21 +71,28 @@ export function severityOf(sensor: Sensor, store: Store, { olderS, rejects }: Re
   const causes = sensor.diagnoses.map(({ sentence }) => ended(sentence.startsWith(`${sensor.id}: `) ? sentence.slice(sensor.id.length + 2) : sentence));
   const meaning = (alarm: string): string => alarm === "storm"
     ? `Excessive number of measurements: ${sensor.storm}.` : alarm === "clock"
-    ? `Its clock is ${(sensor.clock_lead_s ?? 0).toFixed(0)} s ahead of the data time.` : ALARMS[alarm] ?? `Alarm ${alarm}.`;
+    ? `Its clock is ${(sensor.clock_lead_s ?? 0).toFixed(0)} s ahead of the data time.` : ALARMS[alarm]?.meaning ?? `Alarm: ${alarmName(alarm)}.`;
   const seen = doubts(sensor, olderS);
   // What a cause or a figure says better is not repeated.
   const isSaid = (alarm: string): boolean => (alarm === "site" && causes.some((one) => one.includes("site")))
     || (alarm === "noise" && seen.some((one) => one.includes("noise")));
-  const reasons = [...causes, ...alarms.filter((one) => !isSaid(one)).map(meaning), ...seen];
-  const isUnused = (sensor.updates ?? sensor.last_update_s ?? 0) === 0 && !store.hasPlots(sensor.id);
+  const isBearing = isBearingsOnly(sensor, store) && olderS === 0;
+  const reasons = [...causes, ...alarms.filter((one) => !isSaid(one)).map(meaning),
+    ...(isBearing ? [BEARINGS_ONLY] : []), ...seen];
+  const isUnused = (sensor.updates ?? sensor.last_update_s ?? 0) === 0 && !store.hasPlots(sensor.id) && !store.hasBearings(sensor.id);
   const level: Level = causes.length > 0 ? "FAULT" : alarms.length > 0 ? "ALARM"
-    : isUnused || olderS !== 0 ? "NO DATA" : reasons.length > 0 ? "CHECK" : "OK";
+    : isUnused || olderS !== 0 ? "NO DATA" : isBearing ? "BEARINGS ONLY" : reasons.length > 0 ? "CHECK" : "OK";
   if (level === "NO DATA" && !isUnused) reasons.unshift(olderS === null ? "No data since the service started." : `No data for ${lasting(olderS)}.`);
   else if (level === "NO DATA") {
     if (rejects !== "") reasons.unshift(rejects);
     reasons.unshift(sensor.updates === null ? "No plot updated a track in the last two minutes." : "No plot has updated a track yet.");
   }
   return { level, rank: RANKS[level], reasons };
+}
+
+/** Whether a radar delivers azimuths without ranges, as under jamming. */
+export function isBearingsOnly(sensor: Sensor, store: Store): boolean {
+  return sensor.kind === "radar" && store.hasOnlyBearings(sensor.id);
 }
 
 /** Why the biases of a radar mean nothing: they absorb an error that they do not model; empty: they do not. */
@@ -106,6 +123,11 @@ export function bySeverity(sensors: readonly Sensor[], store: Store, reception?:
 /** A sentence with its full stop. */
 function ended(sentence: string): string {
   return /[.!?]$/.test(sentence) ? sentence : `${sentence}.`;
+}
+
+/** A sentence at the beginning of a paragraph: with a capital, unless its first word is the name of a setting. */
+export function capitalised(sentence: string): string {
+  return /^[a-z]+[\s,:]/.test(sentence) ? `${sentence.charAt(0).toUpperCase()}${sentence.slice(1)}` : sentence;
 }
 
 function doubts({ health, age_s: age, rotation_period_s: period }: Sensor, olderS: number | null): string[] {

@@ -1,6 +1,6 @@
 /** What the page knows: the tracks of the last frame, trails and plots, with the clock of the data. */
 
-import type { Frame } from "../service/frame";
+import { Table, type Frame } from "../service/frame";
 import { mercatorX, mercatorY } from "../drawing/mercator";
 import { PLOTS_KEPT_S, Plots } from "./plots";
 import { nameOf, Track, trackColumns } from "./track";
@@ -11,12 +11,15 @@ const AHEAD_MAX_S = 10;
 const RATE_MS = 10_000;
 const RATE_MIN_MS = 1000;
 
+const NONE = new Table(0, new Map());
+
 export { nameOf, Track };
 
 export class Store {
   /** Live tracks by ascending number; the objects stay those of the tracks. */
   tracks: Track[] = [];
   readonly plots = new Plots();
+  readonly bearings = new Plots();
   /** Live tracks of the service, of which `tracks` may be those of the area shown. */
   total = 0;
   sensors: string[] = [];
@@ -39,8 +42,9 @@ export class Store {
   private rate = 0;
   /** Data times of the last frames, and when they came. */
   private readonly steps: { ms: number; timeS: number }[] = [];
-  /** Time of the last plot of each sensor. */
+  /** Time of the last plot of each sensor, and of its last bearing with the position of the sensor then. */
   private readonly plottedS = new Map<string, number>();
+  private readonly bearingOf = new Map<string, { timeS: number; x: number; y: number }>();
   private readonly byId = new Map<number, Track>();
   private other: Track[] = [];
 
@@ -65,9 +69,11 @@ export class Store {
     this.bundles = frame.header.bundles ?? [];
     this.extendTrails(frame);
     this.updateTracks(frame);
-    const before = this.plots.last;
-    this.plots.update(frame.plots, (time ?? 0) - PLOTS_KEPT_S);
-    this.noteSensors(before);
+    for (const [marks, table] of [[this.plots, frame.plots], [this.bearings, frame.bearings ?? NONE]] as const) {
+      const before = marks.last;
+      marks.update(table, (time ?? 0) - PLOTS_KEPT_S);
+      this.noteSensors(marks, before);
+    }
   }
 
   /** Before a frame that has all earlier positions and plots. */
@@ -80,7 +86,9 @@ export class Store {
   clear(): void {
     this.tracks = [];
     this.plots.clear();
+    this.bearings.clear();
     this.plottedS.clear();
+    this.bearingOf.clear();
     this.byId.clear();
     this.dataTimeS = null;
     this.isRead = false;
@@ -116,20 +124,43 @@ export class Store {
 
   /** Whether plots of a sensor are drawn. */
   hasPlots(sensor: string): boolean {
-    return (this.plottedS.get(sensor) ?? -Infinity) >= (this.dataTimeS ?? Infinity) - PLOTS_KEPT_S;
+    return this.isRecent(this.plottedS.get(sensor));
   }
 
-  /** Note in the tracks which sensors saw them, from the plots since a number. */
-  private noteSensors(since: number): void {
-    const { plots } = this;
+  /** Whether bearings of a sensor are drawn. */
+  hasBearings(sensor: string): boolean {
+    return this.isRecent(this.bearingOf.get(sensor)?.timeS);
+  }
+
+  /** Whether a sensor delivers bearings and no plots; not known where the frames have the plots of an area only. */
+  hasOnlyBearings(sensor: string): boolean {
+    return this.hasBearings(sensor) && !this.hasPlots(sensor) && this.total <= this.tracks.length;
+  }
+
+  /** Where a sensor was at its last bearing, in map units. */
+  sourceOf(sensor: string): { x: number; y: number } | undefined {
+    return this.bearingOf.get(sensor);
+  }
+
+  private isRecent(timeS = -Infinity): boolean {
+    return timeS >= (this.dataTimeS ?? Infinity) - PLOTS_KEPT_S;
+  }
+
+  /** Note in the tracks which sensors saw them, from the plots or bearings since a number. */
+  private noteSensors(plots: Plots, since: number): void {
     for (let number = Math.max(since, plots.first); number < plots.last; number++) {
       const at = plots.slot(number);
       const sensor = this.sensors[plots.sensor[at] ?? -1];
       if (sensor === undefined) continue;
       const time = plots.timeS[at] ?? NaN;
-      this.plottedS.set(sensor, Math.max(time, this.plottedS.get(sensor) ?? -Infinity));
+      if (plots === this.bearings) this.noteBearing(sensor, time, plots.sourceX[at] ?? NaN, plots.sourceY[at] ?? NaN);
+      else this.plottedS.set(sensor, Math.max(time, this.plottedS.get(sensor) ?? -Infinity));
       this.track(plots.track[at] ?? null)?.heardS.set(sensor, time);
     }
+  }
+
+  private noteBearing(sensor: string, timeS: number, x: number, y: number): void {
+    if (timeS >= (this.bearingOf.get(sensor)?.timeS ?? -Infinity)) this.bearingOf.set(sensor, { timeS, x, y });
   }
 
   /** Earlier positions come with past pictures. */

@@ -41,10 +41,12 @@ class Air:
         For the journal.
     duration_s : float
         Length of the scenario, s.
+    scenario : str
+        Name of a built-in one.
     """
 
-    def __init__(self, folder: Path, duration_s: float = 180.0) -> None:
-        scene = scenario_of(changed(builtin_table("crossing"), seed=None, duration_s=duration_s))
+    def __init__(self, folder: Path, duration_s: float = 180.0, scenario: str = "crossing") -> None:
+        scene = scenario_of(changed(builtin_table(scenario), seed=None, duration_s=duration_s))
         seen = observe(scene, run_generator(scene.seed))
         self.measurements = measurements_frame(scene, seen)
         self.sensors = sensors_text(scene)

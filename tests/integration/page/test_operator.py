@@ -127,8 +127,8 @@ def test_the_map_names_the_radars_that_are_faulty_and_silent(page: Page, air: Ai
     sensors_with(page, wrong)
     received(page, 1.0)
     opened(page, air)
-    settled(page, f"{PICTURE}.layers.layers[0].names.length === 3")
-    names = page.evaluate(f"{PICTURE}.layers.layers[0].names")
+    settled(page, f"{PICTURE}.layers.layers[1].names.length === 3")
+    names = page.evaluate(f"{PICTURE}.layers.layers[1].names")
     assert "north SILENT" in names
     assert "west FAULT" in names
     page.keyboard.press("3")
@@ -148,6 +148,27 @@ def test_the_map_names_the_radars_that_are_faulty_and_silent(page: Page, air: Ai
     noise = "The noise of the range is 2.7 times the configured noise."
     expect(reasons).to_have_text([noise, re.compile("Do not use these biases")])
     expect(page.locator("#sensors .summary")).to_contain_text("west: its site is 300 m off")
+
+
+def test_causes_begin_with_a_capital_and_alarms_have_words(page: Page, air: Air) -> None:
+    def wrong(sensors: list[dict[str, Any]]) -> None:
+        by_name = {one["id"]: one for one in sensors}
+        by_name["west"]["diagnoses"] = [
+            {"sentence": f"west: {text}"}
+            for text in ("its site is 1.99 km south", "its clock is wrong", "range_max_m is small")
+        ]
+        by_name["north"]["health"]["alarms"] = "bias_jump"
+
+    sensors_with(page, wrong)
+    opened(page, air, "/#tab=sensors")
+    expect(page.locator("#sensors .summary")).to_contain_text("west: its site is 1.99 km south.")
+    sheet = page.get_by_role("region", name="Sensor west")
+    # The first one is above the list, where it follows the name of the sensor.
+    causes = ["Its clock is wrong.", "range_max_m is small."]
+    expect(sheet.locator("p.alarm")).to_have_text([*causes, re.compile("^Do not use")])
+    expect(page.locator("#announcer")).to_contain_text("Alarm of radar north: bias jump.")
+    page.unroute_all(behavior="wait")
+    expect(page.locator("#announcer")).to_contain_text("Alarm of radar north: bias jump cleared.")
 
 
 def test_long_names_and_badges_leave_all_tabs_and_columns_in_sight(page: Page, air: Air) -> None:
@@ -277,7 +298,7 @@ def test_rings_have_distances_and_the_knob_of_the_present_is_at_the_end(
     page: Page, air: Air
 ) -> None:
     opened(page, air)
-    site = f"{PICTURE}.layers.layers[0]"
+    site = f"{PICTURE}.layers.layers[1]"
     settled(page, f"{site}.distances.includes('50 NM')")
     page.keyboard.press("m")
     settled(page, f"{site}.distances.includes('93 km')")
@@ -398,7 +419,7 @@ def test_a_disabled_sensor_is_marked(page: Page, air: Air) -> None:
 
     sensors_with(page, disabled)
     opened(page, air)
-    settled(page, f"{PICTURE}.layers.layers[0].names.includes('north DISABLED')")
+    settled(page, f"{PICTURE}.layers.layers[1].names.includes('north DISABLED')")
     page.keyboard.press("3")
     row = page.locator("#sensors tbody tr", has_text="north").first
     expect(row.locator(".badge")).to_have_text("DISABLED")

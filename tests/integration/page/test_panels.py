@@ -416,7 +416,7 @@ def test_the_help_sheet_has_every_key(page: Page) -> None:
     dialog = page.get_by_role("dialog")
     expect(dialog).to_be_visible()
     shown = dialog.locator("kbd").all_inner_texts()
-    expect(dialog.locator(".legend li")).to_have_count(17)
+    expect(dialog.locator(".legend li")).to_have_count(18)
     for key in ("1", "5", "b", "t", "f", "/", "j", "m", "d", "?", "Esc"):
         assert key in shown
     page.keyboard.press("Escape")

@@ -205,7 +205,7 @@ def test_a_radar_whose_plots_are_drawn_has_data(page: Page, shown: str) -> None:
     expect(badges).to_have_count(3)
     settled(page, f"{STORE}.plots.length > 100")
     expect(badges.get_by_text("NO DATA")).to_have_count(0)
-    names = page.evaluate("window.multiradar.picture.layers.layers[0].names.join()")
+    names = page.evaluate("window.multiradar.picture.layers.layers[1].names.join()")
     assert "NO DATA" not in names
 
 

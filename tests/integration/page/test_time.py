@@ -2,8 +2,10 @@
 
 import math
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
+import polars as pl
 import pytest
 from playwright.sync_api import Page, expect
 
@@ -235,5 +237,25 @@ def test_a_service_that_restarts_is_announced_and_the_picture_goes_on_without_do
         # Those of before the restart are still there.
         assert min(float(one.split()[0]) for one in plots) < half_s
         assert page.evaluate(f"{STORE}.malformed") == 0
+    finally:
+        air.application.stop()
+
+
+def test_a_fault_stays_in_the_history_from_when_it_was_found(page: Page, tmp_path: Path) -> None:
+    air = Air(tmp_path)
+    try:
+        of_west = pl.when(pl.col("sensor_id") == "west")
+        in_km = of_west.then(pl.col("range_m") / 1e3).otherwise(pl.col("range_m"))
+        air.send(air.measurements.with_columns(range_m=in_km))
+        received(page, 1.0)
+        page.goto(air.url)
+        badge = page.locator("#tab-sensors .badge")
+        expect(badge).to_have_text("1 FAULT")
+        page.keyboard.press("3")
+        page.evaluate(f"{CLOCK}.pause()")
+        expect(page.locator("#sensors")).to_contain_text("Biases and health of the time shown.")
+        expect(badge).to_have_text("1 FAULT")
+        page.evaluate(f"{CLOCK}.seek({CLOCK}.span[0] + 60)")
+        expect(badge).not_to_have_text("1 FAULT")
     finally:
         air.application.stop()

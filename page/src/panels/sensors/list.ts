@@ -7,7 +7,7 @@ import { signed } from "../track/contributions";
 import type { App, Panel } from "../panel";
 import { swatch } from "../swatch";
 import { utc } from "../../view/units";
-import { bySeverity, doubtOf, estimateOf, numberOf, type Severity } from "../../sky/severity";
+import { bySeverity, doubtOf, estimateOf, isBearingsOnly, numberOf, type Severity } from "../../sky/severity";
 import { unheardS } from "../../time/presence";
 import { rejectsOf } from "../system";
 import { sensorSheet } from "./sheet";
@@ -21,7 +21,8 @@ export const sensorPanel: Panel = {
     const [first] = wrong;
     // Those of the worst level: two that are checked do not make a second fault.
     const worst = wrong.filter(({ severity }) => severity.level === first?.severity.level).length;
-    return first === undefined ? "" : `${worst} ${first.severity.level}`;
+    // Short enough for all tabs to stay in sight.
+    return first === undefined ? "" : `${worst} ${first.severity.level.replace(" ONLY", "")}`;
   },
   draw,
 };
@@ -59,7 +60,8 @@ function verdict(sorted: { sensor: Sensor; severity: Severity }[]): TemplateResu
 
 function row(sensor: Sensor, severity: Severity, open: boolean, app: App): TemplateResult {
   const ratio = (name: string): string => format(numberOf(sensor.health?.[name]), 1);
-  const detection = numberOf(sensor.health?.["detection_probability"]);
+  // That of a radar is of its plots.
+  const detection = isBearingsOnly(sensor, app.store) ? NaN : numberOf(sensor.health?.["detection_probability"]);
   const bias = (name: string, digits: number, unit: string): string => {
     const found = sensor.biases.find((one) => one["parameter"] === name);
     const estimate = found === undefined ? NaN : estimateOf(found);

@@ -10,7 +10,7 @@ import { Source } from "../source";
 import { signed } from "../track/contributions";
 import { figure } from "../track/curves";
 import { utc } from "../../view/units";
-import { doubtOf, estimateOf, numberOf, type Severity } from "../../sky/severity";
+import { capitalised, doubtOf, estimateOf, isBearingsOnly, numberOf, type Severity } from "../../sky/severity";
 import { aged, unheardS } from "../../time/presence";
 
 const EVERY_MS = 5000;
@@ -46,7 +46,7 @@ const residuals = new Source<Residuals>(EVERY_MS);
 /** The sheet, with what is wrong with the sensor in sentences, but for the first ones, which are said elsewhere. */
 export function sensorSheet(sensor: Sensor, severity: Severity, said: number, app: App): TemplateResult {
   return html`<section class="sheet" aria-label="Sensor ${sensor.id}"><h3 class="own">${sensor.id}</h3>
-    ${severity.reasons.slice(said).map((one) => html`<p class="alarm">${one}</p>`)}
+    ${severity.reasons.slice(said).map((one) => html`<p class="alarm">${capitalised(one)}</p>`)}
     ${sensor.biases.length === 0 ? html`<p class="hint">No bias is estimated${(sensor.updates ?? 1) === 0 ? " yet" : ""}.</p>` : biases(sensor, doubtOf(severity, sensor, app.feed.sensors))}
     ${curves(sensor, app)}
     ${sensor.kind === "radar" ? byPlace(sensor, app) : nothing}
@@ -132,7 +132,11 @@ function barsOf(bins: readonly Bin[], end: number, name: (begin: number) => stri
   });
 }
 
-function facts(sensor: Sensor, { feed, clock: shown }: App): TemplateResult {
+const KINDS: Record<string, string> = {
+  radar: "radar", position: "reported positions (ADS-B or multilateration)", bearing: "direction finder",
+};
+
+function facts(sensor: Sensor, { feed, clock: shown, store }: App): TemplateResult {
   const { health } = sensor;
   const now = feed.sensorsAtS === null ? "" : " (now)";
   const olderS = unheardS(feed, shown);
@@ -143,7 +147,7 @@ function facts(sensor: Sensor, { feed, clock: shown }: App): TemplateResult {
     Number.isFinite(ratio) && configured !== null ? `${ratio.toFixed(2)} × ${configured}${unit}` : "not estimated yet";
   const clock = sensor.biases.find((one) => one["parameter"] === "time_offset_s");
   const rows: [string, string][] = [
-    ["Kind", sensor.kind],
+    ["Kind", KINDS[sensor.kind] ?? sensor.kind],
     ["Updates", [sensor.updates === null ? "" : String(sensor.updates), sensor.age_s === null ? "" : `last ${olderS === 0 ? `${sensor.age_s.toFixed(1)} s` : aged(sensor.age_s, olderS)} ago`]
       .filter((one) => one !== "").join(", ") || "none"],
     ["Scan period", sensor.rotation_period_s === null ? "not configured" : `${sensor.rotation_period_s} s`],
@@ -155,7 +159,8 @@ function facts(sensor: Sensor, { feed, clock: shown }: App): TemplateResult {
   if (sensor.kind === "radar") {
     rows.push(
       ["Detection probability", Number.isFinite(value("detection_probability"))
-        ? `${(100 * value("detection_probability")).toFixed(1)} % of ${value("looks").toFixed(0)} scans` : "not estimated yet"],
+        ? `${isBearingsOnly(sensor, store) ? "no plots at present; before: " : ""}${
+          (100 * value("detection_probability")).toFixed(1)} % of ${value("looks").toFixed(0)} scans` : "not estimated yet"],
       ["Noise of range", noise(value("range_sigma_ratio"), sensor.range_sigma_m, " m")],
       ["Noise of azimuth", noise(value("azimuth_sigma_ratio"), sensor.azimuth_sigma_deg, "°")],
       ["Tracks in coverage", Number.isFinite(value("tracks_in_cover")) ? `${value("tracks_heard")} detected of ${value("tracks_in_cover")}` : "–"],

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from multiradar.diagnosis.evidence import ROWS_MAX, Evidence
 from multiradar.diagnosis.findings import diagnose
+from multiradar.diagnosis.held_findings import HeldFindings
 from multiradar.estimation.measurement.sensors import SensorTable
-from multiradar.runtime.live.held_findings import HeldFindings
 from multiradar.runtime.live.threads import SystemThreads, Thread, Threads
 from multiradar.storage.entries import RejectedRow
 from multiradar.tracking.outputs import EngineOutput

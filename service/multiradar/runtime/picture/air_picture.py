@@ -8,11 +8,12 @@ import numpy as np
 from multiradar.clock import Clock
 from multiradar.errors import RequestError
 from multiradar.runtime.memory.knowledge import Knowledge
+from multiradar.runtime.picture.bearing_lines import mark_tables
 from multiradar.runtime.picture.frames import encoded
 from multiradar.runtime.picture.past import PATH_S, PastAsked, past_frame, path_columns
 from multiradar.runtime.picture.recent_plots import RecentPlots
 from multiradar.runtime.picture.retained import RetainedPast
-from multiradar.runtime.picture.selection import WHOLE_MAX, WORLD, Area, Columns, at, inside, shown
+from multiradar.runtime.picture.selection import WHOLE_MAX, WORLD, Area, Columns, at, shown
 from multiradar.runtime.picture.track_columns import system_plane, track_columns
 from multiradar.tracking.outputs import STATE_NAMES
 
@@ -95,7 +96,8 @@ class AirPicture:
         -------
         bytes
             A frame (see `frames`): tables `tracks` (see `track_columns`), `plots` (see
-            `RecentPlots.after`) and, for a new page, `path` (see `path_columns`), and in the header
+            `RecentPlots.after`), `bearings` if there are any (see `marks`), and, for a new page,
+            `path` (see `path_columns`), and in the header
             `data_time_s`, `next`, `sensors` (identifiers, by their number in `plots`), `states`
             (names, by number in `tracks`), `skipped` (plots that are no longer retained), `total`
             (live tracks, of which `tracks` may be a part), `bundles` (tracks with a bundle)
@@ -155,12 +157,10 @@ class AirPicture:
     def _encoded(self, asked: Asked) -> bytes:
         since_s = (self._data_time_s or 0.0) - PLOTS_FIRST_S
         most = PLOTS_FIRST_MAX if asked.after is None else PLOTS_MAX
-        plots, skipped = self._plots.after(asked.after, most, since_s)
+        found, skipped = self._plots.after(asked.after, most, since_s)
         tracks, total = self._tracks, len(self._tracks["track_id"])
         if asked.area is not None:
             tracks = at(tracks, shown(tracks, asked.area, asked.track))
-            near = inside(asked.area, plots["latitude_deg"], plots["longitude_deg"])
-            plots = at(plots, near)
         members = {
             "data_time_s": self._data_time_s,
             "next": self._plots.next,
@@ -171,7 +171,7 @@ class AirPicture:
             "sensors": list(self._known.sensors.ids),
             "states": list(STATE_NAMES),
         }
-        tables = {"tracks": tracks, "plots": plots}
+        tables = {"tracks": tracks, **mark_tables(found, asked.area)}
         if asked.after is None and self._data_time_s is not None:
             # A new page: earlier positions as in the history.
             path_s = self._data_time_s - PATH_S

@@ -9,9 +9,9 @@ from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.memory.knowledge import AirTracks
 from multiradar.runtime.memory.live_tracks import ages_and_states, sources_of
+from multiradar.runtime.picture.bearing_lines import mark_tables, marks
 from multiradar.runtime.picture.frames import encoded
-from multiradar.runtime.picture.plot_columns import plot_columns
-from multiradar.runtime.picture.selection import WHOLE_MAX, WORLD, Area, at, inside, shown
+from multiradar.runtime.picture.selection import WHOLE_MAX, WORLD, Area, at, shown
 from multiradar.runtime.picture.track_columns import SOURCE_KEPT_S, track_columns
 from multiradar.tracking.outputs import STATE_NAMES
 
@@ -139,9 +139,7 @@ def past_frame(source: PictureSource, asked: PastAsked, members: dict[str, objec
     if total > WHOLE_MAX:
         tracks = at(tracks, shown(tracks, asked.area or WORLD, asked.track))
     plot_rows, skipped = source.plots(max(since_s, at_s - PLOTS_S), at_s, PLOTS_MAX)
-    plots = plot_columns(plot_rows, source.biases(at_s), source.sensors)
-    if total > WHOLE_MAX and asked.area is not None:
-        plots = at(plots, inside(asked.area, plots["latitude_deg"], plots["longitude_deg"]))
+    found = marks(plot_rows, source.biases(at_s), source.sensors)
     header = {
         "at_s": at_s,
         "data_time_s": at_s,
@@ -153,7 +151,8 @@ def past_frame(source: PictureSource, asked: PastAsked, members: dict[str, objec
         **members,
     }
     path = path_columns(recent, since_s, tracks["track_id"])
-    return encoded(header, {"tracks": tracks, "plots": plots, "path": path})
+    plots = mark_tables(found, asked.area if total > WHOLE_MAX else None)
+    return encoded(header, {"tracks": tracks, **plots, "path": path})
 
 
 def last_of_each(track_id: NDArray[np.int64]) -> NDArray[np.intp]:

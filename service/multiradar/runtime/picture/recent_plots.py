@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.runtime.memory.knowledge import Knowledge
-from multiradar.runtime.picture.plot_columns import plot_columns
+from multiradar.runtime.picture.bearing_lines import marks
 from multiradar.runtime.queries.track_windows import bias_estimates
 
 #: Plots that are retained, whatever the number of readers.
@@ -18,6 +18,7 @@ _ROW = np.dtype(
         ("time_s", np.float64), ("track_id", np.float64), ("latitude_deg", np.float64),
         ("longitude_deg", np.float64), ("corrected_latitude_deg", np.float64),
         ("corrected_longitude_deg", np.float64), ("sensor", np.int32),
+        ("source_latitude_deg", np.float64), ("source_longitude_deg", np.float64),
     ]
 )  # fmt: skip
 
@@ -73,7 +74,7 @@ class RecentPlots:
         -------
         columns : dict of (n,) ndarray
             `time_s`, `track_id`, `sensor` (number), and positions in degrees as measured and
-            without biases; NaN where there is none.
+            without biases; NaN where there is none. Of bearings see `marks`.
         skipped : int
             Plots since `number` that are missing.
         """
@@ -90,6 +91,7 @@ class RecentPlots:
         sensors = self._known.sensors
         biases = bias_estimates(self._known.latest_biases(), len(sensors))
         placed = np.empty(len(rows), _ROW)
-        for name, column in plot_columns(rows, biases, sensors).items():
-            placed[name] = column
+        columns = marks(rows, biases, sensors)
+        for name in _ROW.names or ():
+            placed[name] = columns.get(name, np.nan)
         return placed

@@ -7,16 +7,18 @@ import polars as pl
 from numpy.typing import NDArray
 
 from multiradar import wire
+from multiradar.estimation.measurement.kinds import KIND_BEARING
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
 from multiradar.runtime.engine.plot_rows import PLOT_DTYPE
+from multiradar.runtime.picture.bearing_lines import directions_to
 from multiradar.runtime.picture.plot_columns import plot_columns
 from multiradar.storage.time_table import TimeTable
 from multiradar.tracking.input.measurements import MeasurementBatch
-from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
+from multiradar_schemas.measurements.columns import MEASUREMENT_DIRECTIONS, MEASUREMENT_SCHEMA
 
 _REQUIRED = ("time_s", "sensor_id", "kind")
 _PLACE = ("range_m", "azimuth_deg", "latitude_deg", "longitude_deg", "height_m")
-_COLUMNS = (*_REQUIRED, *_PLACE)
+_COLUMNS = (*_REQUIRED, *_PLACE, *MEASUREMENT_DIRECTIONS)
 #: Times of an update and of its measurement agree to so much, s.
 _TIME_STEP_S = 1e-6
 #: Number of a track in plots that updated none.
@@ -81,8 +83,8 @@ class RecordedPlots:
             self._assign(rows)
         return rows, len(found) - len(frame)
 
-    # Sets the track of each plot and the height of that track. Several plots of a sensor may have
-    # one time, in whole seconds: an update belongs to the nearest of them then.
+    # Sets the track of each plot and its position. Several plots of a sensor may have one time, in
+    # whole seconds: an update belongs to the nearest of them then, for bearings by direction.
     def _assign(self, rows: NDArray[np.void]) -> None:
         first_s, last_s = float(rows["time_s"].min()), float(rows["time_s"].max())
         updates = self._tracks.between(first_s - 2.0 * _TIME_STEP_S, last_s + _TIME_STEP_S)
@@ -103,6 +105,8 @@ class RecordedPlots:
         numbers = pairs["plot"].to_numpy()
         rows["track_id"][numbers] = pairs["track_id"].to_numpy()
         rows["track_height_m"][numbers] = pairs["height_m"].fill_null(np.nan).to_numpy()
+        for name in ("latitude", "longitude"):
+            rows[f"track_{name}_rad"][numbers] = np.radians(pairs[f"{name}_deg"].to_numpy())
 
     def _nearest(self, pairs: pl.DataFrame, rows: NDArray[np.void]) -> pl.DataFrame:
         numbers, place = np.unique(pairs["plot"].to_numpy(), return_inverse=True)
@@ -112,6 +116,13 @@ class RecordedPlots:
         north = found["latitude_deg"][place] - latitude_deg
         east = found["longitude_deg"][place] - pairs["longitude_deg"].to_numpy()
         far = np.hypot(north, east * np.cos(np.radians(latitude_deg)))
+        of_plot = rows[numbers][place]
+        bearings = of_plot["kind"] == KIND_BEARING
+        if bearings.any():
+            where = np.radians(latitude_deg), np.radians(pairs["longitude_deg"].to_numpy())
+            azimuth_rad = directions_to(of_plot, self._sensors, *where)
+            off_rad = np.abs(np.exp(1j * (of_plot["azimuth_rad"] - azimuth_rad)) - 1.0)
+            far = np.where(bearings, off_rad, far)
         return (
             pairs.with_columns(far=np.nan_to_num(far, nan=np.inf))
             .sort("far", maintain_order=True)
@@ -135,4 +146,6 @@ def _rows(batch: MeasurementBatch) -> NDArray[np.void]:
     for name in measured:
         rows[name] = getattr(batch, name)
     rows["position_sigma_m"] = batch.accuracies()
+    if batch.directions is not None:
+        rows["directions"] = np.column_stack(batch.directions)
     return rows

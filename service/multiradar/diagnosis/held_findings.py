@@ -14,6 +14,8 @@ from multiradar.diagnosis.model import Diagnosis
 WINDOWS_MAX = 3
 #: Findings that hold at once, and changes of them that are retained; the oldest are discarded.
 FINDINGS_MAX, CHANGES_MAX = 256, 1024
+#: The page rounds the time that it asks for to this, s.
+TIME_STEP_S = 1e-3
 
 Findings = tuple[Diagnosis, ...]
 
@@ -47,7 +49,8 @@ class HeldFindings:
         """
         if at_s is None:
             return tuple(one.diagnosis for one in self._held.values())
-        return next((found for from_s, found in reversed(self._changes) if from_s <= at_s), ())
+        end_s = at_s + TIME_STEP_S
+        return next((found for from_s, found in reversed(self._changes) if from_s < end_s), ())
 
     def update(
         self, found: Sequence[Diagnosis], delivered: Collection[str], data_time_s: float
