@@ -266,7 +266,7 @@ def build_service(
     Raises
     ------
     ConfigurationError
-        If a standby would have actors of Ray.
+        If a standby would have Ray actors.
     """
     if settings.journal.standby and settings.engine == "ray":
         raise ConfigurationError(

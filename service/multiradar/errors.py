@@ -121,8 +121,8 @@ class MissingColumnError(InputError):
         # Latitude is no misspelt longitude: names must be closer than these two.
         renamed: list[str] = []
         for name in self.missing:
-            near = get_close_matches(name, self.found, n=1, cutoff=0.88)
-            near += [one for one in self.found if name.startswith(f"{one}_")]
+            near = _nearest(name, self.found, 0.8)
+            near += [one for one in self.found if len(one) > 2 and name.startswith(one)]
             renamed += [f"{one} to {name}" for one in near[:1]]
         return f" (rename {', '.join(renamed)}?)" if renamed else ""
 
@@ -200,7 +200,7 @@ class UnknownFilterError(ConfigurationError):
     def __init__(self, name: str, known: Sequence[str]) -> None:
         self.name = name
         self.known = tuple(known)
-        super().__init__(f"unknown filter {name!r}; known: {', '.join(self.known)}")
+        super().__init__(f"unknown filter {name!r}{_meant(name, known)}; known: {', '.join(known)}")
 
 
 class UnknownPresetError(ConfigurationError):
@@ -209,7 +209,7 @@ class UnknownPresetError(ConfigurationError):
     def __init__(self, name: str, known: Sequence[str]) -> None:
         self.name = name
         self.known = tuple(known)
-        super().__init__(f"unknown preset {name!r}; known: {', '.join(self.known)}")
+        super().__init__(f"unknown preset {name!r}{_meant(name, known)}; known: {', '.join(known)}")
 
 
 class UnknownParameterError(ConfigurationError):
@@ -468,3 +468,15 @@ class UnavailableError(PeerError):
         self.retry_after_s = retry_after_s
         self.answered = answered
         super().__init__(reason)
+
+
+# As `multiradar_schemas.documents.names`, which the core may not import.
+def _nearest(name: str, known: Sequence[str], likeness_min: float) -> list[str]:
+    plain = {one.casefold().replace("_", ""): one for one in known}
+    wanted = name.casefold().replace("_", "")
+    return [plain[one] for one in get_close_matches(wanted, plain, 1, likeness_min)]
+
+
+def _meant(name: str, known: Sequence[str]) -> str:
+    near = _nearest(name, known, 0.6)
+    return f" (did you mean {near[0]!r}?)" if near else ""

@@ -276,8 +276,8 @@ OverlaysOption = Annotated[
 EngineOption = Annotated[
     EngineChoice | None,
     typer.Option(
-        help="What updates the tracks: threads, or actors of Ray (extra `cluster`), which needs "
-        "--cluster-listen; the output does not depend on it.",
+        help="Engine that updates the tracks: threads, or Ray actors (extra `cluster`), which "
+        "need --cluster-listen; the output does not depend on it.",
         show_default="threads",
     ),
 ]
@@ -285,8 +285,8 @@ ClusterListenOption = Annotated[
     list[str] | None,
     typer.Option(
         metavar="ADDRESS",
-        help="Address of this host on which Ray may listen, one at least of each interface; "
-        "repeatable. A host that reaches it can run code.",
+        help="Address of this host on which Ray may listen, at least one per interface; "
+        "repeatable. Any host that can reach it can run code here.",
         show_default=False,
     ),
 ]

@@ -224,7 +224,7 @@ class ShardedSteps:
             if not place.link.is_ready(START_S):
                 raise PeerError(
                     f"cluster: expected {len(self._places)} shards within {START_S:.0f} s, number "
-                    f"{place.number} has not started; are there as many free processors?"
+                    f"{place.number} has not started; check that enough CPUs are free"
                 )
             self._take_over(place)
 

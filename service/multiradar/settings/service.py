@@ -233,7 +233,7 @@ class Settings(BaseSettings):
     workers: Count = 1
     engine: Annotated[
         Literal["threads", "ray"],
-        Field(description="What updates the tracks: threads of this process, or actors of Ray"),
+        Field(description="Engine that updates the tracks: threads of this process, or Ray actors"),
     ] = "threads"
     rows_per_message_max: Count = 100_000
     server: ServerSettings = ServerSettings()

@@ -9,6 +9,7 @@ from types import NoneType, UnionType
 from typing import Any, ParamSpec, TypeVar, Union, get_args, get_origin
 
 from multiradar.errors import ArgumentError
+from multiradar_schemas.documents.names import did_you_mean
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -43,9 +44,14 @@ def typed(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
         letters.
     """
     signature = inspect.signature(function)
+    takes_more = any(one.kind is one.VAR_KEYWORD for one in signature.parameters.values())
 
     @functools.wraps(function)
     def checked(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
+        if not takes_more:
+            for name in kwargs:
+                if name not in signature.parameters:
+                    raise unknown_argument(name, signature.parameters)
         bound = signature.bind(*args, **kwargs)
         for name, value in bound.arguments.items():
             parameter = signature.parameters[name]
@@ -58,6 +64,14 @@ def typed(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
         return function(*bound.args, **bound.kwargs)
 
     return checked
+
+
+def unknown_argument(name: str, known: Iterable[str]) -> ArgumentError:
+    """Return the error about an argument that a function does not have."""
+    names = [one for one in known if one != "self"]
+    return ArgumentError(
+        f"unknown argument `{name}`{did_you_mean(name, names)}; known: {', '.join(names)}", name
+    )
 
 
 def checked_options(given: Mapping[str, Any], declared: object) -> dict[str, Any]:

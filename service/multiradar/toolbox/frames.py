@@ -62,11 +62,19 @@ def to_polars(given: object, name: str) -> pl.DataFrame:
     structured = isinstance(given, np.ndarray) and given.dtype.names is not None
     try:
         if structured or isinstance(given, ArrowTable | Mapping) or _are_rows(given):
-            return pl.DataFrame(given)  # type: ignore[arg-type]  # checked above
+            return _without_objects(pl.DataFrame(given, nan_to_null=structured))  # type: ignore[arg-type]  # checked above
     except (pl.exceptions.PolarsError, TypeError, ValueError, ImportError) as error:
         reason = str(error).strip().split("\n", maxsplit=1)[0]
         raise InputError(f"{name}: cannot be read as a table: {reason}") from error
     raise InputError(f"{name}: expected a path or a table, was {type(given).__name__}")
+
+
+def _without_objects(frame: pl.DataFrame) -> pl.DataFrame:
+    # Columns of NumPy and pandas that have texts and missing values.
+    columns = frame.get_columns()
+    return frame.with_columns(
+        pl.Series(one.name, one.to_list()) for one in columns if one.dtype == pl.Object
+    )
 
 
 def _are_rows(given: object) -> bool:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 from multiradar.errors import InputError
 from multiradar.toolbox.arguments import typed
 from multiradar_schemas.documents.contents import no_such, unreadable
+from multiradar_schemas.documents.names import did_you_mean
 
 if TYPE_CHECKING:
     import polars as pl
@@ -93,7 +94,8 @@ class Output:
             path = self.folder / f"{name}.parquet"
             if not path.is_file():
                 known = ", ".join(self.names()) or "none"
-                raise InputError(f"{self.folder}: no table {name!r}; tables: {known}")
+                meant = did_you_mean(name, self.names())
+                raise InputError(f"{self.folder}: no table {name!r}{meant}; tables: {known}")
             try:
                 self._tables[name] = pl.read_parquet(path)
             except (pl.exceptions.PolarsError, OSError) as error:

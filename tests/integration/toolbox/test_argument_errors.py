@@ -17,6 +17,7 @@ from multiradar.errors import (
     FindingsError,
     InputError,
     MissingColumnError,
+    MultiradarError,
     OutputExistsError,
     UnknownFilterError,
 )
@@ -81,7 +82,11 @@ def test_an_empty_table_is_an_error(made: Path) -> None:
     [
         ({"kinds": ["radr"]}, ArgumentError, "`kinds`: unknown kind 'radr' (did you mean 'radar'"),
         ({"hide": ["mode3a"]}, ArgumentError, "`hide`: unknown field 'mode3a'"),
-        ({"filter": "im"}, UnknownFilterError, "unknown filter 'im'; known: two-stage, imm"),
+        (
+            {"filter": "im"},
+            UnknownFilterError,
+            "unknown filter 'im' (did you mean 'imm'?)",
+        ),
         ({"epoch_s": -1.0}, ArgumentError, "`epoch_s`: expected"),
         ({"encounter_distance_m": 9.0}, ArgumentError, "`encounter_distance_m` requires `enc"),
         ({"encounters": 1e9}, ArgumentError, "`encounters`: expected 1 to 600, was 1000000000.0"),
@@ -89,7 +94,11 @@ def test_an_empty_table_is_an_error(made: Path) -> None:
         ({"date": "1 May"}, ArgumentError, "`date`: expected a date such as 2018-08-01"),
         ({"date": "2018-08-01"}, ArgumentError, "`date` applies to a dump directory only"),
         ({"config": "none.toml"}, ConfigurationError, "none.toml: no such file"),
-        ({"epochs": 3}, ArgumentError, "unknown argument `epochs`; known: date"),
+        (
+            {"epochs": 3},
+            ArgumentError,
+            "unknown argument `epochs` (did you mean",
+        ),
     ],
 )
 def test_an_argument_that_cannot_be_used_is_named(
@@ -167,7 +176,7 @@ def test_a_registered_name_must_be_its_own() -> None:
     ):
         mr.register_filter("imm", object)  # type: ignore[arg-type]
     with pytest.raises(UnknownFilterError, match="im"):
-        mr.register_filter("mine", object, host="im")  # type: ignore[arg-type]
+        mr.register_filter("mine", ConstantState, host="im")
 
 
 def test_a_run_with_findings_is_kept_with_them(made: Path) -> None:
@@ -241,3 +250,49 @@ def test_a_tracker_names_what_is_wrong_at_the_end_of_a_stream(made: Path) -> Non
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             tracker.flush()
+
+
+@pytest.mark.parametrize(
+    ("call", "meant"),
+    [
+        (lambda made: mr.track(_table(made), _sensors(made), epoc_s=4.0), "epoch_s"),
+        (lambda made: mr.track(_table(made), _sensors(made), filter="im"), "imm"),
+        (lambda made: mr.Tracker(_sensors(made), filter="IMM"), "imm"),
+        (lambda made: mr.Tracker(_sensors(made), epoch=4.0), "epoch_s"),
+        (lambda made: mr.convert(made / "scene", format="vidd"), "vid"),
+        (lambda made: mr.convert(made / "scene", format="vid", dat="2018-08-01"), "date"),
+        (lambda _made: mr.register_filter("own", ConstantState, host="im"), "imm"),
+        (lambda made: _renamed(made, "height_m", "Heigth_m"), "rename Heigth_m to height_m"),
+        (lambda made: _renamed(made, "time_s", "time"), "rename time to time_s"),
+    ],
+)
+def test_the_nearest_name_is_given(made: Path, call: Callable[[Path], object], meant: str) -> None:
+    with pytest.raises(MultiradarError) as caught:
+        call(made)
+    expected = meant if meant.startswith("rename") else f"did you mean '{meant}'?"
+    assert expected in str(caught.value)
+
+
+class ConstantState:
+    """A filter that does nothing."""
+
+    def update(self, plot: object) -> tuple[list[float], list[list[float]]]:
+        raise NotImplementedError
+
+
+def _renamed(made: Path, name: str, to: str) -> object:
+    return mr.track(_table(made).rename({name: to}), _sensors(made))
+
+
+def test_a_class_without_update_is_no_filter() -> None:
+    wrong: Any = object
+    with pytest.raises(ArgumentError, match="expected a class with a method `update`"):
+        mr.register_filter("own", wrong)
+
+
+def test_a_structured_array_with_missing_texts_is_a_table(made: Path) -> None:
+    table = _table(made).with_columns(callsign=pl.lit(None, pl.String))
+    array = table.to_numpy(structured=True)
+    assert array.dtype["callsign"].kind == "O"
+    given = mr.track(array, _sensors(made)).report["counts"]
+    assert given == mr.track(table, _sensors(made)).report["counts"]

@@ -43,7 +43,7 @@ def convert_journal(
         typer.Option(
             "--from",
             metavar="TIME",
-            help="First time, such as 2026-01-31T12:00:00Z, or in Unix seconds.",
+            help="Start of the period (inclusive), such as 2026-01-31T12:00:00Z, or Unix seconds.",
             parser=parse_time,
             show_default="the first",
         ),
@@ -52,7 +52,7 @@ def convert_journal(
         str | None,
         typer.Option(
             metavar="TIME",
-            help="End of the time, excluded.",
+            help="End of the period (exclusive).",
             parser=parse_time,
             show_default="the last",
         ),

@@ -102,9 +102,9 @@ def replay(
             metavar="SECONDS",
             min=0.0,
             max=86_400.0,
-            help="How long to retry if the connection to the service is lost, s. If the service "
-            "has never responded, the limit is 5 s; a service that is starting is awaited without "
-            "a limit.",
+            help="Time to keep retrying if the connection to the service is lost, s. If the "
+            "service has never responded, the limit is 5 s; waits indefinitely while the service "
+            "is starting.",
         ),
     ] = 120.0,
     interface: Annotated[

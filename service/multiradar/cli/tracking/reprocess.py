@@ -77,10 +77,12 @@ def reprocess(
     ] = DaysChoice.INDEPENDENT,
     jobs: Annotated[
         int | None,
-        typer.Option(min=1, metavar="N", help="Days at a time.", show_default="cores"),
+        typer.Option(
+            min=1, metavar="N", help="Number of days processed in parallel.", show_default="cores"
+        ),
     ] = None,
     again: Annotated[
-        bool, typer.Option("--again", help="Make days of other settings again.")
+        bool, typer.Option("--again", help="Reprocess days made with different settings.")
     ] = False,
     filter_name: FilterOption = None,
     kinds: KindsOption = None,

@@ -14,7 +14,7 @@ from multiradar.errors import (
     OutputExistsError,
 )
 from multiradar.runtime.heap import share_heap
-from multiradar.toolbox.arguments import typed
+from multiradar.toolbox.arguments import typed, unknown_argument
 from multiradar.toolbox.compiling import compile_kernels
 from multiradar.toolbox.conversion.dump_points import track_points
 from multiradar.toolbox.conversion.incomplete import incomplete
@@ -28,7 +28,7 @@ from multiradar.toolbox.inputs import (
 from multiradar.toolbox.messages.progress import progress_bar
 from multiradar.toolbox.messages.warning import warn
 from multiradar.toolbox.output import Output, PathLike, new_output, remove_with
-from multiradar_schemas.documents.names import unknown
+from multiradar_schemas.documents.names import did_you_mean, unknown
 
 if TYPE_CHECKING:
     import polars as pl
@@ -165,12 +165,7 @@ def convert(
     if not paths:
         raise ArgumentError("`recordings`: expected at least one, found none", "recordings")
     chosen = format or detected(paths[0])
-    if chosen not in _OF_FORMAT:
-        msg = f"`format`: expected {', '.join(_OF_FORMAT)}, was {chosen!r}"
-        raise ArgumentError(msg, "format")
-    for name in options:
-        if name not in _OF_FORMAT[chosen]:
-            raise ArgumentError(f"`{name}` does not apply to the format {chosen}", name)
+    _check_options(chosen, options)
     folder = new_output(out)
     report = _CONVERT[chosen](paths, folder, options)
     done = Conversion(folder)
@@ -182,6 +177,19 @@ def convert(
     if findings := _findings(chosen, report, folder, options):
         raise FindingsError(findings, done)
     return done
+
+
+def _check_options(chosen: str, options: Iterable[str]) -> None:
+    if chosen not in _OF_FORMAT:
+        meant = did_you_mean(chosen, _OF_FORMAT)
+        msg = f"`format`: expected {', '.join(_OF_FORMAT)}, was {chosen!r}{meant}"
+        raise ArgumentError(msg, "format")
+    for name in options:
+        if name in _OF_FORMAT[chosen]:
+            continue
+        if not any(name in names for names in _OF_FORMAT.values()):
+            raise unknown_argument(name, _OF_FORMAT[chosen])
+        raise ArgumentError(f"`{name}` does not apply to the format {chosen}", name)
 
 
 def detected(path: Path) -> str:

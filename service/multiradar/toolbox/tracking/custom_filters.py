@@ -122,7 +122,7 @@ def register_filter(name: str, make: Callable[[], AircraftFilter], *, host: str 
     Raises
     ------
     ArgumentError
-        The name is that of a compiled filter, or is empty.
+        The name is that of a compiled filter, or is empty; or the class has no `update`.
     UnknownFilterError
         There is no such host.
 
@@ -131,9 +131,15 @@ def register_filter(name: str, make: Callable[[], AircraftFilter], *, host: str 
     The filter receives every accepted plot of a track, even before its confirmation. Bearings,
     and plots in the cone of silence, have no position: for these the state is that of the host.
     """
-    if not name or name in FILTERS:
+    if not name:
+        raise ArgumentError("`name`: expected a name, was ''", "name")
+    if name in FILTERS:
         raise ArgumentError(
             f"`name`: expected a new name, but there is already a filter {name!r}", "name"
+        )
+    if isinstance(make, type) and not callable(getattr(make, "update", None)):
+        raise ArgumentError(
+            f"`make`: expected a class with a method `update`, was {make.__name__}", "make"
         )
     if host not in FILTERS:
         raise UnknownFilterError(host, list(FILTERS))

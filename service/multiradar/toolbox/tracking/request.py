@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict
 
-from multiradar.errors import ArgumentError
+from multiradar.toolbox.arguments import unknown_argument
 from multiradar.toolbox.inputs import parse_day
 from multiradar.toolbox.output import PathLike
 from multiradar.toolbox.settings import (
@@ -33,7 +33,7 @@ class TrackOptions(TypedDict, total=False):
     acceleration_density, motion
         Process noise of `two-stage` and others: m²/s³; white-acceleration or velocity-frame.
     workers, batch : int
-        Threads, or actors of Ray, and rows at a time; the output depends on neither.
+        Threads, or Ray actors, and rows at a time; the output depends on neither.
     engine, cluster_listen : str, collection of str
         threads (the default) or ray, and the addresses on which Ray may listen: see
         docs/howto/cluster.md.
@@ -143,8 +143,7 @@ def track_request(
 
     for name in options:
         if name not in TrackOptions.__annotations__:
-            known = ", ".join(TrackOptions.__annotations__)
-            raise ArgumentError(f"unknown argument `{name}`; known: {known}", name)
+            raise unknown_argument(name, TrackOptions.__annotations__)
     parse_day(options.get("date"), warned=False)
     for name in ("workers", "batch"):
         check_count(name, options.get(name))

@@ -253,8 +253,8 @@ def _check_settings(out: Path, plan: _Plan, *, again: bool) -> None:
         names = sorted({*old, *plan.settings})
         changed = [name for name in names if old.get(name) != plan.settings.get(name)]
         raise OutputExistsError(
-            f"{out}: made with other settings ({', '.join(changed) or 'the sensors'}); choose "
-            "another output directory, or --again to make its days again"
+            f"{out}: created with different settings ({', '.join(changed) or 'the sensors'}); "
+            "choose another output directory, or use --again to reprocess its days"
         )
     write_json(out / RECORD_FILE, {**now, "digests": {**known, **plan.digests}})
 

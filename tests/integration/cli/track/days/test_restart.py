@@ -79,11 +79,13 @@ def test_other_settings_need_another_output_or_again(
         "chained": {"days": "chained"},
     }
     for name, options in others.items():
-        with pytest.raises(OutputExistsError, match=rf"made with other settings \({name}\)"):
+        with pytest.raises(OutputExistsError, match=rf"created with different settings \({name}\)"):
             reprocess(days, sensors, out=out, runner=FakeJobs(), **options)
     other = tmp_path / "other.toml"
     other.write_text(sensors.read_text().replace("range_sigma_m = 40.0", "range_sigma_m = 50.0"))
-    with pytest.raises(OutputExistsError, match="made with other settings \\(the sensors\\)"):
+    with pytest.raises(
+        OutputExistsError, match="created with different settings \\(the sensors\\)"
+    ):
         reprocess(days, other, out=out, runner=FakeJobs())
     jobs = FakeJobs({DATES[1]: "killed"})
     with pytest.raises(FindingsError):
