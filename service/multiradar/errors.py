@@ -194,22 +194,26 @@ class OutputExistsError(MultiradarError):
     """The output file or folder already exists; it was not touched."""
 
 
-class UnknownFilterError(ConfigurationError):
+class _UnknownNameError(ConfigurationError):
+    what = ""
+
+    def __init__(self, name: str, known: Sequence[str]) -> None:
+        self.name = name
+        self.known = tuple(known)
+        meant = "".join(f" (did you mean {one!r}?)" for one in _nearest(name, known, 0.6))
+        super().__init__(f"unknown {self.what} {name!r}{meant}; known: {', '.join(self.known)}")
+
+
+class UnknownFilterError(_UnknownNameError):
     """A filter name is not in the registry."""
 
-    def __init__(self, name: str, known: Sequence[str]) -> None:
-        self.name = name
-        self.known = tuple(known)
-        super().__init__(f"unknown filter {name!r}{_meant(name, known)}; known: {', '.join(known)}")
+    what = "filter"
 
 
-class UnknownPresetError(ConfigurationError):
+class UnknownPresetError(_UnknownNameError):
     """A set of requirements is unknown."""
 
-    def __init__(self, name: str, known: Sequence[str]) -> None:
-        self.name = name
-        self.known = tuple(known)
-        super().__init__(f"unknown preset {name!r}{_meant(name, known)}; known: {', '.join(known)}")
+    what = "preset"
 
 
 class UnknownParameterError(ConfigurationError):
@@ -252,10 +256,8 @@ class OutsidePlaneError(MultiradarError):
         centre_rad: tuple[float, float],
         angle_max_deg: float,
     ) -> None:
-        self.what = what
-        self.position = position
-        self.centre_rad = centre_rad
-        self.angle_max_deg = angle_max_deg
+        self.what, self.position = what, position
+        self.centre_rad, self.angle_max_deg = centre_rad, angle_max_deg
         super().__init__(
             f"{what}: expected a position within {angle_max_deg:g} degrees of the plane's centre "
             f"{centre_rad} rad, was {position}"
@@ -280,8 +282,7 @@ class ShapeError(MultiradarError):
     def __init__(
         self, what: str, expected: str, shape: tuple[int, ...], found: str | None = None
     ) -> None:
-        self.what = what
-        self.shape = shape
+        self.what, self.shape = what, shape
         super().__init__(f"{what}: expected {expected}, was {found or f'of shape {shape}'}")
 
 
@@ -289,9 +290,7 @@ class TimeOrderError(MultiradarError):
     """A time lies before the latest one."""
 
     def __init__(self, what: str, time_s: float, after_s: float) -> None:
-        self.what = what
-        self.time_s = time_s
-        self.after_s = after_s
+        self.what, self.time_s, self.after_s = what, time_s, after_s
         super().__init__(f"{what}: expected a time of {after_s} s or later, was {time_s} s")
 
 
@@ -384,28 +383,22 @@ class ForecastError(MultiradarError):
         super().__init__(f"{parameter}: {reason}")
 
 
-class PlaneError(MultiradarError):
+class _CodedError(MultiradarError):
+    def __init__(self, code: str, reason: str) -> None:
+        self.code = code
+        super().__init__(reason)
+
+
+class PlaneError(_CodedError):
     """Points do not determine a plane; `code` gives the reason, for programs."""
 
-    def __init__(self, code: str, reason: str) -> None:
-        self.code = code
-        super().__init__(reason)
 
-
-class TrajectoryError(MultiradarError):
+class TrajectoryError(_CodedError):
     """A track has no trajectories; `code` gives the reason, for programs."""
 
-    def __init__(self, code: str, reason: str) -> None:
-        self.code = code
-        super().__init__(reason)
 
-
-class BearingsError(MultiradarError):
+class BearingsError(_CodedError):
     """Lines of sight do not determine a position; `code` gives the reason, for programs."""
-
-    def __init__(self, code: str, reason: str) -> None:
-        self.code = code
-        super().__init__(reason)
 
 
 class RequestError(MultiradarError):
@@ -475,8 +468,3 @@ def _nearest(name: str, known: Sequence[str], likeness_min: float) -> list[str]:
     plain = {one.casefold().replace("_", ""): one for one in known}
     wanted = name.casefold().replace("_", "")
     return [plain[one] for one in get_close_matches(wanted, plain, 1, likeness_min)]
-
-
-def _meant(name: str, known: Sequence[str]) -> str:
-    near = _nearest(name, known, 0.6)
-    return f" (did you mean {near[0]!r}?)" if near else ""

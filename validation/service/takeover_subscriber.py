@@ -72,7 +72,7 @@ class Subscriber:
             number = int(bytes(sample.attachment or b"0"))
             if number in self.updates:
                 continue
-            # Those before it may be with a service that has not begun.
+            # Those before it may be with a service that has not started.
             self._query(number - 1)
             self._note(sample)
             self.received += 1

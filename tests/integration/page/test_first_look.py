@@ -102,7 +102,7 @@ def test_earlier_positions_come_again_after_a_gap(page: Page, air: Air) -> None:
     assert all(age < 120.0 for one in ages for age in one)
 
 
-def test_days_are_told_apart_by_their_dates(page: Page, air: Air) -> None:
+def test_several_days_have_their_dates(page: Page, air: Air) -> None:
     begin_s = 1.7e9
 
     def dated(header: dict[str, Any], tracks: dict[str, Any]) -> None:

@@ -451,8 +451,7 @@ class Service:
 
     def _counters(self) -> dict[str, Any]:
         writer, processor = self._writer, self._processor
-        failure = self.failure
-        space = self._space()
+        failure, space = self.failure, self._space()
         return {
             "state": str(self.state),
             "failure": None if failure is None else failure.for_clients,
