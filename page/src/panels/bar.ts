@@ -45,9 +45,9 @@ export function bar(app: App): TemplateResult {
   const { biases } = view.shown;
   return html`
     <h1>multiradar</h1>
-    <span class="printed">${date(time)}</span>
+    <span class="print-only">${date(time)}</span>
     <time title="Data time, UTC ${date(time)}">${utc(time)}${time === null ? "" : html` <small>UTC</small>`}</time>
-    <strong class="printed">${stateOf(app)}</strong>
+    <strong class="print-only">${stateOf(app)}</strong>
     <span>${tracks.length === 0 ? "no tracks" : `${confirmed} confirmed, ${tracks.length - confirmed} other tracks`}</span>
     ${isFiltered(view.filters) ? html`<span class="badge check">filtered: ${tracks.filter((one) => isShown(one, view)).length} shown</span>`
       : html`<span class="minor">${store.plots.length} plots${store.bearings.length === 0 ? "" : `, ${store.bearings.length} bearings`} in 30 s</span>`}

@@ -121,7 +121,7 @@ def test_several_days_have_their_dates(page: Page, air: Air) -> None:
 def test_print_says_that_there_are_no_data(page: Page, air: Air) -> None:
     age_s = received(page, 1.0)
     opened(page, air)
-    state = page.locator("#bar strong.printed")
+    state = page.locator("#bar strong.print-only")
     expect(state).not_to_be_visible()
     page.emulate_media(media="print")
     expect(state).to_be_visible()
