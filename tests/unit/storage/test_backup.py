@@ -23,7 +23,7 @@ from multiradar.storage.backup import (
 from multiradar.storage.output_folder import new_folder
 from multiradar.storage.snapshots import SnapshotFolder
 from multiradar.storage.sqlite import sqlite_file
-from multiradar.storage.sqlite.sqlite_file import open_database
+from multiradar.storage.sqlite.sqlite_file import file_size, open_database
 from multiradar.storage.sqlite.sqlite_journal import SqliteJournal
 from support.inputs.journal_entries import entry
 from unit.storage.test_verification import (
@@ -261,3 +261,11 @@ def test_a_restored_journal_continues(tmp_path: Path) -> None:
     journal = SqliteJournal(state / "journal.sqlite", FINGERPRINT)
     assert journal.append([entry(ENTRIES)]) == [ENTRIES + 1]
     journal.close()
+
+
+def test_a_snapshot_removed_while_it_is_measured_has_no_octets(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # It was there when the folder was listed.
+    monkeypatch.setattr(Path, "exists", lambda _path: True)
+    assert file_size(tmp_path / "000000000145.snapshot") == 0

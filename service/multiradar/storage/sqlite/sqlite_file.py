@@ -119,7 +119,10 @@ def sync(path: Path) -> None:
 
 def file_size(path: Path) -> int:
     """Return the size of a file, bytes; 0 where there is none."""
-    return path.stat().st_size if path.exists() else 0
+    try:
+        return path.stat().st_size
+    except FileNotFoundError:
+        return 0
 
 
 def set_pragma(
