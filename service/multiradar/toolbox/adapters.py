@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import polars as pl
 
-from multiradar.errors import InputError, MissingColumnError
+from multiradar.errors import ConfigurationError, InputError, MissingColumnError
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.toolbox.arguments import typed
 from multiradar.toolbox.frames import Frame, to_polars
@@ -135,9 +135,15 @@ def to_stone_soup(tracks: "Run | Frame", centre_deg: tuple[float, float]) -> "se
         The times have no date.
     OutsidePlaneError
         A track is too far from the centre.
+    ConfigurationError
+        Stone Soup is not installed.
     """
-    from stonesoup.types.state import GaussianState
-    from stonesoup.types.track import Track
+    try:
+        from stonesoup.types.state import GaussianState
+        from stonesoup.types.track import Track
+    except ModuleNotFoundError as error:
+        msg = "Stone Soup is not installed; install it: pip install stonesoup"
+        raise ConfigurationError(msg) from error
 
     frame = _tracks(tracks)
     _require_dates(frame)

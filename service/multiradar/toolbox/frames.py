@@ -9,7 +9,7 @@ import numpy as np
 import polars as pl
 
 from multiradar.errors import InputError, MultiradarError
-from multiradar.toolbox.output import PathLike
+from multiradar.toolbox.output import Output, PathLike
 from multiradar_converters.leftovers import temporary_folder
 
 if TYPE_CHECKING:
@@ -26,9 +26,9 @@ class ArrowTable(Protocol):
 
 
 #: A table: polars, pandas, pyarrow and others by the Arrow PyCapsule interface, a structured NumPy
-#: array, columns by name, or rows as mappings.
+#: array, columns by name, rows as mappings, or what `convert` or `simulate` returned.
 Frame: TypeAlias = (
-    "pl.DataFrame | pl.LazyFrame | ArrowTable | np.ndarray | Mapping[str, ArrayLike]"
+    "pl.DataFrame | pl.LazyFrame | Output | ArrowTable | np.ndarray | Mapping[str, ArrayLike]"
     " | Sequence[Mapping[str, object]]"
 )
 #: A table, or the path of one.
@@ -59,6 +59,8 @@ def to_polars(given: object, name: str) -> pl.DataFrame:
         return given
     if isinstance(given, pl.LazyFrame):
         return given.collect()
+    if isinstance(given, Output):
+        return given.table(name)
     structured = isinstance(given, np.ndarray) and given.dtype.names is not None
     try:
         if structured or isinstance(given, ArrowTable | Mapping) or _are_rows(given):
@@ -103,6 +105,8 @@ def as_file(given: object, name: str) -> Iterator[tuple[Path, str]]:
     InputError
         It is neither a table nor a path.
     """
+    if isinstance(given, Output):
+        given = given.folder
     if isinstance(given, str | Path):
         yield Path(given), str(given)
         return

@@ -300,3 +300,12 @@ def test_a_structured_array_with_missing_texts_is_a_table(made: Path) -> None:
     assert array.dtype["callsign"].kind == "O"
     given = mr.track(array, _sensors(made)).report["counts"]
     assert given == mr.track(table, _sensors(made)).report["counts"]
+
+
+def test_what_simulate_returns_is_a_recording(made: Path) -> None:
+    scene = mr.simulate("crossing", duration_s=60.0, seed=3)
+    counts = mr.track(scene, scene.sensors).report["counts"]
+    assert counts == mr.track(scene.folder, scene.sensors).report["counts"]
+    with mr.Tracker(scene.sensors) as tracker:
+        tracker.push(scene)
+        assert tracker.counts["read"] == counts["read"]

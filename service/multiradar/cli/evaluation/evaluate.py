@@ -165,7 +165,8 @@ def evaluate(
         _number("--dwell", "Minimum dwell on another aircraft to count as a swap, s.", 20),
     ] = None,
     settling: Annotated[
-        float | None, _number("--settling", "Ignore errors during the first SECONDS of a track.", 0)
+        float | None,
+        _number("--settling", "Initial part of each track whose errors are ignored, s.", 0),
     ] = None,
     reference_sigma: Annotated[
         float | None,

@@ -1,13 +1,14 @@
 """Tables to and from `traffic` and Stone Soup."""
 
 import datetime as dt
+import sys
 
 import numpy as np
 import polars as pl
 import pytest
 
 import multiradar as mr
-from multiradar.errors import InputError, MissingColumnError
+from multiradar.errors import ConfigurationError, InputError, MissingColumnError
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 
 CENTRE = (50.0, 10.0)
@@ -75,6 +76,12 @@ def test_tracks_without_a_date_have_no_time_stamps() -> None:
     undated = TRACKS.with_columns(pl.col("time_s") - START_S + 28_800.0)
     with pytest.raises(InputError, match="times have no date"):
         mr.adapters.to_traffic(undated)
+
+
+def test_stone_soup_that_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "stonesoup", None)
+    with pytest.raises(ConfigurationError, match="pip install stonesoup"):
+        mr.adapters.to_stone_soup(TRACKS, CENTRE)
 
 
 def test_tracks_go_to_stone_soup_and_back() -> None:
