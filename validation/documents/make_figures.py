@@ -108,7 +108,7 @@ def draw_settling(
         return f"{px:.1f},{y + height / 2 - clipped / limit * height / 2:.1f}"
 
     name = "Range" if metres else "Azimuth"
-    yield text(x, y - 16, f"{name} bias: estimate minus truth, band = 2 sigma", weight="bold")
+    yield text(x, y - 16, f"{name} bias: estimate minus truth, band = 2 sigma (SSR)", weight="bold")
     for step in (-1.0, -0.5, 0.0, 0.5, 1.0):
         py = y + height / 2 - step * height / 2
         yield f"<line x1='{x}' x2='{x + width}' y1='{py}' y2='{py}' stroke='{GRID}'/>"
@@ -146,7 +146,7 @@ def draw_times(start: float, end: float, box: Box) -> Iterable[str]:
     for time_s in range(int(start), int(end) + 1, TICK_S):
         px = x + (time_s - start) / (end - start) * width
         yield text(px, y + height + 16, clock_text(time_s)[:5], FAINT, anchor="middle", size=11)
-    yield text(x - 6, y + height + 16, "UTC", FAINT, anchor="end", size=11)
+    yield text(x - 20, y + height + 16, "UTC", FAINT, anchor="end", size=11)
 
 
 def beyond_mark(place: str, colour: str, *, up: bool) -> str:
