@@ -92,5 +92,5 @@ function zoom(app: App, { number: sensor, metres }: Moved): void {
   if (id === null || at === undefined) return;
   picture.zoomTo(CLOSE_PX / metres);
   picture.goTo([((plots.x[at] ?? 0) + (plots.correctedX[at] ?? 0)) / 2, ((plots.y[at] ?? 0) + (plots.correctedY[at] ?? 0)) / 2]);
-  actions.select(id);
+  actions.select(id, false);
 }

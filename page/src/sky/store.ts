@@ -10,6 +10,9 @@ const AHEAD_MAX_S = 10;
 /** Data seconds per second are those of so long: frames come in bunches when service or network are busy, ms. */
 const RATE_MS = 10_000;
 const RATE_MIN_MS = 1000;
+/** At a greater rate the data are a replay; it has ended after so long without data, ms. */
+const REPLAY_RATE_MIN = 1.5;
+const ENDED_MS = 8000;
 
 const NONE = new Table(0, new Map());
 
@@ -107,7 +110,10 @@ export class Store {
   /** Data time at a moment, extrapolated by at most some seconds. */
   timeAt(nowMs: number): number {
     if (this.dataTimeS === null) return 0;
-    const ahead = Math.min((nowMs - this.receivedMs) / 1000, 2) * (this.pace ?? this.rate);
+    const waitedMs = nowMs - this.receivedMs;
+    // Of a fast replay that has ended, the last data are shown.
+    if (this.pace === null && this.rate > REPLAY_RATE_MIN && waitedMs > ENDED_MS) return this.dataTimeS;
+    const ahead = Math.min(waitedMs / 1000, 2) * (this.pace ?? this.rate);
     return this.dataTimeS + Math.min(ahead, AHEAD_MAX_S);
   }
 

@@ -81,6 +81,8 @@ export const TABS: readonly [Tab, string, string][] = [
 export const ZOOM_MIN = 2;
 export const ZOOM_MAX = 18;
 const LATITUDE_MAX = 85;
+/** Later than any recording, s. */
+const TIME_MAX_S = 1e10;
 
 export function initialView(address: string): ViewState {
   const given = new URLSearchParams(address.replace(/^#/, ""));
@@ -91,6 +93,7 @@ export function initialView(address: string): ViewState {
     return Number.isFinite(value) ? value : null;
   };
   const [longitude, latitude, zoom] = [number("lon"), number("lat"), number("zoom")];
+  const [track, at] = [number("track"), number("at")];
   const shown = Object.fromEntries(
     SWITCHES.map(([name, , , initially]) => [name, initially ? !off.has(name) : on.has(name)]),
   ) as Record<Switch, boolean>;
@@ -98,7 +101,7 @@ export function initialView(address: string): ViewState {
     shown,
     units: given.get("units") === "si" ? "si" : "aero",
     theme: given.get("theme") === "light" ? "light" : "dark",
-    selected: number("track"),
+    selected: track !== null && Number.isSafeInteger(track) && track > 0 ? track : null,
     filters: {
       text: given.get("q") ?? "",
       fromM: number("from"),
@@ -115,7 +118,7 @@ export function initialView(address: string): ViewState {
     zoom: zoom === null ? null : Math.max(ZOOM_MIN, Math.min(ZOOM_MAX, zoom)),
     hiddenSensors: new Set((given.get("hide") ?? "").split(",").filter((one) => one !== "")),
     tick: Math.max(TICK_MIN_MS, number("tick") ?? TICK_MS),
-    at: number("at"),
+    at: at !== null && Math.abs(at) <= TIME_MAX_S ? at : null,
     hidden: new Set((given.get("without") ?? "").split(",").filter((one) => /^[or][0-9]{1,2}$/.test(one))),
   };
 }

@@ -42,6 +42,28 @@ def test_an_address_off_the_map_shows_the_map(page: Page, air: Air, address: str
     assert -4e7 < south < north < 4e7
 
 
+@pytest.mark.parametrize("address", ["at=1e30", "track=-1", "track=1.5", "at=1e12&track=1e30"])
+def test_a_number_that_cannot_be_is_left_out(page: Page, air: Air, address: str) -> None:
+    watch = opened(page, air, f"/#{address}")
+    assert page.evaluate("window.multiradar.clock.isLive")
+    assert page.evaluate("window.multiradar.view.selected") is None
+    assert watch.messages == []
+
+
+def test_the_end_of_a_fast_replay_is_shown_where_the_data_end(page: Page, air: Air) -> None:
+    opened(page, air)
+    # Hundred seconds of data in a second, and nothing since.
+    ahead_s: list[float] = page.evaluate(
+        f"""(() => {{
+          const {{ constructor }} = {STORE};
+          const store = new constructor();
+          [store.dataTimeS, store.rate, store.receivedMs] = [1000, 100, 0];
+          return [1000, 7900, 8100, 60000].map((ms) => store.timeAt(ms) - 1000);
+        }})()"""
+    )
+    assert ahead_s == [10, 10, 0, 0]
+
+
 def test_a_track_that_never_existed_is_asked_for_once(page: Page, air: Air) -> None:
     asked: list[str] = []
     page.on("request", lambda request: asked.append(request.url))

@@ -219,7 +219,7 @@ def test_an_emergency_an_estimated_level_and_a_single_plot_are_seen_as_such(
 
 def test_the_clock_runs_as_the_data_also_when_frames_come_in_bunches(page: Page, air: Air) -> None:
     opened(page, air)
-    ahead, moves = page.evaluate(
+    ahead, moves, last = page.evaluate(
         f"""() => {{
           const store = new {STORE}.constructor();
           const none = {{ rows: 0, column: () => new Float64Array(0) }};
@@ -238,7 +238,7 @@ def test_the_clock_runs_as_the_data_also_when_frames_come_in_bunches(page: Page,
               if (pair > 10) ahead.push(store.timeAt(now) - (3 * pair + 1.5) - (3 * later) / 1000);
             }}
           }}
-          // The data end: the picture stands, and does not slide back.
+          // The data end: the picture stands, does not slide, and then is that of the last data.
           const moves = [];
           let before = store.timeAt(42000);
           for (let ms = 42000; ms < 60000; ms += 500) {{
@@ -246,12 +246,14 @@ def test_the_clock_runs_as_the_data_also_when_frames_come_in_bunches(page: Page,
             moves.push(store.timeAt(ms) - before);
             before = store.timeAt(ms);
           }}
-          return [[Math.min(...ahead), Math.max(...ahead)], moves];
+          return [[Math.min(...ahead), Math.max(...ahead)], moves, before - (3 * 39 + 1.5)];
         }}"""
     )
     assert ahead[0] > -1.0
     assert ahead[1] < 1.0
-    assert moves == [0.0] * len(moves)
+    assert moves.count(0.0) == len(moves) - 1
+    assert min(moves) == pytest.approx(-6.0)
+    assert last == 0.0
 
 
 def test_a_paused_picture_does_not_change(page: Page, air: Air) -> None:
