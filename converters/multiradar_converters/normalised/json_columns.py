@@ -65,7 +65,7 @@ def parse_lines(lines: bytes, rows_max: int, characters_max: int) -> Parsed | No
     if not ROWS_MIN <= len(ends) + 1 <= rows_max or not _are_objects(octets, ends):
         return None
     names = _names(lines)
-    if not names <= set(_TYPES):
+    if not names or not names <= set(_TYPES):
         return None
     schema = {name: _TYPES[name] for name in _TYPES if name in names}
     try:
@@ -74,7 +74,8 @@ def parse_lines(lines: bytes, rows_max: int, characters_max: int) -> Parsed | No
         if not _is_whole(octets, text, frame, characters_max):
             return None
         parsed = parse_columns(frame)
-    except (UnicodeDecodeError, pl.exceptions.PolarsError, BodyError):
+    # A panic of the parser is a BaseException.
+    except (UnicodeDecodeError, pl.exceptions.PolarsError, pl.exceptions.PanicException, BodyError):
         return None
     return None if parsed.rejected else parsed
 

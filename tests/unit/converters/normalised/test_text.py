@@ -275,6 +275,17 @@ def test_a_large_message_is_read_as_columns(monkeypatch: pytest.MonkeyPatch) -> 
         assert parsed.rejected == []
 
 
+@pytest.mark.parametrize("row", ["{}", "{:}", '{"time_s":}'])
+def test_large_messages_without_fields_are_rejected(row: str) -> None:
+    body = f"[{','.join([row] * 300)}]".encode()
+    if row == "{}":
+        assert len(parse_json(body).rejected) == 300
+    else:
+        with pytest.raises(BodyError, match="not valid JSON"):
+            parse_json(body)
+    assert len(parse_ndjson("\n".join([row] * 300).encode()).rejected) == 300
+
+
 def test_a_message_of_many_megabytes_is_read_row_by_row(monkeypatch: pytest.MonkeyPatch) -> None:
     rows = [radar(time_s=float(number)) for number in range(300)]
     monkeypatch.setattr(json_columns, "OCTETS_MAX", len(array(*rows)) - 1)
