@@ -278,10 +278,10 @@ def test_the_nearest_name_is_given(made: Path, call: Callable[[Path], object], m
 
 
 class ConstantState:
-    """A filter that does nothing."""
+    """A filter whose state is always the same."""
 
-    def update(self, plot: object) -> tuple[list[float], list[list[float]]]:
-        raise NotImplementedError
+    def update(self, _plot: object) -> tuple[list[float], list[list[float]]]:
+        return [0.0] * 4, [[float(row == column) for column in range(4)] for row in range(4)]
 
 
 def _renamed(made: Path, name: str, to: str) -> object:

@@ -83,8 +83,7 @@ class LiveDiagnosis:
         if self._thread is None:
             return
         with self._lock:
-            if len(frame):
-                self._evidence.record_rows(frame)
+            self._evidence.record_rows(frame)
             for row in rejects:
                 self._evidence.reject(_sensor_of(row), row.code)
 
