@@ -31,8 +31,8 @@ COLUMNS = (
     "time_s", "kind", "range_m", "azimuth_deg", "latitude_deg", "longitude_deg", "height_m",
     "mode_3a", "mode_s_address", "track_number",
 )  # fmt: skip
-#: Rows that are sorted by source together: the cost depends little on their number.
-GATHERED_MAX = 20_000
+#: Rows and parts that are sorted by source together: the cost depends little on their number.
+GATHERED_MAX, PARTS_MAX = 20_000, 500
 #: Reject codes by the codes of `runtime.admission`: accepted, late, future, excess.
 ADMISSION_CODES = ("", "TIME_LATE", "TIME_FUTURE", "RATE_EXCEEDED")
 _SCHEMA = {name: MEASUREMENT_SCHEMA[name] for name in COLUMNS}
@@ -188,7 +188,7 @@ class Evidence:
         if len(frame):
             self._gathered.append(frame.select(one for one in _RECORDED if one in frame.columns))
             self._gathered_rows += len(frame)
-        if self._gathered_rows >= GATHERED_MAX:
+        if self._gathered_rows >= GATHERED_MAX or len(self._gathered) >= PARTS_MAX:
             self._sort_gathered()
 
     def record_output(self, output: EngineOutput) -> None:
