@@ -6,9 +6,8 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from integration.page.conftest import Air
+from integration.page.conftest import Air, window
 from integration.page.test_browser import STORE, opened
-from support.processes.waiting import WAIT_TIMEOUT_S
 
 ACTIONS = "window.multiradar.actions"
 AXE = files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8")
@@ -17,14 +16,11 @@ RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"
 
 @pytest.fixture(scope="module")
 def page(browser: Browser, air: Air) -> Any:
-    context = browser.new_context(viewport={"width": 1280, "height": 720}, reduced_motion="reduce")
-    context.set_default_timeout(WAIT_TIMEOUT_S * 1000.0)
-    expect.set_options(timeout=WAIT_TIMEOUT_S * 1000.0)
-    page = context.new_page()
-    opened(page, air)
-    page.evaluate(AXE)
-    yield page
-    context.close()
+    with window(browser, reduced_motion="reduce") as context:
+        page = context.new_page()
+        opened(page, air)
+        page.evaluate(AXE)
+        yield page
 
 
 def violations(page: Page) -> list[str]:

@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from integration.page.conftest import Air
+from integration.page.conftest import Air, window
 from integration.page.test_browser import PICTURE, STORE, Watch, opened, settled
 from integration.page.test_panels import pictured
 from support.processes import clients
-from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
+from support.processes.waiting import wait_until
 
 LAYERS = f"{PICTURE}.layers"
 BOXES = f"{LAYERS}.labels.boxes"
@@ -32,12 +32,9 @@ class Shown:
 
 @pytest.fixture(scope="module")
 def shown(browser: Browser, air: Air) -> Iterator[Shown]:
-    context = browser.new_context(viewport={"width": 1280, "height": 720})
-    context.set_default_timeout(WAIT_TIMEOUT_S * 1000.0)
-    expect.set_options(timeout=WAIT_TIMEOUT_S * 1000.0)
-    page = context.new_page()
-    yield Shown(page, opened(page, air))
-    context.close()
+    with window(browser) as context:
+        page = context.new_page()
+        yield Shown(page, opened(page, air))
 
 
 def test_uncertainty_has_the_axes_of_the_covariance(shown: Shown) -> None:

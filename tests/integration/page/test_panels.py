@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, Locator, Page, Route, expect
 
-from integration.page.conftest import Air, received
+from integration.page.conftest import Air, received, window
 from integration.page.test_browser import STORE, Watch, opened, settled
 from multiradar.runtime.picture.frames import encoded
 from support.inputs.picture_frames import decoded
 from support.processes import clients
-from support.processes.waiting import WAIT_TIMEOUT_S
 
 VIEW = "window.multiradar.view"
 ACTIONS = "window.multiradar.actions"
@@ -24,15 +23,12 @@ MARKUP = "<img src=x onerror=window.harmed=1>"
 
 @pytest.fixture(scope="module")
 def shared(browser: Browser, air: Air) -> Iterator[tuple[Page, Watch]]:
-    context = browser.new_context(viewport={"width": 1280, "height": 720})
-    context.set_default_timeout(WAIT_TIMEOUT_S * 1000.0)
-    expect.set_options(timeout=WAIT_TIMEOUT_S * 1000.0)
-    page = context.new_page()
-    watch = opened(page, air)
-    # The panels are drawn at most twice a second: not yet with the first frame.
-    expect(rows(page)).to_have_count(30)
-    yield page, watch
-    context.close()
+    with window(browser) as context:
+        page = context.new_page()
+        watch = opened(page, air)
+        # The panels are drawn at most twice a second: not yet with the first frame.
+        expect(rows(page)).to_have_count(30)
+        yield page, watch
 
 
 @pytest.fixture

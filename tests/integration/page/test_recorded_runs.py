@@ -13,7 +13,7 @@ import pytest
 from playwright.sync_api import Browser, Page, Route, expect
 from pyproj import Geod
 
-from integration.page.conftest import Air
+from integration.page.conftest import Air, window
 from integration.page.test_browser import STORE, Watch, settled
 from integration.page.test_map import overlaps
 from multiradar.app import view_server
@@ -294,12 +294,11 @@ def test_bearing_and_distance_are_those_of_the_ellipsoid(
 
 @pytest.fixture(scope="module")
 def measuring(browser: Browser, shown: str) -> Iterator[Page]:
-    context = browser.new_context(viewport={"width": 1280, "height": 720}, has_touch=True)
-    page = context.new_page()
-    opened(page, shown)
-    page.evaluate(f"{MEASURE}.toggle(window.multiradar)")
-    yield page
-    context.close()
+    with window(browser, has_touch=True) as context:
+        page = context.new_page()
+        opened(page, shown)
+        page.evaluate(f"{MEASURE}.toggle(window.multiradar)")
+        yield page
 
 
 def lonlat(page: Page, x: float, y: float) -> list[float]:
