@@ -23,7 +23,6 @@ import { Clock } from "./time/clock";
 import { addressOf, initialView } from "./view/view";
 
 const PANEL_MS = 500;
-const AGES_MS = 1000;
 /** The address follows the time shown so much later, ms: browsers limit how often it changes. */
 const KEEP_MS = 400;
 
@@ -196,8 +195,8 @@ window.addEventListener("afterprint", () => {
 });
 
 if (view.at !== null) clock.seek(view.at);
-// Ages go on also while no answer comes.
-setInterval(() => redraw(), AGES_MS);
+// The clock and ages go on between frames, and while no answer comes.
+setInterval(() => redraw(), PANEL_MS);
 void overlays.load();
 feed.start();
 encounters.start();

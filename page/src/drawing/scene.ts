@@ -76,6 +76,9 @@ export class Scene {
   }
 }
 
+/** Half the size of a symbol. */
+const SYMBOL_PX = 5;
+
 /** Tracks on the canvas and their pixels, in arrays that grow and are used again. */
 export class Seen {
   length = 0;
@@ -96,6 +99,15 @@ export class Seen {
     this.x[this.length] = x;
     this.y[this.length] = y;
     this.length += 1;
+  }
+
+  /** Whether a symbol touches a box. */
+  touches(left: number, top: number, width: number, height: number): boolean {
+    for (let at = 0; at < this.length; at++) {
+      const [x, y] = [this.x[at] ?? 0, this.y[at] ?? 0];
+      if (x > left - SYMBOL_PX && x < left + width + SYMBOL_PX && y > top - SYMBOL_PX && y < top + height + SYMBOL_PX) return true;
+    }
+    return false;
   }
 }
 

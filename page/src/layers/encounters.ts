@@ -70,9 +70,10 @@ export class EncountersLayer implements Layer {
       const x = beside <= scene.width ? Math.min(beside, most) : beside;
       const middle = Math.round((cy + dy) / 2) + 4;
       const width = LETTER_PX * text.length + 4;
-      // Beside the names of sites and the texts of other pairs, if there is room near by.
-      const isFree = (top: number): boolean => ![scene.reserved, scene.reservedMoving].some((one) => touches(one, x - 2, top - 10, width, 13));
-      const y = STEPS_PX.map((step) => middle + step).find(isFree);
+      // Beside the names of sites and the texts of other pairs, and on no symbol, if there is room near by.
+      const isFree = (bottom: number): boolean => ![scene.reserved, scene.reservedMoving].some((one) => touches(one, x - 2, bottom - 10, width, 13));
+      const free = STEPS_PX.map((step) => middle + step).filter(isFree);
+      const y = free.find((bottom) => !scene.seen.touches(x - 2, bottom - 10, width, 13)) ?? free[0];
       if (y === undefined) continue;
       context.fillStyle = palette.background;
       context.globalAlpha = 0.8;

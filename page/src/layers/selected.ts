@@ -13,6 +13,11 @@ const REGION_MAX = 0.4;
 /** Regions are drawn so far apart, s: more would hide each other. */
 const REGIONS_S = 60;
 
+interface Place {
+  x: number;
+  y: number;
+}
+
 /** The path, with a mark and its age at each minute. */
 export class PastLayer implements Layer {
   readonly plane = "ground";
@@ -30,6 +35,7 @@ export class PastLayer implements Layer {
     this.join(scene);
     context.stroke();
     let minute = Infinity;
+    let before = selection.past[0];
     for (const point of selection.past) {
       const age = Math.floor((scene.timeS - point.timeS) / 60);
       // The picture may be a little behind the past of the track: there is no minute 0.
@@ -37,14 +43,15 @@ export class PastLayer implements Layer {
         const [x, y] = [Math.round(scene.px(point.x)), Math.round(scene.py(point.y))];
         context.fillRect(x - 2, y - 2, 5, 5);
         // Far out the minutes are closer than their names.
-        const box = [x + 4, y - 7, 6 * LETTER_PX + 4, 14] as const;
-        if (!touches(scene.reserved, ...box)) {
-          context.fillText(`−${age + 1} min`, x + 6, y + 4);
-          scene.reserved.push(...box);
+        const width = 6 * LETTER_PX + 4;
+        const [left, top] = isAcross(before, point) ? [x - Math.round(width / 2), y - 18] : [x + 4, y - 7];
+        if (!touches(scene.reserved, left, top, width, 14)) {
+          context.fillText(`−${age + 1} min`, left + 2, top + 11);
+          scene.reserved.push(left, top, width, 14);
         }
         scene.reserved.push(x - 2, y - 2, 5, 5);
       }
-      minute = age;
+      [minute, before] = [age, point];
     }
     context.globalAlpha = 1;
   }
@@ -59,6 +66,11 @@ export class PastLayer implements Layer {
     }
     scene.context.lineTo(scene.px(track.x), scene.py(track.y));
   }
+}
+
+/** Whether the path runs more to the east or west, so that what stands beside a point would be on it. */
+function isAcross(from: Place | undefined, to: Place): boolean {
+  return from !== undefined && Math.abs(to.x - from.x) > Math.abs(to.y - from.y);
 }
 
 /** The predicted path, with the region and the name of each minute. */

@@ -4,7 +4,7 @@ import { html, nothing, type TemplateResult } from "lit";
 
 import { isFiltered, isShown } from "../view/shown";
 import { date, utc } from "../view/units";
-import { stateOf } from "../time/bar";
+import { shownTime, stateOf } from "../time/bar";
 import type { App } from "./panel";
 
 export function banner(app: App): TemplateResult | typeof nothing {
@@ -40,7 +40,8 @@ function notice(app: App): TemplateResult | typeof nothing {
 
 export function bar(app: App): TemplateResult {
   const { store, view, actions } = app;
-  const { tracks, dataTimeS: time } = store;
+  const { tracks } = store;
+  const time = shownTime(app) ?? store.dataTimeS;
   const confirmed = tracks.filter((one) => one.state === "confirmed").length;
   const { biases } = view.shown;
   return html`

@@ -41,6 +41,8 @@ export class Store {
   pace: number | null = null;
   /** When the data time came that is the newest. */
   private receivedMs = 0;
+  /** The time shown when the last frame came: the present stands there until its data are as late. */
+  private shownS = -Infinity;
   /** Data seconds per second: 1 live, more in a fast replay; nothing moves before it is known. */
   private rate = 0;
   /** Data times of the last frames, and when they came. */
@@ -58,6 +60,7 @@ export class Store {
   /** Take a frame; the clock of the data follows its steps. */
   update(frame: Frame, nowMs: number): void {
     const time = frame.header.data_time_s;
+    this.shownS = this.timeAt(nowMs);
     // A frame of the same data says nothing of their rate: where they end, the picture stands and does not slide back.
     if (time !== this.dataTimeS) {
       this.receivedMs = nowMs;
@@ -94,6 +97,7 @@ export class Store {
     this.bearingOf.clear();
     this.byId.clear();
     this.dataTimeS = null;
+    this.shownS = -Infinity;
     this.isRead = false;
     this.steps.length = 0;
   }
@@ -107,14 +111,15 @@ export class Store {
     if (first !== undefined && ms - first.ms >= RATE_MIN_MS) this.rate = ((timeS - first.timeS) * 1000) / (ms - first.ms);
   }
 
-  /** Data time at a moment, extrapolated by at most some seconds. */
+  /** The time of the map and of its clocks: data time, extrapolated by at most some seconds. */
   timeAt(nowMs: number): number {
     if (this.dataTimeS === null) return 0;
     const waitedMs = nowMs - this.receivedMs;
     // Of a fast replay that has ended, the last data are shown.
     if (this.pace === null && this.rate > REPLAY_RATE_MIN && waitedMs > ENDED_MS) return this.dataTimeS;
     const ahead = Math.min(waitedMs / 1000, 2) * (this.pace ?? this.rate);
-    return this.dataTimeS + Math.min(ahead, AHEAD_MAX_S);
+    const time = this.dataTimeS + Math.min(ahead, AHEAD_MAX_S);
+    return this.pace === null && this.shownS - time < AHEAD_MAX_S ? Math.max(time, this.shownS) : time;
   }
 
   /** Seconds for which a track is extrapolated at a data time: as long as it lives. */

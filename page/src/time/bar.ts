@@ -26,11 +26,16 @@ function sinceOf(feed: Feed, word: Present["word"]): string {
   return forS === null ? "since the service started" : `for ${lasting(forS)}`;
 }
 
+/** The time of the map, s; null while that of the time chosen is being read. */
+export function shownTime({ feed, store }: App): number | null {
+  return feed.isCurrent ? store.timeAt(performance.now()) : null;
+}
+
 export function timeBar(app: App): TemplateResult {
   const { clock, store, view, measure } = app;
   const { span } = clock;
-  // While history plays, frames come at intervals: the time is that of the picture, as above the map.
-  const time = app.feed.isCurrent ? store.dataTimeS : clock.at(performance.now()) ?? store.dataTimeS;
+  // While history plays, frames come at intervals: the time is that of the map, as above it.
+  const time = shownTime(app) ?? clock.at(performance.now()) ?? store.dataTimeS;
   const { word } = presentOf(app.feed, performance.now());
   const mode = clock.recorded ? "Recorded" : clock.isLive ? word : "History";
   document.body.dataset["time"] = clock.isLive && word !== "Live" ? "stale" : mode.toLowerCase();

@@ -166,6 +166,19 @@ def test_texts_of_paths_and_encounters_do_not_cover_each_other(page: Page, air: 
     ]
     assert boxes
     assert overlaps(boxes) == 0
+    # A symbol under the first text: it moves.
+    tops = page.evaluate(
+        f"""(() => {{
+          const {{ seen, reservedMoving: boxes }} = {PICTURE}.scene;
+          const timeS = {STORE}.timeAt(performance.now());
+          {STORE}.timeAt = () => timeS;
+          const topOf = () => ({PICTURE}.map.renderSync(), boxes[1]);
+          const before = topOf();
+          seen.touches = (left, top) => Math.abs(top - before) < 1;
+          return [before, topOf()];
+        }})()"""
+    )
+    assert abs(tops[1] - tops[0]) > 10
 
 
 def test_the_bias_hint_names_the_sensor_that_biases_move_most(page: Page, air: Air) -> None:

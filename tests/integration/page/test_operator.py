@@ -219,7 +219,7 @@ def test_an_emergency_an_estimated_level_and_a_single_plot_are_seen_as_such(
 
 def test_the_clock_runs_as_the_data_also_when_frames_come_in_bunches(page: Page, air: Air) -> None:
     opened(page, air)
-    ahead, moves, last = page.evaluate(
+    ahead, back, moves, last = page.evaluate(
         f"""() => {{
           const store = new {STORE}.constructor();
           const none = {{ rows: 0, column: () => new Float64Array(0) }};
@@ -229,13 +229,16 @@ def test_the_clock_runs_as_the_data_also_when_frames_come_in_bunches(page: Page,
                tracks: none, plots: none, path: none }}, ms);
           // Three times real time, a frame for each half second; two come together.
           const ahead = [];
+          let [back, shown] = [0, 0];
           for (let pair = 0; pair < 40; pair++) {{
             const ms = 1000 * pair;
             take(3 * pair, ms);
             take(3 * pair + 1.5, ms + 20);
+            back = Math.min(back, store.timeAt(ms + 20) - shown);
             for (let later = 0; later < 980; later += 20) {{
               const now = ms + 20 + later;
               if (pair > 10) ahead.push(store.timeAt(now) - (3 * pair + 1.5) - (3 * later) / 1000);
+              shown = store.timeAt(now);
             }}
           }}
           // The data end: the picture stands, does not slide, and then is that of the last data.
@@ -246,14 +249,24 @@ def test_the_clock_runs_as_the_data_also_when_frames_come_in_bunches(page: Page,
             moves.push(store.timeAt(ms) - before);
             before = store.timeAt(ms);
           }}
-          return [[Math.min(...ahead), Math.max(...ahead)], moves, before - (3 * 39 + 1.5)];
+          return [[Math.min(...ahead), Math.max(...ahead)], back, moves, before - (3 * 39 + 1.5)];
         }}"""
     )
     assert ahead[0] > -1.0
     assert ahead[1] < 1.0
+    # Data that come later than expected stop the picture; they do not turn it back.
+    assert back == 0.0
     assert moves.count(0.0) == len(moves) - 1
     assert abs(min(moves) + 6.0) < 1e-9
     assert last == 0.0
+
+
+def test_the_clocks_show_the_time_of_the_map(page: Page, air: Air) -> None:
+    opened(page, air)
+    page.evaluate(f"{STORE}.timeAt = () => 45296.5")
+    settled(page, f"{PICTURE}.scene.timeS === 45296.5")
+    for clock in (page.locator("#bar time"), page.locator("#time time")):
+        expect(clock).to_contain_text("12:34:56")
 
 
 def test_a_paused_picture_does_not_change(page: Page, air: Air) -> None:
