@@ -112,6 +112,8 @@ def test_a_run_plays_from_its_start_without_a_service(page: Page, shown: str) ->
     expect(page.locator("#time .mode")).to_have_text("Recorded paused")
     page.get_by_role("button", name="+10 s").click()
     expect(page.get_by_role("button", name="Go live")).to_have_count(0)
+    page.keyboard.press("3")
+    expect(page.locator("#sensors .summary").first).to_contain_text("causes from the whole run")
     assert watch.messages == []
     assert all(address.startswith((shown, "data:")) for address in watch.addresses)
 

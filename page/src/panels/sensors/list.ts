@@ -38,7 +38,7 @@ function draw(app: App): TemplateResult {
   if (sorted.length === 0) return html`<p class="hint">The service has no sensors, or has not responded yet.</p>`;
   const [first] = sorted;
   const open = sorted.find(({ sensor }) => sensor.id === view.sensor) ?? first;
-  return html`${feed.sensorsAtS === null ? nothing : html`<p class="summary"><span class="badge check">${utc(feed.sensorsAtS)}</span>&nbsp;Biases and health of the time shown.</p>`}
+  return html`${feed.sensorsAtS === null ? nothing : html`<p class="summary"><span class="badge check">${utc(feed.sensorsAtS)}</span>&nbsp;Biases and health of the time shown${app.clock.recorded ? ", probable causes from the whole run" : ""}.</p>`}
     ${first !== undefined ? verdict(sorted) : nothing}
     <table class="sensors"><thead><tr><th scope="col">Sensor</th><th scope="col">State</th>
       <th scope="col" title="Probability of detection">Pd</th>
