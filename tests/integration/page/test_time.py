@@ -7,7 +7,7 @@ from typing import Any
 
 import polars as pl
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 from integration.page.conftest import Air, received
 from integration.page.test_browser import STORE, opened, settled
@@ -259,3 +259,25 @@ def test_a_fault_stays_in_the_history_from_when_it_was_found(page: Page, tmp_pat
         expect(badge).not_to_have_text("1 FAULT")
     finally:
         air.application.stop()
+
+
+def test_a_track_has_not_ended_while_the_present_is_being_read(page: Page, long: Air) -> None:
+    opened(page, long)
+    young = page.evaluate(f"Math.max(...{STORE}.tracks.map((one) => one.id))")
+    page.evaluate(f"window.multiradar.actions.select({young})")
+    page.evaluate(f"{CLOCK}.seek({CLOCK}.span[0])")
+    sheet = page.locator("#sheet")
+    expect(sheet).to_contain_text("did not exist at")
+    held = [True]
+
+    def later(route: Route) -> None:
+        if held[0]:
+            route.fulfill(status=503, json={"detail": "busy"})
+        else:
+            route.continue_()
+
+    page.route("**/v1/picture?*", later)
+    page.keyboard.press("n")
+    expect(sheet).to_contain_text("Reading the picture")
+    held[0] = False
+    expect(sheet.locator(".name")).to_be_visible()

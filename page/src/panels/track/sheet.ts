@@ -40,6 +40,7 @@ function draw(app: App): TemplateResult {
   const past = transitions.read(app, String(selected), `v1/tracks/${selected}/transitions?limit=100`);
   const shownS = app.clock.isLive ? Infinity : app.clock.at(performance.now()) ?? Infinity;
   const steps = (past?.transitions ?? []).filter((one) => one.time_s <= shownS);
+  if (track === undefined && !app.feed.isCurrent) return html`<p class="hint">Reading the picture…</p>`;
   if (track === undefined) return transitions.problem === "" ? absent(selected, steps, shownS) : html`<p class="hint">${transitions.problem}</p>`;
   last = { id: selected, name: nameOf(track) };
   const used = plots.read(app, String(selected), `v1/tracks/${selected}/plots?window_s=${WINDOW_S}`);
