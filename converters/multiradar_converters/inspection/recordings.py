@@ -18,7 +18,8 @@ _HEAD = 4096
 _GZIP = b"\x1f\x8b"
 #: Contents that a recording may have; its reader has more to say of these.
 _RECORDED = (DUMP, "JSON", "Parquet", "a gzip file", "an empty file")
-_TEXT = frozenset(b"\t\n\r") | frozenset(range(0x20, 0x7F)) | frozenset(range(0x80, 0x100))
+#: In any encoding of text; DEL and the other control characters are not.
+_TEXT = frozenset(b"\t\n\r") | frozenset(range(0x20, 0x100)) - {0x7F}
 _BOM = b"\xef\xbb\xbf"
 
 

@@ -235,7 +235,7 @@ def _write_synced(path: Path, header: dict[str, Any], arrays: Sequence[NDArray[A
     header["arrays"] = [[np.lib.format.dtype_to_descr(one.dtype), one.shape] for one in little]
     text = json.dumps(header).encode()
     whole = hashlib.sha256()
-    file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o644)
+    file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
     try:
         begin = _MAGIC + b"%d\n" % FORMAT_VERSION + len(text).to_bytes(_LENGTH_OCTETS, "little")
         octets: list[Any] = [one.reshape(-1).view(np.uint8).data for one in little if one.size]
@@ -305,7 +305,7 @@ def _dtype_of(described: Any) -> np.dtype[Any]:
 
 
 def _sync_folder(path: Path) -> None:
-    folder = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    folder = os.open(path, os.O_RDONLY)
     try:
         os.fsync(folder)
     finally:

@@ -37,7 +37,7 @@ class FileLock:
     def __init__(self, path: Path, *, wait: bool = False) -> None:
         self._path = path
         with file_errors(path):
-            self._file: int | None = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+            self._file: int | None = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
         if not wait and not self.acquire():
             self.release()
             raise JournalError(
@@ -84,7 +84,7 @@ def unchanged(tip: Path) -> Iterator[None]:
     """
     try:
         with file_errors(tip):
-            file = os.open(tip, os.O_RDONLY | os.O_CLOEXEC)
+            file = os.open(tip, os.O_RDONLY)
     except FileNotFoundError:
         yield
         return

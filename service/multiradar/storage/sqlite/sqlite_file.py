@@ -110,7 +110,7 @@ def copy_database(connection: sqlite3.Connection, copy: Path) -> None:
 
 def sync(path: Path) -> None:
     """Write what the kernel holds of a file or folder to the disk; raises OSError."""
-    file = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    file = os.open(path, os.O_RDONLY)
     try:
         os.fsync(file)
     finally:

@@ -91,7 +91,7 @@ class TipFile:
         self._unsynced = False
         self._closing = threading.Event()
         with file_errors(path):
-            self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+            self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
             os.pwrite(self._file, tip.line(), 0)
             os.ftruncate(self._file, len(tip.line()))
             os.fsync(self._file)

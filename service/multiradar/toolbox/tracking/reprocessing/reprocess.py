@@ -231,7 +231,7 @@ def _held(out: Path) -> Iterator[None]:
         raise OutputExistsError(
             f"{out}: already exists and is not the output of `reprocess`; choose another directory"
         )
-    file = os.open(out, os.O_RDONLY | os.O_CLOEXEC)
+    file = os.open(out, os.O_RDONLY)
     try:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
