@@ -30,6 +30,9 @@ settings.load_profile("same")
 # three times the processor time. Read once, when numpy is first imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+# What commands print reaches a pipe only if they flush it, as it does for users.
+os.environ.pop("PYTHONUNBUFFERED", None)
+
 # Hypothesis also draws constants found in the modules loaded so far, which depend on the tests that
 # ran before in the same process.
 providers._get_local_constants = lambda: providers._local_constants

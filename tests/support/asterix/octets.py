@@ -121,6 +121,17 @@ def pcap(packets: Iterable[tuple[float, bytes]]) -> bytes:
     return b"".join(parts)
 
 
+def pcapng(*parts: tuple[int, bytes]) -> bytes:
+    """Write a capture of the next generation, low octet first, of blocks (type, body)."""
+    whole = b""
+    section = bytes.fromhex("4d3c2b1a01000000") + b"\xff" * 8
+    for kind, body in ((0x0A0D0D0A, section), *parts):
+        body += bytes(-len(body) % 4)
+        length = struct.pack("<I", len(body) + 12)
+        whole += struct.pack("<I", kind) + length + body + length
+    return whole
+
+
 def mutated(whole: bytes, generator: random.Random) -> bytes:
     """Change, drop, add or cut octets, as a bad link or disk would."""
     changed = bytearray(whole)

@@ -12,12 +12,17 @@ from multiradar_converters.asterix.decoding.editions import Editions, sources_of
 from multiradar_converters.asterix.decoding.gathering import decode_blocks
 from multiradar_converters.asterix.framing.containers import read_blocks
 from multiradar_converters.errors import LayoutError
-from multiradar_converters.inspection.document import inspection_of
-from multiradar_converters.inspection.recordings import InspectionOptions, inspect
+from multiradar_converters.inspection.document import inspection_of, stated_sites
+from multiradar_converters.inspection.recordings import (
+    InspectionOptions,
+    inspect,
+    recording_kind,
+)
 from multiradar_converters.inspection.reports import Reports
 from multiradar_converters.inspection.sampling import SAMPLE_MAX, Sample
 from multiradar_converters.inspection.sensor_figures import SensorFigures
-from multiradar_converters.inspection.survey import Survey
+from multiradar_converters.inspection.survey import Antenna, Survey
+from multiradar_schemas.inspection import InspectedSite
 from support.aircraft.registers import item_250, write
 from support.asterix.octets import block, datagram, north_mark, pcap, plot_001, plot_048, record
 from support.paths import ROOT
@@ -131,6 +136,21 @@ def test_north_marks_and_truncated_times(tmp_path: Path) -> None:
     assert survey.sensors[RADAR].first_s == BEGIN_S + 1.0
 
 
+def test_sites_are_those_that_radars_state() -> None:
+    survey = Survey(
+        antennas={
+            "20-130": Antenna(9, 0, 4.0, (47.0, 8.0, 300.0)),
+            "20-131": Antenna(9, 0, 4.0, None),
+        }
+    )
+    assert stated_sites(survey) == {
+        "20-130": InspectedSite(
+            latitude_deg=47.0, longitude_deg=8.0, height_m=300.0,
+            source="item 034/120: to about 10 m, height above mean sea level",
+        )
+    }  # fmt: skip
+
+
 def test_times_continue_past_midnight(tmp_path: Path) -> None:
     times = (DAY_S - 8.0 + 4.0 * np.arange(6)) % DAY_S
     survey = of_octets(tmp_path, b"".join(block(48, plot_048(time)) for time in times.tolist()))
@@ -204,6 +224,16 @@ def test_trajectories(tmp_path: Path) -> None:
 def test_what_is_no_recording(content: bytes, words: str, tmp_path: Path) -> None:
     with pytest.raises(LayoutError, match=words):
         of_octets(tmp_path, content)
+
+
+def test_text_in_any_encoding_is_no_asterix(tmp_path: Path) -> None:
+    path = tmp_path / "recording"
+    text = set()
+    for octet in range(256):
+        path.write_bytes(b"a" + bytes([octet]))
+        if recording_kind(path) == "adsb":
+            text.add(octet)
+    assert text == {*b"\t\n\r", *range(0x20, 0x7F), *range(0x80, 0x100)}
 
 
 def test_gaps_are_longer_than_scans() -> None:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from multiradar.diagnosis.alignment.fit import Alignment, Problem, fit
+from multiradar.diagnosis.alignment.linear import configured_noise
 from multiradar.diagnosis.alignment.pairs import APART_MAX_S, pairs_of
 from multiradar.diagnosis.plots import Floats
 from multiradar.estimation.bias.observability import unobservable_combinations
@@ -51,6 +52,17 @@ def test_biases_and_their_sigma() -> None:
     assert np.abs(normalised).max() < SIGMAS
     # 72 correlated numbers: their mean square is 1 within 0.45.
     assert np.mean(normalised**2) == pytest.approx(1.0, abs=0.45)
+
+
+def test_a_radar_without_plots_changes_no_bias_of_the_others() -> None:
+    two = PairScene({name: BIASES[name] for name in ("A", "B")})
+    found = []
+    for scene in (two, PairScene(BIASES)):
+        problem = Problem.of_plots(two.plots(11), scene.sensors())
+        every = np.ones(problem.pairs.size, np.bool_)
+        found.append(fit(problem, every, configured_noise(problem.sensors)))
+    sigma = np.sqrt(np.diag(found[0].covariance))
+    np.testing.assert_allclose(found[1].estimate[:4] / sigma, found[0].estimate / sigma, atol=1e-6)
 
 
 def test_range_gain_and_time_offset() -> None:

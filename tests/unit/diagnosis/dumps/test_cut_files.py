@@ -13,9 +13,10 @@ START_S, LAST_S = 28_800.0, 30_600.0
 
 
 def said_of(
-    folder: Path, plots_end_s: float, tracks_end_s: float, *, missing: int = 0, late: int = 1000
-) -> list[str]:
-    """Return the diagnoses of a dump with 1000 plots in half an hour, all referenced by tracks.
+    folder: Path, plots_end_s: float, tracks_end_s: float, *, missing: int = 0, late: int = 1000,
+    named: int = 1000,
+) -> list[str]:  # fmt: skip
+    """Return the diagnoses of a dump with 1000 plots until the earlier of both ends.
 
     Parameters
     ----------
@@ -27,13 +28,15 @@ def said_of(
         Track rows that name a missing plot, of 1000.
     late : int
         Plots after the end of the tracks, a half hour.
+    named : int
+        Plots that tracks reference, of 1000.
     """
     early = np.linspace(START_S, min(plots_end_s, tracks_end_s), 1000)
     count = round(late * max(plots_end_s - tracks_end_s, 0.0) / (LAST_S - START_S))
     after = np.linspace(tracks_end_s, plots_end_s, count + 2)[1:] if count else np.empty(0)
     file = folder / "measurements.parquet"
     times = np.concatenate([early, after])
-    numbers = [7] * len(early) + [None] * len(after)
+    numbers = [7] * named + [None] * (len(times) - named)
     pl.DataFrame(
         {"time_s": times, "kind": ["radar"] * len(times), "track_number": numbers}
     ).write_parquet(file)
@@ -73,6 +76,8 @@ def test_tracks_that_end_before_plots_like_those_they_name_are_cut(tmp_path: Pat
         ((0.0, 60.0), {}),
         # The last aircraft has left, clutter continues.
         ((0.0, 900.0), {"late": 100}),
+        # Most of it was clutter before, too.
+        ((0.0, 900.0), {"named": 400}),
     ],
 )
 def test_files_that_end_apart_for_other_reasons_are_not_cut(

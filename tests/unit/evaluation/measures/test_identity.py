@@ -1,10 +1,12 @@
 """Swaps, number changes and segments, against counts by hand."""
 
 import numpy as np
+import polars as pl
 import pytest
 
 from multiradar.evaluation.instants import Instants, assign_tracks
 from multiradar.evaluation.measures.identity import identity_over_time
+from multiradar.evaluation.measures.plots_on_tracks import plots_on_the_right_track
 from multiradar.evaluation.measures.siap import siap
 from multiradar.evaluation.settings import EvaluationSettings
 from multiradar.evaluation.trajectories import Reference, Tracks
@@ -82,3 +84,20 @@ def test_track_names_do_not_affect_the_result() -> None:
             for found in (first, second)
         )
         assert one == pytest.approx(other)
+
+
+def test_plots_are_counted_by_the_aircraft_of_their_track() -> None:
+    found = tracks_of({1: EAST[:3], 2: WEST[:3], 3: WEST[:1]})
+    aircraft = np.array([0, 0, 0, 1, 0, 1, -1])
+    plots = pl.DataFrame(
+        {
+            "time_s": [0.0, 1.0, 2.0, 2.0],
+            "sensor_id": ["radar"] * 4,
+            # The plots at 2 s are ambiguous.
+            "name": ["east", "east", "west", "east"],
+        }
+    )
+    # Both tracks have a plot of east at 0 and 1 s; at 0 s the second follows west.
+    assert plots_on_the_right_track(found, BOTH, aircraft, plots) == (3, 4)
+    unknown = plots.with_columns(name=pl.Series([None, "other", "west", "west"]))
+    assert plots_on_the_right_track(found, BOTH, aircraft, unknown) == (0, 0)

@@ -51,7 +51,8 @@ def test_it_is_visible_and_ends(running: tuple[Service, FixedClock, bool]) -> No
     status = settled(service)
     assert (status["alarms"], status["unready"]) == ([], [])
     assert "stale" not in service.view.tracks()["state"].to_list()
-    before = service.view.tracks()
+    before, ages_s = service.view.tracks(), dict(status["sensor_ages_s"])  # type: ignore[call-overload]
+    assert ages_s
     clock.advance(WITHOUT_SCANS_S + 65.0)
     status, tracks = settled(service), service.view.tracks()
     assert tracks["age_s"].equals(before["age_s"])
@@ -61,6 +62,7 @@ def test_it_is_visible_and_ends(running: tuple[Service, FixedClock, bool]) -> No
         return
     assert status["alarms"] == ["no_data"]
     assert status["silence_s"] == 75.0
+    assert status["sensor_ages_s"] == {one: age_s + 75.0 for one, age_s in ages_s.items()}
     assert status["data_delay_s"] == pytest.approx(75.2, abs=0.2)
     assert status["warnings"][0].startswith("no measurements from any sensor for 75 s (limit 10 s)")  # type: ignore[index]
     assert set(tracks["state"]) == {"stale"}

@@ -80,7 +80,7 @@ def test_the_last_points_are_at_multiples_of_the_step(
         assert times[-1] > now_s - step_s
 
 
-def test_far_from_the_centre_speeds_are_true_ones() -> None:
+def test_far_from_the_centre_positions_and_velocities_are_true_ones() -> None:
     """At 500 km a metre of the plane is 1.003 m on the ground away from the centre."""
     flown = plots_of(flight(((0.0, 0.0),)), 100.0, np.random.default_rng(3))
     bundle = Bundle(SETTINGS)
@@ -90,10 +90,14 @@ def test_far_from_the_centre_speeds_are_true_ones() -> None:
     now = bundle.estimate()
     document = trajectories_of(1, Reading(bundle, 9, np.nan), PLANE, 0, 1)
     matrix = PLANE.local_matrix(now.state[0], now.state[1], 0.0)
-    speed = float(np.hypot(*(matrix @ now.state[2:])))
+    velocity, found = matrix @ now.state[2:], document["estimate"]
+    place = np.degrees(PLANE.to_geodetic(now.state[0], now.state[1]))
     assert document["height_m"] is None
-    assert document["estimate"]["speed_mps"] == pytest.approx(speed)
-    assert document["estimate"]["speed_mps"] > 1.002 * now.speed_mps
+    assert (found["latitude_deg"], found["longitude_deg"]) == pytest.approx(place)
+    # The plane turns north by 5° there.
+    assert (found["velocity_east_mps"], found["velocity_north_mps"]) == pytest.approx(velocity)
+    assert found["speed_mps"] == pytest.approx(float(np.hypot(*velocity)))
+    assert found["speed_mps"] > 1.002 * now.speed_mps
 
 
 def test_too_few_plots_and_plots_without_a_triple_have_reasons() -> None:

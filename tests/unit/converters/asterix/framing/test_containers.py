@@ -15,6 +15,7 @@ from support.asterix.octets import (
     north_mark,
     octets,
     pcap,
+    pcapng,
     plot_048,
     record,
 )
@@ -150,11 +151,6 @@ def test_a_truncated_capture_is_read_up_to_its_end(tmp_path: Path) -> None:
 
 
 def test_a_capture_of_the_next_generation(tmp_path: Path) -> None:
-    def part(kind: int, body: bytes) -> bytes:
-        body += bytes(-len(body) % 4)
-        length = (len(body) + 12).to_bytes(4, "little")
-        return kind.to_bytes(4, "little") + length + body + length
-
     packet = datagram(ONE)
     nanoseconds = 5_250_000_000
     header = (
@@ -163,11 +159,9 @@ def test_a_capture_of_the_next_generation(tmp_path: Path) -> None:
         + (nanoseconds & 0xFFFFFFFF).to_bytes(4, "little")
         + 2 * len(packet).to_bytes(4, "little")
     )
-    whole = (
-        part(0x0A0D0D0A, octets("4d3c2b1a 0100 0000") + b"\xff" * 8)
-        + part(1, octets("0100 0000 00000000 0900 0100 09000000"))
-        + part(6, header + packet)
-    )
+    whole = pcapng(
+        (1, octets("0100 0000 00000000 0900 0100 09000000")), (6, header + packet)
+    )  # fmt: skip
     blocks = read(tmp_path, whole)
     assert cut(blocks) == [ONE]
     assert blocks.received_s.tolist() == pytest.approx([5.25])

@@ -10,7 +10,7 @@ import pytest
 
 from multiradar_converters.asterix.framing.containers import Blocks, read_blocks
 from multiradar_converters.asterix.framing.datagrams import Datagrams, split_datagrams
-from support.asterix.octets import block, datagram, frame, north_mark, octets, pcap
+from support.asterix.octets import block, datagram, frame, north_mark, octets, pcap, pcapng
 
 ONE = north_mark(1.0)
 TWO = block(2, b"\xf0\x14\x82\x01\x00\x00\x00\x80")
@@ -104,20 +104,11 @@ def test_fragments_of_version_6_are_put_together(turned: bool, tmp_path: Path) -
     assert cut(read(tmp_path, capture(1, *packets))) == [ONE] * 5
 
 
-def next_generation(*parts: tuple[int, bytes]) -> bytes:
-    whole = b""
-    for kind, body in ((0x0A0D0D0A, octets("4d3c2b1a 0100 0000") + b"\xff" * 8), *parts):
-        body += bytes(-len(body) % 4)
-        length = struct.pack("<I", len(body) + 12)
-        whole += struct.pack("<I", kind) + length + body + length
-    return whole
-
-
 def test_packets_of_all_kinds_of_the_next_generation_are_read(tmp_path: Path) -> None:
     packet = datagram(ONE)
     sizes = struct.pack("<II", len(packet), len(packet))
     microseconds = struct.pack("<II", 0, 2_000_000)
-    whole = next_generation(
+    whole = pcapng(
         (1, struct.pack("<HHI", 1, 0, 0)),
         (1, struct.pack("<HHI", 147, 0, 0)),
         (3, struct.pack("<I", len(packet)) + packet),

@@ -1,5 +1,6 @@
 """Recordings that are read in windows have the blocks of those that are read as a whole."""
 
+import struct
 from functools import cache
 from pathlib import Path
 
@@ -8,15 +9,20 @@ import pytest
 
 from multiradar_converters.asterix.framing.containers import Blocks, read_blocks
 from multiradar_converters.asterix.framing.windows import block_windows
-from support.asterix.octets import block, datagram, final_format, gps, pcap, plot_048, rply
+from support.asterix.octets import block, datagram, final_format, gps, pcap, pcapng, plot_048, rply
 
 WINDOW = 1 << 18
 COUNT = 30_000
-FORMS = ("blocks", "damaged", "gps", "final", "rply", "capture", "cut")
+FORMS = ("blocks", "damaged", "gps", "final", "rply", "capture", "cut", "next")
 
 
 def blocks() -> list[bytes]:
     return [block(48, plot_048(28_800 + number / 32)) for number in range(COUNT)]
+
+
+def packet(seconds: float, frame: bytes) -> bytes:
+    high, low = divmod(round((1.6e9 + seconds) * 1e6), 1 << 32)
+    return struct.pack("<5I", 0, high, low, len(frame), len(frame)) + frame
 
 
 @cache
@@ -31,6 +37,12 @@ def recordings() -> dict[str, bytes]:
         "final": final_format(zip(times, some, strict=True)),
         "rply": rply((100, one) for one in some),
         "capture": pcap((1.6e9 + t, datagram(one)) for t, one in zip(times, some, strict=True)),
+        "next": pcapng(
+            # An interface, and a block of another kind without content before it.
+            (0x0BAD, b""),
+            (1, struct.pack("<HHI", 1, 0, 0)),
+            *((6, packet(t, datagram(one))) for t, one in zip(times, some, strict=True)),
+        ),
         "cut": pcap((1.6e9 + t, datagram(one)) for t, one in zip(times, some, strict=True))[:-7],
     }
 

@@ -14,6 +14,7 @@ from multiradar.estimation.filters.arrays import (
     Aircraft,
     aircraft_arrays,
 )
+from multiradar.estimation.filters.imm._slow_state_kernels import REJECTED_COUNT
 from multiradar.estimation.measurement.aircraft_data import AircraftData
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.simulation.paths import fly
@@ -125,6 +126,17 @@ def test_a_compass_that_jumps_is_found_out(
     found = figures(settings(), given)
     assert found["all"].rms_m <= without["all"].rms_m
     assert found["all"].nees <= 1.3
+
+
+# Roll, track angle and speeds: nothing that a compass could have got wrong.
+def test_reports_without_a_heading_reject_none(reporting: Reporting) -> None:
+    one = reporting(RegisterReports(("5,0",)), AIR)[0]
+    engine = Engine(one.sensors, settings())
+    engine.push(one.batch.select(one.batch.time_s < 120.0))
+    aircraft = engine._pool.aircraft
+    assert np.isfinite(aircraft.slow[:, 0]).any()
+    assert np.nanmax(aircraft.reported[:, REJECTED_COUNT]) == 0.0
+    engine.close()
 
 
 # Aircraft that climb, with a wrong number now and then.
