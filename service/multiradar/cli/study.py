@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from multiradar.cli.options import JsonOption
+from multiradar.errors import ArgumentError
 from multiradar.research.studies.catalogue import FLAGS, StudyEntry
 from multiradar_schemas.documents.names import unknown
 
@@ -158,7 +159,10 @@ def _run(
     if out is None and not json_wanted:
         out = free_name(Path(f"{entry.name}.html"))
     options = StudyOptions(seed=seed, **chosen)  # type: ignore[arg-type]
-    result = run_study(entry, options, out, figures)
+    try:
+        result = run_study(entry, options, out, figures)
+    except ArgumentError as error:
+        raise typer.BadParameter(error.sentence_of(lambda name: FLAGS[name])) from error
     if json_wanted:
         from multiradar_schemas.rounding import rounded_members
 

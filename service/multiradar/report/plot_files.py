@@ -17,6 +17,9 @@ from multiradar.report.content import Plot
 from multiradar.report.drawing import draw_group, plain_state
 from multiradar.report.svg import standalone_svg
 
+#: From the first "symbol = value" of a title on: no letters of a file name.
+_SETTING = re.compile(r"[:,(]?\s*\S+\s*=.*")
+
 
 def plot_svg(plots: Sequence[Plot], plot: Plot, *, for_print: bool = False) -> str:
     """Return a plot of a report as a separate SVG file, with title and legend.
@@ -52,11 +55,13 @@ def write_plots(plots: Sequence[Plot], folder: Path) -> list[str]:
     Returns
     -------
     list of str
-        Base names of the files: number in the report, and name or title of the plot.
+        Base names of the files: number in the report, and name of the plot, or its title without
+        values.
     """
     names = []
     for number, plot in enumerate(plots, start=1):
-        name = re.sub(r"[^a-z0-9]+", "-", (plot.name or plot.title).lower()).strip("-")
+        words = plot.name or _SETTING.sub("", plot.title)
+        name = re.sub(r"[^a-z0-9]+", "-", words.lower()).strip("-")
         names.append(f"{number:03d}-{name}")
         svg, pdf = (folder / f"{names[-1]}.{kind}" for kind in ("svg", "pdf"))
         svg.write_text(plot_svg(plots, plot, for_print=True), encoding="utf-8")

@@ -55,11 +55,10 @@ def study(
     Raises
     ------
     ArgumentError
-        There is no such study, or it does not support an argument.
+        There is no such study, it does not support an argument, or the duration is out of its
+        bounds.
     UnknownFilterError
         The study does not compare this filter.
-    ConfigurationError
-        The duration is out of bounds.
     OutputExistsError
         `out` or `figures` exists.
 
@@ -109,7 +108,7 @@ def run_study(
     ------
     UnknownFilterError
         A filter that the study does not compare.
-    ConfigurationError
+    ArgumentError
         A duration outside the bounds of the study.
     OutputExistsError
         `out` or `figures` exists.

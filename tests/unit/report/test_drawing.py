@@ -186,6 +186,13 @@ def test_each_plot_becomes_an_svg_and_a_pdf_with_reproducible_bytes(tmp_path: Pa
     assert len(colours) > 3
 
 
+def test_a_file_is_named_after_its_title_without_values(tmp_path: Path) -> None:
+    titles = ("Figure 3: a = 1 m/s², v = 3 °/s", "NEES, v = 3", "Errors from t* = 5 s", "A: b, c")
+    plots = [Plot(title, "x", "y", (Series("s", X, X),)) for title in titles]
+    names = ["001-figure-3", "002-nees", "003-errors-from", "004-a-b-c"]
+    assert write_plots(plots, tmp_path) == names
+
+
 def test_a_table_for_documents_keeps_its_columns() -> None:
     text = markdown_table(Table("t", ("a|b", "n"), (("x|y\nz", 1.0), (None, 0.25)), "Caption."))
     assert text.splitlines() == [

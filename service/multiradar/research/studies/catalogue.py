@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol, cast
 
-from multiradar.errors import ConfigurationError, UnknownFilterError
+from multiradar.errors import ArgumentError, UnknownFilterError
 
 if TYPE_CHECKING:
     # Help must be fast: the types bring NumPy with them.
@@ -66,7 +66,7 @@ class StudyEntry:
         ------
         UnknownFilterError
             A filter that the study does not compare.
-        ConfigurationError
+        ArgumentError
             A duration outside the bounds of the study.
         """
         for name in options.filters or () if self.filters else ():
@@ -88,7 +88,7 @@ class StudyEntry:
         ------
         UnknownFilterError
             A filter that the study does not compare.
-        ConfigurationError
+        ArgumentError
             A duration outside the bounds of the study.
         """
         completed = self.complete(options)
@@ -98,9 +98,8 @@ class StudyEntry:
     def _require_duration(self, duration_s: float) -> None:
         least, most = self.duration_bounds_s
         if not least <= duration_s <= most:
-            raise ConfigurationError(
-                f"--duration of {self.name}: expected {least:g} to {most:g} s, was {duration_s:g} s"
-            )
+            bounds = f"expected {least:g} to {most:g} s, was {duration_s:g} s"
+            raise ArgumentError(f"`duration_s` of {self.name}: {bounds}", "duration_s")
 
 
 class _Study(Protocol):

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from multiradar.errors import ConfigurationError, UnknownFilterError
+from multiradar.errors import ArgumentError, UnknownFilterError
 from multiradar.research.studies.catalogue import STUDIES
 from multiradar.research.studies.result import StudyOptions
 from support.fakes.fake_study import ENTRY, FIXED
@@ -40,8 +40,8 @@ def test_durations_of_a_study_are_bounded(name: str) -> None:
     for duration_s in (least, most):
         assert entry.complete(StudyOptions(duration_s=duration_s)).duration_s == duration_s
     for wrong in (least * 0.99, most * 1.01, math.nan):
-        expected = f"--duration of {name}: expected {least:g} to {most:g} s, was {wrong:g} s"
-        with pytest.raises(ConfigurationError, match=re.escape(expected)):
+        expected = f"`duration_s` of {name}: expected {least:g} to {most:g} s, was {wrong:g} s"
+        with pytest.raises(ArgumentError, match=re.escape(expected)):
             entry.complete(StudyOptions(duration_s=wrong))
 
 
