@@ -49,7 +49,12 @@ def test_a_notebook_shows_a_picture_without_pyplot(tracked: mr.Run) -> None:
 
 def test_a_scorecard_draws_what_is_named(made: Path, tracked: mr.Run) -> None:
     card = mr.evaluate(tracked, truth=made / "scene")
-    assert len(card.plot().axes) == 4
+    axes = card.plot().axes
+    assert len(axes) == 4
+    # Legible over points.
+    legends = [legend for one in axes if (legend := one.get_legend()) is not None]
+    assert legends
+    assert all((one.get_frame().get_alpha() or 0.0) > 0.5 for one in legends)
     [axes] = card.plot("ospa").axes
     assert axes.get_title(loc="left").startswith("OSPA")
     with pytest.raises(ArgumentError, match=r"unknown plot 'osp' \(did you mean 'ospa'\?\)"):

@@ -91,4 +91,7 @@ def _draw(axes: Axes, plot: Plot, colours: Mapping[str, Colour]) -> None:
     handles, labels = axes.get_legend_handles_labels()
     unique = {label: handle for handle, label in zip(handles, labels, strict=True)}
     if unique:
-        axes.legend(list(unique.values()), list(unique), frameon=False, fontsize="small")
+        # Points may fill the whole plot: the legend is legible over them.
+        axes.legend(
+            list(unique.values()), list(unique), fontsize="small", framealpha=0.85, edgecolor="none"
+        )
