@@ -49,10 +49,10 @@ def test_a_notebook_shows_a_picture_without_pyplot(tracked: mr.Run) -> None:
 
 def test_a_scorecard_draws_what_is_named(made: Path, tracked: mr.Run) -> None:
     card = mr.evaluate(tracked, truth=made / "scene")
-    axes = card.plot().axes
-    assert len(axes) == 4
+    shown = card.plot().axes
+    assert len(shown) == 4
     # Legible over points.
-    legends = [legend for one in axes if (legend := one.get_legend()) is not None]
+    legends = [legend for one in shown if (legend := one.get_legend()) is not None]
     assert legends
     assert all((one.get_frame().get_alpha() or 0.0) > 0.5 for one in legends)
     [axes] = card.plot("ospa").axes
