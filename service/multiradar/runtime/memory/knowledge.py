@@ -372,6 +372,7 @@ class Knowledge:
         with self._lock:
             if data_time_s is not None:
                 self._data_time_s = data_time_s
+                self._board.note_saturated(output.saturated, data_time_s)
             if len(rows):
                 self._history.append(with_spread(rows, output.spread))
                 self._live.update(rows, output.spread)
@@ -383,8 +384,6 @@ class Knowledge:
             self._board.update_health(output.health)
             self._healths.append(output.health)
             self._samples.append(output.samples)
-            if output.saturated.any() and data_time_s is not None:
-                self._board.note_saturated(output.saturated, data_time_s)
             if len(output.transitions):
                 self._transitions.append(rows_of(output.transitions))
             self.calibration.observe(output)
