@@ -10,7 +10,7 @@ from typing import Any
 
 import httpx
 import pytest
-from websockets.exceptions import ConnectionClosed
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection
 from websockets.typing import Origin
 
@@ -223,7 +223,7 @@ def test_a_client_that_talks_is_closed(port: int) -> None:
 
 def test_a_page_of_another_origin_gets_no_stream(port: int) -> None:
     with (
-        pytest.raises(Exception, match="403"),
+        pytest.raises(InvalidStatus, match="403"),
         clients.event_socket(
             f"ws://127.0.0.1:{port}/v1/stream", origin=Origin("https://elsewhere.example")
         ),

@@ -15,7 +15,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from multiradar.errors import JournalError
+from multiradar.errors import JournalError, PipelineError
 from multiradar.runtime.live.receipt import Receipt
 from multiradar.runtime.live.service import Service
 from multiradar.settings.limits import RuntimeLimits
@@ -163,7 +163,7 @@ def test_a_recovering_service_neither_answers_nor_accepts(tmp_path: Path) -> Non
     starting.start()
     assert seen.wait(WAIT_TIMEOUT_S)
     assert str(service.state) == "recovering"
-    with pytest.raises(Exception, match="the service is not running: recovering"):
+    with pytest.raises(PipelineError, match="the service is not running: recovering"):
         service.submit(recording(1), source="test")
     held.set()
     join(starting)

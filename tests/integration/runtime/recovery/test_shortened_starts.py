@@ -17,7 +17,7 @@ from integration.runtime.recovery.test_snapshot_starts import (
     _known,
 )
 from multiradar.clock import FixedClock
-from multiradar.errors import RemovedEntriesError
+from multiradar.errors import IdempotencyConflictError, RemovedEntriesError
 from multiradar.runtime.admission.admission_by_time import data_clock_of
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.processor import Processor
@@ -144,7 +144,7 @@ def test_a_message_that_was_removed_is_still_a_duplicate(journal: Path, tmp_path
     assert (receipt.duplicate, receipt.journal_sequence) == (True, 3)
     assert receipt.accepted + len(receipt.rejected) == len(PIECES[2])
     other = service.submit(PIECES[2][:7], source="test", idempotency_key="piece 2")
-    with pytest.raises(Exception, match="was already used for a different message"):
+    with pytest.raises(IdempotencyConflictError, match="was already used for a different message"):
         other.result(WAIT_TIMEOUT_S)
     assert service.view.status()["journal_sequence"] == 12
     service.stop()

@@ -45,6 +45,9 @@ def scenario(count: int, seed: int = 1) -> Scenario:
     result.innovation[:, 2:] = [4000.0, 0.0, 2e-6, 30.0, 0.0, 1e-8]
     result.innovation[random.uniform(size=count) < 0.5, 5:] = np.nan
     result.innovation[result.outcome == Outcome.STARTED, 0] = np.nan
+    # A plot that restarts its track has an innovation, and not every other one has.
+    result.outcome[random.uniform(size=count) < 0.05] = Outcome.RESTARTED
+    result.innovation[random.uniform(size=count) < 0.05, 0] = np.nan
     identities = RowIdentities.empty(count)
     identities.track_id[:] = slots + 1
     life = Lifecycle.empty(SLOTS, SENSORS)
@@ -99,16 +102,17 @@ def plain(one: Scenario) -> dict[str, NDArray[np.float64]]:
     }  # fmt: skip
     for row, slot in enumerate(one.rows.slot.tolist()):
         outcome = one.result.outcome[row]
-        if one.rows.kind[row] != 0 or slot < 0 or outcome not in (0, 1, 4):
+        if one.rows.kind[row] != 0 or slot < 0 or outcome not in (0, 1, 2, 4):
             continue
         stage, sensor = one.life.stage[slot], one.rows.sensor[row]
         known = stage == CONFIRMED or (stage != TENTATIVE and updates[slot] >= CONFIRM)
         accepted = outcome != Outcome.REFUSED
         updates[slot] += accepted
         error, spread = one.result.innovation[row, :2], one.result.innovation[row, [2, 4]]
-        if known and outcome == Outcome.UPDATED:
+        compared = known and not np.isnan(error[0])
+        if compared and outcome == Outcome.UPDATED:
             found["clipped"][sensor] += np.minimum(error**2 / spread, 1.0)
-        if known and outcome in (Outcome.UPDATED, Outcome.REFUSED):
+        if compared and outcome in (Outcome.UPDATED, Outcome.REFUSED):
             # Outliers are down-weighted, but not excluded.
             spread = spread * max(np.sqrt(np.max(error**2 / spread)) / 3.0, 1.0)
             range_m, azimuth = one.rows.z[row]

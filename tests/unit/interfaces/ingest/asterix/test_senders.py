@@ -7,6 +7,7 @@ from structlog.testing import capture_logs
 
 from multiradar.access.security_log import RepeatedEvents
 from multiradar.clock import FixedClock
+from multiradar.errors import ConfigurationError
 from multiradar.ingest.asterix_queue import DatagramQueue, Received
 from multiradar.ingest.asterix_source import UdpSource
 from multiradar.settings.service import load_settings
@@ -82,5 +83,5 @@ def test_the_octets_of_one_address_are_bounded_too() -> None:
 @pytest.mark.parametrize("wrong", ["10.20.0.0/33", "host.example.org", "10.20.1.1/16"])
 def test_other_forms_of_senders_are_rejected(wrong: str) -> None:
     listen = [{"port": 1, "senders": [wrong]}]
-    with pytest.raises(Exception, match="IPv4 address or network"):
+    with pytest.raises(ConfigurationError, match="IPv4 address or network"):
         load_settings(None, {"asterix": {"listen": listen}})
