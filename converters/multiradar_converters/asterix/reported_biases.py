@@ -118,7 +118,7 @@ def frame(parts: Sequence[tuple[Rows, pl.DataFrame]], start_s: float) -> pl.Data
     order = np.argsort(np.concatenate([rows.order for rows, _ in parts]), kind="stable")
     source = np.concatenate([rows.source for rows, _ in parts])[order]
     status = pl.concat([part for _, part in parts])[order.tolist()]
-    time_s = status[TIME].fill_null(np.nan).to_numpy().copy()
+    time_s = status[TIME].to_numpy().copy()
     known = np.flatnonzero(time_s < _DAY_S)
     times = time_s[known]
     kept = into_days(times, source[known])

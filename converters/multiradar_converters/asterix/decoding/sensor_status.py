@@ -34,8 +34,8 @@ def read_status(columns: Columns) -> pl.DataFrame:
     Returns
     -------
     DataFrame
-        `time_s` (of day), `sensor_id` (`SAC-SIC` of item 050, null without one), and the figures of
-        `FIELDS`, null where absent.
+        `time_s` (of day, NaN where absent), `sensor_id` (`SAC-SIC` of item 050, null without one),
+        and the figures of `FIELDS`, null where absent.
     """
     area, system = columns.integers("050", "SAC"), columns.integers("050", "SIC")
     both = np.where((area < 0) | (system < 0), -1, area << 8 | system)
@@ -43,7 +43,7 @@ def read_status(columns: Columns) -> pl.DataFrame:
     numbers = {name: columns.numbers(*place) for name, place in FIELDS.items()}
     return pl.DataFrame(
         {
-            TIME: pl.Series(columns.numbers("030"), nan_to_null=True),
+            TIME: columns.numbers("030"),
             SENSOR: sensor,
             **{name: pl.Series(column, nan_to_null=True) for name, column in numbers.items()},
         }
