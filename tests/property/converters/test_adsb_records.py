@@ -9,12 +9,13 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from multiradar_converters.adsb.reading import cells
+from multiradar_converters.adsb.reading import _kernels, cells
 from multiradar_converters.adsb.reading.batches import Batch, batch_of, read_columns, read_objects
 from multiradar_converters.adsb.reading.layout import Layout
 from multiradar_converters.adsb.reading.roles import choose_columns
 from multiradar_converters.adsb.reading.splitting import Elements, Lines, Piece
 from multiradar_converters.adsb.reading.time_forms import TimeForm
+from support.kernels import plain
 
 NAMES = ["timestamp", "icao24", "latitude", "longitude", "altitude", "track", "groundspeed",
          "callsign", "squawk", "onground", "last_position"]  # fmt: skip
@@ -239,6 +240,24 @@ def test_plain_records_are_read_by_the_compiled_form_alone(records: list[dict[st
     if not exponents and not any(r["icao24"].lower() in ("000000", "ffffff") for r in records):
         batch = batch_of(piece, layout("unix-ms", "unix-ms"), reject, read_objects)
         assert batch.numbers[1].tolist() == [record["latitude"] for record in records]
+
+
+def test_an_object_may_have_more_members_than_there_are_guesses(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Uncompiled, where an index out of bounds is an error."""
+    monkeypatch.setattr(_kernels, "read_objects", plain(_kernels.read_objects))
+    made = layout("unix-ms", "unix-ms")
+    record = {f"other {k}": k for k in range(len(made.hints) + 2)} | {
+        "timestamp": 1_533_101_250_000, "icao24": "3003ae", "latitude": 47.5, "longitude": 8.0,
+        "altitude": 30_000,
+    }  # fmt: skip
+    (piece,) = Elements(0).push(f"{json.dumps(record)}\n{json.dumps(record)}".encode())
+    numbers, words = np.zeros((16, 2)), np.zeros((5, 2), np.int64)
+    odd = np.ones(2, np.bool_)
+    read_objects(piece, made, numbers, words, odd)
+    assert not odd.any()
+    assert numbers[1].tolist() == [47.5, 47.5]
 
 
 def cut(text: bytes, places: list[int]) -> list[bytes]:

@@ -21,6 +21,8 @@ def test_the_metrics_follow_the_status_until_they_are_unregistered() -> None:
         "unready": [{"code": "LAG", "text": "behind"}],
         "lags_s": {"intake": 0.0, "processor": 11.5},
         "sensor_ages_s": {"41-10": 4.25},
+        "sensor_alarms": {"41-10": ["noise", "address"], "41-11": []},
+        "alarms": ["no_data"],
         "journal_disk": {"free_bytes": 5, "size_bytes": 10, "used_bytes": 2},
         "zenoh": {
             "messages_read": 7,
@@ -46,6 +48,9 @@ def test_the_metrics_follow_the_status_until_they_are_unregistered() -> None:
         'lag_seconds{stage="processor"} 11.5',
         'lag_seconds{stage="publish"} 0.5',
         'sensor_age_seconds{sensor="41-10"} 4.25',
+        'sensor_alarm{alarm="noise",sensor="41-10"} 1.0',
+        'sensor_alarm{alarm="address",sensor="41-10"} 1.0',
+        "no_data 1.0",
         "journal_disk_free_bytes 5.0",
         'zenoh_events_total{event="messages_read"} 7.0',
         "zenoh_links 1.0",
@@ -53,6 +58,7 @@ def test_the_metrics_follow_the_status_until_they_are_unregistered() -> None:
     ):
         assert f"multiradar_{line}\n" in text, line
     assert 'stage="follow"' not in text
+    assert 'alarm="noise",sensor="41-11"' not in text
     status.update(state="failed", role="standby", lag_s=0.25, data_time_s=12.5, accepted=6)
     text = generate_latest(registry).decode()
     assert 'multiradar_measurements_total{result="accepted"} 6.0' in text
