@@ -126,8 +126,11 @@ def finite_array(
     numbers = require_numbers(values, name).copy()
     if shape is not None:
         require_shape(numbers, name, shape)
-    if not np.isfinite(numbers).all():
-        raise ShapeError(name, "finite numbers", numbers.shape)
+    wrong = np.argwhere(~np.isfinite(numbers))
+    if len(wrong):
+        place = tuple(wrong[0].tolist())
+        found = f"{numbers[place]:g}" + (f" at {place}" if place else "")
+        raise ShapeError(name, "finite numbers", numbers.shape, found)
     return numbers
 
 

@@ -22,6 +22,14 @@ PathLike: TypeAlias = str | Path
 REPORT_FILE = "report.json"
 
 
+class _OwnedPath(type(Path())):  # type: ignore[misc]  # the class of the system
+    # `track(convert(…).folder, …)`: the path alone keeps the folder.
+    owner: object
+
+    def __repr__(self) -> str:
+        return repr(Path(self))
+
+
 class Output:
     """A folder that a function or a command made: tables with a report.
 
@@ -57,8 +65,10 @@ class Output:
 
     @property
     def folder(self) -> Path:
-        """The folder; a temporary one is removed with this object."""
-        return self._folder
+        """The folder; a temporary one is removed when neither this object nor the path is used."""
+        path = _OwnedPath(self._folder)
+        path.owner = self
+        return path
 
     @property
     def report(self) -> dict[str, Any]:
