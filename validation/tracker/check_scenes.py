@@ -1,4 +1,4 @@
-"""Prints howto/simulate.md's table: simulates scenarios, tracks them, and compares with the truth.
+"""Prints validation/scenarios.md's table: simulates scenarios, tracks them, and compares with the truth.
 
 ::
 

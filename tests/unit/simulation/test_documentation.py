@@ -1,4 +1,4 @@
-"""docs/howto/simulate.md names every key, file, column and scenario, and its example works."""
+"""The pages on simulation name every key, file, column and scenario, and the examples work."""
 
 from pathlib import Path
 
@@ -33,7 +33,8 @@ TABLES = (
 
 @pytest.fixture(scope="module")
 def page() -> str:
-    return (ROOT / "docs" / "howto" / "simulate.md").read_text(encoding="utf-8")
+    pages = ("howto/simulate.md", "reference/scenario.md")
+    return "".join((ROOT / "docs" / name).read_text(encoding="utf-8") for name in pages)
 
 
 @pytest.mark.parametrize("table", TABLES)
