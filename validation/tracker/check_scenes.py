@@ -1,4 +1,4 @@
-"""Prints validation/scenarios.md's table: simulates scenarios, tracks them, and compares with the truth.
+"""Prints the table of validation/scenarios.md: simulates scenarios, tracks them, compares with truth.
 
 ::
 
