@@ -37,6 +37,17 @@ def dataclass_lines(kind: type["DataclassInstance"]) -> list[str]:
     ]
 
 
+def schema_lines(document: dict[str, Any]) -> list[str]:
+    """Return a line for each bounded field of a JSON schema and of the models in it."""
+    models = {document["title"]: document, **document.get("$defs", {})}
+    return [
+        f"{model}.{name}: {'; '.join(bounds)}"
+        for model, described in models.items()
+        for name, schema in described.get("properties", {}).items()
+        if (bounds := list(_bounds(schema)))
+    ]
+
+
 def command_lines(command: Any, name: str) -> list[str]:
     """Return a line for each option of a command and of the commands in it."""
     lines = []

@@ -4,6 +4,7 @@ A change of one changes its line in `tests/golden/defaults.txt`, too, and has an
 changelog.
 """
 
+import json
 from typing import TYPE_CHECKING
 
 import typer
@@ -27,8 +28,10 @@ from multiradar.simulation.scenario.tables import ScenarioTable
 from multiradar_converters.asterix.live.reception import LiveOptions
 from multiradar_converters.asterix.options import Options as AsterixOptions
 from multiradar_converters.inspection.recordings import InspectionOptions
+from multiradar_converters.normalised.parsed import ROWS_MAX
 from multiradar_converters.vid.options import Options as VidOptions
 from multiradar_converters.vid.profile import Profile
+from multiradar_schemas.export import documents
 from multiradar_schemas.sensors.sensor import SensorsFile
 from support.defaults import (
     answer_lines,
@@ -36,6 +39,7 @@ from support.defaults import (
     dataclass_lines,
     model_lines,
     parameter_lines,
+    schema_lines,
 )
 from support.fakes.fake_service import FakeService
 from support.paths import TESTS
@@ -58,5 +62,11 @@ def test_defaults_and_bounds_are_those_on_record() -> None:
     lines = [line for model in MODELS for line in model_lines(model)]
     lines += [line for kind in DATACLASSES for line in dataclass_lines(kind)]
     lines += command_lines(typer.main.get_command(app), "multiradar")
+    given = [json.loads(text) for name, text in documents().items() if name.endswith(".json")]
+    lines += dict.fromkeys(line for document in given for line in schema_lines(document))
     lines += [*parameter_lines(api.openapi()), *answer_lines(api.openapi())]
     assert lines == RECORD.read_text(encoding="utf-8").splitlines()
+
+
+def test_the_service_and_the_converters_have_one_bound_of_rows() -> None:
+    assert Settings.model_fields["rows_per_message_max"].default == ROWS_MAX

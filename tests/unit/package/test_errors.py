@@ -7,7 +7,7 @@ import re
 
 import multiradar
 from multiradar import errors
-from multiradar.errors import MultiradarError
+from multiradar.errors import LiveStreamError, MultiradarError
 
 #: Packages without which some modules cannot be imported.
 _OF_EXTRAS = {"ray"}
@@ -51,3 +51,10 @@ def test_every_error_for_users_is_in_the_tree() -> None:
         found = pending.pop()
         assert found.__module__ == errors.__name__
         pending += found.__subclasses__()
+
+
+def test_of_many_sensors_in_real_time_five_are_named() -> None:
+    names = [f"41-{number}" for number in range(6)]
+    five = "41-0, 41-1, 41-2, 41-3, 41-4"
+    assert str(LiveStreamError(names[:5])).startswith(f"{five} deliver in real time")
+    assert str(LiveStreamError(names)).startswith(f"{five}, … deliver in real time")

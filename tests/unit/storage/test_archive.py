@@ -1,7 +1,9 @@
 """An archive has every entry of a journal, in sealed files; what is missing or damaged is named."""
 
 import errno
+import lzma
 import os
+import re
 import shutil
 import threading
 from pathlib import Path
@@ -189,6 +191,17 @@ def test_a_renamed_segment_is_damage(folder: Path) -> None:
     second = segments_of(folder)[1].path
     second.rename(second.with_name("000000000006-000000000008.segment.xz"))
     assert any("its name does not match entry 5" in one for one in verify_archive(folder).damage)
+
+
+@pytest.mark.parametrize(("old", "new"), [(rb"\Z", b" "), (rb'"last": ?\d+', b'"last": 99')])
+def test_a_segment_with_another_end_is_damaged(folder: Path, old: bytes, new: bytes) -> None:
+    segment = segments_of(folder)[0]
+    content = lzma.decompress(segment.path.read_bytes())
+    end = content.rindex(b'"last"')
+    changed, count = re.subn(old, new, content[end:], count=1)
+    assert count == 1
+    segment.path.write_bytes(lzma.compress(content[:end] + changed))
+    assert "its digest does not match its entries" in verify_archive(folder).damage[0]
 
 
 def test_a_damaged_journal_is_not_sealed(path: Path, tmp_path: Path) -> None:

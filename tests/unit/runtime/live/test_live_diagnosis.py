@@ -190,4 +190,8 @@ def test_a_site_alarm_is_a_consequence_while_the_wrong_site_is_that_of_another_r
     assert [(one["sensor_id"], one["code"]) for one in found] == [("1-10", "site")]
     assert confirmed("1-10", alarms, found) == alarms
     assert confirmed("2-10", alarms, found) == ["noise"]
+    health = {"alarms": "noise,site", "noise": 2.0}
+    records: list[dict[str, Any]] = [{"id": one, "health": health} for one in ("1-10", "2-10")]
+    add_findings(records, found)
+    assert [one["health"] for one in records] == [health, {**health, "alarms": "noise"}]
     diagnosis.stop()
