@@ -41,6 +41,8 @@ from multiradar.runtime.live import readiness
 from multiradar.runtime.live.output_feed import OutputFeed
 from multiradar.runtime.live.service import Service
 from multiradar.runtime.live.snapshots import SnapshotRules
+from multiradar.runtime.recorded.history import keep_history
+from multiradar.runtime.recorded.history_writer import HistoryRules
 from multiradar.runtime.recorded.run import RecordedRun
 from multiradar.runtime.recorded.view import RecordedService
 from multiradar.runtime.standby.following import Standby
@@ -116,6 +118,11 @@ class Application:
             settings.journal.path, settings.retention.archive, data_clock_of, SystemClock()
         )
         self.service.publication.count_edge("retained", retained.document)
+        if settings.history.folder is not None:
+            wanted, limits = settings.history, settings.runtime_limits()
+            kept = wanted.days, wanted.octets, limits, settings.journal.path
+            rules = HistoryRules(settings.history.folder, *kept)
+            keep_history(self.service, rules, settings.tracking_settings())
         self._http = http_server(self.service, settings, authentication, on_failure, on_drain)
         self._gateway = zenoh_gateway(self.service, settings, zenoh)
         self._sender = asterix_sender(self.service, settings, sensors)

@@ -44,6 +44,8 @@ _ALARMS = {
     "host_clock": "1 if all sensors disagree with the clock of the machine",
     "disk_filling": "1 if 80 % of the disk of the journal is used (disk_filling_share)",
     "disk_nearly_full": "1 if 90 % of the disk of the journal is used (disk_nearly_full_share)",
+    "history_stopped": "1 if the history on disk is not written",
+    "history_incomplete": "1 if rows of the history were lost since the start",
 }
 
 

@@ -78,8 +78,11 @@ class View(Protocol):
         """Maximum rows of one page of a history or of the quarantine."""
         ...
 
-    def tracks(self) -> pl.DataFrame:
-        """Return the live tracks, one row each."""
+    def tracks(self, at_s: float | None = None) -> pl.DataFrame:
+        """Return the live tracks, one row each, at a past data time if one is given.
+
+        Raises `RequestError` if nothing is retained of that time.
+        """
         ...
 
     def track(self, track_id: int) -> dict[str, Any] | None:

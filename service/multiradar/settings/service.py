@@ -25,6 +25,7 @@ from multiradar.settings.access import AccessSettings
 from multiradar.settings.asterix import AsterixSettings
 from multiradar.settings.cluster import ClusterSettings
 from multiradar.settings.feeds import FeedsSettings
+from multiradar.settings.history import HistorySettings
 from multiradar.settings.limits import HttpLimits, RuntimeLimits
 from multiradar.settings.retention import RetentionSettings
 from multiradar.settings.types import (
@@ -244,6 +245,7 @@ class Settings(BaseSettings):
     zenoh: ZenohSettings = ZenohSettings()
     journal: JournalSettings = JournalSettings()
     retention: RetentionSettings = RetentionSettings()
+    history: HistorySettings = HistorySettings()
     log: LogSettings = LogSettings()
     page: PageSettings = PageSettings()
     asterix: AsterixSettings = AsterixSettings()

@@ -1,4 +1,4 @@
-"""A Parquet table that is read by time: any span, without the rest of the file.
+"""A Parquet table that is read by time: any span, without the rest of its files.
 
 Rows are read in blocks of the size of a row group; the last blocks read stay in memory. At the
 start only the column of times is read.
@@ -27,19 +27,29 @@ _OVERLAP_MAX = 4.0
 _SORTED_FILE = "in-order.parquet"
 
 
+def scan_parts(paths: Sequence[Path]) -> pl.LazyFrame:
+    """Return the rows of the parts of a table, in their order; raises errors of polars."""
+    return pl.scan_parquet(
+        list(paths), glob=False, missing_columns="insert", extra_columns="ignore"
+    )
+
+
 class TimeTable:
-    """A Parquet file whose rows are read by their time.
+    """A table of one or more Parquet files whose rows are read by their time.
 
     Parameters
     ----------
-    path : Path
-        The file.
+    path : Path or sequence of Path
+        The file, or the parts of the table; columns that later parts lack are null.
     columns : sequence of str
         Columns to read, `time_s` among them.
     optional : mapping of str to dtype
         Columns that are null where the file lacks them.
-    folder : Path
-        Existing folder for a sorted copy of a file that is not nearly in order of time.
+    folder : Path, optional
+        Existing folder for a sorted copy of a table that is not nearly in order of time; without, a
+        span of such a table is read from many of its blocks.
+    block_rows : int, optional
+        Rows read at once, those of a row group; a divisor of `ROW_GROUP_ROWS`, the default.
 
     Raises
     ------
@@ -51,17 +61,21 @@ class TimeTable:
 
     def __init__(
         self,
-        path: Path,
+        path: Path | Sequence[Path],
         columns: Sequence[str],
         optional: Mapping[str, pl.DataType] | None = None,
         *,
-        folder: Path,
+        folder: Path | None = None,
+        block_rows: int | None = None,
     ) -> None:
+        self._block_rows = block_rows or ROW_GROUP_ROWS
+        paths = [path] if isinstance(path, Path) else list(path)
+        path = paths[0]
         self.path = path
         self._lock = threading.Lock()
         self._blocks: OrderedDict[int, tuple[pl.DataFrame, NDArray[np.float64]]] = OrderedDict()
         try:
-            scan = pl.scan_parquet(path)
+            scan = scan_parts(paths)
             found = scan.collect_schema().names()
             absent = {name: dtype for name, dtype in (optional or {}).items() if name not in found}
             missing = [name for name in columns if name not in {*found, *absent}]
@@ -71,7 +85,7 @@ class TimeTable:
                 pl.lit(None, dtype).alias(name) for name, dtype in absent.items()
             ).select(columns)
             self._starts, self._first_s, self._last_s = self._indexed()
-            if self._overlap() > _OVERLAP_MAX:
+            if folder is not None and self._overlap() > _OVERLAP_MAX:
                 copy = folder / f"{path.parent.name}-{_SORTED_FILE}"
                 self._scan.sort(TIME, maintain_order=True).sink_parquet(
                     copy, row_group_size=ROW_GROUP_ROWS
@@ -124,12 +138,14 @@ class TimeTable:
         rows = int(self._scan.select(pl.len()).collect().item())
         starts, first_s, last_s = [], [], []
         for start in range(0, rows, ROW_GROUP_ROWS):
-            time_s = times.slice(start, ROW_GROUP_ROWS).collect()[TIME].drop_nulls().to_numpy()
-            known = time_s[np.isfinite(time_s)]
-            if len(known):
-                starts.append(start)
-                first_s.append(known.min())
-                last_s.append(known.max())
+            found = times.slice(start, ROW_GROUP_ROWS).collect()[TIME].fill_null(np.nan).to_numpy()
+            for place in range(0, len(found), self._block_rows):
+                known = found[place : place + self._block_rows]
+                known = known[np.isfinite(known)]
+                if len(known):
+                    starts.append(start + place)
+                    first_s.append(known.min())
+                    last_s.append(known.max())
         return np.array(starts, np.int64), np.array(first_s), np.array(last_s)
 
     def _overlap(self) -> float:
@@ -141,7 +157,7 @@ class TimeTable:
     def _block(self, number: int) -> tuple[pl.DataFrame, NDArray[np.float64]]:
         with self._lock:
             if number not in self._blocks:
-                block = self._scan.slice(int(self._starts[number]), ROW_GROUP_ROWS).collect()
+                block = self._scan.slice(int(self._starts[number]), self._block_rows).collect()
                 block = block.with_columns(pl.col(TIME).cast(pl.Float64))
                 block = block.filter(pl.col(TIME).is_finite())
                 if not block[TIME].is_sorted():

@@ -100,6 +100,7 @@ class FakeView:
     page_rows_max: int = 10_000
     forecast_steps_max: int = 1000
     failure: Exception | None = None
+    asked_at_s: float | None = None
     asked: EncounterQuery | None = None
     #: What queries raise, by name; of forecasts, those by bundle alone.
     failures: dict[str, Exception] = field(default_factory=dict)
@@ -107,7 +108,8 @@ class FakeView:
     readers: list[int] = field(default_factory=list)
     gate: threading.Event | None = None
 
-    def tracks(self) -> pl.DataFrame:
+    def tracks(self, at_s: float | None = None) -> pl.DataFrame:
+        self.asked_at_s = at_s
         self.readers.append(threading.get_ident())
         if self.failure is not None:
             raise self.failure

@@ -31,6 +31,7 @@ from multiradar.api.answers.tables import (
 )
 from multiradar.api.query import (
     AsInteger,
+    At,
     Limit,
     Since,
     TimeCursor,
@@ -100,24 +101,27 @@ async def list_tracks(
     since: Since = None,
     identity_: IdentityText = None,
     fields: FieldsText = None,
+    at: At = None,
     limit: Limit = 1000,
     cursor: TrackCursor = None,
     format_: TrackFormat = None,
 ) -> Response:
-    """List the live tracks by ascending number, page by page."""
+    """List the live tracks by ascending number, page by page; with `at`, those of a past time."""
     form = chosen_form(request, format_, ("json", "geojson", "arrow"))
     condition = _condition(bbox, since, identity_, cursor)
     names = None if fields is None else columns(fields)
 
     def answer() -> Response:
-        tracks = access.view.tracks()
+        tracks = access.view.tracks() if at is None else access.view.tracks(at)
         page = tracks.filter(condition).sort("track_id").head(limit + 1) if len(tracks) else tracks
         more = page.height > limit
         page = page.head(limit)
         following = track_cursor(page["track_id"][-1]) if more else None
         return table_response(request, _chosen(page, names, form), "tracks", form, following)
 
-    return await access.workers.run(answer)
+    if at is None:
+        return await access.workers.run(answer)
+    return await access.queries.run("past", answer)
 
 
 @router.get("/{track_id}", response_model=Track, responses=NOT_FOUND)

@@ -24,9 +24,9 @@ _RUNS_MAX = 2
 
 VIEW_HELP = (
     "Show runs of `track` on a map in the browser, at any time of the recording.\n\n"
-    "TRACKS is the output directory of `track`, or its tracks.parquet; two runs are shown as two "
-    "layers. The page is the same as that of the service and is served to this computer only; "
-    "press Ctrl-C to stop."
+    "TRACKS is the output directory of `track`, or its tracks.parquet; or the history of a service "
+    "(`history.folder`), or one of its hours. Two runs are shown as two layers. The page is the "
+    "same as that of the service and is served to this computer only; press Ctrl-C to stop."
 )
 
 
@@ -94,7 +94,7 @@ def run_files(given: Path, measurements: Path | None, all_given: Sequence[Path])
     Parameters
     ----------
     given : Path
-        Output directory of `track`, or its tracks.parquet.
+        Output directory of `track`, or its tracks.parquet; the history of a service, or an hour.
     measurements : Path or None
         Its measurements; those beside the tracks, if there are any, when absent.
     all_given : sequence of Path
@@ -108,26 +108,27 @@ def run_files(given: Path, measurements: Path | None, all_given: Sequence[Path])
         Its sensors cannot be read.
     """
     from multiradar.runtime.offline.offline_job import TRACKS_FILE
+    from multiradar.runtime.offline.offline_report import REPORT_FILE
+    from multiradar.runtime.recorded.history_files import history_tables, last_hour, run_tables
     from multiradar.runtime.recorded.run import RunFiles
     from multiradar.storage.recording import MEASUREMENTS_FILE, measurements_path
 
     path = given / TRACKS_FILE if given.is_dir() else given
-    if not path.is_file() or path.suffix != ".parquet":
+    tables = history_tables(given) or run_tables(path)
+    if not tables.get(TRACKS_FILE) or path.suffix != ".parquet":
         raise InputError(no_such(given, "the output of `track`, or its tracks.parquet"))
-    folder = path.parent
-    beside = folder / MEASUREMENTS_FILE
-    measured = measurements_path(measurements) if measurements else beside
-    if measurements is not None and not measured.is_file():
-        raise InputError(no_such(measurements, "the output of `convert`"))
+    folder = last_hour(given) or path.parent
+    if measurements is not None:
+        measured = measurements_path(measurements)
+        if not measured.is_file():
+            raise InputError(no_such(measurements, "the output of `convert`"))
+        tables[MEASUREMENTS_FILE] = (measured,)
     sensors = _sensors(folder / SENSORS_FILE, required=measurements is not None)
+    if not len(sensors):
+        tables.pop(MEASUREMENTS_FILE, None)
     unique = len({one.resolve().name for one in all_given}) == len(all_given)
     name = path.resolve().parent.name if path.name == TRACKS_FILE else path.stem
-    return RunFiles(
-        name=name if unique else str(given),
-        tracks=path,
-        sensors=sensors,
-        measurements=measured if measured.is_file() and len(sensors) else None,
-    )
+    return RunFiles(name if unique else str(given), tables, sensors, folder / REPORT_FILE)
 
 
 def _sensors(path: Path, *, required: bool) -> "SensorTable":
@@ -164,6 +165,7 @@ def _subfolder(folder: Path, number: int) -> Path:
 
 def _check_times(runs: "Sequence[RecordedRun]", measurements: Path | None) -> None:
     from multiradar.report.times import time_text
+    from multiradar.storage.recording import MEASUREMENTS_FILE
 
     def span_text(span_s: tuple[float, float]) -> str:
         return f"{time_text(span_s[0])} to {time_text(span_s[1])}"
@@ -171,7 +173,7 @@ def _check_times(runs: "Sequence[RecordedRun]", measurements: Path | None) -> No
     for run in runs:
         measured = run.measured_span_s()
         if measured is not None and not _meet(run.span_s(), measured):
-            given = measurements or run.files.measurements
+            given = measurements or run.files.tables[MEASUREMENTS_FILE][0]
             msg = (
                 f"{given}: covers {span_text(measured)}, but {run.name} covers "
                 f"{span_text(run.span_s())}; specify the measurements from which it was made"

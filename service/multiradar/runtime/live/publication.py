@@ -1,7 +1,7 @@
 """Distribution of the engine's output to its readers."""
 
 from collections.abc import Callable, Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +15,41 @@ from multiradar.runtime.live.threads import Threads
 from multiradar.runtime.live.view import LiveView
 from multiradar.runtime.memory.knowledge import Knowledge, States
 from multiradar.runtime.memory.reject_board import RejectBoard
+from multiradar.runtime.picture.past import PastFiles
 from multiradar.runtime.row_ring import RowLog
 from multiradar.runtime.stream.output_events import OutputEvents
 from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.state import Fields
+from multiradar.storage.journal import Journal
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
+
+
+class Processed(Protocol):
+    """What processes the journal."""
+
+    processed: int
+
+
+class Recorder(Protocol):
+    """Keeps the output on disk, in a thread of its own."""
+
+    def start(self, journal: Journal, processor: Processed) -> None:
+        """Continue with what is processed from now on."""
+        ...
+
+    def stop(self) -> None:
+        """Write what there is, and end."""
+        ...
+
+    def document(self) -> dict[str, Any]:
+        """Return its counters."""
+        ...
+
+    def alarms(self) -> tuple[list[str], list[str]]:
+        """Return its alarms, and warnings in words."""
+        ...
 
 
 class Publication:
@@ -53,6 +81,7 @@ class Publication:
             sensors, data_time=lambda: self._known.data_time_s, threads=threads
         )
         self._readers: list[OutputReader] = [self.diagnosis]
+        self._recorder: Recorder | None = None
         #: Readers that need the whole output again after a restart.
         self.repeating: list[str] = []
         #: Rejected rows by code.
@@ -79,6 +108,29 @@ class Publication:
         self._known.trajectories = trajectories
         self.feed(trajectories, "trajectories")
         self.count_edge("trajectories", trajectories.counts)
+
+    def keep_history(self, recorder: "Recorder", files: PastFiles) -> None:
+        """Write a history of the output, and answer from it. To be called before the start."""
+        self._recorder = recorder
+        self.view.keep_history(files, recorder.alarms)
+        self.count_edge("history", recorder.document)
+
+    def start(self, journal: Journal, processor: Processed) -> None:
+        """Begin with what runs beside the engine, once the journal was replayed."""
+        self.diagnosis.start()
+        if self._recorder is not None:
+            self._recorder.start(journal, processor)
+
+    def stop(self) -> None:
+        """End what runs beside the engine; the journal is still open."""
+        self.diagnosis.stop()
+        if self._recorder is not None:
+            self._recorder.stop()
+
+    @property
+    def known(self) -> Knowledge:
+        """The output so far, for what is kept of it."""
+        return self._known
 
     def feed(self, reader: OutputReader, name: str) -> None:
         """Add a reader of all output of the engine, with a name for the log; before the start."""

@@ -74,7 +74,7 @@ Check = Callable[[], Reason | None]
 
 
 class Disk:
-    """Space for the journal.
+    """Space for the journal, or for the history.
 
     Parameters
     ----------
@@ -84,12 +84,16 @@ class Disk:
         The free space below which it is a reason, and the used shares that raise alarms.
     clock : Clock
         For the time since a failed write.
+    owner : str
+        What is on the disk, in words.
     """
 
     def __init__(
-        self, space: Callable[[], Space | None], limits: RuntimeLimits, clock: Clock
-    ) -> None:
+        self, space: Callable[[], Space | None], limits: RuntimeLimits, clock: Clock,
+        owner: str = "journal",
+    ) -> None:  # fmt: skip
         self._space = space
+        self._owner = owner
         self._free_bytes_min = limits.disk_free_bytes_min
         self._shares = {
             DISK_FILLING: limits.disk_filling_share,
@@ -113,8 +117,8 @@ class Disk:
         share = 0.0 if space is None else 1.0 - space.free_bytes / max(space.size_bytes, 1)
         raised = [name for name, least in self._shares.items() if share >= least]
         warning = [] if space is None or not raised else [
-            f"the disk of the journal is {share:.0%} full, {space.free_bytes / _GIB:.1f} GiB are "
-            "left: free some space, or enlarge it"
+            f"the disk of the {self._owner} is {share:.0%} full, {space.free_bytes / _GIB:.1f} GiB "
+            "are left: free some space, or enlarge it"
         ]  # fmt: skip
         if len(raised) > len(self._logged):
             _log.warning("%s", *warning)

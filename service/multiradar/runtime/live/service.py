@@ -270,7 +270,7 @@ class Service:
                 self._backlog.close()
                 processor.join()
                 self._running = []
-            self.publication.diagnosis.stop()
+            self.publication.stop()
             self._let_go()
             self.publication.end()
 
@@ -417,7 +417,7 @@ class Service:
             batches_max=self._limits.commit_batches_max, on_journalled=self._note_journalled,
             on_full=self._watch.disk.note_full, on_failure=self._on_failure,
         )  # fmt: skip
-        self.publication.diagnosis.start()
+        self.publication.start(self._journal, self._processor)
         self._writer.head = counts.entries
         self._running = [
             self._threads.start(self._writer.run, "journal-writer"),

@@ -9,12 +9,14 @@ from numpy.typing import NDArray
 
 from multiradar.clock import Clock
 from multiradar.runtime.live.live_diagnosis import LiveDiagnosis
+from multiradar.runtime.memory.history import DISORDER_S
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.memory.reject_board import RejectBoard
 from multiradar.runtime.picture.air_picture import AirPicture, Asked
-from multiradar.runtime.picture.past import PastAsked
+from multiradar.runtime.picture.past import PastAsked, PastFiles
 from multiradar.runtime.picture.past_knowledge import PastKnowledge
 from multiradar.runtime.picture.past_sensors import past_sensors
+from multiradar.runtime.picture.past_tracks import not_retained, past_tracks
 from multiradar.runtime.picture.sensor_findings import add_findings, confirmed
 from multiradar.runtime.queries.aircraft_json import AircraftSnapshots
 from multiradar.runtime.queries.registry import History, Query
@@ -22,6 +24,8 @@ from multiradar.runtime.stream.events import Subscription
 from multiradar.runtime.stream.output_events import OutputEvents
 
 Counts = Callable[[], dict[str, Any]]
+#: Returns alarms, and warnings in words.
+Alarms = Callable[[], tuple[list[str], list[str]]]
 
 #: Alarms of a sensor with a wrong clock, and of one that delivers more than it can.
 CLOCK_ALARM = "clock"
@@ -55,6 +59,7 @@ class LiveView:
         self._rejects = rejects
         self._diagnosis = diagnosis
         self._snapshots = AircraftSnapshots(known)
+        self._alarms: Alarms = lambda: ([], [])
         #: Counters of the service, and of its interfaces by their name in the status.
         self.service_counts: Counts = dict
         self.edge_counts: dict[str, Counts] = {}
@@ -68,9 +73,31 @@ class LiveView:
         """Maximum rows of one page of a history; larger pages would skip rows."""
         return self._known.limits.page_rows_max
 
-    def tracks(self) -> pl.DataFrame:
-        """Return the live tracks by ascending identifier: `tracks.parquet` and `age_s`."""
-        return self._known.tracks()
+    def keep_history(self, history: PastFiles, alarms: Alarms) -> None:
+        """Answer from a history on disk what memory no longer has, with its alarms."""
+        self._picture.history = history
+        self._alarms = alarms
+
+    def tracks(self, at_s: float | None = None) -> pl.DataFrame:
+        """Return the live tracks by ascending identifier: `tracks.parquet` and `age_s`.
+
+        Parameters
+        ----------
+        at_s : float or None
+            A past data time; None: the present.
+
+        Raises
+        ------
+        RequestError
+            If nothing is retained of that time.
+        """
+        if at_s is None:
+            return self._known.tracks()
+        span_s = self._picture.span_s()
+        if span_s is None or not span_s[0] <= at_s <= span_s[1]:
+            raise not_retained(at_s, span_s)
+        source = self._picture.recorded(at_s) or self._picture.retained
+        return past_tracks(source.tracks(at_s), at_s, source.coast_after_s)
 
     def track(self, track_id: int) -> dict[str, Any] | None:
         """Return a live track as one row of `tracks`, or None."""
@@ -124,7 +151,13 @@ class LiveView:
         limit : int
             Maximum number of rows; fewer mean that there are no more.
         """
-        return history.read(self._known, subject, since_s, limit)
+        files = self._picture.history
+        from_s = self._known.complete_from_s + DISORDER_S
+        if files is None or since_s is None or since_s >= from_s:
+            return history.read(self._known, subject, since_s, limit)
+        older = files.rows(history.name, subject, since_s, from_s, limit)
+        newer = history.read(self._known, subject, from_s, limit)
+        return newer if older.is_empty() else pl.concat([older, newer]).head(limit)
 
     def sensors(self, at_s: float | None = None) -> list[dict[str, Any]]:
         """Return the sensors by identifier, with their number of updates and the time of the last.
@@ -146,7 +179,8 @@ class LiveView:
         """
         found = self._diagnosis.records(at_s)
         if at_s is not None:
-            return past_sensors(self._picture.retained, at_s, found)
+            source = self._picture.recorded(at_s) or self._picture.retained
+            return past_sensors(source, at_s, found)
         records = self._known.sensor_records()
         leads, storms = self.clock_leads(), self.storms()
         for record in records:
@@ -181,9 +215,12 @@ class LiveView:
         for name, sensor_ids in ((CLOCK_ALARM, self.clock_leads()), (STORM_ALARM, self.storms())):
             for sensor_id in sensor_ids:
                 alarms[sensor_id] = [*alarms.get(sensor_id, []), name]
+        further, warnings = self._alarms()
         return {
             **service,
             **known,
+            "alarms": list(dict.fromkeys([*service.get("alarms", ()), *further])),
+            "warnings": [*service.get("warnings", ()), *warnings],
             "sensor_alarms": alarms,
             "filter": self._known.tracking.filter_name,
             "event_sequence": ring.head,

@@ -8,6 +8,9 @@ import numpy as np
 from multiradar.state import Fields
 from multiradar.tracking.health.health_records import HealthRecords
 
+#: Epochs of which the health of the radars is retained: three hours with epochs of 4 s.
+HEALTH_EPOCHS_MAX = 2700
+
 
 class HealthBoard:
     """The records of the last epochs; one owner.
@@ -20,7 +23,7 @@ class HealthBoard:
 
     STATE: ClassVar[Fields] = {"_joined": tuple[HealthRecords, list[int]]}
 
-    def __init__(self, epochs_max: int) -> None:
+    def __init__(self, epochs_max: int = HEALTH_EPOCHS_MAX) -> None:
         self._epochs: deque[HealthRecords] = deque(maxlen=epochs_max)
 
     @property
@@ -39,6 +42,39 @@ class HealthBoard:
         """Add the records of closed epochs, in order."""
         for epoch in np.unique(records.epoch):
             self._epochs.append(records.select(records.epoch == epoch))
+
+    @property
+    def complete_from_s(self) -> float:
+        """Time from which all records are retained, s; -inf if none was discarded."""
+        epochs = tuple(self._epochs)
+        return float(epochs[0].time_s[0]) if len(epochs) == self._epochs.maxlen else -np.inf
+
+    def after(
+        self, last: tuple[int, float] | None
+    ) -> tuple[HealthRecords, tuple[int, float] | None]:
+        """Return the retained records after an epoch, and the last epoch.
+
+        Parameters
+        ----------
+        last : tuple of int and float, or None
+            Number and end of an epoch; None, or one that is not retained: all records.
+
+        Returns
+        -------
+        records : HealthRecords
+            In order.
+        last : tuple of int and float, or None
+            Number and end of the last retained epoch; None without any.
+        """
+        new: list[HealthRecords] = []
+        named = None
+        for records in reversed(tuple(self._epochs)):
+            name = int(records.epoch[0]), float(records.time_s[0])
+            named = named or name
+            if name == last:
+                break
+            new.append(records)
+        return HealthRecords.concatenate(new[::-1]), named
 
     def at(self, time_s: float) -> HealthRecords:
         """Return the records of the last epoch that had ended at a data time; none before it."""

@@ -183,6 +183,11 @@ class TrackHistory(RowRing):
         """The time of the oldest retained row, s; None without rows."""
         return float(self._time_s[self.oldest % len(self._rows)]) if self._appended else None
 
+    @property
+    def complete_from_s(self) -> float:
+        """Time from which all rows are retained, s; -inf if none was overwritten."""
+        return (self.oldest_s or -np.inf) if self.oldest else -np.inf
+
     def _append(self, rows: NDArray[np.void]) -> None:
         self._claimed = self._appended + len(rows)
         numbers = np.arange(self._appended, self._claimed)

@@ -39,9 +39,6 @@ from multiradar.tracking.settings import TrackingSettings
 
 States = tuple[TrackStates, SystemPlane]
 
-#: Epochs of which the health of the radars is retained: three hours with epochs of 4 s.
-HEALTH_EPOCHS_MAX = 2700
-
 
 class TrackWindow(NamedTuple):
     """The last measurements of a live track.
@@ -258,6 +255,11 @@ class Knowledge:
         """Time of the oldest retained update, s; None without updates."""
         return self._history.oldest_s
 
+    @property
+    def complete_from_s(self) -> float:
+        """Time from which everything is retained, s; -inf if nothing was discarded."""
+        return max(one.complete_from_s for one in (self._history, self._plots, self._healths))
+
     def updates_between(self, after_s: float, until_s: float) -> NDArray[np.void]:
         """Return the retained updates of a span of time, rows of `SPREAD_DTYPE`, by time."""
         return self._history.between(after_s, until_s)
@@ -291,9 +293,10 @@ class Knowledge:
         found: NDArray[np.void] = rows[rows["time_s"] <= until_s][-POINTS_MAX:]
         return found
 
-    def health_at(self, time_s: float) -> list[dict[str, Any]]:
-        """Return the health of the radars at a time, as rows of `health.parquet`."""
-        return wire.health_frame(self._healths.at(time_s), self.sensors).to_dicts()
+    @property
+    def healths(self) -> HealthBoard:
+        """The health of the radars at the ends of epochs."""
+        return self._healths
 
     def latest_biases(self) -> NDArray[np.void]:
         """Return the latest bias estimate of each parameter, rows of `BIAS_DTYPE`."""
@@ -432,7 +435,7 @@ class Knowledge:
             self.calibration = calibration_for(self.tracking)
             self._biases = BiasBoard(self.sensors, limits.bias_history_rows_max)
             self._board = SensorBoard(self.sensors)
-            self._healths = HealthBoard(HEALTH_EPOCHS_MAX)
+            self._healths = HealthBoard()
             self._samples = StateBoard(limits.state_bytes_max)
             self._data_time_s = None
             self._updates = 0

@@ -10,7 +10,14 @@ from multiradar.errors import RequestError
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.picture.bearing_lines import mark_tables
 from multiradar.runtime.picture.frames import encoded
-from multiradar.runtime.picture.past import PATH_S, PastAsked, past_frame, path_columns
+from multiradar.runtime.picture.past import (
+    PATH_S,
+    PastAsked,
+    PastFiles,
+    RecordedSource,
+    past_frame,
+    path_columns,
+)
 from multiradar.runtime.picture.recent_plots import RecentPlots
 from multiradar.runtime.picture.retained import RetainedPast
 from multiradar.runtime.picture.selection import WHOLE_MAX, WORLD, Area, Columns, at, shown
@@ -73,6 +80,8 @@ class AirPicture:
         self._plots = RecentPlots(known)
         #: What is retained of the past.
         self.retained = RetainedPast(known)
+        #: What is on disk of earlier times; None without a history.
+        self.history: PastFiles | None = None
         self._plane = system_plane(known.sensors)
         self._version = -1
         self._due_s = -np.inf
@@ -131,12 +140,22 @@ class AirPicture:
             raise RequestError(
                 404, "LAYER_NOT_FOUND", "no such layer; the service has only layer 0"
             )
-        return past_frame(self.retained, asked, {"span_s": self._span_s()})
+        source = self.recorded(asked.at_s) or self.retained
+        return past_frame(source, asked, {"span_s": self.span_s()})
 
-    def _span_s(self) -> tuple[float, float] | None:
+    def recorded(self, at_s: float) -> RecordedSource | None:
+        """Return what is on disk of a time that memory no longer has completely, or None."""
+        if self.history is None or at_s - PATH_S >= self._known.complete_from_s:
+            return None
+        return self.history.at(at_s)
+
+    def span_s(self) -> tuple[float, float] | None:
+        """Return the first and the last time of which there are tracks, s; None without any."""
         oldest_s, data_time_s = self._known.oldest_s, self._known.data_time_s
         if oldest_s is None or data_time_s is None:
             return None
+        earlier_s = None if self.history is None else self.history.oldest_s
+        oldest_s = oldest_s if earlier_s is None else min(oldest_s, earlier_s)
         return oldest_s, max(oldest_s, data_time_s)
 
     def _tick(self) -> None:
@@ -167,7 +186,7 @@ class AirPicture:
             "skipped": skipped,
             "total": total,
             "bundles": self._bundles,
-            "span_s": self._span_s(),
+            "span_s": self.span_s(),
             "sensors": list(self._known.sensors.ids),
             "states": list(STATE_NAMES),
         }

@@ -3,6 +3,7 @@
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+import polars as pl
 from numpy.typing import NDArray
 
 from multiradar.estimation.measurement.sensors import SensorTable
@@ -104,6 +105,45 @@ class PictureSource(Protocol):
 
     def health_records(self, at_s: float) -> list[dict[str, Any]]:
         """Return the health of the radars at a time, rows of `health.parquet`."""
+        ...
+
+
+class PastFiles(Protocol):
+    """What is on disk of times that memory no longer has; for any thread."""
+
+    @property
+    def oldest_s(self) -> float | None:
+        """The earliest time, s; None without any."""
+        ...
+
+    def at(self, at_s: float) -> "RecordedSource | None":
+        """Return the data before a time; None if there are no tracks."""
+        ...
+
+    def rows(
+        self, name: str, subject: int | str, since_s: float, before_s: float, limit: int
+    ) -> pl.DataFrame:
+        """Return the first rows of a track or a sensor in a span of time, oldest first.
+
+        Parameters
+        ----------
+        name : str
+            That of the table: `updates`, `transitions` or `biases`.
+        subject : int or str
+            The track or the sensor.
+        since_s, before_s : float
+            Rows not earlier than the first and earlier than the second.
+        limit : int
+            Maximum number of rows.
+        """
+        ...
+
+
+class RecordedSource(PictureSource, Protocol):
+    """A source that has whole rows of tracks."""
+
+    def tracks(self, at_s: float) -> pl.DataFrame:
+        """Return the last update of each track at a time, rows of `tracks.parquet`."""
         ...
 
 

@@ -3,8 +3,10 @@
 from typing import Any
 
 import numpy as np
+import polars as pl
 from numpy.typing import NDArray
 
+from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.memory.bias_board import bias_rows_frame
@@ -12,7 +14,8 @@ from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.picture.past import Positions, last_of_each
 from multiradar.runtime.picture.track_columns import system_plane
 from multiradar.runtime.queries.track_windows import bias_estimates
-from multiradar.tracking.outputs import SPREAD_COUNT
+from multiradar.tracking.columns import table_of
+from multiradar.tracking.outputs import SPREAD_COUNT, TrackUpdates
 
 #: A track that is not updated ends at the first processing after `drop_after_s`, s later at most.
 _ENDING_S = 10.0
@@ -55,6 +58,10 @@ class RetainedPast:
         live: NDArray[np.void] = rows[~np.isin(rows["track_id"], ended)]
         return live
 
+    def tracks(self, at_s: float) -> pl.DataFrame:
+        """Return the last update of each track at a time, rows of `tracks.parquet`."""
+        return wire.tracks_frame(table_of(TrackUpdates, self.latest(at_s)), self.sensors)
+
     def spread(self, rows: NDArray[np.void]) -> tuple[SystemPlane | None, NDArray[np.float64]]:
         """Return the covariances of rows of `latest`, and their plane."""
         if self._plane is None:
@@ -85,4 +92,4 @@ class RetainedPast:
 
     def health_records(self, at_s: float) -> list[dict[str, Any]]:
         """Return the health of the radars at a time."""
-        return self._known.health_at(at_s)
+        return wire.health_frame(self._known.healths.at(at_s), self.sensors).to_dicts()

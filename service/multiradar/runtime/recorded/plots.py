@@ -1,5 +1,6 @@
 """The measurements of a recorded run as plots of its pictures, each with the track it updated."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -30,14 +31,16 @@ class RecordedPlots:
 
     Parameters
     ----------
-    path : Path
-        `measurements.parquet`.
+    paths : sequence of Path
+        `measurements.parquet`, or its parts.
     sensors : SensorTable
         The sensors; measurements of others are left out.
     tracks : TimeTable
         `tracks.parquet`.
-    folder : Path
-        Existing folder for temporary files.
+    folder : Path, optional
+        Existing folder for temporary files; see `TimeTable`.
+    block_rows : int, optional
+        Rows read at once; see `TimeTable`.
 
     Raises
     ------
@@ -47,9 +50,13 @@ class RecordedPlots:
         They lack a column.
     """
 
-    def __init__(self, path: Path, sensors: SensorTable, tracks: TimeTable, folder: Path) -> None:
+    def __init__(
+        self, paths: Sequence[Path], sensors: SensorTable, tracks: TimeTable,
+        folder: Path | None = None,
+        block_rows: int | None = None,
+    ) -> None:  # fmt: skip
         optional = {name: MEASUREMENT_SCHEMA[name] for name in _COLUMNS if name not in _REQUIRED}
-        self._measured = TimeTable(path, _COLUMNS, optional, folder=folder)
+        self._measured = TimeTable(paths, _COLUMNS, optional, folder=folder, block_rows=block_rows)
         self._sensors = sensors
         self._tracks = tracks
 

@@ -1,6 +1,7 @@
 """The output of a run of `track`, as a source of pictures."""
 
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,12 +13,17 @@ from numpy.typing import NDArray
 from multiradar.errors import InputError
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
 from multiradar.runtime.engine.plot_rows import PLOT_DTYPE
-from multiradar.runtime.offline.offline_job import BIASES_FILE, HEALTH_FILE, TRANSITIONS_FILE
-from multiradar.runtime.offline.offline_report import REPORT_FILE
+from multiradar.runtime.offline.offline_job import (
+    BIASES_FILE,
+    HEALTH_FILE,
+    TRACKS_FILE,
+    TRANSITIONS_FILE,
+)
 from multiradar.runtime.picture.past import Positions, last_of_each
 from multiradar.runtime.recorded.plots import RecordedPlots
 from multiradar.runtime.recorded.update_rows import sensor_numbers, update_rows
-from multiradar.storage.time_table import TimeTable
+from multiradar.storage.recording import MEASUREMENTS_FILE
+from multiradar.storage.time_table import TimeTable, scan_parts
 from multiradar.tracking.lifecycle.transitions import ENDED, TRANSITION_NAMES
 from multiradar.tracking.outputs import SPREAD_COUNT
 from multiradar.tracking.settings import TrackingSettings
@@ -25,6 +31,7 @@ from multiradar.wire.sensors import parameter_unit
 from multiradar_schemas.products.bias import BIAS_SCHEMA
 from multiradar_schemas.products.health import HEALTH_SCHEMA
 from multiradar_schemas.products.track import TRACK_SCHEMA
+from multiradar_schemas.products.transition import TRANSITION_SCHEMA
 
 #: Without transitions a track ends so long after `drop_after_s`, s; with them at its end.
 _ENDING_S = 10.0
@@ -32,6 +39,7 @@ _ENDING_S = 10.0
 _BIAS_SPANS_S = (60.0, 3600.0, np.inf)
 #: Span read at once for the history of a track, s.
 _HISTORY_SPAN_S = 600.0
+_BIAS_COLUMNS = ("time_s", "sensor_id", "parameter", "estimate", "sigma")
 
 Floats = NDArray[np.float64]
 
@@ -44,18 +52,41 @@ class RunFiles:
     ----------
     name : str
         Its name for the user.
-    tracks : Path
-        `tracks.parquet`.
+    tables : mapping of str to sequence of Path
+        The files of each table, by its name such as `tracks.parquet`: one, or its parts; none
+        where it is absent.
     sensors : SensorTable
         The sensors; none where their file is absent.
-    measurements : Path or None
-        The measurements of the run.
+    report : Path
+        Its report, which may be absent.
+    block_rows : int or None
+        Rows of the files that are read at once; None: see `TimeTable`.
     """
 
     name: str
-    tracks: Path
+    tables: Mapping[str, Sequence[Path]]
     sensors: SensorTable
-    measurements: Path | None
+    report: Path
+    block_rows: int | None = None
+
+    def scan(self, table: str, columns: Sequence[str]) -> pl.LazyFrame | None:
+        """Return columns of a table, null where it lacks them; None where it is absent.
+
+        Raises
+        ------
+        InputError
+            If it cannot be read.
+        """
+        paths = self.tables.get(table)
+        if not paths:
+            return None
+        try:
+            scan = scan_parts(paths)
+            missing = [name for name in columns if name not in scan.collect_schema()]
+        except (pl.exceptions.PolarsError, OSError) as error:
+            msg = f"{paths[0]}: cannot be read as Parquet: {str(error).splitlines()[0]}"
+            raise InputError(msg) from error
+        return scan.with_columns(pl.lit(None).alias(name) for name in missing).select(columns)
 
 
 class RecordedRun:
@@ -65,8 +96,8 @@ class RecordedRun:
     ----------
     files : RunFiles
         Where it is.
-    folder : Path
-        Existing folder for temporary files.
+    folder : Path, optional
+        Existing folder for temporary files; see `TimeTable`.
 
     Raises
     ------
@@ -76,32 +107,41 @@ class RecordedRun:
         A table lacks a column.
     """
 
-    def __init__(self, files: RunFiles, folder: Path) -> None:
+    def __init__(self, files: RunFiles, folder: Path | None = None) -> None:
         self.files = files
         self._sensors = files.sensors
         required = {"time_s", "track_id", "latitude_deg", "longitude_deg", "state"}
         optional = {name: dtype for name, dtype in TRACK_SCHEMA.items() if name not in required}
-        self._tracks = TimeTable(files.tracks, list(TRACK_SCHEMA), optional, folder=folder)
-        self.report = _report(self._beside(REPORT_FILE))
+        tracks = files.tables[TRACKS_FILE]
+        blocks = files.block_rows
+        self._tracks = TimeTable(
+            tracks, list(TRACK_SCHEMA), optional, folder=folder, block_rows=blocks
+        )
+        self.report = _report(files.report)
         given = _settings(self.report)
         #: Age from which a confirmed track is coasting, s.
         self.coast_after_s = given["coast_after_s"]
         #: Spectral density of the acceleration between updates, m²/s³.
         self.acceleration_density = given["acceleration_density"]
         self._drop_after_s = given["drop_after_s"]
-        self._ended_id, self._ended_s = self._read_ended(self._beside(TRANSITIONS_FILE))
-        biases = self._beside(BIASES_FILE)
+        self._ended_id, self._ended_s = self._read_ended()
+        rows = files.scan(BIASES_FILE, _BIAS_COLUMNS)
         self._biases = (
-            TimeTable(
-                biases, ["time_s", "sensor_id", "parameter", "estimate", "sigma"], folder=folder
-            )
-            if biases.is_file() and _has_rows(biases)
-            else None
-        )
-        self._plots = (
             None
-            if files.measurements is None
-            else RecordedPlots(files.measurements, self._sensors, self._tracks, folder)
+            if rows is None or rows.head(1).collect().is_empty()
+            else TimeTable(
+                files.tables[BIASES_FILE],
+                BIAS_SCHEMA.names(),
+                {name: BIAS_SCHEMA[name] for name in BIAS_SCHEMA if name not in _BIAS_COLUMNS},
+                folder=folder,
+                block_rows=blocks,
+            )
+        )
+        measurements = files.tables.get(MEASUREMENTS_FILE)
+        self._plots = (
+            RecordedPlots(measurements, self._sensors, self._tracks, folder, blocks)
+            if measurements
+            else None
         )
 
     @property
@@ -121,7 +161,7 @@ class RecordedRun:
     def extent_deg(self) -> tuple[float, float, float, float] | None:
         """Return the west, south, east and north end of confirmed tracks, degrees; None without."""
         latitude, longitude = pl.col("latitude_deg"), pl.col("longitude_deg")
-        rows = pl.scan_parquet(self.files.tracks).filter(pl.col("state") == "confirmed")
+        rows = scan_parts(self.files.tables[TRACKS_FILE]).filter(pl.col("state") == "confirmed")
         ends = rows.select(
             west=longitude.min(), south=latitude.min(), east=longitude.max(), north=latitude.max()
         )
@@ -189,21 +229,19 @@ class RecordedRun:
 
     def health_records(self, at_s: float) -> list[dict[str, Any]]:
         """Return the last row of `health.parquet` of each radar at a time; none without it."""
-        path = self._beside(HEALTH_FILE)
-        if not path.is_file():
+        scan = self.files.scan(HEALTH_FILE, list(HEALTH_SCHEMA))
+        if scan is None:
             return []
-        rows = _table(path, list(HEALTH_SCHEMA)).filter(pl.col("time_s") <= at_s).collect()
+        rows = scan.filter(pl.col("time_s") <= at_s).collect()
         last = rows.sort("time_s", maintain_order=True).unique("sensor_id", keep="last")
         return last.to_dicts()
 
     def updates_by_sensor(self) -> dict[str, tuple[int, float]]:
         """Return the number of updates by each sensor, and the time of the last one, s."""
-        rows = (
-            _table(self.files.tracks, ["time_s", "sensor_id"])
-            .group_by("sensor_id")
-            .agg(pl.len().alias("updates"), pl.col("time_s").max())
-            .collect()
-        )
+        scan = self.files.scan(TRACKS_FILE, ["time_s", "sensor_id"])
+        assert scan is not None, "a run has tracks"
+        counted = scan.group_by("sensor_id").agg(pl.len().alias("updates"), pl.col("time_s").max())
+        rows = counted.collect()
         return {name: (count, last_s) for name, count, last_s in rows.iter_rows()}
 
     def updates(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
@@ -232,28 +270,23 @@ class RecordedRun:
 
     def bias_history(self, sensor_id: str, since_s: float | None, limit: int) -> pl.DataFrame:
         """Return rows of `biases.parquet` of a sensor: the first since a time, or the last."""
-        path = self._beside(BIASES_FILE)
-        if not path.is_file():
+        rows = self.files.scan(BIASES_FILE, list(BIAS_SCHEMA))
+        if rows is None:
             return pl.DataFrame(schema=BIAS_SCHEMA)
-        rows = _table(path, list(BIAS_SCHEMA)).filter(pl.col("sensor_id") == sensor_id)
-        return _page(rows, since_s, limit)
+        return _page(rows.filter(pl.col("sensor_id") == sensor_id), since_s, limit)
 
     def transitions(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
         """Return rows of `transitions.parquet` of a track: the first since a time, or the last."""
-        rows = pl.scan_parquet(self._beside(TRANSITIONS_FILE))
+        rows = self.files.scan(TRANSITIONS_FILE, list(TRANSITION_SCHEMA))
+        if rows is None:
+            return pl.DataFrame(schema=TRANSITION_SCHEMA)
         return _page(rows.filter(pl.col("track_id") == track_id), since_s, limit)
 
-    def _beside(self, name: str) -> Path:
-        return self.files.tracks.parent / name
-
-    def _read_ended(self, path: Path) -> tuple[NDArray[np.int64], Floats]:
-        if not path.is_file():
+    def _read_ended(self) -> tuple[NDArray[np.int64], Floats]:
+        scan = self.files.scan(TRANSITIONS_FILE, ["time_s", "track_id", "transition"])
+        if scan is None:
             return np.empty(0, np.int64), np.empty(0)
-        rows = (
-            _table(path, ["time_s", "track_id", "transition"])
-            .filter(pl.col("transition") == TRANSITION_NAMES[ENDED])
-            .collect()
-        )
+        rows = scan.filter(pl.col("transition") == TRANSITION_NAMES[ENDED]).collect()
         return rows["track_id"].to_numpy(), rows["time_s"].to_numpy()
 
 
@@ -261,20 +294,6 @@ def _page(rows: pl.LazyFrame, since_s: float | None, limit: int) -> pl.DataFrame
     if since_s is None:
         return rows.tail(limit).collect()
     return rows.filter(pl.col("time_s") >= since_s).head(limit).collect()
-
-
-def _table(path: Path, columns: list[str]) -> pl.LazyFrame:
-    try:
-        scan = pl.scan_parquet(path)
-        missing = [name for name in columns if name not in scan.collect_schema()]
-    except (pl.exceptions.PolarsError, OSError) as error:
-        msg = f"{path}: cannot be read as Parquet: {str(error).splitlines()[0]}"
-        raise InputError(msg) from error
-    return scan.with_columns(pl.lit(None).alias(name) for name in missing).select(columns)
-
-
-def _has_rows(path: Path) -> bool:
-    return not _table(path, ["time_s"]).head(1).collect().is_empty()
 
 
 def _report(path: Path) -> dict[str, Any]:

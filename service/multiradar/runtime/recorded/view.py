@@ -13,6 +13,7 @@ from multiradar.runtime.memory.sensor_board import SensorBoard
 from multiradar.runtime.picture.air_picture import Asked
 from multiradar.runtime.picture.past import PastAsked, past_frame
 from multiradar.runtime.picture.past_sensors import past_sensors
+from multiradar.runtime.picture.past_tracks import not_retained, past_tracks
 from multiradar.runtime.picture.sensor_findings import add_findings
 from multiradar.runtime.ports import EventSource
 from multiradar.runtime.queries.registry import BIASES, UPDATES, History, Query
@@ -44,11 +45,22 @@ class RecordedView:
         """Maximum rows of one page of a history."""
         return _PAGE_ROWS_MAX
 
-    def tracks(self) -> pl.DataFrame:
-        """Return the tracks at the end of the run: `tracks.parquet` and `age_s`."""
-        last_s = self._runs[0].span_s()[1]
-        rows = self._runs[0].tracks(last_s)
-        return rows.with_columns(age_s=last_s - rows["time_s"])
+    def tracks(self, at_s: float | None = None) -> pl.DataFrame:
+        """Return the tracks at a time or, None, the end of the run: `tracks.parquet`, `age_s`.
+
+        Raises
+        ------
+        RequestError
+            If the run does not cover the time.
+        """
+        run = self._runs[0]
+        span_s = run.span_s()
+        if at_s is None:
+            rows = run.tracks(span_s[1])
+            return rows.with_columns(age_s=span_s[1] - rows["time_s"])
+        if not span_s[0] <= at_s <= span_s[1]:
+            raise not_retained(at_s, span_s)
+        return past_tracks(run.tracks(at_s), at_s, run.coast_after_s)
 
     def track(self, track_id: int) -> dict[str, Any] | None:
         """Return one track at the end of the run."""

@@ -66,9 +66,8 @@ def examine(
     user = state_health.using_process(journal)
     findings.append(found("open files", "", lambda: installation.check_open_files(settings)))
     findings.append(found("ports", "", lambda: installation.check_ports(settings, user)))
-    findings.append(
-        found("folders", "", lambda: state_health.check_folders(journal, settings.page.overlays))
-    )
+    folders = settings.history.folder, settings.page.overlays
+    findings.append(found("folders", "", lambda: state_health.check_folders(journal, *folders)))
     limits = settings.runtime_limits()
     growth = state_health.recent(journal)
     findings.append(found("disk", "", lambda: state_health.check_disk(journal, limits, growth)))

@@ -31,18 +31,23 @@ _WRITTEN_S = 1_767_225_600.0
 _RECOVERY = "see docs/howto/backup.md and docs/howto/journal.md"
 
 
-def check_folders(journal: Path, *others: Path | None) -> Finding:
-    """Check that folders can be written: that of the journal, and that of temporary files.
+def check_folders(journal: Path, history: Path | None = None, *others: Path | None) -> Finding:
+    """Check that folders can be written: those of journal, history, and temporary files.
 
     Parameters
     ----------
     journal : Path
         The journal.
+    history : Path or None
+        The history.
     *others : Path or None
         Folders that are only read.
     """
     temporary = Path(tempfile.gettempdir())
-    for folder, use in ((journal.parent, "the journal"), (temporary, "temporary files")):
+    written = [(journal.parent, "the journal"), (temporary, "temporary files")]
+    if history is not None:
+        written.append((history, "the history"))
+    for folder, use in written:
         place = next(one for one in (folder, *folder.absolute().parents) if one.exists())
         if not place.is_dir():
             advice = f"move it: {use} must be written there"
@@ -54,7 +59,8 @@ def check_folders(journal: Path, *others: Path | None) -> Finding:
     if unreadable:
         return error("folders", f"{', '.join(unreadable)}: not readable", "correct the settings")
     made = "" if journal.parent.exists() else " (created at the first start)"
-    return ok("folders", f"writable: {journal.parent}{made}, {temporary}")
+    further = "" if history is None else f", {history}"
+    return ok("folders", f"writable: {journal.parent}{made}, {temporary}{further}")
 
 
 def check_disk(journal: Path, limits: "RuntimeLimits", growth: Growth | None) -> Finding:

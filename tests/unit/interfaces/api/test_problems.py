@@ -127,7 +127,7 @@ async def test_an_unknown_parameter_is_named_with_those_that_are_known(
     assert document["errors"] == [
         {
             "parameter": "bbx",
-            "reason": "unknown parameter (did you mean 'bbox'?); known: bbox, cursor, fields, "
+            "reason": "unknown parameter (did you mean 'bbox'?); known: at, bbox, cursor, fields, "
             "format, identity, limit, since",
         }
     ]

@@ -93,6 +93,14 @@ async def test_since_is_seconds_or_iso_8601(client: httpx.AsyncClient, since: st
     assert await _ids(client, since=since) == [8, 9, 10]
 
 
+async def test_tracks_of_a_past_time_are_asked_for_and_chosen_alike(
+    client: httpx.AsyncClient, service: FakeService
+) -> None:
+    assert await _ids(client, at="1970-01-01T00:16:45Z", since="1008") == [8, 9, 10]
+    assert service.view.asked_at_s == 1005.0
+    assert (await client.get("/v1/tracks?at=yesterday")).status_code == 422
+
+
 async def test_fields_choose_members_and_keep_the_number(client: httpx.AsyncClient) -> None:
     answer = await client.get("/v1/tracks?fields=latitude_deg,state&limit=1")
     assert answer.json()["tracks"] == [{"track_id": 1, "latitude_deg": 50.1, "state": "confirmed"}]

@@ -1,0 +1,133 @@
+"""Answers about times that the service's memory no longer has, from its history on disk."""
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import polars as pl
+
+from multiradar.errors import InputError
+from multiradar.runtime.memory.knowledge import Knowledge
+from multiradar.runtime.offline.offline_job import (
+    BIASES_FILE,
+    HEALTH_FILE,
+    TRACKS_FILE,
+    TRANSITIONS_FILE,
+)
+from multiradar.runtime.offline.offline_report import REPORT_FILE
+from multiradar.runtime.picture.past import PATH_S
+from multiradar.runtime.picture.past_sensors import SILENT_S
+from multiradar.runtime.recorded.history_files import (
+    BLOCK_ROWS,
+    HOUR_S,
+    hour_name,
+    parts_between,
+)
+from multiradar.runtime.recorded.run import RecordedRun, RunFiles
+from multiradar.storage.recording import MEASUREMENTS_FILE
+from multiradar_schemas.products.bias import BIAS_SCHEMA
+from multiradar_schemas.products.track import TRACK_SCHEMA
+from multiradar_schemas.products.transition import TRANSITION_SCHEMA
+
+#: Runs in memory: pages that play back ask for many times of the same files.
+_RUNS_MAX = 4
+#: Biases and health of so long before a time, s.
+_SLOW_S = 3600.0
+#: A part of a track may have ended so long after its last update, beyond `drop_after_s`, s.
+_ENDING_S = 10.0
+
+
+class HistoryReader:
+    """Reads a history; for any thread.
+
+    Parameters
+    ----------
+    folder : Path
+        The history.
+    known : Knowledge
+        Its sensors and settings.
+    oldest : callable
+        Returns the earliest time in it, s; None without any.
+    """
+
+    def __init__(self, folder: Path, known: Knowledge, oldest: Callable[[], float | None]) -> None:
+        self._oldest = oldest
+        self._folder = folder
+        self._known = known
+        self._lock = threading.Lock()
+        self._runs: OrderedDict[tuple[Path, ...], RecordedRun] = OrderedDict()
+
+    @property
+    def oldest_s(self) -> float | None:
+        """Begin of the oldest data, s; None without any."""
+        return self._oldest()
+
+    def at(self, at_s: float) -> RecordedRun | None:
+        """Return the data before a time; None if there are no tracks."""
+        window_s = max(self._known.tracking.drop_after_s + _ENDING_S, PATH_S, SILENT_S)
+        spans = {
+            TRACKS_FILE: window_s, TRANSITIONS_FILE: window_s, MEASUREMENTS_FILE: window_s,
+            BIASES_FILE: _SLOW_S, HEALTH_FILE: _SLOW_S,
+        }  # fmt: skip
+        tables = {
+            table: tuple(parts_between(self._folder, table, at_s - span_s, at_s))
+            for table, span_s in spans.items()
+        }
+        if not tables[TRACKS_FILE]:
+            return None
+        name = hour_name(int(at_s // HOUR_S))
+        sensors = self._known.sensors
+        key = tuple(path for paths in tables.values() for path in paths)
+        with self._lock:
+            run = self._runs.get(key)
+            if run is not None and run.sensors is sensors:
+                self._runs.move_to_end(key)
+                return run
+        try:
+            report = self._folder / name / REPORT_FILE
+            run = RecordedRun(RunFiles(name, tables, sensors, report, BLOCK_ROWS))
+        except InputError:
+            # An hour that is being removed.
+            return None
+        with self._lock:
+            self._runs[key] = run
+            if len(self._runs) > _RUNS_MAX:
+                self._runs.popitem(last=False)
+        return run
+
+    def rows(
+        self, name: str, subject: int | str, since_s: float, before_s: float, limit: int
+    ) -> pl.DataFrame:
+        """Return the first rows of a track or a sensor in a span of time; see `PastFiles.rows`."""
+        table = _TABLES[name]
+        found = pl.DataFrame(schema=table.schema)
+        # Part by part, so that a page of a long time does not read all of them.
+        for path in parts_between(self._folder, table.file, since_s, before_s):
+            rows = RunFiles(name, {table.file: (path,)}, self._known.sensors, path).scan(
+                table.file, table.schema.names()
+            )
+            assert rows is not None, "it has a file"
+            own = rows.filter(
+                pl.col(table.key) == subject,
+                pl.col("time_s") >= since_s,
+                pl.col("time_s") < before_s,
+            )
+            found = pl.concat([found, own.collect().cast(table.schema)])
+            if len(found) >= limit:
+                break
+        return found.head(limit)
+
+
+class _Table(NamedTuple):
+    file: str
+    key: str
+    schema: pl.Schema
+
+
+_TABLES = {
+    "updates": _Table(TRACKS_FILE, "track_id", TRACK_SCHEMA),
+    "transitions": _Table(TRANSITIONS_FILE, "track_id", TRANSITION_SCHEMA),
+    "biases": _Table(BIASES_FILE, "sensor_id", BIAS_SCHEMA),
+}

@@ -1,0 +1,269 @@
+"""Writes the history of a running service, in a thread of its own.
+
+Nothing waits for it: it reads the rings that the service has anyway, and measurements from the
+journal. What a ring has overwritten before it was written is counted as lost, with an alarm.
+"""
+
+import errno
+import logging
+import shutil
+import threading
+from collections import Counter
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from multiradar.clock import Clock
+from multiradar.errors import ConfigurationError, MultiradarError
+from multiradar.runtime.live.publication import Processed
+from multiradar.runtime.live.readiness import Disk
+from multiradar.runtime.live.threads import Event, Thread, Threads
+from multiradar.runtime.memory.knowledge import Knowledge
+from multiradar.runtime.recorded.history_files import HistoryFolder, HistoryState
+from multiradar.runtime.recorded.history_rows import is_due, new_rows, present_positions
+from multiradar.settings.limits import RuntimeLimits
+from multiradar.storage.full_disk import is_full
+from multiradar.storage.journal import Journal, Space
+
+_log = logging.getLogger(__name__)
+
+#: Alarms: no rows are written; rows are missing.
+HISTORY_STOPPED, HISTORY_INCOMPLETE = "history_stopped", "history_incomplete"
+#: Time after which rows are written, however few, s.
+PART_S = 600.0
+#: Interval at which it looks for rows, and after a failure, s.
+_POLL_S, _RETRY_S = 0.25, 30.0
+#: The journal comes first: nothing is written with less than so many times its minimum left.
+_FREE_FACTOR = 4
+_MIB = 1024 * 1024
+
+
+class HistoryRules(NamedTuple):
+    """Where the history is, and how much of it is kept; 0: no rule.
+
+    Attributes
+    ----------
+    folder : Path
+        The folder.
+    days : float
+        Age of the data above which hours are removed, days.
+    octets : int
+        Size above which the oldest hours are removed.
+    limits : RuntimeLimits
+        The free space that the journal needs, and the used shares of the disk that raise alarms.
+    journal : Path, optional
+        The journal, whose disk has its own alarms.
+    """
+
+    folder: Path
+    days: float = 0.0
+    octets: int = 0
+    limits: RuntimeLimits = RuntimeLimits()
+    journal: Path | None = None
+
+
+class HistoryWriter:
+    """Writes a history; any thread reads its counts.
+
+    Parameters
+    ----------
+    rules : HistoryRules
+        Where it is, and what is kept.
+    known : Knowledge
+        The output of the engine.
+    beside : callable
+        Returns the further files of a new hour.
+    clock : Clock
+        For times of writing.
+    threads : Threads
+        Starts the thread.
+    """
+
+    def __init__(
+        self, rules: HistoryRules, known: Knowledge, beside: Callable[[], Mapping[str, bytes]],
+        clock: Clock, threads: Threads,
+    ) -> None:  # fmt: skip
+        self._rules, self._known, self._beside = rules, known, beside
+        self._clock, self._threads = clock, threads
+        self._disk = Disk(self._space, rules.limits, clock, "history")
+        self._stopping: Event = threads.event()
+        self._thread: Thread | None = None
+        self._folder: HistoryFolder | None = None
+        self._positions: dict[str, Any] = {}
+        self._written_s = -PART_S
+        self._lock = threading.Lock()
+        self._rows: Counter[str] = Counter()
+        self._lost: Counter[str] = Counter()
+        #: Why nothing is written, in words; empty if it is.
+        self.stopped = ""
+
+    def start(self, journal: Journal, processor: Processed) -> None:
+        """Continue the history with what the service processes from now on."""
+        self._journal, self._processor = journal, processor
+        try:
+            self._open()
+        except (MultiradarError, OSError) as error:
+            # The service is worth more than its history.
+            self._stop_for(error)
+            return
+        self._written_s = self._clock.monotonic_s()
+        self._thread = self._threads.start(self._run, "history")
+
+    def stop(self) -> None:
+        """Write what there is, and end; the journal is still open."""
+        self._stopping.set()
+        if self._thread is not None:
+            self._thread.join()
+            self._thread = None
+        if self._folder is not None:
+            self._folder.close()
+            self._folder = None
+
+    def document(self) -> dict[str, Any]:
+        """Return what was written and lost since the start, for the status."""
+        folder = self._folder
+        with self._lock:
+            return {
+                "rows": dict(self._rows), "lost": dict(self._lost), "stopped": self.stopped,
+                "octets": 0 if folder is None else folder.octets,
+                "oldest_s": self.oldest_s(),
+            }  # fmt: skip
+
+    def oldest_s(self) -> float | None:
+        """Return the earliest time in the history, s; None without any."""
+        return None if self._folder is None else self._folder.oldest_s
+
+    def alarms(self) -> tuple[list[str], list[str]]:
+        """Return its alarms, and warnings in words."""
+        alarms, warnings = self._disk.alarms()
+        with self._lock:
+            lost = ", ".join(f"{count:,} of {name}" for name, count in self._lost.items())
+        if self.stopped:
+            alarms.append(HISTORY_STOPPED)
+            warnings.append(f"the history is not written: {self.stopped}")
+        if lost:
+            alarms.append(HISTORY_INCOMPLETE)
+            warnings.append(
+                f"the history lacks rows that came faster than they were written: {lost}"
+            )
+        return alarms, warnings
+
+    # ---------------------------------------------------------------- inside
+
+    # None without a history, or on the disk of the journal.
+    def _space(self) -> Space | None:
+        folder, journal = self._rules.folder, self._rules.journal
+        try:
+            device = None if journal is None else journal.parent.stat().st_dev
+            if folder.stat().st_dev == device:
+                return None
+            disk = shutil.disk_usage(folder)
+        except OSError:
+            return None
+        return Space(disk.free, disk.total, 0)
+
+    def _open(self) -> None:
+        folder = HistoryFolder(self._rules.folder, self._beside)
+        state = folder.state
+        try:
+            if not state.positions:
+                self._positions = present_positions(self._known, self._journal)
+                self._commit(folder, {})
+            elif self._digest(state.sequence) != state.digest:
+                raise ConfigurationError(
+                    f"{folder.path}: written with another journal: entry {state.sequence} differs; "
+                    "choose another folder for the history"
+                )
+            else:
+                self._positions = dict(state.positions)
+        except BaseException:
+            folder.close()
+            raise
+        self._folder = folder
+
+    def _run(self) -> None:
+        wait_s = 0.0
+        ends = False
+        # Once more at the end, for the last rows.
+        while not ends:
+            ends = self._stopping.wait(wait_s)
+            since_s = self._clock.monotonic_s() - self._written_s
+            wait_s = _POLL_S
+            if not ends and since_s < PART_S and not self.stopped and not self._is_due():
+                continue
+            try:
+                while self._write():
+                    pass
+            except Exception as error:
+                wait_s = _RETRY_S
+                self._stop_for(error)
+
+    def _is_due(self) -> bool:
+        return is_due(self._known, self._positions)
+
+    # Returns whether there are more rows already.
+    def _write(self) -> bool:
+        folder = self._folder
+        assert folder is not None, "the thread was started with one"
+        least = _FREE_FACTOR * self._rules.limits.disk_free_bytes_min
+        if folder.free_octets() < least:
+            self._remove(folder)
+            # As a write would do that fails halfway.
+            raise OSError(errno.ENOSPC, f"less than {least / _MIB:.0f} MiB left", str(folder.path))
+        found = new_rows(self._known, self._journal, self._processor.processed, self._positions)
+        positions = {table: one.position for table, one in found.items()}
+        tables = {table: one.rows for table, one in found.items() if len(one.rows)}
+        before, self._positions = self._positions, positions
+        try:
+            if tables or positions != before:
+                self._commit(folder, tables)
+        except BaseException:
+            self._positions = before
+            raise
+        with self._lock:
+            self._rows.update({table: len(one) for table, one in tables.items()})
+            self._lost.update({table: one.lost for table, one in found.items() if one.lost})
+        if any(one.lost for one in found.values()):
+            _log.warning("%s", self.alarms()[1][-1])
+        self._written_s = self._clock.monotonic_s()
+        if self.stopped:
+            _log.info("the history is written again")
+            self.stopped = ""
+        self._remove(folder)
+        return any(one.more for one in found.values())
+
+    def _commit(self, folder: HistoryFolder, tables: Mapping[str, Any]) -> None:
+        # The rows are of entries that are on disk, so that the last of them now covers all.
+        head = self._journal.counts().entries
+        folder.write(tables, HistoryState(0, head, self._digest(head), self._positions))
+
+    def _remove(self, folder: HistoryFolder) -> None:
+        rules = self._rules
+        removed = folder.remove_oldest(rules.days, rules.octets, self._clock.now_s())
+        if removed:
+            _log.info("removed from the history: %s", ", ".join(removed))
+
+    # Of an entry; empty if the journal has no such entry.
+    def _digest(self, sequence: int) -> str:
+        if not sequence:
+            return ""
+        if sequence > self._journal.counts().entries:
+            return "none"
+        return self._journal.digest(sequence).hex()
+
+    def _stop_for(self, error: Exception) -> None:
+        reason = _reason(error)
+        if reason != self.stopped:
+            expected = isinstance(error, OSError | MultiradarError) or is_full(error)
+            trace = None if expected else error
+            _log.warning("the history is not written: %s", error, exc_info=trace)
+        self.stopped = reason
+
+
+# In words for clients, who must not learn a path of this host.
+def _reason(error: Exception) -> str:
+    if is_full(error):
+        return "its disk is full; free some space, or lower history.octets"
+    if isinstance(error, ConfigurationError):
+        return "it belongs to another journal; choose another folder"
+    return "it cannot be written; see the log"
