@@ -145,6 +145,11 @@ class Status(BaseModel):
         description="What is retained: `first_entry`, `first_time_s` and `used_bytes` of the "
         "journal, the last entry of each of its `snapshots`, and the `archive`",
     )
+    history: dict[str, Any] | None = Field(
+        default=None,
+        description="The history on disk: `rows` written and `lost` since the start, by table, "
+        "`octets`, its earliest time `oldest_s`, and why it is `stopped`; empty if it is not",
+    )
     pages: dict[str, int] = Field(
         description="Open pages of the air picture by client: name of its credentials, or address"
     )

@@ -92,7 +92,7 @@ HistoryLimit = Annotated[
 ]
 
 
-@router.get("", response_model=TrackPage, responses=table_answers(geojson=True))
+@router.get("", response_model=TrackPage, responses=NOT_FOUND | table_answers(geojson=True))
 async def list_tracks(
     request: Request,
     access: Granted,
