@@ -13,6 +13,7 @@ import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 
+from multiradar.estimation.measurement.kinds import KIND_POSITION
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar.tracking.outputs import STATE_CONFIRMED, EngineOutput, TrackPlots
@@ -21,7 +22,7 @@ from multiradar_schemas.documents.names import shown
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA
 from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
 
-#: Plots that are retained of a source, and of tracks; sources that are distinguished.
+#: Plots that are retained of a source, and of tracks; sources beside the configured sensors.
 ROWS_MAX = 20_000
 TRACKED_MAX = 100_000
 SOURCES_MAX = 256
@@ -33,6 +34,9 @@ COLUMNS = (
 )  # fmt: skip
 #: Rows and parts that are sorted by source together: the cost depends little on their number.
 GATHERED_MAX, PARTS_MAX = 20_000, 500
+#: Reports that are retained of a source whose reports are thinned, and the greatest interval of the
+#: retained reports of an aircraft, s: half of that over which they are interpolated.
+SPREAD_ROWS_MAX, SPREAD_EVERY_MAX = 100_000, 16
 #: Reject codes by the codes of `runtime.admission`: accepted, late, future, excess.
 ADMISSION_CODES = ("", "TIME_LATE", "TIME_FUTURE", "RATE_EXCEEDED")
 _SCHEMA = {name: MEASUREMENT_SCHEMA[name] for name in COLUMNS}
@@ -57,6 +61,9 @@ class Source:
         Longest time between successive measurements, and when it starts, s.
     reasons : dict
         Sentence of the first rejected measurement by code.
+    spread : bool
+        Whether frequent measurements are thinned, so that those retained span the time; else the
+        first are retained.
     """
 
     read: int = 0
@@ -67,6 +74,8 @@ class Source:
     gap_s: float = 0.0
     gap_from_s: float = np.nan
     reasons: dict[str, str] = field(default_factory=dict)
+    spread: bool = False
+    _every: int = 1
 
     def add(self, part: pl.DataFrame) -> None:
         """Add measurements; columns `COLUMNS`."""
@@ -76,9 +85,22 @@ class Source:
             self._add_gap(times)
             self.first_s = float(np.fmin(self.first_s, times.min()))
             self.last_s = float(np.fmax(self.last_s, times.max()))
+        if self.spread:
+            self._add_spread(part)
+            return
         free = ROWS_MAX - sum(len(one) for one in self.kept)
         if free > 0:
             self.kept.append(part.head(free))
+
+    # Of frequent reports, those of one second in `_every`, another second for each aircraft: all
+    # aircraft stay, at intervals over which other sensors are compared with them.
+    def _add_spread(self, part: pl.DataFrame) -> None:
+        self.kept.append(part.filter(_is_due(self._every)))
+        while self._every < SPREAD_EVERY_MAX and sum(map(len, self.kept)) > SPREAD_ROWS_MAX:
+            self._every *= 2
+            self.kept = [one.filter(_is_due(self._every)) for one in self.kept]
+        free = SPREAD_ROWS_MAX - sum(map(len, self.kept[:-1]))
+        self.kept[-1] = self.kept[-1].head(max(free, 0))
 
     # Measurements out of order between two parts are no gap.
     def _add_gap(self, times: NDArray[np.float64]) -> None:
@@ -106,6 +128,8 @@ class Evidence:
         Kinds of measurement that are used; all when absent.
     sources : dict of Source, optional
         What has been received.
+    spreads_positions : bool
+        Whether frequent reports of positions are thinned: for windows of time.
     """
 
     def __init__(
@@ -113,8 +137,11 @@ class Evidence:
         sensors: SensorTable,
         kinds: Collection[str] | None = None,
         sources: dict[str, Source] | None = None,
+        *,
+        spreads_positions: bool = False,
     ) -> None:
         self.sensors = sensors
+        self._spreads_positions = spreads_positions
         self.kinds = kinds
         self._sources: dict[str, Source] = {} if sources is None else sources
         self._gathered: list[pl.DataFrame] = []
@@ -260,7 +287,17 @@ class Evidence:
             # Anything may stand there, of any length, and sentences quote it.
             name = shown(name)
         if name not in self._sources:
-            if len(self._sources) >= SOURCES_MAX:
+            # Any name may arrive; those of configured sensors are few.
+            others = len(self._sources) - len(self.sensors)
+            if name not in self.sensors.ids and others >= SOURCES_MAX:
                 return None
-            self._sources[name] = Source()
+            number = self.number(name) if self._spreads_positions else -1
+            spread = number >= 0 and self.sensors.kinds[number] == KIND_POSITION
+            self._sources[name] = Source(spread=bool(spread))
         return self._sources[name]
+
+
+def _is_due(every: int) -> pl.Expr:
+    second = pl.col("time_s").floor().cast(pl.Int64, strict=False).fill_null(0)
+    aircraft = (pl.col("mode_s_address").hash(0) % SPREAD_EVERY_MAX).cast(pl.Int64).fill_null(0)
+    return (second + aircraft) % every == 0

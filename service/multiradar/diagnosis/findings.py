@@ -43,6 +43,7 @@ from multiradar.diagnosis.cross_sensor.plausibility import (
     check_scan_period,
     check_two_radars,
 )
+from multiradar.diagnosis.cross_sensor.radar_groups import grouped
 from multiradar.diagnosis.cross_sensor.references import RECORDING, Pairs, are_named
 from multiradar.diagnosis.cross_sensor.registration import Registration, check_registration
 from multiradar.diagnosis.cross_sensor.site_errors import (
@@ -175,7 +176,7 @@ def _check_against_others(
         for pairs in [against(one, asked)]
         if comparison.is_radar(one)
     }
-    joint = JointFit(evidence.sensors, comparison, compared)
+    joint = [JointFit(evidence.sensors, comparison, one) for one in grouped(comparison, compared)]
     misplaced, of_sites = check_site_errors(evidence.sensors, joint)
     found += of_sites
     trusted = [one for one in trusted if one not in misplaced]

@@ -100,7 +100,7 @@ class _Rows(NamedTuple):
 
 
 class JointFit:
-    """One fit of all radars that share aircraft.
+    """One fit of radars that share aircraft.
 
     Parameters
     ----------
@@ -227,15 +227,17 @@ def _cost(fit: TrimmedFit, scale: float) -> float:
     return float(np.log1p((fit.residual_m / scale) ** 2).sum())
 
 
-def check_site_errors(sensors: SensorTable, joint: JointFit) -> tuple[set[int], list[Diagnosis]]:
+def check_site_errors(
+    sensors: SensorTable, joint: Sequence[JointFit]
+) -> tuple[set[int], list[Diagnosis]]:
     """Diagnose wrong sites and range scales.
 
     Parameters
     ----------
     sensors : SensorTable
         As configured.
-    joint : JointFit
-        Of the radars.
+    joint : sequence of JointFit
+        Of the radars, by group.
 
     Returns
     -------
@@ -246,7 +248,7 @@ def check_site_errors(sensors: SensorTable, joint: JointFit) -> tuple[set[int], 
     """
     radars: set[int] = set()
     found = []
-    for likely in joint.site_errors():
+    for likely in (one for fit in joint for one in fit.site_errors()):
         radars.update(one for error in likely for one in error.radars)
         sentence = _sentence(sensors, likely[0], likely[1:])
         code = "site" if likely[0].kind == SHIFT else "range_gain"
@@ -255,7 +257,7 @@ def check_site_errors(sensors: SensorTable, joint: JointFit) -> tuple[set[int], 
     return radars, found
 
 
-def check_clock_errors(sensors: SensorTable, joint: JointFit) -> list[Diagnosis]:
+def check_clock_errors(sensors: SensorTable, joint: Sequence[JointFit]) -> list[Diagnosis]:
     """Warn of clocks that are off by less than `TIME_MIN_S`, which hardly affects biases."""
     return [
         Diagnosis(
@@ -264,7 +266,8 @@ def check_clock_errors(sensors: SensorTable, joint: JointFit) -> list[Diagnosis]
             _sentence(sensors, likely[0], likely[1:]),
             "warning",
         )
-        for likely in joint.clock_errors()
+        for fit in joint
+        for likely in fit.clock_errors()
     ]
 
 

@@ -22,7 +22,16 @@ from multiradar.estimation.measurement._kernels import (
 from multiradar.estimation.motion._kernels import Packed, PackedOf, store_covariance
 from multiradar.estimation.motion.velocity_frame_noise import SLOW_SPEED_MPS
 from multiradar_compiled.kernels import in_both, in_loop, kernel
-from multiradar_compiled.lane_kernels import LANES, Numbers, every_lane, lane_of, larger, load_row
+from multiradar_compiled.lane_kernels import (
+    LANES,
+    Lanes,
+    Numbers,
+    every_lane,
+    lane_of,
+    larger,
+    load_row,
+    sum_of,
+)
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -134,6 +143,10 @@ SEVERAL = -2
 BIASES_KEPT = 0
 BIASES_KNOWN = 1
 BIASES_AS_NOISE = 2
+
+#: Up to so many biases, all columns are processed. An aircraft depends on the biases of the few
+#: sensors that have seen it: of more columns, zeros are skipped. Terms of zero change no sum.
+DENSE_MAX = 32
 
 
 @in_loop
@@ -275,12 +288,16 @@ def read_out(a: Floats, P: Floats, V: Floats, bias: Floats, factor: Floats, out:
         count = min(LANES, n - j)
         w0 = every_lane(0.0)
         w1, w2, w3 = w0, w0, w0
-        for c in range(j, n):
-            f = load_row(factor, c, j, count)
-            w0 = w0 + V[0, c] * f
-            w1 = w1 + V[1, c] * f
-            w2 = w2 + V[2, c] * f
-            w3 = w3 + V[3, c] * f
+        for begin in range(j, n, LANES):
+            lanes = min(LANES, n - begin)
+            if n > DENSE_MAX and has_no_columns(V, begin, lanes):
+                continue
+            for c in range(begin, begin + lanes):
+                f = load_row(factor, c, j, count)
+                w0 = w0 + V[0, c] * f
+                w1 = w1 + V[1, c] * f
+                w2 = w2 + V[2, c] * f
+                w3 = w3 + V[3, c] * f
         for i in range(count):
             v00 += lane_of(w0, i) * lane_of(w0, i)
             v01 += lane_of(w0, i) * lane_of(w1, i)
@@ -365,3 +382,17 @@ def updated_fading_nis(fading_nis: float, nis: float, options: Floats) -> float:
     if clipped >= 0.0:  # NaN has no effect.
         fading_nis += options[FADING_NIS_GAIN] * (0.5 * clipped - fading_nis)
     return fading_nis
+
+
+@in_loop
+def are_zero(first: Lanes, second: Lanes) -> bool:
+    """Return whether all numbers of two vectors are 0; NaN is not."""
+    return sum_of(larger(first, -first) + larger(second, -second)) == 0.0
+
+
+@in_loop
+def has_no_columns(V: Floats, first: int, lanes: int) -> bool:
+    """Return whether an aircraft does not depend on eight biases."""
+    v0, v1 = load_row(V, 0, first, lanes), load_row(V, 1, first, lanes)
+    v2, v3 = load_row(V, 2, first, lanes), load_row(V, 3, first, lanes)
+    return are_zero(v0, v1) and are_zero(v2, v3)

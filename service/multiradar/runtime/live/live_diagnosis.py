@@ -27,7 +27,7 @@ from multiradar.tracking.outputs import EngineOutput
 
 _log = logging.getLogger(__name__)
 
-#: A window ends when one of its sources spans this data time, s, or reaches `ROWS_MAX` rows.
+#: A window ends when one of its sources spans this data time, s, or a radar has `ROWS_MAX` plots.
 WINDOW_S = 60.0
 #: Interval between checks for the end of the window, s of the machine.
 PERIOD_S = 5.0
@@ -62,7 +62,7 @@ class LiveDiagnosis:
         self._data_time = data_time
         self._period_s = period_s
         self._lock = threading.Lock()
-        self._evidence = Evidence(sensors)
+        self._evidence = _evidence(sensors)
         self._held = HeldFindings()
         self._is_ended = False
         self._stopping = self._threads.event()
@@ -97,7 +97,7 @@ class LiveDiagnosis:
     def restart(self) -> None:
         """Start over without findings: the engine restarts."""
         with self._lock:
-            self._evidence = Evidence(self._sensors)
+            self._evidence = _evidence(self._sensors)
             self._held.clear()
 
     def use(self, sensors: SensorTable) -> None:
@@ -110,12 +110,12 @@ class LiveDiagnosis:
                 if not _is_alike(_described(self._sensors, name), _described(sensors, name))
             }
             self._held.discard(changed, self._data_time_s())
-            self._sensors, self._evidence = sensors, Evidence(sensors)
+            self._sensors, self._evidence = sensors, _evidence(sensors)
 
     def set_back(self) -> None:
         """Start over: earlier times follow."""
         with self._lock:
-            self._evidence = Evidence(self._sensors)
+            self._evidence = _evidence(self._sensors)
 
     def records(self, at_s: float | None = None) -> list[dict[str, str]]:
         """Return the findings that hold, or held at a past data time, s."""
@@ -130,7 +130,7 @@ class LiveDiagnosis:
             was_ended, self._is_ended = self._is_ended, _is_over(evidence)
             if not (was_ended and self._is_ended):
                 return False
-            following = self._evidence = Evidence(self._sensors)
+            following = self._evidence = _evidence(self._sensors)
             self._is_ended = False
         found = [one for one in diagnose(evidence) if one.code not in _OF_LONGER_TIMES]
         delivered = {name for name, source in evidence.sources.items() if source.read}
@@ -154,9 +154,16 @@ class LiveDiagnosis:
                 _log.error("diagnosis failed", exc_info=error)
 
 
+# Reports of all aircraft by one receiver must not end the window before a radar has seen them.
+def _evidence(sensors: SensorTable) -> Evidence:
+    return Evidence(sensors, spreads_positions=True)
+
+
 def _is_over(evidence: Evidence) -> bool:
-    sources = evidence.sources.values()
-    return any(one.last_s - one.first_s >= WINDOW_S or one.read >= ROWS_MAX for one in sources)
+    return any(
+        one.last_s - one.first_s >= WINDOW_S or (one.read >= ROWS_MAX and not one.spread)
+        for one in evidence.sources.values()
+    )
 
 
 # The columns of a sensor, and of its bias parameters; empty if there is no such sensor.

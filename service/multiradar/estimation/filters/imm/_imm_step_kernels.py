@@ -21,6 +21,7 @@ from multiradar.estimation.filters._ground_kernels import (
 from multiradar.estimation.filters._kernels import (
     ACCELERATION_DENSITY,
     BIASES_KEPT,
+    DENSE_MAX,
     MANOEUVRE_FACTOR_MAX,
     MODES_NIS_DENSITY,
     MODES_NIS_FLOOR,
@@ -359,7 +360,7 @@ def fetch_modes(
         fetch_ahead(mode_means, k * count, line)
     for line in range((count * 10 + 7) // 8):
         fetch_ahead(mode_covariances, k * count, line)
-    for line in range((count * 4 * mode_V.shape[2] + 7) // 8):
+    for line in range((count * 4 * min(mode_V.shape[2], DENSE_MAX) + 7) // 8):
         fetch_ahead(mode_V, k * count, line)
 
 
@@ -375,5 +376,5 @@ def fetch_whole(
     fetch_ahead(times, k, 0)
     fetch_ahead(heights, k, 0)
     fetch_ahead(vertical, k, 0)
-    for line in range((4 * V.shape[2] + 7) // 8):
+    for line in range((4 * min(V.shape[2], DENSE_MAX) + 7) // 8):
         fetch_ahead(V, k, line)

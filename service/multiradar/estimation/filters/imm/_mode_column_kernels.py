@@ -12,6 +12,7 @@ of interacting modes is the project's own.
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._kernels import DENSE_MAX, are_zero
 from multiradar.estimation.filters.imm._mode_scratch_kernels import (
     COURSE,
     GAIN,
@@ -19,6 +20,7 @@ from multiradar.estimation.filters.imm._mode_scratch_kernels import (
     PREDICTED,
     SHARES,
     SLOPE,
+    has_no_effect,
 )
 from multiradar_compiled.kernels import in_loop
 from multiradar_compiled.lane_kernels import (
@@ -42,6 +44,8 @@ def move_columns(
     first = k * count
     for c in range(0, n, LANES):
         lanes = min(LANES, n - c)
+        if n > DENSE_MAX and has_no_effect(first, c, lanes, mode_V):
+            continue
         hub0 = load_lanes(mode_V, first, 0, c, lanes)
         hub1 = load_lanes(mode_V, first, 1, c, lanes)
         hub2 = load_lanes(mode_V, first, 2, c, lanes)
@@ -83,6 +87,13 @@ def predict_columns(
         lanes = min(LANES, n - c)
         mean0 = every_lane(0.0)
         mean1 = mean0
+        if n > DENSE_MAX and has_no_effect(k * count, c, lanes, mode_V):
+            for j in range(count):
+                store_lanes(mode_U, j, 0, c, lanes, mean0)
+                store_lanes(mode_U, j, 1, c, lanes, mean0)
+            store_row(U, 0, c, lanes, mean0)
+            store_row(U, 1, c, lanes, mean0)
+            continue
         for j in range(count):
             v0 = load_lanes(mode_V, k * count + j, 0, c, lanes)
             v1 = load_lanes(mode_V, k * count + j, 1, c, lanes)
@@ -105,6 +116,8 @@ def correct_columns(k: int, count: int, scratch: Floats, mode_V: Floats, mode_U:
         for j in range(count):
             u0 = load_lanes(mode_U, j, 0, c, lanes)
             u1 = load_lanes(mode_U, j, 1, c, lanes)
+            if n > DENSE_MAX and are_zero(u0, u1):
+                continue
             for r in range(4):
                 v = load_lanes(mode_V, k * count + j, r, c, lanes)
                 v = fused_lanes(-scratch[GAIN + 2 * r, j], u0, v)
@@ -118,6 +131,8 @@ def combine_columns(k: int, count: int, scratch: Floats, mode_V: Floats, V: Floa
     n = mode_V.shape[2]
     for c in range(0, n, LANES):
         lanes = min(LANES, n - c)
+        if n > DENSE_MAX and has_no_effect(k * count, c, lanes, mode_V):
+            continue
         mean0 = every_lane(0.0)
         mean1, mean2, mean3 = mean0, mean0, mean0
         for j in range(count):

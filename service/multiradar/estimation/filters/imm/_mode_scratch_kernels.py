@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._kernels import DENSE_MAX, are_zero
 from multiradar.estimation.motion._kernels import PackedOf
 from multiradar_compiled.kernels import in_both, in_loop
 from multiradar_compiled.lane_kernels import (
@@ -210,7 +211,9 @@ def evaluate_modes(
 ) -> State:
     """Return x of each mode at the published biases, (1, n)."""
     n = mode_V.shape[2]
-    for j in range(LANES):
+    if n > DENSE_MAX:
+        add_some_columns(k, count, bias, mode_V, scratch)
+    for j in range(LANES if n <= DENSE_MAX else 0):
         row = mode_row(k, count, j)
         for r in range(4):
             total = every_lane(0.0)
@@ -228,6 +231,25 @@ def evaluate_modes(
     )
 
 
+@in_loop
+def add_some_columns(k: int, count: int, bias: Floats, mode_V: Floats, scratch: Floats) -> None:
+    """Set the sums of `evaluate_modes`, without columns that are zero."""
+    n = mode_V.shape[2]
+    for total in range(4 * LANES):
+        set_row(scratch, SUMS + total, every_lane(0.0))
+    for c in range(0, n, LANES):
+        lanes = min(LANES, n - c)
+        if has_no_effect(k * count, c, lanes, mode_V):
+            continue
+        biases = load_row(bias, 0, c, lanes)
+        for j in range(LANES):
+            row = mode_row(k, count, j)
+            for r in range(4):
+                at = SUMS + r * LANES + j
+                v = load_lanes(mode_V, row, r, c, lanes)
+                set_row(scratch, at, fused_lanes(v, biases, get_row(scratch, at)))
+
+
 @in_both
 def sums_of_rows(scratch: Floats, first: int) -> Lanes:
     """Return the sums over each of eight rows of the scratch array."""
@@ -237,3 +259,16 @@ def sums_of_rows(scratch: Floats, first: int) -> Lanes:
         get_row(scratch, first + 4), get_row(scratch, first + 5),
         get_row(scratch, first + 6), get_row(scratch, first + 7),
     )  # fmt: skip
+
+
+@in_loop
+def has_no_effect(row: int, first: int, lanes: int, mode_V: Floats) -> bool:
+    """Return whether a mode does not depend on eight biases; then no mode of its aircraft does.
+
+    A column of V becomes different from zero in all modes with the first plot of its sensor.
+    """
+    v0 = load_lanes(mode_V, row, 0, first, lanes)
+    v1 = load_lanes(mode_V, row, 1, first, lanes)
+    v2 = load_lanes(mode_V, row, 2, first, lanes)
+    v3 = load_lanes(mode_V, row, 3, first, lanes)
+    return are_zero(v0, v1) and are_zero(v2, v3)

@@ -10,6 +10,7 @@ Friedland, B., "Treatment of bias in recursive filtering", IEEE TAC 14 (1969), 3
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._kernels import DENSE_MAX, are_zero
 from multiradar_compiled.kernels import fused, in_loop
 from multiradar_compiled.lane_kernels import (
     LANES,
@@ -35,10 +36,15 @@ def inform(
         R[1, c] = i01 * U[0, c] + i11 * U[1, c]
     for c in range(n):
         y[c] = fused(R[0, c], nu0, fused(R[1, c], nu1, y[c]))
+    dense = n <= DENSE_MAX
     for d in range(0, n, LANES):
         lanes = min(LANES, n - d)
         u0, u1 = load_row(U, 0, d, lanes), load_row(U, 1, d, lanes)
+        if not dense and are_zero(u0, u1):
+            continue
         for c in range(n):
+            if not dense and R[0, c] == 0.0 and R[1, c] == 0.0:
+                continue
             more = fused_lanes(R[1, c], u1, load_row(Y, c, d, lanes))
             store_row(Y, c, d, lanes, fused_lanes(R[0, c], u0, more))
 
@@ -47,11 +53,19 @@ def inform(
 def spread_of_biases(U: Floats, bias_covariance: Floats, R: Floats) -> tuple[float, float, float]:
     """Return U P_ς Uᵀ: 00, 01, 11; R is overwritten."""
     n = U.shape[1]
+    dense = n <= DENSE_MAX
     for d in range(0, n, LANES):
         lanes = min(LANES, n - d)
         r0 = every_lane(0.0)
         r1 = r0
+        if not dense and are_zero(load_row(U, 0, d, lanes), load_row(U, 1, d, lanes)):
+            # Multiplied by zero below.
+            store_row(R, 0, d, lanes, r0)
+            store_row(R, 1, d, lanes, r1)
+            continue
         for c in range(n):
+            if not dense and U[0, c] == 0.0 and U[1, c] == 0.0:
+                continue
             p = load_row(bias_covariance, c, d, lanes)
             r0 = r0 + U[0, c] * p
             r1 = r1 + U[1, c] * p

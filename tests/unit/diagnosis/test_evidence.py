@@ -1,0 +1,61 @@
+"""What is retained for a diagnosis of many sensors and of frequent reports."""
+
+import numpy as np
+import polars as pl
+import pytest
+
+from multiradar.diagnosis import evidence
+from multiradar.diagnosis.evidence import SOURCES_MAX, SPREAD_EVERY_MAX, Evidence
+from multiradar.wire.sensors import sensor_table
+from multiradar_schemas.sensors.sensor import parse_sensors
+from support.inputs.mistaken import recording
+
+AIRCRAFT, SECONDS = 40, 64
+SENSORS = sensor_table(parse_sensors('[[sensor]]\nid = "adsb"\nkind = "adsb"\n'))
+
+
+def reports(from_s: int, to_s: int) -> pl.DataFrame:
+    """Return a report of each aircraft in each second."""
+    time_s, aircraft = np.divmod(np.arange(from_s * AIRCRAFT, to_s * AIRCRAFT), AIRCRAFT)
+    return pl.DataFrame(
+        {
+            "time_s": time_s.astype(np.float64),
+            "sensor_id": "adsb",
+            "kind": "adsb",
+            "latitude_deg": 50.0,
+            "longitude_deg": 9.0,
+            "mode_s_address": pl.Series(aircraft).cast(pl.String),
+        }
+    )
+
+
+def test_every_configured_sensor_is_distinguished_after_many_unknown_names() -> None:
+    found = Evidence(recording().table())
+    for number in range(SOURCES_MAX + 10):
+        found.reject(f"unknown-{number}", "UNKNOWN_SENSOR")
+    for name in found.sensors.ids:
+        found.reject(name, "TIME_LATE")
+    assert set(found.sensors.ids) <= set(found.sources)
+    assert len(found.sources) <= SOURCES_MAX + 2 * len(found.sensors)
+
+
+def test_frequent_reports_of_a_window_are_thinned_over_its_whole_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(evidence, "SPREAD_ROWS_MAX", AIRCRAFT * SECONDS // 8)
+    found = Evidence(SENSORS, spreads_positions=True)
+    for begin in range(0, SECONDS, 4):
+        found.record_rows(reports(begin, begin + 4))
+        assert found.sources["adsb"].read == AIRCRAFT * (begin + 4)
+    kept = found.sources["adsb"].plots()
+    assert len(kept) <= AIRCRAFT * SECONDS // 8
+    assert kept["mode_s_address"].n_unique() == AIRCRAFT
+    gaps = kept.group_by("mode_s_address").agg(pl.col("time_s").diff().max())["time_s"]
+    assert gaps.max() <= SPREAD_EVERY_MAX  # type: ignore[operator]  # not empty
+    assert kept["time_s"].max() >= SECONDS - SPREAD_EVERY_MAX  # type: ignore[operator]
+
+
+def test_the_first_reports_are_retained_where_they_are_not_thinned() -> None:
+    found = Evidence(SENSORS)
+    found.record_rows(reports(0, 8))
+    assert len(found.sources["adsb"].plots()) == AIRCRAFT * 8
