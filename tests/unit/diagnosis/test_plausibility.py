@@ -1,5 +1,7 @@
 """Range units from the plots of one radar: by speeds, else by the largest range."""
 
+from dataclasses import replace
+
 import numpy as np
 import polars as pl
 import pytest
@@ -53,6 +55,19 @@ def test_a_wrong_unit_of_range_shows_in_speeds_or_in_small_ranges(
         assert said is not None
         assert (said.sensor_id, said.code) == ("1-10", "range_unit")
         assert words in said.sentence
+
+
+@pytest.mark.parametrize(
+    ("farthest", "unit"), [(640.0, None), (620.0, "kilometres"), (33.0, "nautical"), (31.0, None)]
+)
+def test_the_farthest_plot_of_a_unit_lies_between_60_and_630_km(
+    farthest: float, unit: str | None
+) -> None:
+    found = plots(1000.0, 0.0)
+    found = replace(found, range_m=found.range_m / found.range_m.max() * farthest)
+    said = check_range_unit("1-10", found, SITE, np.full(found.size, -1), np.inf)
+    assert (said is None) == (unit is None)
+    assert said is None or f"probably in {unit}" in said.sentence
 
 
 def test_of_two_units_that_fit_the_more_usual_speed_decides_or_the_instrumented_range() -> None:

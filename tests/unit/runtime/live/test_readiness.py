@@ -10,8 +10,15 @@ import pytest
 
 from multiradar.api.factory import create_api
 from multiradar.clock import FixedClock
-from multiradar.errors import JournalError, JournalFullError
-from multiradar.runtime.live.readiness import RECENT_S, REJECTED_ROWS_MIN, Disk
+from multiradar.errors import JournalError, JournalFullError, MultiradarError, PipelineError
+from multiradar.runtime.live.readiness import (
+    IS_STANDBY,
+    RECENT_S,
+    REJECTED_ROWS_MIN,
+    Disk,
+    ServiceState,
+    state_reason,
+)
 from multiradar.runtime.live.service import Service
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.journal import Space
@@ -216,3 +223,24 @@ async def test_after_an_input_output_error_the_process_is_to_end() -> None:
     assert scene.failures == ["disk I/O error"]
     assert (await scene.ask("/readyz"))[:2] == (503, ["JOURNAL_FAILED"])
     assert (await scene.ask("/healthz"))[:2] == (503, ["STALLED"])
+
+
+@pytest.mark.parametrize(
+    ("failure", "state", "step", "expected"),
+    [
+        (None, "running", "", None),
+        (None, "recovering", "compiling", ("NOT_READY", "the service is starting: compiling")),
+        (None, "stopped", "", ("NOT_READY", "the service is stopped")),
+        (None, "standby", "", ("STANDBY", IS_STANDBY)),
+        (PipelineError("x"), "running", "", ("NOT_READY", "the engine has stopped; see the log")),
+        (
+            JournalError("/x: full"), "failed", "",
+            ("JOURNAL_FAILED", "the journal cannot be read or written; see the log"),
+        ),
+    ],
+)  # fmt: skip
+def test_what_accepts_no_measurements_has_a_code_and_a_reason(
+    failure: MultiradarError | None, state: str, step: str, expected: tuple[str, str] | None
+) -> None:
+    found = state_reason(failure, ServiceState(state), step)
+    assert (None if found is None else (found.code, found.text)) == expected
