@@ -78,13 +78,14 @@ def test_buffered_bearings_continue() -> None:
 
 def test_the_digest_of_many_octets_depends_on_them_alone() -> None:
     octets = np.random.default_rng(1).bytes(2 * BLOCK_OCTETS + 5)
-    together, apart = BlockDigest(), BlockDigest()
+    together, parts, apart = BlockDigest(), BlockDigest(), BlockDigest()
     together.update(octets)
     for first in range(0, len(octets), BLOCK_OCTETS // 3 + 1):
         state = encoded_state(copied_state(apart))
         apart = BlockDigest()
         restore_state(apart, state)
         apart.update(octets[first : first + BLOCK_OCTETS // 3 + 1])
-    assert apart.digest() == together.digest()
+        parts.update(octets[first : first + BLOCK_OCTETS // 3 + 1])
+    assert apart.digest() == parts.digest() == together.digest()
     apart.update(b"!")
     assert apart.digest() != together.digest()

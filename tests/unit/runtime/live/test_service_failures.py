@@ -13,6 +13,7 @@ from multiradar.errors import (
     JournalFullError,
     PipelineError,
 )
+from multiradar.runtime.live import processor
 from multiradar.runtime.live.service import Service, ServiceState
 from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.tracking.input.measurements import MeasurementBatch
@@ -100,6 +101,29 @@ def test_an_entry_that_fails_in_the_engine_is_skipped_and_all_others_count(start
     for piece in [frame[:40], frame[50:]]:
         submit(clean, piece)
     assert settled(clean)["output_sha256"] == status["output_sha256"]
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_a_journal_has_no_more_entries_that_fail_than_the_bound(
+    start: Starter, monkeypatch: pytest.MonkeyPatch, count: int
+) -> None:
+    monkeypatch.setattr(processor, "POISON_ENTRIES_MAX", 2)
+    journal, pieces = MemoryJournal(), cut(recording(50), [10, 10, 10, 10])
+    service = start(journal)
+    for piece in pieces:
+        submit(service, piece)
+    service.stop()
+    poison = [float(piece["time_s"][0]) for piece in pieces[1 : 1 + count]]
+
+    def crash(batch: MeasurementBatch) -> None:
+        if np.isin(batch.time_s, poison).any():
+            raise EngineCrashError("poison")
+
+    if count == 2:
+        assert settled(start(journal, lambda: FakeEngine(crash)))["skipped"] == [2, 3]
+        return
+    with pytest.raises(PipelineError, match="failed on more than 2 journal entries"):
+        start(journal, lambda: FakeEngine(crash))
 
 
 def test_an_entry_without_measurements_is_not_skipped_with_the_next_one(start: Starter) -> None:
