@@ -10,6 +10,7 @@ from scipy.stats import chi2
 from multiradar.errors import UnknownFilterError
 from multiradar.report.content import Value
 from multiradar.research.studies.bias_estimation.bands import Bands, consistency_bands
+from multiradar.research.studies.bias_estimation.loss import Loss
 from multiradar.research.studies.bias_estimation.runs import (
     Errors,
     Realisation,
@@ -20,6 +21,7 @@ from multiradar.research.studies.bias_estimation.runs import (
     theory_of,
 )
 from multiradar.research.studies.bias_estimation.study import run
+from multiradar.research.studies.bias_estimation.tables import _loss_table
 from multiradar.research.studies.catalogue import BIAS_ESTIMATION
 from multiradar.research.studies.result import StudyOptions, StudyResult
 from support.bands import tails
@@ -292,3 +294,8 @@ def test_the_bands_are_those_of_chance() -> None:
     wider = consistency_bands(theory, 5, 1)
     assert (wider.high > bands.high).all()
     assert (bands.all_high > bands.high).all()
+
+
+def test_the_loss_is_in_per_cent_of_the_joint_filter() -> None:
+    (row,) = _loss_table([Loss(0.1, 60.0, 200.0, 250.0, 1.1, 1.2)]).rows
+    assert row == (0.1, 200.0, 250.0, 25.0, 1.1, 1.2)

@@ -1,0 +1,34 @@
+"""An error of a site needs enough pairs of enough aircraft."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from multiradar.diagnosis.cross_sensor import site_errors
+from multiradar.diagnosis.cross_sensor.site_errors import AIRCRAFT_MIN, PAIRS_MIN, SHIFT
+
+
+@pytest.mark.parametrize(
+    ("count", "aircraft", "found"),
+    [
+        (PAIRS_MIN, AIRCRAFT_MIN, True),
+        (PAIRS_MIN - 1, AIRCRAFT_MIN, False),
+        (PAIRS_MIN, AIRCRAFT_MIN - 1, False),
+    ],
+)
+def test_an_error_is_found_from_a_number_of_pairs_and_of_aircraft_on(
+    count: int, aircraft: int, *, found: bool
+) -> None:
+    # As many pairs again of two other radars, of other aircraft: they say nothing of this one.
+    beside = np.arange(2 * count) >= count
+    pairs = SimpleNamespace(source=np.full(2 * count, 1), name=np.arange(2 * count) % aircraft)
+    pairs.name[beside] += aircraft
+    rows: Any = SimpleNamespace(own=np.where(beside, 2, 0), pairs=pairs)
+    fit: Any = SimpleNamespace(
+        used=np.ones(2 * count, np.bool_), solution=np.full(2, 1e6), residual_m=np.zeros(2 * count)
+    )
+    equations: Any = SimpleNamespace(clustered=lambda *_: np.eye(2))
+    error = site_errors._error(rows, (SHIFT, (0,)), fit, fit, equations)
+    assert (error is not None) == found
