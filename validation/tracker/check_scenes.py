@@ -1,4 +1,4 @@
-"""Prints the table of validation/scenarios.md: simulates scenarios, tracks them, compares with truth.
+"""Prints the table of validation/scenarios.md: tracks simulated scenarios and compares with truth.
 
 ::
 
