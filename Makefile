@@ -114,7 +114,7 @@ kernel-list: $(READY) ## Update the list of kernels of each command; --check com
 	cd tests && ../$(BIN)/python -m support.kernel_list $(KERNEL_LIST_OPTIONS)
 
 lock: ## Update all pinned versions (needs uv); those of dev hold everywhere
-	for use in dev run bench cluster docs dist; do \
+	for use in dev run bench cluster traces docs dist; do \
 	  uv pip compile --universal --generate-hashes --python-version 3.11 --no-emit-index-url --no-header \
 	    $$([ $$use = run ] || echo --extra $$use) $$([ $$use = dev ] || echo --constraint requirements/dev.txt) \
 	    pyproject.toml -o requirements/$$use.txt; \

@@ -31,6 +31,7 @@ from multiradar.observability.feed_metrics import FeedCollector
 from multiradar.observability.metrics import REGISTRY, watch
 from multiradar.observability.pipeline_metrics import PipelineCollector
 from multiradar.observability.supervisor import Supervisor
+from multiradar.observability.traces import open_traces
 from multiradar.runtime.admission.admission_by_time import data_clock_of
 from multiradar.runtime.asterix.channel import Channel
 from multiradar.runtime.asterix.options import channel_options
@@ -123,6 +124,11 @@ class Application:
             kept = wanted.days, wanted.octets, limits, settings.journal.path
             rules = HistoryRules(settings.history.folder, *kept)
             keep_history(self.service, rules, settings.tracking_settings())
+        self._end_traces: Callable[[], None] = lambda: None
+        if settings.traces.endpoint is not None:
+            self.service.publication.traces, self._end_traces = open_traces(
+                settings.traces.endpoint, settings.traces.fraction, SystemClock()
+            )
         self._http = http_server(self.service, settings, authentication, on_failure, on_drain)
         self._gateway = zenoh_gateway(self.service, settings, zenoh)
         self._sender = asterix_sender(self.service, settings, sensors)
@@ -258,6 +264,7 @@ class Application:
         if self._trajectories is not None:
             self._trajectories.stop()
         self.service.stop()
+        self._end_traces()
         if self._started:
             _log.info("stopped")
 

@@ -28,6 +28,7 @@ from multiradar.settings.feeds import FeedsSettings
 from multiradar.settings.history import HistorySettings
 from multiradar.settings.limits import HttpLimits, RuntimeLimits
 from multiradar.settings.retention import RetentionSettings
+from multiradar.settings.traces import TracesSettings
 from multiradar.settings.types import (
     Count,
     Endpoint,
@@ -247,6 +248,7 @@ class Settings(BaseSettings):
     retention: RetentionSettings = RetentionSettings()
     history: HistorySettings = HistorySettings()
     log: LogSettings = LogSettings()
+    traces: TracesSettings = TracesSettings()
     page: PageSettings = PageSettings()
     asterix: AsterixSettings = AsterixSettings()
     feeds: FeedsSettings = FeedsSettings()

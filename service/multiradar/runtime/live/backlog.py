@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from math import inf
 
 from multiradar.errors import PipelineError
+from multiradar.observability.traces import MessageTraces
 from multiradar.runtime.live.threads import SystemThreads, Threads
 from multiradar.storage.entries import EntryKind, RejectedRow
 from multiradar.tracking.input.measurements import MeasurementBatch
@@ -79,6 +80,8 @@ class Backlog:
         self._closed = False
         self._broken = False
         self._changed = (threads or SystemThreads()).condition()
+        #: Notes the times of messages; None where they are not traced.
+        self.traces: MessageTraces | None = None
 
     @property
     def rows(self) -> int:
@@ -104,6 +107,8 @@ class Backlog:
                     raise PipelineError("the engine has stopped; see the log")
                 self._waiting.append(entry)
                 self._rows += len(entry.batch)
+                if self.traces is not None:
+                    self.traces.journalled(entry)
                 self.oldest_s = self._waiting[0].received_s
                 self._changed.notify_all()
 
@@ -118,7 +123,9 @@ class Backlog:
             self._rows -= sum(len(entry.batch) for entry in popped)
             self.oldest_s = self._waiting[0].received_s if self._waiting else None
             self._changed.notify_all()
-            return popped
+        if self.traces is not None:
+            self.traces.started(popped)
+        return popped
 
     def close(self) -> None:
         """Accept no more entries; queued ones can still be popped."""

@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 
 from multiradar.clock import Clock, SystemClock
 from multiradar.estimation.measurement.sensors import SensorTable
+from multiradar.observability.traces import MessageTraces
 from multiradar.runtime.live.alarms.silence import Silence
+from multiradar.runtime.live.backlog import Backlog
 from multiradar.runtime.live.live_diagnosis import LiveDiagnosis
 from multiradar.runtime.live.output_feed import OutputReader
 from multiradar.runtime.live.threads import Threads
@@ -82,6 +84,8 @@ class Publication:
         )
         self._readers: list[OutputReader] = [self.diagnosis]
         self._recorder: Recorder | None = None
+        #: Notes the times of messages; None where they are not traced.
+        self.traces: MessageTraces | None = None
         #: Readers that need the whole output again after a restart.
         self.repeating: list[str] = []
         #: Rejected rows by code.
@@ -115,8 +119,9 @@ class Publication:
         self.view.keep_history(files, recorder.alarms)
         self.count_edge("history", recorder.document)
 
-    def start(self, journal: Journal, processor: Processed) -> None:
+    def start(self, journal: Journal, processor: Processed, backlog: Backlog) -> None:
         """Begin with what runs beside the engine, once the journal was replayed."""
+        backlog.traces = self.traces
         self.diagnosis.start()
         if self._recorder is not None:
             self._recorder.start(journal, processor)
@@ -152,10 +157,14 @@ class Publication:
         data_time_s : float or None
             Greatest data time of the engine's input; None before the first measurement.
         """
+        if self.traces is not None:
+            self.traces.stepped()
         self._known.absorb(output, data_time_s)
         self._events.publish(output)
         for reader in self._readers:
             reader.put(output)
+        if self.traces is not None:
+            self.traces.published()
 
     def publish_change(self, change: Mapping[str, Any]) -> None:
         """Distribute a change of a sensor, after its output; as in the status."""

@@ -417,7 +417,7 @@ class Service:
             batches_max=self._limits.commit_batches_max, on_journalled=self._note_journalled,
             on_full=self._watch.disk.note_full, on_failure=self._on_failure,
         )  # fmt: skip
-        self.publication.start(self._journal, self._processor)
+        self.publication.start(self._journal, self._processor, self._backlog)
         self._writer.head = counts.entries
         self._running = [
             self._threads.start(self._writer.run, "journal-writer"),

@@ -39,7 +39,7 @@ OTHER = {
     "Processor": "_snapshots _clock _on_failure _journal _backlog _open_engine _first_sensors "
     "sensors _publication _rows_max _lock _settling_lock _settling _ended _states _figures _engine "
     "processed skipped oldest_s moved_s failure following",
-    "Publication": "diagnosis _readers _recorder repeating view",
+    "Publication": "diagnosis _readers _recorder repeating traces view",
     "RejectBoard": "sensors _kept_max _lock",
     "ReorderBuffer": "_horizon_s arrivals dropped",
     "SensorBoard": "_sensors",
