@@ -158,6 +158,7 @@ def test_the_terminal_and_the_page_show_the_same_scorecard(
         "The 8 worst aircraft",
     ):
         assert f"\n{heading}" in shown
+    assert f"on a map: multiradar view {scene / 'tracks'}" in shown
     text = page.read_text(encoding="utf-8")
     assert "<script" not in text
     for heading in ("Tracks over the reference", "Biases", "Position errors over time", "Aircraft"):

@@ -8,6 +8,7 @@ from scipy.stats import chi2
 from multiradar.errors import BearingsError, MotionParameterError, ShapeError, TimeOrderError
 from multiradar.estimation.filters.bearings_only import (
     BearingsState,
+    _linear_rows,
     initiate,
     is_observable,
     predict,
@@ -105,6 +106,8 @@ def test_ranges_and_angles_mix_in_one_track() -> None:
         SOURCES[0], np.arctan2(line[0], line[1]), SIGMA,
         range_m=np.asarray(distance), range_sigma_m=20.0,
     )  # fmt: skip
+    _, sigmas, _ = _linear_rows(ranged)
+    assert sigmas == pytest.approx([SIGMA, 20.0 / distance])
     _, before = state.estimate()
     _, after = update(state, ranged).estimate()
     along = line / distance
