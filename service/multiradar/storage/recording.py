@@ -31,7 +31,7 @@ class Recording:
     Parameters
     ----------
     path : Path
-        The file.
+        The file; or a folder with its parts, as in the history of a service.
     name : str, optional
         Its name in errors; the path by default.
 
@@ -58,11 +58,12 @@ class Recording:
         self.path = path
         self.name = name or str(path)
         self.sorted = False
-        if not path.is_file():
+        self._files = sorted(path.glob("[0-9]*.parquet")) if path.is_dir() else [path]
+        if not path.is_file() and not (path.is_dir() and self._files):
             msg = f"{path}: no such file" if not path.exists() else f"{path}: not a file"
             raise InputError(msg)
         try:
-            self._scan = pl.scan_parquet(path)
+            self._scan = pl.scan_parquet(self._files, glob=False)
             found = self._scan.collect_schema()
             check_columns(self.name, found)
             self._scan = self._scan.with_columns(
@@ -168,12 +169,18 @@ class Recording:
         other.rows = rows
         return other
 
+    @property
+    def octets(self) -> int:
+        """Size of its files."""
+        return sum(file.stat().st_size for file in self._files)
+
     def content_sha256(self) -> str:
-        """Return the SHA-256 of the bytes of the file and of its order, hexadecimal."""
+        """Return the SHA-256 of the bytes of its files and of its order, hexadecimal."""
         digest = hashlib.sha256(b"sorted" if self.sorted else b"")
-        with self.path.open("rb") as stream:
-            while chunk := stream.read(_HASH_CHUNK_BYTES):
-                digest.update(chunk)
+        for file in self._files:
+            with file.open("rb") as stream:
+                while chunk := stream.read(_HASH_CHUNK_BYTES):
+                    digest.update(chunk)
         return digest.hexdigest()
 
 

@@ -59,9 +59,7 @@ def offline_report(job: OfflineJob, result: OfflineResult) -> Report:
         version=version("multiradar"),
         counts=counts,
         rejected_by_code={RejectCode(code): n for code, n in sorted(result.rejected.items())},
-        inputs=[
-            InputFile(file=recording.path.name, bytes=recording.path.stat().st_size, counts=counts)
-        ],
+        inputs=[InputFile(file=recording.path.name, bytes=recording.octets, counts=counts)],
         outputs=[
             OutputFile(file=TRACKS_FILE, rows=result.updates),
             OutputFile(file=TRANSITIONS_FILE, rows=result.steps),

@@ -243,11 +243,16 @@ class HistoryFolder:
         if self._dirty:
             self._tidy()
         self._dirty = True
-        staged = [
-            self._stage(table, hour, number, rows)
-            for table, frame in tables.items()
-            for hour, rows in _by_hour(frame)
-        ]
+        try:
+            staged = [
+                self._stage(table, hour, number, rows)
+                for table, frame in tables.items()
+                for hour, rows in _by_hour(frame)
+            ]
+        except BaseException:
+            # On a full disk the journal needs the space.
+            shutil.rmtree(self.path / _STAGE, ignore_errors=True)
+            raise
         for partial, path in staged:
             self._prepare(path.parent)
             os.rename(partial, path)

@@ -35,6 +35,7 @@ from multiradar.runtime.recorded.history_writer import (
 from multiradar.runtime.recorded.run import RecordedRun
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.storage.memory_journal import MemoryJournal
+from multiradar.storage.recording import Recording
 from multiradar.storage.snapshots import SnapshotFolder
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.settings import TrackingSettings
@@ -159,6 +160,12 @@ def test_an_hour_has_the_rows_of_its_hour_and_reads_like_a_run(
     assert (viewed.name, viewed.sensors.ids) == ("2023-11-14T22", TABLE.ids)
     assert len(viewed.tracks(START_S + 1500.0)) == 12
     assert viewed.plots(START_S + 1400.0, START_S + 1500.0, 1000)[0].size > 90
+    measured = [Recording(one.path / "measurements.parquet") for one in hours]
+    assert [one.rows for one in measured] == [2800, 800]
+    assert measured[1].octets == sum(
+        one.stat().st_size for one in hours[1].path.glob("measurements.parquet/*")
+    )
+    assert len({one.content_sha256() for one in measured}) == 2
     everything = RecordedRun(run_files(site.history, None, [site.history]))
     assert everything.span_s()[1] - everything.span_s()[0] > 3000.0
 
