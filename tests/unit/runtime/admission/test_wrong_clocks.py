@@ -3,8 +3,16 @@
 import numpy as np
 import pytest
 
+from multiradar.runtime.admission._admission_kernels import (
+    HEARD_MAX,
+    HEARD_MIN,
+    RECEIVED,
+    SAMPLES,
+    _vote,
+)
 from multiradar.runtime.admission.admission_by_time import ACCEPTED, FUTURE, Admission
 from support.inputs.timed_batches import timed_batch
+from support.kernels import plain
 
 #: Right sensors, and one with a wrong clock.
 RIGHT, WRONG = (0, 1), 2
@@ -157,3 +165,13 @@ def test_a_radar_whose_clock_is_corrected_returns() -> None:
     later = [(30.0 + at, 30.0 + time, s) for at, time, s in _stream(0.0, duration_s=30.0)]
     assert set(_lost(admission, later, NOW_S, live=False).values()) == {0}
     assert not admission.clock_leads()
+
+
+# Ahead of the clock of the machine, which alone rejects nothing.
+@pytest.mark.parametrize(("samples", "vote"), [(HEARD_MIN - 1, 0), (HEARD_MIN, -1)])
+def test_a_sensor_votes_once_it_was_heard_often_enough(samples: int, vote: int) -> None:
+    bounds, standing = np.full(6, 10.0), np.zeros((1, 3), np.int64)
+    heard = np.zeros((1, HEARD_MAX, 2))
+    standing[0, SAMPLES] = samples
+    heard[0, :, RECEIVED] = NOW_S
+    assert plain(_vote)(100.0, NOW_S, bounds, standing, heard) == vote
