@@ -92,6 +92,8 @@ class PipelineCollector(Collector):
             value = status.get(name)
             if value is not None:
                 yield GaugeMetricFamily(f"multiradar_{name}", meaning, float(value))
+        if "trajectories" in status:
+            yield from _trajectories(status["trajectories"])
         if "zenoh" in status:
             yield from _zenoh(status["zenoh"])
 
@@ -160,6 +162,16 @@ def _lags_s(status: Mapping[str, Any]) -> dict[str, float]:
     if "zenoh" in status:
         lags_s["publish"] = status["zenoh"]["publish_lag_s"]
     return lags_s
+
+
+def _trajectories(counts: Mapping[str, Any]) -> Iterator[Metric]:
+    results = {name: counts[f"plots_{name}"] for name in ("taken", "lost", "late")}
+    yield _counter("trajectory_plots", "Plots of trajectory sets by result", "result", results)
+    yield GaugeMetricFamily(
+        "multiradar_trajectory_lag_seconds",
+        "Data time by which trajectory sets lag behind the tracks, s",
+        counts["lag_s"],
+    )
 
 
 def _zenoh(zenoh: Mapping[str, Any]) -> Iterator[Metric]:

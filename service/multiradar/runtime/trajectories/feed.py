@@ -2,10 +2,12 @@
 
 The engine's thread only assigns plots to bundles. The bundles, which cost far more, are
 updated by a thread that owns them; its kernels release the interpreter lock. While the journal is
-replayed the engine waits when the queue is full; afterwards it never waits.
+replayed the engine waits when the queue is full; afterwards it never waits, and plots that have
+waited too long are skipped.
 """
 
 import logging
+import math
 import threading
 from typing import Any
 
@@ -15,7 +17,7 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.trajectories.options import TrajectoryOptions
 from multiradar.runtime.trajectories.plots import PlotLocator
 from multiradar.runtime.trajectories.pool import ACCEPTED, BundlePool, Reading, warm_up
-from multiradar.runtime.trajectories.roster import DropBundle, Order, Roster, Sampled
+from multiradar.runtime.trajectories.roster import DropBundle, Order, PushPlots, Roster, Sampled
 from multiradar.runtime.trajectories.waiting import NextPlots, WaitingPlots
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
@@ -51,6 +53,8 @@ class TrajectoryFeed:
         self._changed = threading.Condition()
         # Guards the pool; held while one plot is processed.
         self._using = threading.Lock()
+        # Data time of the newest plot that was queued.
+        self._reached_s = -math.inf
         # Plots popped from the queue and not yet processed by their bundle.
         self._in_hand = 0
         self._busy = False
@@ -85,6 +89,8 @@ class TrajectoryFeed:
             try:
                 for order in self._roster.push(output):
                     self._put(order)
+                if not self._patient:
+                    self._waiting.skip_before(self._reached_s - self._options.lag_max_s)
             except Exception as error:
                 self._fail(error)
             self._changed.notify_all()
@@ -94,6 +100,8 @@ class TrajectoryFeed:
 
     def set_back(self) -> None:
         """Expect earlier times: all tracks were terminated."""
+        with self._changed:
+            self._reached_s = -math.inf
 
     def use(self, sensors: SensorTable) -> None:
         """Continue with other sensors: those so far at their places."""
@@ -171,15 +179,20 @@ class TrajectoryFeed:
         with self._changed:
             held, waiting = self._roster.held, self._roster.waiting
             plots_waiting = self._waiting.count + self._in_hand
-            lost = self._waiting.lost
+            lost, late = self._waiting.lost, self._waiting.late
+            lag_s = max(self._reached_s - self._waiting.oldest_s, 0.0)
         with self._using:
             outcomes, restarts = dict(self._pool.outcomes), self._pool.restarts
+        missed, processed = lost + late, sum(outcomes.values())
         return {
             "aircraft_max": self._options.aircraft_max,
             "aircraft": held,
             "aircraft_waiting": waiting,
             "plots_waiting": plots_waiting,
             "plots_lost": lost,
+            "plots_late": late,
+            "late_share": missed / (missed + processed) if missed else 0.0,
+            "lag_s": lag_s,
             "plots_taken": outcomes.pop(ACCEPTED, 0),
             "plots_refused": dict(sorted(outcomes.items())),
             "restarts": restarts,
@@ -193,6 +206,8 @@ class TrajectoryFeed:
             self._changed.notify_all()
             self._changed.wait()
         self._waiting.put(order)
+        if isinstance(order, PushPlots):
+            self._reached_s = max(self._reached_s, float(order.plots["time_s"][-1]))
 
     def _run(self) -> None:
         try:

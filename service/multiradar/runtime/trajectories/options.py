@@ -1,5 +1,6 @@
 """Options of trajectory bundles, in the service and offline."""
 
+import math
 from dataclasses import dataclass, field
 
 from multiradar.errors import ConfigurationError
@@ -21,6 +22,9 @@ class TrajectoryOptions:
         Maximum queued plots.
     bundle : BundleSettings
         Rules of each bundle.
+    lag_max_s : float
+        Maximum data time by which live bundles may lag behind the tracks, s: older plots are
+        skipped.
 
     Raises
     ------
@@ -31,6 +35,7 @@ class TrajectoryOptions:
     aircraft_max: int
     plots_waiting_max: int = 500_000
     bundle: BundleSettings = field(default_factory=BundleSettings)
+    lag_max_s: float = math.inf
 
     def __post_init__(self) -> None:
         for name in ("aircraft_max", "plots_waiting_max"):
@@ -44,6 +49,7 @@ def trajectory_options(
     plots_waiting_max: int,
     lateral_max_mps2: float,
     longitudinal_max_mps2: float,
+    lag_max_s: float = math.inf,
 ) -> TrajectoryOptions:
     """Return the options from settings of the section `trajectories`."""
     bundle = BundleSettings(
@@ -51,4 +57,4 @@ def trajectory_options(
         lateral_max_mps2=lateral_max_mps2,
         longitudinal_max_mps2=longitudinal_max_mps2,
     )
-    return TrajectoryOptions(aircraft_max, plots_waiting_max, bundle)
+    return TrajectoryOptions(aircraft_max, plots_waiting_max, bundle, lag_max_s)

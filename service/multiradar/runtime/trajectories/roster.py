@@ -163,19 +163,31 @@ class Roster:
     def _plots(self, plots: NDArray[np.void], confirmed: NDArray[np.bool_]) -> Iterator[Order]:
         if not len(plots):
             return
-        tracks = plots["track_id"]
-        since = {track_id: 0 for track_id in np.unique(tracks).tolist() if track_id in self._held}
-        for row in np.flatnonzero(confirmed).tolist():
-            track_id = int(tracks[row])
+        # Rows by track, each in order: a search for each track would cost tracks times plots.
+        order = np.argsort(plots["track_id"], kind="stable")
+        ordered = plots[order]
+        names, begins = np.unique(ordered["track_id"], return_index=True)
+        ends = np.append(begins[1:], len(order))
+        parts = dict(
+            zip(names.tolist(), zip(begins.tolist(), ends.tolist(), strict=True), strict=True)
+        )
+        since = {track_id: 0 for track_id in parts if track_id in self._held}
+        some = np.flatnonzero(confirmed)
+        tracks, first_rows = np.unique(plots["track_id"][some], return_index=True)
+        for at in np.argsort(first_rows).tolist():
+            track_id = int(tracks[at])
             if track_id not in self._held and track_id not in self._waiting:
                 if len(self._held) < self._aircraft_max:
                     self._held.add(track_id)
-                    since[track_id] = row
+                    since[track_id] = int(some[first_rows[at]])
                 else:
                     self._waiting.add(track_id)
         for track_id, first in since.items():
-            own = first + np.flatnonzero(tracks[first:] == track_id)
-            yield PushPlots(track_id, plots[own], self._published)
+            begin, end = parts[track_id]
+            if first:
+                begin += int(np.searchsorted(order[begin:end], first))
+            # Copied, so that plots that wait do not keep the others in memory.
+            yield PushPlots(track_id, ordered[begin:end].copy(), self._published)
 
 
 def _chosen(records: BiasRecords, rows: NDArray[np.bool_]) -> BiasRecords:

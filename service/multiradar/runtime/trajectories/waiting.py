@@ -1,5 +1,6 @@
 """The queue of operations on bundles: in the order of the engine, bounded over all tracks."""
 
+import math
 from collections import OrderedDict
 from typing import NamedTuple
 
@@ -54,8 +55,8 @@ class WaitingPlots:
         self._restarting: set[int] = set()
         #: Queued plots.
         self.count = 0
-        #: Plots lost because the queue was full.
-        self.lost = 0
+        #: Plots lost because the queue was full, and skipped because they were too old.
+        self.lost = self.late = 0
 
     def __len__(self) -> int:
         """Return the number of queued operations."""
@@ -96,13 +97,40 @@ class WaitingPlots:
             self._restarting.discard(order.track_id)
         return order
 
-    def _next(self, number: int, first: PushPlots) -> NextPlots:
-        track_id = first.track_id
+    def skip_before(self, time_s: float) -> None:
+        """Skip the plots of the oldest operations up to a data time; the bundles continue.
+
+        A bundle that is short of time gets fewer plots, all of which are recent.
+        """
+        old = []
+        for number, order in self._orders.items():
+            if isinstance(order, PushPlots):
+                if order.plots["time_s"][0] >= time_s:
+                    break
+                old.append((number, order))
+        for number, order in old:
+            del self._orders[number]
+            self._account(number, order)
+            self.late += len(order.plots)
+
+    @property
+    def oldest_s(self) -> float:
+        """Data time of the plot that has waited longest; infinite without any."""
+        plots = (one.plots for one in self._orders.values() if isinstance(one, PushPlots))
+        return float(next((one["time_s"][0] for one in plots), math.inf))
+
+    # Plots that are no longer in the queue.
+    def _account(self, number: int, order: PushPlots) -> None:
+        track_id = order.track_id
         del self._plots[track_id][number]
-        self._lengths[track_id] -= len(first.plots)
-        self.count -= len(first.plots)
+        self._lengths[track_id] -= len(order.plots)
+        self.count -= len(order.plots)
         if not self._plots[track_id]:
             del self._plots[track_id], self._lengths[track_id]
+
+    def _next(self, number: int, first: PushPlots) -> NextPlots:
+        track_id = first.track_id
+        self._account(number, first)
         restart = track_id in self._restarting
         self._restarting.discard(track_id)
         return NextPlots(track_id, restart, first.plots, first.published)

@@ -1,5 +1,6 @@
 """Bundles in a service: in a separate thread, which the engine waits for only in a replay."""
 
+import math
 import threading
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
@@ -48,8 +49,11 @@ class Feeds:
     def __init__(self) -> None:
         self.open: list[TrajectoryFeed] = []
 
-    def make(self, aircraft_max: int = 10, plots_waiting_max: int = 1000) -> TrajectoryFeed:
-        feed = TrajectoryFeed(TrajectoryOptions(aircraft_max, plots_waiting_max), TABLE, TRACKING)
+    def make(
+        self, aircraft_max: int = 10, plots_waiting_max: int = 1000, lag_max_s: float = math.inf
+    ) -> TrajectoryFeed:
+        options = TrajectoryOptions(aircraft_max, plots_waiting_max, lag_max_s=lag_max_s)
+        feed = TrajectoryFeed(options, TABLE, TRACKING)
         self.open.append(feed)
         return feed
 
@@ -158,6 +162,29 @@ def test_a_running_service_never_waits_for_bundles(
     counts = feed.counts()
     assert counts["plots_waiting"] <= 10
     assert counts["plots_lost"] > 100
+
+
+def test_live_bundles_lag_behind_the_tracks_by_a_bounded_time(
+    feeds: Feeds, outputs: list[EngineOutput]
+) -> None:
+    """Without the thread, plots are never processed: those beyond the bound are skipped."""
+    feed = feeds.make(lag_max_s=10.0)
+    feed.go_live()
+    for output in outputs:
+        feed.put(output)
+        assert feed.counts()["lag_s"] <= 10.0
+    counts = feed.counts()
+    assert counts["plots_late"] > 100
+    assert (counts["plots_lost"], counts["late_share"]) == (0, 1.0)
+    feed.start()
+    assert feed.settle(WAIT_TIMEOUT_S)
+    counts = feed.counts()
+    late, taken = (
+        counts["plots_late"],
+        counts["plots_taken"] + sum(counts["plots_refused"].values()),
+    )
+    assert counts["late_share"] == late / (late + taken)
+    assert counts["lag_s"] == 0.0
 
 
 def test_each_processed_plot_leaves_the_queue(

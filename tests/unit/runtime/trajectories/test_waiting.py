@@ -101,3 +101,20 @@ def test_plots_beyond_the_maximum_are_lost() -> None:
     assert waiting.fits(plots_of(1, 0.0, 6))
     waiting.put(plots_of(1, 0.0, 6))
     assert (waiting.count, waiting.lost) == (0, 6)
+
+
+def test_plots_that_have_waited_too_long_are_skipped_and_nothing_else() -> None:
+    waiting = WaitingPlots(100)
+    for one in (
+        plots_of(1, 0.0, 2), Sampled(3, 8.0), plots_of(2, 5.0, 3), DropBundle(2),
+        plots_of(1, 9.0, 2), plots_of(3, 4.0, 1),
+    ):  # fmt: skip
+        waiting.put(one)
+    waiting.skip_before(8.0)
+    assert (waiting.late, waiting.lost, waiting.count) == (5, 0, 3)
+    assert waiting.oldest_s == 9.0
+    # The bundle of the first track continues, with fewer plots.
+    assert drained(waiting) == [
+        Sampled(3, 8.0), DropBundle(2), (1, False, [9.0, 10.0]), (3, False, [4.0]),
+    ]  # fmt: skip
+    assert waiting.oldest_s == np.inf
