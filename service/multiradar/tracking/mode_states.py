@@ -1,14 +1,20 @@
 """Motion modes of live tracks, as estimated by the IMM filter."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.estimation.filters._kernels import DENSE_MAX
 from multiradar.estimation.filters.arrays import Aircraft
 from multiradar.estimation.filters.imm._mode_kernels import STRAIGHT_AT_FIRST
 
 Floats = NDArray[np.float64]
+Indices = NDArray[np.intp] | slice
+
+#: Tracks of a group.
+GROUP_TRACKS = 32
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,8 +69,10 @@ def mode_states(
     mean[new] = aircraft.mean[slots[new], None]
     covariance[new] = aircraft.covariance[slots[new], None]
     sensitivity[new] = aircraft.sensitivity[slots[new], None]
-    root = sensitivity @ factor.T
-    spread = root @ root.swapaxes(-1, -2)
+    spread = np.empty((len(slots), count, 4, 4))
+    for some, columns in groups_by_columns(aircraft.sensitivity[slots]):
+        root = sensitivity[some][..., columns] @ factor.T[columns]
+        spread[some] = root @ root.swapaxes(-1, -2)
     upper = np.triu_indices(4)
     reporting = ~new & ~np.isnan(aircraft.slow[slots, 0])
     slow = aircraft.slow_sensitivity[rows[reporting]]
@@ -74,3 +82,31 @@ def mode_states(
     return ModeStates(
         probability, mean + sensitivity @ bias, covariance + spread[..., upper[0], upper[1]]
     )
+
+
+def groups_by_columns(
+    sensitivity: Floats,
+) -> Iterator[tuple[Indices, Indices]]:
+    """Yield tracks in groups, with the biases on which any of a group depends.
+
+    Parameters
+    ----------
+    sensitivity : (n, 4, c) float64
+        Derivatives of the states by the biases.
+
+    Yields
+    ------
+    tracks : (k,) int or slice
+        Tracks that depend on the biases of much the same sensors; each track is in one group.
+    columns : (a,) int or slice
+        The columns that are not zero for all of them; up to `DENSE_MAX` columns, all.
+    """
+    count, _, width = sensitivity.shape
+    if width <= DENSE_MAX:
+        yield slice(None), slice(None)
+        return
+    used = (sensitivity != 0.0).any(axis=1)
+    order = np.argsort(used.argmax(axis=1), kind="stable")
+    for begin in range(0, count, GROUP_TRACKS):
+        tracks = order[begin : begin + GROUP_TRACKS]
+        yield tracks, np.flatnonzero(used[tracks].any(axis=0))

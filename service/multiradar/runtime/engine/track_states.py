@@ -7,7 +7,7 @@ from multiradar.estimation.filters.bank import FilterDefinition
 from multiradar.runtime.engine.shared_biases import SharedBiases
 from multiradar.tracking.encounters.climbs import climbs, spread_of_heights
 from multiradar.tracking.forecast.state_samples import SAMPLE_EVERY_S, Sampling, drawn
-from multiradar.tracking.mode_states import mode_states
+from multiradar.tracking.mode_states import groups_by_columns, mode_states
 from multiradar.tracking.outputs import TrackStates
 from multiradar.tracking.pool import AircraftPool
 
@@ -44,7 +44,9 @@ def track_states(
     if used.keeps_sensitivity:
         sensitivity = aircraft.sensitivity[slots]
         mean += sensitivity @ estimate
-        root = sensitivity @ factor.T
+        root = np.empty_like(sensitivity)
+        for some, columns in groups_by_columns(sensitivity):
+            root[some] = sensitivity[some][..., columns] @ factor.T[columns]
         covariance += root @ root.transpose(0, 2, 1)
         # The delay of its transponder is an error of each track alone.
         root = root[:, :, : len(biases.state.estimate)]
