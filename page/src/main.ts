@@ -7,7 +7,7 @@ import "./panels/screens.css";
 import "./time/time.css";
 
 import { Encounters } from "./service/encounters";
-import { closeMenu } from "./export/menu";
+import { closeMenu, fromPaper, toPaper } from "./export/menu";
 import { Feed } from "./service/feed";
 import { pressed } from "./keys";
 import { BiasHint } from "./panels/bias_hint";
@@ -189,8 +189,10 @@ window.addEventListener("beforeprint", () => {
   printed = view.theme;
   if (view.theme === "dark") actions.theme();
   picture.map.renderSync();
+  toPaper(app);
 });
 window.addEventListener("afterprint", () => {
+  fromPaper();
   if (view.theme !== printed) actions.theme();
 });
 

@@ -1,7 +1,7 @@
 /**
- * Places labels so that none covers another. A label keeps its slot until that collides, or has
- * covered a symbol for some time while another slot is free; labels that have one come before
- * others of the same rank.
+ * Places labels so that none covers another, and none for long the symbol of another aircraft,
+ * whose label it would seem to be. A label keeps its slot until that collides, or has covered a
+ * symbol for some time; labels that have one come before others of the same rank.
  */
 
 /** A label that wants a place. Size and rank are set before, slot and place by `place`. */
@@ -26,9 +26,11 @@ export interface Wanted {
 }
 
 export const RANKS = 6;
+/** Up to this rank a label is drawn also where it covers symbols, but those of other ranks only. */
+const FIRST_RANK = 1;
 const NEAR = 9;
 /** Distances of the slots with a leader line, pixels. */
-const RINGS = [30, 56] as const;
+const RINGS = [30, 56, 84] as const;
 /** From the symbol: direction east and south of each slot of a ring; upper right first. */
 const DIRECTIONS: readonly (readonly [number, number])[] = [
   [1, -1], [1, 1], [-1, -1], [-1, 1], [1, 0], [-1, 0], [0, -1], [0, 1],
@@ -55,6 +57,8 @@ export function hasLeader(slot: number): boolean {
 export class LabelPlaces {
   private readonly labels = new Boxes();
   private readonly symbols = new Boxes();
+  /** Those of the first ranks. */
+  private readonly first = new Boxes();
   private order = new Int32Array(0);
   private nowMs = 0;
 
@@ -71,9 +75,12 @@ export class LabelPlaces {
       }
     }
     this.symbols.clear(width, height);
+    this.first.clear(width, height);
     for (let at = 0; at < count; at++) {
       const one = wanted[at];
-      if (one !== undefined) this.symbols.add(one.x - SYMBOL, one.y - SYMBOL, 2 * SYMBOL, 2 * SYMBOL);
+      if (one === undefined) continue;
+      this.symbols.add(one.x - SYMBOL, one.y - SYMBOL, 2 * SYMBOL, 2 * SYMBOL);
+      if (one.rank <= FIRST_RANK) this.first.add(one.x - SYMBOL, one.y - SYMBOL, 2 * SYMBOL, 2 * SYMBOL);
     }
     this.sort(wanted, count);
     let placed = 0;
@@ -97,9 +104,15 @@ export class LabelPlaces {
         if (this.fits(one, slot, width, height, false)) return this.take(one, slot);
       }
     }
-    // A slot that is kept may cover symbols: labels do not jump when aircraft pass under them.
-    if (kept >= 0 && this.fits(one, kept, width, height, true)) return this.take(one, this.uncovered(one, width, height) ?? kept);
-    for (const overSymbols of [false, true]) {
+    // A slot that is kept may cover a symbol for a moment: labels do not jump when aircraft pass under them.
+    if (kept >= 0 && this.fits(one, kept, width, height, true)) {
+      const other = this.uncovered(one, width, height);
+      if (other !== null) return this.take(one, other);
+      if (one.rank <= FIRST_RANK || !this.isTooLong(one)) return this.take(one, kept);
+      one.covers = false;
+      return false;
+    }
+    for (const overSymbols of one.rank <= FIRST_RANK ? [false, true] : [false]) {
       for (let slot = 0; slot < SLOTS; slot++) {
         if (this.fits(one, slot, width, height, overSymbols)) return this.take(one, slot);
       }
@@ -107,10 +120,13 @@ export class LabelPlaces {
     return false;
   }
 
+  private isTooLong(one: Wanted): boolean {
+    return one.covers && this.nowMs - one.coveredMs >= COVERED_MS;
+  }
+
   /** Another slot that covers no symbol, for a label that has covered one for too long. */
   private uncovered(one: Wanted, width: number, height: number): number | null {
-    if (!one.covers || this.nowMs - one.coveredMs < COVERED_MS) return null;
-    one.coveredMs = this.nowMs;
+    if (!this.isTooLong(one)) return null;
     for (let slot = 0; slot < SLOTS; slot++) {
       if (slot !== one.slot && this.fits(one, slot, width, height, false)) return slot;
     }
@@ -122,7 +138,7 @@ export class LabelPlaces {
     const top = topOf(one, slot);
     if (left < 0 || top < 0 || left + one.width > width || top + one.height > height) return false;
     if (!this.labels.isFree(left - MARGIN, top - MARGIN, one.width + 2 * MARGIN, one.height + 2 * MARGIN)) return false;
-    return overSymbols || this.symbols.isFree(left, top, one.width, one.height);
+    return (overSymbols ? this.first : this.symbols).isFree(left, top, one.width, one.height);
   }
 
   private take(one: Wanted, slot: number): boolean {

@@ -1,6 +1,8 @@
 /** Web Mercator, the plane of the map. */
 
 export const RADIUS_M = 6378137;
+/** Width of the world. */
+export const WORLD_UNITS = 2 * Math.PI * RADIUS_M;
 const DEGREE = Math.PI / 180;
 /** The map ends here, degrees. */
 const LATITUDE_MAX = 85.05;
@@ -12,6 +14,23 @@ export function mercatorX(longitudeDeg: number): number {
 export function mercatorY(latitudeDeg: number): number {
   const latitude = Math.max(-LATITUDE_MAX, Math.min(LATITUDE_MAX, latitudeDeg)) * DEGREE;
   return RADIUS_M * Math.log(Math.tan(Math.PI / 4 + latitude / 2));
+}
+
+/** Of a point, the x that is nearest to another one: the world repeats to the east and west. */
+export function nearestX(x: number, other: number): number {
+  return x - WORLD_UNITS * Math.round((x - other) / WORLD_UNITS);
+}
+
+/** Points with their least extent: those before the widest gap around the world are one world further east. */
+export function together(xs: readonly number[]): number[] {
+  const sorted = [...xs].sort((one, other) => one - other);
+  let widest = (sorted[0] ?? 0) + WORLD_UNITS - (sorted[sorted.length - 1] ?? 0);
+  let start = -Infinity;
+  for (let at = 1; at < sorted.length; at++) {
+    const gap = (sorted[at] ?? 0) - (sorted[at - 1] ?? 0);
+    if (gap > widest) [widest, start] = [gap, sorted[at] ?? 0];
+  }
+  return xs.map((x) => (x < start ? x + WORLD_UNITS : x));
 }
 
 /** Units of the map per metre on the ground. */

@@ -24,7 +24,7 @@ import type { Encounters } from "../service/encounters";
 import type { Feed } from "../service/feed";
 import { allLayers } from "../layers/index";
 import type { Site } from "../layers/sites";
-import { mercatorX, mercatorY, RADIUS_M, scaleAt } from "./mercator";
+import { mercatorX, mercatorY, nearestX, scaleAt, together, WORLD_UNITS } from "./mercator";
 import { Scans } from "../sky/scans";
 import type { Selection } from "../service/selection";
 import type { Store, Track } from "../sky/store";
@@ -38,7 +38,6 @@ const SNAP_MS = 300;
 /** Motion that is worth a drawing, pixels. */
 const STEP_PX = 0.25;
 /** Width of the whole map. */
-const WORLD_UNITS = 2 * Math.PI * RADIUS_M;
 const PLANES: readonly Plane[] = ["ground", "sweep", "moving"];
 
 export class Picture {
@@ -127,7 +126,7 @@ export class Picture {
       this.centre();
       const now = performance.now();
       this.scene.unheardS = unheardS(feed, clock) ?? 0;
-      this.element.classList.toggle("lost", feed.isLost(now) || (clock.isLive && feed.silenceS !== null));
+      this.element.classList.toggle("lost", feed.isLost(now) || feed.isUnreachable || (clock.isLive && feed.silenceS !== null));
       this.element.classList.toggle("ended", clock.isLive && presentOf(feed, now).word === "No data");
       this.draw(false);
       // The coast comes after the first tracks: reading it takes as long as drawing them.
@@ -177,7 +176,8 @@ export class Picture {
   /** Move the map so that a point is in its middle. */
   goTo(point: [number, number]): void {
     this.centred = true;
-    this.map.getView().animate({ center: point, duration: 250 });
+    const [x, y] = point;
+    this.map.getView().animate({ center: [nearestX(x, this.scene.middleX), y], duration: 250 });
   }
 
   /** Latitude of the middle of the map, degrees. */
@@ -194,9 +194,9 @@ export class Picture {
 
   /** Whether a track lies in the part of the world that the map shows. */
   contains(track: Track): boolean {
-    const [west = -Infinity, south = -Infinity, east = Infinity, north = Infinity] = this.map.getView().calculateExtent(this.map.getSize());
+    const { scene } = this;
     const [x, y] = this.store.placeOf(track, this.store.dataTimeS ?? NaN);
-    return x >= west && x <= east && y >= south && y <= north;
+    return scene.isInside(scene.px(x), scene.py(y), 0);
   }
 
   /** Show all sensors and tracks. */
@@ -214,7 +214,7 @@ export class Picture {
       for (let at = 0; at < (ring?.length ?? 0); at += 2) points.push([ring?.[at] ?? x, ring?.[at + 1] ?? y]);
     }
     if (points.length === 0) return;
-    const [xs, ys] = [points.map((one) => one[0]), points.map((one) => one[1])];
+    const [xs, ys] = [together(points.map((one) => one[0])), points.map((one) => one[1])];
     this.centred = true;
     this.map.getView().fit([Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)], {
       padding: [40, 40, 40, 40],
@@ -284,6 +284,7 @@ export class Picture {
     if (zoom !== null) [scene.controlX, scene.controlY] = [zoom.offsetLeft + zoom.offsetWidth, zoom.offsetTop + zoom.offsetHeight];
     const t = state.coordinateToPixelTransform;
     [scene.a, scene.d, scene.e, scene.f] = [t[0] ?? 1, t[3] ?? -1, t[4] ?? 0, t[5] ?? 0];
+    scene.middleX = (scene.width / 2 - scene.e) / scene.a;
     const [width, height] = [Math.round(scene.width * scene.ratio), Math.round(scene.height * scene.ratio)];
     for (const plane of PLANES) {
       const { canvas } = this.contexts[plane];

@@ -4,6 +4,7 @@ import type { Feed } from "../service/feed";
 import type { Selection } from "../service/selection";
 import type { Store, Track } from "../sky/store";
 import type { ViewState } from "../view/view";
+import { nearestX } from "./mercator";
 import { PALETTES, type Palette } from "./palette";
 import type { Pixels } from "./pixels";
 
@@ -31,6 +32,8 @@ export class Scene {
   d = -1;
   e = 0;
   f = 0;
+  /** The middle of the map, in its units. */
+  middleX = 0;
   width = 0;
   height = 0;
   ratio = 1;
@@ -63,8 +66,9 @@ export class Scene {
     readonly selection: Selection,
   ) {}
 
+  /** Of the copies of a point, that nearest to the middle of the map. */
   px(x: number): number {
-    return this.a * x + this.e;
+    return this.a * nearestX(x, this.middleX) + this.e;
   }
 
   py(y: number): number {

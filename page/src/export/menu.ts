@@ -12,6 +12,8 @@ import { date, isoTime, utc } from "../view/units";
 import { csv, geojson, kml, type Past } from "./formats";
 
 const CAPTION_PX = 24;
+/** Pixels of the image for each of the page, on paper. */
+const PAPER_RATIO = 2;
 
 export function exportMenu(app: App): TemplateResult {
   const { view, store } = app;
@@ -77,20 +79,18 @@ function download(name: string, blob: Blob): void {
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 }
 
-/** The map as it is seen, with the time below it. */
-async function png(app: App): Promise<void> {
+/** The map as it is seen on a canvas, with room below it, px; null where the browser has none. */
+function composed(app: App, ratio: number, below = 0): CanvasRenderingContext2D | null {
   const target = document.getElementById("map") as HTMLElement;
   const box = target.getBoundingClientRect();
-  const ratio = window.devicePixelRatio;
   const image = document.createElement("canvas");
   image.width = Math.round(box.width * ratio);
-  image.height = Math.round((box.height + CAPTION_PX) * ratio);
+  image.height = Math.round((box.height + below) * ratio);
   const context = image.getContext("2d");
-  if (context === null) return;
-  const palette = PALETTES[app.view.theme];
+  if (context === null) return null;
   context.scale(ratio, ratio);
-  context.fillStyle = palette.background;
-  context.fillRect(0, 0, box.width, box.height + CAPTION_PX);
+  context.fillStyle = PALETTES[app.view.theme].background;
+  context.fillRect(0, 0, box.width, box.height + below);
   for (const canvas of target.querySelectorAll("canvas")) {
     // What is out of date looks so, as on the page.
     const style = getComputedStyle(canvas.closest(".picture") ?? canvas);
@@ -101,9 +101,33 @@ async function png(app: App): Promise<void> {
     }
   }
   [context.filter, context.globalAlpha] = ["none", 1];
-  context.fillStyle = palette.label;
+  return context;
+}
+
+/**
+ * Put the map on paper as one image: browsers print a canvas by its lines and texts, without the
+ * symbols that are written into it, and crop it to the paper.
+ */
+export function toPaper(app: App): void {
+  fromPaper();
+  const context = composed(app, Math.max(PAPER_RATIO, window.devicePixelRatio));
+  if (context === null) return;
+  context.canvas.className = "paper";
+  document.getElementById("map")?.append(context.canvas);
+}
+
+/** Remove what was printed. */
+export function fromPaper(): void {
+  document.querySelector("#map > canvas.paper")?.remove();
+}
+
+async function png(app: App): Promise<void> {
+  const context = composed(app, window.devicePixelRatio, CAPTION_PX);
+  if (context === null) return;
+  const bottom = (document.getElementById("map") as HTMLElement).getBoundingClientRect().height;
+  context.fillStyle = PALETTES[app.view.theme].label;
   context.font = "13px sans-serif";
-  context.fillText(`${titleOf(app)}. Coast lines: Natural Earth`, 8, box.height + 16);
-  const blob = await new Promise<Blob | null>((done) => image.toBlob(done, "image/png"));
+  context.fillText(`${titleOf(app)}. Coast lines: Natural Earth`, 8, bottom + 16);
+  const blob = await new Promise<Blob | null>((done) => context.canvas.toBlob(done, "image/png"));
   if (blob !== null) download(fileName(app, "png"), blob);
 }

@@ -6,6 +6,7 @@ import { HORIZON_S, probabilityOf, type Encounters } from "../service/encounters
 import { mercatorX, mercatorY } from "../drawing/mercator";
 import type { Track } from "../sky/store";
 import { touches } from "./sites";
+import { isShown } from "../view/shown";
 import { distance } from "../view/units";
 
 const DASH = [4, 3];
@@ -33,6 +34,7 @@ export class EncountersLayer implements Layer {
       const left = one.closest_time_s - timeS;
       // The picture may be behind the answer: in a fast replay, or when the service is busy.
       if (first === undefined || second === undefined || left < 0 || left > HORIZON_S) continue;
+      if (!isShown(first, view) && !isShown(second, view)) continue;
       const [ax, ay] = here(scene, first);
       const [bx, by] = here(scene, second);
       if (!scene.isInside(ax, ay, 0) && !scene.isInside(bx, by, 0)) continue;

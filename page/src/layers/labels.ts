@@ -167,8 +167,9 @@ export class LabelsLayer implements Layer {
       );
     }
     context.stroke();
+    // The symbol under it stays visible.
     context.fillStyle = palette.background;
-    context.globalAlpha = 0.7;
+    context.globalAlpha = 0.4;
     for (let at = 0; at < this.count; at++) {
       const label = this.wanted[at] as Label;
       if (label.slot >= 0 && label.covers) {

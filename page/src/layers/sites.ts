@@ -98,23 +98,33 @@ export class SitesLayer implements Layer {
       if (together === undefined) named.set(key, { x, y, sites: [site] });
       else together.sites.push(site);
     }
-    // Sensors of one site have one text.
     this.names.length = 0;
-    for (const { x, y, sites } of named.values()) {
-      let letters = 0;
-      const write = (text: string, colour: string): void => {
-        context.fillStyle = colour;
-        context.fillText(text, x + 9 + NAME_PX * letters, y + 5);
-        letters += text.length;
-      };
-      sites.forEach(({ sensor, word }, number) => {
-        write(`${number > 0 ? ", " : ""}${sensor.id}`, palette.label);
-        if (word !== "") write(` ${word}`, palette.warning);
-        this.names.push(`${sensor.id} ${word}`.trim());
-      });
-      scene.reserved.push(x - 7, y - 7, NAME_PX * letters + 18, 15);
-    }
+    for (const { x, y } of named.values()) scene.reserved.push(x - 7, y - 7, 14, 13);
+    // Sites with a fault first: far out there is no room for all names.
+    const groups = [...named.values()].sort((one, other) => Number(isFaulty(other.sites)) - Number(isFaulty(one.sites)));
+    for (const { x, y, sites } of groups) this.name(scene, x, y, sites);
     this.nameRings(scene);
+  }
+
+  /** Write the names of the sensors of a site as one text, beside the site where there is room. */
+  private name(scene: Scene, x: number, y: number, sites: readonly Site[]): void {
+    const { context, palette } = scene;
+    const texts = sites.flatMap(({ sensor, word }, number): [string, string][] => [
+      [`${number > 0 ? ", " : ""}${sensor.id}`, palette.label], ...(word === "" ? [] : [[` ${word}`, palette.warning] as [string, string]]),
+    ]);
+    const width = NAME_PX * texts.reduce((letters, [text]) => letters + text.length, 0) + 4;
+    const places = [[x + 8, y - 6], [x - 8 - width, y - 6], [x - width / 2, y + 7], [x - width / 2, y - 21]] as const;
+    const place = places.find(([left, top]) => !touches(scene.reserved, left, top, width, 14));
+    if (place === undefined) return;
+    const [left, top] = place;
+    let letters = 0;
+    for (const [text, colour] of texts) {
+      context.fillStyle = colour;
+      context.fillText(text, Math.round(left) + 1 + NAME_PX * letters, top + 11);
+      letters += text.length;
+    }
+    scene.reserved.push(left, top, width, 14);
+    this.names.push(...sites.map(({ sensor, word }) => `${sensor.id} ${word}`.trim()));
   }
 
   /** Write the distance of each ring on its north, where nothing else stands. */
@@ -136,6 +146,10 @@ export class SitesLayer implements Layer {
       });
     }
   }
+}
+
+function isFaulty(sites: readonly Site[]): boolean {
+  return sites.some(({ word }) => word !== "");
 }
 
 /** Whether a box touches one of some: left, top, width, height, … */

@@ -100,8 +100,8 @@ function row(track: Track, place: number, focused: number | null | undefined, { 
   const state = track.onGround ? "on the ground" : track.state;
   return html`<tr data-id=${track.id} aria-rowindex=${place + 2} aria-selected=${track.id === view.selected}
     tabindex=${track.id === focused ? 0 : -1} class=${track.state} @click=${() => actions.show(track.id)}>
-    <td class="name" title=${`${nameOf(track)}${track.emergency === "" ? "" : ` ${track.emergency}`}, ${state}`}><span class="state" title=${state} aria-hidden="true">${track.onGround ? "■" : SYMBOLS[track.state]}</span>${nameOf(track)}${
-        track.emergency === "" ? nothing : html` <span class="badge level-fault">${track.emergency}</span>`}
+    <td class="name" title=${`${nameOf(track)}${track.emergency === "" ? "" : ` ${track.emergency}`}, ${state}`}><span class="state" title=${state} aria-hidden="true">${track.onGround ? "■" : SYMBOLS[track.state]}</span>${
+        track.emergency === "" ? nothing : html`<span class="badge level-fault">${track.emergency}</span> `}${nameOf(track)}
       <span class="unseen">${state}</span></td>
     <td><span class="trend">${track.onGround ? "" : trend(track.climbMps)}</span>${track.onGround ? "GND" : level(track.heightM, units, track.isLevelEstimated)}</td>
     <td>${speed(track.speedMps, units, track.isSpeedUncertain)}</td>

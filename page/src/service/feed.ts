@@ -134,9 +134,9 @@ export class Feed {
       try {
         await step();
         this.problems[number] = "";
-        if (number === 0) this.isUnreachable = false;
+        if (number === 0) this.reach(true);
       } catch (error) {
-        if (number === 0) this.isUnreachable = error instanceof UnreachableError;
+        if (number === 0) this.reach(!(error instanceof UnreachableError));
         this.problems[number] = error instanceof Error ? error.message : String(error);
       }
       this.changed();
@@ -147,6 +147,11 @@ export class Feed {
         this.wakes.set(number, done);
       });
     }
+  }
+
+  private reach(reached: boolean): void {
+    this.isUnreachable = !reached;
+    for (const one of [this.store, this.second]) one.stands = !reached;
   }
 
   private async frame(): Promise<void> {

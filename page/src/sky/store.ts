@@ -39,6 +39,8 @@ export class Store {
   fastest = 0;
   /** Data seconds per second of a history; null: as the data come. */
   pace: number | null = null;
+  /** Nothing moves beyond the last data: the service is out of reach. */
+  stands = false;
   /** When the data time came that is the newest. */
   private receivedMs = 0;
   /** The time shown when the last frame came: the present stands there until its data are as late. */
@@ -64,7 +66,7 @@ export class Store {
     // A frame of the same data says nothing of their rate: where they end, the picture stands and does not slide back.
     if (time !== this.dataTimeS) {
       this.receivedMs = nowMs;
-      if (time !== null) this.measure(time, nowMs);
+      if (time !== null && this.pace === null) this.measure(time, nowMs);
     }
     this.dataTimeS = time;
     this.isRead = true;
@@ -100,6 +102,7 @@ export class Store {
     this.shownS = -Infinity;
     this.isRead = false;
     this.steps.length = 0;
+    this.rate = 0;
   }
 
   private measure(timeS: number, ms: number): void {
@@ -114,6 +117,7 @@ export class Store {
   /** The time of the map and of its clocks: data time, extrapolated by at most some seconds. */
   timeAt(nowMs: number): number {
     if (this.dataTimeS === null) return 0;
+    if (this.stands) return this.dataTimeS;
     const waitedMs = nowMs - this.receivedMs;
     // Of a fast replay that has ended, the last data are shown.
     if (this.pace === null && this.rate > REPLAY_RATE_MIN && waitedMs > ENDED_MS) return this.dataTimeS;

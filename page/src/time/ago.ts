@@ -6,9 +6,12 @@ import { utc } from "../view/units";
 
 /** Times are asked for in milliseconds. */
 const ROUNDED_S = 0.01;
+const SAID_MS = 5000;
 
 export class Ago {
   private message = "";
+  /** Why nothing was done, shown for a while. */
+  private refusal = { text: "", untilMs: 0 };
   /** The time that the message is about, s. */
   private saidAtS: number | null = null;
   private wanted: { id: number; name: string; atS: number; jumps: number; isFirst: boolean; before: string } | null = null;
@@ -21,7 +24,11 @@ export class Ago {
     if (view.selected !== asked) return;
     const track = store.track(view.selected);
     const now = clock.at(performance.now()) ?? store.dataTimeS;
-    if (track === undefined || now === null) return;
+    if (track === undefined || now === null) {
+      this.refusal = { text: asked === null ? "Select a track first: then a shows where it was five minutes ago." : "The selected track is not in this picture.", untilMs: performance.now() + SAID_MS };
+      app.actions.redraw();
+      return;
+    }
     // A service that has been running for less shows the earliest time that it has.
     const atS = Math.max(now - seconds, clock.span?.[0] ?? -Infinity);
     const before = atS > now - seconds ? `${utc(now - seconds)} is before the earliest retained time. ` : "";
@@ -37,6 +44,7 @@ export class Ago {
 
   /** What there is to say of the time shown; empty: nothing. */
   said({ clock }: App): string {
+    if (performance.now() < this.refusal.untilMs) return this.refusal.text;
     return this.saidAtS !== null && clock.at(performance.now()) === this.saidAtS ? this.message : "";
   }
 

@@ -1,6 +1,7 @@
 """What has no data must not look alive: coasting tracks, data that ended, a silent service."""
 
 import math
+import re
 from typing import Any
 
 import polars as pl
@@ -115,6 +116,9 @@ def test_a_service_out_of_reach_is_not_live_and_ages_go_on(page: Page, air: Air)
     opened(page, air)
     page.route("**/v1/**", lambda route: route.abort())
     expect(page.locator("#time .mode")).to_have_text("No contact")
+    # At once it looks so, and nothing moves.
+    expect(page.locator(".picture")).to_have_class(re.compile("lost"))
+    assert page.evaluate(f"{STORE}.timeAt(performance.now()) === {STORE}.dataTimeS")
     age = page.locator("#tracks tbody tr[data-id] td:last-child").first
     before = age.inner_text()
     expect(age).not_to_have_text(before)

@@ -486,3 +486,48 @@ def test_names_that_come_later_do_not_cover_labels(shown: Shown) -> None:
     finally:
         shown.value("window.multiradar.actions.select(null)")
         resumed(shown)
+
+
+def test_labels_are_not_those_of_other_symbols(shown: Shown) -> None:
+    slots = shown.value(
+        f"""(() => {{
+          const places = new {PICTURE}.layers.labels.places.constructor();
+          const one = (x, y, rank) => ({{
+            x, y, rank, width: 60, height: 26, slot: -1, left: 0, top: 0, home: false,
+            covers: false, coveredMs: 0,
+          }});
+          const crowd = [];
+          for (let x = 100; x < 700; x += 12) for (let y = 100; y < 500; y += 12) {{
+            crowd.push(one(x, y, 2));
+          }}
+          const ordinary = one(402, 302, 2);
+          const [emergency, other] = [one(410, 310, 1), one(440, 300, 1)];
+          const all = [ordinary, emergency, other, ...crowd];
+          places.place(all, all.length, 600, 800, 600, 0);
+          const covers = (label, symbol) => symbol.x > label.left && symbol.x < label.left + 60
+            && symbol.y > label.top && symbol.y < label.top + 26;
+          return [ordinary.slot, emergency.slot >= 0,
+            covers(emergency, other), covers(other, emergency)];
+        }})()"""
+    )
+    assert slots == [-1, True, False, False]
+
+
+def test_traffic_across_the_antimeridian_is_on_one_map(page: Page, air: Air) -> None:
+    opened(page, air)
+    # East and west of it.
+    inside = page.evaluate(
+        f"""(() => {{
+          const half = Math.PI * 6378137;
+          const {{ tracks }} = {STORE};
+          tracks.forEach((one, at) => {{
+            [one.x, one.vx] = [at % 2 === 0 ? half - 1e5 : 1e5 - half, 0];
+          }});
+          {PICTURE}.sites = () => [];
+          {PICTURE}.fit();
+          {PICTURE}.map.renderSync();
+          const zoom = {PICTURE}.map.getView().getZoom();
+          return [tracks.every((one) => {PICTURE}.contains(one)), zoom > 6];
+        }})()"""
+    )
+    assert inside == [True, True]

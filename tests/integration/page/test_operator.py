@@ -261,6 +261,28 @@ def test_the_clock_runs_as_the_data_also_when_frames_come_in_bunches(page: Page,
     assert last == 0.0
 
 
+def test_the_present_does_not_run_at_the_speed_of_the_history_before(page: Page, air: Air) -> None:
+    opened(page, air)
+    ahead = page.evaluate(
+        f"""() => {{
+          const store = new {STORE}.constructor();
+          const none = {{ rows: 0, column: () => new Float64Array(0) }};
+          const header = {{ skipped: 0, total: 0, sensors: [], states: [] }};
+          const take = (time, ms) => store.update(
+            {{ header: {{ ...header, data_time_s: time }},
+               tracks: none, plots: none, path: none }}, ms);
+          store.pace = 300;
+          for (let ms = 0; ms < 5000; ms += 500) take(0.3 * ms, ms);
+          store.pace = null;
+          store.clear();
+          take(1500, 5500);
+          take(1500, 6500);
+          return store.timeAt(7000) - 1500;
+        }}"""
+    )
+    assert ahead == 0.0
+
+
 def test_the_clocks_show_the_time_of_the_map(page: Page, air: Air) -> None:
     opened(page, air)
     page.evaluate(f"{STORE}.timeAt = () => 45296.5")
