@@ -468,7 +468,7 @@ def test_the_print_is_light_and_one_page(page: Page) -> None:
     page.evaluate("window.dispatchEvent(new Event('beforeprint'))")
     assert page.evaluate("document.documentElement.dataset.theme") == "light"
     # One image, with the symbols of the aircraft.
-    printed = page.evaluate(
+    on_paper = page.evaluate(
         f"""() => {{
           const image = document.querySelector("#map > canvas.paper");
           const {{ scene }} = window.multiradar.picture;
@@ -483,7 +483,7 @@ def test_the_print_is_light_and_one_page(page: Page) -> None:
         }}"""
     )
     # Some lie at the edge, or are faint.
-    assert sum(printed) > max(5, 0.8 * len(printed))
+    assert sum(on_paper) > max(5, 0.8 * len(on_paper))
     # A4 at 96 dots per inch, less the margins.
     page.set_viewport_size({"width": 703, "height": 1032})
     page.emulate_media(media="print")
