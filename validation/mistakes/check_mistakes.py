@@ -17,9 +17,11 @@ part of the expected message. To test another revision, put its folders into PYT
 
 import argparse
 import json
+import re
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 import polars as pl
@@ -81,9 +83,8 @@ def tried(mistake: Mistake, sample: Sample) -> dict[str, object]:
     }
 
 
-def table(rows: list[dict[str, object]], before: list[dict[str, object]]) -> str:
-    """Return the results as a Markdown table."""
-    known = {row["name"]: row for row in before}
+def table(rows: list[dict[str, object]], before: Mapping[str, list[str]]) -> str:
+    """Return the results as a Markdown table; `before` has cells of another revision by name."""
     head = [
         "mistake",
         *(["status before", "message before"] if before else []),
@@ -94,18 +95,23 @@ def table(rows: list[dict[str, object]], before: list[dict[str, object]]) -> str
     for row in rows:
         cells = [str(row["name"])]
         if before:
-            cells += _cells(known.get(row["name"]))
+            cells += before.get(str(row["name"]), ["", ""])
         lines.append(f"| {' | '.join([*cells, *_cells(row)])} |")
     return "\n".join(lines)
 
 
-def _cells(row: dict[str, object] | None) -> list[str]:
-    if row is None:
-        return ["", ""]
+def _cells(row: dict[str, object]) -> list[str]:
     message = "<br>".join(
         line.removeprefix("multiradar: ") for line in str(row["said"]).splitlines() if line
     )
     return [str(row["status"]), message.replace("|", "\\|") or "nothing"]
+
+
+def cells_before(page: Path) -> dict[str, list[str]]:
+    """Return the cells of the other revision in the table of a page, by name."""
+    rows = page.read_text(encoding="utf-8").partition(BEGIN)[2].partition(END)[0].splitlines()
+    cells = (re.split(r" (?<!\\)\| ", row.removeprefix("| ")) for row in rows[3:])
+    return {row[0]: row[1:3] for row in cells if len(row) > 3}
 
 
 def into_page(page: Path, text: str) -> None:
@@ -120,7 +126,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--only", default="", metavar="TEXT", help="Rows whose name contains this.")
     parser.add_argument("--json", type=Path, metavar="FILE", help="Keep the results here, too.")
-    parser.add_argument("--before", type=Path, metavar="FILE", help="Results of another revision.")
+    parser.add_argument(
+        "--before",
+        type=Path,
+        metavar="FILE",
+        help="Results of another revision; else those in the page are kept.",
+    )
     parser.add_argument("--page", type=Path, metavar="FILE", help="Put the table into this page.")
     given = parser.parse_args()
     chosen = [mistake for mistake in ALL if given.only in mistake.name]
@@ -133,7 +144,10 @@ def main() -> None:
             print(f"{mistake.name}: {rows[-1]['status']}, {note}", file=sys.stderr, flush=True)
     if given.json:
         given.json.write_text(json.dumps(rows, indent=1, ensure_ascii=False), encoding="utf-8")
-    before = json.loads(given.before.read_text(encoding="utf-8")) if given.before else []
+    before = cells_before(given.page) if given.page else {}
+    if given.before:
+        found = json.loads(given.before.read_text(encoding="utf-8"))
+        before = {row["name"]: _cells(row) for row in found}
     text = table(rows, before)
     if given.page:
         into_page(given.page, text)

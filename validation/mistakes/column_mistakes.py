@@ -88,7 +88,7 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
     Mistake(
         "unknown heights as -9999",
         plots(RADAR, height_m=pl.lit(-9999.0)),
-        message=("26-10: 100% of its", "was -9999", "the unit of height_m"),
+        message=("26-10: its height_m is probably a placeholder", "-9999 in all plots"),
     ),
     Mistake(
         "Mode 3/A codes in decimal",
@@ -232,7 +232,7 @@ COLUMN_MISTAKES: tuple[Mistake, ...] = (
         "a range offset of 5 km",
         plots(RADAR, range_m=pl.col("range_m") + 5000.0),
         status=0,
-        message=("26-10: its ranges are off by +51",),
+        message=("26-10: the estimated range offset is +51", "check its range calibration"),
     ),
     Mistake(
         "azimuths in revolutions",

@@ -201,7 +201,7 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
             folder, sample.measurements.with_columns(_TIME + 2_208_988_800.0), sample.sensors
         ),
         status=0,
-        message=("in the future; counted from another epoch than 1970-01-01?",),
+        message=("in the future; are they counted from an epoch other than 1970-01-01?",),
     ),
     Mistake(
         "convert: latitude and longitude of ADS-B exchanged",

@@ -262,7 +262,7 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         file("dump/a.txt", "x"),
         _CONVERT,
         1,
-        ("missing file plots.txt",),
+        ("dump: expected a folder with the text files of a dump",),
     ),
     Mistake(
         "a dump without ADS-B",
