@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Browser, Locator, Page, Route, expect
 
 from integration.page.conftest import Air, received, window
-from integration.page.test_browser import PICTURE, STORE, Watch, opened, settled
+from integration.page.test_browser import STORE, Watch, opened, settled
 from multiradar.runtime.picture.frames import encoded
 from support.inputs.picture_frames import decoded
 from support.processes import clients
@@ -457,50 +457,6 @@ def test_the_panels_are_a_drawer_on_a_tablet_and_everything_can_be_touched(page:
             .filter(([, height]) => height < 43.9)""")
         assert small == []
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-
-
-def test_the_print_is_light_and_one_page(page: Page) -> None:
-    page.evaluate(f"{ACTIONS}.show({STORE}.tracks[0].id)")
-    expect(page.locator("#sheet mr-chart").first).to_be_visible()
-    document = page.pdf(prefer_css_page_size=True)
-    assert document.count(b"/Type /Page\n") == 1
-    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
-    page.evaluate("window.dispatchEvent(new Event('beforeprint'))")
-    assert page.evaluate("document.documentElement.dataset.theme") == "light"
-    # One image, with the symbols of the aircraft.
-    on_paper = page.evaluate(
-        f"""() => {{
-          const image = document.querySelector("#map > canvas.paper");
-          const {{ scene }} = window.multiradar.picture;
-          const ratio = image.width / scene.width;
-          const {{ width, height }} = image;
-          const {{ data }} = image.getContext("2d").getImageData(0, 0, width, height);
-          const isDark = (x, y) => data[4 * (y * width + x)] < 120;
-          const near = [-3, -2, -1, 0, 1, 2, 3];
-          const coloured = ({{ x, y }}) => near.some((east) => near.some((south) =>
-            isDark(Math.round(x * ratio) + east, Math.round(y * ratio) + south)));
-          return {PICTURE}.seenOnCanvas.map(coloured);
-        }}"""
-    )
-    # Some lie at the edge, or are faint.
-    assert sum(on_paper) > max(5, 0.8 * len(on_paper))
-    # A4 at 96 dots per inch, less the margins.
-    page.set_viewport_size({"width": 703, "height": 1032})
-    page.emulate_media(media="print")
-    for part in ("#map", "#sheet .name", "#sheet section[aria-label='Why is it here?'] table"):
-        box = page.locator(part).first.bounding_box()
-        assert box is not None
-        assert box["y"] + box["height"] <= 1032.0
-        assert box["x"] + box["width"] <= 703.0
-    expect(page.get_by_role("tablist")).not_to_be_visible()
-    paper = page.locator("#map > canvas.paper")
-    expect(paper).to_be_visible()
-    box = paper.bounding_box()
-    assert box is not None
-    assert box["x"] + box["width"] <= 703.0
-    page.evaluate("window.dispatchEvent(new Event('afterprint'))")
-    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
-    expect(paper).to_have_count(0)
 
 
 def test_a_lost_connection_is_announced_once_and_its_return_too(
