@@ -73,7 +73,7 @@ class TrajectorySettings(Section):
     plots_waiting_max: Count = 500_000
     lateral_max_mps2: Annotated[float, Field(ge=0.5, le=20.0)] = 14.0
     longitudinal_max_mps2: Annotated[float, Field(ge=0.5, le=20.0)] = 4.0
-    lag_max_s: Annotated[float, Field(ge=1.0, le=3600.0)] = 60.0
+    lag_max_s: Annotated[float, Field(ge=1.0, le=3600.0)] = 600.0
 
 
 class ZenohSettings(Section):

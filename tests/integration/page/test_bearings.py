@@ -65,7 +65,11 @@ def test_bearings_are_lines_to_their_tracks_with_the_switches_of_plots(
 
 def test_the_bias_switch_turns_bearings(page: Page, jammed: Air) -> None:
     opened(page, jammed.url)
-    settled(page, f"{PICTURE}.corrected === 1 && {LINES}['df-north']?.length > 10")
+    # The map fits all once, and is then drawn where it stays.
+    settled(
+        page, f"{PICTURE}.centred && {PICTURE}.corrected === 1 && {LINES}['df-north']?.length > 10"
+    )
+    page.evaluate(f"{PICTURE}.map.renderSync()")
     corrected = page.evaluate(f"{LINES}['df-north']")
     page.keyboard.press("b")
     settled(page, f"{PICTURE}.corrected === 0")

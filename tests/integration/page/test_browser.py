@@ -90,7 +90,10 @@ def test_a_map_moved_when_the_sites_come_stays_where_the_user_put_it(page: Page,
     page.route("**/v1/sensors*", lambda route: route.fulfill(json={"sensors": []}))
     page.goto(air.url)
     settled(page, f"{PICTURE}.fitted === 1")
-    site = {"id": "far", "kind": "radar", "latitude_deg": 10, "longitude_deg": 10}
+    site = {
+        "id": "far", "kind": "radar", "latitude_deg": 10, "longitude_deg": 10, "updates": 0,
+        "health": None, "biases": [], "diagnoses": [],
+    }  # fmt: skip
     page.evaluate(
         f"""(site) => {{
           window.multiradar.feed.sensors = [{{ ...site, range_max_m: null }}];

@@ -101,7 +101,9 @@ def unpack(folder: Path, state: Path) -> dict[str, Any]:
     octets = (folder / ARCHIVE).read_bytes()
     assert hashlib.sha256(octets).hexdigest() == metadata["sha256"], folder
     with tarfile.open(fileobj=io.BytesIO(octets), mode="r:xz") as archive:
-        archive.extractall(state, filter="data")
+        # Python before 3.11.4 knows no filter; the archive is the project's own.
+        archive.extraction_filter = getattr(tarfile, "data_filter", None)
+        archive.extractall(state)
     return metadata
 
 
