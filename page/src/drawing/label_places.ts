@@ -43,7 +43,8 @@ const FAR = [NEAR, ...RINGS].flatMap((far, ring) =>
 export const SLOTS = DIRECTIONS.length * (1 + RINGS.length);
 /** Kept free around a label, so that labels do not touch until they are placed again, pixels. */
 export const MARGIN = 1.5;
-const SYMBOL = 5;
+/** Half the size of a symbol. */
+export const SYMBOL = 5;
 /** A label that covers a symbol looks for another slot so often, ms: most aircraft only pass under it. */
 const COVERED_MS = 2000;
 /** After so many labels without a place the canvas is full. */
@@ -100,35 +101,28 @@ export class LabelPlaces {
   private find(one: Wanted, width: number, height: number): boolean {
     const kept = one.slot;
     if (one.home && hasLeader(kept)) {
-      for (let slot = 0; slot < DIRECTIONS.length; slot++) {
-        if (this.fits(one, slot, width, height, false)) return this.take(one, slot);
-      }
+      const near = this.firstFit(one, DIRECTIONS.length, width, height, false);
+      if (near !== null) return this.take(one, near);
     }
     // A slot that is kept may cover a symbol for a moment: labels do not jump when aircraft pass under them.
-    if (kept >= 0 && this.fits(one, kept, width, height, true)) {
-      const other = this.uncovered(one, width, height);
-      if (other !== null) return this.take(one, other);
-      if (one.rank <= FIRST_RANK || !this.isTooLong(one)) return this.take(one, kept);
-      one.covers = false;
-      return false;
+    const keeps = kept >= 0 && this.fits(one, kept, width, height, true);
+    if (keeps && !(one.covers && this.nowMs - one.coveredMs >= COVERED_MS)) return this.take(one, kept);
+    const free = this.firstFit(one, SLOTS, width, height, false);
+    if (free !== null) return this.take(one, free);
+    if (one.rank > FIRST_RANK) return false;
+    if (keeps) {
+      // The search is repeated later.
+      one.coveredMs = this.nowMs;
+      return this.take(one, kept);
     }
-    for (const overSymbols of one.rank <= FIRST_RANK ? [false, true] : [false]) {
-      for (let slot = 0; slot < SLOTS; slot++) {
-        if (this.fits(one, slot, width, height, overSymbols)) return this.take(one, slot);
-      }
-    }
-    return false;
+    const over = this.firstFit(one, SLOTS, width, height, true);
+    return over !== null && this.take(one, over);
   }
 
-  private isTooLong(one: Wanted): boolean {
-    return one.covers && this.nowMs - one.coveredMs >= COVERED_MS;
-  }
-
-  /** Another slot that covers no symbol, for a label that has covered one for too long. */
-  private uncovered(one: Wanted, width: number, height: number): number | null {
-    if (!this.isTooLong(one)) return null;
-    for (let slot = 0; slot < SLOTS; slot++) {
-      if (slot !== one.slot && this.fits(one, slot, width, height, false)) return slot;
+  /** The first of so many slots with room for a label. */
+  private firstFit(one: Wanted, slots: number, width: number, height: number, overSymbols: boolean): number | null {
+    for (let slot = 0; slot < slots; slot++) {
+      if (this.fits(one, slot, width, height, overSymbols)) return slot;
     }
     return null;
   }

@@ -37,7 +37,6 @@ const PICK_PX = 14;
 const SNAP_MS = 300;
 /** Motion that is worth a drawing, pixels. */
 const STEP_PX = 0.25;
-/** Width of the whole map. */
 const PLANES: readonly Plane[] = ["ground", "sweep", "moving"];
 
 export class Picture {

@@ -4,6 +4,7 @@ import type { Feed } from "../service/feed";
 import type { Selection } from "../service/selection";
 import type { Store, Track } from "../sky/store";
 import type { ViewState } from "../view/view";
+import { SYMBOL } from "./label_places";
 import { nearestX } from "./mercator";
 import { PALETTES, type Palette } from "./palette";
 import type { Pixels } from "./pixels";
@@ -80,9 +81,6 @@ export class Scene {
   }
 }
 
-/** Half the size of a symbol. */
-const SYMBOL_PX = 5;
-
 /** Tracks on the canvas and their pixels, in arrays that grow and are used again. */
 export class Seen {
   length = 0;
@@ -109,7 +107,7 @@ export class Seen {
   touches(left: number, top: number, width: number, height: number): boolean {
     for (let at = 0; at < this.length; at++) {
       const [x, y] = [this.x[at] ?? 0, this.y[at] ?? 0];
-      if (x > left - SYMBOL_PX && x < left + width + SYMBOL_PX && y > top - SYMBOL_PX && y < top + height + SYMBOL_PX) return true;
+      if (x > left - SYMBOL && x < left + width + SYMBOL && y > top - SYMBOL && y < top + height + SYMBOL) return true;
     }
     return false;
   }

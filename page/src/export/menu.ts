@@ -121,6 +121,7 @@ export function fromPaper(): void {
   document.querySelector("#map > canvas.paper")?.remove();
 }
 
+/** The map as it is seen, with the time below it. */
 async function png(app: App): Promise<void> {
   const context = composed(app, window.devicePixelRatio, CAPTION_PX);
   if (context === null) return;

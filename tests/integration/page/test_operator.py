@@ -15,6 +15,16 @@ from support.processes.waiting import wait_until
 MAP = "JSON.stringify(document.getElementById('map').getBoundingClientRect())"
 CLOCK = "window.multiradar.clock"
 
+#: A store of its own, and what gives it a frame without tracks, of a data time at a moment.
+EMPTY_STORE = f"""
+          const store = new {STORE}.constructor();
+          const none = {{ rows: 0, column: () => new Float64Array(0) }};
+          const header = {{ skipped: 0, total: 0, sensors: [], states: [] }};
+          const take = (time, ms) => store.update(
+            {{ header: {{ ...header, data_time_s: time }},
+               tracks: none, plots: none, path: none }}, ms);
+"""
+
 
 def test_a_service_out_of_reach_is_explained_and_moves_nothing(page: Page, air: Air) -> None:
     opened(page, air)
@@ -221,12 +231,7 @@ def test_the_clock_runs_as_the_data_also_when_frames_come_in_bunches(page: Page,
     opened(page, air)
     ahead, back, moves, last = page.evaluate(
         f"""() => {{
-          const store = new {STORE}.constructor();
-          const none = {{ rows: 0, column: () => new Float64Array(0) }};
-          const header = {{ skipped: 0, total: 0, sensors: [], states: [] }};
-          const take = (time, ms) => store.update(
-            {{ header: {{ ...header, data_time_s: time }},
-               tracks: none, plots: none, path: none }}, ms);
+          {EMPTY_STORE}
           // Three times real time, a frame for each half second; two come together.
           const ahead = [];
           let [back, shown] = [0, 0];
@@ -265,12 +270,7 @@ def test_the_present_does_not_run_at_the_speed_of_the_history_before(page: Page,
     opened(page, air)
     ahead = page.evaluate(
         f"""() => {{
-          const store = new {STORE}.constructor();
-          const none = {{ rows: 0, column: () => new Float64Array(0) }};
-          const header = {{ skipped: 0, total: 0, sensors: [], states: [] }};
-          const take = (time, ms) => store.update(
-            {{ header: {{ ...header, data_time_s: time }},
-               tracks: none, plots: none, path: none }}, ms);
+          {EMPTY_STORE}
           store.pace = 300;
           for (let ms = 0; ms < 5000; ms += 500) take(0.3 * ms, ms);
           store.pace = null;
