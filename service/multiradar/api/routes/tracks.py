@@ -112,7 +112,7 @@ async def list_tracks(
     names = None if fields is None else columns(fields)
 
     def answer() -> Response:
-        tracks = access.view.tracks() if at is None else access.view.tracks(at)
+        tracks = access.view.tracks(at)
         page = tracks.filter(condition).sort("track_id").head(limit + 1) if len(tracks) else tracks
         more = page.height > limit
         page = page.head(limit)

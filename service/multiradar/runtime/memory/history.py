@@ -8,12 +8,15 @@ copies rows and then drops those overwritten meanwhile.
 from bisect import bisect_right
 
 import numpy as np
+import polars as pl
 from numpy.typing import NDArray
 
+from multiradar import wire
 from multiradar.estimation.filters._kernels import NONE
+from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime import _kernels as kernels
 from multiradar.runtime.row_ring import RowRing
-from multiradar.tracking.columns import row_type
+from multiradar.tracking.columns import row_type, table_of
 from multiradar.tracking.outputs import TrackUpdates
 
 #: A row of `TrackUpdates`; field names are the same.
@@ -38,6 +41,11 @@ def with_spread(rows: NDArray[np.void], spread: NDArray[np.float64]) -> NDArray[
     wide[list(UPDATE_DTYPE.names or ())] = rows
     wide["spread"] = spread[:, 2:] if len(spread) == len(rows) else np.nan
     return wide
+
+
+def update_rows_frame(rows: NDArray[np.void], sensors: SensorTable) -> pl.DataFrame:
+    """Return rows of `UPDATE_DTYPE` as rows of `tracks.parquet`."""
+    return wire.tracks_frame(table_of(TrackUpdates, rows), sensors)
 
 
 class TrackHistory(RowRing):

@@ -18,7 +18,12 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.plot_rows import PLOT_DTYPE, POINTS_MAX, plot_rows
 from multiradar.runtime.memory.bias_board import BiasBoard, bias_rows_frame
 from multiradar.runtime.memory.health_board import HealthBoard
-from multiradar.runtime.memory.history import SPREAD_DTYPE, TrackHistory, with_spread
+from multiradar.runtime.memory.history import (
+    SPREAD_DTYPE,
+    TrackHistory,
+    update_rows_frame,
+    with_spread,
+)
 from multiradar.runtime.memory.live_tracks import LiveTracks, ages_and_states, sources_of
 from multiradar.runtime.memory.sensor_board import SensorBoard
 from multiradar.runtime.memory.state_board import StateBoard
@@ -34,7 +39,7 @@ from multiradar.tracking.forecast.forecast_calibration import (
     calibration_for,
 )
 from multiradar.tracking.lifecycle.transitions import ENDED, TrackTransitions
-from multiradar.tracking.outputs import EngineOutput, TrackStates, TrackUpdates
+from multiradar.tracking.outputs import EngineOutput, TrackStates
 from multiradar.tracking.settings import TrackingSettings
 
 States = tuple[TrackStates, SystemPlane]
@@ -306,7 +311,7 @@ class Knowledge:
     def history(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
         """Return updates of a track, live or dropped, as rows of `tracks.parquet`."""
         rows = self._history.read(track_id, since_s, limit)
-        return wire.tracks_frame(table_of(TrackUpdates, rows), self.sensors)
+        return update_rows_frame(rows, self.sensors)
 
     def transitions(self, track_id: int, since_s: float | None, limit: int) -> pl.DataFrame:
         """Return transitions of a track, live or dropped, as rows of `transitions.parquet`."""
@@ -459,7 +464,7 @@ class Knowledge:
         age_s, rows["state"] = ages_and_states(
             rows, data_time_s or 0.0, self.tracking.coast_after_s
         )
-        frame = wire.tracks_frame(table_of(TrackUpdates, rows), self.sensors)
+        frame = update_rows_frame(rows, self.sensors)
         return frame.with_columns(
             pl.Series("age_s", age_s, pl.Float64), reception_age_s=pl.lit(None, pl.Float64)
         )

@@ -18,6 +18,8 @@ from multiradar.tracking.outputs import STATE_NAMES
 
 #: Without an earlier frame: earlier positions and plots of so long before the time, s.
 PATH_S = 120.0
+#: A track that is not updated ends at the first processing after `drop_after_s`, s later at most.
+ENDING_S = 10.0
 PLOTS_S = 30.0
 #: Plots of a frame; the latest.
 PLOTS_MAX = 5_000

@@ -10,15 +10,12 @@ from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.memory.bias_board import bias_rows_frame
+from multiradar.runtime.memory.history import update_rows_frame
 from multiradar.runtime.memory.knowledge import Knowledge
-from multiradar.runtime.picture.past import Positions, last_of_each
+from multiradar.runtime.picture.past import ENDING_S, Positions, last_of_each
 from multiradar.runtime.picture.track_columns import system_plane
 from multiradar.runtime.queries.track_windows import bias_estimates
-from multiradar.tracking.columns import table_of
-from multiradar.tracking.outputs import SPREAD_COUNT, TrackUpdates
-
-#: A track that is not updated ends at the first processing after `drop_after_s`, s later at most.
-_ENDING_S = 10.0
+from multiradar.tracking.outputs import SPREAD_COUNT
 
 
 class RetainedPast:
@@ -51,7 +48,7 @@ class RetainedPast:
 
     def latest(self, at_s: float) -> NDArray[np.void]:
         """Return the last update of each track at a time."""
-        silent_s = self._known.tracking.drop_after_s + _ENDING_S
+        silent_s = self._known.tracking.drop_after_s + ENDING_S
         rows = self._known.updates_between(at_s - silent_s, at_s)
         rows = rows[last_of_each(rows["track_id"])]
         ended = self._known.ended_between(at_s - silent_s, at_s)
@@ -60,7 +57,7 @@ class RetainedPast:
 
     def tracks(self, at_s: float) -> pl.DataFrame:
         """Return the last update of each track at a time, rows of `tracks.parquet`."""
-        return wire.tracks_frame(table_of(TrackUpdates, self.latest(at_s)), self.sensors)
+        return update_rows_frame(self.latest(at_s), self.sensors)
 
     def spread(self, rows: NDArray[np.void]) -> tuple[SystemPlane | None, NDArray[np.float64]]:
         """Return the covariances of rows of `latest`, and their plane."""

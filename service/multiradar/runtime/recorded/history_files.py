@@ -189,7 +189,7 @@ class HistoryFolder:
         self.oldest_s: float | None = None
         try:
             path.mkdir(exist_ok=True)
-            self._lock = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+            self._lock = os.open(path, os.O_RDONLY)
         except OSError as error:
             raise InputError(f"{path}: cannot write: {error.strerror}") from error
         try:

@@ -17,7 +17,7 @@ from multiradar.runtime.offline.offline_job import (
     TRANSITIONS_FILE,
 )
 from multiradar.runtime.offline.offline_report import REPORT_FILE
-from multiradar.runtime.picture.past import PATH_S
+from multiradar.runtime.picture.past import ENDING_S, PATH_S
 from multiradar.runtime.picture.past_sensors import SILENT_S
 from multiradar.runtime.recorded.history_files import (
     BLOCK_ROWS,
@@ -35,8 +35,6 @@ from multiradar_schemas.products.transition import TRANSITION_SCHEMA
 _RUNS_MAX = 4
 #: Biases and health of so long before a time, s.
 _SLOW_S = 3600.0
-#: A part of a track may have ended so long after its last update, beyond `drop_after_s`, s.
-_ENDING_S = 10.0
 
 
 class HistoryReader:
@@ -66,7 +64,7 @@ class HistoryReader:
 
     def at(self, at_s: float) -> RecordedRun | None:
         """Return the data before a time; None if there are no tracks."""
-        window_s = max(self._known.tracking.drop_after_s + _ENDING_S, PATH_S, SILENT_S)
+        window_s = max(self._known.tracking.drop_after_s + ENDING_S, PATH_S, SILENT_S)
         spans = {
             TRACKS_FILE: window_s, TRANSITIONS_FILE: window_s, MEASUREMENTS_FILE: window_s,
             BIASES_FILE: _SLOW_S, HEALTH_FILE: _SLOW_S,

@@ -17,6 +17,7 @@ from multiradar.errors import RemovedEntriesError, StateError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.live.payload import decode_rows
 from multiradar.runtime.memory.bias_board import bias_rows_frame
+from multiradar.runtime.memory.history import update_rows_frame
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.offline.offline_job import (
     BIASES_FILE,
@@ -29,7 +30,6 @@ from multiradar.storage.journal import Journal
 from multiradar.storage.recording import MEASUREMENTS_FILE
 from multiradar.tracking.columns import table_of
 from multiradar.tracking.lifecycle.transitions import TrackTransitions
-from multiradar.tracking.outputs import TrackUpdates
 from multiradar_schemas.measurements.columns import MEASUREMENT_SCHEMA, complete
 
 #: Rows of a table in one write.
@@ -63,10 +63,6 @@ class NewRows(NamedTuple):
     more: bool = False
 
 
-def _tracks(rows: NDArray[np.void], sensors: SensorTable) -> pl.DataFrame:
-    return wire.tracks_frame(table_of(TrackUpdates, rows), sensors)
-
-
 def _transitions(rows: NDArray[np.void], sensors: SensorTable) -> pl.DataFrame:
     del sensors
     return wire.transitions_frame(table_of(TrackTransitions, rows))
@@ -74,7 +70,7 @@ def _transitions(rows: NDArray[np.void], sensors: SensorTable) -> pl.DataFrame:
 
 #: Tables from a ring: its name, and the translation of its rows.
 _RINGS: Mapping[str, tuple[str, Frame]] = {
-    TRACKS_FILE: ("history", _tracks),
+    TRACKS_FILE: ("history", update_rows_frame),
     TRANSITIONS_FILE: ("transitions", _transitions),
     BIASES_FILE: ("biases", bias_rows_frame),
 }

@@ -19,7 +19,7 @@ from multiradar.runtime.offline.offline_job import (
     TRACKS_FILE,
     TRANSITIONS_FILE,
 )
-from multiradar.runtime.picture.past import Positions, last_of_each
+from multiradar.runtime.picture.past import ENDING_S, Positions, last_of_each
 from multiradar.runtime.recorded.plots import RecordedPlots
 from multiradar.runtime.recorded.update_rows import sensor_numbers, update_rows
 from multiradar.storage.recording import MEASUREMENTS_FILE
@@ -33,8 +33,6 @@ from multiradar_schemas.products.health import HEALTH_SCHEMA
 from multiradar_schemas.products.track import TRACK_SCHEMA
 from multiradar_schemas.products.transition import TRANSITION_SCHEMA
 
-#: Without transitions a track ends so long after `drop_after_s`, s; with them at its end.
-_ENDING_S = 10.0
 #: Spans in which the latest estimate of each bias is searched, s.
 _BIAS_SPANS_S = (60.0, 3600.0, np.inf)
 #: Span read at once for the history of a track, s.
@@ -178,7 +176,8 @@ class RecordedRun:
 
     def tracks(self, at_s: float) -> pl.DataFrame:
         """Return the last update of each track at a time, rows of `tracks.parquet` by track."""
-        rows = self._tracks.between(at_s - self._drop_after_s - _ENDING_S, at_s)
+        # Without transitions; with them a track ends at its end.
+        rows = self._tracks.between(at_s - self._drop_after_s - ENDING_S, at_s)
         last = rows[last_of_each(rows["track_id"].to_numpy())]
         live = ~np.isin(last["track_id"].to_numpy(), self._ended_id[self._ended_s <= at_s])
         if not len(self._ended_id):
