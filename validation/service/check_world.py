@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.clock import SystemClock
-from validation.service.traffic import processor_s
+from validation.service.traffic import processor_s, started
 from validation.service.world_scene import BLOCK_S, START_S, WORLD, Region, World, continent
 
 CLOCK = SystemClock()
@@ -94,16 +94,8 @@ class Service:
     def __init__(self, folder: Path, sensors: str, options: list[str]) -> None:
         folder.mkdir(parents=True)
         self.folder = folder
-        (folder / "sensors.toml").write_text(sensors, encoding="utf-8")
         self._log = (folder / "log.txt").open("w", encoding="utf-8")
-        command = [
-            sys.executable, "-m", "multiradar", "serve", "--sensors", str(folder / "sensors.toml"),
-            "--port", "0", "--no-zenoh", "--json", "--state", str(folder / "state"),
-            "--log-level", "warning", *options,
-        ]  # fmt: skip
-        self._process = subprocess.Popen(
-            command, stdout=subprocess.PIPE, stderr=self._log, text=True
-        )
+        self._process = started(folder, sensors, *options, errors=self._log)
         self.pid = self._process.pid
 
     def listen(self) -> None:

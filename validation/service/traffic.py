@@ -7,6 +7,7 @@ import sys
 import threading
 from pathlib import Path
 from types import TracebackType
+from typing import IO
 
 import httpx
 import numpy as np
@@ -118,6 +119,32 @@ def _folded(values: Floats, half: float) -> Floats:
     return np.abs((values + half) % (4.0 * half) - 2.0 * half) - half
 
 
+def started(
+    folder: Path, sensors: str, *options: str, errors: IO[str] | None = None
+) -> "subprocess.Popen[str]":
+    """Start a service on a free port, with its journal in a folder; it prints its address as JSON.
+
+    Parameters
+    ----------
+    folder : Path
+        For its journal and its configuration.
+    sensors : str
+        Its `sensors.toml`.
+    *options : str
+        Further options of `serve`.
+    errors : file, optional
+        For its standard error; that of this process when absent.
+    """
+    path = folder / "sensors.toml"
+    path.write_text(sensors, encoding="utf-8")
+    command = [
+        sys.executable, "-m", "multiradar", "serve", "--sensors", str(path), "--port", "0",
+        "--no-zenoh", "--json", "--state", str(folder / "state"), "--log-level", "warning",
+        *options,
+    ]  # fmt: skip
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True)
+
+
 class Traffic:
     """A service in a process of its own, fed in real time from a thread.
 
@@ -133,13 +160,8 @@ class Traffic:
 
     def __init__(self, folder: Path, aircraft: int, warm_s: float = 24.0) -> None:
         self.sky = Sky(aircraft)
-        sensors = folder / "sensors.toml"
-        sensors.write_text("\n".join(sensor_text(*one) for one in SITES.items()), encoding="utf-8")
-        command = [
-            sys.executable, "-m", "multiradar", "serve", "--sensors", str(sensors), "--port", "0",
-            "--no-zenoh", "--json", "--state", str(folder / "state"), "--log-level", "warning",
-        ]  # fmt: skip
-        self._process = subprocess.Popen(command, stdout=subprocess.PIPE)
+        sensors = "\n".join(sensor_text(*one) for one in SITES.items())
+        self._process = started(folder, sensors)
         if self._process.stdout is None:
             raise SystemExit("the service has no output")
         self.url: str = json.loads(self._process.stdout.readline())["http"]
