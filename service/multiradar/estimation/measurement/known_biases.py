@@ -1,4 +1,8 @@
-"""Correction of measurements for known or estimated biases."""
+"""Correction of measurements for biases.
+
+Known biases are removed before a measurement is tracked. Estimated ones are parts of the state of
+the filters, which never see corrected plots; they are removed for display, queries and analyses.
+"""
 
 from typing import NamedTuple
 

@@ -365,18 +365,11 @@ class Snapshots:
     ) -> None:  # fmt: skip
         sequence, digest = snapshot.position
         kinds = {name: type(one) for name, one in holders.items()}
-        expected = _key(self._key, _until(skipped, sequence), kinds)
-        other = [name for name in expected if snapshot.key.get(name) != expected[name]]
-        if other:
-            raise SnapshotError(f"it differs from this service in: {', '.join(other)}")
+        _check_whole(snapshot, _key(self._key, _until(skipped, sequence), kinds))
         if sequence > journal.counts().entries:
             raise SnapshotError(f"it refers to entry {sequence}, which is not in the journal")
         if journal.digest(sequence) != digest:
             raise SnapshotError(f"it belongs to another journal: entry {sequence} differs")
-        for name, files in snapshot.tables.items():
-            ends = [file.end for file in files]
-            if not files or ends[:-1] != [file.first for file in files[1:]]:
-                raise SnapshotError(f"rows of {name} are missing")
 
 
 def open_snapshots(
@@ -438,16 +431,27 @@ def usable_snapshots(
     for path in rules.folder.files()[:KEPT]:
         try:
             snapshot = rules.folder.read(path)
+            sequence, digest = snapshot.position
+            _check_whole(snapshot, _key(given, _until(skipped, sequence), kinds))
             for files in snapshot.tables.values():
                 rules.folder.read_rows(files)
         except SnapshotError as error:
             _log.warning("snapshot %s cannot be used: %s", path.name, error)
             continue
-        sequence, digest = snapshot.position
-        fits = snapshot.key == _key(given, _until(skipped, sequence), kinds)
-        if fits and digests([sequence]).get(sequence) == digest:
+        if digests([sequence]).get(sequence) == digest:
             found.append(snapshot.position)
     return found
+
+
+# What holds of a snapshot whatever the journal: it is of this service, and no rows are missing.
+def _check_whole(snapshot: Snapshot, expected: Mapping[str, str]) -> None:
+    other = [name for name in expected if snapshot.key.get(name) != expected[name]]
+    if other:
+        raise SnapshotError(f"it differs from this service in: {', '.join(other)}")
+    for name, files in snapshot.tables.items():
+        ends = [file.end for file in files]
+        if not files or ends[:-1] != [file.first for file in files[1:]]:
+            raise SnapshotError(f"rows of {name} are missing")
 
 
 def _given_key(fingerprint: str, limits: RuntimeLimits) -> dict[str, str]:

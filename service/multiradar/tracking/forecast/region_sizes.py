@@ -3,9 +3,9 @@
 References
 ----------
 Gibbs, I., Candès, E., "Adaptive conformal inference under distribution shift", Advances in Neural
-Information Processing Systems 34 (2021): regions sized by past misses. The project's own: a fading
-histogram of errors for each motion model and horizon, with that of the next shorter horizon as
-prior, and the model with the smallest calibrated regions.
+Information Processing Systems 34 (2021): the idea of regions sized by past misses. The project's
+own: a fading histogram of errors for each motion model and horizon, with that of the next shorter
+horizon as prior, and the model with the smallest calibrated regions.
 """
 
 from typing import ClassVar, NamedTuple
