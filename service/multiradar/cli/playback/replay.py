@@ -62,7 +62,8 @@ def replay(
         typer.Option(
             metavar="ADDRESS",
             help="Service address: http://127.0.0.1:8321 or zenoh:tcp/127.0.0.1:7447; for an "
-            "ASTERIX recording udp:ADDRESS:PORT, unicast or a multicast group.",
+            "ASTERIX recording udp:ADDRESS:PORT, unicast or a multicast group. For a "
+            "primary and its standby: both addresses, separated by a comma.",
         ),
     ] = "http://127.0.0.1:8321",
     speed: Annotated[
@@ -202,6 +203,15 @@ def _checked_run_name(name: str | None) -> str | None:
 
 
 def _destination(to: str, encoding: EncodingChoice) -> "Destination":
+    addresses = [one.strip() for one in to.split(",")]
+    if len(addresses) == 1:
+        return _one_destination(to, encoding)
+    from multiradar.ingest.replay.alternatives import Alternatives
+
+    return Alternatives([_one_destination(one, encoding) for one in addresses])
+
+
+def _one_destination(to: str, encoding: EncodingChoice) -> "Destination":
     if to.startswith(("http://", "https://")):
         from urllib.parse import urlsplit
 

@@ -8,6 +8,7 @@ import polars as pl
 import pytest
 
 from multiradar.errors import ConfigurationError, PeerError, UnavailableError
+from multiradar.ingest.replay.alternatives import Alternatives
 from multiradar.ingest.replay.http import KEY_VARIABLE, Encoding, HttpDestination, encode
 from multiradar.ingest.replay.replaying import Answer
 from multiradar_schemas.measurements.directions import PLAIN_SCHEMA
@@ -186,3 +187,57 @@ def test_the_key_of_the_environment_is_sent(
     destination.flush("end")
     destination.close()
     assert received == [sent]
+
+
+# ---------------------------------------------------------------- two addresses
+
+
+class _Pair:
+    """Two services that answer with a status each; who was asked with which key, in order."""
+
+    def __init__(self, **statuses: int) -> None:
+        self.statuses = statuses
+        self.asked: list[tuple[str, str]] = []
+        transport = httpx.MockTransport(self._handle)
+        self.destination = Alternatives(
+            [HttpDestination(f"http://{one}", Encoding.JSON, transport) for one in statuses]
+        )
+
+    def _handle(self, request: httpx.Request) -> httpx.Response:
+        host = request.url.host
+        self.asked.append((host, request.headers.get("idempotency-key", "")))
+        status = self.statuses[host]
+        if status == 0:
+            raise httpx.ConnectError("[Errno 111] Connection refused")
+        if request.url.path == "/v1/sensors":
+            return httpx.Response(status, json={"sensors": [{"id": "41-10"}]})
+        headers = {"retry-after": "1"} if status == 503 else {}
+        return httpx.Response(status, json=ACKNOWLEDGEMENT, headers=headers)
+
+
+def test_the_service_that_took_over_gets_the_batch_under_its_key_and_then_the_next_first() -> None:
+    pair = _Pair(a=200, b=503)
+    pair.destination.send(_batch(), "k1")
+    pair.statuses |= {"a": 0, "b": 200}
+    assert pair.destination.send(_batch(), "k2") == Answer(1, 1, False)
+    pair.destination.flush("end")
+    assert pair.asked == [("a", "k1"), ("a", "k2"), ("b", "k2"), ("b", "end")]
+
+
+def test_neither_of_two_services_is_a_retry_after_the_time_asked_for() -> None:
+    pair = _Pair(a=0, b=503)
+    with pytest.raises(UnavailableError) as caught:
+        pair.destination.send(_batch(), "k")
+    assert (caught.value.retry_after_s, caught.value.answered) == (1.0, True)
+    assert str(caught.value) == (
+        "http://a: no answer (Connection refused); "
+        "http://b/v1/measurements: answered 503 Service Unavailable"
+    )
+    assert pair.destination.starting() is None
+
+
+def test_a_service_that_is_there_reports_the_sensors_of_both() -> None:
+    assert _Pair(a=200, b=200).destination.configured() == ("41-10",)
+    pair = _Pair(a=0, b=200)
+    assert pair.destination.configured() == ("41-10",)
+    pair.destination.close()
