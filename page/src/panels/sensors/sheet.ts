@@ -45,12 +45,13 @@ const residuals = new Source<Residuals>(EVERY_MS);
 
 /** The sheet, with what is wrong with the sensor in sentences, but for the first ones, which are said elsewhere. */
 export function sensorSheet(sensor: Sensor, severity: Severity, said: number, app: App): TemplateResult {
+  const doubt = doubtOf(severity, sensor, app.feed.sensors);
   return html`<section class="sheet" aria-label="Sensor ${sensor.id}"><h3 class="own">${sensor.id}</h3>
     ${severity.reasons.slice(said).map((one) => html`<p class="alarm">${capitalised(one)}</p>`)}
-    ${sensor.biases.length === 0 ? html`<p class="hint">No bias is estimated${(sensor.updates ?? 1) === 0 ? " yet" : ""}.</p>` : biases(sensor, doubtOf(severity, sensor, app.feed.sensors))}
+    ${sensor.biases.length === 0 ? html`<p class="hint">No bias is estimated${(sensor.updates ?? 1) === 0 ? " yet" : ""}.</p>` : biases(sensor, doubt)}
     ${curves(sensor, app)}
     ${sensor.kind === "radar" ? byPlace(sensor, app) : nothing}
-    ${facts(sensor, app)}</section>`;
+    ${facts(sensor, doubt, app)}</section>`;
 }
 
 function biases({ biases: found }: Sensor, doubt: string): TemplateResult {
@@ -136,7 +137,7 @@ const KINDS: Record<string, string> = {
   radar: "radar", position: "reported positions (ADS-B or multilateration)", bearing: "direction finder",
 };
 
-function facts(sensor: Sensor, { feed, clock: shown, store }: App): TemplateResult {
+function facts(sensor: Sensor, doubt: string, { feed, clock: shown, store }: App): TemplateResult {
   const { health } = sensor;
   const now = feed.sensorsAtS === null ? "" : " (now)";
   const olderS = unheardS(feed, shown);
@@ -165,7 +166,8 @@ function facts(sensor: Sensor, { feed, clock: shown, store }: App): TemplateResu
       ["Noise of azimuth", noise(value("azimuth_sigma_ratio"), sensor.azimuth_sigma_deg, "°")],
       ["Tracks in coverage", Number.isFinite(value("tracks_in_cover")) ? `${value("tracks_heard")} detected of ${value("tracks_in_cover")}` : "–"],
       ["Site error", Number.isFinite(value("site_sigma_m"))
-        ? `${signed(value("site_east_m"), 0)} m east, ${signed(value("site_north_m"), 0)} m north (±\u00a0${(2 * value("site_sigma_m")).toFixed(0)}\u00a0m)` : "not estimated yet"],
+        ? `${signed(value("site_east_m"), 0)} m east, ${signed(value("site_north_m"), 0)} m north (±\u00a0${(2 * value("site_sigma_m")).toFixed(0)}\u00a0m)${
+          doubt === "" ? "" : "?, relative to tracks that the fault has moved"}` : "not estimated yet"],
       ["Bias jumps", `${Number.isFinite(value("bias_jumps")) ? value("bias_jumps") : 0}${
         Number.isFinite(value("last_jump_s")) ? `, the last at ${utc(value("last_jump_s"))}` : ""}`],
     );
