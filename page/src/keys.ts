@@ -33,7 +33,7 @@ export const KEYS: readonly Key[] = [
   { key: "f", text: "Show everything", run: (app) => app.picture.fit() },
   ...TABS.map(([tab, key, title]): Key => ({ key, text: `Panel: ${title}`, run: (app) => app.actions.tab(tab) })),
   { key: "/", text: "Search the tracks", run: search },
-  { key: "j", text: "Next track of the table", run: (app) => step(app, 1) },
+  { key: "j", text: "Next track in the table", run: (app) => step(app, 1) },
   { key: "k", text: "Previous track", run: (app) => step(app, -1) },
   { key: "Enter", text: "Open the details of the selected track (in the table)" },
   { key: "m", text: "FL, kt, NM or SI units", run: (app) => app.actions.units() },

@@ -88,7 +88,7 @@ class AlignedRadar(Record):
     range_before_m: Annotated[
         float | None,
         _number(
-            "Median of the measured range minus the range of the positions by other sensors",
+            "Median of the measured range minus the range of the positions from other sensors",
             "m",
             "no pairs",
         ),
@@ -100,7 +100,7 @@ class AlignedRadar(Record):
     azimuth_before_deg: Annotated[
         float | None,
         _number(
-            "Median of the measured azimuth minus the azimuth of the positions by other sensors",
+            "Median of the measured azimuth minus the azimuth of the positions from other sensors",
             "degree",
             "no pairs",
         ),

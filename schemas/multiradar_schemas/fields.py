@@ -153,7 +153,7 @@ def _lines() -> Iterator[str]:
     yield _MEASUREMENTS + "\n"
     for kind, needed in KIND_NEEDS.items():
         yield f"- `{kind}`: {' and '.join(f'`{name}`' for name in needed)}"
-    yield "\nOther fields are validated, but not used by the kind.\n"
+    yield "\nAll other fields are validated, but not used for that kind.\n"
     extra = ("time_ns", "time")
     yield from _table(RadarMeasurement, (*MEASUREMENT_SCHEMA, *extra), dict(MEASUREMENT_SCHEMA))
     yield "\n## Sensors: `sensors.toml`\n"

@@ -80,28 +80,29 @@ class Report(Record):
         dict[str, JsonValue],
         AfterValidator(rounded_members),
         described(
-            "Further figures, named with their unit, rounded below their error. For `track` also "
-            "`tracks`, the number of initiated tracks, and `tracks_confirmed`, the number of these "
-            "that were confirmed; `final_biases`; `unobservable_biases`: combinations of biases "
-            "that the measurements do not determine, each with its description `what`, its "
-            "`prior_ratio` (sigma / prior sigma), the `reason` if there is no information at all, "
-            "and the `weights` of its parameters in prior sigmas; `aircraft_delays` where delays "
-            "of transponders are estimated: number of `tracks` and of those `observed` (sigma "
-            "below half the prior sigma), `mean_m`, `scatter_m` and `median_sigma_m` of these; "
-            "`track_transitions`: the number of times that tracks were `started`, `confirmed`, "
-            "`ended_unconfirmed`, `ended_silent` (no plots, or the score of a false track) and "
-            "`merged` into an older one; `duplicates_by_sensor`; `arrivals`: for each sensor, the "
-            "number of measurements, how many were `late` or in the `future`, and the median and "
-            "99th percentile of the delay behind data time, s; `sensor_health`, the last row of "
+            "Further figures; names include the unit, and values are rounded to less than their "
+            "error. For `track` also `tracks`, the number of initiated tracks, and "
+            "`tracks_confirmed`, the number of these that were confirmed; `final_biases`; "
+            "`unobservable_biases`: combinations of biases that the measurements do not "
+            "determine, each with its description `what`, its `prior_ratio` (sigma / prior "
+            "sigma), the `reason` if there is no information at all, and the `weights` of its "
+            "parameters in prior sigmas; `aircraft_delays` where delays of transponders are "
+            "estimated: number of `tracks` and of those `observed` (sigma below half the prior "
+            "sigma), `mean_m`, `scatter_m` and `median_sigma_m` of these; `track_transitions`: "
+            "the number of times that tracks were `started`, `confirmed`, `ended_unconfirmed`, "
+            "`ended_silent` (no plots, or the score of a false track) and `merged` into an older "
+            "one; `duplicates_by_sensor`; `arrivals`: for each sensor, the number of "
+            "measurements, how many were `late` or in the `future`, and the median and 99th "
+            "percentile of the delay behind data time, s; `sensor_health`, the last row of "
             "`health.parquet` of each radar; `sensor_alarms`: the `time_s`, the `sensor_id` and "
-            "the `alarm` of each alarm raised; `warnings` as sentences; and `diagnoses`: probable "
-            "faults, each with the `sensor_id` (empty if it concerns all), a `code` such as "
+            "the `alarm` of each alarm raised; `warnings` as sentences; and `diagnoses`: probable"
+            " faults, each with the `sensor_id` (empty if it concerns all), a `code` such as "
             "`range_unit`, and a `sentence` with the cause and the remedy, and the `severity`, "
             "`error` or `warning`. For `reprocess`: `days`, each with its `region`, `day`, "
-            "`status` (made, kept or failed), `reason`, times, `start` (the day from whose biases "
-            "it started), digest, `findings` and `warnings`; `tests`: whether biases are the same "
-            "on all days, of a region (empty `sensor_id`) and of each sensor, `chi2` of all biases "
-            "together with their correlations, `degrees_of_freedom` and `p_value`",
+            "`status` (made, kept or failed), `reason`, times, `start` (the day from whose biases"
+            " it started), digest, `findings` and `warnings`; `tests`: whether biases are the "
+            "same on all days, of a region (empty `sensor_id`) and of each sensor, `chi2` of all "
+            "biases together with their correlations, `degrees_of_freedom` and `p_value`",
             unit="by name",
             source="run",
         ),

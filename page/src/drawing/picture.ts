@@ -270,7 +270,7 @@ export class Picture {
     canvas.className = plane;
     this.element.append(canvas);
     const context = canvas.getContext("2d");
-    if (context === null) throw new Error("this browser draws no canvas");
+    if (context === null) throw new Error("this browser does not support canvas");
     return context;
   }
 

@@ -106,7 +106,7 @@ export class Form {
     const canvas = document.createElement("canvas");
     canvas.width = canvas.height = side;
     const context = canvas.getContext("2d", { willReadFrequently: true });
-    if (context === null) throw new Error("this browser draws no canvas");
+    if (context === null) throw new Error("this browser does not support canvas");
     context.translate(half + 0.5, half + 0.5);
     draw(context);
     const { data } = context.getImageData(0, 0, side, side);

@@ -128,7 +128,7 @@ async function png(app: App): Promise<void> {
   const bottom = (document.getElementById("map") as HTMLElement).getBoundingClientRect().height;
   context.fillStyle = PALETTES[app.view.theme].label;
   context.font = "13px sans-serif";
-  context.fillText(`${titleOf(app)}. Coast lines: Natural Earth`, 8, bottom + 16);
+  context.fillText(`${titleOf(app)}. Coastlines: Natural Earth`, 8, bottom + 16);
   const blob = await new Promise<Blob | null>((done) => context.canvas.toBlob(done, "image/png"));
   if (blob !== null) download(fileName(app, "png"), blob);
 }

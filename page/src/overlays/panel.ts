@@ -14,7 +14,7 @@ export const layersPanel: Panel = { id: "layers", title: "Runs and GeoJSON", tab
 function draw(app: App): TemplateResult {
   const { clock, overlays } = app;
   if (clock.runs.length < 2 && overlays.listed.length === 0) {
-    return html`<p class="hint">Neither a second run (<code>view RUN RUN</code>) nor own GeoJSON (<code>--overlays DIR</code>) is shown.</p>`;
+    return html`<p class="hint">No second run (<code>view RUN RUN</code>) and no GeoJSON of yours (<code>--overlays DIR</code>) is shown.</p>`;
   }
   const runs = clock.runs.length < 2 ? [] : clock.runs.slice(0, RUN_KEYS.length);
   return html`<ul class="switches">

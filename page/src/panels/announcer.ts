@@ -13,7 +13,7 @@ let alarms = new Set<string>();
 export function announce({ feed }: App): void {
   const said: string[] = [];
   const isLost = feed.isLost(performance.now());
-  if (lost && !isLost) said.push("The service answers again.");
+  if (lost && !isLost) said.push("The service is responding again.");
   lost = isLost;
   const active = new Set(feed.sensors.flatMap((one) => alarmsOf(one).map((alarm) => `${one.id}: ${alarmName(alarm)}`)));
   for (const one of active) if (!alarms.has(one)) said.push(`Alarm of radar ${one}.`);

@@ -16,7 +16,7 @@ function restarted({ feed, actions }: App): TemplateResult | typeof nothing {
   const { wentBack } = feed;
   if (wentBack === null) return nothing;
   return html`<p role="alert">The data time went back from ${utc(wentBack.fromS)} to ${utc(wentBack.toS)} UTC: the service
-    restarted with earlier data, or its clock was set. The picture begins again there.
+    restarted with earlier data, or its clock was set. The picture continues from there.
     <button type="button" @click=${() => {
       feed.wentBack = null;
       actions.changed();

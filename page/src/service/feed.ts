@@ -11,7 +11,7 @@ const STANDING_MS = 2000;
 const TIMEOUT_MS = 10_000;
 /** A data time earlier by more is no picture of the same run, s. */
 const BACK_S = 1;
-const RETRIES = "The page tries again by itself.";
+const RETRIES = "The page retries automatically.";
 /** A frame that is later by more lacks earlier positions, s. */
 const GAP_S = 10;
 /** Without an answer for this long the picture is out of date, ms. */
@@ -264,7 +264,7 @@ export async function get(address: string): Promise<Response> {
   const answer = await request(address, { signal: AbortSignal.timeout(TIMEOUT_MS), cache: "no-store" }).catch((error: unknown) => {
     throw new UnreachableError(error instanceof DOMException && error.name === "TimeoutError"
       ? `The service has not answered within ${TIMEOUT_MS / 1000} s: it is overloaded or stopped, or the network is interrupted. ${RETRIES}`
-      : `The service cannot be reached. Check that it runs and that the network connects this computer to it. ${RETRIES}`);
+      : `The service cannot be reached. Check that it is running and can be reached from this computer. ${RETRIES}`);
   });
   if (!answer.ok) {
     const problem = (await answer.json().catch(() => ({}))) as { detail?: string };

@@ -58,7 +58,7 @@ const START = 8;
 export function decode(buffer: ArrayBuffer): Frame {
   const view = new DataView(buffer);
   if (buffer.byteLength < START || view.getUint32(0, true) !== MAGIC) {
-    throw new Error("The service answered with something other than an air picture: it may have another version. Reload this page.");
+    throw new Error("The response is not an air picture: the service may have a different version. Reload this page.");
   }
   const length = view.getUint32(4, true);
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, START, length))) as Header;

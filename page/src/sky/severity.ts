@@ -32,7 +32,7 @@ export interface Reception {
   rejects: string;
 }
 
-const BEARINGS_ONLY = "It delivers bearings only: no range of any plot in the last 30 s, as under jamming.";
+const BEARINGS_ONLY = "It delivers bearings only: no plot of the last 30 s has a range, as under jamming.";
 
 const RECEIVING: Reception = { olderS: 0, rejects: "" };
 

@@ -61,7 +61,7 @@ export const SWITCHES: readonly [Switch, string, string, boolean][] = [
   ["vectors", "v", "Speed vectors (60 s)", true],
   ["uncertainty", "u", "Position uncertainty (3 sigma)", true],
   ["sites", "r", "Sites and range rings", true],
-  ["sweeps", "w", "Sweeps of the radars", true],
+  ["sweeps", "w", "Radar sweeps", true],
   ["encounters", "e", "Encounters (5 NM, 1000 ft, 2 min)", true],
   ["trajectories", "y", "Trajectory set of the selected track", true],
   ["tentative", "t", "Tentative tracks", true],

@@ -43,7 +43,7 @@ class BiasOfDay(Record):
         float, described("Middle of the measurements of the day", unit="s", source="reprocess")
     ]
     estimate: Annotated[
-        float, described("Last estimate of the run of the day", unit=_UNIT, source="filter")
+        float, described("Last estimate of the run for the day", unit=_UNIT, source="filter")
     ]
     sigma: Annotated[
         float,
@@ -84,7 +84,7 @@ class BiasStep(Record):
     day: Annotated[str, described("The later day", unit="YYYY-MM-DD", source="name of its folder")]
     elapsed_days: Annotated[
         float,
-        described("Time between the middles of their measurements", unit="d", source="reprocess"),
+        described("Time between the midpoints of their measurements", unit="d", source="reprocess"),
     ]
     difference: Annotated[
         float,

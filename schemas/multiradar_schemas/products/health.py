@@ -30,7 +30,7 @@ class RadarHealth(Record):
             "detected before and other radars still detect), `bias_jump` (an offset jumped within "
             "the last 8 scans), `noise` (more than twice the configured value), `site` (wrong "
             "site position) and `address` (a plot updated a track with another Mode S address: a "
-            "bug); empty for none",
+            "bug); empty if there are none",
             unit="names",
             source="tracker",
         ),

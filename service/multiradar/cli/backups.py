@@ -42,7 +42,7 @@ def backup(
     config: ConfigOption = None,
     json_wanted: JsonOption = False,
 ) -> None:
-    """Copy the state of a service, even a running one: journal, snapshot, sensors, settings."""
+    """Copy the state of a service, which may be running: journal, snapshot, sensors, settings."""
     from multiradar.toolbox.messages.progress import counting_bar
     from multiradar.toolbox.operation.backups import backup as copy
 
@@ -109,7 +109,7 @@ def shorten(
     config: ConfigOption = None,
     json_wanted: JsonOption = False,
 ) -> None:
-    """Remove archived entries from a journal, by the rules of `retention` in --config."""
+    """Remove archived entries from a journal, by the `retention` rules in --config."""
     from multiradar.toolbox.messages.progress import counting_bar
     from multiradar.toolbox.operation.shortening import shorten as remove
 
@@ -228,7 +228,7 @@ def migrate(
     config: ConfigOption = None,
     json_wanted: JsonOption = False,
 ) -> None:
-    """Create a state from that of other sensors, settings, version or processor.
+    """Carry a state over to other sensors, settings, another version or type of processor.
 
     All measurements are admitted and tracked again, so the new service starts with the tracks and
     biases of these sensors and settings. Track numbers may differ.

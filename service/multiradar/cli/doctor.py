@@ -37,9 +37,9 @@ def doctor(
         bool, typer.Option("--json", help="Print the findings as JSON.")
     ] = False,
 ) -> None:
-    """Check an installation, with the options of `serve`: a line for each check, with advice.
+    """Check an installation, with the options of `serve`: one line per check, with advice.
 
-    Nothing is changed; the service may be running. The status is 1 if a check is an error.
+    Nothing is changed; the service may be running. The exit status is 1 if any check fails.
     """
     from multiradar.toolbox.messages.progress import counting_bar
     from multiradar.toolbox.operation.doctor import examine

@@ -62,7 +62,7 @@ def serve(
         bool | None,
         typer.Option(
             "--standby",
-            help="If another service uses the journal, follow it, and take over when it ends.",
+            help="If another service uses the journal, follow it, and take over when it stops.",
         ),
     ] = None,
     host: Annotated[
@@ -247,9 +247,8 @@ def _print_addresses(application: "Application", json_wanted: bool) -> None:
         line += f", receives ASTERIX on {', '.join(asterix)}" if asterix else ""
         line += f", and receives feeds from {', '.join(feeds)}" if feeds else ""
         if application.following:
-            line = (
-                f"multiradar is the standby, and serves what it follows at {application.http_url}"
-            )
+            line = "multiradar is the standby: it follows the primary; read-only at "
+            line += application.http_url
     print(line, flush=True)
 
 

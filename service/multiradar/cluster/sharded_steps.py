@@ -273,7 +273,7 @@ class ShardedSteps:
         place.lost_s = self._clock.monotonic_s()
         place.is_ready = False
         self._give(place.partitions, FRONT)
-        _log.warning("shard %d is lost, the front steps its aircraft: %s", place.number, error)
+        _log.warning("shard %d is lost, the front takes over its aircraft: %s", place.number, error)
         if place.link is not None:
             place.link.stop()
         place.link, place.retry_s = None, place.lost_s

@@ -292,7 +292,7 @@ def _against_positions(name: str, plots: Plots, largest_deg: float) -> Diagnosis
                 reading.code,
                 f"{name}: {reading.mistake}{ends}: with {reading.with_it.format(**words)}, "
                 f"{agreement.share:.0%} of its plots fit their positions in the recording from one "
-                f"site, near {latitude:.2f}, {longitude:.2f} ({before.share:.0%} as they are); "
+                f"site, near {latitude:.2f}, {longitude:.2f} ({before.share:.0%} as recorded); "
                 f"{reading.remedy}",
             )
     return None

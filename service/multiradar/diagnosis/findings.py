@@ -296,7 +296,8 @@ def _of_clock(name: str, late_s: float, setting: str) -> Diagnosis:
         name,
         "clock",
         f"{name}: its clock is probably {abs(late_s):.1f} s {sense}{gps_time(late_s)}: its plots "
-        f"lie {where} the positions by other sensors, along track; correct its times, or {setting}",
+        f"lie {where} the positions measured by other sensors, along track; correct its times, or "
+        f"{setting}",
     )
 
 
@@ -306,8 +307,8 @@ _MAY_BE_OF_OTHERS = (OFFSET_CODE, _HEIGHT_CODE)
 
 def _of_heights(name: str, height_m: float, wrong: Registration) -> list[Diagnosis]:
     residual = (
-        f"the median distance of its plots from the positions by other sensors is "
-        f"{wrong.after_m:.0f} m ({wrong.before_m:.0f} m as they are)"
+        f"the median distance of its plots from the positions measured by other sensors is "
+        f"{wrong.after_m:.0f} m ({wrong.before_m:.0f} m as recorded)"
     )
     if wrong.ground_ranges:
         return [

@@ -159,7 +159,7 @@ def check_noise(evidence: Evidence, name: str, *, causes: bool) -> Diagnosis | N
 
 
 def check_spread(evidence: Evidence, name: str, spread: tuple[float, float]) -> Diagnosis | None:
-    """Diagnose a sigma much larger than the scatter about the positions by other sensors.
+    """Diagnose a sigma much larger than the scatter about the positions measured by other sensors.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ def check_spread(evidence: Evidence, name: str, spread: tuple[float, float]) -> 
         SIGMAS, sigmas(evidence, name), scatters, units, strict=True
     ):
         amount = f"{two_digits(scatter)}{unit}"
-        words = f"its plots scatter by {amount} about the positions by other sensors"
+        words = f"its plots scatter by {amount} about the positions measured by other sensors"
         low = scatter < sigma / NOISE_FACTOR
         found.append(_WrongSigma(setting, "large", sigma, words, "error") if low else None)
     if found == [None, None]:

@@ -173,15 +173,16 @@ def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _no_number(text: str) -> float:
-    msg = f"{text} is not a number of JSON"
+    msg = f"{text} is not a JSON number"
     raise ValueError(msg)
 
 
 _TEXT = """\
-Add or change a sensor. The body is its whole description, the keys of a `[[sensor]]` of the sensors
-file; what it leaves out has its default. Read `/v1/sensors/{sensor_id}/configuration`, change it
-and send it back. The change is recorded in the journal, and applies to all measurements after it;
-the response is sent when it does. Tracks, their numbers and the biases of other sensors continue.
+Add or change a sensor. The body is its complete description, with the keys of a `[[sensor]]` of the
+sensors file; omitted keys have their defaults. Read `/v1/sensors/{sensor_id}/configuration`, change
+it and send it back. The change is recorded in the journal, and applies to all measurements after
+it; the response is sent when it applies. Tracks, their numbers and the biases of other sensors
+continue.
 """
 
 _EXAMPLE = {
@@ -203,7 +204,7 @@ _REQUEST_BODY: dict[str, Any] = {
 }
 
 _ANSWERS: dict[int | str, dict[str, Any]] = {
-    400: {"description": "The body is no JSON object, or the Idempotency-Key is not valid"},
+    400: {"description": "The body is not a JSON object, or the Idempotency-Key is not valid"},
     413: {"description": "The body is too long"},
     415: {"description": "Unsupported media type"},
     422: {

@@ -84,7 +84,7 @@ class RowRing:
         beyond = max(begin + count - len(self._rows), 0)
         found = np.concatenate([self._rows[begin : begin + count], self._rows[:beyond]])
         if first < self.oldest:
-            raise StateError(f"row {first} is no longer retained, of {self._appended}")
+            raise StateError(f"row {first} of {self._appended} is no longer retained")
         return found
 
     def last(self, count: int) -> NDArray[Any]:

@@ -25,5 +25,5 @@ class ClusterSettings(Section):
         ),
     ] = None
     deadline_s: Annotated[
-        Seconds, Field(description="A shard without an answer for so long is replaced, s")
+        Seconds, Field(description="Time without a response after which a shard is replaced, s")
     ] = 10.0

@@ -157,7 +157,7 @@ def dump_with(folder: Path, column: str, factor: float) -> Path:
     [
         (6400.0, "mils (6400 to a circle), with a maximum of 6"),
         (2000.0 * math.pi, "milliradians, with a maximum of 62"),
-        (4096.0, "counts of 4096 to a circle, with a maximum of 40"),
+        (4096.0, "counts of 4096 per revolution, with a maximum of 40"),
         (400.0, "gradians"),
     ],
 )

@@ -31,8 +31,8 @@ def test_a_service_out_of_reach_is_explained_and_moves_nothing(page: Page, air: 
     box = page.evaluate(MAP)
     page.route("**/v1/**", lambda route: route.abort())
     alert = page.get_by_role("alert")
-    expect(alert).to_contain_text("The service cannot be reached. Check that it runs")
-    expect(alert).to_contain_text("The page tries again by itself.")
+    expect(alert).to_contain_text("The service cannot be reached. Check that it is running")
+    expect(alert).to_contain_text("The page retries automatically.")
     expect(alert).not_to_contain_text("fetch")
     assert page.evaluate(MAP) == box
     page.unroute("**/v1/**")

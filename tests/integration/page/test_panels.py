@@ -469,7 +469,7 @@ def test_a_lost_connection_is_announced_once_and_its_return_too(
     settled(page, f"{STORE}.frames > 0")
     assert alert.inner_text() == text
     page.unroute_all(behavior="wait")
-    expect(page.locator("#announcer")).to_contain_text("The service answers again.")
+    expect(page.locator("#announcer")).to_contain_text("The service is responding again.")
     expect(alert).to_have_count(0)
     assert all("503" in message for message in shared[1].messages)
     shared[1].messages.clear()

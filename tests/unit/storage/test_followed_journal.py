@@ -30,7 +30,7 @@ def test_a_follower_reads_what_is_acknowledged_and_leads_when_the_other_has_clos
     assert list(second.read(0)) == list(first.read(0))
     assert second.counts() == first.counts()
     assert second.quarantined(0, 10) == first.quarantined(0, 10)
-    with pytest.raises(JournalError, match="another service writes this journal"):
+    with pytest.raises(JournalError, match="another service is writing this journal"):
         second.append([entry(4)])
     assert not second.lead()
     first.close()

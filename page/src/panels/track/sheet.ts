@@ -113,7 +113,7 @@ function identity(track: Track, updates: readonly Update[]): TemplateResult {
     <dt>Callsign</dt><dd>${track.callsign ?? "not received"}</dd>
     <dt>Mode 3/A</dt><dd>${track.code ?? "not received"}</dd>
     <dt>Mode S address</dt><dd>${track.address ?? "not received"}</dd>
-    <dt>Address as heard</dt><dd>${heard.size === 0 ? `in no plot of ${HEARD_S} s` : others.length === 0
+    <dt>Addresses received</dt><dd>${heard.size === 0 ? `in no plot of ${HEARD_S} s` : others.length === 0
       ? html`the same <small>by ${sources}</small>`
       : others.map(([sensor, one]) => html`<strong class="alarm">${one.address} by ${sensor}, ${utc(one.timeS)}</strong> `)}</dd>
     ${updates[updates.length - 1]?.adsb_implausible === true

@@ -152,7 +152,7 @@ async def _send_batches(
                 return
             except WebSocketDisconnect:
                 return
-    await socket.close(CLOSE_RESTART, "the service ends: resume at its standby, or after a restart")
+    await socket.close(CLOSE_RESTART, "service stops: resume at its standby, or after a restart")
 
 
 async def _first_of(*works: Coroutine[None, None, None]) -> None:

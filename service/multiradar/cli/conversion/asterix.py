@@ -103,7 +103,7 @@ def _summary(report: dict[str, Any], out: Path) -> str:
             "records by category: "
             + (", ".join(f"{name} {n}" for name, n in figures["records"].items()) or "none"),
             f"measurements: {report['outputs'][0]['rows']} of {len(figures['measurements'])} "
-            f"sensors; left out: {left or 'none'}",
+            f"sensors; omitted: {left or 'none'}",
             *(
                 f"updates of system tracks: {output['rows']} (for `evaluate --system-tracks`)"
                 for output in report["outputs"]

@@ -14,8 +14,8 @@ JOURNAL_HELP = (
     "SOURCE is the state directory of a service, which may be running, a backup, or an archive. "
     "The output is input for track, replay, align and view: with the sensors file and settings of "
     "the service, track gives the same tracks and biases.\n\n"
-    "With --recover, rejected measurements are included, such as those of a sensor that the "
-    "service did not have at that time; all are then sorted by time.\n\n"
+    "With --recover, rejected measurements are included, such as those of a sensor that was "
+    "not yet configured in the service; all are then sorted by time.\n\n"
     "Creates DIR with measurements.parquet, rejects.ndjson and report.json."
 )
 

@@ -38,12 +38,13 @@ if TYPE_CHECKING:
 _WIDTH = 160
 
 REPROCESS_HELP = (
-    "Track days of archives, several at a time, and compare the biases of the days.\n\n"
-    "FOLDER has a folder for each day, named after its date (2026-11-20), or folders of regions "
-    "with such folders; each day is an output directory of `convert` or a dump. The output "
-    "directory has the output of `track` for each day, and tables of the biases by day, of their "
-    "steps between days with χ², and of the whole period. Complete days of the same inputs and "
-    "settings are kept, so that an interrupted command continues where it stopped."
+    "Track archived recordings day by day, several days in parallel, and compare the biases.\n\n"
+    "FOLDER contains one folder per day, named after its date (2026-11-20), or one folder per "
+    "region that contains such folders; each day is an output directory of `convert` or a dump. "
+    "The output directory contains the output of `track` for each day, and tables of the biases "
+    "by day, of their steps between days with χ², and of the biases over the whole period. "
+    "Complete days with the same inputs and settings are kept, so an interrupted command "
+    "resumes where it stopped."
 )
 
 
@@ -57,7 +58,7 @@ class DaysChoice(StrEnum):
 
 def reprocess(
     folder: Annotated[
-        Path, typer.Argument(metavar="FOLDER", help="Days of archives.", show_default=False)
+        Path, typer.Argument(metavar="FOLDER", help="Recordings by day.", show_default=False)
     ],
     *,
     sensors: SensorsOption,
@@ -82,7 +83,7 @@ def reprocess(
         ),
     ] = None,
     again: Annotated[
-        bool, typer.Option("--again", help="Reprocess days made with different settings.")
+        bool, typer.Option("--again", help="Reprocess days that used different settings.")
     ] = False,
     filter_name: FilterOption = None,
     kinds: KindsOption = None,
@@ -102,7 +103,7 @@ def reprocess(
     config: ConfigOption = None,
     json_wanted: JsonOption = False,
 ) -> None:
-    """Track days of archives."""
+    """Track archived recordings day by day."""
     from multiradar.toolbox.tracking.reprocessing.reprocess import reprocess as reprocess_days
 
     found, findings = with_findings(

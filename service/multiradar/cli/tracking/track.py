@@ -108,7 +108,7 @@ def track(
         typer.Option(
             metavar="TRACKS",
             help="Output directory of an earlier `track`: start from its last biases, with their "
-            "covariance and drift since then, in place of the priors.",
+            "covariance and drift since then, instead of the priors.",
             show_default=False,
         ),
     ] = None,

@@ -76,7 +76,7 @@ class Explanation:
         """Return the message for a sensor; `elsewhere` says where the plots lie then."""
         return (
             f"{name}: {self.mistake}: with {self.with_it}, {self.share:.0%} of its plots lie "
-            f"{elsewhere} ({self.before:.0%} as they are); {self.remedy}"
+            f"{elsewhere} ({self.before:.0%} as recorded); {self.remedy}"
         )
 
 

@@ -82,8 +82,8 @@ AZIMUTH_UNITS = (
     _azimuth_unit("mils (6400 to a circle)", np.pi / 3200.0),
     _azimuth_unit("tenths of a degree", np.pi / 1800.0),
     _azimuth_unit("hundredths of a degree", np.pi / 18_000.0),
-    _azimuth_unit("counts of 4096 to a circle", np.pi / 2048.0),
-    _azimuth_unit("counts of 65 536 to a circle", np.pi / 32_768.0),
+    _azimuth_unit("counts of 4096 per revolution", np.pi / 2048.0),
+    _azimuth_unit("counts of 65 536 per revolution", np.pi / 32_768.0),
 )
 EXCHANGED = Reading(
     "columns_exchanged",
@@ -95,9 +95,9 @@ EXCHANGED = Reading(
 MIRRORED = Reading(
     "azimuth_anticlockwise",
     lambda ranges, azimuths: (ranges, -np.radians(azimuths)),
-    "its azimuths are probably counted anticlockwise",
-    "azimuths counted anticlockwise from {origin}",
-    "count them clockwise from true north",
+    "its azimuths are probably measured anticlockwise",
+    "azimuths measured anticlockwise from {origin}",
+    "measure them clockwise from true north",
     any_rotation=True,
 )
 ROTATED = Reading(

@@ -79,7 +79,7 @@ def check_exchanged_columns(name: str, plots: Plots) -> Diagnosis | None:
 
 
 def check_azimuth_unit(name: str, plots: Plots) -> Diagnosis | None:
-    """Diagnose azimuths in another unit than degrees, or counted anticlockwise."""
+    """Diagnose azimuths in another unit than degrees, or measured anticlockwise."""
     time_s, azimuth = plots.time_s, plots.azimuth_deg
     good = np.isfinite(azimuth)
     time_s, azimuth = time_s[good], azimuth[good]
@@ -98,9 +98,9 @@ def check_azimuth_unit(name: str, plots: Plots) -> Diagnosis | None:
         return Diagnosis(
             name,
             "azimuth_anticlockwise",
-            f"{name}: its azimuths are probably counted anticlockwise: plot by plot they decrease "
-            f"with time, one revolution in {-given.period_s:.2f} s; count them clockwise from true "
-            "north",
+            f"{name}: its azimuths are probably measured anticlockwise: plot by plot they decrease "
+            f"with time, one revolution in {-given.period_s:.2f} s; measure them clockwise from "
+            "true north",
         )
     return None
 

@@ -280,8 +280,9 @@ def _sentence(sensors: SensorTable, error: SiteError, others: Sequence[SiteError
         remedies = ["its positions, or remove it from the recording"]
     return (
         f"{', or '.join(what)}{alone}: with the {'first ' if others else ''}error corrected, the "
-        f"median distance of its plots from the positions by other sensors is {error.after_m:.0f} "
-        f"m ({error.before_m:.0f} m as they are); correct {' or '.join(remedies)}"
+        f"median distance of its plots from the positions measured by other sensors is "
+        f"{error.after_m:.0f} m ({error.before_m:.0f} m as recorded); "
+        f"correct {' or '.join(remedies)}"
     )
 
 

@@ -170,7 +170,7 @@ def _distributions(card: Scorecard) -> Iterator[Plot]:
         for label, values in both
     ]
     yield Plot(
-        title="Errors along and across the course",
+        title="Along-track and cross-track errors",
         x_label="error, m",
         y_label="updates",
         series=tuple(series),

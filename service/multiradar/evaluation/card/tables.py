@@ -11,8 +11,8 @@ from multiradar.report.content import Table, Value
 
 _ERRORS = {
     "position_m": "position, m",
-    "along_m": "along the course, m",
-    "across_m": "across the course, right positive, m",
+    "along_m": "along track, m",
+    "across_m": "across track, right positive, m",
     "velocity_mps": "velocity, m/s",
     "speed_mps": "speed, m/s",
     "heading_deg": "heading, °",

@@ -179,7 +179,7 @@ def smoothed_reference(
         )
         selected, counts = selected[inside], replace(counts, uncovered=uncovered)
     if not len(selected):
-        msg = f"{source}: no smoothed position lies in the coverage of the sensors"
+        msg = f"{source}: no smoothed position lies within the coverage of the sensors"
         raise InputError(msg)
     present, renumbered = np.unique(aircraft_index[selected], return_inverse=True)
     reference = Reference(

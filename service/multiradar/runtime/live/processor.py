@@ -209,7 +209,7 @@ class Processor:
         if self._snapshots is not None:
             self._snapshots.lead()
         if self._journal.skipped().keys() != self.skipped.keys():
-            _log.warning("the service before skipped other entries; replaying the journal")
+            _log.warning("the previous run skipped other entries; replaying the journal")
             self._rebuild(None, one_by_one=False)
         self._follow(self._journal.counts().entries)
 

@@ -28,7 +28,7 @@ CODES = (
 #: Why a standby accepts no measurements.
 IS_STANDBY = (
     "this service is the standby: it follows the journal of the primary, and takes over when the "
-    "primary ends; send to the primary"
+    "primary stops; send to the primary"
 )
 
 #: Rows and failed writes count for so long, s.

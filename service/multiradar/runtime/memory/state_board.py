@@ -61,7 +61,7 @@ class StateBoard:
             if kept.first < end and first < kept.first + len(kept.states)
         ]
         if sum(map(len, parts)) != end - first:
-            raise StateError(f"state {first} is no longer retained, of {self._appended}")
+            raise StateError(f"state {first} of {self._appended} is no longer retained")
         return np.concatenate(parts) if parts else np.empty(0, [(_SAMPLE, np.float64)])
 
     def refill(self, first: int, rows: NDArray[np.void]) -> None:

@@ -201,7 +201,7 @@ class HistoryFolder:
         except BaseException as error:
             self.close()
             if isinstance(error, BlockingIOError):
-                raise InputError(f"{path}: another service writes this history") from error
+                raise InputError(f"{path}: another service is writing this history") from error
             if isinstance(error, OSError):
                 raise InputError(f"{path}: cannot write: {error.strerror}") from error
             raise

@@ -144,7 +144,7 @@ class HistoryWriter:
         if lost:
             alarms.append(HISTORY_INCOMPLETE)
             warnings.append(
-                f"the history lacks rows that came faster than they were written: {lost}"
+                f"the history lacks rows that arrived faster than they could be written: {lost}"
             )
         return alarms, warnings
 

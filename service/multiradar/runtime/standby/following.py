@@ -138,7 +138,7 @@ class Standby:
         """
         began_s = self._clock.monotonic_s()
         if self._journal.lead():
-            _log.warning("the primary has ended; taking over")
+            _log.warning("the primary has stopped; taking over")
             self._service.lead()
             self._service.role = lambda: PRIMARY
             accepting_s = self._clock.monotonic_s() - began_s

@@ -148,7 +148,7 @@ class SqliteJournal:
             if self._broken is not None:
                 raise self._broken
             if self.following:
-                raise JournalError(f"{self._path}: another service writes this journal")
+                raise JournalError(f"{self._path}: another service is writing this journal")
             try:
                 with journal_errors(self._path):
                     with self._transaction():

@@ -115,7 +115,7 @@ def check_open_files(settings: "Settings") -> Finding:
         return warning(
             "open files", f"the limit is {soft}, {needed} are needed for "
             f"{http.connections_max} connections", f"set `ulimit -n` or LimitNOFILE to {needed} or "
-            f"more (hard limit {hard}), or http.connections_max lower",
+            f"more (hard limit {hard}), or lower http.connections_max",
         )  # fmt: skip
     return ok("open files", f"limit {soft}, needed {needed}")
 

@@ -24,7 +24,7 @@ _THEORY = (
 )
 _DRIFT = (
     "The report's table gives drift rates although (1.7) sets the drift to zero; both are studied. "
-    "A bias drifts by 1 m and 0.02° after one second, and with the square root of time. With "
+    "The drift is 1 m and 0.02° after one second, and grows with the square root of time. With "
     f"drifting biases the aircraft have a white acceleration of {DRIFT_DENSITY:g} m²/s³, different "
     "in each run and known to the filters. Aircraft on exactly straight lines retain the effect of "
     "all past biases. The two-stage filter re-anchors aircraft when the biases drift, and treats "

@@ -186,7 +186,7 @@ def _errors_table(rows: list[Row]) -> Table:
             "runs at or below, %", "distance, m", "published", "runs at or below, %",
         ),
         rows=tuple(cells),
-        caption="The paper does not give the radius; it reads its errors from figures of one run. "
+        caption="The paper does not give the radius; its errors are from figures of one run. "
         "Runs at or below: fraction of the runs with at most the published error. Determined: "
         "fraction of the runs in which a straight line does not fit the points.",
     )  # fmt: skip
