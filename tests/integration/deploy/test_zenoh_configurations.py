@@ -16,7 +16,7 @@ from support.fakes.fake_service import FakeService
 from support.paths import ROOT
 from support.processes.certificates import Authority
 from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
-from support.processes.zenoh_subscriber import client_config
+from support.processes.zenoh_subscriber import certified_config, client_config
 from support.scenarios.live_scene import recording
 from support.scenarios.zenoh_scene import StreamingView, connections, free_endpoint
 
@@ -154,18 +154,7 @@ class Guarded:
 
     def client(self, name: str, authority: Authority | None = None) -> zenoh.Config:
         """Configuration of a client with a certificate of this common name."""
-        certificate, key = (authority or self.authority).issue(name)
-        config = client_config(self.endpoint)
-        for item, value in {
-            "connect/timeout_ms": 1500,
-            "connect/exit_on_failure": True,
-            "transport/link/tls/enable_mtls": True,
-            "transport/link/tls/root_ca_certificate": str(self.authority.certificate),
-            "transport/link/tls/connect_certificate": str(certificate),
-            "transport/link/tls/connect_private_key": str(key),
-        }.items():
-            config.insert_json5(item, json.dumps(value))
-        return config
+        return certified_config(self.endpoint, self.authority, name, authority)
 
 
 @pytest.fixture(scope="module")

@@ -16,6 +16,7 @@ import zenoh
 import zenoh.ext
 
 from support.paths import TESTS
+from support.processes.certificates import Authority
 from support.processes.waiting import WAIT_TIMEOUT_S, wait_until
 
 
@@ -31,6 +32,24 @@ def client_config(endpoint: str) -> zenoh.Config:
         "scouting/gossip/enabled": False,
     }.items():
         config.insert_json5(key, json.dumps(value))
+    return config
+
+
+def certified_config(
+    endpoint: str, authority: Authority, name: str, signer: Authority | None = None
+) -> zenoh.Config:
+    """A client with a certificate of this common name, signed by an authority or another one."""
+    certificate, key = (signer or authority).issue(name)
+    config = client_config(endpoint)
+    for item, value in {
+        "connect/timeout_ms": 1500,
+        "connect/exit_on_failure": True,
+        "transport/link/tls/enable_mtls": True,
+        "transport/link/tls/root_ca_certificate": str(authority.certificate),
+        "transport/link/tls/connect_certificate": str(certificate),
+        "transport/link/tls/connect_private_key": str(key),
+    }.items():
+        config.insert_json5(item, json.dumps(value))
     return config
 
 
