@@ -83,7 +83,7 @@ def allowed(key: str) -> set[str]:
 
 @pytest.mark.parametrize("caller", CALLERS)
 def test_each_key_is_answered_to_the_roles_that_it_is_for(scene: Scene, caller: str) -> None:
-    # Caches of updates without samples answer nobody.
+    # Caches of updates without samples do not answer.
     keys = {key for key in scene.keys if "@adv" not in key}
     assert len(keys) > 10
     with zenoh.open(scene.config(caller)) as session:
@@ -95,7 +95,7 @@ def test_each_key_is_answered_to_the_roles_that_it_is_for(scene: Scene, caller: 
     assert answered == {key for key in keys if caller in allowed(key)}
 
 
-def test_only_feeds_put_measurements_and_nobody_puts_anything_else(scene: Scene) -> None:
+def test_only_feeds_put_measurements_and_no_one_puts_anything_else(scene: Scene) -> None:
     scene.service.flushes.clear()
     # Those who may put arrive last: what others put before them would be there, too.
     for caller in sorted(CALLERS, key=lambda one: one in MEASURES):

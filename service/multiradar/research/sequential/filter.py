@@ -274,12 +274,13 @@ class SequentialFilter:
         IMM UrO RAN report (2016), equations (1.6) and (1.25) for ς. The re-anchoring of the
         two-stage filter is the project's own: see `multiradar.estimation.bias.store.drift`.
         """
-        duration_s = float(require_shape(duration_s, "duration of the walk", ()))
+        duration_s = float(require_shape(duration_s, "duration of the random walk", ()))
         if not 0.0 <= duration_s < np.inf:
-            raise TimeOrderError("end of the walk", duration_s, 0.0)
+            raise TimeOrderError("end of the random walk", duration_s, 0.0)
         if duration_s > WALK_MAX_S:
             raise ConfigurationError(
-                f"duration of the walk: expected at most {WALK_MAX_S:g} s, was {duration_s:g} s"
+                f"duration of the random walk: expected at most {WALK_MAX_S:g} s, was "
+                f"{duration_s:g} s"
             )
         one = self._one
         walk(one.definition.method, duration_s, one.model, one.aircraft, one.store)

@@ -199,7 +199,9 @@ def walk_start(starts: Starts, walk_s: float) -> float:
     IMM UrO RAN report (2016), equation (1.6), discretised in steps; the start time is the
     project's own.
     """
-    walk_s = float(require_shape(walk_s, "interval of the walk", ()))
+    walk_s = float(require_shape(walk_s, "interval of the random walk", ()))
     if not 0.0 < walk_s < np.inf:
-        raise ConfigurationError(f"interval of the walk: expected more than 0 s, was {walk_s}")
+        raise ConfigurationError(
+            f"interval of the random walk: expected more than 0 s, was {walk_s}"
+        )
     return float(starts.time_s.min(initial=np.inf))

@@ -276,7 +276,7 @@ def test_a_bias_walk_is_at_most_a_year() -> None:
     for duration_s in (np.nextafter(year_s, np.inf), 1e308):
         with pytest.raises(ConfigurationError, match=r"walk: expected at most 3\.16"):
             one.walk(duration_s)
-    with pytest.raises(ShapeError, match="duration of the walk: expected numbers"):
+    with pytest.raises(ShapeError, match="duration of the random walk: expected numbers"):
         one.walk("long")  # type: ignore[arg-type]
 
 
