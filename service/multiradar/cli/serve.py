@@ -95,7 +95,7 @@ def serve(
     ] = None,
     workers: Annotated[
         int | None,
-        typer.Option(min=1, help="Worker threads of the tracker, or Ray actors.", show_default="1"),
+        typer.Option(min=1, help="Number of worker threads or Ray actors.", show_default="1"),
     ] = None,
     engine: EngineOption = None,
     cluster_listen: ClusterListenOption = None,

@@ -86,7 +86,7 @@ def track(
         int | None,
         typer.Option(
             min=1,
-            help="Worker threads, or Ray actors; the output does not depend on it.",
+            help="Number of worker threads or Ray actors; the output does not depend on it.",
             show_default="cores",
         ),
     ] = None,

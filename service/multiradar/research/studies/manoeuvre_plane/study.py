@@ -32,7 +32,7 @@ Row = dict[str, Value]
 REJECTION_FACTOR = 30
 SUMMARY = (
     "An aircraft flies a circle in a vertical plane; its position is measured a hundred times a "
-    "second with errors of 25 m on each axis. How accurate is the plane, how often is a plane "
+    "second with errors of 25 m on each axis. How accurate is the plane, how often is planar "
     "motion rejected, and is a helix distinguished from a circle?"
 )
 
