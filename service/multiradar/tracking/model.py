@@ -138,4 +138,5 @@ def _options(settings: TrackingSettings) -> NDArray[np.float64]:
     options[kernels.DENSITY_OF_COURSE] = settings.turn_rate_rad_per_s**2 * NOMINAL_INTERVAL_S
     options[kernels.MODES_NIS_FLOOR] = settings.imm_surprise_floor
     options[kernels.MODES_NIS_DENSITY] = settings.imm_surprise_density
+    options[kernels.SPEED_MAX] = settings.speed_max_mps
     return options

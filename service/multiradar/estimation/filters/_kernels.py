@@ -97,7 +97,9 @@ MODES_NIS_DENSITY = 16
 EXACT_HEIGHTS = 17
 # Prior variance of the delay of a transponder, m².
 DELAY_VARIANCE = 18
-OPTION_COUNT = 19
+# Of interacting modes: maximum speed of aircraft, m/s.
+SPEED_MAX = 19
+OPTION_COUNT = 20
 
 # 75th percentile of NIS (two degrees of freedom).
 EXPECTED_NIS = 2.77

@@ -13,7 +13,7 @@ from multiradar_compiled.arithmetic_kernels import arithmetic
 
 #: Version of the processing rules; incremented whenever a change of the program changes the output
 #: of a journal's replay.
-OUTPUT_RULES = 12
+OUTPUT_RULES = 13
 
 
 def configuration_fingerprint(

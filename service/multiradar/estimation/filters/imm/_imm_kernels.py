@@ -23,8 +23,10 @@ from multiradar.estimation.filters._kernels import (
     DOWNWEIGHT_NIS,
     EXPECTED_NIS,
     REJECT_NIS,
+    REJECTED,
     SINGULAR,
     SINGULAR_RATIO,
+    SPEED_MAX,
     UPDATED,
     GainOf,
     corrected_covariance,
@@ -93,6 +95,8 @@ Mixture = tuple[float, float, float, float, float]
 Pair = tuple[Lanes, Lanes]
 # Share of the variance of the noise that linearisation may add.
 CURVED_SHARE_MIN = 0.01
+# Sigmas of the velocity by which an update may exceed the maximum speed: see DECISIONS.
+SPEED_SIGMAS = 0.5
 # Components of `expected_sight`: the first of the measurement, x and y.
 Direction = tuple[Lanes, Lanes, Lanes]
 # Measurement of each mode: r, ν, H, N = H P Hᵀ, W, line of sight, ground range.
@@ -174,6 +178,14 @@ def correct_modes(
         outcome = SINGULAR
     posterior = predicted
     if outcome == UPDATED:
+        posterior = updated_probabilities(predicted, e, S, b, get_row(scratch, MODES))
+        after_a, after_x, after_P = corrected(a, x, P, h, S, e, nu, scratch)
+        # A second plot at the same instant only corrects the velocity that the first one gave.
+        if aircraft.updated[k] < aircraft.time[k] and is_too_fast(
+            predicted, x, posterior, after_x, after_P, b, scratch, options
+        ):
+            outcome, posterior = REJECTED, predicted
+    if outcome == UPDATED:
         fading_nis[k] = updated_fading_nis(fading_nis[k], nis, options)
         if (informs or has_slow) and weight > 1.0:
             r0, r1, s00, s01, s11 = mixture_moments(predicted, e, N, W, weight)
@@ -186,9 +198,8 @@ def correct_modes(
                 inform_of_modes(k, i00, i01, i11, nu0, nu1, aircraft.delay, sums, mine.delay)
             else:
                 inform(i00, i01, i11, nu0, nu1, U, R, Y, y)
-        posterior = updated_probabilities(predicted, e, S, b, get_row(scratch, MODES))
         store_row(probabilities, k, 0, count, posterior)
-        a, x, P = corrected(a, x, P, h, S, e, nu, scratch)
+        a, x, P = after_a, after_x, after_P
         correct_columns(k, count, scratch, mode_V, mode_U)
         if has_slow:
             # The biases are part of b, the slow states of both.
@@ -273,6 +284,36 @@ def add_column(
         mode_U[j, 1, c] += lane_of(j1, j)
     U[0, c] += sum_of(predicted * j0)
     U[1, c] += sum_of(predicted * j1)
+
+
+@in_both
+def is_too_fast(
+    predicted: Lanes,
+    x: State,
+    posterior: Lanes,
+    after: State,
+    P: Covariances,
+    b: Triple,
+    scratch: Floats,
+    options: Floats,
+) -> bool:
+    """Return whether an update would accelerate an aircraft beyond the maximum speed.
+
+    `SPEED_SIGMAS` of the velocity after the update are allowed in addition, as after its second
+    plot a track knows its velocity only roughly. ``b`` is what the biases add to S.
+    """
+    v0, v1 = sum_of(posterior * after[2]), sum_of(posterior * after[3])
+    d0, d1 = after[2] - v0, after[3] - v1
+    # The part of the biases is that of K b Kᵀ.
+    k0, k1 = get_row(scratch, GAIN + 4), get_row(scratch, GAIN + 5)
+    k2, k3 = get_row(scratch, GAIN + 6), get_row(scratch, GAIN + 7)
+    of_biases = (k0 * k0 + k2 * k2) * b[0] + 2.0 * (k0 * k1 + k2 * k3) * b[1]
+    of_biases = of_biases + (k1 * k1 + k3 * k3) * b[2]
+    variance = sum_of(posterior * (P[7] + P[9] + d0 * d0 + d1 * d1 + of_biases))
+    limit = options[SPEED_MAX] + SPEED_SIGMAS * math.sqrt(variance)
+    before0, before1 = sum_of(predicted * x[2]), sum_of(predicted * x[3])
+    squared = v0 * v0 + v1 * v1
+    return squared > limit * limit and squared > before0 * before0 + before1 * before1
 
 
 @in_both
