@@ -93,7 +93,7 @@ export class Overlays {
 /** Where the name of a feature stands, if it has one. */
 function placeOf(feature: Feature): NamedPlace[] {
   const [name, geometry] = [feature.get("name") as unknown, feature.getGeometry()];
-  if (typeof name !== "string" || name === "" || geometry === undefined) return [];
+  if (typeof name !== "string" || name === "" || geometry == null) return [];
   const [x, y] = geometry instanceof Polygon ? geometry.getInteriorPoint().getCoordinates()
     : geometry instanceof MultiPolygon ? geometry.getInteriorPoints().getFlatCoordinates()
     : geometry instanceof LineString ? geometry.getCoordinateAt(0.5) : getCenter(geometry.getExtent());

@@ -51,7 +51,7 @@ export function bar(app: App): TemplateResult {
     <strong class="print-only">${stateOf(app)}</strong>
     <span>${tracks.length === 0 ? "no tracks" : `${confirmed} confirmed, ${tracks.length - confirmed} other tracks`}</span>
     ${isFiltered(view.filters) ? html`<span class="badge check">filtered: ${tracks.filter((one) => isShown(one, view)).length} shown</span>`
-      : html`<span class="minor">${store.plots.length} plots${store.bearings.length === 0 ? "" : `, ${store.bearings.length} bearings`} in 30 s</span>`}
+      : html`<span class="minor">${store.plotCount} plots${store.bearings.length === 0 ? "" : `, ${store.bearings.length} bearings`} in 30 s</span>`}
     <span class="buttons">
       <button type="button" class="switch" role="switch" aria-checked=${biases} @click=${() => actions.toggle("biases")}
         title="On: plots without the estimated biases of their radars. Off: plots as measured (b)">Bias correction

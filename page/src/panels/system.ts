@@ -118,11 +118,11 @@ function group(title: string, rows: [string, string][]): TemplateResult {
 }
 
 /** Keep the counts of each status, for rates. */
-function sample({ feed, store }: App): void {
+function sample({ feed }: App): void {
   if (feed.revision === sampled || typeof feed.status["read"] !== "number") return;
   sampled = feed.revision;
   const now = performance.now();
-  samples.push({ atMs: now, read: feed.status["read"], updates: Number(feed.status["output_sequence"] ?? 0), dataS: store.dataTimeS ?? NaN });
+  samples.push({ atMs: now, read: feed.status["read"], updates: Number(feed.status["output_sequence"] ?? 0), dataS: Number(feed.status["data_time_s"] ?? NaN) });
   while (samples.length > 2 && (samples[0]?.atMs ?? now) < now - RATE_MS) samples.shift();
 }
 
@@ -134,7 +134,7 @@ function rates(): [string, string][] {
   return [
     ["Measurements", `${Math.max(0, (last.read - first.read) / seconds).toFixed(1)} per s`],
     ["Track updates", `${Math.max(0, (last.updates - first.updates) / seconds).toFixed(1)} per s`],
-    ["Data time", Number.isFinite(speed) ? `${speed.toFixed(1)} s per s` : "no data"],
+    ["Data time", Number.isFinite(speed) ? `${speed.toFixed(1).replace("-", "−")} s per s` : "no data"],
   ];
 }
 

@@ -36,6 +36,11 @@ export class Plots {
     return this.end - this.begin;
   }
 
+  /** Whether older ones may have been overwritten. */
+  get isFull(): boolean {
+    return this.length === PLOTS_MAX;
+  }
+
   /** Plots of a sensor. */
   count(sensor: number): number {
     let found = 0;

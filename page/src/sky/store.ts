@@ -34,6 +34,8 @@ export class Store {
   /** Frames received, plots that the service no longer had, and answers that were no frame. */
   frames = 0;
   skipped = 0;
+  /** Plots skipped of the last seconds: the data times of the frames that lack them. */
+  private readonly lacking: { timeS: number; count: number }[] = [];
   malformed = 0;
   /** Speed of the fastest track on the map, units/s. */
   fastest = 0;
@@ -55,6 +57,12 @@ export class Store {
   private readonly byId = new Map<number, Track>();
   private other: Track[] = [];
 
+  /** The plots shown, and of how many, if not all. */
+  get plotCount(): string {
+    const [shown, lacking] = [this.plots.length, this.lacking.reduce((sum, one) => sum + one.count, 0)];
+    return lacking > 0 ? `${shown} of ${shown + lacking}` : `${this.plots.isFull ? "≥ " : ""}${shown}`;
+  }
+
   track(id: number | null): Track | undefined {
     return id === null ? undefined : this.byId.get(id);
   }
@@ -72,6 +80,8 @@ export class Store {
     this.isRead = true;
     this.frames += 1;
     this.skipped += frame.header.skipped;
+    if (frame.header.skipped > 0) this.lacking.push({ timeS: time ?? 0, count: frame.header.skipped });
+    while ((this.lacking[0]?.timeS ?? Infinity) < (time ?? 0) - PLOTS_KEPT_S) this.lacking.shift();
     this.total = frame.header.total;
     this.sensors = frame.header.sensors;
     this.bundles = frame.header.bundles ?? [];
@@ -88,12 +98,14 @@ export class Store {
   beginAgain(): void {
     for (const track of this.tracks) track.trail.clear();
     this.plots.clear();
+    this.lacking.length = 0;
   }
 
   /** Discard everything: the service restarted. */
   clear(): void {
     this.tracks = [];
     this.plots.clear();
+    this.lacking.length = 0;
     this.bearings.clear();
     this.plottedS.clear();
     this.bearingOf.clear();

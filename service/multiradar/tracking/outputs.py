@@ -375,6 +375,8 @@ class EngineOutput:
         Delays of transponders of terminated tracks, where they are estimated.
     saturated : (sensors,) bool
         Sensors that have initiated as many tentative tracks as they may; empty without any.
+    unused : MeasurementBatch
+        Measurements that updated no track, by ascending time; without duplicates.
     """
 
     updates: TrackUpdates
@@ -393,6 +395,7 @@ class EngineOutput:
     outcomes: NDArray[np.int64] = field(default_factory=lambda: np.empty((0, 0), np.int64))
     delays: DelayRecords = field(default_factory=lambda: DelayRecords.concatenate([]))
     saturated: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, np.bool_))
+    unused: MeasurementBatch = field(default_factory=MeasurementBatch.empty)
 
 
 #: Output of a call without measurements.

@@ -40,7 +40,9 @@ def shown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     air.measurements.write_parquet(folder / "measurements.parquet")
     (folder / "sensors.toml").write_text(air.sensors)
     (folder / "shapes").mkdir()
-    (folder / "shapes" / "sectors.geojson").write_text(json.dumps(SECTOR))
+    nowhere = {"type": "Feature", "properties": {"name": "nowhere"}, "geometry": None}
+    shapes = {"type": "FeatureCollection", "features": [SECTOR, nowhere]}
+    (folder / "shapes" / "sectors.geojson").write_text(json.dumps(shapes))
     (folder / "shapes" / "broken.geojson").write_text('{"type": "Feature"')
     given = [str(folder / "measurements.parquet"), "--sensors", str(folder / "sensors.toml")]
     for name in ("imm", "two-stage"):

@@ -58,6 +58,12 @@ def test_the_history_has_the_picture_of_then_and_goes_back_to_the_present(
     settled(page, f"{STORE}.tracks.some((one) => one.trail.length > 10)")
     ages = page.evaluate(f"[...{STORE}.plots].map((one) => {STORE}.dataTimeS - one.timeS)")
     assert len(ages) > 100
+    # Rates are those of the service, whose data stand.
+    page.keyboard.press("4")
+    rates = page.locator("#system section[aria-label=Rates]")
+    expect(rates).to_contain_text("s per s")
+    assert "0.0 s per s" in rates.inner_text()
+    page.keyboard.press("1")
     assert 0.0 <= min(ages) < max(ages) <= 30.0
     for clock in (page.locator("#time time"), page.locator("#bar time")):
         expect(clock).to_contain_text(clock_text(present - 60.0))

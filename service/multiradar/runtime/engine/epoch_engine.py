@@ -318,7 +318,7 @@ class Engine:
             ):
                 ended += self._process_step(run, begin, end)
             self._last_s = float(batch.time_s[last - 1])
-        updates, transitions, plots, accepted, outcomes = self._describe(shown, run)
+        updates, transitions, accepted, outcomes = self._describe(shown, run)
         noises = (self._biases.model if self._sources is None else self._sources).noises
         return EngineOutput(
             updates=updates,
@@ -327,7 +327,7 @@ class Engine:
             transitions=transitions,
             duplicates=duplicates,
             health=HealthRecords.concatenate([one.health for one in closed]),
-            plots=plots,
+            plots=TrackPlots(updates.track_id, shown.select(accepted)),
             spread=result.readout[accepted][:, SPREAD],
             innovations=update_innovations(run, accepted, noises),
             pictures=self._pop_pictures(),
@@ -335,6 +335,7 @@ class Engine:
             outcomes=outcomes,
             delays=self._delays.pop(),
             saturated=self._pool.new_tracks.saturated,
+            unused=shown.select(np.delete(np.arange(len(shown)), accepted)),
         )
 
     def _process_step(self, run: Run, first: int, last: int) -> list[EndedTracks]:
@@ -385,7 +386,7 @@ class Engine:
 
     def _describe(
         self, shown: MeasurementBatch, run: Run
-    ) -> tuple[TrackUpdates, TrackTransitions, TrackPlots, NDArray[np.intp], NDArray[np.int64]]:
+    ) -> tuple[TrackUpdates, TrackTransitions, NDArray[np.intp], NDArray[np.int64]]:
         found, outcomes = describe_run(
             run, self._biases.model.plane, self._settings.confirm_updates, self._sequence + 1
         )
@@ -402,8 +403,7 @@ class Engine:
         updates = track_updates(
             shown, run, found, self._settings.hidden_fields, keeps_modes=self._filter.keeps_modes
         )
-        plots = TrackPlots(updates.track_id, shown.select(accepted))
-        return updates, transitions, plots, accepted, by_sensor
+        return updates, transitions, accepted, by_sensor
 
     def _close_epoch(self) -> ClosedEpoch:
         if self._epoch is None or not self._epoch_open:

@@ -25,6 +25,8 @@ _ACCURACY = "position_sigma_m"
 _DIRECTIONS = "directions"
 # What the filter made of it, as in `EngineOutput.innovations`; NaN where it is not recorded.
 _INNOVATION = "innovation"
+#: Number of a track in rows of measurements that updated none.
+NO_TRACK = 0
 #: Columns of the variances of the noise in the innovation.
 VARIANCES = slice(INNOVATION_COUNT, INNOVATIONS_COUNT)
 #: The measurement of an update; field names are those of `MeasurementBatch`, and of the update with
@@ -72,3 +74,26 @@ def plot_rows(output: EngineOutput, row_type: np.dtype[np.void] = PLOT_DTYPE) ->
         else:
             rows[name] = getattr(plots.measured, name)
     return rows
+
+
+def rows_without_track(batch: MeasurementBatch) -> NDArray[np.void]:
+    """Return measurements that updated no track as rows of `PLOT_DTYPE`, with track `NO_TRACK`."""
+    rows = np.zeros(len(batch), PLOT_DTYPE)
+    for name in (*(_OF_TRACK + one for one in _TRACK), _DIRECTIONS, _INNOVATION):
+        rows[name] = np.nan
+    for name in _MEASURED:
+        rows[name] = getattr(batch, name)
+    rows[_ACCURACY] = batch.accuracies()
+    if batch.directions is not None:
+        rows[_DIRECTIONS] = np.column_stack(batch.directions)
+    return rows
+
+
+def measurement_rows(output: EngineOutput) -> NDArray[np.void]:
+    """Return all measurements of an output, used or not, as rows of `PLOT_DTYPE`, by time."""
+    rows = plot_rows(output) if len(output.plots) else np.empty(0, PLOT_DTYPE)
+    if not len(output.unused):
+        return rows
+    rows = np.concatenate([rows, rows_without_track(output.unused)])
+    ordered: NDArray[np.void] = rows[np.argsort(rows["time_s"], kind="stable")]
+    return ordered

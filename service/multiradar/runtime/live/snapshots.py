@@ -157,8 +157,6 @@ class Snapshots:
         # Files of the last snapshot of this process, or of the one it started from.
         self._files: Mapping[str, Sequence[RowFile]] = {}
 
-    # ---------------------------------------------------------------- taking
-
     def note(self, rows: int) -> bool:
         """Note processed measurements; return whether a snapshot is due."""
         self._rows += rows
@@ -272,8 +270,6 @@ class Snapshots:
                 f"it needs {octets / 1e6:.0f} MB, and the disk of the journal has "
                 f"{space.free_bytes / 1e6:.0f} MB left; free some space"
             )
-
-    # ---------------------------------------------------------------- using
 
     def restore(
         self, journal: Journal, skipped: Mapping[int, str], holders: Mapping[str, Any],

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
-from multiradar.runtime.engine.plot_rows import PLOT_DTYPE, POINTS_MAX, plot_rows
+from multiradar.runtime.engine.plot_rows import PLOT_DTYPE, POINTS_MAX, measurement_rows
 from multiradar.runtime.memory.bias_board import BiasBoard, bias_rows_frame
 from multiradar.runtime.memory.health_board import HealthBoard
 from multiradar.runtime.memory.history import (
@@ -386,8 +386,7 @@ class Knowledge:
                 self._live.update(rows, output.spread)
                 self._board.count(rows)
                 self._updates = int(rows["sequence"][-1])
-            if len(output.plots):
-                self._plots.append(plot_rows(output))
+            self._plots.append(measurement_rows(output))
             self._biases.append(output.biases)
             self._board.update_health(output.health)
             self._healths.append(output.health)

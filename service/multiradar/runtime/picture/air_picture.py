@@ -18,15 +18,15 @@ from multiradar.runtime.picture.past import (
     past_frame,
     path_columns,
 )
-from multiradar.runtime.picture.recent_plots import RecentPlots
+from multiradar.runtime.picture.recent_plots import PLOTS_KEPT, RecentPlots
 from multiradar.runtime.picture.retained import RetainedPast
 from multiradar.runtime.picture.selection import WHOLE_MAX, WORLD, Area, Columns, at, shown
 from multiradar.runtime.picture.track_columns import system_plane, track_columns
 from multiradar.tracking.outputs import STATE_NAMES
 
-#: Maximum plots of the first frame of a page, and of the others: a page that was away longer, or a
-#: replay far above real time, misses the oldest.
-PLOTS_FIRST_MAX, PLOTS_MAX = 8_192, 4_096
+#: Maximum plots of a frame for a page that has some: one that was away longer, or a replay far
+#: above real time, misses the oldest. A new page gets all that are retained.
+PLOTS_MAX = 4_096
 #: A page that has no plots yet gets those of the last seconds, s of data time.
 PLOTS_FIRST_S = 30.0
 #: Shortest time between two states of the picture, s: all pages read the same one.
@@ -175,7 +175,7 @@ class AirPicture:
 
     def _encoded(self, asked: Asked) -> bytes:
         since_s = (self._data_time_s or 0.0) - PLOTS_FIRST_S
-        most = PLOTS_FIRST_MAX if asked.after is None else PLOTS_MAX
+        most = PLOTS_KEPT if asked.after is None else PLOTS_MAX
         found, skipped = self._plots.after(asked.after, most, since_s)
         tracks, total = self._tracks, len(self._tracks["track_id"])
         if asked.area is not None:

@@ -21,8 +21,8 @@ PATH_S = 120.0
 #: A track that is not updated ends at the first processing after `drop_after_s`, s later at most.
 ENDING_S = 10.0
 PLOTS_S = 30.0
-#: Plots of a frame; the latest.
-PLOTS_MAX = 5_000
+#: Plots of a frame, the latest: as many as a page shows.
+PLOTS_MAX = 32_768
 #: Interval of earlier positions of a track, s.
 PATH_STEP_S = 5.0
 #: With numbers up to so many times the rows a table of all numbers is faster than sorting.

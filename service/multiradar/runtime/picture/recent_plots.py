@@ -9,10 +9,8 @@ from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.picture.bearing_lines import marks
 from multiradar.runtime.queries.track_windows import bias_estimates
 
-#: Plots that are retained, whatever the number of readers.
+#: Plots that are retained, whatever the number of readers: as many as a page shows.
 PLOTS_KEPT = 32_768
-#: Plots placed at once: of more since the last call, the oldest are skipped.
-PLOTS_READ_MAX = 4_096
 _ROW = np.dtype(
     [
         ("time_s", np.float64), ("track_id", np.float64), ("latitude_deg", np.float64),
@@ -45,8 +43,8 @@ class RecentPlots:
         return self._end
 
     def update(self) -> None:
-        """Add the plots since the last call, at most `PLOTS_READ_MAX`."""
-        rows, following, skipped = self._known.plots_after(self._read, PLOTS_READ_MAX)
+        """Add the plots since the last call, at most the last `PLOTS_KEPT`."""
+        rows, following, skipped = self._known.plots_after(self._read, PLOTS_KEPT)
         if self._read is None or following < self._read or skipped:
             self._begin = following - len(rows)
         self._read = self._end = following

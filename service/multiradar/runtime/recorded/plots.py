@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 from multiradar import wire
 from multiradar.estimation.measurement.kinds import KIND_BEARING
 from multiradar.estimation.measurement.sensors import PARAMETER_NAMES, SensorTable
-from multiradar.runtime.engine.plot_rows import PLOT_DTYPE
+from multiradar.runtime.engine.plot_rows import rows_without_track
 from multiradar.runtime.picture.bearing_lines import directions_to
 from multiradar.runtime.picture.plot_columns import plot_columns
 from multiradar.storage.time_table import TimeTable
-from multiradar.tracking.input.measurements import MeasurementBatch
 from multiradar_schemas.measurements.columns import MEASUREMENT_DIRECTIONS, MEASUREMENT_SCHEMA
 
 _REQUIRED = ("time_s", "sensor_id", "kind")
@@ -22,8 +21,6 @@ _PLACE = ("range_m", "azimuth_deg", "latitude_deg", "longitude_deg", "height_m")
 _COLUMNS = (*_REQUIRED, *_PLACE, *MEASUREMENT_DIRECTIONS)
 #: Times of an update and of its measurement agree to so much, s.
 _TIME_STEP_S = 1e-6
-#: Number of a track in plots that updated none.
-NO_TRACK = 0
 
 
 class RecordedPlots:
@@ -85,7 +82,7 @@ class RecordedPlots:
         found = self._measured.between(after_s, until_s)
         frame = found.tail(limit).cast({name: MEASUREMENT_SCHEMA[name] for name in _COLUMNS})
         batch, _ = wire.measurement_batch(frame, self._sensors)
-        rows = _rows(batch)
+        rows = rows_without_track(batch)
         if len(rows):
             self._assign(rows)
         return rows, len(found) - len(frame)
@@ -141,18 +138,3 @@ class RecordedPlots:
 def _steps(time_s: NDArray[np.float64]) -> NDArray[np.int64]:
     steps: NDArray[np.int64] = np.rint(time_s / _TIME_STEP_S).astype(np.int64)
     return steps
-
-
-def _rows(batch: MeasurementBatch) -> NDArray[np.void]:
-    rows = np.zeros(len(batch), PLOT_DTYPE)
-    rows["track_id"] = NO_TRACK
-    for name in ("track_latitude_rad", "track_longitude_rad", "track_height_m", "directions"):
-        rows[name] = np.nan
-    measured = ("time_s", "sensor", "kind", "range_m", "azimuth_rad", "latitude_rad",
-                "longitude_rad", "height_m")  # fmt: skip
-    for name in measured:
-        rows[name] = getattr(batch, name)
-    rows["position_sigma_m"] = batch.accuracies()
-    if batch.directions is not None:
-        rows["directions"] = np.column_stack(batch.directions)
-    return rows

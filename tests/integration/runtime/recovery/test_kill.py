@@ -35,6 +35,7 @@ class _Replay:
         self._journal = journal
         self.acknowledged: dict[int, int] = {}
         self.duplicates = 0
+        self.failures: list[Exception] = []
         self._processes = 0
         self.sha256 = ""
 
@@ -67,7 +68,9 @@ class _Replay:
         except BrokenPipeError:
             assert answers_until_kill is not None
         join(reader)
-        return process.wait()
+        status = process.wait()
+        assert self.failures == []
+        return status
 
     def _read(
         self,
@@ -78,21 +81,26 @@ class _Replay:
         ready: threading.Event,
     ) -> None:
         count = 0
-        while found := process.answers():
-            answer = found[0]
-            count += 1
-            if count == answers_until_kill:
-                threading.Timer(delay_s, process.kill).start()
-            if "key" in answer:
-                self.acknowledged[int(answer["key"])] = answer["accepted"]
-                self.duplicates += answer["duplicate"]
-                room.release()
-            self.sha256 = answer.get("sha256", "")
+        try:
+            while found := process.answers():
+                answer = found[0]
+                count += 1
+                if count == answers_until_kill:
+                    threading.Timer(delay_s, process.kill).start()
+                if "key" in answer:
+                    self.acknowledged[int(answer["key"])] = answer["accepted"]
+                    self.duplicates += answer["duplicate"]
+                    room.release()
+                self.sha256 = answer.get("sha256", "")
+                ready.set()
+        except Exception as error:
+            self.failures.append(error)
+            process.kill()
+        finally:
             ready.set()
-        ready.set()
-        # A blocked sender finds the pipe broken.
-        for _ in range(OUTSTANDING_MAX):
-            room.release()
+            # A blocked sender finds the pipe broken.
+            for _ in range(OUTSTANDING_MAX):
+                room.release()
 
 
 @pytest.mark.parametrize("campaign", range(KILLS // KILLS_A_JOURNAL))

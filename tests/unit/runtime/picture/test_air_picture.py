@@ -7,12 +7,22 @@ import numpy as np
 import pytest
 
 from multiradar.clock import FixedClock
+from multiradar.estimation.measurement.kinds import KIND_RADAR
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.runtime.engine.epoch_engine import Engine
+from multiradar.runtime.engine.plot_rows import NO_TRACK
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.picture import air_picture
-from multiradar.runtime.picture.air_picture import PAUSE_MAX_S, TICK_S, AirPicture, Asked
+from multiradar.runtime.picture.air_picture import (
+    PAUSE_MAX_S,
+    PLOTS_FIRST_S,
+    TICK_S,
+    AirPicture,
+    Asked,
+)
 from multiradar.runtime.picture.selection import Area, Columns
 from multiradar.runtime.picture.track_columns import track_columns
+from multiradar.runtime.queries.used_plots import residuals_of_radars
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.tracking.outputs import EngineOutput, TrackPlots
 from multiradar.tracking.settings import TrackingSettings
@@ -106,6 +116,42 @@ def test_a_frame_continues_the_plots_and_a_first_one_has_those_of_the_last_secon
     # A number of a service that had more plots: it restarted.
     assert len(air.read(Asked(1000))[1]["plots"]["time_s"]) == 50
     assert len(air.read(Asked(50))[1]["plots"]["time_s"]) == 0
+
+
+def test_plots_that_update_no_track_are_drawn_without_one() -> None:
+    engine = Engine(TABLE, TrackingSettings())
+    known = Knowledge(TABLE, TrackingSettings(), RuntimeLimits())
+    batch, _ = measurement_batch(recording(600), TABLE)
+    # Of aircraft with tracks, but 30 km away from them.
+    radar = np.flatnonzero(batch.kind == KIND_RADAR)
+    wrong = radar[len(radar) // 2 :: 7]
+    batch.range_m[wrong] += 30_000.0
+    output = engine.push(batch)
+    assert len(output.unused) > 10
+    known.absorb(output, float(batch.time_s.max()))
+    plots = decoded(AirPicture(known, FixedClock()).frame(Asked()))[1]["plots"]
+    recent = output.plots.measured.time_s, output.unused.time_s
+    shown = [np.count_nonzero(times >= batch.time_s.max() - PLOTS_FIRST_S) for times in recent]
+    without = plots["track_id"] == NO_TRACK
+    assert [np.count_nonzero(~without), np.count_nonzero(without)] == shown
+    assert np.isfinite(plots["latitude_deg"]).all()
+    assert (np.diff(plots["time_s"]) >= 0.0).all()
+    # Residuals are those of updates.
+    counted = residuals_of_radars(known, window_s=600.0)["sensors"]
+    used = output.plots.measured.kind == KIND_RADAR
+    assert sum(one["plots"] for one in counted) <= np.count_nonzero(used)
+
+
+def test_a_new_page_has_all_plots_of_the_last_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
+    air = _Air()
+    monkeypatch.setattr(air_picture, "PLOTS_MAX", 100)
+    air.push(500)
+    header, tables = air.read()
+    assert len(tables["plots"]["time_s"]) == header["next"] == 500
+    # One that was away longer learns how many it lacks.
+    air.push(300, seed=2)
+    header, tables = air.read(Asked(500))
+    assert (len(tables["plots"]["time_s"]), header["skipped"]) == (100, 200)
 
 
 def test_the_picture_changes_after_a_tick_alone() -> None:
