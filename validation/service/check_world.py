@@ -126,6 +126,39 @@ class Service:
         found: dict[str, Any] = json.loads(self.get("/v1/status")[1])
         return found
 
+    def send(self, connection: http.client.HTTPConnection, content: bytes, fed: Fed) -> None:
+        """Send measurements in the Arrow format, again if they are not accepted now."""
+        end_s = CLOCK.monotonic_s() + _TIMEOUT_S
+        while CLOCK.monotonic_s() < end_s:
+            connection.request("POST", "/v1/measurements", content, _ARROW)
+            answer = connection.getresponse()
+            found = answer.read()
+            if answer.status == _OK:
+                document = json.loads(found)
+                fed.accepted += document["accepted"]
+                fed.rejected += len(document["rejected"])
+                if document["rejected"] and len(fed.faults) < 3:
+                    fed.faults.append(str(document["rejected"][0])[:200])
+                return
+            fed.retries += 1
+            fed.faults = fed.faults or [found[:200].decode()]
+            time.sleep(0.2)
+
+    def settled(self) -> dict[str, Any]:
+        """Return the status once everything is processed, or after two minutes."""
+        end_s = CLOCK.monotonic_s() + _TIMEOUT_S
+        while True:
+            status = self.status()
+            left = status["journal_sequence"] - status["processed_sequence"]
+            if left == 0 or CLOCK.monotonic_s() > end_s:
+                return status
+            time.sleep(0.1)
+
+    def resident(self) -> int:
+        """Return its resident memory, octets."""
+        fields = Path(f"/proc/{self.pid}/statm").read_text(encoding="utf-8").split()
+        return int(fields[1]) * os.sysconf("SC_PAGE_SIZE")
+
     def stop(self) -> None:
         """End it."""
         self._process.terminate()
@@ -159,27 +192,10 @@ class Feeder:
             if wait_s > 0.0:
                 time.sleep(wait_s)
             if body.rows:
-                self._post(connection, body.path.read_bytes())
+                self._service.send(connection, body.path.read_bytes(), self.fed)
             body.path.unlink()
             self.fed.behind_s = max(self.fed.behind_s, CLOCK.monotonic_s() - due_s)
         connection.close()
-
-    def _post(self, connection: http.client.HTTPConnection, content: bytes) -> None:
-        end_s = CLOCK.monotonic_s() + _TIMEOUT_S
-        while CLOCK.monotonic_s() < end_s:
-            connection.request("POST", "/v1/measurements", content, _ARROW)
-            answer = connection.getresponse()
-            found = answer.read()
-            if answer.status == _OK:
-                document = json.loads(found)
-                self.fed.accepted += document["accepted"]
-                self.fed.rejected += len(document["rejected"])
-                if document["rejected"] and len(self.fed.faults) < 3:
-                    self.fed.faults.append(str(document["rejected"][0])[:200])
-                return
-            self.fed.retries += 1
-            self.fed.faults = self.fed.faults or [found[:200].decode()]
-            time.sleep(0.2)
 
 
 def main() -> int:
@@ -269,7 +285,7 @@ def _fed(
         thread.start()
     memory = []
     while any(thread.is_alive() for thread in threads):
-        memory.append((CLOCK.monotonic_s(), sum(_resident(one.pid) for one in services)))
+        memory.append((CLOCK.monotonic_s(), sum(one.resident() for one in services)))
         time.sleep(_SAMPLE_S)
     fed_s = CLOCK.monotonic_s() - begin_s
     used_s = [processor_s(one.pid) - was for one, was in zip(services, used_s, strict=True)]
@@ -318,11 +334,6 @@ def _latency(
         "octets_per_s": float(counted["octets"].sum()) / span_s,
         "events_lost": int(counted["lost"].sum()),
     }
-
-
-def _resident(pid: int) -> int:
-    fields = Path(f"/proc/{pid}/statm").read_text(encoding="utf-8").split()
-    return int(fields[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
 def _keep(folder: Path, services: list[Service]) -> None:
