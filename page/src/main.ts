@@ -196,6 +196,23 @@ window.addEventListener("afterprint", () => {
   if (view.theme !== printed) actions.theme();
 });
 
+/** The user went to another address of the open page: show what it says. */
+function addressed(): void {
+  const { open, tick, ...chosen } = initialView(location.hash);
+  Object.assign(view, chosen);
+  if (chosen.at === null) clock.live();
+  else {
+    clock.pause();
+    clock.seek(chosen.at);
+  }
+  picture.theme();
+  picture.goToView();
+  overlays.apply();
+  actions.select(chosen.selected, false);
+}
+
+// The page itself replaces the address: that is no such event.
+window.addEventListener("hashchange", addressed);
 if (view.at !== null) clock.seek(view.at);
 // The clock and ages go on between frames, and while no answer comes.
 setInterval(() => redraw(), PANEL_MS);

@@ -179,6 +179,17 @@ export class Picture {
     this.map.getView().animate({ center: [nearestX(x, this.scene.middleX), y], duration: 250 });
   }
 
+  /** Show the place that the view has, or everything. */
+  goToView(): void {
+    const { centre, zoom } = this.view;
+    const shown = this.map.getView();
+    shown.cancelAnimations();
+    if (centre === null) return this.fit();
+    this.centred = true;
+    shown.setCenter(fromLonLat(centre));
+    if (zoom !== null) shown.setZoom(zoom);
+  }
+
   /** Latitude of the middle of the map, degrees. */
   get latitude(): number {
     return toLonLat(this.map.getView().getCenter() ?? [0, 0])[1] ?? 0;

@@ -2,8 +2,8 @@
 
 import { FONT } from "../drawing/palette";
 import type { Layer, Scene } from "../drawing/scene";
-import { HORIZON_S, probabilityOf, type Encounters } from "../service/encounters";
-import { mercatorX, mercatorY } from "../drawing/mercator";
+import { DISTANCE_M, HORIZON_S, probabilityOf, type Encounter, type Encounters } from "../service/encounters";
+import { mercatorX, mercatorY, nearestX } from "../drawing/mercator";
 import type { Track } from "../sky/store";
 import { touches } from "./sites";
 import { isShown } from "../view/shown";
@@ -11,6 +11,8 @@ import { distance } from "../view/units";
 
 const DASH = [4, 3];
 const LETTER_PX = 6.7;
+/** A pair at its closest point is drawn with its present distance as long as the answer is no older, s. */
+const FRESH_S = 30;
 /** The text is moved by so much where it would cover another. */
 const STEPS_PX = [0, -14, 14, -28, 28, -42, 42] as const;
 
@@ -22,7 +24,7 @@ export class EncountersLayer implements Layer {
   constructor(private readonly encounters: Encounters) {}
 
   draw(scene: Scene): void {
-    const { context, palette, store, view, timeS } = scene;
+    const { context, palette, store, view } = scene;
     this.texts.length = 0;
     scene.reservedMoving.length = 0;
     if (!view.shown.encounters || !view.shown.tracks) return;
@@ -31,17 +33,17 @@ export class EncountersLayer implements Layer {
     context.lineWidth = 1;
     for (const one of this.encounters.found) {
       const [first, second] = [store.track(one.first_track_id), store.track(one.second_track_id)];
-      const left = one.closest_time_s - timeS;
-      // The picture may be behind the answer: in a fast replay, or when the service is busy.
-      if (first === undefined || second === undefined || left < 0 || left > HORIZON_S) continue;
-      if (!isShown(first, view) && !isShown(second, view)) continue;
+      if (first === undefined || second === undefined || (!isShown(first, view) && !isShown(second, view))) continue;
+      const [left, distanceM] = whenOf(scene, one, first, second);
+      if (left === null) continue;
       const [ax, ay] = here(scene, first);
       const [bx, by] = here(scene, second);
       if (!scene.isInside(ax, ay, 0) && !scene.isInside(bx, by, 0)) continue;
-      const cx = scene.px(mercatorX(one.first_longitude_deg));
-      const cy = scene.py(mercatorY(one.first_latitude_deg));
-      const dx = scene.px(mercatorX(one.second_longitude_deg));
-      const dy = scene.py(mercatorY(one.second_latitude_deg));
+      const isNow = left === 0;
+      const cx = isNow ? ax : scene.px(mercatorX(one.first_longitude_deg));
+      const cy = isNow ? ay : scene.py(mercatorY(one.first_latitude_deg));
+      const dx = isNow ? bx : scene.px(mercatorX(one.second_longitude_deg));
+      const dy = isNow ? by : scene.py(mercatorY(one.second_latitude_deg));
       // To the positions of closest approach, and between them.
       context.setLineDash(DASH);
       context.globalAlpha = 0.75;
@@ -56,16 +58,16 @@ export class EncountersLayer implements Layer {
       context.beginPath();
       context.moveTo(cx, cy);
       context.lineTo(dx, dy);
-      for (const [x, y] of [[cx, cy], [dx, dy]] as const) {
+      for (const [x, y] of isNow ? [] : [[cx, cy], [dx, dy]] as const) {
         context.moveTo(x - 3, y - 3);
         context.lineTo(x + 3, y + 3);
         context.moveTo(x + 3, y - 3);
         context.lineTo(x - 3, y + 3);
       }
       context.stroke();
-      const probability = probabilityOf(one);
-      const heights = one.vertical_separation_m === null ? ", height unknown" : "";
-      const text = `${distance(one.distance_m, view.units)} in ${Math.round(left)} s, ${percent(probability)}${heights}`;
+      const apart = distance(distanceM, view.units);
+      const when = isNow ? `now ${apart}` : `${apart} in ${left} s`;
+      const text = `${when}, ${certainty(one, first, second)}`;
       // Whole within the map, as long as its place is.
       const most = Math.max(2, scene.width - LETTER_PX * text.length - 4);
       const beside = Math.round((cx + dx) / 2) + 8;
@@ -87,6 +89,25 @@ export class EncountersLayer implements Layer {
       this.texts.push(text);
     }
   }
+}
+
+/**
+ * Seconds to the closest approach, 0: now, and the distance then, m. Null: nothing is drawn, as of a picture that is
+ * behind the answer, in a fast replay or when the service is busy.
+ */
+function whenOf(scene: Scene, one: Encounter, first: Track, second: Track): [number | null, number] {
+  const left = Math.round(one.closest_time_s - scene.timeS);
+  if (one.time_to_closest_s > 0 && left > 0) return [left <= HORIZON_S ? left : null, one.distance_m];
+  const [ax, ay] = scene.store.placeOf(first, scene.timeS);
+  const [bx, by] = scene.store.placeOf(second, scene.timeS);
+  const apartM = Math.hypot(nearestX(bx, ax) - ax, by - ay) / first.scale;
+  return [apartM <= DISTANCE_M && Math.abs(scene.timeS - one.time_s) <= FRESH_S ? 0 : null, apartM];
+}
+
+/** How sure it is, in words: two tracks with one Mode S address are rather a duplicate than a conflict. */
+function certainty(one: Encounter, first: Track, second: Track): string {
+  if (first.address !== null && first.address === second.address) return `both have address ${first.address}: duplicate track?`;
+  return `${percent(probabilityOf(one))}${one.vertical_separation_m === null ? ", height unknown" : ""}`;
 }
 
 function percent(probability: number): string {

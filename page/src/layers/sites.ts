@@ -44,7 +44,7 @@ export class Sites {
     const plotted = sensors.map((one) => (store.hasPlots(one.id) ? "p" : store.hasBearings(one.id) ? "b" : "n")).join("");
     if (sensors !== this.of || plotted !== this.plotted) {
       [this.of, this.plotted] = [sensors, plotted];
-      this.found = bySeverity(sensors, store).flatMap(({ sensor, severity }) => siteOf(sensor, wordOf(sensor, severity), store))
+      this.found = bySeverity(sensors, store).flatMap(({ sensor, severity }) => siteOf(sensor, wordOf(severity), store))
         .sort((a, b) => sensors.indexOf(a.sensor) - sensors.indexOf(b.sensor));
     }
     // A direction finder may move.

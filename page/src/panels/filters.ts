@@ -2,7 +2,7 @@
 
 import { html, nothing, type TemplateResult } from "lit";
 
-import { isFiltered } from "../view/shown";
+import { isBandEmpty, isFiltered } from "../view/shown";
 import { FOOT_M } from "../view/units";
 import type { Filters } from "../view/view";
 import type { App } from "./panel";
@@ -17,8 +17,11 @@ export function filterForm({ view, store, actions }: App): TemplateResult {
   const bound = (name: "fromM" | "toM", label: string): TemplateResult => {
     const value = filters[name];
     return html`<label>${label} <input type="number" inputmode="numeric" step=${units === "aero" ? 10 : 100}
-      .value=${value === null ? "" : String(Math.round(value / perUnit))}
-      @change=${(event: Event) => actions.filter({ [name]: numberOf(event, perUnit) })}></label>`;
+      aria-invalid=${isBandEmpty(filters)} .value=${value === null ? "" : String(Number((value / perUnit).toFixed(2)))}
+      @input=${(event: Event) => {
+        // What is half a number yet is left to the user.
+        if (!(event.target as HTMLInputElement).validity.badInput) actions.filter({ [name]: numberOf(event, perUnit) });
+      }}></label>`;
   };
   return html`<div class="filters" role="search" aria-label="Filters of tracks">
     <input type="search" id="filter" placeholder="Callsign, code, address or number  ( / )" aria-label="Search tracks"

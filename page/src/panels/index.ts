@@ -50,7 +50,7 @@ function tabs(app: App): TemplateResult {
 
 function badge(tab: Tab, app: App): TemplateResult | typeof nothing {
   const text = PANELS.filter((panel) => panel.tab === tab).map((panel) => panel.badge?.(app) ?? "").find((one) => one !== "");
-  return text === undefined ? nothing : html` <span class="badge ${/FAULT|ALARM/.test(text) ? "level-alarm" : ""}">${text}</span>`;
+  return text === undefined ? nothing : html` <span class="badge ${/FAULT|ALARM|SILENT/.test(text) ? "level-alarm" : ""}">${text}</span>`;
 }
 
 /** Arrows move between the tabs, as in every list of tabs. */

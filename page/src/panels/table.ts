@@ -2,7 +2,7 @@
 
 import { html, nothing, type TemplateResult } from "lit";
 
-import { isShown } from "../view/shown";
+import { isBandEmpty, isShown } from "../view/shown";
 import { nameOf, type Track } from "../sky/store";
 import { aged, unheardS } from "../time/presence";
 import { distance, level, speed, trend } from "../view/units";
@@ -49,7 +49,9 @@ function draw(app: App): TemplateResult {
   return html`${filterForm(app)}
     <p class="summary"><span>${rows.length} shown${hidden > 0 ? `, ${hidden} hidden by filters and switches` : ""}</span>
       <span>${leastCertain(app)}</span></p>
-    ${rows.length > 0 ? nothing : html`<p class="hint">${store.tracks.length > 0 ? "No track matches the filters." : none(app)}</p>`}
+    ${rows.length > 0 ? nothing : html`<p class="hint">${
+      isBandEmpty(view.filters) ? "No level is in this band: its lower limit is above its upper limit."
+      : store.tracks.length > 0 ? "No track matches the filters." : none(app)}</p>`}
     <div class="rows" @scroll=${() => actions.redraw()} @keydown=${(event: KeyboardEvent) => moved(event, app)}>
     <table role="grid" aria-label="Tracks" aria-rowcount=${rows.length + 1}>
       <thead><tr>${COLUMNS.map(([key, text, title]) => html`<th scope="col" aria-sort=${sortOf(key)} title=${title}>

@@ -7,13 +7,16 @@ const EVERY_MS = 4000;
 const PATIENCE = 20;
 export const HORIZON_S = 120;
 /** Within these the pair is an encounter: 5 NM and 1000 ft. */
-const DISTANCE_M = 9260;
+export const DISTANCE_M = 9260;
 const HEIGHT_M = 305;
 const PROBABILITY_MIN = 0.01;
 const LIMIT = 30;
+/** While there is nothing to ask, the question is put so soon after there is, ms. */
+const IDLE_MS = 250;
 
 /** An encounter as the service predicts it. */
 export interface Encounter {
+  time_s: number;
   first_track_id: number;
   second_track_id: number;
   closest_time_s: number;
@@ -30,8 +33,15 @@ export interface Encounter {
   second_longitude_deg: number;
 }
 
+interface Answer {
+  total: number;
+  encounters: Encounter[];
+}
+
 export class Encounters {
   found: Encounter[] = [];
+  /** How many there are: `found` are the first of them. */
+  total = 0;
   /** Counts the answers. */
   revision = 0;
   /** Tracks of the encounters. */
@@ -66,36 +76,37 @@ export class Encounters {
       if (this.jumps !== jumps) continue;
       const took = performance.now() - began;
       await new Promise<void>((done) => {
-        setTimeout(done, Math.max(EVERY_MS - took, PATIENCE * took));
+        setTimeout(done, isWanted ? Math.max(EVERY_MS - took, PATIENCE * took) : IDLE_MS);
         this.wake = done;
       });
     }
   }
 
   private async read(address: string | null, atS: number | null): Promise<void> {
-    let found: Encounter[] = [];
+    let answer: Answer = { total: 0, encounters: [] };
     const { jumps } = this;
     this.foundAtS = null;
     if (address !== null) {
       try {
-        found = ((await (await get(address)).json()) as { encounters: Encounter[] }).encounters;
+        answer = (await (await get(address)).json()) as Answer;
         if (jumps === this.jumps) this.foundAtS = atS;
       } catch {
         // The feed announces a service that does not answer.
       }
     }
-    if (jumps === this.jumps) this.take(found);
+    if (jumps === this.jumps) this.take(answer);
   }
 
   /** Another time is shown: its encounters are read at once. */
   hurry(): void {
     this.jumps += 1;
     this.foundAtS = null;
-    this.take([]);
+    this.take({ total: 0, encounters: [] });
     this.wake();
   }
 
-  private take(found: Encounter[]): void {
+  private take({ total, encounters: found }: Answer): void {
+    this.total = total;
     if (found.length === 0 && this.found.length === 0) return;
     this.found = found;
     this.tracks.clear();

@@ -15,7 +15,7 @@ const UNTOUCHED_RATIO_MIN = 0.999;
 /** Causes that put the plots of a sensor at wrong positions: the biases of others absorb part of them. */
 const MISPLACED = new Set(["site", "positions_displaced"]);
 
-export type Level = "FAULT" | "ALARM" | "BEARINGS ONLY" | "CHECK" | "NO DATA" | "DISABLED" | "OK";
+export type Level = "FAULT" | "ALARM" | "SILENT" | "BEARINGS ONLY" | "CHECK" | "NO DATA" | "DISABLED" | "OK";
 
 export interface Severity {
   level: Level;
@@ -36,7 +36,7 @@ const BEARINGS_ONLY = "It delivers bearings only: no plot of the last 30 s has a
 
 const RECEIVING: Reception = { olderS: 0, rejects: "" };
 
-const RANKS: Record<Level, number> = { FAULT: 4, ALARM: 3, "BEARINGS ONLY": 2.5, CHECK: 2, "NO DATA": 1, DISABLED: 0, OK: 0 };
+const RANKS: Record<Level, number> = { FAULT: 4, ALARM: 3, SILENT: 3, "BEARINGS ONLY": 2.5, CHECK: 2, "NO DATA": 1, DISABLED: 0, OK: 0 };
 
 /** What each alarm is called, and what it means; those without a meaning here have figures in it. */
 const ALARMS: Record<string, { name: string; meaning?: string }> = {
@@ -80,7 +80,7 @@ export function severityOf(sensor: Sensor, store: Store, { olderS, rejects }: Re
   const reasons = [...causes, ...alarms.filter((one) => !isSaid(one)).map(meaning),
     ...(isBearing ? [BEARINGS_ONLY] : []), ...seen];
   const isUnused = (sensor.updates ?? sensor.last_update_s ?? 0) === 0 && !store.hasPlots(sensor.id) && !store.hasBearings(sensor.id);
-  const level: Level = causes.length > 0 ? "FAULT" : alarms.length > 0 ? "ALARM"
+  const level: Level = causes.length > 0 ? "FAULT" : alarms.includes("silent") ? "SILENT" : alarms.length > 0 ? "ALARM"
     : isUnused || olderS !== 0 ? "NO DATA" : isBearing ? "BEARINGS ONLY" : reasons.length > 0 ? "CHECK" : "OK";
   if (level === "NO DATA" && !isUnused) reasons.unshift(olderS === null ? "No data since the service started." : `No data for ${lasting(olderS)}.`);
   else if (level === "NO DATA") {
@@ -95,6 +95,11 @@ export function isBearingsOnly(sensor: Sensor, store: Store): boolean {
   return sensor.kind === "radar" && store.hasOnlyBearings(sensor.id);
 }
 
+/** Whether a radar delivers no plots now: its probability of detection and noise are those of before. */
+export function isWithoutPlots(sensor: Sensor, store: Store): boolean {
+  return alarmsOf(sensor).includes("silent") || isUnheard(sensor) || isBearingsOnly(sensor, store);
+}
+
 /** Why the biases of a radar mean nothing: they absorb an error that they do not model; empty: they do not. */
 export function doubtOf({ level }: Severity, sensor: Sensor, sensors: readonly Sensor[]): string {
   if (level === "FAULT" || isMisplaced(sensor)) return "this radar has a fault";
@@ -107,8 +112,7 @@ function isMisplaced(sensor: Sensor): boolean {
 }
 
 /** What its site on the map says in a word; empty where there is nothing to say. */
-export function wordOf(sensor: Sensor, { level }: Severity): string {
-  if (level !== "FAULT" && level !== "DISABLED" && alarmsOf(sensor).includes("silent")) return "SILENT";
+export function wordOf({ level }: Severity): string {
   return level === "OK" || level === "CHECK" ? "" : level;
 }
 
@@ -130,7 +134,8 @@ export function capitalised(sentence: string): string {
   return /^[a-z]+[\s,:]/.test(sentence) ? `${sentence.charAt(0).toUpperCase()}${sentence.slice(1)}` : sentence;
 }
 
-function doubts({ health, age_s: age, rotation_period_s: period }: Sensor, olderS: number | null): string[] {
+function doubts(sensor: Sensor, olderS: number | null): string[] {
+  const { health } = sensor;
   const found: string[] = [];
   const value = (name: string): number => numberOf(health?.[name]);
   for (const [name, what] of [["range_sigma_ratio", "range"], ["azimuth_sigma_ratio", "azimuth"]] as const) {
@@ -139,9 +144,13 @@ function doubts({ health, age_s: age, rotation_period_s: period }: Sensor, older
   }
   const detection = value("detection_probability");
   if (detection < DETECTION_MIN) found.push(`It detects only ${(100 * detection).toFixed(0)} % of the scans.`);
-  const limit = period === null ? SILENCE_MAX_S : SCANS_MAX * period;
-  if (age !== null && age > limit) found.push(`No plot for ${aged(age, olderS)}.`);
+  if (isUnheard(sensor)) found.push(`No plot for ${aged(sensor.age_s ?? NaN, olderS)}.`);
   return found;
+}
+
+/** Whether its last plot is older than some scans. */
+function isUnheard({ age_s: age, rotation_period_s: period }: Sensor): boolean {
+  return age !== null && age > (period === null ? SILENCE_MAX_S : SCANS_MAX * period);
 }
 
 /** The estimate of a bias, NaN without any information: before the first plot that shows it, it is that of the prior. */

@@ -5,6 +5,7 @@ import type { App } from "../panels/panel";
 import { utc } from "../view/units";
 
 /** Times are asked for in milliseconds. */
+const ASKED_PER_S = 1000;
 const ROUNDED_S = 0.01;
 const SAID_MS = 5000;
 
@@ -36,7 +37,8 @@ export class Ago {
     // The updates of the last ten minutes: a younger track is shown where it was first.
     const bornS = app.selection.updates[0]?.time_s ?? -Infinity;
     const isFirst = bornS > atS;
-    const shownS = isFirst ? bornS : atS;
+    // Not before its first update.
+    const shownS = isFirst ? Math.ceil(bornS * ASKED_PER_S) / ASKED_PER_S : atS;
     clock.pause();
     clock.seek(shownS);
     this.wanted = { id: track.id, name, atS: shownS, jumps: clock.jumps, isFirst, before };

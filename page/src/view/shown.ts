@@ -39,6 +39,11 @@ export function isFiltered({ text, fromM, toM, sensor, state, area }: Filters): 
   return text !== "" || fromM !== null || toM !== null || sensor !== "" || state !== "" || area;
 }
 
+/** Whether no level is in the band: its lower limit is above the upper one. */
+export function isBandEmpty({ fromM, toM }: Filters): boolean {
+  return fromM !== null && toM !== null && fromM > toM;
+}
+
 /** A text that changes when other tracks may be shown. */
 export function shownKey({ filters, shown }: ViewState): string {
   const { text, fromM, toM, sensor, state } = filters;

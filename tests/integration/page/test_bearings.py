@@ -124,6 +124,29 @@ def test_a_radar_that_delivers_bearings_only_is_marked(page: Page, jammed: Air) 
     expect(page.locator("#tab-system .badge")).to_have_text("1 warning")
     hidden: float = page.locator("#tabs").evaluate("(one) => one.scrollWidth - one.clientWidth")
     assert hidden <= 0.0
+    # With doubtful biases, too, all columns are in sight, and names stand beside their symbols.
+    beyond, high = page.evaluate(
+        """(() => {
+          const { actions, feed } = window.multiradar;
+          for (const one of feed.sensors) {
+            if (one.id === "df-north") {
+              one.diagnoses = [{ code: "site", sentence: "wrong" }];
+            }
+            if (one.id === "df-south") one.health = {
+              range_sigma_ratio: 1.3, azimuth_sigma_ratio: 1.3, detection_probability: 1 };
+            for (const bias of one.biases) bias.prior_ratio = 0.1;
+            for (const bias of one.biases) {
+              bias.estimate = bias.parameter === "range_offset_m" ? -888 : -0.888;
+            }
+          }
+          actions.changed();
+          const panel = document.getElementById("panel-sensors");
+          const names = document.querySelectorAll("#sensors tbody th button");
+          return [panel.scrollWidth - panel.clientWidth, [...names].map((one) => one.offsetHeight)];
+        })()"""
+    )
+    assert beyond <= 0.0
+    assert max(high) < 24.0
     page.get_by_role("button", name="df-north").click()
     expect(page.get_by_role("region", name="Sensor df-north")).to_contain_text("direction finder")
     # Before the jamming, the same radars have plots.

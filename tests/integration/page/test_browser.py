@@ -193,6 +193,24 @@ def test_the_view_is_that_of_the_address(page: Page, air: Air) -> None:
     expect(page.get_by_label("Speed vectors")).to_be_checked()
     assert abs(page.evaluate(f"{PICTURE}.map.getView().getZoom()") - 7.0) < 0.01
     expect(page.locator("#tracks tbody tr").first).to_contain_text("m/s")
+    # Another address in the open page.
+    track = page.evaluate(f"{STORE}.tracks[0].id")
+    page.evaluate(f"location.hash = 'off=trails&lon=62&lat=57&zoom=8&tab=map&track={track}'")
+    settled(page, f"Math.abs({PICTURE}.map.getView().getZoom() - 8) < 0.01")
+    assert page.evaluate("document.documentElement.dataset.theme") == "dark"
+    expect(page.get_by_label("Labels")).to_be_checked()
+    expect(page.get_by_label("Earlier positions")).not_to_be_checked()
+    assert page.evaluate(f"window.multiradar.feed.track === {track}")
+    assert page.evaluate("window.multiradar.view.tab") == "map"
+    # What the page writes into it is no command.
+    page.keyboard.press("m")
+    settled(page, "location.hash.includes('units=si') && location.hash.includes('zoom=8')")
+    now_s = page.evaluate(f"{STORE}.dataTimeS")
+    page.evaluate(f"location.hash = 'at={now_s - 30:.1f}'")
+    settled(page, f"Math.abs({STORE}.dataTimeS - {now_s - 30.0}) < 0.1")
+    expect(page.locator("#time .mode")).to_have_text("History paused")
+    page.evaluate("location.hash = ''")
+    settled(page, f"window.multiradar.clock.isLive && {STORE}.dataTimeS === {now_s}")
 
 
 def test_units_and_theme_change_with_a_key(page: Page, air: Air) -> None:

@@ -152,6 +152,58 @@ def test_print_says_that_there_are_no_data(page: Page, air: Air) -> None:
     expect(state).to_have_text("No data for 10 min")
 
 
+def test_a_conflict_in_progress_is_drawn_with_its_present_distance(page: Page, air: Air) -> None:
+    opened(page, air)
+    settled(page, "window.multiradar.encounters.found.length > 0")
+    # In one task: neither an answer nor a picture comes between the drawings.
+    before, now, same, apart, old, bar = page.evaluate(
+        f"""(() => {{
+          const {{ actions, encounters, picture, store }} = window.multiradar;
+          const layer = {PICTURE}.layers.encounters;
+          const texts = () => {{
+            picture.touch();
+            picture.map.renderSync();
+            return [...layer.texts];
+          }};
+          const [found] = encounters.found;
+          const before = encounters.found.length;
+          encounters.found = [found];
+          encounters.total = 2127;
+          const [first, second] = [found.first_track_id, found.second_track_id]
+            .map((id) => store.track(id));
+          const timeS = store.timeAt(performance.now());
+          store.timeAt = () => timeS;
+          Object.assign(found, {{ time_s: timeS - 1, closest_time_s: timeS - 1,
+            time_to_closest_s: 0, probability: 1, probability_both: 1, distance_m: 1 }});
+          const [x, y] = store.placeOf(first, timeS);
+          Object.assign(second, {{ x: x + 2.3 * 1852 * first.scale, y, timeS }});
+          const now = texts();
+          const {{ address }} = second;
+          first.address = second.address = "3c6444";
+          const same = texts();
+          first.address = second.address = null;
+          second.x += 10000 * first.scale;
+          const apart = texts();
+          second.x -= 10000 * first.scale;
+          found.time_s -= 60;
+          const old = texts();
+          delete store.timeAt;
+          second.address = address;
+          actions.changed();
+          return [before, now, same, apart, old, document.getElementById("bar").textContent];
+        }})()"""
+    )
+    assert before > 0
+    assert now == ["now 2.3 NM, > 99 %"]
+    # Rather a duplicate track than a conflict.
+    assert same == ["now 2.3 NM, both have address 3c6444: duplicate track?"]
+    # It has ended since the answer; the answer is old.
+    assert apart == old == []
+    assert "1 of 2127 encounters" in bar
+    settled(page, "window.multiradar.encounters.total < 2127")
+    expect(page.locator("#bar")).not_to_contain_text("encounters")
+
+
 def test_texts_of_paths_and_encounters_do_not_cover_each_other(page: Page, air: Air) -> None:
     opened(page, air)
     page.evaluate(f"window.multiradar.actions.select({STORE}.tracks[0].id)")

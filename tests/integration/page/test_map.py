@@ -20,8 +20,8 @@ BOXES = f"{LAYERS}.labels.boxes"
 class Shown:
     """The page of this module: opened once, the same for all tests."""
 
-    def __init__(self, page: Page, watch: Watch) -> None:
-        self.page, self.watch = page, watch
+    def __init__(self, page: Page, watch: Watch, requests: list[str]) -> None:
+        self.page, self.watch, self.requests = page, watch, requests
 
     def value(self, expression: str) -> Any:
         return self.page.evaluate(expression)
@@ -34,7 +34,9 @@ class Shown:
 def shown(browser: Browser, air: Air) -> Iterator[Shown]:
     with window(browser) as context:
         page = context.new_page()
-        yield Shown(page, opened(page, air))
+        requests: list[str] = []
+        page.on("request", lambda request: requests.append(request.url))
+        yield Shown(page, opened(page, air), requests)
 
 
 def test_uncertainty_has_the_axes_of_the_covariance(shown: Shown) -> None:
@@ -191,6 +193,9 @@ def test_the_path_of_the_selected_track_ends_at_its_symbol(shown: Shown) -> None
 
 def test_encounters_are_those_of_the_service_and_have_a_switch(shown: Shown, air: Air) -> None:
     shown.until("window.multiradar.encounters.revision > 0")
+    first = next(at for at, one in enumerate(shown.requests) if "/v1/encounters?" in one)
+    # Asked as soon as there are tracks: pictures are read every half second.
+    assert sum("/v1/picture?" in one for one in shown.requests[:first]) < 4
     with clients.client(air.url) as client:
         asked: dict[str, str | int | float] = {
             "horizon_s": 120, "distance_m": 9260, "height_m": 305, "order": "probability",

@@ -140,8 +140,15 @@ def test_the_map_names_the_radars_that_are_faulty_and_silent(page: Page, air: Ai
     settled(page, f"{PICTURE}.layers.layers[1].names.length === 3")
     names = page.evaluate(f"{PICTURE}.layers.layers[1].names")
     assert "north SILENT" in names
-    assert "west FAULT" in names
+    # The same in the table; what was measured before says nothing of the present.
+    north = page.locator("#sensors table.sensors tbody tr", has_text="north")
     page.keyboard.press("3")
+    expect(north.locator("td")).to_have_text(["SILENT", "–", "–", *2 * [re.compile("m|°")]])
+    sheet = page.get_by_role("region", name="Sensor north")
+    north.click()
+    expect(sheet).to_contain_text(re.compile(r"no plots at present; before: \d+\.\d % of"))
+    page.evaluate("window.multiradar.actions.sensor('west')")
+    assert "west FAULT" in names
     # A fault is in the estimates, too.
     expect(page.get_by_role("region", name="Sensor west")).not_to_contain_text("of 95 %")
     expect(page.locator("#sensors tbody tr", has_text="west").first).to_contain_text("°?")

@@ -7,7 +7,7 @@ import { signed } from "../track/contributions";
 import type { App, Panel } from "../panel";
 import { swatch } from "../swatch";
 import { utc } from "../../view/units";
-import { bySeverity, doubtOf, estimateOf, isBearingsOnly, numberOf, type Severity } from "../../sky/severity";
+import { bySeverity, doubtOf, estimateOf, isWithoutPlots, numberOf, type Severity } from "../../sky/severity";
 import { unheardS } from "../../time/presence";
 import { rejectsOf } from "../system";
 import { sensorSheet } from "./sheet";
@@ -60,8 +60,9 @@ function verdict(sorted: { sensor: Sensor; severity: Severity }[]): TemplateResu
 
 function row(sensor: Sensor, severity: Severity, open: boolean, app: App): TemplateResult {
   const ratio = (name: string): string => format(numberOf(sensor.health?.[name]), 1);
-  // That of a radar is of its plots.
-  const detection = isBearingsOnly(sensor, app.store) ? NaN : numberOf(sensor.health?.["detection_probability"]);
+  // Those of a radar are of its plots.
+  const isMeasured = sensor.health !== null && !isWithoutPlots(sensor, app.store);
+  const detection = isMeasured ? numberOf(sensor.health?.["detection_probability"]) : NaN;
   const bias = (name: string, digits: number, unit: string): string => {
     const found = sensor.biases.find((one) => one["parameter"] === name);
     const estimate = found === undefined ? NaN : estimateOf(found);
@@ -74,7 +75,7 @@ function row(sensor: Sensor, severity: Severity, open: boolean, app: App): Templ
     }}>${swatch(sensor.id, app)}${sensor.id}</button></th>
     <td>${severityBadge(severity)}</td>
     <td>${Number.isFinite(detection) ? `${(100 * detection).toFixed(0)} %` : "–"}</td>
-    <td>${sensor.health === null ? "–" : `${ratio("range_sigma_ratio")}, ${ratio("azimuth_sigma_ratio")}`}</td>
+    <td>${!isMeasured ? "–" : `${ratio("range_sigma_ratio")}, ${ratio("azimuth_sigma_ratio")}`}</td>
     <td>${bias("range_offset_m", 0, " m")}</td><td>${bias("azimuth_offset_deg", 3, "°")}</td></tr>`;
 }
 

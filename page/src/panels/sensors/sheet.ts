@@ -10,7 +10,7 @@ import { Source } from "../source";
 import { signed } from "../track/contributions";
 import { figure } from "../track/curves";
 import { utc } from "../../view/units";
-import { capitalised, doubtOf, estimateOf, isBearingsOnly, numberOf, type Severity } from "../../sky/severity";
+import { capitalised, doubtOf, estimateOf, isWithoutPlots, numberOf, type Severity } from "../../sky/severity";
 import { aged, unheardS } from "../../time/presence";
 
 const EVERY_MS = 5000;
@@ -144,8 +144,9 @@ function facts(sensor: Sensor, doubt: string, { feed, clock: shown, store }: App
   const value = (name: string): number => numberOf(health?.[name]);
   const arrivals = ((feed.status["arrivals"] ?? {}) as Record<string, Record<string, unknown>>)[sensor.id];
   const delay = [numberOf(arrivals?.["delay_s_median"]), numberOf(arrivals?.["delay_s_p99"])] as const;
+  const before = isWithoutPlots(sensor, store) ? "no plots at present; before: " : "";
   const noise = (ratio: number, configured: number | null, unit: string): string =>
-    Number.isFinite(ratio) && configured !== null ? `${ratio.toFixed(2)} × ${configured}${unit}` : "not estimated yet";
+    Number.isFinite(ratio) && configured !== null ? `${before}${ratio.toFixed(2)} × ${configured}${unit}` : "not estimated yet";
   const clock = sensor.biases.find((one) => one["parameter"] === "time_offset_s");
   const rows: [string, string][] = [
     ["Kind", KINDS[sensor.kind] ?? sensor.kind],
@@ -160,8 +161,7 @@ function facts(sensor: Sensor, doubt: string, { feed, clock: shown, store }: App
   if (sensor.kind === "radar") {
     rows.push(
       ["Detection probability", Number.isFinite(value("detection_probability"))
-        ? `${isBearingsOnly(sensor, store) ? "no plots at present; before: " : ""}${
-          (100 * value("detection_probability")).toFixed(1)} % of ${value("looks").toFixed(0)} scans` : "not estimated yet"],
+        ? `${before}${(100 * value("detection_probability")).toFixed(1)} % of ${value("looks").toFixed(0)} scans` : "not estimated yet"],
       ["Noise of range", noise(value("range_sigma_ratio"), sensor.range_sigma_m, " m")],
       ["Noise of azimuth", noise(value("azimuth_sigma_ratio"), sensor.azimuth_sigma_deg, "°")],
       ["Tracks in coverage", Number.isFinite(value("tracks_in_cover")) ? `${value("tracks_heard")} detected of ${value("tracks_in_cover")}` : "–"],

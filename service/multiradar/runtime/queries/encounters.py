@@ -272,7 +272,10 @@ def _order(found: _Found, query: EncounterQuery) -> NDArray[np.intp]:
     second, first = found.tracks[:, 1], found.tracks[:, 0]
     keys: tuple[NDArray[Any], ...] = (second, first, found.approaches.time_s)
     if query.order == BY_PROBABILITY:
-        keys = (*keys, -_probability(found))
+        # In a dense sky thousands are as probable: those of known height, and the nearest, first.
+        unknown, percent = np.isnan(found.both), np.ceil(100.0 * _probability(found))
+        keys = (second, first, found.approaches.distance_m, found.approaches.time_s)
+        keys = (*keys, unknown, -percent)
     return np.lexsort(keys)
 
 

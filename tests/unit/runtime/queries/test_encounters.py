@@ -212,11 +212,29 @@ def test_the_order_and_the_least_probability_are_as_asked_for() -> None:
     assert by_time.total == by_time.count == len(times) > 50
     assert times == sorted(times)
     by_chance = asked(scene, limit=5, order="probability")
-    every = sorted((one.probability for one in by_time.encounters), reverse=True)
-    assert [one.probability for one in by_chance.encounters] == every[:5]
+    assert all(one.probability > 0.99 for one in by_chance.encounters)
+    # Without a vertical threshold, heights do not matter.
+    every = [one for one in by_time.encounters if one.probability > 0.99]
+    every.sort(key=lambda one: (one.time_to_closest_s, one.distance_m))
+    assert by_chance.encounters == every[:5]
+    percent = [
+        np.ceil(100.0 * one.probability)
+        for one in asked(scene, limit=10_000, order="probability").encounters
+    ]
+    assert percent == sorted(percent, reverse=True)
     assert (by_chance.count, by_chance.total) == (5, by_time.total)
     likely = asked(scene, limit=10_000, probability_min=0.9)
     assert likely.total == sum(one.probability >= 0.9 for one in by_time.encounters)
+
+
+def test_of_equally_probable_pairs_the_nearest_of_known_height_is_first() -> None:
+    """Three pairs in formation, far from each other; the second has no heights."""
+    near = [(0.0, 2e3), (1e5, 200.0), (2e5, 900.0)]
+    scene = snapshot([[x, y, 200.0, 0.0] for x, apart in near for y in (0.0, apart)])
+    assert scene.states.climbs is not None
+    scene.states.climbs[2:4] = np.nan
+    found = asked(scene, height_m=305.0, order="probability").encounters
+    assert [one.first_track_id for one in found] == [5, 1, 3]
 
 
 def test_all_pairs_tried_one_by_one_give_the_same() -> None:
