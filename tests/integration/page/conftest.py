@@ -27,8 +27,10 @@ from support.processes.waiting import WAIT_TIMEOUT_S
 REQUIRED = "MULTIRADAR_BROWSER_REQUIRED"
 #: Names of the browser; the first that is installed is used.
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-#: Without a screen and a graphics processor, and without connections of the browser's own.
+#: Without a screen and a graphics processor, and without connections of the browser's own; pages
+#: share a process, as to start one costs as much as a test.
 OPTIONS = (
+    "--renderer-process-limit=1",
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 )  # fmt: skip

@@ -84,6 +84,9 @@ def _of_option(sentence: str, name: str, command: Any) -> str:
         option = next(one for one in command.params if name in _names(one))
         return sentence if option.is_flag else f"missing value for {_called(option)}"
     near = did_you_mean(name, known)
+    arguments = {one.name for one in getattr(command, "params", ()) if not _names(one)}
+    if (plain := name.lstrip("-").replace("-", "_")) in arguments:
+        near = f": {plain.upper()} is an argument, given without a name"
     return f"unknown option '{name}'{near}; see --help"
 
 

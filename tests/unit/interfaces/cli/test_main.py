@@ -136,6 +136,10 @@ def test_a_usage_error_is_one_sentence_and_status_2(
             "unknown option '--sesnors' (did you mean '--sensors'?); see --help",
         ),
         (
+            ["convert", "vid", "dump", "--out", "made"],
+            "unknown option '--out': OUT is an argument, given without a name; see --help",
+        ),
+        (
             ["track", "m", "--kinds", "radar,asdb"],
             "--kinds: unknown kind 'asdb' (did you mean 'adsb'?); known: radar, adsb, mlat, "
             "bearing",
