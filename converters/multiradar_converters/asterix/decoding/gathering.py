@@ -19,7 +19,7 @@ from multiradar_converters.asterix.decoding.services import Services, read_servi
 from multiradar_converters.asterix.decoding.system_tracks import read_system_tracks
 from multiradar_converters.asterix.decoding.targets import Targets, read_targets
 from multiradar_converters.asterix.framing.capture import CUT_PACKET
-from multiradar_converters.asterix.framing.containers import FINAL_FORMAT, SKIPPED, Blocks
+from multiradar_converters.asterix.framing.containers import FINAL_FORMAT, PADDING, SKIPPED, Blocks
 from multiradar_converters.asterix.layout import _kernels
 from multiradar_converters.asterix.layout.columns import Columns, Flags, Integers, Numbers
 from multiradar_converters.asterix.layout.notation import Layout
@@ -208,6 +208,9 @@ def decode_blocks(
     gathered = Gathered(blocks)
     gathered.octets["framing"] = blocks.framing
     for offset, octets, reason in blocks.gaps:
+        if reason == PADDING:
+            gathered.octets["framing"] += octets
+            continue
         gathered.broken.append(Broken(offset, octets, RejectCode.MALFORMED_BLOCK, reason, offset))
     _mark_truncated(gathered)
     named = sources if named is None else named

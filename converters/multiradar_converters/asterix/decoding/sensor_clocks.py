@@ -31,6 +31,9 @@ _FASTEST = 0.01
 _ZONE_S = 1800.0
 # An offset so close to whole half hours is that of a time zone, s.
 _ZONE_MAX_S = 30.0
+#: Scales of time ahead of UTC, s, since 2017, and how close to them an offset is theirs.
+_SCALES = {"GPS": 18.0, "TAI": 37.0}
+_SCALE_MAX_S = 1.0
 
 
 @dataclass(frozen=True)
@@ -209,6 +212,8 @@ def clock_alarm(one: SensorClock, zone_s: float = 0.0) -> tuple[str, str] | None
     said = f"its times are at least {_duration(abs(offset_s))} {way} their reception"
     if zone := _zone(offset_s):
         why = f"probably local time, {zone / 3600.0:+g} h from UTC; set its clock to UTC"
+    elif scale := _scale(offset_s):
+        why = f"probably {scale} time, {_SCALES[scale]:.0f} s ahead of UTC; set its clock to UTC"
     elif offset_s > 0.0:
         why = "its clock is fast or the receiver's is slow; synchronise both"
     else:
@@ -219,6 +224,11 @@ def clock_alarm(one: SensorClock, zone_s: float = 0.0) -> tuple[str, str] | None
 def _zone(offset_s: float) -> float:
     zone = round(offset_s / _ZONE_S) * _ZONE_S
     return zone if abs(offset_s - zone) <= _ZONE_MAX_S else 0.0
+
+
+def _scale(offset_s: float) -> str | None:
+    near = (name for name, ahead in _SCALES.items() if abs(offset_s - ahead) <= _SCALE_MAX_S)
+    return next(near, None)
 
 
 def _duration(seconds: float) -> str:

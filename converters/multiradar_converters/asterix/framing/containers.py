@@ -47,6 +47,8 @@ _TICKS_PER_S = 128.0
 _BLOCKS_AT_ONCE = 1 << 12
 # Category and length.
 _BLOCK_HEAD = 3
+#: Reason of gaps of so many zeros at most, which some recorders add to blocks; more are damage.
+PADDING, PADDING_MAX = "padding", 32
 
 
 #: Categories of ARTAS user messages (031: sensors) without a table; none contains measurements.
@@ -78,7 +80,7 @@ class Blocks:
     received_s : float64[n]
         Time of reception, s of day or Unix time; NaN if not recorded.
     gaps : list of (offset, octets, reason)
-        Octets outside blocks.
+        Octets outside blocks; `PADDING` counts as framing where they are decoded.
     framing : int
         Octets of the file format.
     cut : int
@@ -323,9 +325,14 @@ def split(
             holes,
         )
         found.append(blocks[:count].copy())
-        gaps += [(int(a), int(b - a), NO_BLOCK) for a, b in holes[:gap_count]]
+        gaps += [(a, b - a, _reason(data[a:b])) for a, b in holes[:gap_count].tolist()]
     cut = np.concatenate(found) if found else np.empty((0, 2), dtype=np.int64)
     return np.ascontiguousarray(cut[:, 0]), np.ascontiguousarray(cut[:, 1]), gaps
+
+
+def _reason(octets: NDArray[np.uint8]) -> str:
+    padding = len(octets) <= PADDING_MAX and not octets.any()
+    return PADDING if padding else NO_BLOCK
 
 
 def blocks_of_datagrams(

@@ -81,6 +81,17 @@ def split_blocks(
             believed = _fits(data, at, end, nodes, profiles, layouts, categories, starts, True)
         if not believed:
             if lost < 0:
+                after = _after_zeros(data, at)
+                end = _block_end(data, after, trailer)
+                fits = end > 0 and _fits(
+                    data, after, end, nodes, profiles, layouts, categories, starts, False
+                )
+                if after > at and (fits or after == size):
+                    gaps[gap_count, 0] = at
+                    gaps[gap_count, 1] = after
+                    gap_count += 1
+                    at = after
+                    continue
                 lost = at
             at += 1
             continue
@@ -104,9 +115,17 @@ def split_blocks(
 
 
 @in_loop
+def _after_zeros(data: Octets, at: int) -> int:
+    """Return the end of the zeros that begin here; no category is zero, so they are padding."""
+    while at < len(data) and data[at] == 0:
+        at += 1
+    return at
+
+
+@in_loop
 def _block_end(data: Octets, at: int, trailer: int) -> int:
     """Return the end of the block, 0 if none begins here."""
-    if at + 3 > len(data):
+    if at + 3 > len(data) or data[at] == 0:
         return 0
     length = int(data[at + 1]) << 8 | int(data[at + 2])
     if length < 4 or at + length + trailer > len(data):

@@ -76,7 +76,7 @@ def test_a_recording_of_which_most_octets_are_quarantined_fails(
     assert pl.read_parquet(out / "measurements.parquet").height == 1
 
 
-@pytest.mark.parametrize("rest", [bytes(7), b"\x30", b"\x21\x01\x00\x80"])
+@pytest.mark.parametrize("rest", [bytes(40), b"\x30", b"\x21\x01\x00\x80"])
 def test_octets_after_the_last_block_are_not_a_file_that_was_cut(
     tmp_path: Path, rest: bytes
 ) -> None:

@@ -5,6 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from multiradar_converters.asterix.decoding.editions import Editions
+from multiradar_converters.asterix.decoding.gathering import gather
 from multiradar_converters.asterix.framing.containers import Blocks, read_blocks
 from multiradar_converters.errors import LayoutError
 from support.asterix.octets import (
@@ -19,6 +21,7 @@ from support.asterix.octets import (
     plot_048,
     record,
 )
+from support.asterix.surface_records import mlat_020, surface_010, update_cycle_010
 
 ONE = block(48, plot_048(1.0))
 TWO = block(48, plot_048(2.0), plot_048(2.5))
@@ -54,11 +57,47 @@ def test_an_empty_file_has_no_blocks(tmp_path: Path) -> None:
     assert cut(read(tmp_path, b"")) == []
 
 
-@pytest.mark.parametrize("noise", [b"\x00" * 5, b"\x30\x00", b"\x30\x00\x02\xff\xff", b"\x31" * 40])
+@pytest.mark.parametrize(
+    "noise", [b"\x30\x00", b"\x00\x30\x00", b"\x30\x00\x02\xff\xff", b"\x31" * 40]
+)
 def test_blocks_after_noise_are_found_again(tmp_path: Path, noise: bytes) -> None:
     blocks = read(tmp_path, ONE + noise + TWO + NORTH)
     assert cut(blocks) == [ONE, TWO, NORTH]
     assert blocks.gaps == [(len(ONE), len(noise), "there is no block at this position")]
+
+
+@pytest.mark.parametrize("octets_of_padding", [1, 2, 3, 7, 32])
+def test_zeros_between_blocks_are_padding(tmp_path: Path, octets_of_padding: int) -> None:
+    """After zeros, the octets of a length can look like a category: 00 30 00 of 00 00 30 00."""
+    zeros = bytes(octets_of_padding)
+    blocks = read(tmp_path, zeros + ONE + zeros + TWO + zeros + NORTH + zeros)
+    assert cut(blocks) == [ONE, TWO, NORTH]
+    assert {reason for _, _, reason in blocks.gaps} == {"padding"}
+    found = gather(blocks, Editions())
+    assert (found.broken, found.octets["framing"]) == ([], 4 * len(zeros))
+
+
+def test_zeros_and_the_octets_after_them_are_no_block_of_category_zero(tmp_path: Path) -> None:
+    """00 00 0a would be one of ten octets, and 2a of the time of day category 042 after it."""
+    blocks = [
+        one
+        for time_s in range(86_100, 86_200)
+        for one in (
+            block(
+                10,
+                update_cycle_010(time_s),
+                *(surface_010(time_s, local=(90.0 * n, n)) for n in range(11)),
+            ),
+            block(20, *(mlat_020(time_s + 0.3, local=(90.0 * n, n)) for n in range(12))),
+        )
+    ]
+    assert cut(read(tmp_path, b"\0\0".join(blocks))) == blocks
+
+
+def test_many_zeros_between_blocks_are_a_gap(tmp_path: Path) -> None:
+    blocks = read(tmp_path, ONE + bytes(33) + TWO)
+    assert cut(blocks) == [ONE, TWO]
+    assert blocks.gaps == [(len(ONE), 33, "there is no block at this position")]
 
 
 def test_a_block_that_is_cut_off_is_a_gap(tmp_path: Path) -> None:
