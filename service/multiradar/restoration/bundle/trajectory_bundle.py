@@ -32,15 +32,10 @@ from multiradar.restoration.bundle.track_loss import LossTest, fits_none, is_lik
 from multiradar.restoration.control_tracks import _layout as layout
 from multiradar.restoration.control_tracks._scratch import Scratch, scratch
 from multiradar.restoration.control_tracks._thinning_kernels import trace
-from multiradar.restoration.control_tracks.plot_rows import plot_rows
+from multiradar.restoration.control_tracks.plot_rows import plot_row
 from multiradar.restoration.control_tracks.reading import control_track_of, kind_at, segments_of
 from multiradar.restoration.control_tracks.settings import KIND_NAMES, BundleSettings
-from multiradar.restoration.control_tracks.shared_errors import require_part
-from multiradar.restoration.control_tracks.tracks import (
-    GeometricTrack,
-    MeasurementTrack,
-    measurement_track,
-)
+from multiradar.restoration.control_tracks.tracks import GeometricTrack, MeasurementTrack
 
 Floats = NDArray[np.float64]
 
@@ -59,8 +54,7 @@ class Bundle:
     settings : BundleSettings, optional
         Parameters of the bundle; by default those of `BundleSettings()`.
     memory : Scratch, optional
-        Scratch arrays, of `_scratch.scratch(settings)`; bundles that never work concurrently may
-        share them, which saves three quarters of the memory. Its own by default.
+        Scratch arrays, as for `use`; its own by default.
 
     References
     ----------
@@ -75,7 +69,7 @@ class Bundle:
         self._kinds, self._rules = settings.kinds(), settings.rules()
         self._tracks = np.zeros((layout.CANDIDATES_MAX, layout.TRACK_COUNT))
         self._plots = np.zeros((2 * layout.INITIAL_PLOTS_MAX, layout.PLOT_COUNT))
-        self._fit_scratch, self._memory = memory or scratch(settings)
+        self.use(memory or scratch(settings))
         # The window is the rows first … last − 1; the anchor of the tracks is the time of the last
         # plot that left it, or of the first plot.
         self._first = self._last = self._live = 0
@@ -124,6 +118,17 @@ class Bundle:
     def plots_s(self) -> Floats:
         """Times of the plots in the window, (n,), ascending."""
         return self._plots[self._first : self._last, layout.TIME].copy()
+
+    def use(self, memory: Scratch) -> None:
+        """Use other scratch arrays from now on; the numbers do not depend on them.
+
+        Parameters
+        ----------
+        memory : Scratch
+            Scratch arrays, of `_scratch.scratch(settings)`; bundles that never work concurrently
+            may share them, which saves three quarters of the memory.
+        """
+        self._fit_scratch, self._memory = memory
 
     def push(
         self,
@@ -399,13 +404,7 @@ class Bundle:
         self, time_s: float, position_m: ArrayLike, covariance_m2: ArrayLike,
         shared_m2: ArrayLike | None,
     ) -> None:  # fmt: skip
-        plot = measurement_track(
-            [time_s], np.asarray(position_m)[None], np.asarray(covariance_m2)[None], [0]
-        )
-        row = plot_rows(plot, self._settings)[0]
-        if shared_m2 is not None:
-            shared = require_part(shared_m2, plot.covariance_m2[0])
-            row[layout.SHARED :] = shared[0, 0], shared[0, 1], shared[1, 1]
+        row = plot_row(time_s, position_m, covariance_m2, shared_m2, self._settings)
         if self._last > self._first and row[layout.TIME] < self._now_s():
             raise TimeOrderError("time of a plot", float(row[layout.TIME]), self._now_s())
         if self._last == len(self._plots):

@@ -16,8 +16,8 @@ Floats = NDArray[np.float64]
 
 #: Time constant of the weights of plots around a position, s.
 AROUND_S = 15.0
-# Tolerance of a covariance against rounding, relative to its trace.
-_ROUNDING = 1e-9
+#: Tolerance of a covariance against rounding, relative to its trace.
+ROUNDING = 1e-9
 
 
 def require_part(shared_m2: ArrayLike, covariance_m2: Floats) -> Floats:
@@ -43,7 +43,7 @@ def require_part(shared_m2: ArrayLike, covariance_m2: Floats) -> Floats:
         If it, or the remainder of the whole covariance, has a negative variance in a direction.
     """
     shared = finite_array(shared_m2, "covariance of shared errors", (2, 2))
-    least = -_ROUNDING * float(np.trace(covariance_m2))
+    least = -ROUNDING * float(np.trace(covariance_m2))
     for name, matrix in (("it", shared), ("the rest", covariance_m2 - shared)):
         variance = float(np.linalg.eigvalsh(matrix)[0])
         if variance < least:
