@@ -74,6 +74,7 @@ class TrajectorySettings(Section):
     lateral_max_mps2: Annotated[float, Field(ge=0.5, le=20.0)] = 14.0
     longitudinal_max_mps2: Annotated[float, Field(ge=0.5, le=20.0)] = 4.0
     lag_max_s: Annotated[float, Field(ge=1.0, le=3600.0)] = 600.0
+    workers: Annotated[int, BeforeValidator(plain_number), Field(ge=1, le=16)] = 1
 
 
 class ZenohSettings(Section):

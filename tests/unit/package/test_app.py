@@ -132,9 +132,9 @@ def test_trajectories_are_made_only_where_aircraft_may_have_some(tmp_path: Path)
     service = build_service(without, table)
     assert trajectory_feed(service, without, table) is None
     assert "trajectories" not in service.view.status()
-    output["trajectories"] = {"aircraft_max": 7, "plots_waiting_max": 9, "lateral_max_mps2": 6.5}
+    output["trajectories"] = {"aircraft_max": 7, "plots_waiting_max": 9, "workers": 2}
     some = load_settings(None, output)
     assert trajectory_feed(service, some, table) is not None
     assert service.view.status()["trajectories"]["aircraft_max"] == 7
     options = trajectory_options(**some.trajectories.model_dump())
-    assert (options.plots_waiting_max, options.bundle.lateral_max_mps2) == (9, 6.5)
+    assert (options.plots_waiting_max, options.workers) == (9, 2)

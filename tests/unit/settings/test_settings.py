@@ -81,6 +81,10 @@ def test_lists_come_as_json_from_the_environment(monkeypatch: pytest.MonkeyPatch
         ),
         ("[trajectories]\naircraft_max = 10001", "expected a number from 0 to 10000, was 10001"),
         ("[trajectories]\nplots_waiting_max = 0", "trajectories.plots_waiting_max: expected a"),
+        (
+            "[trajectories]\nworkers = 17",
+            "line 2: trajectories.workers: expected a number from 1 to 16, was 17",
+        ),
         ("[trajectories]\nlateral_max_mps2 = nan", "lateral_max_mps2: expected a"),
         ("[radar]\nx = 1", "line 1: unknown setting 'radar'; known: sensors, workers"),
         ("server = 3", "line 1: server: expected a table, was 3"),

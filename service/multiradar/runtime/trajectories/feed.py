@@ -1,9 +1,9 @@
 """Trajectory bundles in a running service: queued by the engine's thread, updated by another.
 
-The engine's thread only assigns plots to bundles. The bundles, which cost far more, are
-updated by a thread that owns them; its kernels release the interpreter lock. While the journal is
-replayed the engine waits when the queue is full; afterwards it never waits, and plots that have
-waited too long are skipped.
+The engine's thread only assigns plots to bundles. The bundles, which cost far more, are owned by
+another thread, which updates them in rounds of plots of different tracks, alone or with further
+threads; the kernels release the interpreter lock. While the journal is replayed the engine waits
+when the queue is full; afterwards it never waits, and plots that have waited too long are skipped.
 """
 
 import logging
@@ -14,6 +14,7 @@ from typing import Any
 from multiradar.errors import TrajectoryError
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.geodesy.system_plane import SystemPlane
+from multiradar.runtime.trajectories.fair_lock import FairLock
 from multiradar.runtime.trajectories.options import TrajectoryOptions
 from multiradar.runtime.trajectories.plots import PlotLocator
 from multiradar.runtime.trajectories.pool import ACCEPTED, BundlePool, Reading, warm_up
@@ -23,6 +24,9 @@ from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 
 _log = logging.getLogger(__name__)
+
+#: Maximum plots of a round for each thread: about 15 ms, for which readers wait.
+ROUND_PLOTS = 16
 
 
 class TrajectoryFeed:
@@ -48,11 +52,11 @@ class TrajectoryFeed:
         self._options = options
         self._roster = Roster(options.aircraft_max, sensors)
         self._waiting = WaitingPlots(options.plots_waiting_max)
-        self._pool = BundlePool(locator, options.bundle)
+        self._pool = BundlePool(locator, options.bundle, options.workers)
         # Guards the roster and the queue.
         self._changed = threading.Condition()
-        # Guards the pool; held while one plot is processed.
-        self._using = threading.Lock()
+        # Guards the pool; held while one round is processed.
+        self._using = FairLock()
         # Data time of the newest plot that was queued.
         self._reached_s = -math.inf
         # Plots popped from the queue and not yet processed by their bundle.
@@ -80,6 +84,7 @@ class TrajectoryFeed:
             self._changed.notify_all()
         if self._thread.ident is not None:
             self._thread.join()
+        self._pool.close()
 
     def put(self, output: EngineOutput) -> None:
         """Queue output of the engine, in order; a failure here does not affect the engine."""
@@ -224,39 +229,28 @@ class TrajectoryFeed:
         self._failure = f"the trajectory service has stopped: {error!r}"
         self._closed = True
 
-    def _next(self) -> NextPlots | DropBundle | Sampled | None:
+    def _next(self) -> list[NextPlots] | DropBundle | Sampled | None:
         with self._changed:
             self._busy, self._in_hand = False, 0
             self._changed.notify_all()
             self._changed.wait_for(lambda: self._closed or len(self._waiting))
             if self._closed:
                 return None
-            following = self._waiting.pop()
+            following = self._waiting.pop(ROUND_PLOTS * self._options.workers)
             self._busy = following is not None
-            self._in_hand = len(following.plots) if isinstance(following, NextPlots) else 0
+            if isinstance(following, list):
+                self._in_hand = sum(len(one.plots) for one in following)
             self._changed.notify_all()
             return following
 
-    def _drop(self, track_id: int) -> None:
+    def _process(self, following: list[NextPlots] | DropBundle | Sampled) -> None:
         with self._using:
-            self._pool.drop(track_id)
-
-    def _process(self, following: NextPlots | DropBundle | Sampled) -> None:
-        if isinstance(following, Sampled):
-            with self._using:
+            if isinstance(following, list):
+                self._pool.push_all(following)
+            elif isinstance(following, Sampled):
                 self._pool.sample(following)
-            return
-        if isinstance(following, DropBundle) or following.restart:
-            self._drop(following.track_id)
-        if isinstance(following, DropBundle):
-            return
-        for plot in following.plots:
-            # The service may have stopped meanwhile.
-            if self._closed:
-                return
-            with self._using:
-                self._pool.push(following.track_id, plot, following.published)
-            self._in_hand -= 1
+            else:
+                self._pool.drop(following.track_id)
 
 
 def required_feed(feed: TrajectoryFeed | None) -> TrajectoryFeed:

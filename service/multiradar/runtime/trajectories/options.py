@@ -25,20 +25,23 @@ class TrajectoryOptions:
     lag_max_s : float
         Maximum data time by which live bundles may lag behind the tracks, s: older plots are
         skipped.
+    workers : int
+        Threads that update live bundles.
 
     Raises
     ------
     ConfigurationError
-        If a bound is below 1.
+        If a bound or the number of threads is below 1.
     """
 
     aircraft_max: int
     plots_waiting_max: int = 500_000
     bundle: BundleSettings = field(default_factory=BundleSettings)
     lag_max_s: float = math.inf
+    workers: int = 1
 
     def __post_init__(self) -> None:
-        for name in ("aircraft_max", "plots_waiting_max"):
+        for name in ("aircraft_max", "plots_waiting_max", "workers"):
             value = getattr(self, name)
             if value < 1:
                 raise ConfigurationError(f"{name}: expected at least 1, was {value}")
@@ -49,7 +52,9 @@ def trajectory_options(
     plots_waiting_max: int,
     lateral_max_mps2: float,
     longitudinal_max_mps2: float,
+    *,
     lag_max_s: float = math.inf,
+    workers: int = 1,
 ) -> TrajectoryOptions:
     """Return the options from settings of the section `trajectories`."""
     bundle = BundleSettings(
@@ -57,4 +62,4 @@ def trajectory_options(
         lateral_max_mps2=lateral_max_mps2,
         longitudinal_max_mps2=longitudinal_max_mps2,
     )
-    return TrajectoryOptions(aircraft_max, plots_waiting_max, bundle, lag_max_s)
+    return TrajectoryOptions(aircraft_max, plots_waiting_max, bundle, lag_max_s, workers)

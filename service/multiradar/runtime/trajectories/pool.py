@@ -1,7 +1,9 @@
-"""The trajectory bundles of tracks, updated plot by plot."""
+"""The trajectory bundles of tracks, updated by one or more threads."""
 
 import logging
 from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,7 +13,7 @@ from multiradar.errors import CovarianceError, MultiradarError, ShapeError, Time
 from multiradar.estimation.measurement.kinds import KIND_BEARING
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.restoration.bundle.trajectory_bundle import Bundle
-from multiradar.restoration.control_tracks._scratch import scratch
+from multiradar.restoration.control_tracks._scratch import Scratch, scratch
 from multiradar.restoration.control_tracks.settings import BundleSettings
 from multiradar.runtime.trajectories.ensemble_scores import UNCALIBRATED, EnsembleScores
 from multiradar.runtime.trajectories.plots import (
@@ -22,6 +24,7 @@ from multiradar.runtime.trajectories.plots import (
     prior_biases,
 )
 from multiradar.runtime.trajectories.roster import Sampled
+from multiradar.runtime.trajectories.waiting import NextPlots
 from multiradar.tracking.forecast.region_sizes import RegionSizes
 
 _log = logging.getLogger(__name__)
@@ -70,8 +73,20 @@ class _Kept:
     fresh: bool = False
 
 
+class _Pushed(NamedTuple):
+    # The bundle of a track after its plots, None after a bug; the outcomes of the plots; the bugs,
+    # and the restarts of the bundles that they have cost.
+    track_id: int
+    kept: _Kept | None
+    outcomes: list[str]
+    bugs: list[Exception]
+    restarts: int
+
+
 class BundlePool:
-    """Bundles by track with shared scratch memory; one owner.
+    """Bundles by track; each thread has scratch memory that it uses for any bundle; one owner.
+
+    The result does not depend on the number of threads.
 
     Parameters
     ----------
@@ -79,11 +94,14 @@ class BundlePool:
         Computes positions of plots.
     settings : BundleSettings
         Settings of the bundles.
+    workers : int
+        Threads, including that of the owner.
     """
 
-    def __init__(self, locator: PlotLocator, settings: BundleSettings) -> None:
+    def __init__(self, locator: PlotLocator, settings: BundleSettings, workers: int = 1) -> None:
         self._locator, self._settings = locator, settings
-        self._scratch = scratch(settings)
+        self._scratches = [scratch(settings) for _ in range(workers)]
+        self._executor = ThreadPoolExecutor(workers, "bundles")
         self._kept: dict[int, _Kept] = {}
         self._restarts = 0
         self._scores = EnsembleScores()
@@ -112,16 +130,36 @@ class BundlePool:
         published : Published
             The biases published at its time.
         """
-        kept = self._kept.get(track_id)
-        if kept is None:
-            kept = self._kept[track_id] = _Kept(Bundle(self._settings, self._scratch))
-        try:
-            self.outcomes[self._push_plot(kept, plot, published)] += 1
-        except Exception as error:
-            _log.error("reinitialising the bundle of track %d", track_id, exc_info=error)
-            self.outcomes[FAILED] += 1
-            self._scores.discard(track_id)
-            self.drop(track_id)
+        self._merge(self._pushed(track_id, (plot,), published, self._scratches[0]))
+
+    def push_all(self, batches: Sequence[NextPlots]) -> None:
+        """Update bundles of different tracks, concurrently; errors are counted, never raised.
+
+        Parameters
+        ----------
+        batches : sequence of NextPlots
+            Plots of different tracks, each in order.
+        """
+        for one in batches:
+            if one.restart:
+                self.drop(one.track_id)
+        pushed: list[_Pushed | None] = [None] * len(batches)
+        # Shared by the threads: taking the next one is atomic under the interpreter lock.
+        following = iter(enumerate(batches))
+        tasks = [
+            self._executor.submit(self._work, following, pushed, memory)
+            for memory in self._scratches[1 : len(batches)]
+        ]
+        self._work(following, pushed, self._scratches[0])
+        for task in tasks:
+            task.result()
+        for done in pushed:
+            if done is not None:
+                self._merge(done)
+
+    def close(self) -> None:
+        """Stop the threads."""
+        self._executor.shutdown()
 
     def sample(self, sampled: Sampled) -> None:
         """Evaluate due forecasts, and forecast a few tracks.
@@ -172,6 +210,33 @@ class BundlePool:
             return None
         return Reading(kept.bundle.copy(), kept.plots, kept.height_m, self._scores.sizes)
 
+    def _work(
+        self, following: Iterator[tuple[int, NextPlots]], pushed: list[_Pushed | None],
+        memory: Scratch,
+    ) -> None:  # fmt: skip
+        for number, (track_id, _, plots, published) in following:
+            pushed[number] = self._pushed(track_id, plots, published, memory)
+
+    # Runs in any thread: changes the bundle of the track only.
+    def _pushed(
+        self, track_id: int, plots: Iterable[np.void], published: Published, memory: Scratch
+    ) -> _Pushed:
+        kept, restarts = self._kept.get(track_id), 0
+        outcomes: list[str] = []
+        bugs: list[Exception] = []
+        if kept is not None:
+            kept.bundle.use(memory)
+        for plot in plots:
+            if kept is None:
+                kept = _Kept(Bundle(self._settings, memory))
+            try:
+                outcomes.append(self._push_plot(kept, plot, published))
+            except Exception as error:
+                outcomes.append(FAILED)
+                bugs.append(error)
+                restarts, kept = restarts + kept.bundle.restarts, None
+        return _Pushed(track_id, kept, outcomes, bugs, restarts)
+
     def _push_plot(self, kept: _Kept, plot: np.void, published: Published) -> str:
         placed = self._locator.locate(plot, published)
         if isinstance(placed, NotLocated):
@@ -182,9 +247,21 @@ class BundlePool:
             return REJECT_REASONS.get(type(error), OTHER_REASON)
         kept.plots += 1
         kept.fresh = True
-        self._since += 1
         kept.height_m = float(plot["track_height_m"])
         return ACCEPTED
+
+    def _merge(self, pushed: _Pushed) -> None:
+        track_id, kept, outcomes, bugs, restarts = pushed
+        self.outcomes.update(outcomes)
+        self._since += outcomes.count(ACCEPTED)
+        for error in bugs:
+            _log.error("reinitialising the bundle of track %d", track_id, exc_info=error)
+            self._scores.discard(track_id)
+        self._restarts += restarts
+        if kept is not None:
+            self._kept[track_id] = kept
+        else:
+            self._kept.pop(track_id, None)
 
 
 def warm_up(locator: PlotLocator, settings: BundleSettings, sensors: SensorTable) -> None:

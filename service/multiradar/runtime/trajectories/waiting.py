@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from multiradar.runtime.trajectories.plots import Published
 from multiradar.runtime.trajectories.roster import DropBundle, Order, PushPlots, Sampled
 
+#: Maximum plots of a track in a round: a long operation would leave the other threads idle.
+SLICE_PLOTS = 2
+
 
 class NextPlots(NamedTuple):
     """The next plots of a bundle.
@@ -21,7 +24,7 @@ class NextPlots(NamedTuple):
     restart : bool
         Plots were lost: the previous bundle is to be dropped.
     plots : ndarray of `PLOT_DTYPE`
-        Its next plots.
+        Its next plots, at least one.
     published : Published
         The biases at their time.
     """
@@ -83,13 +86,26 @@ class WaitingPlots:
         while self.count + self._others > self._plots_max and (self._plots or self._samples):
             self._lose()
 
-    def pop(self) -> NextPlots | DropBundle | Sampled | None:
-        """Pop the next operation; None when the queue is empty."""
+    def pop(self, plots_max: int) -> list[NextPlots] | DropBundle | Sampled | None:
+        """Pop the next round of plots or the next other operation; None when the queue is empty.
+
+        Parameters
+        ----------
+        plots_max : int
+            Maximum plots of a round.
+
+        Returns
+        -------
+        list of NextPlots, DropBundle, Sampled or None
+            Plots of different tracks, which may be processed concurrently: at most `SLICE_PLOTS` of
+            each, none beyond an operation of another type. The order of each track is kept.
+        """
         if not self._orders:
             return None
-        number, order = self._orders.popitem(last=False)
+        number, order = next(iter(self._orders.items()))
         if isinstance(order, PushPlots):
-            return self._next(number, order)
+            return [self._cut(*one) for one in self._round(plots_max)]
+        del self._orders[number]
         self._others -= 1
         if isinstance(order, Sampled):
             del self._samples[number]
@@ -109,8 +125,7 @@ class WaitingPlots:
                     break
                 old.append((number, order))
         for number, order in old:
-            del self._orders[number]
-            self._account(number, order)
+            self._remove(number, order)
             self.late += len(order.plots)
 
     @property
@@ -119,21 +134,36 @@ class WaitingPlots:
         plots = (one.plots for one in self._orders.values() if isinstance(one, PushPlots))
         return float(next((one["time_s"][0] for one in plots), math.inf))
 
-    # Plots that are no longer in the queue.
-    def _account(self, number: int, order: PushPlots) -> None:
+    # Numbers and operations of the next round, and plots of each.
+    def _round(self, plots_max: int) -> list[tuple[int, PushPlots, int]]:
+        found: dict[int, tuple[int, PushPlots, int]] = {}
+        for number, order in self._orders.items():
+            if not isinstance(order, PushPlots) or order.track_id in found or not plots_max:
+                break
+            length = min(len(order.plots), SLICE_PLOTS, plots_max)
+            found[order.track_id] = number, order, length
+            plots_max -= length
+        return list(found.values())
+
+    def _cut(self, number: int, order: PushPlots, length: int) -> NextPlots:
+        track_id, plots, published = order
+        if length == len(plots):
+            self._remove(number, order)
+        else:
+            self._orders[number] = order._replace(plots=plots[length:])
+            self._lengths[track_id] -= length
+            self.count -= length
+        restart = track_id in self._restarting
+        self._restarting.discard(track_id)
+        return NextPlots(track_id, restart, plots[:length], published)
+
+    def _remove(self, number: int, order: PushPlots) -> None:
         track_id = order.track_id
-        del self._plots[track_id][number]
+        del self._orders[number], self._plots[track_id][number]
         self._lengths[track_id] -= len(order.plots)
         self.count -= len(order.plots)
         if not self._plots[track_id]:
             del self._plots[track_id], self._lengths[track_id]
-
-    def _next(self, number: int, first: PushPlots) -> NextPlots:
-        track_id = first.track_id
-        self._account(number, first)
-        restart = track_id in self._restarting
-        self._restarting.discard(track_id)
-        return NextPlots(track_id, restart, first.plots, first.published)
 
     def _lose(self) -> None:
         if not self._plots:

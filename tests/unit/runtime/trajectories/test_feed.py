@@ -3,7 +3,6 @@
 import math
 import threading
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,8 +11,9 @@ from multiradar.errors import TrajectoryError
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.publication import Publication
 from multiradar.runtime.queries.registry import TRAJECTORIES
-from multiradar.runtime.trajectories.feed import TrajectoryFeed
+from multiradar.runtime.trajectories.feed import ROUND_PLOTS, TrajectoryFeed
 from multiradar.runtime.trajectories.options import TrajectoryOptions
+from multiradar.runtime.trajectories.waiting import NextPlots
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.tracking.outputs import EngineOutput
 from multiradar.tracking.settings import TrackingSettings
@@ -50,9 +50,12 @@ class Feeds:
         self.open: list[TrajectoryFeed] = []
 
     def make(
-        self, aircraft_max: int = 10, plots_waiting_max: int = 1000, lag_max_s: float = math.inf
-    ) -> TrajectoryFeed:
-        options = TrajectoryOptions(aircraft_max, plots_waiting_max, lag_max_s=lag_max_s)
+        self, aircraft_max: int = 10, plots_waiting_max: int = 1000, lag_max_s: float = math.inf,
+        workers: int = 1,
+    ) -> TrajectoryFeed:  # fmt: skip
+        options = TrajectoryOptions(
+            aircraft_max, plots_waiting_max, lag_max_s=lag_max_s, workers=workers
+        )
         feed = TrajectoryFeed(options, TABLE, TRACKING)
         self.open.append(feed)
         return feed
@@ -187,28 +190,27 @@ def test_live_bundles_lag_behind_the_tracks_by_a_bounded_time(
     assert counts["lag_s"] == 0.0
 
 
-def test_each_processed_plot_leaves_the_queue(
+def test_processed_plots_leave_the_queue(
     feeds: Feeds, outputs: list[EngineOutput], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    feed = feeds.make()
-    push, counted = feed._pool.push, []
+    feed = feeds.make(workers=2)
+    push, rounds = feed._pool.push_all, []
 
-    def watched(*plot: Any) -> None:
-        # Popped plots: the one being processed is still counted.
-        counted.append(feed._in_hand)
-        push(*plot)
+    def watched(batches: Sequence[NextPlots]) -> None:
+        # Popped plots are still counted while they are processed.
+        rounds.append((feed._in_hand, sum(len(one.plots) for one in batches)))
+        push(batches)
 
-    monkeypatch.setattr(feed._pool, "push", watched)
+    monkeypatch.setattr(feed._pool, "push_all", watched)
     feed.go_live()
     for output in outputs:
         feed.put(output)
     waited = feed.counts()["plots_waiting"]
     feed.start()
     assert feed.settle(WAIT_TIMEOUT_S)
-    assert len(counted) == waited
-    assert max(counted) > 1
-    after = [*counted[1:], 0]
-    assert all(now - 1 == then for now, then in zip(counted, after, strict=True) if now > 1)
+    assert sum(plots for _, plots in rounds) == waited
+    assert all(in_hand == plots <= 2 * ROUND_PLOTS for in_hand, plots in rounds)
+    assert feed.counts()["plots_waiting"] == 0
 
 
 def test_after_a_loss_a_bundle_is_reinitialised(feeds: Feeds, outputs: list[EngineOutput]) -> None:

@@ -1,5 +1,9 @@
 """Bundles share scratch memory only; rejected plots are counted and affect no other bundle."""
 
+import threading
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -14,9 +18,12 @@ from multiradar.runtime.trajectories.plots import (
     Published,
 )
 from multiradar.runtime.trajectories.pool import ACCEPTED, BundlePool, warm_up
+from multiradar.runtime.trajectories.roster import Sampled
+from multiradar.runtime.trajectories.waiting import NextPlots
 from multiradar.tracking.settings import TrackingSettings
 from multiradar.wire import sensor_table
 from multiradar_schemas.sensors.sensor import parse_sensors
+from support.processes.waiting import WAIT_TIMEOUT_S
 from support.scenarios import live_scene
 from support.scenarios.flown import S_SHAPE, flight, plots_of
 
@@ -56,6 +63,17 @@ def fed(*seeds: int) -> BundlePool:
         for seed, plot in zip(seeds, plots, strict=True):
             pool.push(seed, plot, NOTHING)
     return pool
+
+
+def batches_of(*seeds: int) -> Iterator[list[NextPlots]]:
+    """Rounds of plots of all seeds; after 20 s those of the last one were lost."""
+    plots = {seed: rows(seed) for seed in seeds}
+    for first in range(0, len(plots[seeds[0]]), 3):
+        part = {seed: one[first : first + 3].copy() for seed, one in plots.items()}
+        yield [
+            NextPlots(seed, first == 9 and seed == seeds[-1], one, NOTHING)
+            for seed, one in part.items()
+        ]
 
 
 def alone(seed: int) -> Bundle:
@@ -132,6 +150,61 @@ def test_a_bug_affects_one_bundle_only(caplog: pytest.LogCaptureFixture) -> None
     again = pool.read(1)
     assert again is not None
     assert again.plots == 1
+
+
+def learnt(workers: int) -> tuple[object, ...]:
+    """Bundles of five aircraft that were updated in rounds, with rejects, bugs and forecasts."""
+    pool = BundlePool(Given(), SETTINGS, workers)
+    for number, batches in enumerate(batches_of(1, 2, 3, 4, 5)):
+        if number == 4:
+            batches[1].plots["range_m"][1] = -1.0
+            batches[2].plots["azimuth_rad"][0] = 1.0
+        pool.push_all(batches)
+        pool.sample(Sampled(number, float(batches[0].plots["time_s"][-1])))
+    pool.close()
+    readings = [pool.read(seed) for seed in (1, 2, 3, 4, 5)]
+    states = [
+        (said(one.bundle), one.plots, one.height_m, one.bundle.restarts)
+        for one in readings
+        if one is not None and len(one.bundle)
+    ]
+    calibration = pool._scores.heard.tolist(), pool._scores.waiting, pool._since
+    return states, dict(pool.outcomes), pool.restarts, pool.tracks, calibration
+
+
+def test_the_number_of_threads_changes_nothing(caplog: pytest.LogCaptureFixture) -> None:
+    one = learnt(1)
+    states, outcomes, *_ = one
+    assert isinstance(states, list)
+    assert isinstance(outcomes, dict)
+    assert len(states) == 5
+    assert {"FAILED": 1, "NO_COVARIANCE": 1}.items() <= outcomes.items()
+    assert [record.getMessage() for record in caplog.records] == [
+        "reinitialising the bundle of track 2"
+    ]
+    for workers in (2, 3):
+        assert learnt(workers) == one
+
+
+def test_threads_share_the_bundles(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each of three threads holds one plot until all have one."""
+    pool, together = BundlePool(Given(), SETTINGS, 3), threading.Barrier(3)
+    push, memories = Bundle.push, []
+
+    def watched(bundle: Bundle, *plot: Any) -> None:
+        memories.append(id(bundle._memory))
+        together.wait(WAIT_TIMEOUT_S)
+        push(bundle, *plot)
+
+    monkeypatch.setattr(Bundle, "push", watched)
+    for first in range(2):
+        pool.push_all(
+            [NextPlots(seed, False, rows(seed)[first:][:1], NOTHING) for seed in (1, 2, 3)]
+        )
+    pool.close()
+    assert pool.outcomes == {ACCEPTED: 6}
+    # Scratch memory is never used by two of them.
+    assert len(set(memories[:3])) == len(set(memories[3:])) == 3
 
 
 def test_a_track_that_ends_lets_its_bundle_go() -> None:
