@@ -52,9 +52,9 @@ class _Replay:
             snapshot_rows=SNAPSHOT_ROWS * (self._processes % 2),
         )
         room = threading.Semaphore(OUTSTANDING_MAX)
-        ready = threading.Event()
+        ready, over = threading.Event(), threading.Event()
         reader = threading.Thread(
-            target=self._read, args=(process, answers_until_kill, delay_s, room, ready)
+            target=self._read, args=(process, answers_until_kill, delay_s, room, ready, over)
         )
         reader.start()
         if answers_until_kill == 0:
@@ -63,6 +63,9 @@ class _Replay:
         try:
             for number in range(self._first_open, len(self._payloads)):
                 room.acquire()
+                # The pipe may still accept messages: a process that dies closes its files in turn.
+                if over.is_set():
+                    raise BrokenPipeError
                 process.send(str(number), self._payloads[number])
             process.send("end", b"")
         except BrokenPipeError:
@@ -79,6 +82,7 @@ class _Replay:
         delay_s: float,
         room: threading.Semaphore,
         ready: threading.Event,
+        over: threading.Event,
     ) -> None:
         count = 0
         try:
@@ -98,7 +102,8 @@ class _Replay:
             process.kill()
         finally:
             ready.set()
-            # A blocked sender finds the pipe broken.
+            over.set()
+            # A blocked sender goes on.
             for _ in range(OUTSTANDING_MAX):
                 room.release()
 
