@@ -27,6 +27,14 @@ OUTSTANDING_MAX = 12
 KILLED = -9
 
 
+class _Progress:
+    """Of one process: room for messages without an answer, whether it is ready, and has ended."""
+
+    def __init__(self) -> None:
+        self.room = threading.Semaphore(OUTSTANDING_MAX)
+        self.ready, self.over = threading.Event(), threading.Event()
+
+
 class _Replay:
     """Sends batches in order, each until it is acknowledged, to one process after the other."""
 
@@ -51,20 +59,19 @@ class _Replay:
             workers=1 + len(self.acknowledged) % 2,
             snapshot_rows=SNAPSHOT_ROWS * (self._processes % 2),
         )
-        room = threading.Semaphore(OUTSTANDING_MAX)
-        ready, over = threading.Event(), threading.Event()
+        progress = _Progress()
         reader = threading.Thread(
-            target=self._read, args=(process, answers_until_kill, delay_s, room, ready, over)
+            target=self._read, args=(process, answers_until_kill, delay_s, progress)
         )
         reader.start()
         if answers_until_kill == 0:
             threading.Timer(delay_s, process.kill).start()
-        assert ready.wait(WAIT_TIMEOUT_S)
+        assert progress.ready.wait(WAIT_TIMEOUT_S)
         try:
             for number in range(self._first_open, len(self._payloads)):
-                room.acquire()
+                progress.room.acquire()
                 # The pipe may still accept messages: a process that dies closes its files in turn.
-                if over.is_set():
+                if progress.over.is_set():
                     raise BrokenPipeError
                 process.send(str(number), self._payloads[number])
             process.send("end", b"")
@@ -80,9 +87,7 @@ class _Replay:
         process: LiveProcess,
         answers_until_kill: int | None,
         delay_s: float,
-        room: threading.Semaphore,
-        ready: threading.Event,
-        over: threading.Event,
+        progress: _Progress,
     ) -> None:
         count = 0
         try:
@@ -94,18 +99,18 @@ class _Replay:
                 if "key" in answer:
                     self.acknowledged[int(answer["key"])] = answer["accepted"]
                     self.duplicates += answer["duplicate"]
-                    room.release()
+                    progress.room.release()
                 self.sha256 = answer.get("sha256", "")
-                ready.set()
+                progress.ready.set()
         except Exception as error:
             self.failures.append(error)
             process.kill()
         finally:
-            ready.set()
-            over.set()
+            progress.ready.set()
+            progress.over.set()
             # A blocked sender goes on.
             for _ in range(OUTSTANDING_MAX):
-                room.release()
+                progress.room.release()
 
 
 @pytest.mark.parametrize("campaign", range(KILLS // KILLS_A_JOURNAL))
