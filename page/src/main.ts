@@ -20,6 +20,7 @@ import { attach } from "./measure/measure";
 import { Store } from "./sky/store";
 import { Ago } from "./time/ago";
 import { Clock } from "./time/clock";
+import { otherRun, RUN_KEYS } from "./view/shown";
 import { addressOf, initialView } from "./view/view";
 
 const PANEL_MS = 500;
@@ -63,6 +64,12 @@ const actions: Actions = {
     if (track !== undefined) picture.show(track);
     actions.select(id);
   },
+  run(number) {
+    if (number === view.run) return;
+    view.run = number;
+    view.hidden.delete(RUN_KEYS[number]);
+    actions.select(null);
+  },
   toggle(name) {
     view.shown[name] = !view.shown[name];
     if (name === "biases") app.biasHint.switched();
@@ -101,6 +108,7 @@ const actions: Actions = {
     requestAnimationFrame(() => drawPanels(app));
   },
   changed() {
+    choose();
     picture.touch();
     redraw(true);
     keep();
@@ -109,7 +117,10 @@ const actions: Actions = {
 
 const picture = new Picture(
   document.getElementById("map") as HTMLElement, store, feed, view, selection, encounters, clock,
-  (id) => actions.select(id), keep,
+  (id, isOther) => {
+    if (isOther) actions.run(otherRun(view));
+    actions.select(id);
+  }, keep,
 );
 const overlays = new Overlays(picture.map, view, picture.layers.overlayNames, () => actions.changed());
 const { measure } = picture.layers;
@@ -133,8 +144,17 @@ function keepSoon(): void {
   }, KEEP_MS);
 }
 
+/** Read the run that the user or the address chose, or the only one that is visible; a service has none. */
+function choose(): void {
+  if (clock.runs.length < 2) return;
+  const other = otherRun(view);
+  if (view.hidden.has(RUN_KEYS[view.run]) && !view.hidden.has(RUN_KEYS[other])) actions.run(other);
+  else if (feed.run !== view.run) feed.choose(view.run);
+}
+
 /** A frame or a document was read, or could not be. */
 function read(): void {
+  choose();
   app.ago.arrived(app);
   // The first picture of a time that was chosen.
   if (feed.isCurrent && followed !== clock.jumps) {

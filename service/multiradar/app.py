@@ -9,7 +9,7 @@ from starlette.types import ASGIApp
 from multiradar.access.authentication import Authentication, with_default_file
 from multiradar.access.exposure import require_credentials
 from multiradar.api.connections import TlsFiles
-from multiradar.api.factory import create_api
+from multiradar.api.factory import create_api, create_apis
 from multiradar.api.http_server import LOOPBACK_NAMES, HttpServer
 from multiradar.api.routes.overlays import overlay_routes
 from multiradar.clock import SystemClock
@@ -430,8 +430,8 @@ def view_server(
     routers = (overlay_routes(overlays),)
 
     def build(allowed_hosts: Sequence[str]) -> ASGIApp:
-        service = RecordedService(runs)
-        return create_api(service, limits, routers=routers, allowed_hosts=allowed_hosts)
+        services = [RecordedService(one) for one in (runs, runs[::-1])[: len(runs)]]
+        return create_apis(services, limits, routers=routers, allowed_hosts=allowed_hosts)
 
     return HttpServer(build, LOOPBACK_NAMES[0], port, limits, on_failure)
 

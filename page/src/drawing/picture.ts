@@ -77,7 +77,7 @@ export class Picture {
     selection: Selection,
     private readonly encounters: Encounters,
     clock: Clock,
-    select: (id: number | null) => void,
+    select: (id: number | null, isOther: boolean) => void,
     moved: () => void,
   ) {
     this.scans = new Scans(store);
@@ -107,7 +107,7 @@ export class Picture {
       }),
     });
     this.map.on("click", (event) => {
-      if (this.clicked?.(event.coordinate) !== true) select(this.pick(event.pixel[0] ?? 0, event.pixel[1] ?? 0));
+      if (this.clicked?.(event.coordinate) !== true) select(...this.pick(event.pixel[0] ?? 0, event.pixel[1] ?? 0));
     });
     this.map.on("moveend", () => {
       const { center, zoom } = { center: this.map.getView().getCenter(), zoom: this.map.getView().getZoom() };
@@ -265,13 +265,15 @@ export class Picture {
     return this.layers.sites.all(this.feed.sensors, this.store);
   }
 
-  private pick(x: number, y: number): number | null {
-    let best: number | null = null;
+  /** The track at a pixel, and whether it is one of the run for comparison. */
+  private pick(x: number, y: number): [number | null, boolean] {
+    let best: [number | null, boolean] = [null, false];
     let least = PICK_PX;
-    const { seen } = this.scene;
-    for (let at = 0; at < seen.length; at++) {
-      const far = Math.hypot((seen.x[at] ?? 0) - x, (seen.y[at] ?? 0) - y);
-      if (far < least) [best, least] = [seen.tracks[at]?.id ?? null, far];
+    for (const [seen, isOther] of [[this.scene.seen, false], [this.scene.seenSecond, true]] as const) {
+      for (let at = 0; at < seen.length; at++) {
+        const far = Math.hypot((seen.x[at] ?? 0) - x, (seen.y[at] ?? 0) - y);
+        if (far < least) [best, least] = [[seen.tracks[at]?.id ?? null, isOther], far];
+      }
     }
     return best;
   }

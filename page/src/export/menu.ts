@@ -56,15 +56,17 @@ function pastOf({ store, view, selection }: App): Past | null {
 
 function titleOf(app: App): string {
   const time = app.store.dataTimeS;
-  const state = `${stateOf(app)}${isFiltered(app.view.filters) ? ", filtered" : ""}`;
+  const { runs } = app.clock;
+  const state = `${stateOf(app)}${runs.length > 1 ? `, ${runs[app.view.run]}` : ""}${isFiltered(app.view.filters) ? ", filtered" : ""}`;
   return time === null ? `multiradar, ${state}` : `multiradar, ${`${date(time)} ${utc(time)}`.trim()} UTC, ${state}`;
 }
 
 /** A name of letters, digits and dashes. */
-function fileName({ store }: App, ending: string): string {
+function fileName({ store, clock, view }: App, ending: string): string {
   const time = store.dataTimeS ?? 0;
   const text = (isoTime(time) ?? utc(time)).slice(0, 19).replaceAll(/[^0-9T]/g, "");
-  return `multiradar-${text}.${ending}`;
+  const run = clock.runs.length > 1 ? `-${clock.runs[view.run]?.replaceAll(/[^\w-]/g, "_")}` : "";
+  return `multiradar-${text}${run}.${ending}`;
 }
 
 function save(app: App, ending: string, type: string, content: string): void {

@@ -96,7 +96,7 @@ export class LabelsLayer implements Layer {
   private isDue(scene: Scene): boolean {
     const { view } = scene;
     const place = `${scene.a} ${scene.e} ${scene.f} ${scene.width} ${scene.height} ${view.units} ${view.selected} ${shownKey(view)}`;
-    const state = `${scene.reservations} ${view.hidden.has("r1")} ${this.encounters.revision} ${view.shown.encounters} ${Math.floor(scene.unheardS)}`;
+    const state = `${scene.reservations} ${[...view.hidden].join()} ${view.run} ${this.encounters.revision} ${view.shown.encounters} ${Math.floor(scene.unheardS)}`;
     const moved = scene.store.fastest * scene.a * (scene.timeS - this.placedS);
     const due = place !== this.place || state !== this.placedState || !(moved < MARGIN);
     this.moving = place !== this.place;

@@ -6,8 +6,8 @@ import type { App, Panel } from "../panels/panel";
 import { RUN_KEYS } from "../view/shown";
 import { keyOf } from "./overlays";
 
-/** The symbols of the runs, as on the map. */
-const FORMS = ["●", "▽"];
+/** The symbols of the chosen run and of the other one, as on the map. */
+const FORMS = ["●", "▼"];
 
 export const layersPanel: Panel = { id: "layers", title: "Runs and GeoJSON", tab: "map", draw };
 
@@ -18,11 +18,13 @@ function draw(app: App): TemplateResult {
   }
   const runs = clock.runs.length < 2 ? [] : clock.runs.slice(0, RUN_KEYS.length);
   return html`<ul class="switches">
-    ${runs.map((name, number) => box(app, RUN_KEYS[number] ?? "", html`<span aria-hidden="true">${FORMS[number]}</span> ${name}`))}
+    ${runs.map((name, number) => box(app, RUN_KEYS[number] ?? "", html`<span aria-hidden="true">${
+      FORMS[Number(number !== app.view.run)]}</span> ${name}`))}
     ${overlays.listed.map((one) => one.problem === ""
       ? box(app, keyOf(one), html`${one.name} <small>${one.features} ${one.features === 1 ? "feature" : "features"}</small>`)
       : html`<li class="alarm">${one.name} is not shown: ${one.problem}</li>`)}</ul>
-    ${runs.length > 0 ? html`<p class="hint">Plots and details are those of ${runs[0]}.</p>` : nothing}`;
+    ${runs.length > 0 ? html`<p class="hint">Table, selection, search, plots and exports are those of ${runs[app.view.run]}. To choose the other
+      run, use <em>Run</em> in the tab Tracks, click one of its symbols, or hide this one.</p>` : nothing}`;
 }
 
 function box(app: App, key: string, text: TemplateResult): TemplateResult {

@@ -39,7 +39,7 @@ function notice(app: App): TemplateResult | typeof nothing {
 }
 
 export function bar(app: App): TemplateResult {
-  const { store, view, actions, encounters } = app;
+  const { store, view, actions, encounters, clock } = app;
   const hidden = encounters.total - encounters.found.length;
   const { tracks } = store;
   const time = shownTime(app) ?? store.dataTimeS;
@@ -50,7 +50,7 @@ export function bar(app: App): TemplateResult {
     <span class="print-only">${date(time)}</span>
     <time title="Data time, UTC ${date(time)}">${utc(time)}${time === null ? "" : html` <small>UTC</small>`}</time>
     <strong class="print-only">${stateOf(app)}</strong>
-    <span>${tracks.length === 0 ? "no tracks" : `${confirmed} confirmed, ${tracks.length - confirmed} other tracks`}</span>
+    <span>${clock.runs.length > 1 ? `${clock.runs[view.run]}: ` : ""}${tracks.length === 0 ? "no tracks" : `${confirmed} confirmed, ${tracks.length - confirmed} other tracks`}</span>
     ${isFiltered(view.filters) ? html`<span class="badge check">filtered: ${tracks.filter((one) => isShown(one, view)).length} shown</span>`
       : html`<span class="minor">${store.plotCount} plots${store.bearings.length === 0 ? "" : `, ${store.bearings.length} bearings`} in 30 s</span>`}
     ${hidden > 0 ? html`<span class="minor" title="The most probable, then those of known height, the earliest and the nearest">${

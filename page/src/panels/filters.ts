@@ -10,7 +10,7 @@ import type { App } from "./panel";
 const STATES = ["confirmed", "tentative", "coasting"];
 const NONE: Filters = { text: "", fromM: null, toM: null, sensor: "", state: "", area: false };
 
-export function filterForm({ view, store, actions }: App): TemplateResult {
+export function filterForm({ view, store, actions, clock }: App): TemplateResult {
   const { filters, units } = view;
   const perUnit = units === "aero" ? 100 * FOOT_M : 1;
   const unit = units === "aero" ? "FL" : "m";
@@ -28,6 +28,9 @@ export function filterForm({ view, store, actions }: App): TemplateResult {
       .value=${filters.text} @input=${(event: Event) => actions.filter({ text: textOf(event) })}
       @keydown=${(event: KeyboardEvent) => toRows(event)}>
     <div class="fields">
+      ${clock.runs.length < 2 ? nothing : html`<label>Run <select @change=${(event: Event) =>
+        actions.run((event.target as HTMLSelectElement).selectedIndex === 1 ? 1 : 0)}>${clock.runs.slice(0, 2).map((name, number) =>
+        html`<option ?selected=${number === view.run}>${name}</option>`)}</select></label>`}
       ${bound("fromM", `${unit} from`)}${bound("toM", "to")}
       ${choice("Sensor", store.sensors, filters.sensor, (sensor) => actions.filter({ sensor }))}
       ${choice("State", STATES, filters.state, (state) => actions.filter({ state }))}

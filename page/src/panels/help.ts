@@ -28,7 +28,7 @@ const signs = (palette: Palette): readonly [TemplateResult, string][] => [
   [svg`<path class="bundle" d="M-15 4L0 0"></path><path class="bundle" d="M4-5V-1M2-3H6M8 0V4M6 2H10"></path>`, "Its trajectory set"],
   [svg`<path class="site full" d="M0-6L5.5 4H-5.5Z"></path>`, "Radar; rings every 50 NM"],
   [svg`<path class="site" d="M-9-5L-3.5 5H-14.5Z"></path><path stroke=${sensorColour(0, palette)} d="M-9 0L15-6"></path>`, "Open: direction finder; line: bearing of the last 30 s"],
-  [svg`<path class="second" d="M-5-5H5L0 5Z"></path>`, "Second run"],
+  [svg`<path class="second" d="M-5-5H5L0 5Z"></path>`, "The run for comparison; filled, open, crossed as above"],
 ];
 
 export function legend({ picture }: App): TemplateResult {

@@ -18,6 +18,8 @@ export interface Actions {
   /** Select a track, or none; its sheet opens unless `opens` is false. */
   select(id: number | null, opens?: boolean): void;
   show(id: number): void;
+  /** Choose one of two recorded runs: table, selection, search and exports are those of it. */
+  run(number: 0 | 1): void;
   toggle(name: Switch): void;
   filter(changes: Partial<Filters>): void;
   /** Open a tab; on a narrow screen the open one closes. */

@@ -25,12 +25,13 @@ export class Source<T> {
 
   /**
    * The document, or null while it is read for the first time.
-   * @param key What it is about: with another one the value is discarded.
+   * @param about What it is about: with another one the value is discarded.
    */
-  read(app: App, key: string, address: string): T | null {
+  read(app: App, about: string, address: string): T | null {
+    const key = `${app.feed.run} ${about}`;
     if (key !== this.key) {
       [this.key, this.value, this.problem, this.readMs] = [key, null, "", -Infinity];
-      this.of = "";
+      [this.of, this.missing] = ["", ""];
     }
     const past = OF_PAST.test(address);
     if (past && app.clock.recorded) {

@@ -2,7 +2,7 @@
 
 import { html, nothing, type TemplateResult } from "lit";
 
-import { isBandEmpty, isShown } from "../view/shown";
+import { isBandEmpty, isShown, otherRun } from "../view/shown";
 import { nameOf, type Track } from "../sky/store";
 import { aged, unheardS } from "../time/presence";
 import { distance, level, speed, trend } from "../view/units";
@@ -51,13 +51,21 @@ function draw(app: App): TemplateResult {
       <span>${leastCertain(app)}</span></p>
     ${rows.length > 0 ? nothing : html`<p class="hint">${
       isBandEmpty(view.filters) ? "No level is in this band: its lower limit is above its upper limit."
-      : store.tracks.length > 0 ? "No track matches the filters." : none(app)}</p>`}
+      : store.tracks.length > 0 ? "No track matches the filters." : none(app)}${inOther(app)}</p>`}
     <div class="rows" @scroll=${() => actions.redraw()} @keydown=${(event: KeyboardEvent) => moved(event, app)}>
     <table role="grid" aria-label="Tracks" aria-rowcount=${rows.length + 1}>
       <thead><tr>${COLUMNS.map(([key, text, title]) => html`<th scope="col" aria-sort=${sortOf(key)} title=${title}>
         <button type="button" @click=${() => sort(key, app)}>${text}</button></th>`)}</tr></thead>
       <tbody>${body(app)}</tbody>
     </table></div>`;
+}
+
+/** What the other of two runs has instead. */
+function inOther({ actions, clock, feed, view }: App): TemplateResult | typeof nothing {
+  const other = otherRun(view);
+  const found = clock.runs.length < 2 ? 0 : feed.second.tracks.filter((one) => isShown(one, view, true)).length;
+  return found === 0 ? nothing : html` <button type="button" class="link" @click=${() => actions.run(other)}>${
+    clock.runs[other]} has ${found}</button>`;
 }
 
 /** Why there are no tracks. */

@@ -7,10 +7,18 @@ let listens = false;
 /** With it the service counts this page among those that are open. */
 const PAGE = { "x-multiradar-page": crypto.getRandomValues(new Uint32Array(2)).join("-") };
 
+/** Of two recorded runs, that whose documents are read; those of the second are under a path of their own. */
+let path = "";
+
+/** Read the documents of the first run, 0, or of the second, 1. */
+export function readRun(number: 0 | 1): void {
+  path = number === 0 ? "" : "second/";
+}
+
 /** Request with the key; a user without a valid one is asked for it, and the next request has it. */
 export async function request(address: string, options: RequestInit): Promise<Response> {
   const key = sessionStorage.getItem(NAME);
-  const answer = await fetch(address, { ...options, headers: key === null ? PAGE : { ...PAGE, authorization: `Bearer ${key}` } });
+  const answer = await fetch(address.startsWith("v1/") ? `${path}${address}` : address, { ...options, headers: key === null ? PAGE : { ...PAGE, authorization: `Bearer ${key}` } });
   // Another request may have asked meanwhile.
   if (answer.status === 401 && key === sessionStorage.getItem(NAME)) ask(key !== null);
   return answer;

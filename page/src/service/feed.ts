@@ -1,6 +1,6 @@
 /** Reads the service: frames each second, sensors and status less often; announces interruptions. */
 
-import { request } from "./access";
+import { readRun, request } from "./access";
 import { decode, type Frame } from "./frame";
 import { Store } from "../sky/store";
 import type { Clock } from "../time/clock";
@@ -65,7 +65,9 @@ export class Feed {
   track: number | null = null;
   /** Where the tracks of a recorded run are, degrees: west, south, east, north. */
   extent: number[] | null = null;
-  /** The tracks of the second of two runs. */
+  /** The one of two recorded runs that is read as `store`. */
+  run: 0 | 1 = 0;
+  /** The tracks of the other of two runs. */
   readonly second = new Store();
   /** The last step back of the data time, until the user has read it. */
   wentBack: { fromS: number; toS: number } | null = null;
@@ -98,6 +100,19 @@ export class Feed {
   start(): void {
     void this.loop(() => this.frame(), this.tickMs, 0);
     void this.loop(() => this.documents(), SLOW_TICK_MS, 1);
+  }
+
+  /** Read another of two recorded runs: its tracks are `store`, those of the other one `second`. */
+  choose(run: 0 | 1): void {
+    this.run = run;
+    readRun(run);
+    for (const one of [this.store, this.second]) one.clear();
+    this.clock.again();
+  }
+
+  /** The names of the runs, in the order given. */
+  private runsOf(layers: string[] = []): string[] {
+    return this.run === 0 ? layers : [...layers].reverse();
   }
 
   /** Read the next frame and the sensors at once: the clock was moved. */
@@ -185,7 +200,7 @@ export class Feed {
     this.renew();
     frames.forEach((buffer, layer) => {
       const frame = this.decoded(buffer);
-      clock.learn(frame.header.span_s, frame.header.recorded === true, frame.header.layers ?? []);
+      clock.learn(frame.header.span_s, frame.header.recorded === true, this.runsOf(frame.header.layers));
       this.extent = frame.header.extent_deg ?? null;
       // What is read again of a time that stands only says that the service answers: the picture stays.
       if (of !== this.pastOf) (layer === 0 ? this.store : this.second).update(frame, performance.now());
@@ -219,7 +234,7 @@ export class Feed {
     const frame = this.decoded(buffer);
     this.answeredMs = performance.now();
     const { clock, jumps } = this;
-    clock.learn(frame.header.span_s, frame.header.recorded === true, frame.header.layers ?? []);
+    clock.learn(frame.header.span_s, frame.header.recorded === true, this.runsOf(frame.header.layers));
     // The clock was moved meanwhile; a run has no present.
     if (clock.jumps !== jumps || clock.recorded) return;
     this.renew();

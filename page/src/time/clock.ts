@@ -89,6 +89,11 @@ export class Clock {
     else this.stand(within, true);
   }
 
+  /** Read the time shown again. */
+  again(): void {
+    this.jump();
+  }
+
   /** Move by some seconds of data time. */
   step(seconds: number): void {
     const now = this.now();

@@ -1,4 +1,4 @@
-/** The second of two recorded runs: its own tracks, with symbols of another form. */
+/** The other of two recorded runs, for comparison: its own tracks, with symbols of another form. */
 
 import type { Layer, PixelLayer, Scene } from "../drawing/scene";
 import { word, type Pixels } from "../drawing/pixels";
@@ -17,14 +17,15 @@ export class SecondRun implements Layer {
     const store = scene.feed.second;
     seen.clear();
     context.strokeStyle = SECOND_COLOURS[view.theme];
+    context.fillStyle = context.strokeStyle;
     context.lineWidth = 1.3;
     for (const track of store.tracks) {
-      if (!isShown(track, view, 1)) continue;
+      if (!isShown(track, view, true)) continue;
       const [east, north] = store.placeOf(track, scene.timeS);
       const [x, y] = [scene.px(east), scene.py(north)];
       if (!scene.isInside(x, y, SIZE_PX)) continue;
       seen.add(track, x, y);
-      triangle(context, x, y, SIZE_PX);
+      triangle(context, x, y, track.state);
       if (!view.shown.vectors || (track.vx === 0 && track.vy === 0)) continue;
       context.setLineDash([3, 3]);
       context.beginPath();
@@ -45,7 +46,7 @@ export class SecondTrails implements PixelLayer {
     if (!view.shown.trails) return;
     const colour = word(SECOND_COLOURS[view.theme], OPACITY);
     for (const track of scene.feed.second.tracks) {
-      if (!isShown(track, view, 1)) continue;
+      if (!isShown(track, view, true)) continue;
       const { trail } = track;
       for (const at of track.trailAt(scene.timeS)) {
         const [x, y] = [scene.px(trail.x[at] ?? NaN), scene.py(trail.y[at] ?? NaN)];
@@ -55,12 +56,22 @@ export class SecondTrails implements PixelLayer {
   }
 }
 
-/** Open and with the point down: no symbol of the first run or of a site has this form. */
-function triangle(context: CanvasRenderingContext2D, x: number, y: number, size: number): void {
+/**
+ * With the point down: no symbol of the chosen run or of a site has this form. As of the chosen run, it is filled of
+ * a confirmed track, open of a tentative and crossed of a coasting one.
+ */
+function triangle(context: CanvasRenderingContext2D, x: number, y: number, state: string): void {
   context.beginPath();
-  context.moveTo(x - size, y - size);
-  context.lineTo(x + size, y - size);
-  context.lineTo(x, y + size);
+  context.moveTo(x - SIZE_PX, y - SIZE_PX);
+  context.lineTo(x + SIZE_PX, y - SIZE_PX);
+  context.lineTo(x, y + SIZE_PX);
   context.closePath();
+  if (state === "confirmed") context.fill();
+  if (state === "coasting") {
+    context.moveTo(x - SIZE_PX - 1, y - SIZE_PX - 1);
+    context.lineTo(x + SIZE_PX + 1, y + SIZE_PX + 1);
+    context.moveTo(x + SIZE_PX + 1, y - SIZE_PX - 1);
+    context.lineTo(x - SIZE_PX - 1, y + SIZE_PX + 1);
+  }
   context.stroke();
 }

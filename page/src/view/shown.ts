@@ -7,12 +7,17 @@ import type { Filters, ViewState } from "./view";
 /** The names of the runs among what is hidden. */
 export const RUN_KEYS = ["r0", "r1"] as const;
 
-/** Whether the switches and the filters show a track, of the first or of the second run. */
-export function isShown(track: Track, view: ViewState, run: 0 | 1 = 0): boolean {
-  if (!view.shown.tracks || view.hidden.has(RUN_KEYS[run])) return false;
+/** Whether the switches and the filters show a track, of the chosen run or of the other one. */
+export function isShown(track: Track, view: ViewState, isOther = false): boolean {
+  if (!view.shown.tracks || view.hidden.has(RUN_KEYS[isOther ? otherRun(view) : view.run])) return false;
   if (track.state === "tentative" && !view.shown.tentative) return false;
   if (track.onGround && !view.shown.ground) return false;
   return matches(track, view.filters);
+}
+
+/** The run that is shown for comparison. */
+export function otherRun({ run }: ViewState): 0 | 1 {
+  return run === 0 ? 1 : 0;
 }
 
 export function matches(track: Track, filters: Filters): boolean {

@@ -42,6 +42,8 @@ export interface ViewState {
   hiddenSensors: Set<string>;
   /** The time shown, s; null: the present, or that of a run that plays. */
   at: number | null;
+  /** The one of two recorded runs that table, selection, search and exports are of; the other is for comparison. */
+  run: 0 | 1;
   /** Runs and overlays that are switched off. */
   hidden: Set<string>;
 }
@@ -119,6 +121,7 @@ export function initialView(address: string): ViewState {
     hiddenSensors: new Set((given.get("hide") ?? "").split(",").filter((one) => one !== "")),
     tick: Math.max(TICK_MIN_MS, number("tick") ?? TICK_MS),
     at: at !== null && Math.abs(at) <= TIME_MAX_S ? at : null,
+    run: given.get("run") === "1" ? 1 : 0,
     hidden: new Set((given.get("without") ?? "").split(",").filter((one) => /^[or][0-9]{1,2}$/.test(one))),
   };
 }
@@ -144,6 +147,7 @@ export function addressOf(view: ViewState): string {
   if (view.tick !== TICK_MS) given.set("tick", String(view.tick));
   if (view.zoom !== null) given.set("zoom", view.zoom.toFixed(2));
   if (view.at !== null) given.set("at", view.at.toFixed(1));
+  if (view.run !== 0) given.set("run", String(view.run));
   if (view.hidden.size > 0) given.set("without", [...view.hidden].sort().join(","));
   return `#${given.toString().replaceAll("%2C", ",")}`;
 }

@@ -96,3 +96,29 @@ def create_api(
     for router in every:
         application.include_router(router)
     return application
+
+
+def create_apis(
+    services: Sequence[ReadableService],
+    limits: HttpLimits,
+    *,
+    routers: Sequence[APIRouter] = (),
+    allowed_hosts: Sequence[str] = (),
+) -> FastAPI:
+    """Return the ASGI application of a service, with another one below the path ``/second``.
+
+    Two recorded runs are read on one page: the second service has them in the other order.
+
+    Parameters
+    ----------
+    services : sequence of ReadableService
+        One or two.
+    limits, routers, allowed_hosts
+        See `create_api`; of each.
+    """
+    first, *second = (
+        create_api(one, limits, routers=routers, allowed_hosts=allowed_hosts) for one in services
+    )
+    for one in second:
+        first.mount("/second", one)
+    return first

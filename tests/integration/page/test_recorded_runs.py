@@ -157,8 +157,8 @@ def test_two_runs_are_two_layers_with_symbols_of_their_own(page: Page, shown: st
     assert coloured(page, second) > 100
     boxes = page.evaluate(labels)
     assert overlaps(boxes) == 0
-    expect(legend.get_by_label("▽ two-stage")).to_be_checked()
-    legend.get_by_label("▽ two-stage").click()
+    expect(legend.get_by_label("▼ two-stage")).to_be_checked()
+    legend.get_by_label("▼ two-stage").click()
     settled(page, "location.hash.includes('without=r1')")
     assert page.evaluate("window.multiradar.picture.drawn") > 2
     drawn = page.evaluate("window.multiradar.picture.drawn")
@@ -170,6 +170,72 @@ def test_two_runs_are_two_layers_with_symbols_of_their_own(page: Page, shown: st
     settled(page, "window.multiradar.picture.seenOnCanvas.length === 0")
     legend.get_by_label("● imm").click()
     settled(page, "window.multiradar.picture.seenOnCanvas.length > 5")
+
+
+def test_table_selection_search_and_exports_are_of_the_chosen_run(page: Page, shown: str) -> None:
+    watch = opened(page, shown)
+    header, run = page.locator("#bar"), page.get_by_role("combobox", name="Run")
+    expect(header).to_contain_text("imm: ")
+    # A search says what the other run has.
+    found = page.evaluate("window.multiradar.feed.second.tracks[0].callsign = 'ONLYHERE'")
+    page.get_by_label("Search tracks").fill(found)
+    page.get_by_role("button", name="two-stage has 1").click()
+    page.get_by_role("button", name="Clear filters").click()
+    expect(header).to_contain_text("two-stage: ")
+    assert "run=1" in page.url
+    settled(page, f"{STORE}.tracks.length > 5 && window.multiradar.feed.second.tracks.length >= 20")
+    ids = page.evaluate(f"{STORE}.tracks.map((one) => one.id)")
+    name, content = exported(page, "CSV")
+    assert name.endswith("-two-stage.csv")
+    rows = list(csv.DictReader(io.StringIO(content.decode(), newline="")))
+    assert [int(row["track_id"]) for row in rows] == ids
+    # The path and the history of a track are those of the run, too.
+    page.evaluate(f"window.multiradar.actions.select({ids[0]})")
+    settled(page, "window.multiradar.selection.past.length > 5")
+    far = page.evaluate(
+        f"""(() => {{
+          const one = {STORE}.track({ids[0]});
+          return window.multiradar.selection.past.some((point) => point.timeS === one.timeS
+            && Math.hypot(point.x - one.x, point.y - one.y) < 1);
+        }})()"""
+    )
+    assert far
+    expect(page.get_by_role("region", name="History of the track")).to_be_visible()
+    assert any("/second/v1/tracks/" in one for one in watch.addresses)
+    # A click on a symbol of the other run chooses it.
+    page.keyboard.press("1")
+    page.evaluate("window.multiradar.actions.select(null)")
+    settled(page, "window.multiradar.feed.pastOf.endsWith(' null')")
+    # Both runs have it at nearly the same place.
+    chosen, x, y = page.evaluate(
+        """(() => {
+          const { feed, picture } = window.multiradar;
+          const { scene } = picture;
+          const [one] = feed.second.tracks;
+          [one.vx, one.vy] = [0, 0];
+          one.x = (scene.width - 30 - scene.e) / scene.a;
+          one.y = (scene.height - 30 - scene.f) / scene.d;
+          picture.touch();
+          picture.map.renderSync();
+          return [one.id, scene.width - 30, scene.height - 30];
+        })()"""
+    )
+    page.locator("#map").click(position={"x": x, "y": y})
+    settled(page, f"window.multiradar.view.selected === {chosen} && {STORE}.track({chosen})")
+    expect(header).to_contain_text("imm: ")
+    # So does hiding the run of the table.
+    page.keyboard.press("5")
+    page.get_by_label("● imm").click()
+    expect(header).to_contain_text("two-stage: ")
+    page.keyboard.press("1")
+    expect(run).to_have_value("two-stage")
+    expect(page.locator("#tracks tbody tr[data-id]").first).to_be_visible()
+    run.select_option("imm")
+    expect(header).to_contain_text("imm: ")
+    settled(page, "!location.hash.includes('without=')")
+    page.evaluate("location.hash = 'without=r0'")
+    expect(header).to_contain_text("two-stage: ")
+    assert watch.messages == []
 
 
 def test_own_geojson_is_shown_and_a_broken_file_is_named(page: Page, shown: str) -> None:
@@ -247,7 +313,7 @@ def test_exports_are_of_what_is_shown(page: Page, shown: str) -> None:
     # Radars do not say whether an aircraft is on the ground.
     assert {feature["properties"]["on_ground"] for feature in found["features"]} == {None}
     _, content = exported(page, "KML")
-    assert content.decode().count("UTC, Recorded</name>") == 1
+    assert content.decode().count("UTC, Recorded, imm</name>") == 1
     marks = ET.fromstring(content).iter(f"{KML}Placemark")
     names = [mark.findtext(f"{KML}name") for mark in marks]
     assert len(names) == len(tracks)
