@@ -27,6 +27,10 @@ _PEAK_MIN = 0.9
 _STRETCHES_S = (60.0, 240.0, 1200.0)
 #: Steps of frequency in the width of a peak.
 _STEPS = 6
+#: Origin of a scan period from north marks or sectors, and the ratio to that of the plots from
+#: which some of these messages are missing.
+SERVICE_MESSAGES = "service messages"
+_MISSING_MIN = 1.5
 
 Floats = NDArray[np.float64]
 
@@ -73,6 +77,30 @@ def scan_period_s(time_s: Floats, azimuth_deg: Floats) -> float:
         if times[-1] < stretch_s:
             break
     return 1.0 / found
+
+
+def preferred_period(stated_s: float, plots_s: float, plots_source: str) -> tuple[float, str]:
+    """Return the scan period of service messages, or of the plots if messages are missing.
+
+    Parameters
+    ----------
+    stated_s, plots_s : float
+        Scan periods by service messages and by plots, s; NaN if unknown.
+    plots_source : str
+        Origin of the latter, or why there is none.
+
+    Returns
+    -------
+    float
+        The scan period, s; NaN if both are unknown.
+    str
+        Its origin, or why there is none.
+    """
+    if math.isnan(stated_s):
+        return plots_s, plots_source
+    if stated_s > _MISSING_MIN * plots_s:
+        return plots_s, f"{plots_source}; north marks every {stated_s:.4g} s are incomplete"
+    return stated_s, SERVICE_MESSAGES
 
 
 def why_no_period(time_s: Floats, azimuth_deg: Floats) -> str:

@@ -8,6 +8,7 @@ from multiradar_converters.asterix.decoding.targets import SURFACE
 from multiradar_converters.asterix.decoding.timing import KINDS
 from multiradar_converters.asterix.report import Findings
 from multiradar_converters.asterix.reported_biases import prior_lines
+from multiradar_converters.scan_period import preferred_period
 from multiradar_converters.sensors_template import (
     MIDDLE_OF_REPORTS,
     REFERENCE_POINT,
@@ -83,7 +84,9 @@ def _found(names: SensorNames, findings: Findings, source: int, kind: str) -> Fo
         site, origin = _reference_or_middle(findings, source, kind, identifier)
         return FoundSensor(identifier, kind, found, numbers, site, origin)
     figures = findings.plot_figures[identifier]
-    stated = antenna is not None and not math.isnan(antenna.period_s)
+    period_s, period_source = preferred_period(
+        math.nan if antenna is None else antenna.period_s, figures.period_s, figures.period_source
+    )
     return FoundSensor(
         identifier,
         kind,
@@ -91,8 +94,8 @@ def _found(names: SensorNames, findings: Findings, source: int, kind: str) -> Fo
         numbers,
         None if antenna is None else antenna.site,
         "item 034/120: to about 10 m, height above mean sea level",
-        antenna.period_s if antenna is not None and stated else figures.period_s,
-        "service messages" if stated else figures.period_source,
+        period_s,
+        period_source,
         figures.range_max_m,
         prior_lines(findings.biases, source_name(source)),
         surface=(SURFACE, source) in findings.records,

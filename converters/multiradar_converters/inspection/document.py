@@ -22,6 +22,7 @@ from multiradar_converters.asterix.decoding.targets import SURFACE
 from multiradar_converters.asterix.reported_biases import reported_biases
 from multiradar_converters.inspection.sensor_figures import GAPS_MAX, SECTORS, SensorFigures
 from multiradar_converters.inspection.survey import SensorKey, Survey
+from multiradar_converters.scan_period import preferred_period
 from multiradar_converters.sensors_template import (
     FROM_PLOTS,
     MIDDLE_OF_REPORTS,
@@ -45,7 +46,6 @@ from multiradar_schemas.report import Counts
 
 #: Kinds in the order in which a name without its kind is assigned.
 _KINDS = ("radar", "mlat", "adsb")
-_SERVICE_MESSAGES = "service messages"
 _STATUS, _STATED_REFERENCE = 19, "items 019/600, 610: reference point of its local coordinates"
 _STATED_SITE = "item 034/120: to about 10 m, height above mean sea level"
 _REVOLUTION_DEG = 360
@@ -193,10 +193,9 @@ def _scan_period(survey: Survey, key: SensorKey, figures: SensorFigures) -> tupl
     if key[1] != "radar":
         return math.nan, ""
     antenna = survey.antennas.get(key[0])
-    if antenna is not None and not math.isnan(antenna.period_s):
-        return antenna.period_s, _SERVICE_MESSAGES
     period_s, why = figures.scan_period()
-    return period_s, why or FROM_PLOTS
+    stated_s = math.nan if antenna is None else antenna.period_s
+    return preferred_period(stated_s, period_s, why or FROM_PLOTS)
 
 
 def _sensor(survey: Survey, key: SensorKey, identifier: str) -> InspectedSensor:

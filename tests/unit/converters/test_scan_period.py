@@ -5,7 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from multiradar_converters.scan_period import PLOTS_MIN, scan_period_s, why_no_period
+from multiradar_converters.scan_period import (
+    PLOTS_MIN,
+    preferred_period,
+    scan_period_s,
+    why_no_period,
+)
 from support.scenarios.sweeps import sweep
 
 
@@ -77,3 +82,13 @@ def test_the_reason_for_no_scan_period_is_named() -> None:
     still = generator.uniform(0.0, 600.0, 4000), generator.uniform(0.0, 360.0, 4000)
     assert math.isnan(scan_period_s(*still))
     assert why_no_period(*still) == "4000 plots show no rotation"
+
+
+def test_north_marks_of_which_many_are_missing_do_not_give_the_scan_period() -> None:
+    assert preferred_period(4.0, 4.001, "plots") == (4.0, "service messages")
+    assert preferred_period(4.0, 11.9, "plots") == (4.0, "service messages")
+    assert preferred_period(4.0, math.nan, "too few plots") == (4.0, "service messages")
+    assert preferred_period(math.nan, 4.0, "plots") == (4.0, "plots")
+    assert preferred_period(12.0, 4.0, "plots") == (
+        4.0, "plots; north marks every 12 s are incomplete"
+    )  # fmt: skip
