@@ -95,7 +95,7 @@ function composed(app: App, ratio: number, below = 0): CanvasRenderingContext2D 
   context.fillRect(0, 0, box.width, box.height + below);
   for (const canvas of target.querySelectorAll("canvas")) {
     // What is out of date looks so, as on the page.
-    const style = getComputedStyle(canvas.closest(".picture") ?? canvas);
+    const style = getComputedStyle(canvas.closest(".ol-layers") ?? canvas);
     [context.filter, context.globalAlpha] = [style.filter, Number(style.opacity)];
     const own = canvas.getBoundingClientRect();
     if (canvas.width > 0 && own.width > 0) {

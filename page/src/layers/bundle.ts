@@ -3,6 +3,7 @@
 import { FONT } from "../drawing/palette";
 import type { Layer, Scene } from "../drawing/scene";
 import type { PastPoint } from "../service/selection";
+import { touches } from "./sites";
 
 const DASH = [5, 3];
 const CROSS_PX = 3;
@@ -12,16 +13,21 @@ const OPACITY_MIN = 0.2;
 const LINES_MAX = 4;
 const WEIGHT_MIN = 0.03;
 const LINE_PX = 13;
-const TEXT_PX = 26;
+/** Distances of the text from the track: the next one if there is no room. */
+const FAR_PX = [26, 52, 78, 104];
 const LETTER_PX = 6.7;
 
 /** Turns in words; other motions are called as the service does. */
 const KINDS: Record<string, string> = { left: "left turn", right: "right turn" };
 
+type Box = [number, number, number, number];
+
 export class BundleLayer implements Layer {
   readonly plane = "ground";
   /** The text on the canvas, for tests. */
   lines: string[] = [];
+  /** Where it stands: left, top, width, height. */
+  box: Box = [0, 0, 0, 0];
 
   draw(scene: Scene): void {
     const { context, palette, selection, view } = scene;
@@ -48,11 +54,20 @@ export class BundleLayer implements Layer {
       ({ weight, kind, sinceS }) => `${Math.round(100 * weight)} % ${KINDS[kind] ?? kind} for ${Math.round(last.timeS - sinceS)} s`,
     );
     context.font = `11px ${FONT}`;
-    const [x, y] = [Math.round(scene.px(last.x)) + TEXT_PX, Math.round(scene.py(last.y)) + TEXT_PX];
-    this.lines.forEach((line, number) => context.fillText(line, x, y + LINE_PX * number));
-    const width = LETTER_PX * Math.max(0, ...this.lines.map((line) => line.length));
-    if (width > 0) scene.reserved.push(x - 2, y - LINE_PX, width + 4, LINE_PX * this.lines.length + 4);
+    const width = LETTER_PX * Math.max(0, ...this.lines.map((line) => line.length)) + 4;
+    this.box = placed(scene, scene.px(last.x), scene.py(last.y), width, LINE_PX * this.lines.length + 4);
+    const [left, top] = this.box;
+    this.lines.forEach((line, number) => context.fillText(line, left + 2, top + LINE_PX * (number + 1)));
+    if (this.lines.length > 0) scene.reserved.push(...this.box);
   }
+}
+
+/** Where a text around a point covers no other: near it if possible. */
+function placed(scene: Scene, x: number, y: number, width: number, height: number): Box {
+  const boxes = FAR_PX.flatMap((far) => [[1, 1], [1, -1], [-1, 1], [-1, -1]].map(([right, down]): Box => [
+    Math.round(right === 1 ? x + far : x - far - width), Math.round(down === 1 ? y + far - LINE_PX : y - far - height), width, height,
+  ]));
+  return boxes.find((one) => !touches(scene.reserved, ...one)) ?? boxes[0] ?? [x, y, width, height];
 }
 
 function path(scene: Scene, points: PastPoint[]): void {

@@ -218,6 +218,38 @@ def test_texts_of_paths_and_encounters_do_not_cover_each_other(page: Page, air: 
     ]
     assert boxes
     assert overlaps(boxes) == 0
+    # The weights of a trajectory set stand beside the minutes, also where the track circles.
+    free = page.evaluate(
+        f"""(() => {{
+          const {{ scene, map, layers }} = {PICTURE};
+          const {{ selection }} = scene;
+          const {{ past, bundle }} = selection;
+          const timeS = scene.timeS;
+          const at = (x, y, agoS) => (
+            {{ timeS: timeS - agoS, x: (x - scene.e) / scene.a, y: (y - scene.f) / scene.d }});
+          const ring = [[440, 320], [470, 345], [440, 260], [360, 345], [340, 240]];
+          selection.past = ring.map(([x, y], k) => at(x, y, 301 - 60 * k));
+          const of = {{ kind: "left", sinceS: timeS }};
+          const lines = [0.6, 0.3, 0.1].map((weight) => ({{ ...of, weight }}));
+          const last = at(400, 300, 0);
+          selection.bundle = {{ hypotheses: lines, best: [last], weighted: [], members: [] }};
+          {PICTURE}.touch();
+          map.renderSync();
+          const [left, top, width, height] = layers.bundle.box;
+          let touching = 0;
+          for (let k = 0; k < scene.reserved.length; k += 4) {{
+            const [x, y, w, h] = scene.reserved.slice(k, k + 4);
+            if (left < x + w && x < left + width && top < y + h && y < top + height) touching += 1;
+          }}
+          const count = layers.bundle.lines.length;
+          Object.assign(selection, {{ past, bundle }});
+          {PICTURE}.touch();
+          map.renderSync();
+          return [count, touching];
+        }})()"""
+    )
+    # It touches itself alone.
+    assert free == [3, 1]
     # A symbol under the first text: it moves.
     tops = page.evaluate(
         f"""(() => {{

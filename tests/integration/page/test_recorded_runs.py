@@ -256,6 +256,13 @@ def test_own_geojson_is_shown_and_a_broken_file_is_named(page: Page, shown: str)
     for left, top, width, height in zip(*[iter(texts)] * 4, strict=True):
         text = {"left": left, "top": top, "right": left + width, "bottom": top + height}
         assert all(overlaps([text, box]) == 0 for box in boxes)
+    # It fades with the picture.
+    page.route("**/v1/**", lambda route: route.abort())
+    faded = "getComputedStyle(document.querySelector('.ol-layers')).opacity < 0.5"
+    settled(page, faded)
+    page.unroute("**/v1/**")
+    settled(page, f"!({faded})")
+    watch.messages.clear()
     legend.get_by_label("sectors").click()
     settled(page, f"{names} === ''")
     settled(page, f"!{layer}.getVisible() && location.hash.includes('without=o1')")
