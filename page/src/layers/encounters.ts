@@ -11,6 +11,8 @@ import { distance } from "../view/units";
 
 const DASH = [4, 3];
 const LETTER_PX = 6.7;
+/** Distance of the count from the lower right corner. */
+const CORNER_PX = 14;
 /** A pair at its closest point is drawn with its present distance as long as the answer is no older, s. */
 const FRESH_S = 30;
 /** The text is moved by so much where it would cover another. */
@@ -31,6 +33,7 @@ export class EncountersLayer implements Layer {
     context.strokeStyle = palette.warning;
     context.font = `11px ${FONT}`;
     context.lineWidth = 1;
+    this.count(scene);
     for (const one of this.encounters.found) {
       const [first, second] = [store.track(one.first_track_id), store.track(one.second_track_id)];
       if (first === undefined || second === undefined || (!isShown(first, view) && !isShown(second, view))) continue;
@@ -44,7 +47,8 @@ export class EncountersLayer implements Layer {
       const cy = isNow ? ay : scene.py(mercatorY(one.first_latitude_deg));
       const dx = isNow ? bx : scene.px(mercatorX(one.second_longitude_deg));
       const dy = isNow ? by : scene.py(mercatorY(one.second_latitude_deg));
-      // To the positions of closest approach, and between them.
+      // To the positions of closest approach, and between them; one that is present stands out.
+      context.lineWidth = isNow ? 2 : 1;
       context.setLineDash(DASH);
       context.globalAlpha = 0.75;
       context.beginPath();
@@ -88,6 +92,17 @@ export class EncountersLayer implements Layer {
       scene.reservedMoving.push(x - 2, y - 10, width, 13);
       this.texts.push(text);
     }
+  }
+
+  /** In the corner, how many of the encounters are drawn, if not all. */
+  private count(scene: Scene): void {
+    const text = this.encounters.drawn;
+    if (text === "") return;
+    const width = LETTER_PX * text.length + 4;
+    const [left, bottom] = [scene.width - CORNER_PX - width, scene.height - CORNER_PX];
+    scene.context.fillStyle = scene.palette.warning;
+    scene.context.fillText(text, left + 2, bottom);
+    scene.reservedMoving.push(left, bottom - 10, width, 13);
   }
 }
 

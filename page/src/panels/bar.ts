@@ -39,8 +39,7 @@ function notice(app: App): TemplateResult | typeof nothing {
 }
 
 export function bar(app: App): TemplateResult {
-  const { store, view, actions, encounters, clock } = app;
-  const hidden = encounters.total - encounters.found.length;
+  const { store, view, actions, clock } = app;
   const { tracks } = store;
   const time = shownTime(app) ?? store.dataTimeS;
   const confirmed = tracks.filter((one) => one.state === "confirmed").length;
@@ -53,8 +52,6 @@ export function bar(app: App): TemplateResult {
     <span>${clock.runs.length > 1 ? `${clock.runs[view.run]}: ` : ""}${tracks.length === 0 ? "no tracks" : `${confirmed} confirmed, ${tracks.length - confirmed} other tracks`}</span>
     ${isFiltered(view.filters) ? html`<span class="badge check">filtered: ${tracks.filter((one) => isShown(one, view)).length} shown</span>`
       : html`<span class="minor">${store.plotCount} plots${store.bearings.length === 0 ? "" : `, ${store.bearings.length} bearings`} in 30 s</span>`}
-    ${hidden > 0 ? html`<span class="minor" title="The most probable, then those of known height, the earliest and the nearest">${
-      encounters.found.length} of ${encounters.total} encounters</span>` : nothing}
     <span class="buttons">
       <button type="button" class="switch" role="switch" aria-checked=${biases} @click=${() => actions.toggle("biases")}
         title="On: plots without the estimated biases of their radars. Off: plots as measured (b)">Bias correction

@@ -14,7 +14,8 @@ export const switchPanel: Panel = {
   always: true,
   draw: (app) => html`<ul class="switches">${SWITCHES.map(([name, key, text]) => html`
     <li class=${name}><label><input type="checkbox" .checked=${app.view.shown[name]}
-      @change=${() => app.actions.toggle(name)}> ${text} <kbd>${key}</kbd></label></li>`)}</ul>
+      @change=${() => app.actions.toggle(name)}> ${text} <kbd>${key}</kbd></label>${
+        name === "encounters" ? html` <small>${app.encounters.drawn}</small>` : nothing}</li>`)}</ul>
     <h2>Sensors</h2>
     <ul class="switches sensors" aria-label="Plots of sensors">${app.store.sensors.map((id, number) => sensor(id, number, app))}</ul>
     <p class="hint">Each sensor is a layer with its plots, rings and sweep. To compare two sensors, show only these two, hide the tracks (<kbd>s</kbd>), and connect their plots by lines (<kbd>i</kbd>).</p>`,

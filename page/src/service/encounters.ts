@@ -59,6 +59,11 @@ export class Encounters {
     private readonly atS: () => number | null,
   ) {}
 
+  /** How many are drawn, in words; empty: all. */
+  get drawn(): string {
+    return this.total > this.found.length ? `${this.found.length} of ${this.total} encounters` : "";
+  }
+
   start(): void {
     void this.loop();
   }

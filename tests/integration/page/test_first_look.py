@@ -156,7 +156,7 @@ def test_a_conflict_in_progress_is_drawn_with_its_present_distance(page: Page, a
     opened(page, air)
     settled(page, "window.multiradar.encounters.found.length > 0")
     # In one task: neither an answer nor a picture comes between the drawings.
-    before, now, same, apart, old, bar = page.evaluate(
+    before, now, same, apart, old, said = page.evaluate(
         f"""(() => {{
           const {{ actions, encounters, picture, store }} = window.multiradar;
           const layer = {PICTURE}.layers.encounters;
@@ -190,7 +190,8 @@ def test_a_conflict_in_progress_is_drawn_with_its_present_distance(page: Page, a
           delete store.timeAt;
           second.address = address;
           actions.changed();
-          return [before, now, same, apart, old, document.getElementById("bar").textContent];
+          const said = document.querySelector("#switches .encounters").textContent;
+          return [before, now, same, apart, old, said];
         }})()"""
     )
     assert before > 0
@@ -199,9 +200,9 @@ def test_a_conflict_in_progress_is_drawn_with_its_present_distance(page: Page, a
     assert same == ["now 2.3 NM, both have address 3c6444: duplicate track?"]
     # It has ended since the answer; the answer is old.
     assert apart == old == []
-    assert "1 of 2127 encounters" in bar
+    assert "1 of 2127 encounters" in said
     settled(page, "window.multiradar.encounters.total < 2127")
-    expect(page.locator("#bar")).not_to_contain_text("encounters")
+    expect(page.locator("#switches .encounters")).not_to_contain_text(" of ")
 
 
 def test_texts_of_paths_and_encounters_do_not_cover_each_other(page: Page, air: Air) -> None:
