@@ -33,7 +33,7 @@ from multiradar.restoration.control_tracks import _layout as layout
 from multiradar.restoration.control_tracks._scratch import Scratch, scratch
 from multiradar.restoration.control_tracks._thinning_kernels import trace
 from multiradar.restoration.control_tracks.plot_rows import plot_row
-from multiradar.restoration.control_tracks.reading import control_track_of, kind_at, segments_of
+from multiradar.restoration.control_tracks.reading import control_track_of, kinds_at, segments_of
 from multiradar.restoration.control_tracks.settings import KIND_NAMES, BundleSettings
 from multiradar.restoration.control_tracks.tracks import GeometricTrack, MeasurementTrack
 
@@ -375,8 +375,8 @@ class Bundle:
         decided_s = self._now_s() - DECIDED_AFTER_S
         due = not decided_s < self._manoeuvre_history.until_s + RECORDED_EVERY_S
         if due and decided_s >= self._anchor_s:
-            kinds = [kind_at(track, decided_s) for track in self._tracks[: self._live]]
-            straight = self.weights() @ (np.array(kinds) == layout.STRAIGHT)
+            kinds = kinds_at(self._tracks[: self._live], decided_s)
+            straight = self.weights() @ (kinds == layout.STRAIGHT)
             self._manoeuvre_history = self._manoeuvre_history.extended(decided_s, float(straight))
 
     def _window(self) -> FitWindow:

@@ -36,28 +36,32 @@ def segments_of(track: Floats) -> Floats:
     return track[layout.SEGMENTS : end].reshape(count, layout.SEGMENT_COUNT)
 
 
-def kind_at(track: Floats, time_s: float) -> int:
-    """Return the kind of the segment of a track at a time.
+def kinds_at(tracks: Floats, time_s: float) -> NDArray[np.int64]:
+    """Return the kinds of the segments of tracks at a time.
 
     Parameters
     ----------
-    track : (TRACK_COUNT,) ndarray
-        A track of the kernels.
+    tracks : (m, TRACK_COUNT) ndarray
+        Tracks of the kernels.
     time_s : float
         The time.
 
     Returns
     -------
-    int
-        Index of `settings.KIND_NAMES`.
+    (m,) int64
+        Indices of `settings.KIND_NAMES`.
 
     References
     ----------
     IMM UrO RAN report (2016), section 2.4.
     """
-    segments = segments_of(track)
-    index = int(np.sum(segments[1:, layout.BEGIN] <= time_s))
-    return int(segments[index, layout.KIND])
+    shape = len(tracks), layout.SEGMENTS_MAX, layout.SEGMENT_COUNT
+    segments = tracks[:, layout.SEGMENTS : layout.PRIOR_MEAN].reshape(shape)
+    started = segments[:, 1:, layout.BEGIN] <= time_s
+    # Rows after the last segment are undefined.
+    started &= np.arange(1, layout.SEGMENTS_MAX) < tracks[:, layout.COUNT, None]
+    kinds = segments[np.arange(len(tracks)), started.sum(axis=1), layout.KIND]
+    return np.asarray(kinds, np.int64)
 
 
 def control_track_of(track: Floats, anchor_s: float) -> ControlTrack:

@@ -80,6 +80,11 @@ class EnsembleScores:
         """Number of pending forecasts, each of one horizon."""
         return self._pending.rows
 
+    @property
+    def tracks(self) -> set[int]:
+        """The tracks with pending forecasts."""
+        return set(self._pending.track_id.tolist())
+
     def chosen(self, tracks: Sequence[int], epoch: int, plots: int) -> list[int]:
         """Return the tracks to forecast at a sample, different ones each time.
 

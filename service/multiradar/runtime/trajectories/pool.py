@@ -169,7 +169,7 @@ class BundlePool:
         sampled : Sampled
             The completed epoch; each bundle has all its plots up to its end, and no later ones.
         """
-        for track_id in sorted(self._kept):
+        for track_id in sorted(self._scores.tracks & self._kept.keys()):
             self._evaluate(track_id, self._kept[track_id].bundle, sampled.time_s)
         self._scores.settle()
         fresh = sorted(one for one, kept in self._kept.items() if kept.fresh and len(kept.bundle))
