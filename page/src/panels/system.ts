@@ -85,7 +85,7 @@ function draw(app: App): TemplateResult {
       ["Pages", pages(status)], ["Streams of events", `${text("subscribers")} reader${status["subscribers"] === 1 ? "" : "s"}`], ["Zenoh", status["zenoh"] == null ? "off" : "on"],
       ["ASTERIX in, out", `${status["asterix"] == null ? "off" : "on"}, ${status["asterix_output"] == null ? "off" : "on"}`],
       ["Feeds of receivers", status["feeds"] == null ? "off" : "on"],
-      ["Frames of this page", `${store.frames}, ${store.malformed} malformed`], ["Plots it missed", String(store.skipped)],
+      ["Frames of this page", `${store.frames}, ${store.malformed} malformed`], ["Plots skipped by this page", String(store.skipped)],
     ])}`;
 }
 

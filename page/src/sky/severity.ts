@@ -40,7 +40,7 @@ const RANKS: Record<Level, number> = { FAULT: 4, ALARM: 3, SILENT: 3, "BEARINGS 
 
 /** What each alarm is called, and what it means; those without a meaning here have figures in it. */
 const ALARMS: Record<string, { name: string; meaning?: string }> = {
-  silent: { name: "no plots", meaning: "No plot for five scans of tracks that other radars still detect." },
+  silent: { name: "no plots", meaning: "No plots for five scans on aircraft that other radars still detect." },
   bias_jump: { name: "bias jump", meaning: "A bias jumped within the last eight scans." },
   noise: { name: "noise", meaning: "The noise is more than twice the configured noise." },
   site: { name: "wrong site", meaning: "Its configured site, or that of a radar that detects the same aircraft, is wrong." },
@@ -143,7 +143,7 @@ function doubts(sensor: Sensor, olderS: number | null): string[] {
     if (ratio > NOISE_RATIO_MAX) found.push(`The noise of the ${what} is ${ratio.toFixed(1)} times the configured noise.`);
   }
   const detection = value("detection_probability");
-  if (detection < DETECTION_MIN) found.push(`It detects only ${(100 * detection).toFixed(0)} % of the scans.`);
+  if (detection < DETECTION_MIN) found.push(`The probability of detection is only ${(100 * detection).toFixed(0)} %.`);
   if (isUnheard(sensor)) found.push(`No plot for ${aged(sensor.age_s ?? NaN, olderS)}.`);
   return found;
 }

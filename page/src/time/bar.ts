@@ -79,7 +79,7 @@ function ends(time: number, other: number): string {
 /** Why the picture is that of another time than the one chosen; empty: it is not, or is being read. */
 function outage({ feed, store }: App): string {
   return feed.isCurrent || feed.problem === "" || store.dataTimeS === null ? ""
-    : `The picture is still that of ${utc(store.dataTimeS)}: the selected time cannot be read until the service responds.`;
+    : `Still showing ${utc(store.dataTimeS)}: the selected time cannot be loaded until the service responds.`;
 }
 
 /** Keys that the slider or a button would keep for itself. */

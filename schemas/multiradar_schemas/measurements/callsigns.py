@@ -20,7 +20,7 @@ def packed_callsigns(texts: pl.Series) -> NDArray[np.int64]:
     Parameters
     ----------
     texts : Series of String
-        One to eight letters, digits and inner blanks, with optional blanks around them, or
+        One to eight letters, digits and embedded spaces, with optional blanks around them, or
         null. Case is ignored.
 
     Returns
@@ -52,7 +52,7 @@ def callsign_texts(numbers: NDArray[np.int64]) -> pl.Series:
     Returns
     -------
     Series of String
-        Capitals, digits and inner blanks; null for none.
+        Capitals, digits and embedded spaces; null for none.
     """
     if not (numbers >= 0).any():
         return pl.repeat(None, len(numbers), dtype=pl.String, eager=True)

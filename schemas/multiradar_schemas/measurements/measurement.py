@@ -205,7 +205,7 @@ Callsign = Annotated[
     described(
         "Callsign or registration reported by the aircraft; surrounding blanks are removed, "
         "letters converted to capitals",
-        unit="1 to 8 of A-Z, 0-9 and inner blanks",
+        unit="1 to 8 of A-Z, 0-9 and embedded spaces",
         source="aircraft",
         absent="not received",
     ),

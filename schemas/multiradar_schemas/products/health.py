@@ -127,7 +127,7 @@ class RadarHealth(Record):
     site_sigma_m: Annotated[
         float | None,
         described(
-            "Standard deviation of both, on the worse axis",
+            "Standard deviation of the two along the major axis of their error ellipse",
             unit="m",
             source="filter",
             absent=_UNSETTLED,

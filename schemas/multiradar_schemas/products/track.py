@@ -162,7 +162,8 @@ class TrackUpdate(Record):
         float | None,
         Field(ge=0.0),
         described(
-            "Standard deviation of the height, as a height of its kind",
+            "Standard deviation of `height_m` relative to its own reference: pressure altitude or "
+            "geometric height",
             unit="m",
             source="filter",
             absent="`height_m` is absent",
@@ -182,7 +183,7 @@ class TrackUpdate(Record):
         StringConstraints(pattern=r"^[0-9A-Z]([0-9A-Z ]{0,6}[0-9A-Z])?$"),
         described(
             "Last callsign received",
-            unit="1 to 8 of A-Z, 0-9 and inner blanks",
+            unit="1 to 8 of A-Z, 0-9 and embedded spaces",
             source="aircraft",
             absent="never received",
         ),

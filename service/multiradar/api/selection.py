@@ -106,7 +106,7 @@ def identity(text: str) -> pl.Expr:
         raise _wrong(
             "identity",
             "expected a Mode S address (6 hexadecimal digits), a Mode 3/A code (4 octal digits) "
-            "or a track number, or callsign: and 1 to 8 letters, digits and inner blanks",
+            "or a track number, or callsign: followed by 1 to 8 letters, digits or embedded spaces",
         )
     return pl.any_horizontal(conditions)
 

@@ -20,7 +20,7 @@ StateArgument = Annotated[
     Path,
     typer.Argument(metavar="STATE", help="State directory of `serve`.", show_default=False),
 ]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print what was found as JSON.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 
 
 def backup(
@@ -206,7 +206,9 @@ def migrate(
     source: Annotated[
         Path,
         typer.Argument(
-            metavar="STATE|BACKUP|ARCHIVE", help="What to migrate; not changed.", show_default=False
+            metavar="STATE|BACKUP|ARCHIVE",
+            help="State, backup or archive to migrate; it is not changed.",
+            show_default=False,
         ),
     ],
     state: Annotated[
@@ -230,7 +232,7 @@ def migrate(
 ) -> None:
     """Carry a state over to other sensors, settings, another version or type of processor.
 
-    All measurements are admitted and tracked again, so the new service starts with the tracks and
+    All measurements are validated and tracked again, so the new service starts with the tracks and
     biases of these sensors and settings. Track numbers may differ.
     """
     from multiradar.settings.service import load_settings

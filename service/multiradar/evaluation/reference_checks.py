@@ -146,7 +146,7 @@ def uncovered_rows(counts: RowCounts) -> str:
     parts = [
         f"{number} {why}"
         for number, why in (
-            (lost.time, "outside the time of the plots"),
+            (lost.time, "outside the time span of the plots"),
             (lost.range, "out of range"),
             (lost.horizon, "below the horizon"),
         )

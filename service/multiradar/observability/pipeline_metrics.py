@@ -9,7 +9,7 @@ from prometheus_client.registry import Collector
 #: Gauges: name of the status field and help.
 _GAUGES = {
     "data_time_s": "Latest data time passed to the engine, s",
-    "data_delay_s": "Clock of the machine minus data time, for real-time data, s",
+    "data_delay_s": "System clock minus data time, for real-time data, s",
     "silence_s": "Time since the last measurement of any sensor, for real-time data, s",
     "tracks": "Live tracks",
     "journal_sequence": "Last entry of the journal",

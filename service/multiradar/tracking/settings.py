@@ -71,12 +71,12 @@ class TrackingSettings:
         Motion modes of `imm`, 3 to 8: straight flight and turns both ways with one bank, two (from
         5) or three (from 7); with an even number also a change of speed.
     imm_bank_deg : float
-        Steepest bank. The gentlest of several has half its lateral acceleration, a single one three
-        quarters. The bank does not depend on the speed.
+        Steepest bank. The shallowest of several has half its lateral acceleration, a single one
+        three quarters. The bank does not depend on the speed.
     imm_straight_density, imm_turn_density, imm_speeding_density : float
         Spectral densities, m²/s³, of the acceleration: per axis in straight flight; across the
-        velocity in a turn with the steepest bank (half of it with gentler ones); along the velocity
-        in the speed change mode.
+        velocity in a turn with the steepest bank (half of it with shallower ones); along the
+        velocity in the speed change mode.
     imm_straight_s, imm_manoeuvre_s : float
         Mean duration of straight flight and of a manoeuvre.
     imm_speeding_share : float

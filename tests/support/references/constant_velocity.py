@@ -31,7 +31,7 @@ def transition(interval_s: ArrayLike) -> NDArray[np.float64]:
     ----------
     IMM UrO RAN report (2016), equation (1.4).
     """
-    interval = require_numbers(interval_s, "interval of motion")
+    interval = require_numbers(interval_s, "prediction interval")
     result = np.zeros((*interval.shape, STATE_SIZE, STATE_SIZE))
     result[...] = np.eye(STATE_SIZE)
     result[..., 0, 2] = interval  # (1.4)
@@ -76,9 +76,9 @@ def process_noise(interval_s: ArrayLike, acceleration_density: float) -> NDArray
     Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and
     Navigation", Wiley 2001, equation (6.2.2-4).
     """
-    interval = require_numbers(interval_s, "interval of motion")
+    interval = require_numbers(interval_s, "prediction interval")
     if not (interval >= 0.0).all():
-        raise TimeOrderError("interval of motion", float(interval.min()), 0.0)
+        raise TimeOrderError("prediction interval", float(interval.min()), 0.0)
     require_not_negative(acceleration_density, "acceleration density")
     result = np.zeros((*interval.shape, STATE_SIZE, STATE_SIZE))
     for axis in (0, 1):

@@ -36,7 +36,7 @@ def convert_adsb(
         typer.Option(
             metavar="YYYY-MM-DD",
             help="Date of the first time given without a date. Such times then become Unix times; "
-            "otherwise they stay times of day that keep increasing past midnight.",
+            "otherwise they remain times of day that keep increasing past midnight.",
             parser=parse_date,
             show_default=False,
         ),

@@ -107,7 +107,7 @@ def convert_vid(
         typer.Option(
             metavar="YYYY-MM-DD",
             help="Date of the recording. Times in the table then become Unix times; otherwise "
-            "they stay times of day, and the .plt files start on 1970-01-01.",
+            "they remain times of day, and the .plt files start on 1970-01-01.",
             parser=parse_date,
             show_default=False,
         ),

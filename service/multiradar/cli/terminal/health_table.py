@@ -26,7 +26,7 @@ def print_health(report: "Report", console: "Console") -> None:
     assert isinstance(alarms, list)
     from multiradar.report.times import time_text
 
-    table = Table(title="Radar health at the end", title_justify="left")
+    table = Table(title="Final radar health", title_justify="left")
     table.add_column("sensor")
     for column in ("Pd", "range noise", "azimuth noise", "time since last plot"):
         table.add_column(column, justify="right")

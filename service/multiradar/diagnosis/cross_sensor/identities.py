@@ -42,7 +42,7 @@ def check_identities(name: str, plots: Plots, site: Site | None) -> Diagnosis | 
                 "identity",
                 f"{name}: {key} is probably the same for all its aircraft: it is "
                 f"{value:{_TEXTS[key]}} in {counts.max() / len(known):.0%} of the plots that have "
-                f"one, and those of {WINDOW_S:.0f} s lie in {cells:.0f} cells of "
+                f"one, and those within {WINDOW_S:.0f} s are spread over {cells:.0f} cells of "
                 f"{CELL_M / 1e3:.0f} km; leave {key} empty where the aircraft is not identified",
             )
     return None

@@ -177,7 +177,9 @@ def initiate(sights: Sequence[Sight], times_s: ArrayLike, speed_sigma_mps: float
         if (moved <= _SETTLED_SHARE * np.sqrt(covariance[..., 0, 0])).all():
             break
     else:
-        raise BearingsError("NOT_OBSERVABLE", f"no position after {_ROUNDS_MAX} iterations")
+        raise BearingsError(
+            "NOT_OBSERVABLE", f"the position did not converge after {_ROUNDS_MAX} iterations"
+        )
     _require_ahead(sights, ago, mean)
     crossing = empty.crossing
     for sight, t in zip(sights, ago.tolist(), strict=True):

@@ -116,11 +116,11 @@ def forward_interval(interval_s: float) -> float:
     ShapeError
         If it is not numeric.
     """
-    interval = float(require_shape(interval_s, "interval of motion", ()))
+    interval = float(require_shape(interval_s, "prediction interval", ()))
     if not (interval >= 0.0 and math.isfinite(interval)):
-        raise TimeOrderError("interval of motion", interval, 0.0)
+        raise TimeOrderError("prediction interval", interval, 0.0)
     if interval > INTERVAL_MAX_S:
         raise ConfigurationError(
-            f"interval of motion: expected at most {INTERVAL_MAX_S:g} s, was {interval:g} s"
+            f"prediction interval: expected at most {INTERVAL_MAX_S:g} s, was {interval:g} s"
         )
     return interval

@@ -184,7 +184,7 @@ def _of_sensor(decoded: Decoded, sensor_id: str) -> Decoded:
         RejectedRow(
             index=int(row["index"]),
             code=str(RejectCode.UNKNOWN_SENSOR),
-            reason=f"expected the sensor of the key, {sensor_id}, was {row['sensor_id']}",
+            reason=f"expected the sensor in the key, {sensor_id}, was {row['sensor_id']}",
             raw=json.dumps({name: value for name, value in row.items() if name != "index"}),
         )
         for row in foreign.iter_rows(named=True)

@@ -87,7 +87,9 @@ class PublishedBundle:
             layout.LATERAL_MAX
         ]  # fmt: skip
         if not allowed.any():
-            raise RestorationError(f"none of the {count} plots form a triple on an arc")
+            raise RestorationError(
+                f"no three of the {count} plots fit an arc within the lateral acceleration limit"
+            )
         # Sorted by deviation: the best are enough for thinning.
         self._tracks = tracks[allowed][: layout.CANDIDATES_MAX]
 

@@ -51,7 +51,7 @@ def advance(
         for one, name in (
             (lateral_mps2, "lateral acceleration"),
             (longitudinal_mps2, "longitudinal acceleration"),
-            (interval_s, "interval of motion"),
+            (interval_s, "prediction interval"),
         )
     ]
     shape = np.broadcast_shapes(states.shape[:-1], *(one.shape for one in parts))

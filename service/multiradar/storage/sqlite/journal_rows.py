@@ -276,8 +276,8 @@ def fingerprint_of(connection: sqlite3.Connection, path: Path) -> str:
     version, fingerprint = header_of(connection, path)
     if version == EARLIER_VERSION:
         raise ConfigurationError(
-            f"{path}: expected a journal of format {FORMAT_VERSION}, was {version}; carry it over "
-            "into a new state (multiradar migrate)"
+            f"{path}: expected a journal of format {FORMAT_VERSION}, was {version}; migrate it "
+            "to a new state directory (multiradar migrate)"
         )
     return fingerprint
 

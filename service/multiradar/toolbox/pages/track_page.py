@@ -101,7 +101,7 @@ def _health(run: TrackRun) -> Table:
         for name, row in _figures(run)["sensor_health"].items()
     )  # fmt: skip
     return Table(
-        title="Health of radars at the end",
+        title="Final radar health",
         header=(
             "radar", "detection", "range noise / configured", "azimuth noise / configured",
             "s since last plot", "alarms",

@@ -345,7 +345,7 @@ def test_a_reference_of_another_area_or_time_is_reported(
     assert "on a different side of the Earth" in capsys.readouterr().err
     late = [*line, str(tmp_path / "time.parquet"), "--gate", "500000"]
     assert run(late) == 0
-    assert "outside the time of the plots) and are not compared" in capsys.readouterr().err
+    assert "outside the time span of the plots) and are not compared" in capsys.readouterr().err
     assert run([*late, "--whole-reference"]) == 0
     assert (
         "of the reference lies outside the time of the tracks: tracks 0" in capsys.readouterr().err

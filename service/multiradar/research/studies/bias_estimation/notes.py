@@ -10,10 +10,10 @@ from multiradar.research.studies.bias_estimation.runs import (
 )
 
 _ERRORS = (
-    "Mean error: the modulus of the deviation, averaged over the runs and over aircraft or radars. "
-    "Theoretical and reported: square roots of the mean part of the trace, (1.27), of the true "
-    "covariance by (1.26) and of the filter's own. A root mean square is slightly larger than a "
-    "mean modulus: 1.13 times for two normal components of equal sigma, 1.25 times for one."
+    "Mean error: the magnitude of the deviation, averaged over the runs and over aircraft or "
+    "radars. Theoretical and reported: square roots of the averaged trace, (1.27), of the true "
+    "covariance by (1.26) and of the filter's own. An RMS value is slightly larger than a mean "
+    "magnitude: 1.13 times for two Gaussian components of equal sigma, 1.25 times for one."
 )
 _THEORY = (
     "The theory runs each filter along the true tracks of the first run, linearised at the truth, "

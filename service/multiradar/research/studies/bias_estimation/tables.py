@@ -46,9 +46,9 @@ def all_tables(findings: Findings, losses: Sequence[Loss], runs: int) -> list[Ta
                 (*_which(case), *np.stack([case.theoretical[-1], case.reported[-1]], 1).ravel())
                 for case in findings.cases
             ),
-            "Square roots of the mean part of the trace, (1.27): a root mean square, which for a "
-            "normal vector of two components is up to 1.13 times its mean modulus, for one "
-            "component 1.25 times.",
+            "Square roots of the averaged trace of the position or velocity block, (1.27): an RMS "
+            "value, which for a Gaussian error is up to 1.13 times the mean magnitude in two "
+            "dimensions, and 1.25 times in one.",
         ),
         _consistency_table(findings, runs),
     ]  # fmt: skip

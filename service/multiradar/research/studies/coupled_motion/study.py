@@ -75,9 +75,9 @@ TABLES = (
 )
 
 SUMMARY = (
-    "An aircraft accelerates along its velocity and turns across it, independently of the axes of "
-    "a tracker. What is the effect of modelling the random acceleration along fixed axes, (2), or "
-    "in the frame of the velocity, (5), and how accurate is a filter with each model?"
+    "Aircraft accelerate along and perpendicular to their velocity, not along the coordinate axes "
+    "of the tracker. What is the effect of modelling the random acceleration along fixed axes, "
+    "(2), or in the frame of the velocity, (5), and how accurate is a filter with each model?"
 )
 
 

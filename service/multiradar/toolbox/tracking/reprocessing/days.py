@@ -92,7 +92,7 @@ def check_apart(folder: Path, out: Path) -> None:
     inputs, output = folder.resolve(), out.resolve()
     if output.is_relative_to(inputs) or inputs.is_relative_to(output):
         raise ArgumentError(
-            f"`out`: expected a directory outside {folder}, and not around it, was {out}", "out"
+            f"`out`: expected a directory neither inside nor containing {folder}, was {out}", "out"
         )
 
 

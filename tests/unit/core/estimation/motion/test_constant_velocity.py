@@ -55,11 +55,11 @@ def test_negative_intervals_of_noise_are_rejected(interval_s: float, density: fl
 
 
 def test_invalid_intervals_and_densities_are_rejected() -> None:
-    with pytest.raises(ShapeError, match="interval of motion: expected numbers, was 'long'"):
+    with pytest.raises(ShapeError, match="prediction interval: expected numbers, was 'long'"):
         process_noise("long", 1.0)
     with pytest.raises(MotionParameterError, match=r"at most 1e\+12, was 1e\+308"):
         WhiteAcceleration((1e308, 1.0, 1.0))
     model = WhiteAcceleration((1.0, 1.0, 1.0))
-    with pytest.raises(ConfigurationError, match=r"interval of motion: expected at most 1e\+09 s"):
+    with pytest.raises(ConfigurationError, match=r"prediction interval: expected at most 1e\+09 s"):
         model.noise(np.zeros(6), 1e150)
     assert np.isfinite(model.noise(np.zeros(6), 1e9)).all()

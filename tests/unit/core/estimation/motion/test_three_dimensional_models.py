@@ -197,7 +197,7 @@ def test_an_interval_of_zero_changes_nothing(model: MotionModel) -> None:
 def test_a_negative_interval_is_rejected(model: MotionModel, interval_s: float) -> None:
     state = STATES[model.coordinates.name]
     for use in (model.transition, model.jacobian, model.noise):
-        with pytest.raises(TimeOrderError, match="interval of motion"):
+        with pytest.raises(TimeOrderError, match="prediction interval"):
             use(state, interval_s)
 
 

@@ -123,5 +123,5 @@ def test_wrong_shapes_and_negative_intervals_are_rejected() -> None:
     with pytest.raises(ShapeError, match="velocity: expected 3 components"):
         acceleration_covariance(np.zeros((3, 4)), 1.0, 0.1)
     for interval in (-1e-9, np.nan, np.inf):
-        with pytest.raises(TimeOrderError, match="interval of motion: expected a time of 0"):
+        with pytest.raises(TimeOrderError, match="prediction interval: expected a time of 0"):
             model.noise(np.zeros(6), interval)
