@@ -45,13 +45,37 @@ export function geojson(tracks: readonly Track[], past: Past | null): string {
     properties: Object.fromEntries(COLUMNS.map(([name, value]) => [name, value(one)])),
   }));
   if (past !== null && past.points.length > 1) {
+    const parts = partsOf(past.points);
+    const lines = parts.map((part) => part.map(([x, y]) => [rounded(x, 7), rounded(y, 7)]));
+    const times = parts.map((part) => part.map(([, , time]) => time));
     features.push({
       type: "Feature",
-      geometry: { type: "LineString", coordinates: past.points.map(([x, y]) => [rounded(x, 7), rounded(y, 7)]) },
-      properties: { track_id: past.id, what: "path", times_s: past.points.map(([, , time]) => time) },
+      geometry: parts.length > 1 ? { type: "MultiLineString", coordinates: lines } : { type: "LineString", coordinates: lines[0] },
+      properties: { track_id: past.id, what: "path", times_s: parts.length > 1 ? times : times[0] },
     });
   }
   return JSON.stringify({ type: "FeatureCollection", features });
+}
+
+/** The parts of a path, cut at the antimeridian as RFC 7946, section 3.1.9, asks. */
+function partsOf(points: Past["points"]): Past["points"][] {
+  const [first] = points;
+  if (first === undefined) return [];
+  let part = [first];
+  const parts = [part];
+  for (const [to, from] of points.slice(1).map((one, before) => [one, points[before] ?? one] as const)) {
+    const side = from[0] < 0 ? -180 : 180;
+    // Straight on beyond the side.
+    const beyond = to[0] + 2 * side;
+    if (Math.abs(to[0] - from[0]) > 180) {
+      const share = beyond === from[0] ? 0 : (side - from[0]) / (beyond - from[0]);
+      const [y, time] = [from[1] + share * (to[1] - from[1]), from[2] + share * (to[2] - from[2])];
+      part.push([side, y, time]);
+      parts.push((part = [[-side, y, time]]));
+    }
+    part.push(to);
+  }
+  return parts;
 }
 
 export function kml(tracks: readonly Track[], past: Past | null, title: string): string {
@@ -59,8 +83,9 @@ export function kml(tracks: readonly Track[], past: Past | null, title: string):
 <ExtendedData>${COLUMNS.map(([name, value]) => `<Data name="${name}"><value>${escaped(String(value(one) ?? ""))}</value></Data>`).join("")}</ExtendedData>
 ${isoTime(one.timeS) === null ? "" : `<TimeStamp><when>${isoTime(one.timeS)}</when></TimeStamp>\n`}<Point><altitudeMode>absolute</altitudeMode><coordinates>${place(one).join(",")}</coordinates></Point></Placemark>`);
   if (past !== null && past.points.length > 1) {
-    const line = past.points.map(([x, y]) => `${rounded(x, 7)},${rounded(y, 7)}`).join(" ");
-    marks.push(`<Placemark><name>path of track ${past.id}</name><LineString><coordinates>${line}</coordinates></LineString></Placemark>`);
+    const lines = partsOf(past.points).map((part) =>
+      `<LineString><coordinates>${part.map(([x, y]) => `${rounded(x, 7)},${rounded(y, 7)}`).join(" ")}</coordinates></LineString>`);
+    marks.push(`<Placemark><name>path of track ${past.id}</name>${lines.length > 1 ? `<MultiGeometry>${lines.join("")}</MultiGeometry>` : lines.join("")}</Placemark>`);
   }
   return `<?xml version="1.0" encoding="UTF-8"?>
 <kml xmlns="http://www.opengis.net/kml/2.2"><Document><name>${escaped(title)}</name>

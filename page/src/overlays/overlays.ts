@@ -76,6 +76,7 @@ export class Overlays {
 
   private add(overlay: Overlay, document: unknown): void {
     const features = new GeoJSON().readFeatures(document, { featureProjection: "EPSG:3857" });
+    for (const one of features) one.getGeometry()?.applyTransform(joinedUp);
     const layer = new VectorLayer({ source: new VectorSource({ features }), style: () => {
       const colour = OVERLAY_COLOURS[this.view.theme];
       return new Style({
@@ -88,6 +89,20 @@ export class Overlays {
     this.places.set(overlay.number, features.flatMap(placeOf));
     this.map.getLayers().insertAt(ABOVE_LAND, layer);
   }
+}
+
+/** Width of the world in map units. */
+const WORLD = 2 * Math.PI * 6378137;
+
+/** Lines that are not cut at the antimeridian go straight across it, and not around the world. */
+function joinedUp(given: number[], found: number[] = given, stride = 2): number[] {
+  for (let at = 0; at < given.length; at++) {
+    const [here, before] = [given[at] ?? 0, found[at - stride] ?? given[at] ?? 0];
+    const turns = at % stride === 0 ? Math.round((before - here) / WORLD) : 0;
+    // A frame around the whole world has its edges at both ends.
+    found[at] = Math.abs(here - before) > 0.999 * WORLD ? here : here + turns * WORLD;
+  }
+  return found;
 }
 
 /** Where the name of a feature stands, if it has one. */

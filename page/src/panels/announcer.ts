@@ -15,7 +15,8 @@ export function announce({ feed }: App): void {
   const isLost = feed.isLost(performance.now());
   if (lost && !isLost) said.push("The service is responding again.");
   lost = isLost;
-  const active = new Set(feed.sensors.flatMap((one) => alarmsOf(one).map((alarm) => `${one.id}: ${alarmName(alarm)}`)));
+  // Alarms of the time shown in a history are not news.
+  const active = feed.sensorsAtS !== null ? alarms : new Set(feed.sensors.flatMap((one) => alarmsOf(one).map((alarm) => `${one.id}: ${alarmName(alarm)}`)));
   for (const one of active) if (!alarms.has(one)) said.push(`Alarm of radar ${one}.`);
   for (const one of alarms) if (!active.has(one)) said.push(`Alarm of radar ${one} cleared.`);
   alarms = active;

@@ -78,7 +78,7 @@ function draw(app: App): TemplateResult {
     ${outcomes(status)}
     ${unobservable.length === 0 ? nothing : html`<h3>Biases that are not observable</h3>${unobservable.map((one) => html`<p class="hint">${one.what}: ${one.reason}</p>`)}`}
     ${group("Tracks", [
-      ["Live", text("tracks")], ["Confirmed", text("tracks_confirmed_live")],
+      ["Live", text("tracks")], ["Confirmed or coasting", text("tracks_confirmed_live")],
       ["Initiated", text("tracks_initiated")], ["Terminated", text("tracks_ended")],
     ])}
     ${group("Connections", [

@@ -255,11 +255,15 @@ export class Feed {
     const at = this.clock.at(performance.now());
     const stands = at !== null && at === this.sensorsAtS && this.sensorsJumps === this.clock.jumps;
     this.sensorsJumps = this.clock.jumps;
-    if (!stands) this.sensors = sensorsOf(await (await get(`v1/sensors${at === null ? "" : `?at=${at.toFixed(3)}`}`)).json());
-    this.sensorsAtS = at;
     this.status = (await (await get("v1/status")).json()) as Record<string, unknown>;
     this.statusMs = performance.now();
-    if (!stands) this.statusShown = this.status;
+    // While a service replays its journal, its alarms and biases are those of earlier times: the last ones stay, as the picture does.
+    const stays = stands || (this.status["state"] === "recovering" && this.store.dataTimeS !== null);
+    if (!stays) {
+      this.sensors = sensorsOf(await (await get(`v1/sensors${at === null ? "" : `?at=${at.toFixed(3)}`}`)).json());
+      this.sensorsAtS = at;
+      this.statusShown = this.status;
+    }
     this.revision += 1;
   }
 }

@@ -232,6 +232,17 @@ def test_an_emergency_an_estimated_level_and_a_single_plot_are_seen_as_such(
     expect(page.locator("#sheet")).to_contain_text("± 1310 ft, estimated: not received")
     page.evaluate(f"window.multiradar.actions.select({emergency})")
     expect(page.locator("#sheet .head")).to_contain_text("EMERGENCY")
+    # Its word and its name have room on a tablet.
+    page.keyboard.press("Escape")
+    page.keyboard.press("1")
+    page.set_viewport_size({"width": 1024, "height": 768})
+    name = rows.and_(page.locator(f"[data-id='{emergency}']")).locator("td.name")
+    expect(name).to_be_visible()
+    width, height = name.evaluate(
+        "(cell) => [cell.scrollWidth - cell.clientWidth, cell.parentElement.offsetHeight]"
+    )
+    assert width <= 1
+    assert height <= 27
 
 
 def test_the_clock_runs_as_the_data_also_when_frames_come_in_bunches(page: Page, air: Air) -> None:

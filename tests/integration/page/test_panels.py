@@ -329,8 +329,21 @@ def test_the_radar_that_is_wrong_is_first_and_announced(page: Page) -> None:
     # Each sentence stays: another may follow it at any time.
     expect(page.locator("#announcer")).to_contain_text("Alarm of radar west: noise.")
     assert page.evaluate("window.harmed") is None
+    # A service that replays its journal after a restart has the alarms of earlier times.
+    page.route("**/v1/status", replaying)
+    settled(page, "window.multiradar.feed.status.state === 'recovering'")
+    page.unroute("**/v1/sensors")
+    seen = page.evaluate("window.multiradar.feed.revision")
+    settled(page, f"window.multiradar.feed.revision > {seen} + 2")
+    expect(states.nth(0)).to_contain_text("FAULT")
+    expect(page.locator("#announcer")).not_to_contain_text("cleared")
     page.unroute_all(behavior="wait")
     expect(page.locator("#announcer")).to_contain_text("Alarm of radar west: noise cleared.")
+
+
+def replaying(route: Route) -> None:
+    document = route.fetch().json()
+    route.fulfill(body=json.dumps(document | {"state": "recovering", "received_age_s": 1.0}))
 
 
 def test_a_radar_has_biases_over_time_and_innovations_by_place(page: Page) -> None:

@@ -40,8 +40,11 @@ def shown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     air.measurements.write_parquet(folder / "measurements.parquet")
     (folder / "sensors.toml").write_text(air.sensors)
     (folder / "shapes").mkdir()
+    # Not cut at the antimeridian.
+    airway = {"type": "LineString", "coordinates": [[179.0, 51.0], [-179.0, 53.0]]}
+    airways = {"type": "Feature", "properties": {}, "geometry": airway}
     nowhere = {"type": "Feature", "properties": {"name": "nowhere"}, "geometry": None}
-    shapes = {"type": "FeatureCollection", "features": [SECTOR, nowhere]}
+    shapes = {"type": "FeatureCollection", "features": [SECTOR, airways, nowhere]}
     (folder / "shapes" / "sectors.geojson").write_text(json.dumps(shapes))
     (folder / "shapes" / "broken.geojson").write_text('{"type": "Feature"')
     given = [str(folder / "measurements.parquet"), "--sensors", str(folder / "sensors.toml")]
@@ -246,6 +249,8 @@ def test_own_geojson_is_shown_and_a_broken_file_is_named(page: Page, shown: str)
     layer = "window.multiradar.picture.map.getLayers().item(1)"
     assert page.evaluate(f"{layer}.getSource().getFeatures()[0].get('name')") == "<b>N1</b>"
     assert page.evaluate(f"{layer}.getVisible()")
+    extent = page.evaluate(f"{layer}.getSource().getFeatures()[1].getGeometry().getExtent()")
+    assert 0.0 < extent[2] - extent[0] < 300_000.0
     # Its name takes part in the placing of labels.
     names = "window.multiradar.picture.layers.overlayNames.drawn.join()"
     page.evaluate("window.multiradar.picture.map.getView().setZoom(8)")

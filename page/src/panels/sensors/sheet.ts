@@ -165,9 +165,8 @@ function facts(sensor: Sensor, doubt: string, { feed, clock: shown, store }: App
       ["Noise of range", noise(value("range_sigma_ratio"), sensor.range_sigma_m, " m")],
       ["Noise of azimuth", noise(value("azimuth_sigma_ratio"), sensor.azimuth_sigma_deg, "°")],
       ["Tracks in coverage", Number.isFinite(value("tracks_in_cover")) ? `${value("tracks_heard")} detected of ${value("tracks_in_cover")}` : "–"],
-      ["Site error", Number.isFinite(value("site_sigma_m"))
-        ? `${signed(value("site_east_m"), 0)} m east, ${signed(value("site_north_m"), 0)} m north (±\u00a0${(2 * value("site_sigma_m")).toFixed(0)}\u00a0m)${
-          doubt === "" ? "" : "?, relative to tracks that the fault has moved"}` : "not estimated yet"],
+      ["Site error", doubt !== "" ? "not valid: it is relative to tracks that the fault has moved" : Number.isFinite(value("site_sigma_m"))
+        ? `${signed(value("site_east_m"), 0)} m east, ${signed(value("site_north_m"), 0)} m north (±\u00a0${(2 * value("site_sigma_m")).toFixed(0)}\u00a0m)` : "not estimated yet"],
       ["Bias jumps", `${Number.isFinite(value("bias_jumps")) ? value("bias_jumps") : 0}${
         Number.isFinite(value("last_jump_s")) ? `, the last at ${utc(value("last_jump_s"))}` : ""}`],
     );
