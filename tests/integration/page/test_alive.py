@@ -138,7 +138,7 @@ def test_the_last_picture_stays_when_another_time_cannot_be_read(page: Page, air
         page.keyboard.press(key)
         expect(mode).to_have_text(word)
         expect(said).to_contain_text(
-            f"is still that of {clock_text(time_s)}: the selected time cannot be read"
+            f"Still showing {clock_text(time_s)}: the selected time cannot be loaded"
         )
         assert page.evaluate(f"[{STORE}.dataTimeS, {STORE}.tracks.length]") == [time_s, count]
     page.unroute("**/v1/**")

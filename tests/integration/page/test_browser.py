@@ -247,7 +247,7 @@ def test_an_answer_that_is_no_frame_and_a_silent_service_are_announced(
     opened(page, air)
     page.route("**/v1/picture*", lambda route: route.fulfill(body=b"<html>"))
     alert = page.get_by_role("alert")
-    expect(alert).to_contain_text("something other than an air picture")
+    expect(alert).to_contain_text("not an air picture")
     settled(page, f"{STORE}.malformed > 0")
     page.unroute("**/v1/picture*")
     page.route("**/v1/**", lambda route: route.abort())

@@ -177,7 +177,7 @@ def test_a_disk_that_fills_up_meanwhile_keeps_nothing(
     assert sorted(tmp_path.iterdir()) == [path.parent]
 
 
-@pytest.mark.parametrize(("version", "advice"), [(1, "carry it over"), (4, "use the multiradar")])
+@pytest.mark.parametrize(("version", "advice"), [(1, "migrate it"), (4, "use the multiradar")])
 def test_a_journal_of_another_format_says_what_reads_it(
     tmp_path: Path, version: int, advice: str
 ) -> None:

@@ -205,7 +205,7 @@ def test_what_is_no_journal_is_no_damage(tmp_path: Path, content: bytes) -> None
         verify_journal(file)
 
 
-@pytest.mark.parametrize(("version", "advice"), [(1, "carry it over"), (4, "use the multiradar")])
+@pytest.mark.parametrize(("version", "advice"), [(1, "migrate it"), (4, "use the multiradar")])
 def test_another_format_says_what_reads_it(path: Path, version: int, advice: str) -> None:
     _tamper(path, "UPDATE header SET format_version = ?", version)
     with pytest.raises(ConfigurationError, match=f"of format 2, was {version}; {advice}"):

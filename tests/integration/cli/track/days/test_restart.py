@@ -170,7 +170,9 @@ def test_days_and_regions_side_by_side_are_not_guessed(
 
 def test_the_output_is_apart_from_the_days(days: Path, archive: Archive, tmp_path: Path) -> None:
     for out in (days / "out", days, tmp_path):
-        with pytest.raises(ArgumentError, match="expected a directory outside"):
+        with pytest.raises(
+            ArgumentError, match="expected a directory neither inside nor containing"
+        ):
             reprocess(days, archive[1], out=out, runner=FakeJobs())
     other = tmp_path / "other"
     other.mkdir()
