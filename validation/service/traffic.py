@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import threading
+from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import IO
@@ -120,7 +121,11 @@ def _folded(values: Floats, half: float) -> Floats:
 
 
 def started(
-    folder: Path, sensors: str, *options: str, errors: IO[str] | None = None
+    folder: Path,
+    sensors: str,
+    *options: str,
+    errors: IO[str] | None = None,
+    settings: Mapping[str, str] | None = None,
 ) -> "subprocess.Popen[str]":
     """Start a service on a free port, with its journal in a folder; it prints its address as JSON.
 
@@ -134,6 +139,8 @@ def started(
         Further options of `serve`.
     errors : file, optional
         For its standard error; that of this process when absent.
+    settings : mapping of str to str, optional
+        Further variables of its environment.
     """
     path = folder / "sensors.toml"
     path.write_text(sensors, encoding="utf-8")
@@ -142,7 +149,10 @@ def started(
         "--no-zenoh", "--json", "--state", str(folder / "state"), "--log-level", "warning",
         *options,
     ]  # fmt: skip
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True)
+    environment = {**os.environ, **(settings or {})}
+    return subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=errors, text=True, env=environment
+    )
 
 
 class Traffic:
@@ -156,12 +166,17 @@ class Traffic:
         Number of aircraft.
     warm_s : float
         Data time that it has at the start, s.
+    settings : mapping of str to str, optional
+        Variables of the environment of the service.
     """
 
-    def __init__(self, folder: Path, aircraft: int, warm_s: float = 24.0) -> None:
+    def __init__(
+        self, folder: Path, aircraft: int, warm_s: float = 24.0,
+        settings: Mapping[str, str] | None = None,
+    ) -> None:  # fmt: skip
         self.sky = Sky(aircraft)
         sensors = "\n".join(sensor_text(*one) for one in SITES.items())
-        self._process = started(folder, sensors)
+        self._process = started(folder, sensors, settings=settings)
         if self._process.stdout is None:
             raise SystemExit("the service has no output")
         self.url: str = json.loads(self._process.stdout.readline())["http"]

@@ -120,6 +120,10 @@ class View(Protocol):
         """Return a frame of the air picture."""
         ...
 
+    def ready_picture(self, asked: Asked) -> bytes | None:
+        """Return a frame that is encoded already, at once; None if there is none."""
+        ...
+
     def past_picture(self, asked: PastAsked) -> bytes:
         """Return a frame of the air picture at a past time."""
         ...

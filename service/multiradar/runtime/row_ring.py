@@ -1,11 +1,17 @@
 """The last rows of a table, in a ring of fixed size; and what a snapshot needs of such rings."""
 
-from typing import Any, Protocol
+from collections.abc import Mapping
+from itertools import zip_longest
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from multiradar.errors import StateError
+from multiradar.storage.snapshots import joined_rows
+
+#: Of a full history this fraction is copied at once, because the next rows overwrite it.
+_AT_RISK = 16
 
 
 class RowLog(Protocol):
@@ -37,6 +43,51 @@ class RowLog(Protocol):
     def refill(self, first: int, rows: NDArray[Any]) -> None:
         """Replace the content: these are all retained rows, counted from `first`."""
         ...
+
+
+class Cut(NamedTuple):
+    """The rows first…end of a table, of which the first were copied."""
+
+    log: RowLog
+    first: int
+    copied: NDArray[Any]
+    end: int
+
+    @classmethod
+    def of(cls, log: RowLog, first: int) -> "Cut":
+        """Return the rows from a number on; those that the next rows may overwrite are copied."""
+        at_risk = log.appended - log.capacity + _block(log)
+        copied = log.rows(first, min(max(at_risk, first), log.appended))
+        return cls(log, first, copied, log.appended)
+
+    @property
+    def blocks(self) -> list[tuple[int, int]]:
+        """The first row and the end of parts of what is not yet copied, oldest first."""
+        step = _block(self.log)
+        begins = range(self.first + len(self.copied), self.end, step)
+        return [(begin, min(begin + step, self.end)) for begin in begins]
+
+
+def rows_of_cuts(cuts: Mapping[str, Cut]) -> dict[str, NDArray[Any]]:
+    """Return all rows of each table, copied while other rows are appended.
+
+    Blocks of all tables are copied in turns, the oldest rows first: they are overwritten first.
+
+    Raises
+    ------
+    StateError
+        If rows were overwritten meanwhile.
+    """
+    parts = {name: [cut.copied] for name, cut in cuts.items()}
+    for blocks in zip_longest(*(cut.blocks for cut in cuts.values())):
+        for (name, cut), block in zip(cuts.items(), blocks, strict=True):
+            if block is not None:
+                parts[name].append(cut.log.rows(*block))
+    return {name: joined_rows(copied) for name, copied in parts.items()}
+
+
+def _block(log: RowLog) -> int:
+    return max(log.capacity // _AT_RISK, 1)
 
 
 class RowRing:

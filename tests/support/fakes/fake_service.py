@@ -199,6 +199,9 @@ class FakeView:
     def picture(self, asked: Asked) -> bytes:
         return encoded({"next": asked.after or 0}, {"tracks": {}, "plots": {}})
 
+    def ready_picture(self, asked: Asked) -> None:
+        return None
+
     def past_picture(self, asked: PastAsked) -> bytes:
         return encoded(asked._asdict(), {"tracks": {}, "plots": {}})
 

@@ -139,7 +139,11 @@ async def picture(
     if at is None:
         _reject({"since": since, "layer": layer or None}, "allowed only together with at")
         _require_started(access)
-        frame = await access.queries.run("picture", access.view.picture, Asked(after, area, track))
+        wanted = Asked(after, area, track)
+        # Most pages ask for a frame that another page has asked for: no thread is needed.
+        frame = access.view.ready_picture(wanted)
+        if frame is None:
+            frame = await access.queries.run("picture", access.view.picture, wanted)
     else:
         _reject({"after": after}, "not allowed together with at; use since instead")
         asked = PastAsked(at, since, layer, area, track)

@@ -19,7 +19,7 @@ from multiradar.clock import Clock
 from multiradar.errors import JournalError, SnapshotError, StateError
 from multiradar.runtime.live.journal_check import JournalCheck
 from multiradar.runtime.live.threads import Thread, Threads
-from multiradar.runtime.row_ring import RowLog
+from multiradar.runtime.row_ring import Cut, RowLog, rows_of_cuts
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.state import CopiedState, copied_state, encoded_state, layout_of, restore_state
 from multiradar.storage.journal import Journal, Space
@@ -29,7 +29,6 @@ from multiradar.storage.snapshots import (
     RowFile,
     Snapshot,
     SnapshotFolder,
-    joined_rows,
 )
 
 _log = logging.getLogger(__name__)
@@ -38,8 +37,6 @@ _log = logging.getLogger(__name__)
 SHARE_MAX = 0.02
 #: Files of one table, after which all its rows are written again as one.
 FILES_MAX = 64
-#: Of a full history this fraction is copied at once, because the next rows overwrite it.
-_AT_RISK = 16
 #: Limits on which the state of a service depends.
 _LIMITS = (
     "events_max", "history_rows_max", "bias_history_rows_max", "transition_rows_max",
@@ -100,29 +97,7 @@ class Taken(NamedTuple):
     sequence: int
     skipped: tuple[int, ...]
     copies: Mapping[str, CopiedState]
-    cuts: "Mapping[str, Cut]"
-
-
-class Cut(NamedTuple):
-    """The rows first…end of a table, of which the first were copied."""
-
-    log: RowLog
-    first: int
-    copied: NDArray[Any]
-    end: int
-
-    @classmethod
-    def of(cls, log: RowLog, first: int) -> "Cut":
-        """Return the rows from a number on; those that the next rows may overwrite are copied."""
-        margin = max(log.capacity // _AT_RISK, 1)
-        at_risk = log.appended - log.capacity + margin
-        copied = log.rows(first, min(max(at_risk, first), log.appended))
-        return cls(log, first, copied, log.appended)
-
-    def rows(self) -> NDArray[Any]:
-        """Return all rows; raises StateError if they were overwritten meanwhile."""
-        begin = self.first + len(self.copied)
-        return joined_rows([self.copied, self.log.rows(begin, self.end)])
+    cuts: Mapping[str, Cut]
 
 
 class Snapshots:
@@ -240,10 +215,10 @@ class Snapshots:
         return files[-1].end
 
     def _write(self, journal: Journal, taken: Taken) -> int:
+        # At once: the next rows overwrite the oldest.
+        rows = rows_of_cuts(taken.cuts)
         arrays: list[NDArray[Any]] = []
         states = {name: encoded_state(one, arrays) for name, one in taken.copies.items()}
-        # At once: the next rows overwrite the oldest.
-        rows = {name: cut.rows() for name, cut in taken.cuts.items()}
         new = sum(one.nbytes for one in [*arrays, *rows.values()])
         self._require_space(journal.space(), new)
         tables = {

@@ -197,6 +197,10 @@ class LiveView:
         """Return a frame of the air picture; see `AirPicture.frame`."""
         return self._picture.frame(asked)
 
+    def ready_picture(self, asked: Asked) -> bytes | None:
+        """Return a frame that is encoded already, or None; see `AirPicture.ready`."""
+        return self._picture.ready(asked)
+
     def past_picture(self, asked: PastAsked) -> bytes:
         """Return a frame of the air picture at a past time; see `AirPicture.past`."""
         return self._picture.past(asked)

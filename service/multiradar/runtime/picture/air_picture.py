@@ -113,20 +113,26 @@ class AirPicture:
             and `span_s` (the first and last time of which `past` has the picture).
         """
         with self._lock:
-            self._tick()
-            if len(self._tracks["track_id"]) <= WHOLE_MAX:
-                asked = Asked(asked.after)
-            elif asked.area is None:
-                asked = asked._replace(area=WORLD)
-            frame = self._frames.get(asked)
+            if self._is_due():
+                self._tick()
+            frame = self._shared(asked)
             if frame is not None:
-                self.shared += 1
                 return frame
+            asked = self._normal(asked)
             frame = self._encoded(asked)
             self.encoded += 1
             if len(self._frames) < _FRAMES_MAX:
                 self._frames[asked] = frame
             return frame
+
+    def ready(self, asked: Asked) -> bytes | None:
+        """Return the picture if its frame is encoded already, without waiting; else None."""
+        if not self._lock.acquire(blocking=False):
+            return None
+        try:
+            return None if self._is_due() else self._shared(asked)
+        finally:
+            self._lock.release()
 
     def past(self, asked: PastAsked) -> bytes:
         """Return the picture at a past time; see `past_frame`.
@@ -158,10 +164,23 @@ class AirPicture:
         oldest_s = oldest_s if earlier_s is None else min(oldest_s, earlier_s)
         return oldest_s, max(oldest_s, data_time_s)
 
+    # Whether the next frame needs a new state.
+    def _is_due(self) -> bool:
+        return self._version != self._known.version and self._clock.monotonic_s() >= self._due_s
+
+    def _shared(self, asked: Asked) -> bytes | None:
+        frame = self._frames.get(self._normal(asked))
+        self.shared += frame is not None
+        return frame
+
+    # Pages that get the same frame ask for the same.
+    def _normal(self, asked: Asked) -> Asked:
+        if len(self._tracks.get("track_id", ())) <= WHOLE_MAX:
+            return Asked(asked.after)
+        return asked if asked.area is not None else asked._replace(area=WORLD)
+
     def _tick(self) -> None:
         began_s = self._clock.monotonic_s()
-        if began_s < self._due_s or self._version == self._known.version:
-            return
         air = self._known.air_tracks()
         self._plots.update()
         self._version, self._data_time_s = air.version, air.data_time_s

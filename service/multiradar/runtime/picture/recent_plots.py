@@ -1,10 +1,11 @@
-"""The plots of the last seconds with their positions, computed once for all readers."""
+"""The plots of the last seconds; their positions are computed once, when a reader asks for them."""
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from multiradar.runtime.engine.plot_rows import PLOT_DTYPE
 from multiradar.runtime.memory.knowledge import Knowledge
 from multiradar.runtime.picture.bearing_lines import marks
 from multiradar.runtime.queries.track_windows import bias_estimates
@@ -22,7 +23,10 @@ _ROW = np.dtype(
 
 
 class RecentPlots:
-    """The last plots, with and without the biases of the time when they came; one owner.
+    """The last plots, with and without biases; one owner.
+
+    Positions are computed for the first reader of a plot, with the biases of that time: far above
+    real time most plots are overwritten before any page asks for them.
 
     Parameters
     ----------
@@ -32,7 +36,10 @@ class RecentPlots:
 
     def __init__(self, known: Knowledge) -> None:
         self._known = known
+        self._measured = np.zeros(PLOTS_KEPT, PLOT_DTYPE)
         self._rows = np.zeros(PLOTS_KEPT, _ROW)
+        # Which of `_rows` have been computed from `_measured`.
+        self._placed = np.zeros(PLOTS_KEPT, np.bool_)
         # Numbers of the plots retained: from `_begin` to below `_end`.
         self._begin = self._end = 0
         self._read: int | None = None
@@ -50,8 +57,9 @@ class RecentPlots:
         self._read = self._end = following
         self._begin = max(self._begin, self._end - PLOTS_KEPT)
         if len(rows):
-            numbers = np.arange(self._end - len(rows), self._end)
-            self._rows[numbers % PLOTS_KEPT] = self._placed(rows)
+            slots = np.arange(self._end - len(rows), self._end) % PLOTS_KEPT
+            self._measured[slots] = rows
+            self._placed[slots] = False
 
     def after(
         self, number: int | None, limit: int, since_s: float
@@ -79,17 +87,20 @@ class RecentPlots:
         known = number is not None and number <= self._end
         wanted = number if known and number is not None else self._begin
         start = max(wanted, self._begin, self._end - limit)
-        rows = self._rows[np.arange(start, self._end) % PLOTS_KEPT]
+        slots = np.arange(start, self._end) % PLOTS_KEPT
         if not known:
-            rows = rows[rows["time_s"] >= since_s]
+            slots = slots[self._measured["time_s"][slots] >= since_s]
+        self._place(slots[~self._placed[slots]])
+        rows = self._rows[slots]
         columns = {name: rows[name] for name in _ROW.names or ()}
         return columns, start - wanted if known else 0
 
-    def _placed(self, rows: NDArray[np.void]) -> NDArray[np.void]:
+    def _place(self, slots: NDArray[np.int64]) -> None:
+        if len(slots) == 0:
+            return
         sensors = self._known.sensors
         biases = bias_estimates(self._known.latest_biases(), len(sensors))
-        placed = np.empty(len(rows), _ROW)
-        columns = marks(rows, biases, sensors)
+        columns = marks(self._measured[slots], biases, sensors)
         for name in _ROW.names or ():
-            placed[name] = columns.get(name, np.nan)
-        return placed
+            self._rows[name][slots] = columns.get(name, np.nan)
+        self._placed[slots] = True

@@ -116,6 +116,9 @@ class RecordedView:
         """Return the picture at the end of the runs."""
         return self.past_picture(PastAsked(self._span_s[1], area=asked.area, track=asked.track))
 
+    def ready_picture(self, asked: Asked) -> None:
+        """Return None: no frame is kept."""
+
     def past_picture(self, asked: PastAsked) -> bytes:
         """Return the picture of a run at a time; see `past_frame`.
 

@@ -12,7 +12,7 @@ from multiradar.geodesy.system_plane import SystemPlane
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.engine.plot_rows import NO_TRACK
 from multiradar.runtime.memory.knowledge import Knowledge
-from multiradar.runtime.picture import air_picture
+from multiradar.runtime.picture import air_picture, recent_plots
 from multiradar.runtime.picture.air_picture import (
     PAUSE_MAX_S,
     PLOTS_FIRST_S,
@@ -99,6 +99,36 @@ def test_pages_of_one_tick_share_a_frame_that_was_encoded_once() -> None:
     assert (air.picture.encoded, air.picture.shared) == (2, 19)
     # The area selects nothing among few tracks: such pages share the frame, too.
     assert air.picture.frame(Asked(following, Area(0.0, 0.0, 1.0, 1.0), 3)) is frames[0]
+
+
+def test_a_frame_is_ready_once_encoded_until_the_next_state_is_due() -> None:
+    air = _Air()
+    air.push(50)
+    assert air.picture.ready(Asked()) is None
+    frame = air.picture.frame(Asked())
+    assert air.picture.ready(Asked()) is frame
+    assert air.picture.ready(Asked(track=3)) is frame
+    assert air.picture.ready(Asked(40)) is None
+    air.push(50, seed=2)
+    assert air.picture.ready(Asked()) is None
+    assert air.picture.frame(Asked()) is not frame
+
+
+def test_plots_that_take_the_place_of_older_ones_have_their_own_positions(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    found = []
+    for kept in (recent_plots.PLOTS_KEPT, 64):
+        monkeypatch.setattr(recent_plots, "PLOTS_KEPT", kept)
+        air = _Air()
+        for seed in (1, 2, 3):
+            air.push(40, seed=seed)
+            header, tables = air.read(Asked(70))
+        assert (header["next"], header["skipped"]) == (120, 0)
+        found.append(tables["plots"])
+    assert len(found[0]["time_s"]) == 50
+    for name, values in found[0].items():
+        np.testing.assert_array_equal(values, found[1][name])
 
 
 def test_a_frame_continues_the_plots_and_a_first_one_has_those_of_the_last_seconds() -> None:
