@@ -44,6 +44,8 @@ CLOCK = SystemClock()
 MESSAGE_S, PAUSE_S = 1.0, 0.1
 #: Data time between two takeovers, s.
 BETWEEN_S = 20.0
+#: Takeovers after which the progress is shown.
+_SHOWN = 20
 #: Half of the messages that are left at most when the primary ends.
 AFTER = 5
 _PAST_S = 1e6
@@ -288,6 +290,7 @@ def run(
             found.takeovers_s.append(sender.last[1] - ended_s)
             sender.hurry.clear()
             pair.restore()
+            _show(found.takeovers_s, len(ends))
         subscriber.connect()
         sender.until = len(messages)
         sender.thread.join()
@@ -301,6 +304,12 @@ def run(
     finally:
         pair.stop()
     return found
+
+
+def _show(takeovers_s: Sequence[float], count: int) -> None:
+    if len(takeovers_s) % _SHOWN == 0:
+        text = f"{len(takeovers_s)} of {count}: {takeovers_s[-1]:.2f} s"
+        print(text, file=sys.stderr, flush=True)
 
 
 def _frames(aircraft: int, duration_s: float) -> list[pl.DataFrame]:
