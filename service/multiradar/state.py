@@ -117,7 +117,7 @@ def restore_state(holder: Any, state: EncodedState) -> None:
     try:
         _restore(holder, state.document, state.arrays)
     except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
-        raise StateError(f"{type(holder).__name__}: the state does not fit: {error!r}") from error
+        raise StateError(f"{type(holder).__name__}: the state does not match: {error!r}") from error
 
 
 def carry_state(old: Any, new: Any, change: Any) -> None:
@@ -280,7 +280,7 @@ def _require(fits: bool, kind: Any, value: Any, place: str) -> None:  # a condit
 def _restore(holder: Any, document: Any, arrays: list[NDArray[Any]]) -> None:
     fields: Fields = type(holder).STATE
     if document.keys() != fields.keys():
-        raise KeyError(f"{type(holder).__name__} has other fields")
+        raise KeyError(f"{type(holder).__name__} has different fields")
     for name, kind in fields.items():
         if hasattr(kind, "STATE"):
             _restore(getattr(holder, name), document[name], arrays)

@@ -29,7 +29,7 @@ _FAMILIES: tuple[tuple[str, str, str, dict[str, str]], ...] = (
         "left_out": "records_left_out",
         "refused": "records_refused",
     }),
-    ("rows", "Measurements by result in the journal", "result", {
+    ("rows", "Measurements by ingest result", "result", {
         "accepted": "rows_accepted",
         "rejected": "rows_rejected",
         "lost": "rows_lost",
@@ -65,7 +65,7 @@ class AsterixCollector(Collector):
             "multiradar_asterix_refused", "Blocks and records rejected", labels=["listener", "code"]
         )
         faults = CounterMetricFamily(
-            "multiradar_asterix_receive_faults", "Reception errors of a port", labels=["listener"]
+            "multiradar_asterix_receive_faults", "Reception errors by listener", labels=["listener"]
         )
         for listener, numbers in listeners.items():
             faults.add_metric([listener], numbers["receive_faults"])
@@ -88,8 +88,16 @@ class AsterixCollector(Collector):
 
 def _clock_metrics(clocks: dict[str, dict[str, Any]]) -> Iterator[Metric]:
     for name, meaning, figure in (
-        ("clock_offset_seconds", "Times of the fastest messages minus reception", "clock_offset_s"),
-        ("latency_seconds", "Median of reception minus time of reports", "latency_median_s"),
+        (
+            "clock_offset_seconds",
+            "Time stamp minus reception time of the fastest messages, s",
+            "clock_offset_s",
+        ),
+        (
+            "latency_seconds",
+            "Median report latency (reception time minus time of report), s",
+            "latency_median_s",
+        ),
     ):
         family = GaugeMetricFamily(f"multiradar_asterix_{name}", meaning, labels=["sensor"])
         for sensor, one in clocks.items():

@@ -8,13 +8,13 @@ from prometheus_client.registry import Collector
 
 #: Metrics: name, help, and the counter of a feed for each value of the label `result`.
 _BY_RESULT: tuple[tuple[str, str, dict[str, str]], ...] = (
-    ("reports", "Positions and unreadable messages by disposition", {
+    ("reports", "Positions and undecodable messages, by disposition", {
         "read": "reports_read",
         "accepted": "reports_accepted",
         "rejected": "reports_rejected",
         "duplicate": "reports_duplicate",
     }),
-    ("rows", "Measurements by result in the journal", {
+    ("rows", "Measurements by ingest result", {
         "accepted": "rows_accepted",
         "rejected": "rows_rejected",
         "lost": "rows_lost",
@@ -23,12 +23,20 @@ _BY_RESULT: tuple[tuple[str, str, dict[str, str]], ...] = (
 _PLAIN = (
     ("octets", "Octets received", "octets"),
     ("connections", "Connections", "connections"),
-    ("connection_faults", "Failed and ended connections", "connection_faults"),
+    ("connection_faults", "Failed or closed connections", "connection_faults"),
     ("messages_without_position", "Messages without a position", "messages_without_position"),
 )
 _CLOCKS = (
-    ("clock_offset_seconds", "Times of the fastest messages minus reception", "clock_offset_s"),
-    ("latency_seconds", "Median of reception minus time of positions", "latency_median_s"),
+    (
+        "clock_offset_seconds",
+        "Time stamp minus reception time of the fastest messages, s",
+        "clock_offset_s",
+    ),
+    (
+        "latency_seconds",
+        "Median position latency (reception time minus time of position), s",
+        "latency_median_s",
+    ),
 )
 
 

@@ -30,7 +30,7 @@ HTTP_REQUESTS = Counter(
 )
 HTTP_REQUEST_SECONDS = Histogram(
     "multiradar_http_request_seconds",
-    "Time from the headers of a request to the end of its response",
+    "Time from the request headers to the end of the response, s",
     ["route"],
     buckets=(0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 10.0),
     registry=REGISTRY,
@@ -42,7 +42,7 @@ HTTP_REJECTIONS = Counter(
     registry=REGISTRY,
 )
 HTTP_CONNECTIONS = Gauge(
-    "multiradar_http_connections", "Open connections, WebSockets included", registry=REGISTRY
+    "multiradar_http_connections", "Open connections, including WebSockets", registry=REGISTRY
 )
 HTTP_CONNECTIONS_DROPPED = Counter(
     "multiradar_http_connections_dropped",
@@ -55,13 +55,13 @@ STREAM_CLIENTS = Gauge(
 )
 STREAM_EVENTS = Counter(
     "multiradar_stream_events",
-    "Events sent to stream clients, counted for each client",
+    "Events sent to stream clients, counted once per client",
     ["transport"],
     registry=REGISTRY,
 )
 STREAM_GAPS = Counter(
     "multiradar_stream_gaps",
-    "Gap notices sent to stream clients that were too slow",
+    "Gap notices sent to slow stream clients",
     ["transport"],
     registry=REGISTRY,
 )

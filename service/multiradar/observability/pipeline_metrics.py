@@ -10,21 +10,21 @@ from prometheus_client.registry import Collector
 _GAUGES = {
     "data_time_s": "Latest data time passed to the engine, s",
     "data_delay_s": "System clock minus data time, for real-time data, s",
-    "silence_s": "Time since the last measurement of any sensor, for real-time data, s",
+    "silence_s": "Time since the last measurement from any sensor, for real-time data, s",
     "tracks": "Live tracks",
-    "journal_sequence": "Last entry of the journal",
-    "processed_sequence": "Last entry of the journal that the engine has processed",
-    "output_sequence": "Last update of a track",
-    "event_sequence": "Last event of the stream",
+    "journal_sequence": "Sequence number of the last journal entry",
+    "processed_sequence": "Sequence number of the last journal entry processed by the engine",
+    "output_sequence": "Sequence number of the last track update",
+    "event_sequence": "Sequence number of the last stream event",
     "intake_batches": "Messages waiting for the journal",
     "intake_rows": "Measurements waiting for the journal",
     "backlog_rows": "Measurements waiting for the engine",
     "skipped_entries": "Journal entries skipped",
-    "subscribers": "Readers of the event stream",
+    "subscribers": "Clients of the event stream",
 }
 # Numbers of the Zenoh interface in the status that are not counters.
 _ZENOH_GAUGES = {
-    "links": "Links to other sessions",
+    "links": "Links to other Zenoh sessions",
     "streams": "Tracks and sensors with cached updates",
 }
 _RESULTS = ("accepted", "rejected", "duplicate")
@@ -32,20 +32,20 @@ _RESULTS = ("accepted", "rejected", "duplicate")
 _SOURCE_RESULTS = {"accepted": "accepted", "rejected": "rejected", "deferred": "deferred_rows"}
 #: The same of the journal's disk.
 _DISK = {
-    "free_bytes": "Free space on the disk of the journal",
-    "size_bytes": "Size of the disk of the journal",
-    "used_bytes": "Size of the journal with its write-ahead log",
+    "free_bytes": "Free space on the journal disk",
+    "size_bytes": "Size of the journal disk",
+    "used_bytes": "Size of the journal, including its write-ahead log",
 }
 
 
 # Alarms of the whole service, and what they mean.
 _ALARMS = {
-    "no_data": "1 if real-time data no longer arrive",
-    "host_clock": "1 if all sensors disagree with the clock of the machine",
-    "disk_filling": "1 if 80 % of the disk of the journal is used (disk_filling_share)",
-    "disk_nearly_full": "1 if 90 % of the disk of the journal is used (disk_nearly_full_share)",
-    "history_stopped": "1 if the history on disk is not written",
-    "history_incomplete": "1 if rows of the history were lost since the start",
+    "no_data": "1 if real-time data have stopped arriving",
+    "host_clock": "1 if the clocks of all sensors disagree with the system clock",
+    "disk_filling": "1 if the journal disk is at least 80 % full (disk_filling_share)",
+    "disk_nearly_full": "1 if the journal disk is at least 90 % full (disk_nearly_full_share)",
+    "history_stopped": "1 if the history is not being written to disk",
+    "history_incomplete": "1 if history rows have been lost since the service started",
 }
 
 
@@ -77,11 +77,11 @@ class PipelineCollector(Collector):
         yield from _sources(status.get("sources", {}))
         yield from self._alarms(status)
         yield _gauge(
-            "lag_seconds", "Time since reception of the oldest message in a stage, s", "stage",
+            "lag_seconds", "Time since reception of the oldest message in each stage, s", "stage",
             _lags_s(status),
         )  # fmt: skip
         yield _gauge(
-            "sensor_age_seconds", "Time since the last update of a track by a sensor, s", "sensor",
+            "sensor_age_seconds", "Time since the sensor last updated a track, s", "sensor",
             status.get("sensor_ages_s", {}),
         )  # fmt: skip
         disk = status.get("journal_disk") or {}
@@ -109,7 +109,7 @@ class PipelineCollector(Collector):
         for name, meaning in _ALARMS.items():
             yield GaugeMetricFamily(f"multiradar_{name}", meaning, float(name in raised))
         alarms = GaugeMetricFamily(
-            "multiradar_sensor_alarm", "1 for each alarm of a sensor", labels=["sensor", "alarm"]
+            "multiradar_sensor_alarm", "1 for each active sensor alarm", labels=["sensor", "alarm"]
         )
         for sensor, names in status.get("sensor_alarms", {}).items():
             for alarm in names:
@@ -143,14 +143,16 @@ def _rejected(by_source: Mapping[str, Mapping[str, int]]) -> Metric:
 
 def _sources(sources: Mapping[str, Mapping[str, int | bool]]) -> Iterator[Metric]:
     rows = CounterMetricFamily(
-        "multiradar_source_rows", "Rows of each source by result", labels=["source", "result"]
+        "multiradar_source_rows",
+        "Rows received from each source, by result",
+        labels=["source", "result"],
     )
     for source, counts in sources.items():
         for result, name in _SOURCE_RESULTS.items():
             rows.add_metric([source, result], counts[name])
     yield rows
     yield _gauge(
-        "source_quarantined", "1 for a source that sends mostly rejected rows", "source",
+        "source_quarantined", "1 for a source most of whose rows are rejected", "source",
         {source: float(counts["quarantined"]) for source, counts in sources.items()},
     )  # fmt: skip
 
@@ -166,10 +168,10 @@ def _lags_s(status: Mapping[str, Any]) -> dict[str, float]:
 
 def _trajectories(counts: Mapping[str, Any]) -> Iterator[Metric]:
     results = {name: counts[f"plots_{name}"] for name in ("taken", "lost", "late")}
-    yield _counter("trajectory_plots", "Plots of trajectory sets by result", "result", results)
+    yield _counter("trajectory_plots", "Plots for trajectory sets, by result", "result", results)
     yield GaugeMetricFamily(
         "multiradar_trajectory_lag_seconds",
-        "Data time by which trajectory sets lag behind the tracks, s",
+        "Lag of the trajectory sets behind the tracks in data time, s",
         counts["lag_s"],
     )
 
@@ -180,7 +182,7 @@ def _zenoh(zenoh: Mapping[str, Any]) -> Iterator[Metric]:
         for name, value in zenoh.items()
         if isinstance(value, int) and name not in _ZENOH_GAUGES
     }
-    yield _counter("zenoh_events", "Events of the Zenoh interface", "event", counts)
+    yield _counter("zenoh_events", "Zenoh interface events", "event", counts)
     for name, meaning in _ZENOH_GAUGES.items():
         yield GaugeMetricFamily(f"multiradar_zenoh_{name}", meaning, zenoh[name])
     yield GaugeMetricFamily(

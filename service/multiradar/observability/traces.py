@@ -132,7 +132,7 @@ def open_traces(
         from opentelemetry.sdk.trace.sampling import TraceIdRatioBased
     except ImportError as error:
         raise ConfigurationError(
-            "traces.endpoint: needs the packages of OpenTelemetry: pip install multiradar[traces]"
+            "traces.endpoint: requires the OpenTelemetry packages: pip install multiradar[traces]"
         ) from error
     if exporter is None:
         session = requests.Session()

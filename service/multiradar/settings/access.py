@@ -73,7 +73,7 @@ class ClientSettings(Section):
     def _sensors_are_of_a_feed(self) -> Self:
         if self.sensors and self.role is not Role.FEED:
             raise PydanticCustomError(
-                "sensors", "Input should have sensors only if the role is feed"
+                "sensors", "Input should list sensors only if the role is feed"
             )
         return self
 
@@ -148,11 +148,11 @@ class AccessSettings(Section):
         require_each_once(self.clients)
         if (self.certificate is None) != (self.private_key is None):
             raise PydanticCustomError(
-                "pair", "Input should have certificate and private_key together"
+                "pair", "Input should contain both certificate and private_key, or neither"
             )
         if self.client_authority is not None and self.certificate is None:
             raise PydanticCustomError(
-                "pair", "Input should have client_authority only with a certificate of the service"
+                "pair", "Input should contain client_authority only if it contains a certificate"
             )
         return self
 
@@ -170,6 +170,6 @@ def require_each_once(clients: tuple[ClientSettings, ...]) -> None:
         for value, count in Counter(values).items():
             if count > 1:
                 raise PydanticCustomError(
-                    "unique", "Input should have each {what} once, was {count} times {value}",
+                    "unique", "Input should contain each {what} once, found {value} {count} times",
                     {"what": what, "count": count, "value": value},
                 )  # fmt: skip

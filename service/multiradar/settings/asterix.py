@@ -152,7 +152,7 @@ class AsterixSettings(Section):
             for label in labels:
                 if labels.count(label) > 1:
                     raise PydanticCustomError(
-                        "unique", "Input should have each {kind}'s name once, found {name} twice",
+                        "unique", "Input should contain each {kind} name once, found {name} twice",
                         {"kind": kind, "name": label},
                     )  # fmt: skip
         return self

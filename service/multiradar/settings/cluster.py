@@ -13,15 +13,15 @@ class ClusterSettings(Section):
     listen: Annotated[
         tuple[Ipv4, ...],
         Field(
-            description="Addresses of this host on which Ray may listen, at least one of each "
-            "interface; the first is that of the node. Required with the engine ray"
+            description="Addresses of this host on which Ray may listen, at least one per "
+            "interface; the first is the node address. Required for engine ray"
         ),
     ] = ()
     head: Annotated[
         str | None,
         Field(
             pattern=r"^[^\s/]+:\d{1,5}$",
-            description="Address of a Ray cluster to join; default: one is started on this host",
+            description="Address of a Ray cluster to join; default: start a cluster on this host",
         ),
     ] = None
     deadline_s: Annotated[

@@ -170,7 +170,7 @@ class FeedsSettings(Section):
         for label in labels:
             if labels.count(label) > 1:
                 raise PydanticCustomError(
-                    "unique", "Input should have each source's name once, found {name} twice",
+                    "unique", "Input should contain each source name once, found {name} twice",
                     {"name": label},
                 )  # fmt: skip
         return self

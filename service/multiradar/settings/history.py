@@ -13,13 +13,17 @@ class HistorySettings(Section):
 
     folder: Annotated[
         Path | None,
-        Field(description="Folder of the history, for each service its own; absent: none"),
+        Field(description="History folder, not shared with other services; absent: no history"),
     ] = None
     days: Annotated[
-        NotNegative, Field(description="Age of the data above which hours are removed, days")
+        NotNegative, Field(description="Maximum age of the history, days; older hours are removed")
     ] = 0.0
     octets: Annotated[
         int,
         BeforeValidator(plain_number),
-        Field(ge=0, description="Size of the history above which its oldest hours are removed"),
+        Field(
+            ge=0,
+            description="Maximum size of the history, octets; above it, the oldest hours are "
+            "removed",
+        ),
     ] = 0

@@ -19,20 +19,30 @@ class RetentionSettings(Section):
     ] = None
     journal_days: Annotated[
         NotNegative,
-        Field(description="Age of the data above which archived entries are removed, days"),
+        Field(
+            description="Maximum age of archived entries in the journal, days; older entries are "
+            "removed"
+        ),
     ] = 0.0
     journal_octets: Annotated[
-        Octets, Field(description="Size of the journal above which its oldest entries are removed")
+        Octets,
+        Field(
+            description="Maximum journal size, octets; above it, the oldest archived entries are "
+            "removed"
+        ),
     ] = 0
     archive_days: Annotated[
-        NotNegative, Field(description="Age of the data above which segments are removed, days")
+        NotNegative, Field(description="Maximum age of segments, days; older segments are removed")
     ] = 0.0
     archive_octets: Annotated[
-        Octets, Field(description="Size of the archive above which its oldest segments are removed")
+        Octets,
+        Field(
+            description="Maximum archive size, octets; above it, the oldest segments are removed"
+        ),
     ] = 0
     recording_days: Annotated[
         NotNegative,
-        Field(description="Legal recording: minimum age of a segment that is removed, days"),
+        Field(description="Legal recording: retention period of segments, days"),
     ] = 30.0
 
     @model_validator(mode="after")
@@ -40,8 +50,8 @@ class RetentionSettings(Section):
         if 0.0 < self.archive_days < self.recording_days:
             raise PydanticCustomError(
                 "recording",
-                "archive_days should be at least recording_days ({least}), which is legal "
-                "recording",
+                "archive_days should be at least recording_days ({least}), the retention "
+                "period for legal recording",
                 {"least": self.recording_days},
             )
         return self

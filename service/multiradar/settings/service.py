@@ -56,7 +56,7 @@ class ServerSettings(Section):
     """Address of the HTTP server."""
 
     host: Annotated[str, Field(min_length=1, description="Address to listen on")] = "127.0.0.1"
-    port: Annotated[Port, Field(description="TCP port; 0 picks a free one")] = 8321
+    port: Annotated[Port, Field(description="TCP port; 0: pick a free port")] = 8321
     names: Annotated[
         tuple[Annotated[str, Field(pattern=r"^[A-Za-z0-9.:-]{1,253}$")], ...],
         Field(
@@ -94,14 +94,17 @@ class JournalSettings(Section):
     path: Path = Path("multiradar-data/journal.sqlite")
     snapshot_interval_s: Annotated[
         NotNegative,
-        Field(description="Time after which a snapshot of the state is taken, s; 0: never"),
+        Field(description="Interval between snapshots of the state, s; 0: no snapshots by time"),
     ] = 300.0
     snapshot_rows: Annotated[
-        Count, Field(description="Measurements after which a snapshot of the state is taken")
+        Count, Field(description="Number of measurements between snapshots of the state")
     ] = 1_000_000
     standby: Annotated[
         bool,
-        Field(description="Follow a journal that another service uses, and take over at its end"),
+        Field(
+            description="Run as the standby of the service that uses this journal, and take over "
+            "when that service stops"
+        ),
     ] = False
 
 
@@ -109,7 +112,7 @@ class PageSettings(Section):
     """The page of the air picture."""
 
     overlays: Annotated[
-        Path | None, Field(description="Folder of GeoJSON files that the page shows")
+        Path | None, Field(description="Folder of GeoJSON files to show on the page")
     ] = None
 
 
@@ -373,7 +376,7 @@ def _placed(mistake: str) -> str:
     homes = [name for name, section in _sections().items() if found[1] in section.model_fields]
     if not homes:
         return mistake
-    return f"{mistake[: found.end()]}; it belongs to [{'] or ['.join(homes)}]"
+    return f"{mistake[: found.end()]}; it belongs in [{'] or ['.join(homes)}]"
 
 
 def _check_environment(environment: Mapping[str, str]) -> None:

@@ -21,5 +21,5 @@ class TracesSettings(Section):
     fraction: Annotated[
         float,
         BeforeValidator(plain_number),
-        Field(gt=0.0, le=1.0, description="Fraction of the messages that are traced"),
+        Field(gt=0.0, le=1.0, description="Fraction of messages to trace"),
     ] = 1.0

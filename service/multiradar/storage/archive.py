@@ -140,7 +140,7 @@ def archive_journal(
         base = rows.base(connection).sequence
         if end.sequence < base:
             raise JournalError(
-                f"{folder}: the entries {end.sequence + 1} to {base} were removed from {journal}; "
+                f"{folder}: entries {end.sequence + 1} to {base} were removed from {journal}; "
                 "continue the archive that contains them"
             )
         if (
@@ -149,8 +149,8 @@ def archive_journal(
             or rows.digest_of(connection, end.sequence) != end.digest
         ):
             raise JournalError(
-                f"{folder}: its last entry, {end.sequence}, does not match that of {journal}; "
-                "choose another archive"
+                f"{folder}: its last entry, {end.sequence}, does not match entry {end.sequence} "
+                f"of {journal}; choose another archive"
             )
         found = connection.execute(ENTRY + "WHERE sequence > ? ORDER BY sequence", (end.sequence,))
         while end.sequence < head.sequence:
@@ -305,7 +305,7 @@ def restore_archive(
     found = _required(folder)
     if found[0].first != 1:
         raise InputError(
-            f"{folder}: expected entry 1 first, was {found[0].first}: the journal cannot "
+            f"{folder}: starts at entry {found[0].first} instead of entry 1; the journal cannot "
             "be restored without the preceding segments"
         )
     archived = verify_archive(folder)
@@ -325,7 +325,7 @@ def restore_archive(
                 written.skip(sequence, reason)
             on_progress(segment.last, archived.last)
         if written.digest(archived.last).hex() != archived.digest:
-            raise JournalError(f"{journal}: its last entry does not match that of {folder}")
+            raise JournalError(f"{journal}: its last entry does not match the end of {folder}")
     finally:
         written.close()
     return archived

@@ -165,7 +165,7 @@ def _require_space(journal: Path, folder: Path) -> None:
     free = shutil.disk_usage(folder).free
     if octets > free:
         msg = (
-            f"{folder.parent}: a backup needs {octets / 1e6:.0f} MB, the disk has "
+            f"{folder.parent}: a backup needs {octets / 1e6:.0f} MB, but the disk has only "
             f"{free / 1e6:.0f} MB left; choose another folder, or free some space"
         )
         raise InputError(msg)
@@ -202,8 +202,8 @@ def _copy_journal(journal: Path, copy: Path, tip: Tip | None) -> tuple[Head, str
         head = rows.head(connection)
         if tip is not None and tip.sequence > head.sequence:
             raise JournalError(
-                f"{journal}: {tip.sequence} entries were acknowledged, but it contains "
-                f"{head.sequence}; restore all its files from one copy"
+                f"{journal}: {tip.sequence} entries were acknowledged, but it contains only "
+                f"{head.sequence}; restore all its files from the same copy"
             )
         copy_database(connection, copy)
     return head, fingerprint
@@ -253,7 +253,7 @@ def read_backup(folder: Path) -> Backup:
             found = Backup(**fields | {"files": files})
             outside = next(filter(_is_outside, files), None)
             if outside is not None:
-                raise InputError(f"{path}: the file {outside!r} points outside its folder")
+                raise InputError(f"{path}: the path {outside!r} leads outside the backup folder")
             if _text(found) == text:
                 return found
     except (AttributeError, KeyError, TypeError, ValueError) as error:
@@ -261,7 +261,7 @@ def read_backup(folder: Path) -> Backup:
     if version != FORMAT_VERSION:
         raise InputError(
             f"{path}: expected a backup of format {FORMAT_VERSION}, was {version}; use the "
-            "multiradar version that made it"
+            "multiradar version that created it"
         )
     raise InputError(f"{path}: damaged: its SHA-256 does not match its content")
 

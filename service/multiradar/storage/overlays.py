@@ -79,7 +79,7 @@ def read_overlays(folder: Path) -> Overlays:
         msg = f"{folder}: cannot read the overlay folder: {error.strerror or error}"
         raise ConfigurationError(msg) from error
     if len(paths) > FILES_MAX:
-        msg = f"{folder}: expected at most {FILES_MAX} overlay files, was {len(paths)}"
+        msg = f"{folder}: expected at most {FILES_MAX} overlay files, found {len(paths)}"
         raise ConfigurationError(msg)
     return tuple(_read(path) for path in paths)
 
@@ -100,7 +100,7 @@ def _read(path: Path) -> Overlay:
 def _features(path: Path) -> list[dict[str, Any]]:
     octets = path.stat().st_size
     if octets > OCTETS_MAX:
-        msg = f"expected at most {OCTETS_MAX} octets, was {octets}"
+        msg = f"expected at most {OCTETS_MAX} octets, found {octets}"
         raise ValueError(msg)
     try:
         text = path.read_bytes().decode("utf-8-sig")
@@ -170,7 +170,7 @@ def _check_lists(value: Any, depth: int, least: int, where: str) -> None:
         msg = f"{where}: expected a list of coordinates, was {_kind(value)}"
         raise ValueError(msg)
     if depth == 1 and len(value) < least:
-        msg = f"{where}: expected at least {least} positions, was {len(value)}"
+        msg = f"{where}: expected at least {least} positions, found {len(value)}"
         raise ValueError(msg)
     for one in value:
         _check_lists(one, depth - 1, least, where)

@@ -106,7 +106,7 @@ class Recording:
             try:
                 block = wanted.collect()
             except pl.exceptions.InvalidOperationError as error:
-                msg = f"{self.name}: values do not fit their columns ({_first_line(error)})"
+                msg = f"{self.name}: values do not match their column types ({_first_line(error)})"
                 raise InputError(msg) from error
             except (pl.exceptions.PolarsError, OSError) as error:
                 raise _unreadable(self.path, error) from error
@@ -213,7 +213,7 @@ def check_columns(name: str, found: pl.Schema) -> None:
     if found["time_s"] == pl.Float32():
         msg = (
             f"{name}: expected Float64 or whole seconds in the column time_s, found Float32, "
-            "which counts Unix times in steps of 128 s"
+            "whose resolution for Unix times is 128 s"
         )
         raise InputError(msg)
     for column, wanted in MEASUREMENT_SCHEMA.items():

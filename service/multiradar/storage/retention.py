@@ -117,8 +117,8 @@ def shorten(
     if len(snapshots) < KEPT:
         raise InputError(
             f"{journal}: expected {KEPT} snapshots that this version can use with these settings, "
-            f"found {len(snapshots)}; nothing is removed without them: the running service writes "
-            "them (docs/howto/journal.md#snapshots)"
+            f"found {len(snapshots)}; nothing is removed until they exist: the running service "
+            "writes them (docs/howto/journal.md#snapshots)"
         )
     if not segments_of(archive):
         raise InputError(f"{archive}: no segments; run `multiradar archive` first")
@@ -154,9 +154,9 @@ def _shorten_journal(
         on_progress(end.sequence, extent.last)
         is_old = bool(rules.age_s) and age_of(admission) >= rules.age_s
         if not (is_old or (rules.octets and used > rules.octets)):
-            return "the rules remove no further entries"
+            return "no further entries exceed the configured age or size"
         if end.sequence > needed:
-            return f"the entries after {needed} are needed to start from the snapshots"
+            return f"entries after {needed} are needed to start from the snapshots"
         remove_until(journal, end)
         used = extent_of(journal).used_octets
     return "the archive has no further entries"

@@ -71,7 +71,7 @@ class SegmentReader:
         except (OSError, EOFError, lzma.LZMAError) as error:
             raise self._damaged(f"the file cannot be read: {error}") from error
         except (AttributeError, KeyError, TypeError, UnicodeError, ValueError) as error:
-            raise self._damaged("the file has a different format") from error
+            raise self._damaged("the file is not an archive segment") from error
 
     def _entries(self, stream: IO[bytes]) -> Iterator[StoredEntry]:
         header = json.loads(stream.readline(LINE_MAX))
@@ -145,7 +145,8 @@ def sealed_after(folder: Path, after: Position) -> Iterator[tuple[Segment, Posit
             digest, last = one.digest, one
         if not follows:
             raise JournalError(
-                f"{segment.path}: entry {after.sequence + 1} does not follow that of the journal"
+                f"{segment.path}: entry {after.sequence + 1} does not follow the preceding "
+                "entry of the journal"
             )
         after = Position(last.sequence, last.digest)
         yield segment, after, last.entry.admission
@@ -153,4 +154,4 @@ def sealed_after(folder: Path, after: Position) -> Iterator[tuple[Segment, Posit
 
 def span(first: int, last: int) -> str:
     """Return the numbers of entries as the subject of a sentence."""
-    return f"entry {first} is" if first == last else f"the entries {first} to {last} are"
+    return f"entry {first} is" if first == last else f"entries {first} to {last} are"

@@ -177,7 +177,7 @@ class SnapshotFolder:
             path = self.path / Path(file.name).name
             header, (rows,) = _read(path, file.digest)
             if (header["first"], header["end"]) != (file.first, file.end):
-                raise SnapshotError(f"{file.name}: expected the rows {file.first} to {file.end}")
+                raise SnapshotError(f"{file.name}: expected rows {file.first} to {file.end}")
             parts.append(rows)
         return joined_rows(parts)
 

@@ -157,7 +157,7 @@ class _Check:
                 one.sequence >= base.sequence for one in positions.values()
             ):
                 self._damage.append(
-                    f"{self._path}: the entries up to {base.sequence} are in the archive only, and "
+                    f"{self._path}: entries up to {base.sequence} are only in the archive, and "
                     "no intact snapshot follows them: a service cannot start; restore the archive"
                 )
         if self._unnamed:
@@ -257,7 +257,7 @@ class _Check:
                     self._name(error)
             if count != base.keys:
                 raise JournalError(
-                    f"{self._path}: expected {base.keys} keys of removed entries, was {count}"
+                    f"{self._path}: expected {base.keys} keys of removed entries, found {count}"
                 )
 
     # The entries up to and including a row.
@@ -266,7 +266,7 @@ class _Check:
         first = before.sequence + 1
         if sequence < first:
             # Only before the first entry: they come in order.
-            self._name(rows.damaged(sequence, "it is recorded as removed"))
+            self._name(rows.damaged(sequence, "it is marked as removed"))
             return before._replace(intact=False)
         if sequence != first:
             self._name(JournalError(f"{self._path}: {_missing(first, sequence - 1)}"))
@@ -309,7 +309,7 @@ class _Check:
         with self._noting():
             if tip.sequence > head.sequence:
                 raise JournalError(
-                    f"{self._path}: {tip.sequence} entries were acknowledged, but it contains "
+                    f"{self._path}: {tip.sequence} entries were acknowledged, but it contains only "
                     f"{head.sequence}"
                 )
             # Removed entries were on disk: after a power failure the tip may be of one before.
@@ -334,7 +334,7 @@ class _Check:
 def _missing(first: int, last: int) -> str:
     if first == last:
         return f"entry {first} of the journal is missing"
-    return f"the entries {first} to {last} of the journal are missing"
+    return f"entries {first} to {last} of the journal are missing"
 
 
 def _first_octets(path: Path) -> bytes:

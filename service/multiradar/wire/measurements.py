@@ -202,7 +202,7 @@ _GATES = (
     Gate(
         RejectCode.UNKNOWN_SENSOR,
         "sensor_id",
-        "a sensor of the sensors file",
+        "a sensor in the sensors file",
         pl.col(_SENSOR).is_null(),
     ),
     Gate(RejectCode.SENSOR_DISABLED, "sensor_id", "a sensor that is enabled", pl.col(_DISABLED)),

@@ -31,7 +31,7 @@ SNAPSHOT_ROWS = 60
 SNAPSHOTS = "-snapshots/"
 #: Time in which a standby must have processed what the primary has acknowledged, s.
 LEVEL_S = 1.0
-FENCED = "another service has opened this journal for writing; this one writes no more"
+FENCED = "another service has opened this journal for writing; this service no longer writes to it"
 
 
 class Clients(Protocol):

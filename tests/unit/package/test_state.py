@@ -141,9 +141,9 @@ def test_a_value_of_another_type_is_not_stored(name: str, value: object) -> None
 
 def test_a_state_of_another_class_is_not_restored() -> None:
     state = encoded_state(copied_state(filled()))
-    with pytest.raises(StateError, match="Part: the state does not fit"):
+    with pytest.raises(StateError, match="Part: the state does not match"):
         restore_state(Part(), state)
-    with pytest.raises(StateError, match="Holder: the state does not fit"):
+    with pytest.raises(StateError, match="Holder: the state does not match"):
         restore_state(Holder(), EncodedState(state.document, state.arrays[:-1]))
 
 

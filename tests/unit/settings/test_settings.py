@@ -173,7 +173,7 @@ def test_listeners_and_outputs_are_bounded(file: Path) -> None:
             "port = 1\nreceive_buffer_octets = 2147483648",
             "listen[0].receive_buffer_octets: expected a number from 1 to 2147483647, was 214748",
         ),
-        ("port = 1\n[[asterix.listen]]\nport = 1", "each listener's name once, found"),
+        ("port = 1\n[[asterix.listen]]\nport = 1", "each listener name once, found"),
     ],
 )
 def test_a_wrong_listener_is_reported(text: str, sentence: str, file: Path) -> None:
@@ -209,7 +209,7 @@ def test_system_tracks_are_sent_only_if_configured_and_then_to_loopback(file: Pa
         ),
         ("port = 1\narea_deg = [0, 50, 5]", "output[0].area_deg"),
         ("port = 1\nplane_centre_deg = [90, 5]", "output[0].plane_centre_deg"),
-        ("port = 1\n[[asterix.output]]\nport = 1", "each output's name once, found"),
+        ("port = 1\n[[asterix.output]]\nport = 1", "each output name once, found"),
     ],
 )
 def test_a_wrong_output_is_reported(text: str, sentence: str, file: Path) -> None:
@@ -225,7 +225,7 @@ def test_all_mistakes_of_a_file_are_reported_with_their_lines(file: Path) -> Non
         load_settings(file)
     assert fault.value.source == str(file)
     assert [one.partition("; known")[0] for one in fault.value.mistakes] == [
-        "line 1: unknown setting 'epoch_s'; it belongs to [tracking]",
+        "line 1: unknown setting 'epoch_s'; it belongs in [tracking]",
         "line 4: tracking: unknown setting 'epochs' (did you mean 'epoch_s'?)",
         "line 7: server.port: expected a number from 0 to 65535, was -1",
     ]
@@ -273,5 +273,5 @@ def test_a_wrong_address_of_a_feed_is_reported(url: str, file: Path) -> None:
 
 def test_two_feeds_of_one_name_are_reported(file: Path) -> None:
     file.write_text('[[feeds.source]]\nurl = "tcp://a:1"\nname = "x"\n' * 2)
-    with pytest.raises(ConfigurationError, match="each source's name once, found x twice"):
+    with pytest.raises(ConfigurationError, match="each source name once, found x twice"):
         load_settings(file)

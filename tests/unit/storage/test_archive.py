@@ -163,7 +163,7 @@ def test_a_missing_segment_is_named_but_the_oldest_may_be_removed(
     kept = third.read_bytes()
     third.unlink()
     (damage,) = verify_archive(folder).damage
-    assert "the entries 9 to 12 are missing" in damage
+    assert "entries 9 to 12 are missing" in damage
     third.write_bytes(kept)
     first.unlink()
     second.unlink()
@@ -171,14 +171,14 @@ def test_a_missing_segment_is_named_but_the_oldest_may_be_removed(
     assert (found.first, found.damage) == (9, ())
     # The archive goes on, the journal cannot be made of it.
     assert archive_journal(path, folder) == []
-    with pytest.raises(InputError, match="expected entry 1 first, was 9"):
+    with pytest.raises(InputError, match="starts at entry 9 instead of entry 1"):
         restore_archive(folder, tmp_path / "restored" / "journal.sqlite")
 
 
 def test_segments_of_two_journals_are_not_mixed(folder: Path, tmp_path: Path) -> None:
     other = tmp_path / "other" / "journal.sqlite"
     _written(other, 60, size=901).close()
-    with pytest.raises(JournalError, match="its last entry, 42, does not match that of"):
+    with pytest.raises(JournalError, match="its last entry, 42, does not match entry 42 of"):
         archive_journal(other, folder)
     own = tmp_path / "own"
     archive_journal(other, own, segment_octets=OCTETS)

@@ -144,7 +144,7 @@ def test_a_journal_without_its_end_gives_no_backup(tmp_path: Path) -> None:
     longer = tmp_path / "longer" / "journal.sqlite"
     _written(longer, 60).close()
     shutil.copy(_tip(longer), _tip(path))
-    with pytest.raises(JournalError, match="60 entries were acknowledged, but it contains 40"):
+    with pytest.raises(JournalError, match="60 entries were acknowledged, but it contains only 40"):
         _backup(path, tmp_path / "backup")
     assert not (tmp_path / "backup").exists()
 
@@ -154,7 +154,7 @@ def test_a_disk_without_room_for_the_copy_is_named_at_once(
 ) -> None:
     path = _state(tmp_path)
     monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(free=1000))
-    with pytest.raises(InputError, match=r"a backup needs \d+ MB, the disk has 0 MB left"):
+    with pytest.raises(InputError, match=r"a backup needs \d+ MB, but the disk has only 0 MB left"):
         _backup(path, tmp_path / "backup")
     assert sorted(tmp_path.iterdir()) == [path.parent]
 
@@ -240,7 +240,7 @@ def test_no_file_is_written_outside_of_the_restored_folder(tmp_path: Path) -> No
     wrong = Backup(**{name: getattr(made, name) for name in made.__slots__} | {"files": files})
     (out / MANIFEST).write_text(backups._text(wrong))
     assert "../outside" in json.loads((out / MANIFEST).read_text())["files"]
-    with pytest.raises(InputError, match="points outside its folder"):
+    with pytest.raises(InputError, match="leads outside the backup folder"):
         read_backup(out)
 
 

@@ -84,10 +84,12 @@ def test_a_journal_in_whose_place_another_was_put_is_not_continued(tmp_path: Pat
     first = _opened(path)
     second = _opened(path, standby=True)
     path.rename(tmp_path / "moved.db")
-    with pytest.raises(JournalError, match=r"journal\.db: removed while the service uses it"):
+    with pytest.raises(JournalError, match=r"journal\.db: removed while the service was using it"):
         second.lead()
     path.write_bytes((tmp_path / "moved.db").read_bytes())
-    with pytest.raises(JournalError, match="replaced by another file while the service uses it"):
+    with pytest.raises(
+        JournalError, match="replaced by another file while the service was using it"
+    ):
         second.lead()
     for one in (first, second):
         one.close()
@@ -130,6 +132,6 @@ def test_a_follower_without_a_journal_gives_up(
     path = tmp_path / "journal.db"
     lock = FileLock(path)
     monkeypatch.setattr("multiradar.storage.sqlite.sqlite_journal._TRIES", 2)
-    with pytest.raises(JournalError, match="the service that uses it has not created it"):
+    with pytest.raises(JournalError, match="journal not yet created by the service"):
         _opened(path, standby=True)
     lock.release()

@@ -221,11 +221,13 @@ def test_copies_that_are_incomplete_say_what_is_missing(killed: Path, tmp_path: 
         _open(alone)
     without = _copy(killed, tmp_path / "without")
     (without / "journal.db-wal").unlink()
-    with pytest.raises(JournalError, match="30 entries were acknowledged, but it contains none"):
+    with pytest.raises(
+        JournalError, match="30 entries were acknowledged, but the journal contains none"
+    ):
         _open(without)
     gone = _copy(killed, tmp_path / "gone")
     (gone / "journal.db").unlink()
-    with pytest.raises(JournalError, match="missing or empty, but its other files are not"):
+    with pytest.raises(JournalError, match="missing or empty, although its other files are not"):
         _open(gone)
 
 
@@ -243,7 +245,7 @@ def test_an_older_or_another_journal_is_reported(tmp_path: Path) -> None:
     journal.append([entry(number) for number in range(20, 40)])
     journal.close()
     for folder, said in (
-        (older, "entry 6 of the journal is missing: 9 were acknowledged, but it contains 5"),
+        (older, "entry 6 of the journal is missing: 9 were acknowledged, but it contains only 5"),
         (other, "entry 9 differs from the acknowledged entry"),
     ):
         shutil.copy(current / "journal.db-tip", folder / "journal.db-tip")
@@ -277,7 +279,7 @@ def test_nothing_is_acknowledged_once_a_file_is_gone(tmp_path: Path, file: str, 
         shutil.copy(tmp_path / file, tmp_path / "copy")
         (tmp_path / "copy").replace(tmp_path / file)
     for number in (3, 4):
-        with pytest.raises(JournalError, match=f"{file}: {how} while the service uses it"):
+        with pytest.raises(JournalError, match=f"{file}: {how} while the service was using it"):
             journal.append([entry(number)])
     journal.close()
     try:
@@ -307,7 +309,7 @@ def test_a_second_service_does_not_replace_a_removed_journal(tmp_path: Path) -> 
     first = _open(tmp_path)
     first.append([entry(1)])
     (tmp_path / "journal.db").unlink()
-    with pytest.raises(JournalError, match="missing or empty, but its other files are not"):
+    with pytest.raises(JournalError, match="missing or empty, although its other files are not"):
         _open(tmp_path)
     first.close()
 

@@ -54,7 +54,7 @@ def test_properties_are_plain_values(tmp_path: Path) -> None:
         ({"type": "Topology"}, "the document: expected a Feature or a geometry"),
         ({"type": "Point", "coordinates": [512000.0, 4212000.0]}, "(WGS 84), was 512000"),
         ({"type": "Point", "coordinates": [6]}, "in degrees, was a list of 1"),
-        ({"type": "LineString", "coordinates": [[6, 46]]}, "at least 2 positions, was 1"),
+        ({"type": "LineString", "coordinates": [[6, 46]]}, "at least 2 positions, found 1"),
         ({"type": "Polygon", "coordinates": [[6, 46]]}, "Polygon"),
         ('{"type": "Point", "coordinates": [NaN, 46]}', "finite numbers, was NaN"),
         ('{"type": "Point", "coordinates": [1e999, 46]}', "[longitude, latitude]"),
@@ -83,7 +83,7 @@ def test_the_others_are_read_and_nothing_else(
     found = read_overlays(tmp_path)
     assert [one.name for one in found] == ["a", "b", "c"]
     problems = [one.problem for one in found]
-    assert problems == ["", "expected at most 500 octets, was 501", "not UTF-8 text"]
+    assert problems == ["", "expected at most 500 octets, found 501", "not UTF-8 text"]
 
 
 def test_the_folder_is_bounded_and_must_exist(tmp_path: Path) -> None:

@@ -111,7 +111,7 @@ def test_entries_before_both_snapshots_are_removed_and_the_rest_is_as_it_was(
     found = _shorten(path, archive)
     # Segments end with entries 4, 8 … 40, 44; a start needs those after 42.
     assert (found.removed, found.first, found.segments) == (40, 41, ())
-    assert found.reason == "the entries after 42 are needed to start from the snapshots"
+    assert found.reason == "entries after 42 are needed to start from the snapshots"
     assert _entries(path) == before[40:]
     again = verify_journal(path)
     assert (again.damage, again.snapshots, again.first) == ((), 2, 41)
@@ -156,7 +156,7 @@ def test_what_a_sender_or_reader_may_still_ask_for_is_answered(path: Path, archi
         assert journal.quarantined(after, 1000) == later
     assert journal.append([entry(3000, rejects=2)]) == [ENTRIES + 1]
     assert journal.quarantined(left[-1].number, 10)[-1].number == left[-1].number + 2
-    with pytest.raises(JournalError, match="the key 'key 5' is that of a removed entry"):
+    with pytest.raises(JournalError, match="the key 'key 5' belongs to a removed entry"):
         journal.append([entry(2000, key="key 5")])
     journal.close()
     assert len(_entries(path)) == ENTRIES + 1 - 40
@@ -165,7 +165,7 @@ def test_what_a_sender_or_reader_may_still_ask_for_is_answered(path: Path, archi
 def test_reading_what_was_removed_says_where_it_is(path: Path, archive: Path) -> None:
     _shorten(path, archive)
     journal = SqliteJournal(path, FINGERPRINT)
-    said = r"no longer begins with entry 1: the entries up to 40 are in the archive only, and no "
+    said = r"no longer starts with entry 1: entries up to 40 are only in the archive, and no "
     for read in (lambda: next(journal.read(0)), lambda: journal.digest(39)):
         with pytest.raises(RemovedEntriesError, match=said):
             read()
@@ -266,7 +266,7 @@ def test_an_archive_goes_on_behind_a_shortened_journal(path: Path, archive: Path
     whole = path.parent.parent / "whole" / "journal.sqlite"
     assert restore_archive(archive, whole).digest == digest
     assert _entries(whole)[:ENTRIES] == expected
-    with pytest.raises(JournalError, match="the entries 1 to 40 were removed from "):
+    with pytest.raises(JournalError, match="entries 1 to 40 were removed from "):
         archive_journal(path, path.parent.parent / "other")
 
 
@@ -290,7 +290,7 @@ def _cut_segment(archive: Path) -> None:
 def test_only_what_is_sound_in_the_archive_is_removed(path: Path, archive: Path, harm: Any) -> None:
     before = _entries(path)
     harm(archive)
-    with pytest.raises(JournalError, match=r"damaged at entry|the entries 13 to 16 are missing"):
+    with pytest.raises(JournalError, match=r"damaged at entry|entries 13 to 16 are missing"):
         _shorten(path, archive)
     assert _entries(path) == before[12:]
     assert verify_journal(path).damage == ()
@@ -324,7 +324,7 @@ def test_a_start_needs_two_snapshots_an_archive_and_one_command_at_a_time(
 
 def test_the_last_entry_and_damaged_entries_stay(path: Path, archive: Path) -> None:
     end = _entries(path)[-1]
-    with pytest.raises(JournalError, match="entry 60, its last, cannot be removed"):
+    with pytest.raises(JournalError, match="entry 60 is the last entry and cannot be removed"):
         remove_until(path, Position(end.sequence, end.digest))
     _tamper(path, "UPDATE entry SET source = 'x' WHERE sequence = 6")
     with pytest.raises(JournalError, match="entry 6 of the journal is damaged"):
@@ -339,20 +339,20 @@ def test_the_last_entry_and_damaged_entries_stay(path: Path, archive: Path) -> N
 @pytest.mark.parametrize(
     ("statement", "named"),
     [
-        ("UPDATE base SET sequence = 36", "the entries 37 to 40 of the journal are missing"),
+        ("UPDATE base SET sequence = 36", "entries 37 to 40 of the journal are missing"),
         (
             "UPDATE base SET sequence = 41",
-            "entry 41 of the journal is damaged: it is recorded as removed",
+            "entry 41 of the journal is damaged: it is marked as removed",
         ),
         ("UPDATE base SET digest = x'00'", "entry 41 of the journal is damaged"),
         ("UPDATE base SET accepted = accepted + 1", "its counts do not match"),
         ("UPDATE base SET rejected = rejected + 1", "its rejected rows to start at"),
-        ("UPDATE base SET keys = keys + 1", "expected 35 keys of removed entries, was 34"),
-        ("DELETE FROM base", "expected one last removed entry"),
-        ("DELETE FROM removed WHERE sequence = 9", "expected 34 keys of removed entries, was 33"),
+        ("UPDATE base SET keys = keys + 1", "expected 35 keys of removed entries, found 34"),
+        ("DELETE FROM base", "expected one record of the last removed entry"),
+        ("DELETE FROM removed WHERE sequence = 9", "expected 34 keys of removed entries, found 33"),
         ("UPDATE removed SET accepted = 1 WHERE sequence = 9", "entry 9 of the journal is damaged"),
         ("DELETE FROM entry WHERE sequence = 41", "entry 41 of the journal is missing"),
-        ("UPDATE header SET format_version = 2", "the entries 1 to 40 of the journal are missing"),
+        ("UPDATE header SET format_version = 2", "entries 1 to 40 of the journal are missing"),
     ],
 )
 def test_damage_of_a_shortened_journal_is_named(
@@ -374,7 +374,7 @@ def test_without_a_sound_snapshot_the_verification_says_that_no_start_is_possibl
     damage = verify_journal(path).damage
     assert len(damage) == 3
     assert damage[-1].endswith(
-        "the entries up to 40 are in the archive only, and no intact snapshot follows them: a "
+        "entries up to 40 are only in the archive, and no intact snapshot follows them: a "
         "service cannot start; restore the archive"
     )
     (tmp_path / "backup").mkdir()

@@ -77,7 +77,9 @@ def test_the_setting_that_differs_is_named_where_it_is_known(tmp_path: Path) -> 
         asked.append(fingerprint)
         return "--filter ci, now imm"
 
-    with pytest.raises(ConfigurationError, match=r"created with --filter ci, now imm; start with"):
+    with pytest.raises(
+        ConfigurationError, match=r"created with --filter ci, now imm; use the original"
+    ):
         SqliteJournal(path, "b" * 64, setting_of)
     assert asked == [FINGERPRINT]
 
@@ -353,7 +355,7 @@ def test_a_closed_journal_is_one_file_without_open_handles(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("SQLITE_IOERR_SHMSIZE", r"disk full \(SQLITE_IOERR_SHMSIZE\); free space"),
+        ("SQLITE_IOERR_SHMSIZE", r"disk full \(SQLITE_IOERR_SHMSIZE\); free some space"),
         ("SQLITE_IOERR_READ", r"disk I/O error \(SQLITE_IOERR_READ\)"),
     ],
 )

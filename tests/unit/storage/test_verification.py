@@ -92,15 +92,15 @@ def test_the_progress_ends_with_all_entries(path: Path) -> None:
         ("DELETE FROM entry WHERE sequence = 9", ["entry 9 of the journal is missing"]),
         (
             "DELETE FROM entry WHERE sequence BETWEEN 9 AND 11",
-            ["the entries 9 to 11 of the journal are missing"],
+            ["entries 9 to 11 of the journal are missing"],
         ),
         ("DELETE FROM entry WHERE sequence > 35", ["entry 36 of the journal is damaged: the entr"]),
-        ("UPDATE head SET accepted = 1", ["its counts do not match those of the entries"]),
+        ("UPDATE head SET accepted = 1", ["its counts do not match the entries"]),
         ("UPDATE head SET digest = x'00'", ["entry 40 of the journal is damaged: it is not the"]),
         ("UPDATE quarantine SET first = 0 WHERE first = 1", ["rejected rows to start at 1"]),
         ("UPDATE skipped SET reason = 'other'", ["entry 7 of the journal is damaged: its checks"]),
-        ("DELETE FROM head", ["expected a journal with one head"]),
-        ("DELETE FROM header", ["expected a journal with one header"]),
+        ("DELETE FROM head", ["expected one journal head,"]),
+        ("DELETE FROM header", ["expected one journal header"]),
     ],
 )
 def test_damaged_entries_are_named(path: Path, statement: str, named: list[str]) -> None:
@@ -162,7 +162,7 @@ def test_a_journal_that_lost_its_end_lacks_acknowledged_entries(path: Path) -> N
     _written(shorter, 20).close()
     _tip(shorter).write_bytes(acknowledged)
     (damage,) = verify_journal(shorter).damage
-    assert "40 entries were acknowledged, but it contains 20" in damage
+    assert "40 entries were acknowledged, but it contains only 20" in damage
 
 
 def test_a_snapshot_of_another_journal_is_named(path: Path) -> None:

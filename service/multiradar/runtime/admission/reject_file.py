@@ -171,5 +171,5 @@ def _future(admission: Admission, sensor: int, met_s: float, time_s: float) -> s
         return f"at most {admission.forward_jump_max_s:g} s after the data time {met_s} s"
     after = f"at most {admission.tolerance_of(sensor):g} s after"
     if np.isnan(met_s):
-        return f"{after} those of the other clocks"
+        return f"{after} the times of the other clocks"
     return f"{after} the data time {met_s} s, which other sensors agree on"

@@ -88,7 +88,7 @@ class SensorsInForce:
         given = values.get("id", sensor_id)
         if given != sensor_id:
             raise ConfigurationError(
-                f"id: expected {sensor_id}, the sensor of the address, was {given!r:.80}"
+                f"id: expected {sensor_id}, the sensor in the URL, was {given!r:.80}"
             )
         document = {_SENSOR: {**values, "id": sensor_id}, _RESET: reset_biases}
         new, change = self._changed(document)
@@ -119,7 +119,7 @@ class SensorsInForce:
             document = json.loads(change)
             return self._changed(document)
         except (KeyError, TypeError, ValueError) as error:
-            raise JournalError(f"expected the change of a sensor, was {change!r:.200}") from error
+            raise JournalError(f"expected a sensor change, found {change!r:.200}") from error
 
     def record(self, new: "SensorsInForce", what: SensorChange, change: bytes) -> dict[str, Any]:
         """Return what a change did, for the status.
@@ -171,7 +171,7 @@ class SensorsInForce:
     def _changed(self, document: Any) -> tuple["SensorsInForce", SensorChange]:
         if self.file is None:
             raise ConfigurationError(
-                "the sensors cannot change: the service was started without their descriptions"
+                "sensors cannot be changed: the service was started without sensor descriptions"
             )
         values, reset = document[_SENSOR], document[_RESET]
         try:
@@ -185,7 +185,7 @@ class SensorsInForce:
 
 
 def _described(sensors: SensorsInForce, row: int) -> dict[str, Any]:
-    assert sensors.file is not None, "only described sensors change"
+    assert sensors.file is not None, "only sensors with a description can be changed"
     return sensors.file.sensor[row].model_dump(mode="json")
 
 

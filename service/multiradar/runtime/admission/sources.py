@@ -122,8 +122,8 @@ class Sources:
             if counts["quarantined"]:
                 yield (
                     f"{name}: in quarantine, because most of its rows are rejected (see "
-                    f"/v1/rejects); limited to {self._limits.quarantine_rows_per_s} rows a second "
-                    "until it sends valid rows: check the sender"
+                    f"/v1/rejects); limited to {self._limits.quarantine_rows_per_s} rows per "
+                    "second until it sends valid rows: check the sender"
                 )
 
     # ---------------------------------------------------------------- inside

@@ -185,8 +185,8 @@ class _Pieces:
     def __init__(self, output: EngineOutput) -> None:
         if not len(output.updates) == len(output.plots) == len(output.spread):
             raise ValueError(
-                f"expected a plot and a covariance for each of {len(output.updates)} updates, was "
-                f"{len(output.plots)} and {len(output.spread)}"
+                f"expected one plot and one covariance per update ({len(output.updates)} updates), "
+                f"found {len(output.plots)} plots and {len(output.spread)} covariances"
             )
         self._output = output
         times = {

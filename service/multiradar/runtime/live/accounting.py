@@ -37,6 +37,6 @@ class Accounting:
         """
         if self.read != self.accepted + self.duplicate + self.rejected:
             raise PipelineError(
-                f"rows are not accounted for: read {self.read}, accepted {self.accepted}, "
+                f"row counts do not add up: read {self.read}, accepted {self.accepted}, "
                 f"duplicate {self.duplicate}, rejected {self.rejected}"
             )

@@ -71,7 +71,7 @@ class JournalCheck:
                 return self._verify_from(first)
             except RemovedEntriesError:
                 # Overtaken by the removal of entries.
-                _log.info("entries were removed from the journal while they were verified")
+                _log.info("entries were removed from the journal during verification")
 
     def _verify_from(self, first: int) -> bool:
         begin_s = self._clock.monotonic_s()

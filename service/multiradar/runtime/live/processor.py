@@ -209,7 +209,7 @@ class Processor:
         if self._snapshots is not None:
             self._snapshots.lead()
         if self._journal.skipped().keys() != self.skipped.keys():
-            _log.warning("the previous run skipped other entries; replaying the journal")
+            _log.warning("the previous run skipped different entries; replaying the journal")
             self._rebuild(None, one_by_one=False)
         self._follow(self._journal.counts().entries)
 
@@ -313,7 +313,7 @@ class Processor:
                 if failure.entries[0].kind is EntryKind.SENSOR:
                     # Without it later entries would have another meaning.
                     raise PipelineError(
-                        f"the change of a sensor in journal entry {failure.entries[0].sequence} "
+                        f"the sensor change in journal entry {failure.entries[0].sequence} "
                         f"cannot be processed: {failure.cause}"
                     ) from failure.cause
                 if rows_max == 1:

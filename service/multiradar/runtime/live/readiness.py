@@ -28,7 +28,7 @@ CODES = (
 #: Why a standby accepts no measurements.
 IS_STANDBY = (
     "this service is the standby: it follows the journal of the primary, and takes over when the "
-    "primary stops; send to the primary"
+    "primary stops; send measurements to the primary"
 )
 
 #: Rows and failed writes count for so long, s.
@@ -117,8 +117,8 @@ class Disk:
         share = 0.0 if space is None else 1.0 - space.free_bytes / max(space.size_bytes, 1)
         raised = [name for name, least in self._shares.items() if share >= least]
         warning = [] if space is None or not raised else [
-            f"the disk of the {self._owner} is {share:.0%} full, {space.free_bytes / _GIB:.1f} GiB "
-            "are left: free some space, or enlarge it"
+            f"the {self._owner} disk is {share:.0%} full ({space.free_bytes / _GIB:.1f} GiB "
+            "left): free some space, or enlarge the disk"
         ]  # fmt: skip
         if len(raised) > len(self._logged):
             _log.warning("%s", *warning)
@@ -130,12 +130,12 @@ class Disk:
         full_s, space = self._full_s, self._space()
         # A quota is not seen in the free space. It may be gone without a further write.
         if full_s is not None and self._clock.monotonic_s() - full_s <= RECENT_S:
-            return Reason(JOURNAL_FULL, "the disk of the journal is full; free some space")
+            return Reason(JOURNAL_FULL, "the journal disk is full; free some space")
         if space is None or space.free_bytes >= self._free_bytes_min:
             return None
         return Reason(
             JOURNAL_FULL,
-            f"the disk of the journal has {space.free_bytes / _MIB:.0f} MiB left (limit "
+            f"the journal disk has {space.free_bytes / _MIB:.0f} MiB left (limit "
             f"{self._free_bytes_min / _MIB:.0f} MiB); free some space",
         )
 
@@ -233,7 +233,7 @@ def lag_reason(lags_s: Mapping[str, float], most_s: float) -> Reason | None:
     if lag_s <= most_s:
         return None
     return Reason(
-        LAG, f"the oldest message in the stage {stage} was received {lag_s:.0f} s ago (limit "
+        LAG, f"the oldest message in stage {stage} was received {lag_s:.0f} s ago (limit "
         f"{most_s:g} s): data arrive faster than they can be processed, or the stage has stopped",
     )  # fmt: skip
 
@@ -241,7 +241,9 @@ def lag_reason(lags_s: Mapping[str, float], most_s: float) -> Reason | None:
 def require_running(state: ServiceState, failure: MultiradarError | None) -> None:
     """Raise an error if the service accepts no measurements: that of its failure, or its state."""
     if state is ServiceState.DRAINING:
-        raise PipelineError("the service is draining and accepts no more; send to its standby")
+        raise PipelineError(
+            "the service is draining and accepts no more measurements; send them to its standby"
+        )
     if state not in (ServiceState.RUNNING, ServiceState.STANDBY):
         raise PipelineError(f"the service is not running: {state}")
     if failure is not None:

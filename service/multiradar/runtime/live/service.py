@@ -240,7 +240,7 @@ class Service:
         with self._changing:
             processor, journal = self._processor, self._journal
             if processor is None or journal is None or self._state is not ServiceState.STANDBY:
-                raise PipelineError(f"the service does not follow another: {self._state}")
+                raise PipelineError(f"the service is not a standby: {self._state}")
             self._followed = max(until, self._followed)
             if until > processor.processed:
                 processor.follow(until)
@@ -373,7 +373,7 @@ class Service:
             received_s=self._watch.host_clock.received_s, clock_s=clock_s, change=change,
         )  # fmt: skip
         journalled = self._put(mark)
-        assert self._processor is not None, "a running service has one"
+        assert self._processor is not None, "a running service has a processor"
         return once_processed(journalled, self._processor.settled)
 
     def _put(self, submission: Submission) -> Future[Receipt]:
@@ -399,8 +399,8 @@ class Service:
         self._processor.replay()
 
     def _accept(self) -> None:
-        assert self._processor is not None, "it was replayed"
-        assert self._journal is not None, "it is open"
+        assert self._processor is not None, "the journal has been replayed"
+        assert self._journal is not None, "the journal is open"
         self._processor.lead()
         self.publication.lead()
         counts = self._accounting.resume(self._journal.counts())

@@ -181,14 +181,14 @@ class Snapshots:
                 octets = self._write(journal, taken)
                 cost_s = self._clock.monotonic_s() - begin_s
                 _log.info(
-                    "snapshot of entry %d: %.1f MB in %.2f s, the engine paused %.0f ms",
+                    "snapshot at entry %d: %.1f MB in %.2f s, engine paused for %.0f ms",
                     sequence, octets / 1e6, cost_s, 1e3 * paused_s,
                 )  # fmt: skip
             except Exception as error:
                 self._folder.tidy()
                 is_expected = isinstance(error, SnapshotError | StateError | JournalError)
                 level = logging.WARNING if is_expected else logging.ERROR
-                _log.log(level, "no snapshot of entry %d: %s", sequence, error)
+                _log.log(level, "snapshot at entry %d failed: %s", sequence, error)
             finally:
                 end_s = self._clock.monotonic_s()
                 self._earliest_s = end_s + (end_s - begin_s) / SHARE_MAX
@@ -242,7 +242,7 @@ class Snapshots:
     def _require_space(self, space: Space | None, octets: int) -> None:
         if space is not None and space.free_bytes - octets < self._free_bytes_min:
             raise SnapshotError(
-                f"it needs {octets / 1e6:.0f} MB, and the disk of the journal has "
+                f"it needs {octets / 1e6:.0f} MB, but the journal disk has only "
                 f"{space.free_bytes / 1e6:.0f} MB left; free some space"
             )
 
@@ -327,7 +327,7 @@ class Snapshots:
             self._check_beside.stop()
 
     def _reject(self, path: Path, error: Exception) -> None:
-        _log.warning("snapshot %s is not used: %s", path.name, error)
+        _log.warning("ignoring snapshot %s: %s", path.name, error)
         self._folder.reject(path)
 
     def _check(
@@ -364,7 +364,9 @@ def open_snapshots(
         return None
     reasons = why_none(limits, repeating)
     if reasons:
-        _log.warning("no snapshots; each start replays the journal: %s", "; ".join(reasons))
+        _log.warning(
+            "snapshots are disabled; each start replays the journal: %s", "; ".join(reasons)
+        )
         return None
     return Snapshots(rules, limits, clock, threads)
 
@@ -376,7 +378,7 @@ def why_none(limits: RuntimeLimits, repeating: Sequence[str]) -> list[str]:
         for name in ("history_rows_max", "bias_history_rows_max")
         if getattr(limits, name) < limits.events_max
     ]
-    return [*short, *(f"{part} requires the whole output" for part in repeating)]
+    return [*short, *(f"{part} requires the complete output" for part in repeating)]
 
 
 def usable_snapshots(
@@ -436,7 +438,7 @@ def _key(
     layout = "\n".join(f"{name}\n{layout_of(kind)}" for name, kind in sorted(kinds.items()))
     return {
         **given,
-        "format of the state": hashlib.sha256(layout.encode()).hexdigest(),
+        "state format": hashlib.sha256(layout.encode()).hexdigest(),
         "skipped entries": ",".join(map(str, skipped)),
     }
 

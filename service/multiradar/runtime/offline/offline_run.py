@@ -319,7 +319,8 @@ def _check(result: OfflineResult, late: int) -> None:
     accounted = result.accepted + result.rejected_total + result.duplicate
     if result.read != accounted or late or sum(result.tracker.values()) != result.accepted:
         msg = (
-            "expected read = accepted + rejected + duplicate and an outcome for each accepted, was "
+            "expected read = accepted + rejected + duplicate, and one outcome per accepted "
+            "measurement; found "
             f"{result.read} = {result.accepted} + {result.rejected_total} + {result.duplicate}, "
             f"{sum(result.tracker.values())} outcomes and {late} late"
         )

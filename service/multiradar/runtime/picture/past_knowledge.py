@@ -101,4 +101,4 @@ class PastKnowledge:
 
     def trajectory_feed(self) -> TrajectoryFeed:
         """Raise TrajectoryError: trajectory sets of the past are not retained."""
-        raise TrajectoryError("NOT_RETAINED", "trajectory sets of the past are not retained")
+        raise TrajectoryError("NOT_RETAINED", "past trajectory sets are not retained")

@@ -36,6 +36,6 @@ def past_tracks(rows: pl.DataFrame, at_s: float, coast_after_s: float) -> pl.Dat
 def not_retained(at_s: float, span_s: tuple[float, float] | None) -> RequestError:
     """Return the error of a request for a time that is not retained."""
     span = "nothing is retained" if span_s is None else (
-        f"data times {span_s[0]:.3f} to {span_s[1]:.3f} are retained"
+        f"only data times {span_s[0]:.3f} to {span_s[1]:.3f} are retained"
     )  # fmt: skip
-    return RequestError(404, "NOT_RETAINED", f"no tracks of data time {at_s:.3f}: {span}")
+    return RequestError(404, "NOT_RETAINED", f"no tracks at data time {at_s:.3f}: {span}")

@@ -138,7 +138,7 @@ def method_of(name: str, probability: float) -> Method:
 
 def no_bundle() -> NoReturn:
     """Raise the TrajectoryError of a track without bundle."""
-    raise TrajectoryError("TRAJECTORIES_OFF", "the track has no bundle of trajectories")
+    raise TrajectoryError("TRAJECTORIES_OFF", "the track has no trajectory bundle")
 
 
 def no_plots() -> None:

@@ -47,7 +47,7 @@ def forecast_steps(horizon_s: float, step_s: float, points_max: int) -> NDArray[
     count = int(horizon_s / step_s + 1e-9) + 1
     if count > points_max:
         reason = (
-            f"expected at most {points_max} points, was {count}: "
+            f"expected at most {points_max} points, found {count}: "
             f"a horizon of {horizon_s} s in steps of {step_s} s"
         )
         raise ForecastError("step_s", reason)
@@ -240,8 +240,8 @@ def _no_state(track_id: int) -> TrajectoryError:
     return TrajectoryError(
         "NO_STATE",
         f"no state of track {track_id} is stored for this time: states are stored every "
-        f"{SAMPLE_EVERY_S:.0f} s from the confirmation of a track on, the oldest are discarded; "
-        "ask for a later time",
+        f"{SAMPLE_EVERY_S:.0f} s once a track is confirmed, and the oldest are discarded; "
+        "request a later time",
     )
 
 

@@ -133,13 +133,13 @@ ENCOUNTER_HORIZON = Parameter(
 )
 ENCOUNTER_DISTANCE = Parameter(
     "distance_m", ENCOUNTER_DISTANCE_M,
-    "Horizontal threshold, m: pairs whose predicted positions come closer",
+    "Horizontal threshold, m: include pairs whose predicted positions come closer",
     least=1.0, most=100_000.0, example=9260,
 )  # fmt: skip
 ENCOUNTER_HEIGHT = Parameter(
     "height_m", None,
-    "Vertical threshold, m: skip pairs that are always separated by more; "
-    "pairs of unknown height are included",
+    "Vertical threshold, m: skip pairs whose vertical separation is always larger; "
+    "pairs with an unknown height are included",
     least=1.0, most=20_000.0, example=305,
 )  # fmt: skip
 ENCOUNTERS = (
@@ -148,7 +148,7 @@ ENCOUNTERS = (
     ENCOUNTER_HEIGHT,
     Parameter(
         "probability_min", 0.0,
-        "Skip pairs with a lower probability of coming within both thresholds",
+        "Minimum probability of coming within both thresholds; other pairs are skipped",
         least=0.0, most=1.0, example=0.1,
     ),
     Parameter(

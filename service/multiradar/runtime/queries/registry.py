@@ -108,7 +108,7 @@ FORECAST = Query(
 MANOEUVRE_PLANE = Query(
     "manoeuvre-plane", "manoeuvre-planes", True, (parameters.WINDOW,), _of_window(plane_of_track),
     ManoeuvrePlane,
-    "Fit a plane to the last plots of a live track and test whether they lie in it.",
+    "Fit a plane to the last plots of a live track and test whether they lie in the plane.",
     "The plots of the window do not determine a plane; see `code`",
 )  # fmt: skip
 OBSERVABILITY = Query(
@@ -120,7 +120,7 @@ TRAJECTORIES = Query(
     "trajectories", "trajectories", True, parameters.TRAJECTORIES, answer_trajectories,
     Trajectories,
     "Return the reconstructed trajectories of a live track over its last 90 s, with weights.",
-    "There are no trajectories of the track; see `code`",
+    "The track has no trajectories; see `code`",
     of_past=False,
 )  # fmt: skip
 ENCOUNTERS = Query(

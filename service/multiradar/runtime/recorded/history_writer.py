@@ -140,11 +140,12 @@ class HistoryWriter:
             lost = ", ".join(f"{count:,} of {name}" for name, count in self._lost.items())
         if self.stopped:
             alarms.append(HISTORY_STOPPED)
-            warnings.append(f"the history is not written: {self.stopped}")
+            warnings.append(f"the history is not being written: {self.stopped}")
         if lost:
             alarms.append(HISTORY_INCOMPLETE)
             warnings.append(
-                f"the history lacks rows that arrived faster than they could be written: {lost}"
+                "rows that arrived faster than they could be written are missing from the history: "
+                f"{lost}"
             )
         return alarms, warnings
 
@@ -171,7 +172,7 @@ class HistoryWriter:
                 self._commit(folder, {})
             elif self._digest(state.sequence) != state.digest:
                 raise ConfigurationError(
-                    f"{folder.path}: written with another journal: entry {state.sequence} differs; "
+                    f"{folder.path}: belongs to another journal: entry {state.sequence} differs; "
                     "choose another folder for the history"
                 )
             else:
@@ -204,7 +205,7 @@ class HistoryWriter:
     # Returns whether there are more rows already.
     def _write(self) -> bool:
         folder = self._folder
-        assert folder is not None, "the thread was started with one"
+        assert folder is not None, "the history thread was started without a folder"
         least = _FREE_FACTOR * self._rules.limits.disk_free_bytes_min
         if folder.free_octets() < least:
             self._remove(folder)
@@ -227,7 +228,7 @@ class HistoryWriter:
             _log.warning("%s", self.alarms()[1][-1])
         self._written_s = self._clock.monotonic_s()
         if self.stopped:
-            _log.info("the history is written again")
+            _log.info("the history is being written again")
             self.stopped = ""
         self._remove(folder)
         return any(one.more for one in found.values())
@@ -256,7 +257,7 @@ class HistoryWriter:
         if reason != self.stopped:
             expected = isinstance(error, OSError | MultiradarError) or is_full(error)
             trace = None if expected else error
-            _log.warning("the history is not written: %s", error, exc_info=trace)
+            _log.warning("the history is not being written: %s", error, exc_info=trace)
         self.stopped = reason
 
 

@@ -202,5 +202,7 @@ class RecordedService:
 
 def _not_recorded(name: str) -> RequestError:
     return RequestError(
-        404, "NOT_RECORDED", f"{name}: available from the service only, not from a recorded run"
+        404,
+        "NOT_RECORDED",
+        f"{name}: only available from a running service, not from a recorded run",
     )

@@ -139,7 +139,7 @@ class OutputEvents:
             self._changes.last(counts[4]),
         ]  # fmt: skip
         if any(len(table) < count for table, count in zip(tables, counts, strict=True)):
-            raise StateError(f"expected {counts} rows for the events, by kind, found fewer")
+            raise StateError(f"expected {counts} event rows, by kind, found fewer")
         self.ring.clear(self._kinds.appended - len(kinds))
         begin = np.array([len(table) for table in tables]) - counts
         for first in range(0, len(kinds), _CHUNK_EVENTS):

@@ -177,7 +177,7 @@ class BundlePool:
             try:
                 self._scores.make(track_id, self._kept[track_id].bundle)
             except Exception as error:
-                _log.error("forecast of track %d failed", track_id, exc_info=error)
+                _log.error("forecast for track %d failed", track_id, exc_info=error)
         self._since = 0
         for kept in self._kept.values():
             kept.fresh = False
@@ -195,7 +195,7 @@ class BundlePool:
         try:
             self._scores.evaluate(track_id, bundle, time_s)
         except Exception as error:
-            _log.error("evaluation of forecasts of track %d failed", track_id, exc_info=error)
+            _log.error("forecast evaluation for track %d failed", track_id, exc_info=error)
             self._scores.discard(track_id)
 
     @property
@@ -255,7 +255,7 @@ class BundlePool:
         self.outcomes.update(outcomes)
         self._since += outcomes.count(ACCEPTED)
         for error in bugs:
-            _log.error("reinitialising the bundle of track %d", track_id, exc_info=error)
+            _log.error("reinitialising the bundle for track %d", track_id, exc_info=error)
             self._scores.discard(track_id)
         self._restarts += restarts
         if kept is not None:

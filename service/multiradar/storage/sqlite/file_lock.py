@@ -41,7 +41,8 @@ class FileLock:
         if not wait and not self.acquire():
             self.release()
             raise JournalError(
-                f"{path}: another service is using this journal; stop it, or choose another one"
+                f"{path}: another service is using this journal; stop that service, or choose "
+                "another journal"
             )
 
     def acquire(self) -> bool:
@@ -123,7 +124,7 @@ class OpenFiles:
             found = _inode(path)
             if found != inode:
                 how = "removed" if found is None else "replaced by another file"
-                raise JournalError(f"{path}: {how} while the service uses it")
+                raise JournalError(f"{path}: {how} while the service was using it")
 
 
 # Device and number of the file at a path; None without one.

@@ -124,7 +124,7 @@ class JournalRows:
         columns = Columns(*row[:7])
         digest, found = row[7:]
         if found != sequence:
-            raise self.damaged(sequence, f"expected this entry, but found {found}")
+            raise self.damaged(sequence, f"found entry {found} in its place")
         try:
             intact = entry_digest(previous, sequence, columns) == digest
         except (AttributeError, TypeError, UnicodeError):
@@ -145,7 +145,7 @@ class JournalRows:
         """Return the entry of a row, verified against the digest of the previous entry."""
         sequence = row[8]
         if not isinstance(sequence, int):
-            raise JournalError(f"{self._path}: expected a sequence number, was {sequence!r}")
+            raise JournalError(f"{self._path}: expected a sequence number, found {sequence!r}")
         return self.verified(self.digest_of(connection, sequence - 1), sequence, row)
 
     def digest_of(self, connection: sqlite3.Connection, sequence: int) -> bytes:
@@ -183,7 +183,9 @@ class JournalRows:
         ).fetchall()
         kinds = [int, bytes, int, int, int]
         if len(rows) != 1 or [type(value) for value in rows[0]] != kinds:
-            raise JournalError(f"{self._path}: expected one last removed entry, was {rows}")
+            raise JournalError(
+                f"{self._path}: expected one record of the last removed entry, found {rows}"
+            )
         return Base(*rows[0])
 
     def require(self, connection: sqlite3.Connection, after: int) -> Base:
@@ -223,7 +225,7 @@ class JournalRows:
     def check_counts(self, head: Head, accepted: int, rejected: int) -> None:
         """Raise JournalError if the rows of all entries are not those in the head."""
         if (accepted, rejected) != (head.accepted, head.rejected):
-            raise self.damaged(head.sequence, "its counts do not match those of the entries")
+            raise self.damaged(head.sequence, "its counts do not match the entries")
 
     def head(self, connection: sqlite3.Connection) -> Head:
         """Return the end of the journal."""
@@ -232,7 +234,7 @@ class JournalRows:
         ).fetchall()
         intact = len(rows) == 1 and [type(value) for value in rows[0]] == [int, bytes, int, int]
         if not intact:
-            raise JournalError(f"{self._path}: expected a journal with one head, was {rows}")
+            raise JournalError(f"{self._path}: expected one journal head, found {rows}")
         return Head(*rows[0])
 
     def skipped(self, connection: sqlite3.Connection) -> dict[int, str]:
@@ -253,8 +255,8 @@ class JournalRows:
 
     def _removed(self, base: Base) -> RemovedEntriesError:
         return RemovedEntriesError(
-            f"{self._path}: the journal no longer begins with entry 1: the entries up to "
-            f"{base.sequence} are in the archive only, and no snapshot after them can be used; see "
+            f"{self._path}: the journal no longer starts with entry 1: entries up to "
+            f"{base.sequence} are only in the archive, and no snapshot after them can be used; see "
             "the log, and restore the archive (docs/howto/backup.md#shorten-the-journal)"
         )
 
@@ -292,7 +294,7 @@ def header_of(connection: sqlite3.Connection, path: Path) -> tuple[int, str]:
     """
     rows = connection.execute("SELECT format_version, fingerprint FROM header").fetchall()
     if len(rows) != 1:
-        raise JournalError(f"{path}: expected a journal with one header, was {len(rows)}")
+        raise JournalError(f"{path}: expected one journal header, found {len(rows)}")
     version, fingerprint = rows[0]
     if version not in (EARLIER_VERSION, FORMAT_VERSION, SHORTENED_VERSION):
         raise ConfigurationError(
@@ -300,5 +302,5 @@ def header_of(connection: sqlite3.Connection, path: Path) -> tuple[int, str]:
             "use the multiradar version that wrote it, or choose another journal"
         )
     if not isinstance(fingerprint, str):
-        raise JournalError(f"{path}: expected a fingerprint in the header, was {fingerprint!r}")
+        raise JournalError(f"{path}: expected a fingerprint in the header, found {fingerprint!r}")
     return version, fingerprint

@@ -74,7 +74,7 @@ class Verification:
         tip = Tip.read(self._tip_path)
         empty = not file_size(self._path)
         if empty and (file_size(self._log_path) or (tip and tip.sequence)):
-            raise self._incomplete("it is missing or empty, but its other files are not")
+            raise self._incomplete("missing or empty, although its other files are not")
         if empty:
             return None
         damage = None if tip and tip.accepts_any else log_damage(self._log_path)
@@ -94,7 +94,7 @@ class Verification:
             raise self._incomplete(f"{self._tip_path.name} is missing")
         if not tables and tip.sequence:
             raise self._incomplete(
-                f"{tip.sequence} entries were acknowledged, but it contains none"
+                f"{tip.sequence} entries were acknowledged, but the journal contains none"
             )
         if not tables:
             return None
@@ -107,7 +107,7 @@ class Verification:
         if end < tip.sequence:
             raise self._incomplete(
                 f"entry {end + 1} of the journal is missing: {tip.sequence} were acknowledged, "
-                f"but it contains {end}"
+                f"but it contains only {end}"
             )
         if (
             tip.sequence
@@ -126,14 +126,15 @@ class Verification:
                 f"(fingerprint {written_with[:12]}, now {self._fingerprint[:12]})"
             )
             raise ConfigurationError(
-                f"{self._path}: the journal was created with {other}; start with those, or carry "
-                "it over into a new state (multiradar migrate)"
+                f"{self._path}: the journal was created with {other}; use the original "
+                "configuration, or migrate the journal to a new state directory (multiradar "
+                "migrate)"
             )
 
     def _incomplete(self, how: str) -> JournalError:
         return JournalError(
-            f"{self._path}: {how}; restore all files {self._path.name}* from one copy, or write "
-            f'"{ACCEPT}" into {self._tip_path.name} to continue with what is left'
+            f"{self._path}: {how}; restore all files {self._path.name}* from the same copy, or "
+            f'write "{ACCEPT}" into {self._tip_path.name} to continue with the remaining entries'
         )
 
 
@@ -164,13 +165,13 @@ def make_folder(path: Path) -> None:
         if found not in (None, JOURNAL):
             msg = (
                 f"{folder}: expected a folder with a journal, was {found}; choose another "
-                "folder, which need not exist (`replay` sends a recording to the service)"
+                "folder, which need not exist yet (`replay` sends a recording to the service)"
             )
             raise JournalError(msg)
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         msg = (
-            f"{folder}: cannot be created for the journal ({error.strerror}); choose another "
-            "folder with --state"
+            f"{folder}: cannot create this folder for the journal ({error.strerror}); choose "
+            "another folder with --state"
         )
         raise JournalError(msg) from error

@@ -144,7 +144,9 @@ def _remove_some(
     if base.sequence >= until.sequence:
         return base.sequence
     if until.sequence >= rows.head(connection).sequence:
-        raise JournalError(f"{path}: entry {until.sequence}, its last, cannot be removed")
+        raise JournalError(
+            f"{path}: entry {until.sequence} is the last entry and cannot be removed"
+        )
     if rows.digest_of(connection, until.sequence) != until.digest:
         raise JournalError(
             f"{path}: entry {until.sequence} does not match the archive; choose the archive of "

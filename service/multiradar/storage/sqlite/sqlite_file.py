@@ -166,7 +166,9 @@ def journal_errors(path: Path) -> Iterator[None]:
         if name == "SQLITE_FULL":
             raise JournalFullError(f"{path}: disk full") from error
         if name in _NO_ROOM:
-            raise JournalError(f"{path}: disk full ({name}); free space and start again") from error
+            raise JournalError(
+                f"{path}: disk full ({name}); free some space and start again"
+            ) from error
         raise JournalError(f"{path}: {error} ({name})") from error
 
 

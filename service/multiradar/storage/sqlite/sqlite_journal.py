@@ -322,7 +322,10 @@ class SqliteJournal:
                 if self._verification.followed():
                     break
                 if not left:
-                    raise JournalError(f"{self._path}: the service that uses it has not created it")
+                    raise JournalError(
+                        f"{self._path}: journal not yet created by the service; start the service "
+                        "first"
+                    )
                 threading.Event().wait(_TRY_S)
             self._reader = opened.enter_context(closing(open_database(self._path, "ro")))
             self._files = OpenFiles([self._path, self._tip_path])
@@ -352,8 +355,8 @@ class SqliteJournal:
         with self._written():
             if self._opening() != self._number:
                 raise JournalError(
-                    f"{self._path}: another service has opened this journal for writing; this one "
-                    "writes no more"
+                    f"{self._path}: another service has opened this journal for writing; this "
+                    "service no longer writes to it"
                 )
             yield
 
@@ -373,7 +376,7 @@ class SqliteJournal:
         for entry in entries:
             key = entry.idempotency_key
             if key is not None and self._rows.removed(self._writer, key) is not None:
-                raise JournalError(f"{self._path}: the key {key!r} is that of a removed entry")
+                raise JournalError(f"{self._path}: the key {key!r} belongs to a removed entry")
             sequence += 1
             columns = Columns.of(entry)
             digest = entry_digest(digest, sequence, columns)

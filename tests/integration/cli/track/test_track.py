@@ -404,7 +404,7 @@ def test_a_value_too_large_for_its_column_is_reported(
     pl.read_parquet(scene[0]).with_columns(large).write_parquet(measurements)
     assert _track(measurements, "--sensors", scene[1], "--out", tmp_path / "out") == 1
     shown = capsys.readouterr().err
-    assert "values do not fit their columns" in shown
+    assert "values do not match their column types" in shown
     assert "Parquet" not in shown
 
 

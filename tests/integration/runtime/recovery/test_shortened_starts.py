@@ -160,7 +160,7 @@ def test_without_a_usable_snapshot_a_start_says_that_the_journal_was_shortened(
         snapshot.write_bytes(snapshot.read_bytes()[:-1])
     state = _content(journal)
     service = _service(journal)
-    with pytest.raises(RemovedEntriesError, match="the entries up to 8 are in the archive only"):
+    with pytest.raises(RemovedEntriesError, match="entries up to 8 are only in the archive"):
         service.start()
     assert _usable(journal) == []
     assert _content(journal) == state

@@ -55,7 +55,7 @@ def test_a_name_is_added_once(tmp_path: Path) -> None:
         ('[[client]]\nname = "a"\nrole = "display"\nsensors = ["1"]', "only if the role is feed"),
         ('[[client]]\nname = "a"\nrole = "feed"\nkey_sha256 = "secret"', "key_sha256"),
         ('[[client]]\nname = "a"\nrole = "feed"\nkey = "mr_"', "key"),
-        ('[[client]]\nname = "a"\nrole = "feed"\n' * 2, "each name once, was 2 times a"),
+        ('[[client]]\nname = "a"\nrole = "feed"\n' * 2, "each name once, found a 2 times"),
         ("[[client]", "not valid TOML"),
     ],
 )
@@ -70,7 +70,7 @@ def test_a_client_of_the_settings_is_not_in_the_file_too(tmp_path: Path) -> None
     file = tmp_path / "keys.toml"
     add_client(file, client("screen", new_key()))
     settings = AccessSettings(clients=(client("screen", new_key()),), keys_file=file)
-    with pytest.raises(ConfigurationError, match="each name once, was 2 times screen"):
+    with pytest.raises(ConfigurationError, match="each name once, found screen 2 times"):
         Authentication(settings)
 
 

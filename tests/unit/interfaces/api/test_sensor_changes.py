@@ -67,7 +67,7 @@ async def test_a_sensor_is_added(client: httpx.AsyncClient, service: FakeService
     [
         ({"range_sigma_m": -3}, "range_sigma_m: expected"),
         ({"range_sigmas_m": 3}, "range_sigma_m"),
-        ({"id": "other"}, "expected 41-10, the sensor of the address, was 'other'"),
+        ({"id": "other"}, "expected 41-10, the sensor in the URL, was 'other'"),
         ({"kind": "adsb", "latitude_deg": None}, "cannot change while the service runs"),
         ({"also": ["41-20"]}, "two sensors are named 41-20"),
         ({"bias": {"range_offset_m": {"estimate": False}}}, "the estimated biases cannot change"),

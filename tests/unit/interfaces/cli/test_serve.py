@@ -62,7 +62,7 @@ def test_a_standby_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     ("options", "words"),
     [
         (("--host", "0.0.0.0"), "no client has a key"),  # rejected
-        (("--state", "/proc/x"), "cannot be created for the journal"),
+        (("--state", "/proc/x"), "cannot create this folder for the journal"),
         (("--sensors", "absent.toml"), "absent.toml: no such file"),
     ],
 )

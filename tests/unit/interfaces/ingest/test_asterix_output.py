@@ -163,7 +163,7 @@ def test_an_error_in_the_thread_is_reported_and_the_service_continues(
     output = engine.push(measurement_batch(recording(400), TABLE)[0])
     feed.put(replace(output, spread=output.spread[:0]))
     sending.stop()
-    assert "expected a plot and a covariance" in str(sending.counts()["failure"])
+    assert "expected one plot and one covariance" in str(sending.counts()["failure"])
     assert "ASTERIX output has stopped" in caplog.text
 
 

@@ -175,7 +175,7 @@ def test_a_loss_is_reported_once_to_the_user() -> None:
 def test_output_without_plots_or_covariance_is_an_error() -> None:
     cycles = Cycles(TABLE, TRACKING, [Kept()])
     received, _ = outputs([recording(200)])
-    with pytest.raises(ValueError, match="a plot and a covariance for each of"):
+    with pytest.raises(ValueError, match="one plot and one covariance per update"):
         list(cycles.push(replace(received, spread=received.spread[:3])))
 
 

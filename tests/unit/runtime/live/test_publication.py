@@ -215,7 +215,7 @@ def test_a_forecast_at_the_maximum_is_answered_and_beyond_is_rejected() -> None:
     points = forecast(published.view, number, 0.9, 0.1)
     assert points is not None
     assert len(points) == 10
-    with pytest.raises(ForecastError, match="at most 10 points, was 11"):
+    with pytest.raises(ForecastError, match="at most 10 points, found 11"):
         forecast(published.view, number, 1.0, 0.1)
 
 

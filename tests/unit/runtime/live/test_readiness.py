@@ -146,10 +146,10 @@ def test_a_disk_that_fills_up_raises_alarms_and_reads_go_on(
     assert status["alarms"] == alarms
     said = [one for one in status["warnings"] if "disk" in one]
     percent = 100 - free_bytes // 10
-    expected = f"the disk of the journal is {percent}% full, {free_bytes}.0 GiB are left"
+    expected = f"the journal disk is {percent}% full ({free_bytes}.0 GiB left)"
     assert [one.startswith(expected) for one in said] == [True] * bool(alarms)
     # Once for each alarm, not at each reading.
-    assert caplog.text.count("the disk of the journal is") == bool(alarms)
+    assert caplog.text.count("the journal disk is") == bool(alarms)
     assert scene.service.view.status()["alarms"] == []
 
 

@@ -229,7 +229,7 @@ def test_a_service_without_descriptions_changes_nothing() -> None:
     with pytest.raises(PipelineError, match="not running"):
         service.plan_sensor("41-10", {})
     service.start()
-    with pytest.raises(ConfigurationError, match="without their descriptions"):
+    with pytest.raises(ConfigurationError, match="without sensor descriptions"):
         service.plan_sensor("41-10", {"kind": "radar"})
     assert service.describe_sensor("41-10") is None
     service.stop()

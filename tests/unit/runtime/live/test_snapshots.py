@@ -344,7 +344,7 @@ def test_a_full_disk_costs_the_snapshot_alone(
     with site.service() as service:
         submit(service, FRAME[900:])
         settled(service)
-    assert any("no snapshot of entry" in line and "No space left" in line for line in log)
+    assert any("snapshot at entry" in line and "No space left" in line for line in log)
     assert sorted(os.listdir(site.rules.folder.path)) == before
     monkeypatch.setattr(os, "write", write)
     with site.service() as service:

@@ -243,13 +243,13 @@ def test_a_standby_that_can_no_longer_follow_ends_with_the_reason(pair: Pair) ->
     path.rename(path.with_name("moved.db"))
     wait_until(lambda: pair.failed, "the failure of the standby")
     assert isinstance(pair.second.failure, JournalError)
-    assert "journal.db: removed while the service uses it" in str(pair.second.failure)
+    assert "journal.db: removed while the service was using it" in str(pair.second.failure)
     assert pair.second.state is ServiceState.FAILED
     assert pair.began == 0
 
 
 def test_a_service_that_is_no_standby_does_not_follow(pair: Pair) -> None:
-    with pytest.raises(PipelineError, match="the service does not follow another: running"):
+    with pytest.raises(PipelineError, match="the service is not a standby: running"):
         pair.primary.follow(1)
     pair.standby.start()
     pair.standby.stop()

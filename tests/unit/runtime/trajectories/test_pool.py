@@ -180,7 +180,7 @@ def test_the_number_of_threads_changes_nothing(caplog: pytest.LogCaptureFixture)
     assert len(states) == 5
     assert {"FAILED": 1, "NO_COVARIANCE": 1}.items() <= outcomes.items()
     assert [record.getMessage() for record in caplog.records] == [
-        "reinitialising the bundle of track 2"
+        "reinitialising the bundle for track 2"
     ]
     for workers in (2, 3):
         assert learnt(workers) == one

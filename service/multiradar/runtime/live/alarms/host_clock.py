@@ -74,15 +74,13 @@ class HostClock:
         if lead_s is not None:
             side = "ahead of" if lead_s > 0.0 else "behind"
             found.append(
-                f"all {len(self._leads_s())} sensors in real time are {abs(lead_s):.0f} s {side} "
-                "the clock of this machine: check the clock of this machine, and the time source "
-                "of the sensors"
+                f"all {len(self._leads_s())} real-time sensors are {abs(lead_s):.0f} s {side} "
+                "the system clock: check the system clock, and the time source of the sensors"
             )
         if abs(self.set_by_s) > SET_BY_S:
             found.append(
-                f"the clock of this machine was stepped by {self.set_by_s:+.1f} s since the "
-                "start; the "
-                "data time does not follow it: check its time synchronisation"
+                f"the system clock has been stepped by {self.set_by_s:+.1f} s since the service "
+                "started, and the data time does not follow: check the time synchronisation"
             )
         return found
 

@@ -39,15 +39,15 @@ class SensorAlarms:
     def storms(self) -> dict[str, str]:
         """Return a sentence for each sensor that delivers more than it can."""
         found = {
-            sensor_id: f"it has {self._tracks_max[sensor_id]:.0f} tentative tracks, its limit "
-            f"(plots_per_scan_max), and cannot initiate more: {_CHECK}"
+            sensor_id: f"it has reached its limit of {self._tracks_max[sensor_id]:.0f} tentative "
+            f"tracks (plots_per_scan_max), and cannot initiate more: {_CHECK}"
             for sensor_id in self._saturated()
         }
         if self.admission is None:
             return found
         for sensor in self.admission.storms():
             found[self._sensors.ids[sensor]] = (
-                f"it delivers more than {self.admission.rate_per_s(sensor):.0f} measurements a "
+                f"it delivers more than {self.admission.rate_per_s(sensor):.0f} measurements per "
                 f"second (plots_per_scan_max), and the excess is rejected: {_CHECK}"
             )
         return dict(sorted(found.items()))
@@ -55,13 +55,14 @@ class SensorAlarms:
     def warnings(self) -> list[str]:
         """Return a sentence for each of them."""
         clocks = [
-            f"{sensor_id}: its times are {abs(lead_s):g} s "
+            f"{sensor_id}: its time stamps are {abs(lead_s):g} s "
             f"{'ahead of' if lead_s > 0.0 else 'behind'} the data time, and its measurements are "
             "rejected; check its clock, or the delay of its data"
             for sensor_id, lead_s in self.clock_leads().items()
         ]
         disabled = [
-            f"{sensor_id}: disabled by its description, and its measurements are rejected"
+            f"{sensor_id}: disabled in the sensors file or by an operator; its measurements are "
+            "rejected"
             for sensor_id, off in zip(self._sensors.ids, self._sensors.disabled, strict=True)
             if off
         ]

@@ -304,7 +304,7 @@ async def test_a_smaller_bound_of_points_is_a_422_that_names_it(
     assert (answer.status_code, answer.json()["code"]) == (422, "INVALID_PARAMETER")
     (problem,) = answer.json()["errors"]
     assert "step_s" in json.dumps(problem)
-    assert "at most 10 points, was 11" in json.dumps(problem)
+    assert "at most 10 points, found 11" in json.dumps(problem)
     assert answer.json()["detail"].startswith("step_s: expected")
 
 
