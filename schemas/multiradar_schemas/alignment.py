@@ -22,7 +22,7 @@ class AlignedInput(Record):
     file: Annotated[str, _text("The file or directory")]
     counts: Annotated[
         Counts | None,
-        _number("Records of the file", "1", "already converted: counted as measurements"),
+        _number("Counts of records in the file", "1", "already converted: counted as measurements"),
     ]
 
 
@@ -37,16 +37,22 @@ class AlignedDistances(Record):
 class AlignedResiduals(Record):
     """Distances of the same pairs with different biases."""
 
-    pairs: Annotated[Count, _number("Pairs of plots", "1")]
-    aircraft: Annotated[Count, _number("Their aircraft", "1")]
-    before: Annotated[AlignedDistances | None, _number("Without biases", "m", "no pairs")]
+    pairs: Annotated[Count, _number("Number of pairs of plots", "1")]
+    aircraft: Annotated[Count, _number("Number of aircraft in these pairs", "1")]
+    before: Annotated[AlignedDistances | None, _number("Before bias correction", "m", "no pairs")]
     after: Annotated[
         AlignedDistances | None,
-        _number("With biases fitted without the aircraft of the pair", "m", "one aircraft"),
+        _number(
+            "After correction with biases fitted without the aircraft of the pair",
+            "m",
+            "one aircraft",
+        ),
     ]
     best: Annotated[
         AlignedDistances | None,
-        _number("With biases fitted to all aircraft: the noise floor", "m", "no pairs"),
+        _number(
+            "After correction with biases fitted to all aircraft: the noise floor", "m", "no pairs"
+        ),
     ]
 
 
@@ -66,7 +72,11 @@ class AlignedBias(Record):
         float | None, _number("Standard deviation of the slope", f"{_OF_PARAMETER} / h", "no slope")
     ]
     drifts: Annotated[
-        bool, _text("Whether the slope exceeds four sigma: the estimate is a mean over time")
+        bool,
+        _number(
+            "Whether the slope exceeds four sigma: `estimate` is then a mean over time",
+            "true or false",
+        ),
     ]
 
 
@@ -81,48 +91,58 @@ class AlignedInterval(Record):
 
 
 class AlignedRadar(Record):
-    """A radar against all others, from its pairs; residuals are of withheld aircraft."""
+    """A radar compared with all others, from its pairs, with residuals of withheld aircraft."""
 
     sensor_id: Annotated[str, _text("The radar")]
-    residuals: Annotated[AlignedResiduals, _number("Pairs of the sensor", "residuals")]
+    residuals: Annotated[
+        AlignedResiduals, _number("Residuals of the pairs that contain the radar", "residuals")
+    ]
     range_before_m: Annotated[
         float | None,
         _number(
-            "Median of the measured range minus the range of the positions from other sensors",
+            "Median of the measured range minus the range of the positions from other sensors, "
+            "before correction",
             "m",
             "no pairs",
         ),
     ]
-    range_after_m: Annotated[float | None, _number("The same after", "m", "no pairs")]
+    range_after_m: Annotated[
+        float | None, _number("The same median after correction", "m", "no pairs")
+    ]
     range_spread_m: Annotated[
         float | None, _number("Robust standard deviation after correction", "m", "no pairs")
     ]
     azimuth_before_deg: Annotated[
         float | None,
         _number(
-            "Median of the measured azimuth minus the azimuth of the positions from other sensors",
+            "Median of the measured azimuth minus the azimuth of the positions from other "
+            "sensors, before correction",
             "degree",
             "no pairs",
         ),
     ]
-    azimuth_after_deg: Annotated[float | None, _number("The same after", "degree", "no pairs")]
+    azimuth_after_deg: Annotated[
+        float | None, _number("The same median after correction", "degree", "no pairs")
+    ]
     azimuth_spread_deg: Annotated[
         float | None, _number("Robust standard deviation after correction", "degree", "no pairs")
     ]
     range_noise_m: Annotated[
-        float | None, _number("Estimated random error of range, 1 sigma", "m", "no pairs")
+        float | None, _number("Estimated random range error, 1 sigma", "m", "no pairs")
     ]
     azimuth_noise_deg: Annotated[
-        float | None, _number("Estimated random error of azimuth, 1 sigma", "degree", "no pairs")
+        float | None, _number("Estimated random azimuth error, 1 sigma", "degree", "no pairs")
     ]
 
 
 class AlignedPair(Record):
     """Two sensors."""
 
-    first: Annotated[str, _text("A sensor")]
-    second: Annotated[str, _text("The other sensor")]
-    residuals: Annotated[AlignedResiduals, _number("Their pairs", "residuals")]
+    first: Annotated[str, _text("The first sensor")]
+    second: Annotated[str, _text("The second sensor")]
+    residuals: Annotated[
+        AlignedResiduals, _number("Residuals of the pairs of these two sensors", "residuals")
+    ]
 
 
 class AlignedUnobservable(Record):
@@ -137,22 +157,25 @@ class Alignment(Record):
 
     inputs: Annotated[list[AlignedInput], _number("The recordings", "inputs")]
     counts: Annotated[Counts, _number("Measurements of the selected kinds", "1")]
-    first_s: Annotated[float | None, _number("First time", "s", "no measurements")]
-    last_s: Annotated[float | None, _number("Last time", "s", "no measurements")]
-    tracks: Annotated[Count, _number("Confirmed tracks", "1")]
+    first_s: Annotated[
+        float | None, _number("Time of the first measurement", "s", "no measurements")
+    ]
+    last_s: Annotated[float | None, _number("Time of the last measurement", "s", "no measurements")]
+    tracks: Annotated[Count, _number("Number of confirmed tracks", "1")]
     track_fraction: Annotated[float, _number("Fraction of the tracks used", "1")]
     folds: Annotated[
-        Count, _number("Number of folds over aircraft; 1: no aircraft was withheld", "1")
+        Count,
+        _number("Number of cross-validation folds over aircraft; 1: no aircraft was withheld", "1"),
     ]
-    pair_time_s: Annotated[float, _number("Longest time between the plots of a pair", "s")]
-    residuals: Annotated[AlignedResiduals, _number("All pairs", "residuals")]
+    pair_time_s: Annotated[float, _number("Maximum time between the plots of a pair", "s")]
+    residuals: Annotated[AlignedResiduals, _number("Residuals of all pairs", "residuals")]
     biases: Annotated[list[AlignedBias], _number("Final biases", "biases")]
-    radars: Annotated[list[AlignedRadar], _number("By radar", "radars")]
-    pairs: Annotated[list[AlignedPair], _number("By pair of sensors", "pairs")]
+    radars: Annotated[list[AlignedRadar], _number("Results for each radar", "radars")]
+    pairs: Annotated[list[AlignedPair], _number("Results for each pair of sensors", "pairs")]
     unobservable: Annotated[
         list[AlignedUnobservable],
         _number("Biases that the recording does not determine", "unobservable"),
     ]
-    trend: Annotated[list[AlignedInterval], _number("Biases by time", "trend")]
-    warnings: Annotated[list[str], _text("Restrictions of the result")]
+    trend: Annotated[list[AlignedInterval], _number("Biases over time", "trend")]
+    warnings: Annotated[list[str], _text("Limitations of the result")]
     sensors_toml: Annotated[str, _text("The sensors file, with the biases as priors")]

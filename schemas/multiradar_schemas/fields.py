@@ -83,34 +83,35 @@ from multiradar_schemas.sensors.sensor import ESTIMATED_BY_KIND, PRIOR_SIGMA_DEF
 
 _INTRODUCTION = """# Fields
 
-Every field that the service reads or writes: unit, source, and when it is absent (null in a table,
-null or missing in JSON). `python -m multiradar_schemas.fields docs/reference/fields.md` generates
-this page from the models; a test fails when it differs from them.
+This page lists every field that the service reads or writes, with its unit and source, and when it
+is absent (null in a table, null or missing in JSON).
+`python -m multiradar_schemas.fields docs/reference/fields.md` generates the page from the models; a
+test fails if they differ.
 
-Units are part of the names. Angles are degrees on the wire and on disk; azimuth and heading are
-clockwise from true north. A bias is *measured minus true*. Times are UTC, seconds since the Unix
-epoch, or the time of day continued past midnight where a recording has no date.
+Names include the unit. Angles are in degrees on the wire and on disk; azimuth and heading are
+clockwise from true north. A bias is *measured minus true*. Times are in seconds: UTC since the Unix
+epoch, or the time of day continued past midnight if the recording has no date.
 """
 
 _MEASUREMENTS = """A measurement is a row of `measurements.parquet` or of an Arrow body, or a JSON
-object. JSON gives the time as exactly one of `time_s`, `time_ns` and `time`; Arrow bodies may have
-one of these columns; files have `time_s`. `kind` is radar, adsb, mlat or bearing and determines the
-required fields. Direction finders send bearings; radars whose plots have no range, for example
-because of jamming, send them too:"""
+object. In JSON, the time is exactly one of `time_s`, `time_ns` and `time`; Arrow bodies may have
+one of these columns; files have `time_s`. Bearings come from direction finders, and from radars
+whose plots have no range, for example because of jamming. `kind` (radar, adsb, mlat or bearing)
+determines the required fields:"""
 
 _HEALTH = """
 ## Health: `health.parquet`, a row for each radar and epoch
 
-The last row of a radar is the member `health` of `GET /v1/sensors/{id}`.
+The last row of a radar is also the member `health` in the response to `GET /v1/sensors/{id}`.
 """
 
 _PLANES = """
 ## Manoeuvre planes: `manoeuvre_planes.parquet`, `GET /v1/tracks/{id}/manoeuvre-plane`
 
-The file has a row for each track and epoch in which it was updated. If the plots do not determine a
-plane, all columns but `track_id`, `time_s` and `window_s` are null and the column `reason`
-contains the cause; over HTTP, the response is a problem document with status 409 and the reason
-as its `code`.
+The file has a row for each track and epoch in which the track was updated. If the plots do not
+determine a plane, all columns except `track_id`, `time_s` and `window_s` are null, and the column
+`reason` contains the reason; over HTTP, the response is a problem document with status 409 and the
+reason as its `code`.
 """
 
 _TRAJECTORIES = """
@@ -120,12 +121,13 @@ If there are no trajectories, the response is a problem document with status 409
 its `code`.
 """
 _TRAJECTORY_TABLE = """
-The file has a row for each epoch and each track whose bundle was updated in it, with the state of
-the bundle after the last update: the fields above and those of `estimate`, with the same names;
-`weights` by trajectory; the segments of all trajectories concatenated, in lists `segment_…`, with
-the index of their trajectory, from 0, in `segment_trajectory`; and paths at multiples of 5 s, in
-lists `best_…` and `weighted_…`, with the times in `point_time_s`. Without trajectories all
-columns but `track_id` and `time_s` are null and the column `reason` contains the cause.
+The file has a row for each epoch and each track whose bundle was updated in that epoch, with the
+state of the bundle after the last update. The row contains the fields above and the fields of
+`estimate`, under the same names; `weights`, the list of the weights of the trajectories; the
+segments of all trajectories, concatenated in lists `segment_…`, with the index of the trajectory,
+from 0, in `segment_trajectory`; and paths at multiples of 5 s, in lists `best_…` and `weighted_…`,
+with the times in `point_time_s`. If there are no trajectories, all columns except `track_id` and
+`time_s` are null, and the column `reason` contains the reason.
 """
 
 
@@ -153,7 +155,7 @@ def _lines() -> Iterator[str]:
     yield _MEASUREMENTS + "\n"
     for kind, needed in KIND_NEEDS.items():
         yield f"- `{kind}`: {' and '.join(f'`{name}`' for name in needed)}"
-    yield "\nAll other fields are validated, but not used for that kind.\n"
+    yield "\nThe other fields of this list are validated, but not used for that kind.\n"
     extra = ("time_ns", "time")
     yield from _table(RadarMeasurement, (*MEASUREMENT_SCHEMA, *extra), dict(MEASUREMENT_SCHEMA))
     yield "\n## Sensors: `sensors.toml`\n"
@@ -161,12 +163,12 @@ def _lines() -> Iterator[str]:
     yield from _table(Sensor)
     yield "\nTables `[sensor.bias.<parameter>]`; a parameter is one of:\n"
     yield from _table(SensorBias)
-    yield "\nBy default these parameters are estimated:\n"
+    yield "\nBy default, these parameters are estimated:\n"
     for kind, names in ESTIMATED_BY_KIND.items():
         yield f"- {kind}: {', '.join(f'`{name}`' for name in names) or 'nothing'}"
     defaults = [f"`{name}` {sigma:g}" for name, sigma in PRIOR_SIGMA_DEFAULT.items()]
     yield f"\nDefault prior standard deviations: {', '.join(defaults)}.\n"
-    yield "Each table holds:\n"
+    yield "Each table contains:\n"
     yield from _table(RangeOffset)
     yield from _track_lines()
     yield from _bias_lines()
@@ -194,17 +196,17 @@ def _lines() -> Iterator[str]:
 def _bias_lines() -> Iterator[str]:
     yield "\n## Biases: `biases.parquet`, a row for each sensor, parameter and epoch\n"
     yield from _table(BiasEstimate, tuple(BIAS_SCHEMA), dict(BIAS_SCHEMA))
-    yield "\n## Correlations of biases: `bias_correlations.parquet`, a row for each pair\n"
+    yield "\n## Bias correlations: `bias_correlations.parquet`, a row for each pair\n"
     schema = BIAS_CORRELATION_SCHEMA
     yield from _table(BiasCorrelation, tuple(schema), dict(schema))
     yield "\n## Biases by day: `biases_by_day.parquet` of `multiradar reprocess`\n"
     yield from _table(BiasOfDay, tuple(BIAS_OF_DAY_SCHEMA), dict(BIAS_OF_DAY_SCHEMA))
-    yield "\n## Steps of biases between days: `drift.parquet` of `multiradar reprocess`\n"
+    yield "\n## Bias steps between days: `drift.parquet` of `multiradar reprocess`\n"
     yield from _table(BiasStep, tuple(BIAS_STEP_SCHEMA), dict(BIAS_STEP_SCHEMA))
     yield "\n## Biases over a period: `biases_merged.parquet` of `multiradar reprocess`\n"
     yield from _table(BiasOfPeriod, tuple(BIAS_OF_PERIOD_SCHEMA), dict(BIAS_OF_PERIOD_SCHEMA))
-    yield "\n## Delays of transponders: `aircraft_delays.parquet`\n"
-    yield "A row for each confirmed track, where a radar has `transponder_delay_sigma_m`.\n"
+    yield "\n## Transponder delays: `aircraft_delays.parquet`\n"
+    yield "A row for each confirmed track, if any radar has `transponder_delay_sigma_m`.\n"
     yield from _table(AircraftDelay, tuple(AIRCRAFT_DELAY_SCHEMA), dict(AIRCRAFT_DELAY_SCHEMA))
 
 
@@ -251,7 +253,7 @@ def _forecast_lines() -> Iterator[str]:
     yield from _table(ForecastPoint)
     yield "\nA member of a forecast of method `bundle`:\n"
     yield from _table(ForecastMember)
-    yield "\nA row of `forecasts.parquet` (`multiradar track --forecasts`) has these fields and\n"
+    yield "\nA row of `forecasts.parquet` (`multiradar track --forecasts`) has these fields and:\n"
     added = [name for name in FORECAST_SCHEMA if name not in ForecastPoint.model_fields]
     yield from _table(ForecastRow, tuple(added), dict(FORECAST_SCHEMA))
 
@@ -259,11 +261,11 @@ def _forecast_lines() -> Iterator[str]:
 def _track_lines() -> Iterator[str]:
     yield "\n## Tracks: `tracks.parquet`, a row for each update\n"
     yield from _table(TrackUpdate, tuple(TRACK_SCHEMA), dict(TRACK_SCHEMA))
-    yield "\nThe service adds, in `GET /v1/tracks` and its stream:\n"
+    yield "\nThe service adds these fields in `GET /v1/tracks` and its stream:\n"
     added = [name for name in Track.model_fields if name not in TrackUpdate.model_fields]
     yield from _table(Track, tuple(added))
     yield "\n## Transitions: `transitions.parquet`, `GET /v1/tracks/{id}/transitions`\n"
-    yield "A row for each change of state of a track, in the order of detection.\n"
+    yield "A row for each state transition of a track, in the order of detection.\n"
     yield from _table(Transition, tuple(TRANSITION_SCHEMA), dict(TRANSITION_SCHEMA))
     yield "\n| reason | meaning |\n|---|---|"
     yield from (f"| `{name}` | {meaning} |" for name, meaning in REASON_MEANINGS.items())
@@ -272,7 +274,7 @@ def _track_lines() -> Iterator[str]:
 def _encounter_lines() -> Iterator[str]:
     yield "\n## Encounters: `GET /v1/encounters`, `encounters.parquet`, Zenoh\n"
     yield from _table(Encounters)
-    yield "\nEach encounter; the file has a row for each at the end of each epoch:\n"
+    yield "\nEach encounter (the file has a row for each encounter at the end of each epoch):\n"
     yield from _table(Encounter, tuple(ENCOUNTER_SCHEMA), dict(ENCOUNTER_SCHEMA))
 
 
@@ -280,12 +282,12 @@ def _plane_lines() -> Iterator[str]:
     yield _PLANES
     names = tuple(name for name in MANOEUVRE_PLANE_SCHEMA if name in PlaneFigures.model_fields)
     yield from _table(PlaneFigures, names, dict(MANOEUVRE_PLANE_SCHEMA))
-    yield "\nThe HTTP answer also has `positions`, the plots projected on the plane; each:\n"
+    yield "\nThe HTTP response also contains `positions`, the plots projected onto the plane:\n"
     yield from _table(PlanePosition)
     yield "\n| reason | meaning |\n|---|---|"
     yield from (f"| `{name}` | {meaning} |" for name, meaning in PLANE_REASON_MEANINGS.items())
     yield "\n## Observability: `observability.parquet`, `GET /v1/tracks/{id}/observability`\n"
-    yield "The file has a row for each track and epoch in which it was updated.\n"
+    yield "The file has a row for each track and epoch in which the track was updated.\n"
     yield from _table(Observability, tuple(OBSERVABILITY_SCHEMA), dict(OBSERVABILITY_SCHEMA))
 
 
@@ -294,7 +296,7 @@ def _plot_lines() -> Iterator[str]:
     yield from _table(TrackPlots)
     yield "\nEach of `plots`:\n"
     yield from _table(TrackPlot)
-    yield "\n## Residuals of radars: `GET /v1/residuals`, Zenoh\n"
+    yield "\n## Radar residuals: `GET /v1/residuals`, Zenoh\n"
     yield from _table(Residuals)
     yield "\nEach of `sensors`:\n"
     yield from _table(RadarResiduals)
@@ -331,7 +333,8 @@ def _table(
         shown = _description(properties[name])
         default = properties[name].get("default")
         if isinstance(default, int | float):
-            shown["description"] += f" (default {default:g})"
+            text = str(default).lower() if isinstance(default, bool) else f"{default:g}"
+            shown["description"] += f" (default {text})"
         kind = f" {columns.get(name, 'JSON only')} |" if columns else ""
         yield (
             f"| `{name}` | {shown['description']} | {shown['unit']} |{kind} {shown['source']} |"

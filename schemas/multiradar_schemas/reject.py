@@ -39,9 +39,9 @@ class RejectCode(StrEnum):
 #: Meaning of each code.
 CODE_MEANINGS: dict[RejectCode, str] = {
     RejectCode.MALFORMED_LINE: "A line that does not match the format of its file.",
-    RejectCode.WRONG_FIELD_COUNT: "A line with more or fewer fields than its profile.",
+    RejectCode.WRONG_FIELD_COUNT: "A line with more or fewer fields than its profile defines.",
     RejectCode.NOT_A_NUMBER: "Text instead of a number.",
-    RejectCode.NON_FINITE: "NaN or an infinity.",
+    RejectCode.NON_FINITE: "NaN or infinity.",
     RejectCode.OUT_OF_RANGE: "A value outside its physical or formal bounds.",
     RejectCode.MISSING_FIELD: "A required value of this kind of measurement is absent.",
     RejectCode.UNKNOWN_FIELD: "A field that this kind of measurement does not have.",
@@ -60,8 +60,8 @@ CODE_MEANINGS: dict[RejectCode, str] = {
     RejectCode.DUPLICATE: "Already ingested.",
     RejectCode.MALFORMED_JSON: "Not JSON, or not of the required structure.",
     RejectCode.MALFORMED_ARROW: "Not an Arrow IPC stream, or columns of the wrong type.",
-    RejectCode.MALFORMED_BLOCK: "Bytes that are not an ASTERIX block, or a block that does not "
-    "match its category and edition.",
+    RejectCode.MALFORMED_BLOCK: "Octets that are not an ASTERIX data block, or a data block "
+    "that does not match its category and edition.",
     RejectCode.TOO_LARGE: "Larger than a configured limit.",
 }
 

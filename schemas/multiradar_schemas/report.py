@@ -18,7 +18,7 @@ def _counted(description: str, absent: str = "never") -> Any:
 class Counts(Record):
     """Counts of records; every record read is accepted, rejected or duplicate."""
 
-    read: Annotated[Count, _counted("Records read, without blank lines")]
+    read: Annotated[Count, _counted("Records read, excluding blank lines")]
     accepted: Annotated[Count, _counted("Records accepted")]
     rejected: Annotated[Count, _counted("Records rejected, each with a line in `rejects.ndjson`")]
     duplicate: Annotated[Count, _counted("Records that were already accepted")] = 0
@@ -40,14 +40,16 @@ class InputFile(Record):
 
     file: Annotated[str, described("Name of the file", unit="text", source="run")]
     bytes: Annotated[Count, described("Size of the file", unit="byte", source="run")]
-    counts: Annotated[Counts, described("Disposition of its records", unit="counts", source="run")]
+    counts: Annotated[
+        Counts, described("Disposition of the records of the file", unit="counts", source="run")
+    ]
 
 
 class OutputFile(Record):
     """An output file, or a kind of output files."""
 
     file: Annotated[str, described("Name of the file, or a pattern", unit="text", source="run")]
-    rows: Annotated[Count, _counted("Rows of the file")]
+    rows: Annotated[Count, _counted("Number of rows in the file")]
 
 
 class Report(Record):
@@ -66,10 +68,10 @@ class Report(Record):
     output_sha256: Annotated[
         str | None,
         described(
-            "Digest of all track updates and biases, the same offline and live",
+            "Digest of all track updates and biases, identical offline and live",
             unit="64 hexadecimal digits",
             source="tracker",
-            absent="a conversion",
+            absent="conversions",
         ),
     ] = None
     settings: Annotated[
@@ -80,29 +82,30 @@ class Report(Record):
         dict[str, JsonValue],
         AfterValidator(rounded_members),
         described(
-            "Further figures; names include the unit, and values are rounded to less than their "
-            "error. For `track` also `tracks`, the number of initiated tracks, and "
-            "`tracks_confirmed`, the number of these that were confirmed; `final_biases`; "
-            "`unobservable_biases`: combinations of biases that the measurements do not "
-            "determine, each with its description `what`, its `prior_ratio` (sigma / prior "
-            "sigma), the `reason` if there is no information at all, and the `weights` of its "
-            "parameters in prior sigmas; `aircraft_delays` where delays of transponders are "
-            "estimated: number of `tracks` and of those `observed` (sigma below half the prior "
-            "sigma), `mean_m`, `scatter_m` and `median_sigma_m` of these; `track_transitions`: "
+            "Additional figures; names include the unit, and the rounding of values is smaller "
+            "than their error. For `track`, these include `tracks`, the number of initiated "
+            "tracks, and `tracks_confirmed`, the number of tracks that were confirmed; "
+            "`final_biases`; `unobservable_biases`: combinations of biases that the measurements "
+            "do not determine, each with its description `what`, its `prior_ratio` (sigma / "
+            "prior sigma), the `reason` if there is no information at all, and the `weights` of "
+            "its parameters in prior sigmas; `aircraft_delays` if transponder delays are "
+            "estimated: number of `tracks` and of `observed` delays (sigma below half the prior "
+            "sigma), with their `mean_m`, `scatter_m` and `median_sigma_m`; `track_transitions`: "
             "the number of times that tracks were `started`, `confirmed`, `ended_unconfirmed`, "
-            "`ended_silent` (no plots, or the score of a false track) and `merged` into an older "
-            "one; `duplicates_by_sensor`; `arrivals`: for each sensor, the number of "
-            "measurements, how many were `late` or in the `future`, and the median and 99th "
-            "percentile of the delay behind data time, s; `sensor_health`, the last row of "
-            "`health.parquet` of each radar; `sensor_alarms`: the `time_s`, the `sensor_id` and "
-            "the `alarm` of each alarm raised; `warnings` as sentences; and `diagnoses`: probable"
-            " faults, each with the `sensor_id` (empty if it concerns all), a `code` such as "
-            "`range_unit`, and a `sentence` with the cause and the remedy, and the `severity`, "
-            "`error` or `warning`. For `reprocess`: `days`, each with its `region`, `day`, "
-            "`status` (made, kept or failed), `reason`, times, `start` (the day from whose biases"
-            " it started), digest, `findings` and `warnings`; `tests`: whether biases are the "
-            "same on all days, of a region (empty `sensor_id`) and of each sensor, `chi2` of all "
-            "biases together with their correlations, `degrees_of_freedom` and `p_value`",
+            "`ended_silent` (no plots, or a score typical of a false track) and `merged` into an "
+            "older one; `duplicates_by_sensor`; `arrivals`: for each sensor, the number of "
+            "measurements, the number of `late` measurements and of measurements in the "
+            "`future`, and the median and 99th percentile of the delay relative to data time, s; "
+            "`sensor_health`, the last row of `health.parquet` for each radar; `sensor_alarms`: "
+            "`time_s`, `sensor_id` and `alarm` of each alarm raised; `warnings` as sentences; "
+            "and `diagnoses`: probable faults, each with a `sensor_id` (empty if the fault "
+            "concerns all sensors), a `code` such as `range_unit`, a `sentence` with the cause "
+            "and the remedy, and a `severity`, `error` or `warning`. For `reprocess`: `days`, "
+            "each with its `region`, `day`, `status` (made, kept or failed), `reason`, times, "
+            "`start` (the day from whose biases it started), digest, `findings` and `warnings`; "
+            "`tests`: whether biases are the same on all days, for a region (empty `sensor_id`) "
+            "and for each sensor, with the `chi2` of all biases including their correlations, "
+            "`degrees_of_freedom` and `p_value`",
             unit="by name",
             source="run",
         ),

@@ -37,8 +37,7 @@ class AircraftData(Record):
     """Fields of aircraft-derived data, all optional."""
 
     magnetic_heading_deg: (
-        Annotated[_Direction, _angle("Magnetic heading of the nose, clockwise from magnetic north")]
-        | None
+        Annotated[_Direction, _angle("Magnetic heading, clockwise from magnetic north")] | None
     ) = None
     roll_deg: (
         Annotated[
@@ -50,7 +49,7 @@ class AircraftData(Record):
     ) = None
     track_angle_deg: (
         Annotated[
-            _Direction, _angle("Direction of the motion over ground, clockwise from true north")
+            _Direction, _angle("Direction of motion over the ground, clockwise from true north")
         ]
         | None
     ) = None
@@ -59,7 +58,7 @@ class AircraftData(Record):
             float,
             Field(ge=-TRACK_ANGLE_RATE_MAX_DEG_PER_S, le=TRACK_ANGLE_RATE_MAX_DEG_PER_S),
             described(
-                "Rate of the track angle, positive in right turns",
+                "Track angle rate, positive in right turns",
                 unit="degree/s",
                 source="aircraft",
                 absent=_ABSENT,
@@ -67,7 +66,7 @@ class AircraftData(Record):
         ]
         | None
     ) = None
-    ground_speed_m_s: Annotated[_Speed, _speed("Speed over ground")] | None = None
+    ground_speed_m_s: Annotated[_Speed, _speed("Ground speed")] | None = None
     true_airspeed_m_s: Annotated[_Speed, _speed("True airspeed")] | None = None
     indicated_airspeed_m_s: Annotated[_Speed, _speed("Indicated airspeed")] | None = None
     mach: (
@@ -82,7 +81,9 @@ class AircraftData(Record):
         Annotated[
             float,
             Field(ge=-VERTICAL_RATE_MAX_M_S, le=VERTICAL_RATE_MAX_M_S),
-            _speed("Vertical rate, positive in climbs: inertial where reported, else barometric"),
+            _speed(
+                "Vertical rate, positive in a climb; inertial if reported, otherwise barometric"
+            ),
         ]
         | None
     ) = None
@@ -91,8 +92,8 @@ class AircraftData(Record):
             float,
             Field(ge=SELECTED_MIN_M, le=SELECTED_MAX_M),
             described(
-                "Altitude selected on the control panel or in the flight management system; a "
-                "pressure altitude as reported",
+                "Altitude selected on the mode control panel or in the flight management system: "
+                "pressure altitude, as reported",
                 unit="m",
                 source="aircraft",
                 absent=_ABSENT,

@@ -93,7 +93,7 @@ Instant = Annotated[
     datetime,
     BeforeValidator(_iso_8601),
     described(
-        "The same time with a time zone, resolution 1 µs",
+        "The same time with a time zone; resolution 1 µs",
         unit="ISO 8601",
         source="sensor",
         absent="see `time_s`",
@@ -104,14 +104,14 @@ Range = Annotated[
     float,
     Field(gt=0.0, le=RANGE_MAX_M),
     described(
-        "Slant range from the sensor, raw", unit="m", source="sensor", absent="kind is not radar"
+        "Raw slant range from the sensor", unit="m", source="sensor", absent="kind is not radar"
     ),
 ]
 Azimuth = Annotated[
     float,
     Field(ge=0.0, lt=AZIMUTH_END_DEG),
     described(
-        "Azimuth at the sensor, clockwise from true north, raw",
+        "Raw azimuth at the sensor, clockwise from true north",
         unit="degree",
         source="sensor",
         absent="kind is adsb or mlat",
@@ -122,7 +122,7 @@ Elevation = Annotated[
     Field(ge=-ELEVATION_MAX_DEG, le=ELEVATION_MAX_DEG),
     described(
         "Elevation above the horizontal plane through the sensor, corrected for refraction; used "
-        "for kind bearing, if the sensor has `elevation_sigma_deg`",
+        "only for kind bearing and if the sensor has `elevation_sigma_deg`",
         unit="degree",
         source="sensor",
         absent="not measured",
@@ -152,7 +152,7 @@ Height = Annotated[
         absent="not received",
     ),
 ]
-_MOVED = "the sensor is fixed; all three or none"
+_MOVED = "the sensor is fixed (all three fields or none)"
 SourceLatitude = Annotated[
     float,
     Field(ge=-LATITUDE_MAX_DEG, le=LATITUDE_MAX_DEG),
@@ -203,8 +203,8 @@ Callsign = Annotated[
     StringConstraints(pattern=CALLSIGN_PATTERN),
     AfterValidator(lambda text: text.strip(" ").upper()),
     described(
-        "Callsign or registration reported by the aircraft; surrounding blanks are removed, "
-        "letters converted to capitals",
+        "Callsign or registration reported by the aircraft; surrounding blanks are removed and "
+        "letters converted to upper case",
         unit="1 to 8 of A-Z, 0-9 and embedded spaces",
         source="aircraft",
         absent="not received",
@@ -219,7 +219,7 @@ OnGround = Annotated[
         "surface position), or a surface movement radar detects it",
         unit="true or false",
         source="aircraft",
-        absent="not reported, or either (alert, SPI)",
+        absent="not reported, or undetermined (flight status alert or SPI)",
     ),
 ]
 
@@ -228,7 +228,7 @@ PositionSigma = Annotated[
     float,
     Field(ge=POSITION_SIGMA_M.least, le=POSITION_SIGMA_M.most),
     described(
-        "Accuracy of the position of this report, 1 sigma on each axis; used in place of "
+        "Position accuracy of this report, 1 sigma on each axis; used instead of the "
         "`position_sigma_m` of the sensor",
         unit="m",
         source="sensor, aircraft",

@@ -55,7 +55,7 @@ class BiasEstimate(Record):
         Field(ge=0.0),
         described(
             "`sigma` / prior sigma: about 1 if the measurements alone do not determine the "
-            "parameter; above 1 if it drifts",
+            "parameter; above 1 if the parameter drifts",
             unit="1",
             source="filter",
         ),
@@ -92,7 +92,7 @@ class BiasCorrelation(Record):
         float,
         Field(ge=-1.0, le=1.0),
         described(
-            "Correlation of the errors of both estimates in the last row of each",
+            "Correlation of the errors of the two final estimates",
             unit="1",
             source="filter",
         ),

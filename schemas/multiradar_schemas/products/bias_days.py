@@ -10,12 +10,14 @@ from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
 from multiradar_schemas.products.bias import ParameterName
 
 _UNIT = "m, degree, 1 or s"
-_UNDETERMINED = "the day does not determine the bias"
+_UNDETERMINED = "not determined by the measurements of the day"
 _FEW = "determined by fewer than two days"
 
 Region = Annotated[
     str,
-    described("Folder of the region; empty without regions", unit="text", source="reprocess"),
+    described(
+        "Folder of the region; empty if there are no regions", unit="text", source="reprocess"
+    ),
 ]
 SensorId = Annotated[
     str,
@@ -40,21 +42,21 @@ class BiasOfDay(Record):
     sensor_id: SensorId
     parameter: Parameter
     time_s: Annotated[
-        float, described("Middle of the measurements of the day", unit="s", source="reprocess")
+        float, described("Midpoint of the measurements of the day", unit="s", source="reprocess")
     ]
     estimate: Annotated[
-        float, described("Last estimate of the run for the day", unit=_UNIT, source="filter")
+        float, described("Final estimate of the run for the day", unit=_UNIT, source="filter")
     ]
     sigma: Annotated[
         float,
         Field(ge=0.0),
-        described("Its standard deviation", unit="as `estimate`", source="filter"),
+        described("Standard deviation of `estimate`", unit="as `estimate`", source="filter"),
     ]
     own_estimate: Annotated[
         float | None,
         described(
-            "Estimate from the measurements of the day alone, without prior or earlier days: "
-            "independent of other days",
+            "Estimate from the measurements of this day alone, without prior or earlier days, "
+            "and therefore independent of other days",
             unit="as `estimate`",
             source="reprocess",
             absent=_UNDETERMINED,
@@ -64,7 +66,7 @@ class BiasOfDay(Record):
         float | None,
         Field(ge=0.0),
         described(
-            "Its standard deviation",
+            "Standard deviation of `own_estimate`",
             unit="as `estimate`",
             source="reprocess",
             absent=_UNDETERMINED,
@@ -84,25 +86,35 @@ class BiasStep(Record):
     day: Annotated[str, described("The later day", unit="YYYY-MM-DD", source="name of its folder")]
     elapsed_days: Annotated[
         float,
-        described("Time between the midpoints of their measurements", unit="d", source="reprocess"),
+        described(
+            "Time between the midpoints of the measurements of the two days",
+            unit="d",
+            source="reprocess",
+        ),
     ]
     difference: Annotated[
         float,
-        described("`own_estimate` of the later minus that of the earlier day", unit=_UNIT,
+        described(
+            "`own_estimate` of the later day minus `own_estimate` of the earlier day", unit=_UNIT,
                   source="reprocess"),
     ]  # fmt: skip
     sigma: Annotated[
         float,
         Field(ge=0.0),
-        described("Its standard deviation", unit="as `difference`", source="reprocess"),
+        described("Standard deviation of `difference`", unit="as `difference`", source="reprocess"),
     ]
     chi2: Annotated[
         float,
         Field(ge=0.0),
-        _test("(`difference` / `sigma`)², χ² with one degree of freedom without a change"),
+        _test(
+            "(`difference` / `sigma`)²; if the bias did not change, χ² distributed with one "
+            "degree of freedom"
+        ),
     ]
     p_value: Annotated[
-        float, Field(ge=0.0, le=1.0), _test("Probability of a larger `chi2` without a change")
+        float,
+        Field(ge=0.0, le=1.0),
+        _test("Probability of a larger `chi2` if the bias did not change"),
     ]
 
 
@@ -115,13 +127,15 @@ class BiasOfPeriod(Record):
     days: Annotated[
         int,
         Field(ge=0),
-        _test("Number of days that determine the bias; the others contribute, too"),
+        _test(
+            "Number of days that determine the bias; the other days also contribute to `estimate`"
+        ),
     ]
     estimate: Annotated[
         float,
         described(
-            "Estimate if the bias is the same on all days: prior and the information of all days "
-            "with their joint covariance, each once",
+            "Estimate of a bias that is the same on all days, from the prior and the information "
+            "of all days with their joint covariance, each used once",
             unit=_UNIT,
             source="reprocess",
         ),
@@ -129,14 +143,16 @@ class BiasOfPeriod(Record):
     sigma: Annotated[
         float,
         Field(ge=0.0),
-        described("Its standard deviation", unit="as `estimate`", source="reprocess"),
+        described("Standard deviation of `estimate`", unit="as `estimate`", source="reprocess"),
     ]
     chi2: Annotated[
         float | None,
         Field(ge=0.0),
         _test("Scatter of `own_estimate` about its weighted mean, χ²", _FEW),
     ]
-    degrees_of_freedom: Annotated[int, Field(ge=0), _test("Of `chi2`: `days` - 1")]
+    degrees_of_freedom: Annotated[
+        int, Field(ge=0), _test("Degrees of freedom of `chi2`: `days` - 1")
+    ]
     p_value: Annotated[
         float | None,
         Field(ge=0.0, le=1.0),
@@ -153,14 +169,15 @@ class BiasOfPeriod(Record):
         float | None,
         Field(ge=0.0),
         described(
-            "Its standard deviation by that of the estimates", unit="as `drift_per_day`",
+            "Standard deviation of the slope, from the standard deviations of the estimates",
+            unit="as `drift_per_day`",
             source="reprocess", absent=_FEW,
         ),
     ]  # fmt: skip
     drift_p_value: Annotated[
         float | None,
         Field(ge=0.0, le=1.0),
-        _test("Probability of a steeper line if the bias is the same on all days", _FEW),
+        _test("Probability of a steeper slope if the bias is the same on all days", _FEW),
     ]
     line_chi2: Annotated[
         float | None,

@@ -8,7 +8,7 @@ from multiradar_schemas.base import Record, described
 from multiradar_schemas.columns import table_schema
 from multiradar_schemas.products.track import TrackState
 
-_HEIGHTS = "a height is unknown, or only one of them is a pressure altitude"
+_HEIGHTS = "a height is unknown, or only one of the two heights is a pressure altitude"
 
 
 class Encounter(Record):
@@ -36,14 +36,15 @@ class Encounter(Record):
             "Standard deviation of `closest_time_s`",
             unit="s",
             source="filter",
-            absent="closest now or at the end of the horizon, or uncertain beyond the horizon",
+            absent="closest now or at the end of the horizon, or the uncertainty extends beyond "
+            "the horizon",
         ),
     ]
     distance_m: Annotated[
         float,
         Field(ge=0.0),
         described(
-            "Horizontal distance of the predicted positions at `closest_time_s`",
+            "Horizontal distance between the predicted positions at `closest_time_s`",
             unit="m",
             source="filter",
         ),
@@ -52,7 +53,7 @@ class Encounter(Record):
         float,
         Field(ge=0.0),
         described(
-            "Standard deviation of the signed distance (passing on either side)",
+            "Standard deviation of the signed distance (the sign gives the passing side)",
             unit="m",
             source="filter",
         ),
@@ -61,8 +62,8 @@ class Encounter(Record):
         float,
         Field(ge=0.0),
         described(
-            "2.5 % quantile of the minimum distance within the horizon; 0 if a 95 % interval "
-            "from 0 is shorter",
+            "2.5 % quantile of the minimum distance within the horizon; 0 if the 95 % interval "
+            "that starts at 0 is shorter",
             unit="m",
             source="filter",
         ),
@@ -71,7 +72,7 @@ class Encounter(Record):
         float,
         Field(ge=0.0),
         described(
-            "97.5 % quantile of the same distance, or 95 % if `distance_low_m` is 0",
+            "97.5 % quantile of the same distance, or 95 % quantile if `distance_low_m` is 0",
             unit="m",
             source="filter",
         ),
@@ -80,15 +81,15 @@ class Encounter(Record):
         float,
         Field(ge=0.0),
         described(
-            "Current horizontal distance of the predicted positions", unit="m", source="filter"
+            "Current horizontal distance between the predicted positions", unit="m", source="filter"
         ),
     ]
     together: Annotated[
         bool,
         described(
-            "Whether the tracks are within the distance threshold now and their relative "
-            "velocity is not significant; the time of closest approach is then undefined and set "
-            "to `time_s`",
+            "Whether the tracks are currently within the distance threshold and their relative "
+            "velocity is not significant; if so, the time of closest approach is undefined and "
+            "set to `time_s`",
             unit="true or false",
             source="filter",
         ),
@@ -97,7 +98,8 @@ class Encounter(Record):
         float,
         Field(ge=0.0, le=1.0),
         described(
-            "Conflict probability: minimum distance within the horizon below the threshold",
+            "Conflict probability: probability that the minimum distance within the horizon is "
+            "below the threshold",
             unit="1",
             source="filter",
         ),
@@ -126,8 +128,8 @@ class Encounter(Record):
         float | None,
         Field(ge=0.0, le=1.0),
         described(
-            "Probability of being within the distance threshold and, at that time, within the "
-            "height threshold",
+            "Probability that the tracks are within the distance threshold and, at the same "
+            "time, within the height threshold",
             unit="1",
             source="filter",
             absent=f"no height threshold, {_HEIGHTS}",
@@ -230,7 +232,8 @@ class Encounters(Record):
     height_threshold_m: Annotated[
         float | None,
         described(
-            "Vertical threshold; pairs with a larger separation throughout are omitted",
+            "Vertical threshold; pairs that are separated by more throughout the horizon are "
+            "omitted",
             unit="m",
             source="request",
             absent="not requested",
@@ -243,7 +246,7 @@ class Encounters(Record):
         int,
         Field(ge=0),
         described(
-            "Tracks omitted because they are tentative and may be false",
+            "Number of tracks omitted because they are tentative and may be false",
             unit="1",
             source="service",
         ),
@@ -252,7 +255,7 @@ class Encounters(Record):
         int,
         Field(ge=0),
         described(
-            "Tracks omitted because they leave the system plane immediately",
+            "Number of tracks omitted because they leave the system plane immediately",
             unit="1",
             source="service",
         ),
@@ -261,8 +264,9 @@ class Encounters(Record):
         int,
         Field(ge=0),
         described(
-            "Pairs not compared, or omitted for lack of capacity, because of too many close "
-            "tracks; counted separately for each 10 s of the horizon; 0 means complete",
+            "Number of pairs that were not compared, or were omitted for lack of capacity, "
+            "because too many tracks are close together, counted separately for each 10 s of the "
+            "horizon; 0: the list is complete",
             unit="1",
             source="service",
         ),
@@ -270,10 +274,12 @@ class Encounters(Record):
     total: Annotated[
         int,
         Field(ge=0),
-        described("Encounters that match the query", unit="1", source="service"),
+        described("Number of encounters that match the query", unit="1", source="service"),
     ]
     count: Annotated[
-        int, Field(ge=0), described("Encounters in this answer", unit="1", source="service")
+        int,
+        Field(ge=0),
+        described("Number of encounters in this response", unit="1", source="service"),
     ]
     encounters: Annotated[
         list[Encounter],

@@ -15,12 +15,13 @@ class ForecastMember(Record):
     weight: Annotated[
         float,
         Field(ge=0.0, le=1.0),
-        described("Probability at that time", unit="1", source="bundle"),
+        described("Probability of the member at the forecast time", unit="1", source="bundle"),
     ]
     trajectory: Annotated[
         int | None,
         described(
-            "Index of the trajectory of the bundle that it continues, from 0 (the best)",
+            "Index of the trajectory of the bundle that the member continues, from 0 (the most "
+            "likely)",
             unit="1",
             source="bundle",
             absent="last member, which combines all others",
@@ -59,15 +60,15 @@ class ForecastMember(Record):
     covariance_east_m2: Annotated[
         float,
         Field(ge=0.0),
-        described("Variance of the position, east", unit="m²", source="bundle"),
+        described("Position variance, east", unit="m²", source="bundle"),
     ]
     covariance_east_north_m2: Annotated[
-        float, described("Covariance of east and north", unit="m²", source="bundle")
+        float, described("Position covariance of east and north", unit="m²", source="bundle")
     ]
     covariance_north_m2: Annotated[
         float,
         Field(ge=0.0),
-        described("Variance of the position, north", unit="m²", source="bundle"),
+        described("Position variance, north", unit="m²", source="bundle"),
     ]
 
 
@@ -83,20 +84,25 @@ class ForecastPoint(Record):
     ]
     height_m: Annotated[
         float | None,
-        described("Current height of the track", unit="m", source="filter", absent="as in tracks"),
+        described(
+            "Current height of the track",
+            unit="m",
+            source="filter",
+            absent="as in `tracks.parquet`",
+        ),
     ]
     covariance_east_m2: Annotated[
         float,
         Field(ge=0.0),
-        described("Variance of the position, east", unit="m²", source="filter"),
+        described("Position variance, east", unit="m²", source="filter"),
     ]
     covariance_east_north_m2: Annotated[
-        float, described("Covariance of east and north", unit="m²", source="filter")
+        float, described("Position covariance of east and north", unit="m²", source="filter")
     ]
     covariance_north_m2: Annotated[
         float,
         Field(ge=0.0),
-        described("Variance of the position, north", unit="m²", source="filter"),
+        described("Position variance, north", unit="m²", source="filter"),
     ]
     position_sigma_m: Annotated[
         float,
@@ -124,8 +130,8 @@ class ForecastPoint(Record):
         float,
         Field(ge=0.0),
         described(
-            "Scale of the covariance for the ellipse: 5.99 for 95 % of a Gaussian, otherwise "
-            "calibrated by the errors of earlier forecasts",
+            "Factor by which the covariance is scaled to the ellipse: 5.99 for 95 % of a "
+            "Gaussian, otherwise calibrated with the errors of earlier forecasts",
             unit="1",
             source="tracker",
         ),
@@ -133,9 +139,9 @@ class ForecastPoint(Record):
     calibrated: Annotated[
         bool,
         described(
-            "Whether the ellipse is calibrated by enough earlier forecasts of this horizon; "
-            "otherwise it covers the worst case of manoeuvres, or is that of the mixture of a "
-            "bundle",
+            "Whether the ellipse is calibrated with enough earlier forecasts of this horizon; "
+            "otherwise the ellipse covers worst-case manoeuvres or, with method `bundle`, is "
+            "computed from the mixture",
             unit="true or false",
             source="tracker",
         ),
@@ -143,7 +149,7 @@ class ForecastPoint(Record):
     motion: Annotated[
         str,
         described(
-            "Motion model: the one that fitted earlier forecasts best",
+            "Motion model that fitted earlier forecasts best",
             unit="name",
             source="tracker",
         ),
@@ -168,7 +174,7 @@ class ForecastPoint(Record):
             "system plane are omitted",
             unit="list",
             source="bundle",
-            absent="methods other than bundle, and the file",
+            absent="methods other than `bundle`, and rows of `forecasts.parquet`",
         ),
     ] = None
 
@@ -185,7 +191,7 @@ class Forecast(Record):
     by: Annotated[str, described("Method of the forecast", unit="name", source="request")]
     points: Annotated[
         list[ForecastPoint],
-        described("The forecast in order of time", unit="list", source="filter"),
+        described("Predicted positions in order of time", unit="list", source="filter"),
     ]
 
 
@@ -196,7 +202,7 @@ class ForecastRow(ForecastPoint):
     made_s: Annotated[
         float,
         described(
-            "Data time of the last update of the track, from which the forecast was made",
+            "Data time of the last update of the track, on which the forecast is based",
             unit="s",
             source="tracker",
         ),

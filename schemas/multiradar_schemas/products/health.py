@@ -9,7 +9,7 @@ from multiradar_schemas.columns import table_schema
 from multiradar_schemas.measurements.measurement import SENSOR_ID_PATTERN
 
 _UNSETTLED = "biases not converged, or too few plots"
-_NOT_ESTIMATED = "not estimated, or for less than a minute"
+_NOT_ESTIMATED = "not estimated, or estimated for less than a minute"
 
 
 class RadarHealth(Record):
@@ -26,11 +26,11 @@ class RadarHealth(Record):
     alarms: Annotated[
         str,
         described(
-            "Active alarms, separated by commas: `silent` (no plot for 5 scans of tracks that it "
-            "detected before and other radars still detect), `bias_jump` (an offset jumped within "
-            "the last 8 scans), `noise` (more than twice the configured value), `site` (wrong "
-            "site position) and `address` (a plot updated a track with another Mode S address: a "
-            "bug); empty if there are none",
+            "Active alarms, separated by commas: `silent` (for 5 scans, no plot of the tracks "
+            "that the radar detected before and that other radars still detect), `bias_jump` (an "
+            "offset jumped within the last 8 scans), `noise` (more than twice the configured "
+            "value), `site` (wrong site position) and `address` (a plot updated a track with "
+            "another Mode S address: a bug); empty if no alarm is active",
             unit="names",
             source="tracker",
         ),
@@ -39,8 +39,8 @@ class RadarHealth(Record):
         float | None,
         Field(ge=0.0, le=1.0),
         described(
-            "Probability of detection: updates of confirmed tracks / scans, counted between "
-            "updates by this radar",
+            "Probability of detection: ratio of updates of confirmed tracks to scans, counted "
+            "from one update by this radar to the next",
             unit="1",
             source="tracker",
             absent="no track was updated twice",
@@ -50,8 +50,8 @@ class RadarHealth(Record):
         float,
         Field(ge=0.0),
         described(
-            "Scans (detection opportunities) on which it is based, with weights that "
-            "decrease to one third in 15 minutes",
+            "Number of scans (detection opportunities) on which `detection_probability` is "
+            "based, with weights that decrease to one third in 15 minutes",
             unit="1",
             source="tracker",
         ),
@@ -59,7 +59,7 @@ class RadarHealth(Record):
     range_sigma_ratio: Annotated[
         float | None,
         described(
-            "Measured range noise / `range_sigma_m`; includes the lag of the filter in manoeuvres",
+            "Measured range noise / `range_sigma_m`; includes filter lag in manoeuvres",
             unit="1",
             source="filter",
             absent=_UNSETTLED,
@@ -77,7 +77,7 @@ class RadarHealth(Record):
     range_trend_m_per_h: Annotated[
         float | None,
         described(
-            "Trend of `range_offset_m` over the last 10 minutes, or since its last jump",
+            "Trend of `range_offset_m` over the last 10 minutes, or since the last bias jump",
             unit="m/h",
             source="filter",
             absent=_NOT_ESTIMATED,
@@ -95,7 +95,7 @@ class RadarHealth(Record):
     azimuth_trend_deg_per_h: Annotated[
         float | None,
         described(
-            "Trend of `azimuth_offset_deg`, likewise",
+            "Trend of `azimuth_offset_deg` over the same period",
             unit="degree/h",
             source="filter",
             absent=_NOT_ESTIMATED,
@@ -122,12 +122,18 @@ class RadarHealth(Record):
     ]
     site_north_m: Annotated[
         float | None,
-        described("Estimated north error, likewise", unit="m", source="filter", absent=_UNSETTLED),
+        described(
+            "Estimated north error of the configured site position (also biased low)",
+            unit="m",
+            source="filter",
+            absent=_UNSETTLED,
+        ),
     ]
     site_sigma_m: Annotated[
         float | None,
         described(
-            "Standard deviation of the two along the major axis of their error ellipse",
+            "Standard deviation of the estimated site error along the major axis of its error "
+            "ellipse",
             unit="m",
             source="filter",
             absent=_UNSETTLED,
@@ -145,8 +151,8 @@ class RadarHealth(Record):
     tracks_in_cover: Annotated[
         int,
         described(
-            "Confirmed tracks within the range of the radar, above its horizon and outside its "
-            "cone of silence",
+            "Number of confirmed tracks within the range of the radar, above its horizon and "
+            "outside its cone of silence",
             unit="1",
             source="tracker",
         ),
@@ -166,7 +172,7 @@ class RadarHealth(Record):
             "Data time of the detection of the last jump",
             unit="s",
             source="tracker",
-            absent="none",
+            absent="no jump",
         ),
     ]
     epoch: Annotated[int, described("Number of the epoch of data time", unit="1", source="tracker")]

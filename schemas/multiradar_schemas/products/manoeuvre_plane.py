@@ -12,16 +12,16 @@ PlaneReason = Literal["TOO_FEW_POINTS", "POINTS_ON_A_LINE", "NO_CONVERGENCE"]
 
 #: Reasons for the absence of a plane.
 PLANE_REASON_MEANINGS: dict[PlaneReason, str] = {
-    "TOO_FEW_POINTS": "fewer than four plots of the window have a height and a position.",
+    "TOO_FEW_POINTS": "fewer than four plots in the window have a height and a position.",
     "POINTS_ON_A_LINE": "the plots are on a straight line, which does not determine a plane.",
     "NO_CONVERGENCE": "the plane fit did not converge.",
 }
 
-_FRAME = "in the frame of the last plot: east, north, height"
+_FRAME = "in the frame of the last plot (east, north, up)"
 
 
 class PlanePosition(Record):
-    """A plot projected on the plane."""
+    """A plot projected onto the plane."""
 
     time_s: Annotated[float, described("Data time of the plot", unit="s", source="measurement")]
     latitude_deg: Annotated[
@@ -31,7 +31,12 @@ class PlanePosition(Record):
         float, described("WGS 84 longitude", unit="degree", source="restoration")
     ]
     height_m: Annotated[
-        float, described("Height of the measured kind", unit="m", source="restoration")
+        float,
+        described(
+            "Height, with the same reference as the measured heights",
+            unit="m",
+            source="restoration",
+        ),
     ]
 
 
@@ -51,11 +56,16 @@ class PlaneFigures(Record):
         int, Field(ge=4), described("Number of plots used", unit="1", source="restoration")
     ]
     normal_east: Annotated[
-        float, described(f"Unit normal, {_FRAME}", unit="1", source="restoration")
+        float,
+        described(f"East component of the unit normal, {_FRAME}", unit="1", source="restoration"),
     ]
-    normal_north: Annotated[float, described("Unit normal", unit="1", source="restoration")]
+    normal_north: Annotated[
+        float, described("North component of the unit normal", unit="1", source="restoration")
+    ]
     normal_up: Annotated[
-        float, Field(ge=0.0), described("Unit normal", unit="1", source="restoration")
+        float,
+        Field(ge=0.0),
+        described("Upward component of the unit normal", unit="1", source="restoration"),
     ]
     distance_m: Annotated[
         float,
@@ -78,7 +88,8 @@ class PlaneFigures(Record):
         float,
         Field(ge=0.0, le=90.0),
         described(
-            "Angle between the plane and the horizon: 0 a level turn, 90 a vertical manoeuvre",
+            "Angle between the plane and the horizontal: 0 for a level turn, 90 for a vertical "
+            "manoeuvre",
             unit="degree",
             source="restoration",
         ),
@@ -95,7 +106,9 @@ class PlaneFigures(Record):
     statistic: Annotated[
         float,
         Field(ge=0.0),
-        described("Λ, χ² distributed for planar motion", unit="1", source="restoration"),
+        described(
+            "Test statistic Λ, χ² distributed for planar motion", unit="1", source="restoration"
+        ),
     ]
     degrees_of_freedom: Annotated[
         int, Field(ge=1), described("`points` minus 3", unit="1", source="restoration")
@@ -141,7 +154,7 @@ class PlaneFigures(Record):
 
 
 class ManoeuvrePlane(PlaneFigures):
-    """The plane of a track, with its plots projected on it."""
+    """The plane of a track, with its plots projected onto the plane."""
 
     positions: Annotated[
         list[PlanePosition],

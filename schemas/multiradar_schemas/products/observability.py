@@ -26,19 +26,21 @@ class Observability(Record):
         int,
         Field(ge=0),
         described(
-            "Measurements with a range, and position reports", unit="1", source="measurement"
+            "Number of measurements with a range, and of position reports",
+            unit="1",
+            source="measurement",
         ),
     ]
     bearings: Annotated[
         int,
         Field(ge=0),
-        described("Measurements of azimuth only", unit="1", source="measurement"),
+        described("Number of azimuth-only measurements", unit="1", source="measurement"),
     ]
     places: Annotated[
         int,
         Field(ge=0),
         described(
-            "Number of sites of the bearings; a moving source counts once",
+            "Number of sites from which bearings were measured; a moving sensor counts once",
             unit="1",
             source="sensors",
         ),
@@ -47,11 +49,11 @@ class Observability(Record):
         float,
         Field(ge=0.0),
         described(
-            "Crossing angle of the lines of sight of the bearings in units of its error, "
-            "condition (10) of Nenartovich and Isakov; 0 from a single site. With sources that "
-            "move or measure elevation: distance to the nearest source in sigmas of the "
-            "position, for straight flight. Errors are random errors and the uncertainty of the "
-            "azimuth bias of each source, common to all its bearings; elevation is assumed "
+            "Crossing angle of the lines of sight in units of its error, condition (10) of "
+            "Nenartovich and Isakov; 0 with a single site. If sensors move or measure elevation: "
+            "distance to the nearest sensor in units of the position sigma, assuming straight "
+            "flight. The errors are random errors and, for each sensor, the azimuth bias "
+            "uncertainty, which is common to all its bearings; elevation is assumed to be "
             "unbiased",
             unit="1",
             source="restoration",
@@ -64,8 +66,8 @@ class Observability(Record):
     is_observable: Annotated[
         bool,
         described(
-            "Whether the position is observable: a range was measured or lines of sight cross; "
-            "otherwise the distance of the track is extrapolated",
+            "Whether the position is observable: a range was measured, or lines of sight "
+            "intersect; otherwise the distance of the track is extrapolated",
             unit="true or false",
             source="restoration",
         ),

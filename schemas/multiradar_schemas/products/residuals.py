@@ -16,21 +16,19 @@ class ResidualBin(Record):
     ]
     end: Annotated[float, described("End of the interval", unit="m or degree", source="service")]
     plots: Annotated[int, Field(ge=1), described("Number of plots", unit="1", source="service")]
-    range_mean_m: Annotated[
-        float, described("Mean innovation of the range", unit="m", source="filter")
-    ]
+    range_mean_m: Annotated[float, described("Mean range innovation", unit="m", source="filter")]
     range_rms_m: Annotated[
         float,
         Field(ge=0.0),
-        described("Root mean square of the innovation", unit="m", source="filter"),
+        described("Root mean square of the range innovation", unit="m", source="filter"),
     ]
     azimuth_mean_deg: Annotated[
-        float, described("Mean innovation of the azimuth", unit="degree", source="filter")
+        float, described("Mean azimuth innovation", unit="degree", source="filter")
     ]
     azimuth_rms_deg: Annotated[
         float,
         Field(ge=0.0),
-        described("Root mean square of the innovation", unit="degree", source="filter"),
+        described("Root mean square of the azimuth innovation", unit="degree", source="filter"),
     ]
     nis_mean: Annotated[
         float,
@@ -55,11 +53,15 @@ class RadarResiduals(Record):
     plots: Annotated[int, Field(ge=1), described("Number of plots", unit="1", source="service")]
     by_range: Annotated[
         list[ResidualBin],
-        described("Every 25 km of slant range with plots", unit="list", source="service"),
+        described(
+            "Intervals of 25 km of slant range that contain plots", unit="list", source="service"
+        ),
     ]
     by_azimuth: Annotated[
         list[ResidualBin],
-        described("Every 30 degrees of azimuth with plots", unit="list", source="service"),
+        described(
+            "Intervals of 30 degrees of azimuth that contain plots", unit="list", source="service"
+        ),
     ]
 
 

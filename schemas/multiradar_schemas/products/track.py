@@ -20,7 +20,7 @@ class TrackUpdate(Record):
     track_id: Annotated[
         int,
         Field(ge=1),
-        described("The track, numbered by first appearance", unit="1", source="tracker"),
+        described("The track, numbered in order of first appearance", unit="1", source="tracker"),
     ]
     track_number: Annotated[
         int | None,
@@ -61,12 +61,12 @@ class TrackUpdate(Record):
     height_m: Annotated[
         float | None,
         described(
-            "Height estimated from the received heights and of the same kind (for Mode C, a "
-            "pressure altitude); for an aircraft without height reports, estimated from the plots "
-            "of several radars",
+            "Height estimated from the received heights, with the same reference (for Mode C, a "
+            "pressure altitude); for an aircraft without height reports, estimated from the "
+            "plots of several radars",
             unit="m",
             source="filter",
-            absent="not received, and not estimated to 1000 m",
+            absent="not received, and not estimated to within 1000 m",
         ),
     ]
     speed_mps: Annotated[
@@ -76,7 +76,7 @@ class TrackUpdate(Record):
         float,
         Field(ge=0.0, lt=360.0),
         described(
-            "Direction of the ground speed, clockwise from true north",
+            "Direction of motion over the ground, clockwise from true north",
             unit="degree",
             source="filter",
         ),
@@ -94,8 +94,8 @@ class TrackUpdate(Record):
     state: Annotated[
         TrackState,
         described(
-            "tentative (too few measurements yet), confirmed, coasting (no recent measurement), "
-            "stale (live only: no sensor delivers measurements)",
+            "tentative (too few measurements so far), confirmed, coasting (no recent "
+            "measurement), stale (live only: no sensor delivers measurements)",
             unit="name",
             source="tracker",
         ),
@@ -103,7 +103,9 @@ class TrackUpdate(Record):
     sequence: Annotated[
         int,
         Field(ge=1),
-        described("Number of the update over all tracks, from 1", unit="1", source="tracker"),
+        described(
+            "Sequence number of the update across all tracks, from 1", unit="1", source="tracker"
+        ),
     ]
     sensor_id: Annotated[
         str,
@@ -143,7 +145,8 @@ class TrackUpdate(Record):
         float | None,
         Field(ge=0.0, le=1.0),
         described(
-            "Probability of acceleration or deceleration; the rest is straight flight",
+            "Probability of acceleration or deceleration; the remaining probability is that of "
+            "straight flight",
             unit="1",
             source="filter",
             absent="filter without modes, or first measurement",
@@ -155,7 +158,7 @@ class TrackUpdate(Record):
             "Rate of climb, negative in a descent",
             unit="m/s",
             source="filter",
-            absent="no height received, or not known to 5 m/s",
+            absent="no height received, or not known to within 5 m/s",
         ),
     ]
     height_sigma_m: Annotated[
@@ -173,7 +176,7 @@ class TrackUpdate(Record):
         bool,
         described(
             "Whether the ADS-B positions are implausible: contradicted by other sensors, or not "
-            "detected by any radar where several should",
+            "confirmed by any radar although several radars should detect the aircraft",
             unit="true or false",
             source="tracker",
         ),
@@ -202,8 +205,8 @@ class TrackUpdate(Record):
     on_ground: Annotated[
         bool | None,
         described(
-            "Whether the aircraft is on the ground, as reported and consistent with speed and "
-            "height; `height_m` is then the height of the radar site",
+            "Whether the aircraft is on the ground, according to reports consistent with speed "
+            "and height; if so, `height_m` is the height of the radar site",
             unit="true or false",
             source="tracker",
             absent="never reported",

@@ -13,7 +13,9 @@ _INITIATED = "the measurement initiated the track, or has no such component"
 class TrackPlot(Record):
     """A measurement that updated a track, its correction, its innovation and its weight."""
 
-    time_s: Annotated[float, described("Data time", unit="s", source="measurement")]
+    time_s: Annotated[
+        float, described("Data time of the measurement", unit="s", source="measurement")
+    ]
     sensor_id: Annotated[
         str,
         StringConstraints(pattern=SENSOR_ID_PATTERN),
@@ -37,12 +39,17 @@ class TrackPlot(Record):
     ]
     height_m: Annotated[
         float | None,
-        described("Height in it", unit="m", source="measurement", absent="not in the measurement"),
+        described(
+            "Measured or reported height",
+            unit="m",
+            source="measurement",
+            absent="no height in the measurement",
+        ),
     ]
     range_bias_m: Annotated[
         float | None,
         described(
-            "Bias subtracted from the range: all estimated parameters together",
+            "Bias subtracted from the range: sum of the effects of all estimated parameters",
             unit="m",
             source="filter",
             absent="no range measured",
@@ -68,12 +75,17 @@ class TrackPlot(Record):
     ]
     longitude_deg: Annotated[
         float | None,
-        described("WGS 84 longitude, likewise", unit="degree", source="filter", absent="likewise"),
+        described(
+            "Bias-corrected WGS 84 longitude",
+            unit="degree",
+            source="filter",
+            absent="a bearing, or a range shorter than the height",
+        ),
     ]
     innovation_range_m: Annotated[
         float | None,
         described(
-            "Innovation: bias-corrected measured range minus predicted range",
+            "Range innovation: bias-corrected measured range minus predicted range",
             unit="m",
             source="filter",
             absent=_INITIATED,
@@ -81,12 +93,12 @@ class TrackPlot(Record):
     ]
     innovation_azimuth_deg: Annotated[
         float | None,
-        described("Innovation of the azimuth", unit="degree", source="filter", absent=_INITIATED),
+        described("Azimuth innovation", unit="degree", source="filter", absent=_INITIATED),
     ]
     innovation_east_m: Annotated[
         float | None,
         described(
-            "Innovation of a reported position: east component",
+            "East component of the innovation of a reported position",
             unit="m",
             source="filter",
             absent=_INITIATED,
@@ -95,7 +107,10 @@ class TrackPlot(Record):
     innovation_north_m: Annotated[
         float | None,
         described(
-            "North component of the innovation", unit="m", source="filter", absent=_INITIATED
+            "North component of the innovation of a reported position",
+            unit="m",
+            source="filter",
+            absent=_INITIATED,
         ),
     ]
     nis: Annotated[
@@ -117,9 +132,9 @@ class TrackPlot(Record):
         float | None,
         Field(ge=0.0, le=1.0),
         described(
-            "Influence of the measurement on the estimate: trace of the gain in the space of the "
-            "measurement over `degrees_of_freedom`; 0: the track ignores it, 1: the track follows "
-            "it; a lower bound with the filter `joint`",
+            "Influence of the measurement on the estimate: trace of the gain in measurement "
+            "space divided by `degrees_of_freedom`; 0: no influence, 1: the track follows the "
+            "measurement; a lower bound with the filter `joint`",
             unit="1",
             source="filter",
             absent="the measurement initiated the track",
@@ -128,7 +143,8 @@ class TrackPlot(Record):
     residual_east_m: Annotated[
         float | None,
         described(
-            "Bias-corrected position minus position of the track after the update, east",
+            "East component of the residual: bias-corrected position minus track position after "
+            "the update",
             unit="m",
             source="filter",
             absent="`latitude_deg` is absent",
@@ -136,7 +152,12 @@ class TrackPlot(Record):
     ]
     residual_north_m: Annotated[
         float | None,
-        described("Likewise, north", unit="m", source="filter", absent="`latitude_deg` is absent"),
+        described(
+            "North component of the residual",
+            unit="m",
+            source="filter",
+            absent="`latitude_deg` is absent",
+        ),
     ]
 
 

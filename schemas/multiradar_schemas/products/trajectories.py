@@ -14,8 +14,8 @@ SegmentKind = Literal["straight", "right", "left", "faster", "slower"]
 #: Reasons for the absence of trajectories of a live track.
 TRAJECTORY_REASON_MEANINGS: dict[str, str] = {
     "TRAJECTORIES_OFF": "trajectory reconstruction is disabled: the setting `aircraft_max` is 0.",
-    "NOT_CONFIRMED": "the track is tentative; reconstruction starts at its confirmation.",
-    "NO_ROOM": "the maximum number of tracks is being reconstructed; the track is queued.",
+    "NOT_CONFIRMED": "the track is tentative; reconstruction starts when it is confirmed.",
+    "NO_ROOM": "the maximum number of concurrent reconstructions is reached; the track is queued.",
     "TOO_FEW_PLOTS": "fewer than three plots of the track have a position.",
     "NO_TRIPLE": "no three plots of the last 90 s are 8 s and 800 m apart and lie on an arc flown "
     "at 20 to 700 m/s.",
@@ -35,7 +35,7 @@ _Sigma = Annotated[
     float,
     Field(ge=0.0),
     described(
-        "Square root of the sum of the variances of the position, east and north",
+        "Square root of the sum of the position variances, east and north",
         unit="m",
         source="restoration",
     ),
@@ -44,27 +44,33 @@ _Speed = Annotated[
     float, Field(ge=0.0), described("Ground speed", unit="m/s", source="restoration")
 ]
 _Lateral = Annotated[
-    float, described("Acceleration to the right", unit="m/s²", source="restoration")
+    float,
+    described("Lateral acceleration, positive to the right", unit="m/s²", source="restoration"),
 ]
 _Longitudinal = Annotated[
-    float, described("Acceleration forwards", unit="m/s²", source="restoration")
+    float,
+    described(
+        "Longitudinal acceleration, positive when speed increases",
+        unit="m/s²",
+        source="restoration",
+    ),
 ]
 
 
 def _chance(kind: str) -> object:
-    return described(f"Probability of {kind} now", unit="1", source="restoration")
+    return described(f"Current probability of {kind}", unit="1", source="restoration")
 
 
 class TrajectorySegment(Record):
     """A part of a trajectory with constant accelerations."""
 
     begin_s: Annotated[
-        float, described("Data time of the start of the segment", unit="s", source="restoration")
+        float, described("Data time at which the segment starts", unit="s", source="restoration")
     ]
     end_s: Annotated[
         float | None,
         described(
-            "Data time of the end of the segment; a value after `time_s` is predicted",
+            "Data time at which the segment ends; a value later than `time_s` is predicted",
             unit="s",
             source="restoration",
             absent="the last segment",
@@ -96,7 +102,7 @@ class Trajectory(Record):
 class TrajectoryPoint(Record):
     """The position of the aircraft at one time."""
 
-    time_s: Annotated[float, described("Data time, whole seconds", unit="s", source="request")]
+    time_s: Annotated[float, described("Data time in whole seconds", unit="s", source="request")]
     latitude_deg: _Latitude
     longitude_deg: _Longitude
     position_sigma_m: _Sigma
@@ -116,17 +122,17 @@ class TrajectoryEstimate(Record):
     speed_mps: _Speed
     heading_deg: _Heading
     velocity_east_mps: Annotated[
-        float, described("Velocity, to true east", unit="m/s", source="restoration")
+        float, described("Velocity component towards true east", unit="m/s", source="restoration")
     ]
     velocity_north_mps: Annotated[
-        float, described("Velocity, to true north", unit="m/s", source="restoration")
+        float, described("Velocity component towards true north", unit="m/s", source="restoration")
     ]
     covariance: Annotated[
         list[float],
         Field(min_length=16, max_length=16),
         described(
-            "Covariance of east, north and velocity, 4 × 4, by rows: the covariance of each "
-            "trajectory and the spread of the trajectories",
+            "Covariance matrix of east and north position and velocity, 4 × 4, row by row: "
+            "covariance within the trajectories and spread between them",
             unit="m, m/s",
             source="restoration",
         ),
@@ -134,8 +140,8 @@ class TrajectoryEstimate(Record):
     lateral_mps2: _Lateral
     longitudinal_mps2: _Longitudinal
     straight_probability: Annotated[float, _chance("straight flight")]
-    right_probability: Annotated[float, _chance("a turn to the right")]
-    left_probability: Annotated[float, _chance("a turn to the left")]
+    right_probability: Annotated[float, _chance("a right turn")]
+    left_probability: Annotated[float, _chance("a left turn")]
     faster_probability: Annotated[float, _chance("acceleration")]
     slower_probability: Annotated[float, _chance("deceleration")]
 
@@ -146,11 +152,13 @@ class Trajectories(Record):
     track_id: Annotated[int, Field(ge=1), described("The track", unit="1", source="tracker")]
     time_s: Annotated[
         float,
-        described("Data time of the last plot of the bundle", unit="s", source="measurement"),
+        described(
+            "Data time of the last plot processed by the bundle", unit="s", source="measurement"
+        ),
     ]
     window_begin_s: Annotated[
         float,
-        described("Data time of the start of the trajectories", unit="s", source="restoration"),
+        described("Data time at which the trajectories start", unit="s", source="restoration"),
     ]
     plots: Annotated[
         int,

@@ -23,18 +23,18 @@ ReasonName = Literal[
 
 #: Meaning of each reason.
 REASON_MEANINGS: dict[str, str] = {
-    "new-identity": "started: a track number or Mode S address without a track.",
-    "new-place": "started: a plot without identity that was not associated with a track.",
-    "updates": "confirmed: enough updates of a track with identity.",
-    "likelihood": "confirmed: the plots of the track are much more likely from an aircraft than "
-    "from clutter.",
+    "new-identity": "started: no track had this track number or Mode S address.",
+    "new-place": "started: a plot without identity was not associated with any track.",
+    "updates": "confirmed: the track has an identity and enough updates.",
+    "likelihood": "confirmed: the plots of the track are much more likely to come from "
+    "an aircraft than from clutter.",
     "silent": "coasting or ended: no measurement for too long.",
     "heard": "resumed: a measurement updated the coasting track.",
     "refused": "restarted: several consecutive measurements were outside the gate, so the track "
     "was reinitialised from them.",
     "unconfirmed": "ended: not confirmed in time.",
-    "unlikely": "ended: missed detections by radars with coverage make clutter as likely as an "
-    "aircraft.",
+    "unlikely": "ended: after missed detections by radars with coverage, the track is as likely to "
+    "be clutter as an aircraft.",
     "merged": "ended: duplicate of an older track, `into_track_id`.",
 }
 
@@ -45,8 +45,7 @@ class Transition(Record):
     time_s: Annotated[
         float,
         described(
-            "Data time of the detection: of a measurement, or of the beginning of an epoch or "
-            "window",
+            "Data time of the detection: time of a measurement, or start of an epoch or window",
             unit="s",
             source="tracker",
         ),
@@ -65,7 +64,7 @@ class Transition(Record):
         int | None,
         Field(ge=1),
         described(
-            "The track that replaces it",
+            "The track into which it was merged",
             unit="1",
             source="tracker",
             absent="not merged",

@@ -30,7 +30,10 @@ class BiasParameter(Table):
     """
 
     estimate: Annotated[
-        bool | None, of_file("Estimate it", "true or false", "default of the kind")
+        bool | None,
+        of_file(
+            "Whether the parameter is estimated", "true or false", "default of the sensor kind"
+        ),
     ] = None
     prior: float = 0.0
     prior_sigma: float | None = None
@@ -42,7 +45,8 @@ def _mean(limits: ParameterBounds) -> Any:
 
 
 _MEAN = of_file(
-    "Prior mean; if it is not estimated, the known value, which is subtracted from measurements",
+    "Prior mean; for a parameter that is not estimated, the known value, which is subtracted "
+    "from the measurements",
     "of the parameter",
 )
 _SIGMA = of_file("Prior standard deviation", "of the parameter", "default of the parameter")
@@ -108,24 +112,25 @@ class FrameRotation(BiasParameter):
 class SensorBias(Table):
     """The bias parameters of a sensor."""
 
-    range_offset_m: Annotated[RangeOffset, of_file("Offset of range", "m")] = RangeOffset()
-    azimuth_offset_deg: Annotated[AzimuthOffset, of_file("Offset of azimuth", "degree")] = (
+    range_offset_m: Annotated[RangeOffset, of_file("Range offset", "m")] = RangeOffset()
+    azimuth_offset_deg: Annotated[AzimuthOffset, of_file("Azimuth offset", "degree")] = (
         AzimuthOffset()
     )
-    range_gain: Annotated[RangeGain, of_file("Relative error of range", "1")] = RangeGain()
-    time_offset_s: Annotated[TimeOffset, of_file("Offset of the time stamps", "s")] = TimeOffset()
+    range_gain: Annotated[RangeGain, of_file("Relative range error", "1")] = RangeGain()
+    time_offset_s: Annotated[TimeOffset, of_file("Time stamp offset", "s")] = TimeOffset()
     azimuth_sine_deg: Annotated[
         AzimuthWave,
-        of_file("Eccentricity of the antenna: coefficient of the sine of the azimuth", "degree"),
+        of_file("Antenna eccentricity: coefficient of the sine of the azimuth", "degree"),
     ] = AzimuthWave()
     azimuth_cosine_deg: Annotated[
         AzimuthWave,
-        of_file("Eccentricity of the antenna: coefficient of the cosine of the azimuth", "degree"),
+        of_file("Antenna eccentricity: coefficient of the cosine of the azimuth", "degree"),
     ] = AzimuthWave()
     frame_east_m: Annotated[
-        FrameShift, of_file("Displacement of the local frame, or of a radar's site, east", "m")
+        FrameShift,
+        of_file("Eastward displacement of the local frame, or of the site of a radar", "m"),
     ] = FrameShift()
-    frame_north_m: Annotated[FrameShift, of_file("Likewise, north", "m")] = FrameShift()
+    frame_north_m: Annotated[FrameShift, of_file("Northward displacement", "m")] = FrameShift()
     frame_rotation_deg: Annotated[
         FrameRotation,
         of_file("Rotation of the local frame about its reference point, clockwise", "degree"),

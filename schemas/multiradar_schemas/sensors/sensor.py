@@ -89,7 +89,7 @@ class Sensor(Table):
         StringConstraints(pattern=SENSOR_ID_PATTERN),
         of_file("Name of the sensor", "letters, digits, `.`, `_`, `-`"),
     ]
-    kind: Annotated[SensorKind, of_file("What it measures", "name")]
+    kind: Annotated[SensorKind, of_file("radar, adsb, mlat or direction-finder", "name")]
     latitude_deg: Annotated[
         float | None,
         within(bounds.LATITUDE_DEG),
@@ -106,12 +106,12 @@ class Sensor(Table):
         of_file("Height of the antenna above the ellipsoid", "m", "adsb, mlat"),
     ] = None
     range_sigma_m: Annotated[
-        float, within(bounds.RANGE_SIGMA_M), of_file("Random error of range, 1 sigma", "m")
+        float, within(bounds.RANGE_SIGMA_M), of_file("Random range error, 1 sigma", "m")
     ] = 50.0
     azimuth_sigma_deg: Annotated[
         float,
         within(bounds.AZIMUTH_SIGMA_DEG),
-        of_file("Random error of azimuth, 1 sigma", "degree"),
+        of_file("Random azimuth error, 1 sigma", "degree"),
     ] = 0.08
     position_sigma_m: Annotated[
         float,
@@ -121,7 +121,7 @@ class Sensor(Table):
     elevation_sigma_deg: Annotated[
         float | None,
         within(bounds.AZIMUTH_SIGMA_DEG),
-        of_file("Random error of elevation, 1 sigma", "degree", "not measured"),
+        of_file("Random elevation error, 1 sigma", "degree", "not measured"),
     ] = None
     moving: Annotated[
         bool,
@@ -145,17 +145,18 @@ class Sensor(Table):
         float | None,
         within(bounds.EARTH_RADIUS_FACTOR),
         of_file(
-            "Refraction of ranges: factor applied to the radius of the Earth, such as 1.2",
+            "Refraction of ranges: factor for the effective Earth radius, such as 1.2",
             "1",
-            "ranges are straight",
+            "ranges are not affected by refraction",
         ),
     ] = None
     transponder_delay_sigma_m: Annotated[
         float | None,
         within(bounds.TRANSPONDER_DELAY_SIGMA_M),
         of_file(
-            "Prior sigma of the transponder delays, as a one-way range error, the same for all "
-            "such radars: the ranges contain these delays, and one is estimated for each aircraft",
+            "Prior sigma of the transponder delays as a one-way range error, equal for all "
+            "radars with this field: their ranges include the delays, and one delay is estimated "
+            "for each aircraft",
             "m",
             "not estimated, or a primary radar",
         ),
@@ -164,18 +165,18 @@ class Sensor(Table):
         float | None,
         within(bounds.PLOTS_PER_SCAN_MAX),
         of_file(
-            "Maximum number of plots in a scan (without a scan period: in a second), and of "
+            "Maximum number of plots per scan (per second if there is no scan period), and of "
             "tentative tracks initiated by the sensor; a larger number indicates a fault",
             "1",
-            "from the coverage, 10 000 to 20 000",
+            "derived from the coverage: 10 000 to 20 000",
         ),
     ] = None
     clock_tolerance_s: Annotated[
         float | None,
         within(bounds.CLOCK_TOLERANCE_S),
         of_file(
-            "A measurement that is farther ahead of the data time is accepted only if other "
-            "clocks agree; at most the reorder horizon",
+            "Clock tolerance, at most the reorder horizon: a measurement farther ahead of the "
+            "data time is accepted only if the clocks of other sensors agree",
             "s",
             "half of the reorder horizon",
         ),
@@ -183,8 +184,8 @@ class Sensor(Table):
     enabled: Annotated[
         bool,
         of_file(
-            "Whether its measurements are used; those of a disabled sensor are rejected with "
-            "SENSOR_DISABLED",
+            "Whether the measurements of the sensor are used; measurements of a disabled sensor "
+            "are rejected with SENSOR_DISABLED",
             "true or false",
         ),
     ] = True
@@ -192,7 +193,7 @@ class Sensor(Table):
         tuple[SensorName, ...],
         BeforeValidator(lambda names: tuple(names) if isinstance(names, list) else names),
         of_file(
-            "Further names of the sensor in measurements, for example from a second network",
+            "Additional names of the sensor in measurements, for example in a second network",
             "list of ids, such as `43-10`",
         ),
     ] = ()
@@ -203,10 +204,14 @@ class Sensor(Table):
         int | None, Field(ge=0), of_file("Number of the sensor in dumps", "1", "not from a dump")
     ] = None
     sac: Annotated[
-        int | None, Field(ge=0, le=255), of_file("ASTERIX area code", "1", "not ASTERIX")
+        int | None,
+        Field(ge=0, le=255),
+        of_file("ASTERIX system area code (SAC)", "1", "not ASTERIX"),
     ] = None
     sic: Annotated[
-        int | None, Field(ge=0, le=255), of_file("ASTERIX identification code", "1", "not ASTERIX")
+        int | None,
+        Field(ge=0, le=255),
+        of_file("ASTERIX system identification code (SIC)", "1", "not ASTERIX"),
     ] = None
     bias: Annotated[SensorBias, of_file("Bias parameters of the sensor", "table")] = SensorBias()
 
