@@ -102,7 +102,7 @@ def comparison(figures_by_name: dict[str, Figures]) -> Table:
         ("position error, RMS, m", "errors", "position_m", "rms"),
         ("position error, median, m", "errors", "position_m", "median"),
         ("along track, RMS, m", "errors", "along_m", "rms"),
-        ("across it, RMS, m", "errors", "across_m", "rms"),
+        ("across track, RMS, m", "errors", "across_m", "rms"),
         ("velocity error, RMS, m/s", "errors", "velocity_mps", "rms"),
         ("heading error, RMS, °", "errors", "heading_deg", "rms"),
         ("completeness", "siap", "completeness", ""),
