@@ -1,4 +1,4 @@
-"""Makes the reference pages that follow from the code: the commands, and HTTP.
+"""Generates the reference pages of the commands and the HTTP operations from the code.
 
 ::
 
@@ -55,13 +55,13 @@ def http_page(openapi: Mapping[str, Any]) -> str:
     openapi : mapping
         The OpenAPI document.
     """
-    lines = ["# HTTP operations", "", "Made from the OpenAPI document, `GET /openapi.json`."]
+    lines = ["# HTTP operations", "", "Generated from the OpenAPI document, `GET /openapi.json`."]
     for path, operations in openapi["paths"].items():
         for verb, operation in operations.items():
             lines += ["", f"## `{verb.upper()} {path}`", "", operation["description"].strip()]
             for parameter in operation.get("parameters", ()):
                 lines += _query_parameter(parameter)
-            lines += ["", "| status | answer |", "|---|---|"]
+            lines += ["", "| status | response |", "|---|---|"]
             lines += [
                 f"| {status} | {' '.join(answer['description'].split())} |"
                 for status, answer in sorted(operation["responses"].items())

@@ -162,7 +162,7 @@ class TrackPlot(Record):
 
 
 class TrackPlots(Record):
-    """The last plots of a track: why it is where it is."""
+    """The last plots of a track, which explain its position."""
 
     track_id: Annotated[int, Field(ge=1), described("The track", unit="1", source="tracker")]
     time_s: Annotated[

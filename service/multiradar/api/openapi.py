@@ -13,17 +13,18 @@ _FOREIGN_SCHEMAS = ("HTTPValidationError", "ValidationError")
 _CERTIFICATE = "certificate"
 _REJECTIONS = {
     "401": "The service requires valid credentials",
-    "403": "The client's role does not allow this, or a page of another origin sent it",
+    "403": "The client's role does not allow this request, or a page from another origin sent the "
+    "request",
 }
 
 #: Error answers of all routes.
 _ERROR_ANSWERS = {
     "400": "The length of the body is ambiguous",
-    "421": "The Host header names another host",
+    "421": "The Host header contains another host",
     "422": "A parameter is unknown, repeated or out of bounds",
     "429": "Too many requests, streams or expensive queries from this client",
-    "431": "The path and the headers are too long",
-    "500": "Internal error; search the log for the identifier of the request",
+    "431": "The path and headers are too long",
+    "500": "Internal error; search the log for the request identifier",
     "503": "Too many requests, a query exceeded its deadline, or the service is not ready",
 }
 #: Further ones of routes that read a body.
@@ -68,7 +69,8 @@ def _describe(document: dict[str, Any], required: bool) -> None:
     schemas["Problem"] = schema
     document["components"]["securitySchemes"][_CERTIFICATE] = {
         "type": "mutualTLS",
-        "description": "Client certificate, where the service is configured with its authority.",
+        "description": "Client certificate, if its certificate authority is configured in the "
+        "service.",
     }
     content = {MEDIA_TYPE: {"schema": {"$ref": _REFERENCES.format(model="Problem")}}}
     for operations in document["paths"].values():

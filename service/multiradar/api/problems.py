@@ -71,7 +71,7 @@ class Problem(BaseModel):
         description="The error as a sentence", examples=["no live track has the number 7"]
     )
     instance: str = Field(
-        description="URN of the request; the log carries the same identifier",
+        description="URN of the request; the log contains the same identifier",
         examples=["urn:multiradar:request:4f1c9a52d0e3b7a6"],
     )
     code: str = Field(description="Stable code for programs", examples=["TRACK_NOT_FOUND"])

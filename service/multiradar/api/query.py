@@ -110,7 +110,9 @@ def time_query(description: str) -> Any:
 
 Since = Annotated[
     float | None,
-    time_query("Only rows of this data time or later: seconds, or ISO 8601 with Z or an offset"),
+    time_query(
+        "Return only rows with this data time or later: seconds, or ISO 8601 with Z or an offset"
+    ),
     AsTime,
 ]
 At = Annotated[

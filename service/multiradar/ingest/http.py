@@ -64,21 +64,21 @@ class RefusedRow(BaseModel):
 
 
 class Acknowledgement(BaseModel):
-    """Result of a message, sent when all of it is on disk."""
+    """Result of a message, sent when the whole message is on disk."""
 
-    accepted: int = Field(description="Rows in the journal")
-    rejected: list[RefusedRow] = Field(description="Rejected rows, by ascending index")
+    accepted: int = Field(description="Number of rows accepted into the journal")
+    rejected: list[RefusedRow] = Field(description="Rejected rows, in order of ascending index")
     duplicate: bool = Field(
         description=(
-            "A message with this Idempotency-Key was ingested earlier; this one was not ingested, "
-            "and the counts are those of the earlier one"
+            "A message with this Idempotency-Key was ingested earlier; this message was not "
+            "ingested, and the counts refer to the earlier message"
         )
     )
-    journal_sequence: int = Field(description="Entry of the journal that holds the message")
+    journal_sequence: int = Field(description="Journal entry that contains the message")
 
 
 class Draining(BaseModel):
-    """The service drains."""
+    """The service is draining."""
 
     draining: bool
 
@@ -267,30 +267,31 @@ def _media_type(request: Request) -> str:
 
 
 _MEASUREMENTS_TEXT = """\
-Post measurements: a JSON array (or one object), NDJSON, or an Arrow IPC stream with the columns of
-`measurements.parquet`. The response is sent when the message is in the journal, on disk. Rejected
-rows are listed with their index and reason and kept in the quarantine; the others are ingested.
+Post measurements: a JSON array (or a single object), NDJSON, or an Arrow IPC stream with the
+columns of `measurements.parquet`. The response is sent when the message is in the journal, on disk.
+Rejected rows are listed with index and reason and kept in the quarantine; all other rows are
+ingested.
 """
 
 _FLUSH_TEXT = """\
-Mark the end of a stream: buffered measurements are processed immediately, the epoch closes, and
-measurements older than the newest one are late from then on. The request is recorded in the
+Mark the end of a stream: buffered measurements are processed immediately, the epoch is closed, and
+from then on measurements older than the newest measurement are late. The request is recorded in the
 journal. The response is sent when the results of all earlier measurements can be read. While
 sensors deliver in real time, the request is rejected unless forced, because measurements still in
 transit would then be late.
 """
 
 _CLOCK_TEXT = """\
-Set the data time, for use after most sensors had wrong clocks. From then on, measurements are
+Set the data time; use this after most sensors have had wrong clocks. From then on, measurements are
 accepted if they are at most the reorder horizon older than this time. A step back terminates all
 tracks; radar biases are kept. The request is recorded in the journal, and the response is sent when
 the new time applies.
 """
 
 _DRAIN_TEXT = """\
-Stop the service for maintenance. It accepts no more measurements (503), processes and publishes
-those that it has acknowledged, writes a snapshot, releases the journal and exits with status 0. A
-standby takes over.
+Stop the service for maintenance. The service rejects further measurements (503), processes and
+publishes the acknowledged measurements, writes a snapshot, releases the journal and exits with
+status 0. A standby takes over.
 """
 
 _EXAMPLE = [
@@ -334,12 +335,12 @@ _REQUEST_BODY: dict[str, Any] = {
 }
 
 _ANSWERS: dict[int | str, dict[str, Any]] = {
-    400: {"description": "The body cannot be read, or the Idempotency-Key is not valid"},
-    413: {"description": "The body is too long; it is not read to its end"},
+    400: {"description": "The body cannot be parsed, or the Idempotency-Key is not valid"},
+    413: {"description": "The body is too long and was not read completely"},
     415: {"description": "Unsupported media type, or a compressed body; see `Accept-Post`"},
     422: {
-        "description": "No row could be read as a measurement, see `rejected`; or the "
-        "Idempotency-Key was used for another message"
+        "description": "No row is a valid measurement (see `rejected`), or the Idempotency-Key "
+        "was used for another message"
     },
     429: {"description": "Back-pressure: the journal is behind; see `Retry-After`"},
     503: {"description": "The journal failed, or the service is not ready"},

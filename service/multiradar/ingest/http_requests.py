@@ -29,7 +29,7 @@ KEY_PARAMETER: dict[str, Any] = {
     "in": "header",
     "required": False,
     "description": f"The sender's identifier of the message: {IDEMPOTENCY_KEY_FORM}. A "
-    "message that is sent again with the same key is ingested once; the response then has "
+    "message that is resent with the same key is not ingested again; the response then contains "
     "`duplicate: true`",
     "schema": {
         "type": "string",

@@ -36,37 +36,39 @@ SensorId = Annotated[
     ),
 ]  # fmt: skip
 Choice = Literal["true", "false"]
-_DRY_RUN_TEXT = "`true`: return what would change, and change nothing"
+_DRY_RUN_TEXT = "`true`: return what would change without changing anything"
 _RESET_TEXT = (
-    "`true`: the biases of the sensor start from their priors, as after work on its antenna; they "
-    "always do when its site changes"
+    "`true`: restart the biases of the sensor from their priors, for example after work on its "
+    "antenna; this always happens if the site changes"
 )
 
 
 class ChangedField(BaseModel):
     """A field of a sensor that changes."""
 
-    field: str = Field(description="Name as in the sensors file", examples=["range_sigma_m"])
-    before: Any = Field(description="Value so far; null for a new sensor", examples=[50.0])
+    field: str = Field(
+        description="Name of the field, as in the sensors file", examples=["range_sigma_m"]
+    )
+    before: Any = Field(description="Previous value; null for a new sensor", examples=[50.0])
     after: Any = Field(description="New value", examples=[80.0])
 
 
 class SensorChanged(BaseModel):
-    """What a change of a sensor does; sent when it applies."""
+    """The effect of a change of a sensor; sent when the change is in effect."""
 
     sensor_id: str = Field(examples=["41-10"])
     applied: bool = Field(description="Whether the sensor changed; false for a dry run")
     added: bool = Field(description="Whether the sensor is new")
-    changes: list[ChangedField] = Field(description="Fields that change; empty if none does")
+    changes: list[ChangedField] = Field(description="Changed fields; empty if there are none")
     biases_reset: list[str] = Field(
-        description="Its bias parameters that start from their priors", examples=[[]]
+        description="Bias parameters of the sensor that restart from their priors", examples=[[]]
     )
     health_reset: bool = Field(
-        description="Whether its health (noise, site error, probability of detection) is learnt "
-        "again"
+        description="Whether the health of the sensor (noise, site error, probability of "
+        "detection) is estimated again from the start"
     )
     journal_sequence: int | None = Field(
-        description="Entry of the journal that holds the change; null if there is none"
+        description="Journal entry that contains the change; null if there is none"
     )
 
 
@@ -90,7 +92,7 @@ def sensor_change_routes(sink: OperatedSink, acknowledge_deadline_s: float = 30.
         responses={404: {"description": "No such sensor"}},
     )
     async def get_configuration(request: Request, sensor_id: SensorId) -> Response:
-        """Return a sensor as described in the sensors file and by later changes."""
+        """Return the configuration of a sensor: the sensors file with all later changes."""
         require_query(request)
         described = sink.describe_sensor(sensor_id)
         if described is None:
@@ -178,11 +180,11 @@ def _no_number(text: str) -> float:
 
 
 _TEXT = """\
-Add or change a sensor. The body is its complete description, with the keys of a `[[sensor]]` of the
-sensors file; omitted keys have their defaults. Read `/v1/sensors/{sensor_id}/configuration`, change
-it and send it back. The change is recorded in the journal, and applies to all measurements after
-it; the response is sent when it applies. Tracks, their numbers and the biases of other sensors
-continue.
+Add or change a sensor. The body is the complete configuration of the sensor, with the keys of a
+`[[sensor]]` table in the sensors file; omitted keys have their default values. To change a sensor,
+read `/v1/sensors/{sensor_id}/configuration`, edit the response and send it back. The change is
+recorded in the journal and applies to all later measurements; the response is sent when the change
+is in effect. Tracks, track numbers and the biases of other sensors are kept.
 """
 
 _EXAMPLE = {
@@ -208,10 +210,10 @@ _ANSWERS: dict[int | str, dict[str, Any]] = {
     413: {"description": "The body is too long"},
     415: {"description": "Unsupported media type"},
     422: {
-        "description": "Invalid description or parameter, a change that needs a new journal, or "
-        "the Idempotency-Key was used for another message"
+        "description": "Invalid sensor configuration or parameter, a change that requires a new "
+        "journal, or an Idempotency-Key already used for another message"
     },
     429: {"description": "Back-pressure: the journal is behind; see `Retry-After`"},
     503: {"description": "The journal failed, or the service is not ready"},
-    507: {"description": "Disk full; nothing changed"},
+    507: {"description": "Disk full; nothing was changed"},
 }

@@ -10,18 +10,18 @@ class _Strict(BaseModel):
 
 
 class Aircraft(_Strict):
-    """A track in the units of readsb; values that are not known are absent."""
+    """A track in the units of readsb; unknown values are absent."""
 
     hex: Annotated[
         str,
         Field(
             pattern=r"^~?[0-9a-f]{6}$",
-            description="ICAO address; `~` and the track number if there is none",
+            description="ICAO address; without an address, `~` and the track number",
         ),
     ]
     type: Annotated[
         Literal["adsb_icao", "adsb_other", "mlat", "tisb_icao", "tisb_trackfile"],
-        Field(description="Best source of the updates of the track; `tisb_…` stands for radars"),
+        Field(description="Best source of the track updates; `tisb_…` stands for radars"),
     ]
     flight: Annotated[str | None, Field(pattern=r"^[0-9A-Z ]{8}$", description="Callsign")] = None
     alt_baro: Annotated[
@@ -34,12 +34,20 @@ class Aircraft(_Strict):
     lat: Annotated[float, Field(ge=-90.0, le=90.0, description="Latitude, degrees")]
     lon: Annotated[float, Field(ge=-180.0, le=180.0, description="Longitude, degrees")]
     nac_p: Annotated[
-        int, Field(ge=0, le=11, description="Accuracy category of the position, from its sigma")
+        int,
+        Field(
+            ge=0,
+            le=11,
+            description="Navigation accuracy category for position, derived from the position "
+            "sigma",
+        ),
     ]
     seen_pos: Annotated[float, Field(ge=0.0, description="Age of the position, s")]
-    mlat: Annotated[list[str], Field(description="Values estimated from multilateration")]
-    tisb: Annotated[list[str], Field(description="Values estimated from radars")]
-    messages: Annotated[int, Field(ge=1, description="Updates of the track")]
+    mlat: Annotated[
+        list[str], Field(description="Names of the values estimated from multilateration")
+    ]
+    tisb: Annotated[list[str], Field(description="Names of the values estimated from radars")]
+    messages: Annotated[int, Field(ge=1, description="Number of updates of the track")]
     seen: Annotated[float, Field(ge=0.0, description="Time since the last update of the track, s")]
 
 
@@ -47,15 +55,19 @@ class AircraftJson(_Strict):
     """All confirmed tracks."""
 
     now: Annotated[float, Field(description="Data time, Unix time, s")]
-    messages: Annotated[int, Field(ge=0, description="Track updates so far")]
+    messages: Annotated[int, Field(ge=0, description="Number of track updates so far")]
     aircraft: list[Aircraft]
 
 
 class ReceiverJson(_Strict):
-    """What tar1090 reads once at its start."""
+    """Settings that tar1090 reads once at startup."""
 
     version: str
-    refresh: Annotated[int, Field(description="Interval of requests, ms")]
+    refresh: Annotated[int, Field(description="Refresh interval, ms")]
     history: Annotated[Literal[0], Field(description="Number of history files")]
-    lat: Annotated[float | None, Field(description="Centre of the sensors, degrees")] = None
-    lon: Annotated[float | None, Field(description="Likewise")] = None
+    lat: Annotated[
+        float | None, Field(description="Latitude of the centre of the sensors, degrees")
+    ] = None
+    lon: Annotated[
+        float | None, Field(description="Longitude of the centre of the sensors, degrees")
+    ] = None

@@ -10,8 +10,8 @@ from multiradar_schemas.products.health import RadarHealth
 from multiradar_schemas.products.track import Track, TrackUpdate
 from multiradar_schemas.products.transition import Transition
 
-_CURSOR = Field(description="`cursor` of the next page; null on the last one")
-_COUNT = Field(description="Rows in this response")
+_CURSOR = Field(description="`cursor` for the next page; null on the last page")
+_COUNT = Field(description="Number of rows in this response")
 
 
 def _chosen_fields(schema: dict[str, Any]) -> None:
@@ -49,7 +49,7 @@ class TransitionPage(BaseModel):
 
 
 class BiasAnswer(BaseModel):
-    """Bias estimates of one sensor: the current ones, or by epoch with `history=true`."""
+    """Bias estimates of one sensor: the current estimates, or all epochs with `history=true`."""
 
     count: int = _COUNT
     next_cursor: str | None = _CURSOR
@@ -61,10 +61,10 @@ class SensorDiagnosis(BaseModel):
     """Probable fault of a sensor."""
 
     sensor_id: str = Field(description="The sensor, or a source that is not configured")
-    code: str = Field(description="The cause, for programs", examples=["range_unit"])
-    sentence: str = Field(description="The cause and what to do")
+    code: str = Field(description="Stable code of the cause", examples=["range_unit"])
+    sentence: str = Field(description="Cause and remedy, as a sentence")
     severity: str = Field(
-        default="error", description="`error`, or `warning` if the tracks can be used"
+        default="error", description="`error`, or `warning` if the tracks are still usable"
     )
 
 
@@ -74,21 +74,21 @@ class SensorState(BaseModel):
     id: str
     kind: str
     enabled: bool = Field(
-        default=True, description="Whether its measurements are used; otherwise they are rejected"
+        default=True,
+        description="Whether the measurements of the sensor are used; if false, they are rejected",
     )
     health: RadarHealth | None = Field(
-        default=None, description="For radars, after the first epoch"
+        default=None, description="Health of a radar, after the first epoch"
     )
     clock_lead_s: float | None = Field(
         default=None,
-        description="By how much the times of the sensor are ahead of the data time, s (negative: "
-        "behind), if its last measurements were rejected for this reason; null if its clock is "
-        "correct",
+        description="Lead of the times of the sensor over the data time, s (negative: behind), if "
+        "its last measurements were rejected for this reason; null if its clock is correct",
     )
     diagnoses: list[SensorDiagnosis] = Field(
         default=[],
-        description="Probable faults of the sensor, its settings or its data, now or at `at`; of a "
-        "recorded run those of the whole run",
+        description="Probable faults of the sensor, its settings or its data, now or at the time "
+        "`at`; in a recorded run, the faults of the whole run",
     )
 
 
@@ -103,9 +103,9 @@ class RejectedMeasurement(BaseModel):
     """A row in the quarantine."""
 
     number: int = Field(description="Number of the row in the quarantine: 1, 2, 3, …")
-    journal_sequence: int = Field(description="Journal entry that contains it")
-    source: str = Field(description="Input from which it was received")
-    index: int = Field(description="Index of the row in its message, from 0")
+    journal_sequence: int = Field(description="Journal entry that contains the row")
+    source: str = Field(description="Input from which the row was received")
+    index: int = Field(description="Index of the row in the message, from 0")
     code: str = Field(description="Stable code of the reason", examples=["OUT_OF_RANGE"])
     reason: str = Field(description="The reason as a sentence")
     raw: str = Field(description="Original content; empty if it was not retained")
@@ -115,7 +115,7 @@ class RejectPage(BaseModel):
     """A page of the quarantine, oldest first."""
 
     count: int = _COUNT
-    next_after: int | None = Field(description="`after` of the next page; null on the last one")
+    next_after: int | None = Field(description="`after` for the next page; null on the last page")
     rejects: list[RejectedMeasurement]
 
 
@@ -123,35 +123,39 @@ class Status(BaseModel):
     """Counts, sequence numbers and digests; further members may be added."""
 
     version: str
-    tracks: int = Field(description="Number of live tracks, including tentative ones")
+    tracks: int = Field(description="Number of live tracks, including tentative tracks")
     tracks_initiated: int = Field(
-        description="Number of tracks initiated so far, including tentative ones"
+        description="Number of tracks initiated so far, including tentative tracks"
     )
     tracks_confirmed: int = Field(description="Number of tracks confirmed so far")
     tracks_confirmed_live: int = Field(
         description="Number of live tracks that are or were confirmed"
     )
     tracks_ended: int = Field(description="Number of tracks dropped so far")
-    forecast_probability: float = Field(description="Probability of the counted forecast regions")
+    forecast_probability: float = Field(
+        description="Containment probability of the counted forecast regions"
+    )
     forecasts_counted: int = Field(
         description=(
-            "Calibrated forecast regions whose time has been reached and whose track still "
-            "existed then"
+            "Number of calibrated forecast regions whose time has been reached and whose track "
+            "still existed at that time"
         )
     )
     forecasts_held: int = Field(description="Number of counted regions that contained the track")
     retained: dict[str, Any] | None = Field(
         default=None,
-        description="What is retained: `first_entry`, `first_time_s` and `used_bytes` of the "
-        "journal, the last entry of each of its `snapshots`, and the `archive`",
+        description="Retained data: `first_entry`, `first_time_s` and `used_bytes` of the "
+        "journal, the last entry of each of the `snapshots`, and the `archive`",
     )
     history: dict[str, Any] | None = Field(
         default=None,
-        description="The history on disk: `rows` written and `lost` since the start, by table, "
-        "`octets`, its earliest time `oldest_s`, and why it is `stopped`; empty if it is not",
+        description="History on disk: `rows` written and `lost` since the start, by table, size in "
+        "`octets`, earliest time `oldest_s`, and the reason if writing has `stopped`; empty "
+        "if it has not",
     )
     pages: dict[str, int] = Field(
-        description="Open pages of the air picture by client: name of its credentials, or address"
+        description="Number of open air picture pages by client: name of the credentials, or "
+        "address"
     )
 
 
@@ -162,7 +166,7 @@ class Readiness(BaseModel):
 
 
 class Health(BaseModel):
-    """The process moves."""
+    """The process makes progress."""
 
     status: str
 

@@ -19,13 +19,13 @@ _HEADERS = {"cache-control": "no-cache"}
 
 @router.get("/aircraft.json", response_model=AircraftJson)
 async def aircraft(access: Granted) -> Response:
-    """Return the confirmed tracks in the form of readsb, in feet, knots and degrees."""
+    """Return the confirmed tracks in readsb format, in feet, knots and degrees."""
     body = await access.workers.run(access.view.aircraft_json)
     return Response(body, media_type=encoding.JSON, headers=_HEADERS)
 
 
 @router.get("/receiver.json", response_model=ReceiverJson)
 async def receiver(access: Granted) -> Response:
-    """Return version, refresh interval and the middle of the sensors."""
+    """Return the version, the refresh interval and the centre of the sensors."""
     found = await access.workers.run(access.view.receiver_json)
     return Response(encoding.document(found), media_type=encoding.JSON, headers=_HEADERS)

@@ -21,7 +21,7 @@ router = APIRouter(tags=["operations"], dependencies=[Depends(strict_query)])
 
 @router.get("/healthz", response_model=Health, dependencies=[PUBLIC])
 async def health(access: Granted) -> Response:
-    """Liveness: 200 unless only a restart can help, which a supervisor should then do."""
+    """Liveness: 200, or 503 if only a restart by the supervisor can help."""
     stalled = access.service.stalled
     if stalled:
         raise RequestError(503, "STALLED", stalled)
@@ -30,10 +30,11 @@ async def health(access: Granted) -> Response:
 
 @router.get("/readyz", response_model=Readiness, dependencies=[PUBLIC])
 async def readiness(access: Granted) -> Response:
-    """Readiness: 503 with the `reasons` if the service does not do what it is for.
+    """Readiness: 503 with the `reasons` if the service is not processing data normally.
 
-    It is starting or has failed, its disk is full, it is too far behind, rejects all measurements,
-    gets none any more, or has lost its Zenoh router. `code` is that of the first reason.
+    The service is starting or has failed, its disk is full, it is too far behind, it rejects all
+    measurements or no longer receives any, or it has lost its Zenoh router. `code` is the code of
+    the first reason.
     """
     reasons = await access.workers.run(access.service.unready)
     if reasons:
@@ -78,10 +79,10 @@ async def list_rejects(
     limit: Limit = 1000,
     code: Annotated[
         RejectCode | None,
-        Query(description="Return only rows with this code, the last retained ones"),
+        Query(description="Return only the last retained rows with this code"),
     ] = None,
 ) -> Response:
-    """Return rejected measurements, oldest first: source, position in it, code and reason."""
+    """Return rejected measurements, oldest first: source, location, code, reason and content."""
     limit = min(limit, access.view.page_rows_max)
     wanted = None if code is None else str(code)
     rows = await access.queries.run("history", access.service.quarantined, after, limit, wanted)

@@ -98,7 +98,7 @@ async def picture(
         Query(
             ge=0,
             le=INTEGER_MOST,
-            description="`next` of the last frame: only plots since then",
+            description="`next` of the last frame: return only later plots",
             examples=[0],
         ),
         AsInteger,
@@ -132,7 +132,7 @@ async def picture(
 ) -> Response:
     """Return the air picture: tracks, and plots with and without biases, in binary columns.
 
-    The present picture, or with `at` that of a past time, as far back as the service retains it.
+    The current picture or, with `at`, the picture at a past time that the service still retains.
     """
     access.pages.note(CLIENT.get(), request.headers.get(PAGE_HEADER))
     area = None if bbox is None else Area(*astuple(bounding_box(bbox)))

@@ -24,18 +24,18 @@ router = APIRouter(
 
 History = Annotated[
     Literal["true", "false"],
-    Query(description="`true`: the estimates of every epoch, oldest first"),
+    Query(description="`true`: return the estimates of every epoch, oldest first"),
 ]
 HistoryLimit = Annotated[
     int,
-    Query(ge=1, le=HISTORY_ROWS_MAX, description="Maximum number of rows of a history"),
+    Query(ge=1, le=HISTORY_ROWS_MAX, description="Maximum number of rows of the history"),
     AsInteger,
 ]
 
 
 @router.get("", response_model=SensorList)
 async def list_sensors(access: Granted, *, at: At = None) -> Response:
-    """List the sensors by identifier, with their present state or, with `at`, a past one."""
+    """List the sensors by identifier, with their current state or, with `at`, a past state."""
     if at is None:
         sensors = await access.workers.run(access.view.sensors)
     else:
@@ -45,7 +45,7 @@ async def list_sensors(access: Granted, *, at: At = None) -> Response:
 
 @router.get("/{sensor_id}", response_model=SensorState, responses=NOT_FOUND)
 async def get_sensor(sensor_id: SensorId, access: Granted) -> Response:
-    """Return one sensor with its present state."""
+    """Return one sensor with its current state."""
     return json_response(await access.workers.run(_sensor, access.view, sensor_id))
 
 

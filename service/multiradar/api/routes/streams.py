@@ -44,8 +44,9 @@ After = Annotated[
     Query(
         ge=0,
         le=INTEGER_MOST,
-        description="Sequence number of the last event received; 0: start with the oldest event "
-        "retained; absent: with the next one. The header `Last-Event-ID` overrides it",
+        description="Sequence number of the last event received; 0: start with the oldest retained "
+        "event; absent: start with the next event. The header `Last-Event-ID` overrides this "
+        "parameter",
         examples=[0],
     ),
     AsInteger,

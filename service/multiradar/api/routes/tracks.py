@@ -62,8 +62,8 @@ BoundingBoxText = Annotated[
     str | None,
     Query(
         max_length=200,
-        description="Bounding box in degrees, `min_lon,min_lat,max_lon,max_lat`; it crosses the "
-        "antimeridian where min_lon > max_lon",
+        description="Bounding box in degrees, `min_lon,min_lat,max_lon,max_lat`; if min_lon > "
+        "max_lon, the box crosses the antimeridian",
         examples=["36.5,54.9,38.9,56.4"],
         json_schema_extra=BOX_FORM,
     ),
@@ -75,7 +75,7 @@ IdentityText = Annotated[
         max_length=40,
         json_schema_extra=IDENTITY_FORM,
         description="Mode S address, Mode 3/A code or track number; the prefixes `mode_s:`, "
-        "`mode_3a:`, `number:` and `callsign:` search only that field",
+        "`mode_3a:`, `number:` and `callsign:` restrict the search to one field",
         examples=["4840d6", "7000", "number:12"],
     ),
 ]
@@ -106,7 +106,7 @@ async def list_tracks(
     cursor: TrackCursor = None,
     format_: TrackFormat = None,
 ) -> Response:
-    """List the live tracks by ascending number, page by page; with `at`, those of a past time."""
+    """List the live tracks, or with `at` past tracks, page by page in ascending order of number."""
     form = chosen_form(request, format_, ("json", "geojson", "arrow"))
     condition = _condition(bbox, since, identity_, cursor)
     names = None if fields is None else columns(fields)
@@ -166,7 +166,7 @@ async def get_transitions(
     cursor: TimeCursor = None,
     format_: TableFormat = None,
 ) -> Response:
-    """Return the state transitions of a track with their reasons, even after it was dropped."""
+    """Return the state transitions of a track, with reasons, even after the track was dropped."""
     asked = _Asked(track_id, since, cursor, limit, chosen_form(request, format_, ("json", "arrow")))
     return await access.queries.run(
         "history", _table_of_track, request, access.view, TRANSITIONS, asked

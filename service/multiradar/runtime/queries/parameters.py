@@ -148,7 +148,7 @@ ENCOUNTERS = (
     ENCOUNTER_HEIGHT,
     Parameter(
         "probability_min", 0.0,
-        "Minimum probability of coming within both thresholds; other pairs are skipped",
+        "Minimum probability of coming within both thresholds; less probable pairs are skipped",
         least=0.0, most=1.0, example=0.1,
     ),
     Parameter(

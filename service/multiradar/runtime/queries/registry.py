@@ -103,13 +103,13 @@ def _of_window(analyse: WindowAnalysis) -> Callable[..., Document | None]:
 FORECAST = Query(
     "forecast", "forecasts", True, parameters.FORECAST, answer_forecast, Forecast,
     "Predict the position of a track, with covariances and containment regions.",
-    "The track has no state or no bundle to predict from; see `code`",
+    "The track has no state or bundle from which to predict; see `code`",
 )  # fmt: skip
 MANOEUVRE_PLANE = Query(
     "manoeuvre-plane", "manoeuvre-planes", True, (parameters.WINDOW,), _of_window(plane_of_track),
     ManoeuvrePlane,
     "Fit a plane to the last plots of a live track and test whether they lie in the plane.",
-    "The plots of the window do not determine a plane; see `code`",
+    "The plots in the window do not determine a plane; see `code`",
 )  # fmt: skip
 OBSERVABILITY = Query(
     "observability", "observability", True, (parameters.WINDOW,),
