@@ -31,9 +31,9 @@ class _Bearer(HTTPBearer):
 
 _bearer = _Bearer(
     scheme_name="bearer",
-    description="API key, or a JSON Web Token from the configured issuer. Not needed if the service "
-    "is configured without credentials. The scope is the required role; `operate` includes the "
-    "other roles.",
+    description="API key, or a JSON Web Token from the configured issuer. Not needed if the "
+    "service is configured without credentials. The scope is the required role; `operate` includes "
+    "the other roles.",
     auto_error=False,
 )
 
