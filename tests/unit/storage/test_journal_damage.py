@@ -133,8 +133,9 @@ def test_no_flipped_bit_of_the_database_loses_entries(
         _reported(folder, tmp_path / "work", "journal.db", _flipped(content, bit), expected)
         for bit in [*header, *_bits(content, FLIPS, seed=6)]
     ]
-    # Of what is not reported nothing is content: free space, counters of SQLite.
-    assert any(reported)
+    # Of what is not reported nothing is content: free space, counters of SQLite. After a kill the
+    # log has all pages.
+    assert any(reported) or state == "killed"
 
 
 def test_every_truncation_is_reported(killed: Path, stopped: Path, tmp_path: Path) -> None:

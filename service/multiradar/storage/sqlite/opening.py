@@ -68,9 +68,7 @@ class Verification:
 
         It changes no file: a reader does not trim the log.
         """
-        if not self._pages_verified:
-            # Only before the first connection: it closes the file, and with it locks of SQLite.
-            check_file_type(self._path)
+        check_file_type(self._path)
         tip = Tip.read(self._tip_path)
         empty = not file_size(self._path)
         if empty and (file_size(self._log_path) or (tip and tip.sequence)):
