@@ -18,10 +18,10 @@ from multiradar.storage.overlays import FILES_MAX, Overlays
 class OverlayState(BaseModel):
     """One overlay."""
 
-    number: int = Field(description="Its number, for `/v1/overlays/{number}`")
-    name: str = Field(description="Name of its file, without the extension")
+    number: int = Field(description="Number of the overlay, for `/v1/overlays/{number}`")
+    name: str = Field(description="Name of the file, without the extension")
     features: int
-    problem: str = Field(description="Why it cannot be shown; empty if it can")
+    problem: str = Field(description="Reason why the overlay cannot be shown; empty if it is shown")
 
 
 class OverlayList(BaseModel):
@@ -58,7 +58,9 @@ def overlay_routes(overlays: Overlays) -> APIRouter:
         responses={200: {"content": {GEOJSON: {"schema": {"type": "object"}}}}, **NOT_FOUND},
     )
     async def get_overlay(
-        number: Annotated[int, Path(ge=0, lt=FILES_MAX, description="Its number"), AsInteger],
+        number: Annotated[
+            int, Path(ge=0, lt=FILES_MAX, description="Number of the overlay"), AsInteger
+        ],
     ) -> Response:
         """Return one overlay as a FeatureCollection (RFC 7946)."""
         if number >= len(overlays) or overlays[number].problem:
