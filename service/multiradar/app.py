@@ -226,7 +226,7 @@ class Application:
         def on_progress(done: int, total: int) -> None:
             nonlocal logged_s
             now_s = clock.monotonic_s()
-            self.service.note_start(f"compiling kernels, once: {done} of {total}")
+            self.service.note_start(f"compiling kernels (first use): {done} of {total}")
             if now_s - logged_s >= _LOG_PERIOD_S or done in (0, total):
                 logged_s = now_s
                 elapsed_s = round(now_s - started_s)
@@ -284,8 +284,8 @@ def build_service(
     """
     if settings.journal.standby and settings.engine == "ray":
         raise ConfigurationError(
-            "settings: journal.standby: expected the engine threads, was ray: actors of two "
-            "services would need the resources of both"
+            "settings: engine: expected threads because journal.standby is set, was ray: the "
+            "actors of both services would need twice the resources"
         )
     tracking, journal = settings.tracking_settings(), settings.journal.path
     shards = steps_of(settings, settings.workers)

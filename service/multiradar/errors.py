@@ -269,7 +269,7 @@ class UnknownAircraftError(MultiradarError):
 
     def __init__(self, aircraft: int) -> None:
         self.aircraft = aircraft
-        super().__init__(f"aircraft {aircraft}: unknown; initiate it first")
+        super().__init__(f"aircraft {aircraft} is unknown; initiate its track first")
 
 
 class CovarianceError(MultiradarError):
@@ -317,7 +317,7 @@ class JournalFullError(JournalError):
     @property
     def for_clients(self) -> str:
         """The message without the path of the journal."""
-        return "the disk of the journal is full; nothing was ingested"
+        return "the journal disk is full; nothing was ingested"
 
 
 class SnapshotError(MultiradarError):
@@ -343,8 +343,8 @@ class LiveStreamError(MultiradarError):
         self.sensors = sensors
         named = ", ".join(sensors[:5]) + (", …" if len(sensors) > 5 else "")
         super().__init__(
-            f"{named} deliver in real time, and measurements still in transit would be late; do "
-            "not end their stream, or use force to end it anyway"
+            f"{named} deliver in real time; ending the stream would make measurements in transit "
+            "late; use force to end it anyway"
         )
 
 
@@ -363,8 +363,8 @@ class QuarantineError(QueueFullError):
     def __init__(self, source: str, retry_after_s: float) -> None:
         super().__init__(source, 0, retry_after_s)
         self.args = (
-            f"{source} is in quarantine: most of the rows it sent were rejected (see "
-            f"/v1/rejects); correct them, and retry in {retry_after_s:.1f} s",
+            f"{source} is in quarantine because most of its rows were rejected (see "
+            f"/v1/rejects); correct the rows, and retry in {retry_after_s:.1f} s",
         )
 
 
@@ -372,7 +372,7 @@ class DeadlineError(MultiradarError):
     """A query took longer than it may."""
 
     def __init__(self) -> None:
-        super().__init__("the query exceeded its deadline; reduce its extent")
+        super().__init__("the query exceeded its deadline; narrow the query")
 
 
 class ForecastError(MultiradarError):

@@ -77,7 +77,7 @@ class Exchange:
             raise RequestError(
                 431,
                 "HEADERS_TOO_LARGE",
-                f"expected at most {self._limits.header_bytes_max} bytes of path and headers",
+                f"expected at most {self._limits.header_bytes_max} bytes in path and headers",
             )
         lengths = _headers(self._scope, b"content-length")
         both = bool(lengths) and bool(header(self._scope, b"transfer-encoding"))
@@ -204,12 +204,12 @@ class Exchange:
             RequestError(
                 500,
                 "INTERNAL_ERROR",
-                "internal error; search the log for the identifier of the request",
+                "internal error; search the log for the request identifier",
             )
         )
 
     def _log_stall(self) -> None:
-        _log.info("client does not read the response", request=self._scope[REQUEST_ID_KEY])
+        _log.info("client stopped reading the response", request=self._scope[REQUEST_ID_KEY])
 
 
 def _headers(scope: Scope, name: bytes) -> list[bytes]:

@@ -23,8 +23,8 @@ _DESCRIPTION = """\
 Multi-radar tracking and bias estimation service.
 
 Units are part of the names: `_m` metre, `_s` second, `_deg` degree, `_mps` metre per second. Times
-are data times, UTC seconds. Azimuth and heading are clockwise from true north. A bias is measured
-minus true. Errors are problem documents (RFC 9457) with a stable `code`.
+are data times in UTC seconds. Azimuth and heading are clockwise from true north. A bias is the
+measured minus the true value. Errors are problem documents (RFC 9457) with a stable `code`.
 """
 
 

@@ -141,12 +141,14 @@ class LimitLayer:
         host = header(scope, b"host").decode("latin-1").lower()
         name = urlsplit(f"//{host}").hostname if _plain_host(host) else None
         if self._allowed_hosts and name not in self._allowed_hosts:
-            raise RequestError(421, "HOST_NOT_ALLOWED", "the Host header names another host")
+            raise RequestError(
+                421, "HOST_NOT_ALLOWED", "the Host header is not one of the allowed hosts"
+            )
         origin = header(scope, b"origin").decode("latin-1").lower()
         changes = scope["type"] == "websocket" or scope["method"] not in _SAFE_METHODS
         if changes and origin and origin.partition("://")[2] != host:
             raise RequestError(
-                403, "ORIGIN_NOT_ALLOWED", "the request comes from a page of another origin"
+                403, "ORIGIN_NOT_ALLOWED", "the request comes from a page of a different origin"
             )
 
 

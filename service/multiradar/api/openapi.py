@@ -29,7 +29,7 @@ _ERROR_ANSWERS = {
 }
 #: Further ones of routes that read a body.
 _BODY_ANSWERS = {
-    "403": "The request comes from a page of another origin",
+    "403": "The request comes from a page of a different origin",
     "408": "The body did not arrive in time",
     "413": "The body is too long",
 }

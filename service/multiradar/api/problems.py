@@ -56,7 +56,7 @@ class ParameterProblem(BaseModel):
     """An invalid parameter."""
 
     parameter: str = Field(description="Name of the parameter")
-    reason: str = Field(description="Expected value, as text")
+    reason: str = Field(description="Expected value, in words")
 
 
 class Problem(BaseModel):
@@ -65,7 +65,7 @@ class Problem(BaseModel):
     type: str = Field(
         description="URN of the code", examples=["urn:multiradar:problem:track-not-found"]
     )
-    title: str = Field(description="The code as text", examples=["Track not found"])
+    title: str = Field(description="The code in words", examples=["Track not found"])
     status: int = Field(description="HTTP status", examples=[404])
     detail: str = Field(
         description="The error as a sentence", examples=["no live track has the number 7"]

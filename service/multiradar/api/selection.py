@@ -53,7 +53,7 @@ def bounding_box(text: str) -> BoundingBox:
     if not (abs(west) <= LONGITUDE_MAX_DEG and abs(east) <= LONGITUDE_MAX_DEG):
         raise _wrong("bbox", "expected longitudes from -180 to 180 degrees")
     if not -LATITUDE_MAX_DEG <= south <= north <= LATITUDE_MAX_DEG:
-        raise _wrong("bbox", "expected latitudes from -90 to 90 degrees, the smaller one first")
+        raise _wrong("bbox", "expected latitudes from -90 to 90 degrees, min_lat first")
     return BoundingBox(west, south, east, north)
 
 

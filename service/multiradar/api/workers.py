@@ -140,7 +140,7 @@ class QueryWorkers:
             async with asyncio.timeout_at(until_s):
                 await self._workers.turn(key)
         except TimeoutError as error:
-            raise self._late("waited for others") from error
+            raise self._late("was still queued") from error
         left_s = until_s - asyncio.get_running_loop().time()
 
         def bounded() -> T:
@@ -152,11 +152,11 @@ class QueryWorkers:
         if not work.done():
             # It ends soon by itself; its thread is not free before.
             work.add_done_callback(_retrieved)
-            raise self._late("was not finished")
+            raise self._late("was still running")
         try:
             return work.result()
         except DeadlineError as error:
-            raise self._late("was not finished") from error
+            raise self._late("was still running") from error
 
     def _late(self, state: str) -> RequestError:
         return RequestError(

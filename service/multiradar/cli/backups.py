@@ -95,7 +95,7 @@ def shorten(
         Path | None,
         typer.Option(
             metavar="ARCHIVE",
-            help="Output of `archive` for this state.",
+            help="Archive of this state, created by `archive`.",
             show_default="retention.archive",
         ),
     ] = None,
@@ -109,7 +109,7 @@ def shorten(
     config: ConfigOption = None,
     json_wanted: JsonOption = False,
 ) -> None:
-    """Remove archived entries from a journal, by the `retention` rules in --config."""
+    """Remove archived entries from a journal according to the `retention` rules in --config."""
     from multiradar.toolbox.messages.progress import counting_bar
     from multiradar.toolbox.operation.shortening import shorten as remove
 
@@ -121,7 +121,7 @@ def shorten(
         )  # fmt: skip
     _print(
         json_wanted, asdict(found),
-        f"{state}: {_entries(found.removed)} removed, begins with entry {found.first:,}, "
+        f"{state}: {_entries(found.removed)} removed, first entry is now {found.first:,}, "
         f"{found.used_octets / 1e6:.1f} MB in use; {_segments(len(found.segments))} removed; "
         f"{found.reason}",
     )  # fmt: skip
@@ -149,7 +149,7 @@ def verify(
         found = check(path, on_progress=show)
     if isinstance(found, Verification):
         entries, kept = found.entries, _number(found.snapshots, "snapshot", "snapshots")
-        kept += f", begins with entry {found.first:,}" if found.first > 1 else ""
+        kept += f", first entry {found.first:,}" if found.first > 1 else ""
     else:
         entries = found.last - found.first + 1
         kept = (
@@ -181,7 +181,7 @@ def restore(
     *,
     json_wanted: JsonOption = False,
 ) -> None:
-    """Create a state from a backup or an archive, which is verified before and after."""
+    """Create a state from a backup or an archive; both are verified."""
     from multiradar.storage.backup import Backup
     from multiradar.toolbox.messages.progress import counting_bar
     from multiradar.toolbox.operation.backups import SENSORS_FILE, SETTINGS_FILE
@@ -197,8 +197,8 @@ def restore(
         counted = _counted(found.last, found.accepted, found.rejected)
     _print(
         json_wanted, asdict(found),
-        f"{state}: {counted}; verified. Start it with: multiradar serve --state {state}"
-        + configured,
+        f"{state}: {counted}; verified. Start the service with: multiradar serve "
+        f"--state {state}{configured}",
     )  # fmt: skip
 
 
@@ -230,10 +230,10 @@ def migrate(
     config: ConfigOption = None,
     json_wanted: JsonOption = False,
 ) -> None:
-    """Carry a state over to other sensors, settings, another version or type of processor.
+    """Migrate a state to other sensors, other settings, or another version or type of processor.
 
-    All measurements are validated and tracked again, so the new service starts with the tracks and
-    biases of these sensors and settings. Track numbers may differ.
+    All measurements are validated again and reprocessed, so the new service starts with the tracks
+    and biases that result from these sensors and settings. Track numbers may differ.
     """
     from multiradar.settings.service import load_settings
     from multiradar.toolbox.messages.progress import counting_bar
@@ -253,8 +253,8 @@ def migrate(
         f"{state}: {_entries(found.entries)}{begin}, {found.accepted:,} of "
         f"{found.accepted_before:,} measurements accepted{lost}; "
         f"{_number(found.figures['tracks'], 'live track', 'live tracks')}; output digest "
-        f"{found.figures['output_sha256'][:16]}. Start it with: multiradar serve --state {state}, "
-        "and the sensors and settings given here",
+        f"{found.figures['output_sha256'][:16]}. Start the service with: multiradar serve "
+        f"--state {state}, and the sensors and settings specified here",
     )  # fmt: skip
 
 

@@ -39,7 +39,7 @@ def doctor(
 ) -> None:
     """Check an installation, with the options of `serve`: one line per check, with advice.
 
-    Nothing is changed; the service may be running. The exit status is 1 if any check fails.
+    Changes nothing; the service may be running. The exit status is 1 if any check fails.
     """
     from multiradar.toolbox.messages.progress import counting_bar
     from multiradar.toolbox.operation.doctor import examine

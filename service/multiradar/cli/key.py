@@ -24,7 +24,7 @@ def key(
     role: Annotated[
         RoleChoice,
         typer.Option(
-            help="feed: send measurements; display: read all output; operate: everything.",
+            help="feed: send measurements; display: read all output; operate: full access.",
             show_default=False,
         ),
     ],
@@ -37,7 +37,7 @@ def key(
         ),
     ] = None,
     file: Annotated[
-        Path, typer.Option(metavar="FILE", help="Clients file to which the client is added.")
+        Path, typer.Option(metavar="FILE", help="File of clients to which this client is added.")
     ] = Path("keys.toml"),
 ) -> None:
     """Create an API key: print it once, and add the client and the key's hash to keys.toml."""

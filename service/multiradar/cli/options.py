@@ -133,7 +133,8 @@ HideOption = Annotated[
     typer.Option(
         "--hide",
         metavar="FIELD,FIELD",
-        help=f"Withhold these fields from the tracker, not from the output: {', '.join(HIDEABLE)}.",
+        help="Withhold these fields from the tracker but keep them in the output: "
+        f"{', '.join(HIDEABLE)}.",
         parser=parse_hidden,
         show_default="none",
     ),
@@ -143,8 +144,8 @@ ReferenceOption = Annotated[
     typer.Option(
         "--reference",
         metavar="SAC-SIC=LATITUDE,LONGITUDE",
-        help="Reference point of the local coordinates (010/042, 020/042) of a sensor, WGS 84, "
-        "degrees; repeatable.",
+        help="Reference point of a sensor's local coordinates (010/042, 020/042), WGS 84, degrees; "
+        "repeatable.",
         show_default="the sensor's site, else 019/600",
     ),
 ]
@@ -154,7 +155,7 @@ DateOption = Annotated[
     typer.Option(
         "--date",
         metavar="YYYY-MM-DD",
-        help="Date of the first line of a dump; if omitted, times stay times of day.",
+        help="Date of the first line of a dump; if omitted, times remain times of day.",
         parser=parse_date,
         show_default=False,
     ),
@@ -183,7 +184,7 @@ PlanesOption = Annotated[
         min=WINDOW.least,
         max=WINDOW.most,
         help="Write manoeuvre_planes.parquet: manoeuvre plane over the last SECONDS, per epoch. "
-        "Costs 0.8 ms CPU per plot.",
+        "Costs 0.8 ms of CPU time per plot.",
         show_default="none",
     ),
 ]
@@ -195,7 +196,7 @@ ObservabilityOption = Annotated[
         min=WINDOW.least,
         max=WINDOW.most,
         help="Write observability.parquet: position observability over the last SECONDS, per "
-        "epoch. Costs 0.2 ms CPU per plot.",
+        "epoch. Costs 0.2 ms of CPU time per plot.",
         show_default="none",
     ),
 ]
@@ -207,8 +208,8 @@ EncountersOption = Annotated[
         min=ENCOUNTER_HORIZON.least,
         max=ENCOUNTER_HORIZON.most,
         help="Write encounters.parquet: pairs of tracks predicted to come close to each other "
-        "within SECONDS, per epoch. Costs 0.05 ms CPU per plot with 30 aircraft, and more "
-        "with more aircraft.",
+        "within SECONDS, per epoch. Costs 0.05 ms of CPU time per plot with 30 "
+        "aircraft; the cost grows with the number of aircraft.",
         show_default="none",
     ),
 ]
@@ -237,7 +238,7 @@ TrajectoriesOption = Annotated[
     typer.Option(
         "--trajectories",
         help="Write trajectories.parquet: reconstructed trajectories over the last 90 s, per "
-        "epoch. Costs 2.5 ms CPU per plot.",
+        "epoch. Costs 2.5 ms of CPU time per plot.",
     ),
 ]
 TrajectoryAircraftOption = Annotated[
@@ -248,7 +249,7 @@ TrajectoryAircraftOption = Annotated[
         min=1,
         max=10_000,
         help="Maximum concurrent trajectory reconstructions; further tracks are queued.",
-        show_default=f"that of the settings, else {TRAJECTORY_AIRCRAFT_DEFAULT}",
+        show_default=f"as in the settings, else {TRAJECTORY_AIRCRAFT_DEFAULT}",
     ),
 ]
 ForecastsOption = Annotated[
@@ -260,7 +261,7 @@ ForecastsOption = Annotated[
         min=8.0,
         max=600.0,
         help="Write forecasts.parquet: predicted positions 10 to 300 s ahead with 95 % regions, "
-        "every SECONDS. Costs 0.03 ms CPU per plot at 60 s.",
+        "every SECONDS. Costs 0.03 ms of CPU time per plot if SECONDS is 60.",
         show_default="none",
     ),
 ]
@@ -276,8 +277,8 @@ OverlaysOption = Annotated[
 EngineOption = Annotated[
     EngineChoice | None,
     typer.Option(
-        help="Engine that updates the tracks: threads, or Ray actors (extra `cluster`), which "
-        "need --cluster-listen; the output does not depend on it.",
+        help="Engine that updates the tracks: threads, or Ray actors, which require the extra "
+        "`cluster` and --cluster-listen; the output does not depend on the engine.",
         show_default="threads",
     ),
 ]
@@ -286,7 +287,7 @@ ClusterListenOption = Annotated[
     typer.Option(
         metavar="ADDRESS",
         help="Address of this host on which Ray may listen, at least one per interface; "
-        "repeatable. Any host that can reach it can run code here.",
+        "repeatable. Any host that can reach this address can execute code on this host.",
         show_default=False,
     ),
 ]
@@ -304,8 +305,8 @@ FilterOption = Annotated[
     FilterChoice | None,
     typer.Option(
         "--filter",
-        help="Filter for motion and biases. With joint, the cost per plot grows with the number of "
-        "aircraft.",
+        help="Filter that estimates motion and biases. With joint, the cost per plot grows with "
+        "the number of aircraft.",
         show_default=TRACKING_DEFAULTS.filter_name,
     ),
 ]

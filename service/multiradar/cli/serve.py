@@ -62,7 +62,8 @@ def serve(
         bool | None,
         typer.Option(
             "--standby",
-            help="If another service uses the journal, follow it, and take over when it stops.",
+            help="If another service uses the journal, follow that service and take over when it "
+            "stops.",
         ),
     ] = None,
     host: Annotated[
@@ -81,7 +82,7 @@ def serve(
         list[str] | None,
         typer.Option(
             metavar="ENDPOINT",
-            help="Endpoint Zenoh listens on; repeatable.",
+            help="Endpoint on which Zenoh listens; repeatable.",
             show_default="tcp/127.0.0.1:7447",
         ),
     ] = None,
@@ -106,8 +107,8 @@ def serve(
             metavar="N",
             min=0,
             max=10_000,
-            help="Maximum number of tracks with trajectory reconstruction (about 1 ms CPU per "
-            "plot).",
+            help="Maximum number of tracks with trajectory reconstruction (about 1 ms of CPU time "
+            "per plot).",
             show_default="0: none",
         ),
     ] = None,
@@ -116,7 +117,7 @@ def serve(
         bool,
         typer.Option(
             "--insecure",
-            help="Listen on addresses other than loopback without credentials: every host on the "
+            help="Listen on non-loopback addresses without authentication: every host on the "
             "network then has full access.",
         ),
     ] = False,
@@ -131,7 +132,7 @@ def serve(
         bool, typer.Option("--json", help="Print the listening addresses as JSON.")
     ] = False,
 ) -> None:
-    """Ingest measurements; serve tracks, biases and predictions; on loopback by default."""
+    """Ingest measurements and serve tracks, biases and predictions, by default on loopback."""
     from multiradar.settings.service import load_settings
 
     overrides = _overrides(
@@ -212,9 +213,7 @@ def run_service(settings: "Settings", json_wanted: bool) -> None:
             application.stop()
     if failed.is_set():
         failure = application.service.failure or "the HTTP server stopped unexpectedly; see the log"
-        raise PipelineError(
-            f"{failure}; start the service again (acknowledged data are safe on disk)"
-        )
+        raise PipelineError(f"{failure}; restart the service (acknowledged data are safe on disk)")
 
 
 # What the start would report later.
@@ -247,7 +246,7 @@ def _print_addresses(application: "Application", json_wanted: bool) -> None:
         line += f", receives ASTERIX on {', '.join(asterix)}" if asterix else ""
         line += f", and receives feeds from {', '.join(feeds)}" if feeds else ""
         if application.following:
-            line = "multiradar is the standby: it follows the primary; read-only at "
+            line = "multiradar is the standby and follows the primary; read-only at "
             line += application.http_url
     print(line, flush=True)
 

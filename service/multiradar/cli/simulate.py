@@ -37,7 +37,7 @@ def simulate(
         typer.Option(
             min=0,
             max=SEED_MAX,
-            help="Random seed; default: that of the scenario.",
+            help="Random seed; default: the seed of the scenario.",
             show_default=False,
         ),
     ] = None,
@@ -48,7 +48,7 @@ def simulate(
             metavar="S",
             min=DURATION_MIN_S,
             max=DURATION_MAX_S,
-            help="Duration, s; default: that of the scenario.",
+            help="Duration, s; default: the duration of the scenario.",
             show_default=False,
         ),
     ] = None,

@@ -68,7 +68,7 @@ def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
             int,
             typer.Option(
                 metavar="N",
-                help="Random seed; the same seed gives the same results.",
+                help="Random seed; the same seed reproduces the results.",
                 parser=_parse_seed,
             ),
         ] = 1,
@@ -93,7 +93,7 @@ def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
             Path | None,
             typer.Option(
                 metavar="FILE.html",
-                help="HTML report; must not exist. With --json, no report is written unless this "
+                help="New file: the HTML report. With --json, a report is written only if this "
                 "option is given.",
                 show_default="NAME.html, or NAME-2.html … if it already exists",
             ),
@@ -102,8 +102,7 @@ def study_command(catalogue: Mapping[str, StudyEntry]) -> Callable[..., None]:
             Path | None,
             typer.Option(
                 metavar="DIR",
-                help="Directory for figures as SVG and PDF, with line styles for print; must not "
-                "exist.",
+                help="New directory for the figures as SVG and PDF, with line styles for print.",
                 show_default=False,
             ),
         ] = None,

@@ -20,9 +20,9 @@ def warm_up(
         ),
     ] = False,
 ) -> None:
-    """Compile the kernels of all commands now, so that none has to compile later.
+    """Compile the kernels of all commands now, so that no command has to do so later.
 
-    The compiled kernels stay in the user's cache directory until the program changes.
+    The compiled kernels remain in the user's cache directory until the program changes.
     """
     from multiradar_compiled.cache import kernel_folder
     from multiradar_compiled.kernel_list import kernels_by_purpose
@@ -33,4 +33,4 @@ def warm_up(
         if everything or not any(part in purpose for part in _RARE)
     ]
     missing = compile_kernels(purposes)
-    print(f"{missing} kernels compiled; all are in {kernel_folder()}")
+    print(f"{missing} kernels compiled; all kernels are in {kernel_folder()}")

@@ -43,7 +43,7 @@ def of_allowed_sensors(decoded: Decoded, sensors: Collection[str]) -> Decoded:
         RejectedRow(
             index,
             str(RejectCode.SENSOR_NOT_ALLOWED),
-            f"sensor_id: expected {expected}, which this sender may use, was {sensor}",
+            f"sensor_id: expected a sensor allowed for this sender ({expected}), was {sensor}",
             json.dumps(raw, ensure_ascii=False),
         )
         for index, sensor, raw in zip(others[_INDEX], others[_SENSOR], content, strict=True)

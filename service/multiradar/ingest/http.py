@@ -51,15 +51,15 @@ _JOURNAL_LATE = (
 )
 
 
-_FORCE_TEXT = "End the stream even if sensors deliver in real time; their next plots are then late"
-_TIME_TEXT = "The data time, as in `time_s` of measurements, s"
+_FORCE_TEXT = "End the stream even if sensors deliver in real time, making their next plots late"
+_TIME_TEXT = "New data time, s, as in `time_s` of the measurements"
 
 
 class RefusedRow(BaseModel):
     """A rejected row; it is in the quarantine, see `/v1/rejects`."""
 
     index: int = Field(description="Index of the row in the message, from 0", examples=[2])
-    code: str = Field(description="Stable code", examples=["OUT_OF_RANGE"])
+    code: str = Field(description="Stable code of the reason", examples=["OUT_OF_RANGE"])
     reason: str = Field(description="Reason as a sentence")
 
 
@@ -260,7 +260,7 @@ def _media_type(request: Request) -> str:
         raise RequestError(
             415,
             "CONTENT_TYPE_UNSUPPORTED",
-            f"expected a Content-Type of {', '.join(MEDIA_TYPES)}, text in UTF-8",
+            f"expected a Content-Type of {', '.join(MEDIA_TYPES)}, with text in UTF-8",
             {"accept-post": ", ".join(MEDIA_TYPES)},
         )
     return media_type
@@ -323,7 +323,7 @@ _REQUEST_BODY: dict[str, Any] = {
             "application/x-ndjson": {
                 "schema": {
                     "type": "string",
-                    "description": "One measurement, as in `application/json`, per line",
+                    "description": "One measurement per line, as in `application/json`",
                 },
                 "example": "".join(f"{json.dumps(row)}\n" for row in _EXAMPLE),
             },
@@ -342,14 +342,16 @@ _ANSWERS: dict[int | str, dict[str, Any]] = {
         "description": "No row is a valid measurement (see `rejected`), or the Idempotency-Key "
         "was used for another message"
     },
-    429: {"description": "Back-pressure: the journal is behind; see `Retry-After`"},
+    429: {"description": "Back-pressure: the journal cannot keep up; see `Retry-After`"},
     503: {"description": "The journal failed, or the service is not ready"},
     507: {"description": "Disk full; nothing was ingested"},
 }
 
 _CLOCK_ANSWERS: dict[int | str, dict[str, Any]] = {
     400: {"description": "The request has a body, or the Idempotency-Key is not valid"},
-    422: {"description": "Invalid parameter, or the Idempotency-Key was used for another message"},
+    422: {
+        "description": "Invalid parameter, or the Idempotency-Key was used for a different message"
+    },
     **{code: _ANSWERS[code] for code in (429, 503, 507)},
 }
 

@@ -19,8 +19,8 @@ from multiradar.runtime.live.receipt import (
 _SOURCE = "http"
 #: Reason of a timeout of what is answered once it is processed.
 ENGINE_LATE = (
-    "accepted measurements are not processed yet; "
-    "send the end of the stream again with the same Idempotency-Key"
+    "the accepted measurements have not all been processed yet; "
+    "repeat the request with the same Idempotency-Key"
 )
 
 #: The header of `idempotency_key` in OpenAPI.

@@ -57,7 +57,7 @@ class SensorChanged(BaseModel):
     """The effect of a change of a sensor; sent when the change is in effect."""
 
     sensor_id: str = Field(examples=["41-10"])
-    applied: bool = Field(description="Whether the sensor changed; false for a dry run")
+    applied: bool = Field(description="Whether the change was applied; false for a dry run")
     added: bool = Field(description="Whether the sensor is new")
     changes: list[ChangedField] = Field(description="Changed fields; empty if there are none")
     biases_reset: list[str] = Field(
@@ -151,7 +151,7 @@ def _description(request: Request, body: bytes) -> dict[str, Any]:
         )
     if len(body) > BODY_BYTES_MAX:
         raise RequestError(
-            413, "BODY_TOO_LARGE", f"expected at most {BODY_BYTES_MAX} octets, was {len(body)}"
+            413, "BODY_TOO_LARGE", f"expected at most {BODY_BYTES_MAX} octets, found {len(body)}"
         )
     try:
         values = json.loads(body, object_pairs_hook=_each_once, parse_constant=_no_number)
@@ -169,7 +169,7 @@ def _each_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     if len(found) < len(pairs):
         names = [name for name, _ in pairs]
         twice = next(name for name in names if names.count(name) > 1)
-        msg = f"the key {twice!a:.80} occurs twice"
+        msg = f"duplicate key {twice!a:.80}"
         raise ValueError(msg)
     return found
 
@@ -213,7 +213,7 @@ _ANSWERS: dict[int | str, dict[str, Any]] = {
         "description": "Invalid sensor configuration or parameter, a change that requires a new "
         "journal, or an Idempotency-Key already used for another message"
     },
-    429: {"description": "Back-pressure: the journal is behind; see `Retry-After`"},
+    429: {"description": "Back-pressure: the journal cannot keep up; see `Retry-After`"},
     503: {"description": "The journal failed, or the service is not ready"},
     507: {"description": "Disk full; nothing was changed"},
 }

@@ -41,7 +41,9 @@ class _Line:
 
     def show(self, done: int, total: int) -> None:
         now_s = self._clock.monotonic_s()
-        self._text = f"compiling kernels, once: {done} of {total}, {now_s - self._started_s:.0f} s"
+        self._text = (
+            f"compiling kernels (first use): {done} of {total}, {now_s - self._started_s:.0f} s"
+        )
         if self._terminal:
             print(f"\r\x1b[2K{self._text}", end="", file=sys.stderr, flush=True)
         elif self._shown_s is None or now_s - self._shown_s >= _LINE_PERIOD_S:

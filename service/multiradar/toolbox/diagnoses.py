@@ -78,7 +78,7 @@ def _of_journal(report: Mapping[str, Any]) -> list[str]:
     named = ", ".join(f"{one['sensor_id']} in entry {one['entry']}" for one in changes[:5])
     more = f" and {len(changes) - 5} more" if len(changes) > 5 else ""
     return [
-        f"sensors changed while the service was running: {named}{more}; `track` uses one "
+        f"sensors were changed while the service was running: {named}{more}; `track` uses one "
         "description of each sensor for all measurements"
     ]
 
@@ -90,8 +90,8 @@ def _unused_options(report: Mapping[str, Any]) -> list[str]:
     if not forms or _LOCAL_FORM in forms:
         return []
     return [
-        f"utc_offset {offset_h:g}: not used, it is for {_LOCAL_FORM} messages, whose times are "
-        f"local; this recording is of the form {', '.join(sorted(forms))}"
+        f"utc_offset {offset_h:g}: ignored; it applies only to {_LOCAL_FORM} messages, whose "
+        f"times are local; the format of this recording is {', '.join(sorted(forms))}"
     ]
 
 
@@ -102,9 +102,9 @@ def _of_asterix(report: Mapping[str, Any], out: Path) -> list[str]:
     alarms = report["figures"].get("sensor_alarms", ())
     found = [f"{alarm['sensor_id']}: {alarm['reason']}" for alarm in alarms]
     found += [
-        f"{file}: ends before {previous} starts, but was given after it; give the files in "
-        "chronological order: the measurements are sorted, but midnights are counted in the order "
-        "of the files"
+        f"{file}: ends before {previous} starts, but was specified after it; specify the files in "
+        "chronological order: measurements are sorted by time, but midnights are counted in file "
+        "order"
         for file, previous in report["figures"].get("exchanged_files", ())
     ]
     path = out / SYSTEM_TRACKS_FILE
@@ -130,6 +130,6 @@ def unseen_states(updates: "pl.DataFrame") -> str:
         return ""
     of_states = ", ".join(f"{count:,} {state}" for state, count in counts)
     return (
-        f"none of the {len(updates):,} updates of system tracks is based on a measurement "
+        f"none of the {len(updates):,} system track updates is based on a measurement "
         f"({of_states}): the recorder or the processor received no plots"
     )

@@ -96,7 +96,10 @@ def parse_day(text: str | None, *, warned: bool = True) -> dt.date | None:
     last = dt.datetime.fromtimestamp(SystemClock().now_s(), dt.UTC).date() + dt.timedelta(days=1)
     if warned and day is not None and (day > last or day < _FIRST_DAY):
         when = "in the future" if day > last else "earlier than any recording"
-        warn(f"date {day}: {when}; the times of the output depend on it", DataWarning)
+        warn(
+            f"date {day}: {when}; check the date, which determines the times of the output",
+            DataWarning,
+        )
     return day
 
 
@@ -108,7 +111,7 @@ def in_future(span_s: tuple[float, float] | None) -> list[str]:
         return []
     day = dt.datetime.fromtimestamp(last_s, dt.UTC).date()
     return [
-        f"times until {day}: in the future; are they counted from an epoch other than 1970-01-01?"
+        f"times up to {day} are in the future; do they count from an epoch other than 1970-01-01?"
     ]
 
 

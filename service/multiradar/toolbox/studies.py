@@ -75,9 +75,11 @@ def study(
     given = {"runs": runs, "filters": chosen, "duration_s": duration_s}
     for argument, value in given.items():
         if value is not None and argument not in entry.supported_options:
-            raise ArgumentError(f"`{argument}`: {name} does not support it", argument)
+            raise ArgumentError(f"`{argument}`: not supported by the study {name}", argument)
     if seed < 0 or (runs is not None and runs < 1):
-        raise ArgumentError("`runs` must be at least 1 and `seed` at least 0", "runs", "seed")
+        raise ArgumentError(
+            "expected `runs` of at least 1 and `seed` of at least 0", "runs", "seed"
+        )
     options = StudyOptions(runs, seed, chosen, duration_s)
     paths = (None if path is None else Path(path) for path in (out, figures))
     return run_study(entry, options, *paths)

@@ -49,7 +49,7 @@ def overlay_routes(overlays: Overlays) -> APIRouter:
 
     @router.get("", response_model=OverlayList)
     async def list_overlays() -> Response:
-        """List the user's own GeoJSON files that the page shows, and those it cannot."""
+        """List the user's GeoJSON overlays, including those that the page cannot show."""
         return json_response({"count": len(listed), "overlays": listed})
 
     @router.get(

@@ -107,7 +107,7 @@ async def picture(
         str | None,
         Query(
             description=(
-                "Area shown, min_lon,min_lat,max_lon,max_lat in degrees; applied only if there "
+                "Displayed area, min_lon,min_lat,max_lon,max_lat in degrees; applied only if there "
                 f"are more than {WHOLE_MAX} tracks"
             ),
             json_schema_extra=BOX_FORM,
@@ -115,13 +115,17 @@ async def picture(
     ] = None,
     track: Annotated[
         int | None,
-        Query(ge=1, le=INTEGER_MOST, description="A track that is always included in the frame"),
+        Query(
+            ge=1,
+            le=INTEGER_MOST,
+            description="Number of a track that is always included in the frame",
+        ),
         AsInteger,
     ] = None,
     at: At = None,
     since: Annotated[
         float | None,
-        time_query("With `at`: return earlier positions and plots only since this data time"),
+        time_query("With `at`: return positions and plots only from this data time on"),
         AsTime,
     ] = None,
     layer: Annotated[

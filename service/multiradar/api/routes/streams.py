@@ -149,11 +149,15 @@ async def _send_batches(
                     await socket.send_text(text)
             except TimeoutError:
                 HTTP_CONNECTIONS_DROPPED.labels(cause="slow_client").inc()
-                await socket.close(CLOSE_SLOW_CLIENT, f"slow client, resume before {batch.last}")
+                await socket.close(
+                    CLOSE_SLOW_CLIENT, f"client too slow; resume before {batch.last}"
+                )
                 return
             except WebSocketDisconnect:
                 return
-    await socket.close(CLOSE_RESTART, "service stops: resume at its standby, or after a restart")
+    await socket.close(
+        CLOSE_RESTART, "service is stopping; resume at the standby, or after a restart"
+    )
 
 
 async def _first_of(*works: Coroutine[None, None, None]) -> None:

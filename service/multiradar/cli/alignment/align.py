@@ -27,12 +27,12 @@ _WIDTH = 160
 _WORKERS_MAX = 8
 
 ALIGN_HELP = (
-    "Register radars: estimate biases from recordings and check them on withheld aircraft.\n\n"
-    "RECORDING… are ASTERIX recordings, ADS-B trajectories, dumps, and output directories of "
-    "`convert`; together they form one recording. The output contains biases with sigma, "
-    "distances between plots of different sensors before and after correction (by radar and by "
-    "sensor pair), "
-    "trends, and unobservable parameters. No file is written unless an option names it."
+    "Register radars: estimate biases from recordings and validate them on withheld aircraft.\n\n"
+    "RECORDING… are ASTERIX recordings, ADS-B trajectories, dumps, or output directories of "
+    "`convert`; together they form one recording. The output lists the biases with their sigma, "
+    "the distances between plots of different sensors before and after correction (by radar and "
+    "by sensor pair), trends, and unobservable parameters. Files are written only if requested "
+    "by an option."
 )
 
 
@@ -48,7 +48,7 @@ def align(
         typer.Option(
             "--toml",
             metavar="FILE",
-            help="Write a sensors.toml with the biases as priors; must not exist.",
+            help="New file: a sensors.toml with the biases as priors.",
             show_default=False,
         ),
     ] = None,
@@ -56,12 +56,12 @@ def align(
         Path | None,
         typer.Option(
             metavar="FILE.html",
-            help="HTML report with maps and trends; must not exist.",
+            help="New file: an HTML report with maps and trends.",
             show_default=False,
         ),
     ] = None,
     folds: Annotated[
-        int, typer.Option(min=2, max=50, metavar="N", help="Folds over aircraft.")
+        int, typer.Option(min=2, max=50, metavar="N", help="Number of folds of aircraft.")
     ] = 5,
     kinds: KindsOption = None,
     date: DateOption = None,
@@ -110,7 +110,8 @@ def align(
         _print_json(figures)
     else:
         _print(figures, command)
-        print(f"on a map: {_track_command(recordings, sensors)}, then multiradar view TRACKS")
+        command = _track_command(recordings, sensors)
+        print(f"to show this on a map: {command}, then multiradar view TRACKS")
     for sentence in dict.fromkeys(figures.warnings):
         print(f"multiradar: {sentence}", file=sys.stderr)
     diagnoses = dict.fromkeys([*opened.diagnoses, *found.tracked.diagnoses])

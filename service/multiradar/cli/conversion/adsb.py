@@ -15,8 +15,8 @@ ADSB_HELP = (
     "columns, a readsb or tar1090 trace, or a recorded feed: JSON lines or aircraft.json from "
     "readsb or dump1090, BaseStation (port 30003), or CSV from mlat-server; plain or "
     "gzip-compressed. The format is detected automatically. Columns are identified by name: "
-    "timestamp, latitude, longitude, icao24 "
-    "and altitude, or those of OpenSky and readsb.\n\n"
+    "timestamp, latitude, longitude, icao24 and altitude, or the names used by OpenSky and "
+    "readsb.\n\n"
     "Creates DIR with measurements.parquet, rejects.ndjson (every rejected record), report.json "
     "and sensors.toml (a template)."
 )
@@ -35,8 +35,8 @@ def convert_adsb(
         str | None,
         typer.Option(
             metavar="YYYY-MM-DD",
-            help="Date of the first time given without a date. Such times then become Unix times; "
-            "otherwise they remain times of day that keep increasing past midnight.",
+            help="Date of the first time without a date. If given, such times become Unix times; "
+            "otherwise they remain times of day, counted on past midnight.",
             parser=parse_date,
             show_default=False,
         ),
@@ -47,7 +47,7 @@ def convert_adsb(
             metavar="H",
             min=-14.0,
             max=14.0,
-            help="Local time of BaseStation messages minus UTC, hours; other formats are in UTC.",
+            help="Local time of BaseStation messages minus UTC, hours; all other formats use UTC.",
         ),
     ] = 0.0,
     as_json: JsonOption = False,
@@ -74,7 +74,7 @@ def _summary(report: dict[str, Any], out: Path) -> str:
         [
             f"{records_line(report)}; blank {report['counts']['blank']}{heard}",
             f"{figures['aircraft']} aircraft; stale positions: {figures['stale']}, "
-            f"repeated: {figures['repeated']}, jumps: {figures['jumps']}, times going backwards: "
+            f"repeated: {figures['repeated']}, jumps: {figures['jumps']}, times stepping back: "
             f"{figures['backwards']}",
             times_line(figures["first_s"], figures["last_s"]),
             f"wrote {out}",

@@ -11,13 +11,13 @@ from multiradar.cli.options import JsonOption, ReferenceOption, parse_date
 #: Text of `--help`.
 ASTERIX_HELP = (
     "Convert ASTERIX recordings.\n\n"
-    "FILE contains consecutive ASTERIX blocks (.ast, .raw), or is a .gps, .rply or .ff (Final "
+    "FILE contains consecutive ASTERIX data blocks (.ast, .raw), or is a .gps, .rply or .ff (Final "
     "format) recording, or a network capture (.pcap, .pcapng); the format is detected "
     "automatically. Several files, given in chronological order, form one recording.\n\n"
     "Creates DIR with measurements.parquet (plots of categories 001, 010 and 048, "
-    "multilateration of 010 and 020, ADS-B of 021), rejects.ndjson (every block that cannot be "
-    "decoded), report.json (records by category, sensor and item) and sensors.toml (scan periods, "
-    "ranges, and sites if they are reported)."
+    "multilateration of 010 and 020, ADS-B of 021), rejects.ndjson (every data block that cannot "
+    "be decoded), report.json (records by category, sensor and item) and sensors.toml (scan "
+    "periods, ranges, and sites if they are reported)."
 )
 
 
@@ -42,8 +42,8 @@ def convert_asterix(
         str | None,
         typer.Option(
             metavar="YYYY-MM-DD",
-            help="Date on which the recording starts. Times then become Unix times; otherwise "
-            "they remain times of day that keep increasing past midnight.",
+            help="Date on which the recording starts. If given, times become Unix times; "
+            "otherwise they remain times of day, counted on past midnight.",
             parser=parse_date,
             show_default=False,
         ),
@@ -53,7 +53,7 @@ def convert_asterix(
         typer.Option(
             metavar="[SAC-SIC/]CATEGORY=EDITION",
             help="Edition of a category, such as 021=0.26 or 20-130/048=1.15; repeatable.",
-            show_default="the newest that fits",
+            show_default="the newest that decodes the recording",
         ),
     ] = None,
     reference: ReferenceOption = None,
@@ -62,7 +62,7 @@ def convert_asterix(
         typer.Option(
             "--all-targets",
             help="Include test targets, simulated targets, fixed transponders and reports without "
-            "a detection; see column flags.",
+            "a detection; see the column `flags`.",
         ),
     ] = False,
     records: Annotated[
@@ -102,10 +102,10 @@ def _summary(report: dict[str, Any], out: Path) -> str:
             records_line(report),
             "records by category: "
             + (", ".join(f"{name} {n}" for name, n in figures["records"].items()) or "none"),
-            f"measurements: {report['outputs'][0]['rows']} of {len(figures['measurements'])} "
+            f"measurements: {report['outputs'][0]['rows']} from {len(figures['measurements'])} "
             f"sensors; omitted: {left or 'none'}",
             *(
-                f"updates of system tracks: {output['rows']} (for `evaluate --system-tracks`)"
+                f"system track updates: {output['rows']} (for `evaluate --system-tracks`)"
                 for output in report["outputs"]
                 if output["file"] == "system_tracks.parquet"
             ),
@@ -139,12 +139,12 @@ def _clock_lines(figures: dict[str, Any]) -> list[str]:
     medians = [m for one in clocks if (m := one["latency_median_s"]) is not None]
     latency = f"latency {_span(medians)} (medians), " if medians else ""
     lines = [
-        f"reception: {latency}clock offset {_span(offsets, '+')} (with the fastest messages) of "
-        f"{len(offsets)} sensors; report.json gives each"
+        f"reception: {latency}clock offset {_span(offsets, '+')} (from the fastest messages) for "
+        f"{len(offsets)} sensors; see report.json for each sensor"
     ]
     if figures["receiver_zone_s"]:
         zone_h = figures["receiver_zone_s"] / 3600.0
-        lines.append(f"times of reception are probably local, {zone_h:+g} h from UTC")
+        lines.append(f"reception times are probably in local time, UTC {zone_h:+g} h")
     return lines
 
 

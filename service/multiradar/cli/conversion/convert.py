@@ -21,7 +21,7 @@ _VID_HELP = (
     "It also writes measurements.parquet (every plot and every ADS-B row), sensors.toml (a "
     "template with measured scan periods and ranges; fill in the site coordinates), "
     "rejects.ndjson (every rejected line) and report.json. The options select what goes into the "
-    ".new4 and .plt files; the table always contains everything."
+    ".new4 and .plt files; measurements.parquet always contains everything."
 )
 
 convert_app = typer.Typer(
@@ -80,7 +80,7 @@ def convert_vid(
         typer.Option(
             min=0,
             metavar="SENSOR",
-            help="Use only plots and radar tracks of this kind of sensor (10: secondary, 1: "
+            help="Use only plots and radar tracks of this sensor type (10: secondary, 1: "
             "primary). Old name: RADAR_SENSOR_ONLY.",
             show_default="all",
         ),
@@ -106,8 +106,8 @@ def convert_vid(
         str | None,
         typer.Option(
             metavar="YYYY-MM-DD",
-            help="Date of the recording. Times in the table then become Unix times; otherwise "
-            "they remain times of day, and the .plt files start on 1970-01-01.",
+            help="Date of the recording. If given, times in measurements.parquet become Unix "
+            "times; otherwise they remain times of day, and the .plt files start on 1970-01-01.",
             parser=parse_date,
             show_default=False,
         ),

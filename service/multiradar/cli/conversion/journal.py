@@ -12,17 +12,20 @@ from multiradar.cli.options import JsonOption, parse_time
 JOURNAL_HELP = (
     "Convert the measurements that a service has received.\n\n"
     "SOURCE is the state directory of a service, which may be running, a backup, or an archive. "
-    "The output is input for track, replay, align and view: with the sensors file and settings of "
-    "the service, track gives the same tracks and biases.\n\n"
+    "The output can be used with track, replay, align and view. With the sensors file and settings "
+    "of the service, track reproduces its tracks and biases.\n\n"
     "With --recover, rejected measurements are included, such as those of a sensor that was "
-    "not yet configured in the service; all are then sorted by time.\n\n"
+    "not yet configured in the service; all measurements are then sorted by time.\n\n"
     "Creates DIR with measurements.parquet, rejects.ndjson and report.json."
 )
 
 
 def convert_journal(
     source: Annotated[
-        Path, typer.Argument(metavar="SOURCE", help="State or archive.", show_default=False)
+        Path,
+        typer.Argument(
+            metavar="SOURCE", help="State directory, backup or archive.", show_default=False
+        ),
     ],
     *,
     out: Annotated[
@@ -45,7 +48,7 @@ def convert_journal(
             metavar="TIME",
             help="Start of the period (inclusive), such as 2026-01-31T12:00:00Z, or Unix seconds.",
             parser=parse_time,
-            show_default="the first",
+            show_default="first measurement",
         ),
     ] = None,
     until: Annotated[
@@ -54,7 +57,7 @@ def convert_journal(
             metavar="TIME",
             help="End of the period (exclusive).",
             parser=parse_time,
-            show_default="the last",
+            show_default="last measurement",
         ),
     ] = None,
     as_json: JsonOption = False,
@@ -78,7 +81,7 @@ def _summary(report: dict[str, Any], out: Path) -> str:
     figures = report["figures"]
     recovered = ", ".join(f"{code} {n}" for code, n in figures["recovered_by_code"].items())
     included = f"; recovered: {recovered}" if report["settings"]["recovered"] else ""
-    outside = f"; outside the time: {figures['outside']}" if figures["outside"] else ""
+    outside = f"; outside the period: {figures['outside']}" if figures["outside"] else ""
     return "\n".join(
         [
             f"entries {figures['first_entry']} to {figures['last_entry']}",

@@ -65,9 +65,9 @@ def demo(
             metavar="NUMBER|max", parser=parse_speed, help="Playback speed (1 = real time)."
         ),
     ] = "150",  # type: ignore[assignment]  # given to the parser like any other text
-    leave: Annotated[bool, typer.Option("--exit", help="Stop the service at the end.")] = False,
+    leave: Annotated[bool, typer.Option("--exit", help="Stop the service after the demo.")] = False,
 ) -> None:
-    """Convert the sample recording, start the service, replay it and compare with the truth."""
+    """Convert the sample recording, replay it to a service, and compare output with the truth."""
     from rich.console import Console
 
     console = Console(highlight=False)

@@ -57,8 +57,8 @@ def evaluate(
         typer.Option(
             metavar="DIR",
             help="Reference: output directory of `simulate`, or the truth.json of a dump. The "
-            "latter gives true biases only; positions are compared with another reference, or "
-            "else with the dump's ADS-B.",
+            "latter contains true biases only; positions are then compared with a second "
+            "reference or, without one, with the ADS-B reports of the dump.",
             show_default=False,
         ),
     ] = None,
@@ -76,7 +76,7 @@ def evaluate(
         typer.Option(
             metavar="MEASUREMENTS",
             help="Reference: all measurements of a measurements.parquet, corrected for the biases "
-            "of TRACKS and smoothed; needs --sensors.",
+            "of TRACKS and smoothed; requires --sensors.",
             show_default=False,
         ),
     ] = None,
@@ -93,7 +93,7 @@ def evaluate(
         str | None,
         typer.Option(
             metavar="SAC-SIC",
-            help="For --system-tracks: the processor to use if the recording has several.",
+            help="For --system-tracks: the processor to use if the recording contains several.",
             show_default=False,
         ),
     ] = None,
@@ -110,8 +110,9 @@ def evaluate(
         Path | None,
         typer.Option(
             metavar="MEASUREMENTS",
-            help="Plots from which the tracks were made, for the differences by radar.",
-            show_default="those of the reference",
+            help="Plots from which the tracks were formed, for the range and azimuth differences "
+            "by radar.",
+            show_default="plots of the reference",
         ),
     ] = None,
     smoother: Annotated[
@@ -124,7 +125,7 @@ def evaluate(
     ] = None,
     preset: Annotated[
         list[PresetChoice] | None,
-        typer.Option(help="Set of requirements to check; repeatable.", show_default="all of them"),
+        typer.Option(help="Set of requirements to check; repeatable.", show_default="all"),
     ] = None,
     strict: Annotated[
         bool,
@@ -134,7 +135,7 @@ def evaluate(
         Path | None,
         typer.Option(
             metavar="FILE.html",
-            help="HTML report with maps and plots; must not exist.",
+            help="New file: an HTML report with maps and plots.",
             show_default=False,
         ),
     ] = None,
@@ -166,7 +167,7 @@ def evaluate(
     ] = None,
     settling: Annotated[
         float | None,
-        _number("--settling", "Initial part of each track whose errors are ignored, s.", 0),
+        _number("--settling", "Initial part of each track in which errors are ignored, s.", 0),
     ] = None,
     reference_sigma: Annotated[
         float | None,
@@ -174,7 +175,7 @@ def evaluate(
     ] = None,
     density: Annotated[
         float | None,
-        _number("--density", "For --smoothed: spectral density of accelerations, m²/s³.", 30),
+        _number("--density", "For --smoothed: spectral density of the acceleration, m²/s³.", 30),
     ] = None,
     scan_period: Annotated[
         float | None,

@@ -24,11 +24,10 @@ _TRUNCATED = "TRUNCATED"
 INSPECT_HELP = (
     "Inspect recordings before conversion.\n\n"
     "FILE… are ASTERIX recordings of any format and ADS-B trajectories, in chronological order, "
-    "or directories of text dumps; together they form one recording. The output contains "
-    "categories and editions, sensors, times, gaps, rates, duplicates, coverage, identity, BDS "
-    "registers, rejected records "
-    "with their reasons, and a suggested sensors.toml. No file is written unless an option names "
-    "it."
+    "or directories of text dumps; together they form one recording. The output lists "
+    "categories and editions, sensors, times, gaps, data rates, duplicates, coverage, "
+    "identification, BDS registers, rejected records with their reasons, and a suggested "
+    "sensors.toml. Files are written only if requested by an option."
 )
 
 
@@ -43,7 +42,7 @@ def inspect(
         typer.Option(
             "--toml",
             metavar="FILE",
-            help="Write the suggested sensors.toml to this file; must not exist.",
+            help="New file: the suggested sensors.toml.",
             show_default=False,
         ),
     ] = None,
@@ -51,7 +50,7 @@ def inspect(
         Path | None,
         typer.Option(
             metavar="FILE.html",
-            help="HTML report with a map; must not exist.",
+            help="New file: an HTML report with a map.",
             show_default=False,
         ),
     ] = None,
@@ -61,7 +60,7 @@ def inspect(
             metavar="CSV",
             help="CSV file of radar sites with the columns sac, sic, latitude_deg, longitude_deg, "
             "height_m.",
-            show_default="those in the recording, or estimated from it",
+            show_default="sites in the recording, or estimated from its plots",
         ),
     ] = None,
     reference: ReferenceOption = None,
@@ -70,7 +69,7 @@ def inspect(
         typer.Option(
             metavar="[SAC-SIC/]CATEGORY=EDITION",
             help="Edition of a category, as for `convert asterix`; repeatable.",
-            show_default="the newest that fits",
+            show_default="the newest that decodes the recording",
         ),
     ] = None,
     as_json: JsonOption = False,
@@ -174,8 +173,8 @@ def _fail_when_unused(chosen: list[str], found: "Inspection") -> None:
     if unused:
         known = ", ".join(f"{one.category} of {one.sensor}" for one in found.categories)
         msg = (
-            f"{', '.join(unused)}: not in the recording, which has {known}; correct the option, or "
-            "omit it"
+            f"{', '.join(unused)}: not in the recording, which contains {known}; correct or omit "
+            "the option"
         )
         raise InputError(msg)
 
@@ -201,5 +200,5 @@ def _fail_when_unreadable(found: "Inspection") -> None:
             raise InputError(msg)
     if not found.sensors and not found.categories and not found.system_tracks:
         names = ", ".join(one.file for one in found.files)
-        msg = f"{names}: no record was found; expected ASTERIX, a text dump or ADS-B trajectories"
+        msg = f"{names}: no records found; expected ASTERIX, a text dump or ADS-B trajectories"
         raise InputError(msg)

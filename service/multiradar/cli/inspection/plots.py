@@ -62,9 +62,8 @@ def _map(found: Inspection, samples: dict[str, Reports]) -> Iterator[Plot]:
     sites = {one.sensor_id: _site(one) for one in found.sensors if one.site is not None}
     series += site_rings(plane, sites)
     missing = [one.sensor_id for one in found.sensors if one.sensor_id not in places]
-    caption = (
-        f"A sample of the plots, on the plane at {plane.place}; rings are the sites of radars."
-        + (f" Not shown, because the site is unknown: {', '.join(missing)}." if missing else "")
+    caption = f"Sample of the plots, projected at {plane.place}; rings mark the radar sites." + (
+        f" Not shown, because the site is unknown: {', '.join(missing)}." if missing else ""
     )
     yield map_plot("Map", series, caption)
 
@@ -107,12 +106,12 @@ def _rates(rates: list[tuple[str, Integers, Integers]]) -> Iterator[Plot]:
         for name, second, counts in rates
     ]
     yield Plot(
-        title="Reports by time",
+        title="Reports over time",
         x_label=axis_label([edges[0], edges[-1]]),
         y_label="reports per s",
         series=tuple(series),
         x_scale="time",
-        caption=f"Mean over {step_s} s; gaps appear as 0.",
+        caption=f"Means over {step_s} s; gaps are shown as 0.",
         name="rates",
     )
 
@@ -134,6 +133,6 @@ def _coverage(found: Inspection, samples: dict[str, Reports]) -> Iterator[Plot]:
                     key=one.sensor_id,
                 ),
             ),
-            group="Coverage of radars",
+            group="Radar coverage",
             name=f"coverage-{one.sensor_id}",
         )

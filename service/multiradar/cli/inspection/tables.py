@@ -116,7 +116,7 @@ def _identity(found: Inspection) -> Table:
         for one in found.sensors
     ]
     header = (
-        "sensor", "aircraft", "Mode S", "Mode 3/A", "located", "on ground", "left out",
+        "sensor", "aircraft", "Mode S", "Mode 3/A", "with position", "on ground", "omitted",
     )  # fmt: skip
     return Table("Measurements", header, tuple(rows))
 
@@ -136,7 +136,8 @@ def _coverage(found: Inspection) -> Table:
         for one in found.sensors
     ]
     header = (
-        "sensor", "range, km", "to, km", "no plots at", "height", "from, m", "median, m", "to, m",
+        "sensor", "min. range, km", "max. range, km", "azimuths without plots", "with height",
+        "min. height, m", "median, m", "max., m",
     )  # fmt: skip
     return Table("Coverage", header, tuple(rows))
 
@@ -191,7 +192,13 @@ def _registers(found: Inspection) -> Table:
         )
         counts = (f"{one.registers.get(name, 0):,}" for name in ("any", *_REGISTERS))
         rows.append((one.sensor_id, f"{one.reports:,}", *counts, others or None))
-    header = ("sensor", "reports", "with any", *(f"BDS {name}" for name in _REGISTERS), "others")
+    header = (
+        "sensor",
+        "reports",
+        "with any BDS",
+        *(f"BDS {name}" for name in _REGISTERS),
+        "others",
+    )
     return Table("BDS registers", header, tuple(rows))
 
 
@@ -206,7 +213,7 @@ def _aircraft_data(found: Inspection) -> Table:
             for name, value in data.values.items()
         ]
         dropped = ", ".join(f"{name} {count:,}" for name, count in data.dropped.items())
-        rows.append((one.sensor_id, "dropped", None, dropped or "none"))
+        rows.append((one.sensor_id, "discarded", None, dropped or "none"))
     header = ("sensor", "aircraft-derived data", "of measurements", "noise, 1 sigma")
     return Table("Aircraft-derived data", header, tuple(rows))
 
@@ -234,17 +241,17 @@ def _clocks(found: Inspection) -> Table:
         if one.clock is not None
     ]
     header = ("sensor", "clock offset, s", "latency 1 %, s", "median, s", "99 %, s", "alarm")
-    return Table("Times of reception", header, tuple(rows))
+    return Table("Reception times", header, tuple(rows))
 
 
 def _gaps(found: Inspection) -> Table:
     rows: list[tuple[Value, ...]] = [
-        (one.sensor_id, time_text(gap.first_s), f"{gap.duration_s:.0f}", f"of {one.gaps}")
+        (one.sensor_id, time_text(gap.first_s), f"{gap.duration_s:.0f}", f"{one.gaps}")
         for one in found.sensors
         for gap in one.longest_gaps
     ]
-    header = ("sensor", "from", "s", "gaps of the sensor")
-    return Table("Times without reports", header, tuple(rows))
+    header = ("sensor", "from", "duration, s", "number of gaps")
+    return Table("Longest gaps", header, tuple(rows))
 
 
 def _sites(found: Inspection) -> Table:
@@ -255,12 +262,12 @@ def _sites(found: Inspection) -> Table:
             None if one.site is None else f"{one.site.longitude_deg:.6f}",
             None if one.site is None else f"{one.site.height_m:.0f}",
             None if one.site is None else _metres(one.site.sigma_m),
-            "to be specified: not in the recording" if one.site is None else one.site.source,
+            "not in the recording; specify it" if one.site is None else one.site.source,
         )
         for one in found.sensors
         if one.kind == "radar" or one.local_fraction
     ]
-    header = ("sensor", "latitude, °", "longitude, °", "height, m", "sigma, m", "from")
+    header = ("sensor", "latitude, °", "longitude, °", "height, m", "sigma, m", "source")
     return Table("Sites", header, tuple(rows))
 
 
@@ -277,7 +284,7 @@ def _reported(found: Inspection) -> Table:
         )
         for one in found.reported_biases
     ]
-    header = ("radar", "parameter", "last", "spread", "prior sigma", "reports", "reported by")
+    header = ("radar", "parameter", "last value", "spread", "prior sigma", "reports", "reported by")
     return Table("Biases reported by another tracker (063)", header, tuple(rows))
 
 
@@ -299,21 +306,21 @@ def _notes(found: Inspection) -> list[str]:
     notes = list(found.unknown_editions)
     if found.sampled_fraction < 1.0:
         notes.append(
-            f"Figures for aircraft, coverage and registers are based on "
-            f"{found.sampled_fraction:.1%} of "
-            "the recording; all other figures on the whole recording."
+            "Figures for aircraft, coverage and registers are based on "
+            f"{found.sampled_fraction:.1%} of the recording; all other figures are based on the "
+            "whole recording."
         )
     if found.date is not None:
         notes.append(
-            f"According to the recorder's clock, the first day is {found.date}: convert with "
-            "--date."
+            f"According to the recorder's clock, the first day is {found.date}: use --date "
+            "when converting."
         )
     if found.categories and not found.sensors:
         notes.append(
-            "No category of the recording contains measurements: `convert` would write none."
+            "None of the recorded categories contains measurements: `convert` would produce none."
         )
     if found.system_tracks:
-        notes.append(f"{found.system_tracks:,} updates of system tracks from another tracker.")
+        notes.append(f"{found.system_tracks:,} system track updates from another tracker.")
     notes += [
         f"{one.sensor_id}: {one.clock.reason}"
         for one in found.sensors

@@ -25,8 +25,8 @@ _TENTATIVE = "tentative"
 EXPORT_HELP = (
     "Export tracks as GeoJSON or KML.\n\n"
     "TRACKS is the output directory of `track`, or its tracks.parquet. Each confirmed track "
-    "becomes a line with the time of every position. Heights are those of the tracks: pressure "
-    "altitudes if they come from Mode C."
+    "becomes a line with the time of every position. Heights are track heights: pressure "
+    "altitudes if derived from Mode C."
 )
 
 
@@ -39,21 +39,19 @@ def export(
         Path | None,
         typer.Option(
             metavar="FILE.geojson",
-            help="GeoJSON file to write (RFC 7946); must not exist.",
+            help="New GeoJSON file (RFC 7946).",
             show_default=False,
         ),
     ] = None,
     kml: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE.kml", help="KML 2.2 file to write; must not exist.", show_default=False
-        ),
+        typer.Option(metavar="FILE.kml", help="New KML 2.2 file.", show_default=False),
     ] = None,
     date: Annotated[
         str | None,
         typer.Option(
             metavar="YYYY-MM-DD",
-            help="Start date, for tracks with times of day only; adds times to the lines in KML.",
+            help="Start date, for tracks with times of day only; adds times to the KML lines.",
             parser=parse_date,
             show_default=False,
         ),
@@ -83,7 +81,7 @@ def export(
                 with files[path].open("w", encoding="utf-8", newline="\n") as file:
                     file.writelines(parts)
     for path in files:
-        print(f"{count} tracks, {table.height} positions: written to {path}")
+        print(f"{count} tracks with {table.height} positions written to {path}")
 
 
 def _table(given: Path, date: str | None, *, tentative: bool) -> "pl.DataFrame":
@@ -111,7 +109,9 @@ def _table(given: Path, date: str | None, *, tentative: bool) -> "pl.DataFrame":
     if date is not None:
         last = table["time_s"].max()
         if isinstance(last, float) and is_dated(last):
-            raise typer.BadParameter("--date applies to tracks without a date; these have one")
+            raise typer.BadParameter(
+                "--date applies only to tracks without a date; these have dates"
+            )
         start = dt.datetime.combine(dt.date.fromisoformat(date), dt.time(), dt.UTC)
         table = table.with_columns(pl.col("time_s") + start.timestamp())
     return table.sort("track_id", "time_s", maintain_order=True)

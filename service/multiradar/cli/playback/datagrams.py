@@ -70,11 +70,13 @@ def replay_datagrams(
     except LayoutError as error:
         raise InputError(str(error)) from error
     if not len(sending.datagrams):
-        msg = f"{recording}: contains no ASTERIX block"
+        msg = f"{recording}: no ASTERIX data blocks"
         raise InputError(msg)
     first = sending.datagrams.data[sending.datagrams.begins]
     if sending.left_out and len(np.unique(first)) > _CATEGORIES_MAX:
-        msg = f"{recording}: not an ASTERIX recording; its blocks have too many categories"
+        msg = (
+            f"{recording}: not an ASTERIX recording; its blocks have too many different categories"
+        )
         raise InputError(msg)
     sink = UdpSink(address, port, _ipv4(interface, "--interface"))
     try:
@@ -103,7 +105,9 @@ def replay_datagrams(
     if json_wanted:
         print(json.dumps(counts))
         return
-    left = f"; {sending.left_out} octets outside blocks not sent" if sending.left_out else ""
+    left = (
+        f"; {sending.left_out} octets outside data blocks were not sent" if sending.left_out else ""
+    )
     print(f"{counts['datagrams']} datagrams of {octets} octets sent to {to}{left}")
 
 

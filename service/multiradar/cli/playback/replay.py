@@ -49,7 +49,7 @@ def parse_speed(text: str) -> float:
     except ValueError:
         speed = math.nan
     if not 0.0 < speed < math.inf:
-        msg = f"expected a number greater than 0, or max, was {text!r}"
+        msg = f"expected a number above 0, or max, was {text!r}"
         raise typer.BadParameter(msg)
     return speed
 
@@ -93,7 +93,8 @@ def replay(
     run_name: Annotated[
         str | None,
         typer.Option(
-            help="Name of this run; under another name the same measurements are ingested again.",
+            help="Name of this run; under a different name, the same measurements are ingested "
+            "again.",
             show_default="derived from the content",
         ),
     ] = None,
@@ -103,9 +104,9 @@ def replay(
             metavar="SECONDS",
             min=0.0,
             max=86_400.0,
-            help="Time to keep retrying if the connection to the service is lost, s. If the "
-            "service has never responded, the limit is 5 s; waits indefinitely while the service "
-            "is starting.",
+            help="Time for which to retry after the connection to the service is lost, s. If the "
+            "service has not responded yet, the limit is 5 s; while the service is starting, "
+            "there is no limit.",
         ),
     ] = 120.0,
     interface: Annotated[
@@ -116,7 +117,7 @@ def replay(
     ] = "127.0.0.1",
     times: Annotated[
         Times,
-        typer.Option(help="With udp: times of day as recorded, or shifted to now."),
+        typer.Option(help="With udp: times of day as recorded, or shifted to the present."),
     ] = Times.RECORDED,
     json_wanted: JsonOption = False,
 ) -> None:
@@ -185,8 +186,8 @@ def _unknown_sensors(unknown: "Mapping[str, int]", configured: "Sequence[str]") 
     names = listed([f"{name} ({counted(count)})" for name, count in sorted(unknown.items())])
     has = f", which has {listed(configured)}" if configured else ""
     return (
-        f"sensors of the recording that are not configured in the service{has}: {names}; their "
-        "measurements were rejected; start the service with the sensors file of the recording"
+        f"the recording contains sensors that are not configured in the service{has}: {names}; "
+        "their measurements were rejected; start the service with the sensors file of the recording"
     )
 
 

@@ -24,16 +24,16 @@ _RUNS_MAX = 2
 
 VIEW_HELP = (
     "Show runs of `track` on a map in the browser, at any time of the recording.\n\n"
-    "TRACKS is the output directory of `track`, or its tracks.parquet; or the history of a service "
-    "(`history.folder`), or one of its hours. Two runs are shown as two layers. The page is the "
-    "same as that of the service and is served to this computer only; press Ctrl-C to stop."
+    "TRACKS is the output directory of `track` or its tracks.parquet, or the history of a service "
+    "(`history.folder`) or one hour of it. Two runs are shown as two layers. The page is the air "
+    "picture of the service, accessible from this computer only; press Ctrl-C to stop."
 )
 
 
 def view(
     tracks: Annotated[
         list[Path],
-        typer.Argument(metavar="TRACKS...", help="Runs to show, one or two.", show_default=False),
+        typer.Argument(metavar="TRACKS...", help="One or two runs to show.", show_default=False),
     ],
     *,
     measurements: Annotated[
@@ -47,7 +47,8 @@ def view(
     ] = None,
     overlays: OverlaysOption = None,
     port: Annotated[
-        int, typer.Option(min=0, max=65_535, help="Port to listen on.", show_default="a free one")
+        int,
+        typer.Option(min=0, max=65_535, help="Port to listen on.", show_default="any free port"),
     ] = 0,
     browser: Annotated[
         bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")
@@ -55,7 +56,7 @@ def view(
 ) -> None:
     """Show runs."""
     if len(tracks) > _RUNS_MAX:
-        msg = f"expected one or two runs, was {len(tracks)}"
+        msg = f"expected one or two runs, found {len(tracks)}"
         raise typer.BadParameter(msg)
     from multiradar.app import view_server
     from multiradar.runtime.recorded.run import RecordedRun
@@ -139,8 +140,8 @@ def _sensors(path: Path, *, required: bool) -> "SensorTable":
         return load_sensor_table(path)
     if required:
         msg = (
-            f"{path}: no such file; --measurements needs the sensors.toml of the run next to its "
-            f"tracks"
+            f"{path}: no such file; --measurements requires the sensors.toml of the run next to "
+            "its tracks"
         )
         raise InputError(msg)
     print(f"multiradar: {path}: no such file; sensors are not shown", file=sys.stderr)
@@ -176,12 +177,12 @@ def _check_times(runs: "Sequence[RecordedRun]", measurements: Path | None) -> No
             given = measurements or run.files.tables[MEASUREMENTS_FILE][0]
             msg = (
                 f"{given}: covers {span_text(measured)}, but {run.name} covers "
-                f"{span_text(run.span_s())}; specify the measurements from which it was made"
+                f"{span_text(run.span_s())}; specify the measurements of this run"
             )
             raise InputError(msg)
     if len(runs) == _RUNS_MAX and not _meet(runs[0].span_s(), runs[1].span_s()):
         each = " and ".join(f"{run.name} ({span_text(run.span_s())})" for run in runs)
-        msg = f"{each} do not overlap in time; show them one at a time"
+        msg = f"{each} do not overlap in time; show them separately"
         raise InputError(msg)
 
 

@@ -14,7 +14,7 @@ def print_stages(seconds: Mapping[str, float], beside: Mapping[str, float]) -> N
         Time of each stage of a thread that worked at the same time, s.
     """
     text = f"{sum(seconds.values()):.1f} s: {_listed(seconds)}"
-    print(f"{text}; at the same time: {_listed(beside)}" if beside else text)
+    print(f"{text}; in parallel: {_listed(beside)}" if beside else text)
 
 
 def _listed(seconds: Mapping[str, float]) -> str:

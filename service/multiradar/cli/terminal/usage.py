@@ -37,7 +37,7 @@ def check_arguments(arguments: Sequence[str], root: Any) -> None:
         # Read as a path it would mean the working directory.
         before = arguments[: list(arguments).index("")]
         after = f" after {before[-1]!r}" if before else ""
-        raise typer.BadParameter(f"empty argument{after} (an unset variable of the shell?)")
+        raise typer.BadParameter(f"empty argument{after} (an unset shell variable?)")
     for option in getattr(_command(arguments, root), "params", ()):
         given = [name for name in map(_name, _options(arguments)) if name in _names(option)]
         if len(given) > 1 and not option.multiple:
@@ -86,7 +86,7 @@ def _of_option(sentence: str, name: str, command: Any) -> str:
     near = did_you_mean(name, known)
     arguments = {one.name for one in getattr(command, "params", ()) if not _names(one)}
     if (plain := name.lstrip("-").replace("-", "_")) in arguments:
-        near = f": {plain.upper()} is an argument, given without a name"
+        near = f": {plain.upper()} is a positional argument; omit the option name"
     return f"unknown option '{name}'{near}; see --help"
 
 

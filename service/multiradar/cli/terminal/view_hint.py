@@ -21,7 +21,7 @@ def view_hint(tracks: Path, measurements: Path | None = None) -> str:
         file = measurements_path(measurements)
         if file.is_file() and file.suffix == ".parquet":
             command += ["--measurements", _shown(measurements)]
-    return f"on a map: {shlex.join(command)}"
+    return f"to show this on a map: {shlex.join(command)}"
 
 
 # A name that begins with a dash would be read as an option.

@@ -38,13 +38,14 @@ if TYPE_CHECKING:
 _WIDTH = 160
 
 REPROCESS_HELP = (
-    "Track archived recordings day by day, several days in parallel, and compare the biases.\n\n"
+    "Run the tracker on archived recordings day by day, several days in parallel, and compare the "
+    "biases.\n\n"
     "FOLDER contains one folder per day, named after its date (2026-11-20), or one folder per "
     "region that contains such folders; each day is an output directory of `convert` or a dump. "
-    "The output directory contains the output of `track` for each day, and tables of the biases "
-    "by day, of their steps between days with χ², and of the biases over the whole period. "
-    "Complete days with the same inputs and settings are kept, so an interrupted command "
-    "resumes where it stopped."
+    "The output directory contains the output of `track` for each day, and tables of the "
+    "biases by day, of their steps between days with χ², and of the biases over the whole period. "
+    "Completed days with unchanged inputs and settings are kept, so an interrupted run resumes "
+    "where it stopped."
 )
 
 
@@ -65,15 +66,17 @@ def reprocess(
     out: Annotated[
         Path,
         typer.Option(
-            "--out", metavar="DIR", help="Output directory, outside FOLDER; continued if it exists."
+            "--out",
+            metavar="DIR",
+            help="Output directory, outside FOLDER; if it exists, the earlier run is continued.",
         ),
     ],
     days: Annotated[
         DaysChoice,
         typer.Option(
             help="independent: each day starts from the priors; chained: from the biases of the "
-            "day before, with their drift since then; merged: as independent, and the biases of "
-            "all days together are written as priors to sensors_merged.toml.",
+            "previous day, with the drift since then; merged: as independent, and the combined "
+            "biases of all days are written to sensors_merged.toml as priors.",
         ),
     ] = DaysChoice.INDEPENDENT,
     jobs: Annotated[
@@ -83,7 +86,8 @@ def reprocess(
         ),
     ] = None,
     again: Annotated[
-        bool, typer.Option("--again", help="Reprocess days that used different settings.")
+        bool,
+        typer.Option("--again", help="Reprocess days that were processed with other settings."),
     ] = False,
     filter_name: FilterOption = None,
     kinds: KindsOption = None,
@@ -103,7 +107,7 @@ def reprocess(
     config: ConfigOption = None,
     json_wanted: JsonOption = False,
 ) -> None:
-    """Track archived recordings day by day."""
+    """Run the tracker on archived recordings day by day."""
     from multiradar.toolbox.tracking.reprocessing.reprocess import reprocess as reprocess_days
 
     found, findings = with_findings(

@@ -64,7 +64,8 @@ def track(
     reorder_horizon_s: Annotated[
         float | None,
         typer.Option(
-            help="Reordering window, seconds of data time: later measurements are rejected.",
+            help="Reordering window, seconds of data time: measurements that arrive later are "
+            "rejected.",
             show_default=f"{TRACKING_DEFAULTS.reorder_horizon_s:g}",
         ),
     ] = None,
@@ -86,14 +87,14 @@ def track(
         int | None,
         typer.Option(
             min=1,
-            help="Number of worker threads or Ray actors; the output does not depend on it.",
+            help="Number of worker threads or Ray actors; does not affect the output.",
             show_default="cores",
         ),
     ] = None,
     engine: EngineOption = None,
     cluster_listen: ClusterListenOption = None,
     batch: Annotated[
-        int, typer.Option(min=1, help="Batch size; the output does not depend on it.")
+        int, typer.Option(min=1, help="Batch size; does not affect the output.")
     ] = 8192,
     manoeuvre_planes: PlanesOption = None,
     observability: ObservabilityOption = None,
@@ -107,8 +108,8 @@ def track(
         Path | None,
         typer.Option(
             metavar="TRACKS",
-            help="Output directory of an earlier `track`: start from its last biases, with their "
-            "covariance and drift since then, instead of the priors.",
+            help="Output directory of an earlier `track` run: start from its final biases, with "
+            "their covariance and the drift since then, instead of from the priors.",
             show_default=False,
         ),
     ] = None,
@@ -125,7 +126,7 @@ def track(
         str | None,
         typer.Option(
             metavar="SAC-SIC",
-            help="For --reference: the processor to use if the recording has several.",
+            help="For --reference: the processor to use if the recording contains several.",
             show_default=False,
         ),
     ] = None,
@@ -133,8 +134,9 @@ def track(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Also write system tracks and biases as ASTERIX (062, 063, 065), as the first "
-            r"`\[\[asterix.output]]` of the settings specifies. Costs 0.04 ms CPU per plot.",
+            help="Also write system tracks and biases as ASTERIX (062, 063, 065), as specified by "
+            r"the first `\[\[asterix.output]]` in the settings. Costs 0.04 ms of CPU time per "
+            "plot.",
             show_default=False,
         ),
     ] = None,
@@ -143,8 +145,7 @@ def track(
         typer.Option(
             "--report",
             metavar="FILE.html",
-            help="Also write an HTML report: map, counts, health and biases over time; must not "
-            "exist.",
+            help="New file: an HTML report with a map, counts, radar health, and biases over time.",
             show_default=False,
         ),
     ] = None,
@@ -153,7 +154,8 @@ def track(
 ) -> None:
     """Track a recording: write tracks, biases with their sigma, rejects and a report.
 
-    Costs were measured on the sample recording; without options, 24,000 plots take 3 s of CPU.
+    CPU times were measured on the sample recording; without options, 24,000 plots take 3 s of CPU
+    time.
     """
     from multiradar.toolbox.tracking.track import track as track_recording
 

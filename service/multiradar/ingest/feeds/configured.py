@@ -113,6 +113,6 @@ def _check_sensor(source: FeedSourceSettings, sensors: SensorTable) -> None:
     if source.sensor not in positions:
         known = ", ".join(positions) or "none"
         raise ConfigurationError(
-            f"settings: feeds.source {source.label}: expected a sensor of the kind adsb or mlat "
-            f"of the sensors file (known: {known}), was {source.sensor}"
+            f"settings: feeds.source {source.label}: expected a sensor of kind adsb or mlat "
+            f"from the sensors file (known: {known}), was {source.sensor}"
         )

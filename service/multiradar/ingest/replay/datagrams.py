@@ -223,5 +223,7 @@ def send_all(
             break
     on_sent(sent)
     if 2 * rejected > sent:
-        raise PeerError(f"no listener at the address: {rejected} of {sent} datagrams were rejected")
+        raise PeerError(
+            f"no listener at this address: {rejected} of {sent} datagrams were rejected"
+        )
     return octets

@@ -91,7 +91,7 @@ class HttpDestination:
         try:
             return Answer.of_document(document)
         except (KeyError, TypeError, ValueError) as error:
-            msg = f"{response.url}: expected the counts of a batch, was {response.text[:200]!r}"
+            msg = f"{response.url}: expected the counts of the batch, was {response.text[:200]!r}"
             raise PeerError(msg) from error
 
     def flush(self, key: str) -> None:
@@ -129,10 +129,10 @@ class HttpDestination:
         try:
             response = self._client.post(path, content=body, headers=headers)
         except httpx.TransportError as error:
-            msg = f"{self._client.base_url}: no answer ({_cause(error)})"
+            msg = f"{self._client.base_url}: no response ({_cause(error)})"
             raise UnavailableError(msg) from error
         if response.status_code in _RETRY_LATER:
-            msg = f"{response.url}: answered {response.status_code} {response.reason_phrase}"
+            msg = f"{response.url}: responded with {response.status_code} {response.reason_phrase}"
             raise UnavailableError(msg, _retry_after_s(response), answered=True)
         if response.status_code not in (_ACCEPTED, _NONE_ACCEPTED):
             raise _rejection(response, _document(response))

@@ -35,7 +35,7 @@ SILENCE_MAX_S = 60.0
 RETRY_AFTER_MAX_S = 60.0
 _KEY_HASH_CHARACTERS = 16
 #: Remedy when a service never answered.
-NOT_RUNNING = "start the service with `multiradar serve`, or name its address with --to"
+NOT_RUNNING = "start the service with `multiradar serve`, or specify its address with --to"
 
 _T = TypeVar("_T")
 
@@ -240,7 +240,7 @@ class Replay:
                 continue
             if phase.message:
                 waited_s = self.clock.monotonic_s() - phase.first_s
-                self.on_wait(f"the service responds after {waited_s:.0f} s; the replay continues")
+                self.on_wait(f"the service responded after {waited_s:.0f} s; the replay continues")
             self._answered = True
             return answer
 
@@ -273,7 +273,7 @@ class Replay:
             return
         if answer.accepted + answer.rejected != rows:
             msg = (
-                f"expected a response for {rows} measurements, was {answer.accepted} accepted "
+                f"expected a response for {rows} measurements, found {answer.accepted} accepted "
                 f"and {answer.rejected} rejected"
             )
             raise PeerError(msg)

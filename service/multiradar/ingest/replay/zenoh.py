@@ -62,7 +62,7 @@ class ZenohDestination:
         try:
             return Answer.of_document(document)
         except (KeyError, TypeError, ValueError) as error:
-            msg = f"{self._endpoint}: expected the counts of a batch, was {str(document)[:200]}"
+            msg = f"{self._endpoint}: expected the counts of the batch, was {str(document)[:200]}"
             raise PeerError(msg) from error
 
     def flush(self, key: str) -> None:

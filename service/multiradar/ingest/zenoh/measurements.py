@@ -242,7 +242,9 @@ def _time_s(text: str) -> float:
     try:
         return _TIME_S.validate_python(text)
     except ValidationError as error:
-        raise PayloadError("INVALID_PARAMETER", "time_s: expected a data time, s") from error
+        raise PayloadError(
+            "INVALID_PARAMETER", "time_s: expected a data time in seconds"
+        ) from error
 
 
 def _idempotency_key(attachment: bytes) -> str | None:

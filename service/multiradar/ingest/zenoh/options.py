@@ -91,11 +91,13 @@ class ZenohOptions:
                 f"zenoh mode: expected one of {', '.join(_MODES)}, was {self.mode!r}"
             )
         if self.mode == "client" and not self.connect and self.config_file is None:
-            raise ConfigurationError("zenoh mode client: missing an endpoint to connect to")
+            raise ConfigurationError(
+                "zenoh mode client: no endpoint to connect to; set zenoh.connect"
+            )
         for name in _POSITIVE:
             value = getattr(self, name)
             if value is not None and not value > 0:
-                raise ConfigurationError(f"zenoh {name}: expected more than 0, was {value}")
+                raise ConfigurationError(f"zenoh {name}: expected a number above 0, was {value}")
 
 
 _POSITIVE = (

@@ -77,7 +77,7 @@ def read_payload(key: str, media_type: str, payload: bytes, bounds: PayloadBound
     """
     sensor_id = _sensor_of(key)
     if len(payload) > bounds.bytes_max:
-        reason = f"expected at most {bounds.bytes_max} bytes, was {len(payload)}"
+        reason = f"expected at most {bounds.bytes_max} bytes, found {len(payload)}"
         raise PayloadError(RejectCode.TOO_LARGE, reason)
     known_type = _known_type(media_type, payload)
     try:
@@ -104,7 +104,7 @@ def _known_type(media_type: str, payload: bytes) -> str:
         return _guessed_type(payload)
     known = _MEDIA_TYPES.get(named)
     if known is None:
-        reason = f"expected an encoding of {JSON}, {NDJSON}, {ARROW}, was {ascii(named)[:80]}"
+        reason = f"expected the encoding {JSON}, {NDJSON} or {ARROW}, was {ascii(named)[:80]}"
         raise PayloadError(RejectCode.ENCODING, reason)
     return known
 
@@ -184,7 +184,7 @@ def _of_sensor(decoded: Decoded, sensor_id: str) -> Decoded:
         RejectedRow(
             index=int(row["index"]),
             code=str(RejectCode.UNKNOWN_SENSOR),
-            reason=f"expected the sensor in the key, {sensor_id}, was {row['sensor_id']}",
+            reason=f"expected {sensor_id}, the sensor in the key, was {row['sensor_id']}",
             raw=json.dumps({name: value for name, value in row.items() if name != "index"}),
         )
         for row in foreign.iter_rows(named=True)

@@ -133,7 +133,7 @@ class Answers:
     @property
     def _late(self) -> str:
         return (
-            f"the query was not finished after {self._deadline_s:g} s (http.query_deadline_s); "
+            f"the query did not finish within {self._deadline_s:g} s (http.query_deadline_s); "
             "use a shorter horizon or window, or try again later"
         )
 
@@ -159,7 +159,9 @@ class Answers:
         limit = min(_whole(request.parameters, "limit", CATCH_UP_LIMIT), CATCH_UP_LIMIT)
         updates, lost = self._catch_up.after(after, limit)
         if lost:
-            reason = f"the {lost} updates after {after} are no longer available; later ones follow"
+            reason = (
+                f"the {lost} updates after {after} are no longer available; later updates follow"
+            )
             self._reject(request, "GAP", reason)
         wanted = None if name is None else f"{TRACKS}/{_known_track(name)}"
         for update in updates:

@@ -100,7 +100,7 @@ class Referenced:
         counts = self.counts
         if counts is None or reference is None:
             return []
-        note = "if its processor uses the same radars, they contain its registration errors"
+        note = "if its processor uses the same radars, its registration errors are included"
         if self.shared:
             names = ", ".join(self.shared)
             note = f"its processor uses {names}, whose registration errors cannot be detected"
@@ -108,7 +108,7 @@ class Referenced:
             f"reference {reference.path}: {counts.used} of {counts.read} updates used, sigma "
             f"{reference.sensor.position_sigma_m:.0f} m on each axis ({counts.turning} not in "
             f"straight flight, {counts.not_measured} without a plot, {counts.dependent} too close "
-            f"to the preceding one); biases are relative to it: {note}"
+            f"to the preceding update); biases are relative to this reference: {note}"
         ]
 
 
@@ -145,7 +145,7 @@ def read_reference(
     for one in sensors.sensor:
         if REFERENCE_ID in one.all_names():
             if one.kind != _KIND:
-                msg = f"sensor {REFERENCE_ID}: expected the kind {_KIND}, was {one.kind}"
+                msg = f"sensor {REFERENCE_ID}: expected kind {_KIND}, was {one.kind}"
                 raise ConfigurationError(msg)
             return BiasReference(given, updates, one, added=False, processor=processor)
     sigma_m = round(own_sigma_m(updates), 1)
@@ -201,9 +201,9 @@ def with_reference(
     )
     if not counts.used:
         msg = (
-            f"{reference.path}: none of {counts.read} updates can be a bias reference: "
+            f"{reference.path}: none of {counts.read} updates can be used as a bias reference: "
             f"{counts.turning} not in straight flight, {counts.not_measured} without a plot of "
-            "their address, code or number at that time; compare the times and areas of both"
+            "the same address, code or number at that time; check that times and areas overlap"
         )
         raise InputError(msg)
     shared = [known[name] for name in _used_radars(reference) if name in known]

@@ -207,7 +207,7 @@ def _warnings(found: Registration, radars: Sequence[AlignedRadar]) -> list[str]:
         if not count:
             lines.append(
                 f"{one.sensor_id}: no aircraft in common with another sensor within "
-                f"{APART_MAX_S:g} s; its biases are the priors"
+                f"{APART_MAX_S:g} s; its biases remain at their priors"
             )
         elif count < AIRCRAFT_FEW:
             lines.append(
@@ -216,9 +216,11 @@ def _warnings(found: Registration, radars: Sequence[AlignedRadar]) -> list[str]:
             )
     if len(np.unique(found.validation.fold)) < AIRCRAFT_MIN:
         lines.append(
-            "only one aircraft: none could be withheld, so the residuals after correction are not "
-            "validated"
+            "only one aircraft was found and none could be withheld, so the residuals after "
+            "correction are not validated"
         )
     if found.track_fraction < 1.0:
-        lines.append(f"the recording is long: {found.track_fraction:.1%} of its tracks were used")
+        lines.append(
+            f"the recording is long; only {found.track_fraction:.1%} of its tracks were used"
+        )
     return lines

@@ -19,7 +19,7 @@ from multiradar.toolbox.pages.parameters import parameter_words
 
 _KILOMETRE_M = 1000.0
 #: Keys of colours: all plots have the same for before and after.
-_BEFORE, _AFTER = "as recorded", "with the biases, withheld aircraft"
+_BEFORE, _AFTER = "as recorded", "corrected, withheld aircraft"
 #: Radars with plots of their own, those with the most pairs.
 _RADARS_MAX = 12
 #: Cells of a map along its longer side; pairs that a cell needs.
@@ -111,8 +111,8 @@ def _map(found: Registration, sides: dict[int, SideResiduals]) -> Iterator[Plot]
     yield map_plot(
         "Map of residuals",
         series,
-        f"Median distance of the pairs in each cell of {width:g} km, drawn as a bar: as high as "
-        f"the cell for {high:.0f} m or more. On the plane at {plane.place}; rings are the "
+        f"Median distance of the pairs in each cell of {width:g} km, shown as a bar; a bar as high "
+        f"as the cell represents {high:.0f} m or more. Projected at {plane.place}; rings mark the "
         "radars.",
         name="residual-map",
     )
@@ -188,8 +188,8 @@ def _radar_maps(found: Registration, sides: dict[int, SideResiduals]) -> Iterato
         yield map_plot(
             found.sensors.ids[number],
             series,
-            f"Cells of {width:g} km; lines point from the aircraft to its position as measured by "
-            f"this radar: a line as long as a cell is a median residual of {long_m:.0f} m.",
+            f"Cells of {width:g} km; lines point from the aircraft to the position measured by "
+            f"this radar; a line as long as a cell represents a median residual of {long_m:.0f} m.",
             name=f"residuals-{found.sensors.ids[number]}",
             group="Residuals by position",
         )
@@ -223,7 +223,7 @@ def _sectors(found: Registration, sides: dict[int, SideResiduals]) -> Iterator[P
                     series=(zero, *series),
                     x_limits=(0.0, _TURN_DEG),
                     caption=(
-                        f"Medians of {_SECTOR_DEG:g}° with their sigma; plots beyond "
+                        f"Medians per {_SECTOR_DEG:g}° sector with their sigma; plots beyond "
                         f"{_NEAR * np.median(side.side.ground_m) / _KILOMETRE_M:.0f} km."
                     ),
                     group=what,
@@ -274,11 +274,11 @@ def _trends(found: Registration, radars: list[int]) -> Iterator[Plot]:
                 series=(
                     Series("", ends, np.zeros(2), "reference"),
                     Series("± sigma", own.time_s, middle - sigma, "band", middle + sigma, _AFTER),
-                    Series("by interval", own.time_s, middle, "line", key=_AFTER),
+                    Series("per interval", own.time_s, middle, "line", key=_AFTER),
                 ),
                 x_scale="time",
                 y_limits=(-high, high),
-                caption=f"Mean of the recording: {mean}{unit.lstrip(',')}.",
-                group=f"{name.capitalize()} by time",
+                caption=f"Mean over the recording: {mean}{unit.lstrip(',')}.",
+                group=f"{name.capitalize()} over time",
                 name=f"trend-{parameter}-{table.ids[number]}",
             )

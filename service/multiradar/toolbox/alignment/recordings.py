@@ -149,7 +149,7 @@ def _joined(tables: list[Path], folder: Path) -> Path:
     recordings = [Recording(table) for table in tables]
     spans = [span for one in recordings if (span := one.span_s()) is not None]
     if len({is_dated(last) for _, last in spans}) > 1:
-        msg = "some recordings have a date and some only times of day; add --date YYYY-MM-DD"
+        msg = "some recordings have dates, others only times of day; add --date YYYY-MM-DD"
         raise InputError(msg)
     path = folder / "joined.parquet"
     parts = [pl.concat([b.drop("index") for b in one.blocks()]) for one in recordings if one.rows]

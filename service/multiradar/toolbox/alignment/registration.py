@@ -103,8 +103,8 @@ def register(
     if not problem.pairs.size:
         _warn_of(tracked)
         msg = (
-            "no aircraft has plots of two sensors within 2 s; use a recording of several radars, "
-            "or of a radar with ADS-B or multilateration, that see the same aircraft, and check "
+            "no aircraft has plots from two sensors within 2 s; use a recording in which several "
+            "radars, or a radar and ADS-B or multilateration, detect the same aircraft, and check "
             "the sites in the sensors file"
         )
         raise InputError(msg)
@@ -130,5 +130,5 @@ def _without_tracks(tracked: "OfflineResult") -> str:
     return (
         f"no tracks: {tracked.accepted} of {tracked.read} measurements were accepted"
         + (f", rejected: {codes}" if codes else "")
-        + "; check the sensor ids and sites of the sensors file"
+        + "; check the sensor ids and sites in the sensors file"
     )

@@ -46,13 +46,13 @@ def alignment_document(found: Alignment, command: str, plots: Sequence[Plot] = (
 def _summary(found: Alignment) -> str:
     own = found.residuals
     text = (
-        f"{own.pairs:,} pairs of plots of {own.aircraft:,} aircraft by two sensors within "
-        f"{found.pair_time_s:g} s"
+        f"{own.pairs:,} pairs of plots from two sensors within {found.pair_time_s:g} s, of "
+        f"{own.aircraft:,} aircraft"
     )
     if own.before is not None and own.after is not None:
         text += (
             f": median distance {own.before.median_m:.0f} m as recorded, "
-            f"{own.after.median_m:.0f} m with the biases, for withheld aircraft"
+            f"{own.after.median_m:.0f} m after correction, for withheld aircraft"
         )
     counts = found.counts
     text += (
@@ -92,9 +92,9 @@ def _biases(found: Alignment) -> Table:
         header=(*header, "remarks"),
         rows=tuple(rows),
         caption=(
-            "Measured minus true. Sigma is computed from the scatter of aircraft. Not observed: "
-            "the sigma is more than half the prior sigma. Drifts: the slope exceeds four sigma, so "
-            "the estimate is a mean over the recording."
+            "Measured minus true. Sigma is computed from the scatter between aircraft. Not "
+            "observed: sigma is more than half the prior sigma. Drifts: the slope exceeds four "
+            "sigma, so the estimate is the mean over the recording."
         ),
     )
 
@@ -148,9 +148,9 @@ _HEADER = (
     "RMS after, m", "90 % before, m", "90 % after, m",
 )  # fmt: skip
 _FLOOR = (
-    "Distances between the two positions of a pair. Before: as recorded. After: with the biases "
-    "fitted without the aircraft of the pair. Floor: with those fitted to the same aircraft; what "
-    "remains is random error."
+    "Distances between the two positions of a pair. Before: as recorded. After: corrected for "
+    "biases estimated without the aircraft of the pair. Floor: corrected for biases estimated from "
+    "the same aircraft; the remainder is random error."
 )
 
 
@@ -177,7 +177,7 @@ def _radars(found: Alignment) -> Table:
         for one in found.radars
     )  # fmt: skip
     return Table(
-        title="By radar",
+        title="Residuals by radar",
         header=(
             "radar", "pairs", "aircraft", "median before, m", "median after, m", "floor, m",
             "range before, m", "range after, m", "range noise, m", "azimuth before, °",
@@ -185,9 +185,9 @@ def _radars(found: Alignment) -> Table:
         ),
         rows=rows,
         caption=(
-            "Range and azimuth: median of the plots of the radar minus the positions by the other "
-            "sensors, whose biases are included before correction. Noise: estimated random error, "
-            "1 sigma."
+            "Range and azimuth: median difference between the plots of the radar and the positions "
+            "from the other sensors, which before correction include the biases of those sensors. "
+            "Noise: estimated random error, 1 sigma."
         ),
     )  # fmt: skip
 
@@ -201,14 +201,12 @@ def _pairs(found: Alignment) -> Table:
     ordered = sorted(found.pairs, key=lambda one: -one.residuals.pairs)
     left = len(ordered) - PAIRS_MAX
     return Table(
-        title="By pair of sensors",
+        title="Residuals by sensor pair",
         header=("sensors", *_HEADER),
         rows=tuple(
             (f"{one.first}, {one.second}", *_row(one.residuals)) for one in ordered[:PAIRS_MAX]
         ),
-        caption=f"{left} pairs of sensors with fewer plots are listed by --json."
-        if left > 0
-        else "",
+        caption=f"{left} sensor pairs with fewer plots are listed with --json." if left > 0 else "",
     )
 
 
@@ -217,5 +215,7 @@ def _notes(found: Alignment) -> list[str]:
              for one in found.unobservable]  # fmt: skip
     notes += [f"{one[:1].upper()}{one[1:]}." for one in found.warnings]
     if not found.trend:
-        notes.append("The recording is too short for trends (two intervals of 300 s).")
+        notes.append(
+            "The recording is too short for trends (at least two intervals of 300 s are needed)."
+        )
     return notes

@@ -399,7 +399,7 @@ def _adsb(paths: list[Path], out: Path, options: ConvertOptions) -> dict[str, An
 
     day, offset_h = parse_day(options.get("date")), options.get("utc_offset", 0.0)
     if not -14.0 <= offset_h <= 14.0:
-        msg = f"`utc_offset`: expected -14 to 14 h, was {offset_h}"
+        msg = f"`utc_offset`: expected a number from -14 to 14 (hours), was {offset_h}"
         raise ArgumentError(msg, "utc_offset")
     wanted = Options(date=day, utc_offset_h=offset_h)
     return convert_files("adsb", paths, lambda advance: convert(paths, out, wanted, advance))

@@ -67,8 +67,8 @@ def _unused_options(report: dict[str, Any], out: Path) -> str:
         return ""
     recorded = "; ".join(f"{one} of {', '.join(of)}" for one, of in records.items())
     return (
-        f"{', '.join(unused)}: not in the recording, which has {recorded}; correct the option, or "
-        f"omit it; {out} was written without it"
+        f"{', '.join(unused)}: not in the recording, which contains {recorded}; correct or omit "
+        f"the option; {out} was written without it"
     )
 
 

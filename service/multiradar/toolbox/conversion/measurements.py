@@ -76,8 +76,8 @@ def _in_order(recording: "Recording", name: str, horizon_s: float) -> Iterator["
         yield recording
         return
     warn(
-        f"{name}: rows are up to {round(disordered_s, 1):.10g} s out of order; sorted by time "
-        "first",
+        f"{name}: rows are up to {round(disordered_s, 1):.10g} s out of order; they were "
+        "sorted by time",
         DataWarning,
     )
     with temporary_folder("multiradar-sort-") as temporary:

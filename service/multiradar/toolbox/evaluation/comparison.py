@@ -53,7 +53,7 @@ class References:
         if len(given) != 1 and not (len(others) == 1 and self._recorded()):
             if given:
                 named = " and ".join(f"`{name}`" for name in given)
-                raise ArgumentError(f"expected exactly one reference, was {named}", *given)
+                raise ArgumentError(f"expected exactly one reference, found {named}", *given)
             known = ", ".join(f"`{name}`" for name in options)
             raise ArgumentError(f"missing reference: one of {known}", *options)
         if self.smoothed is None and self.smoother is not None:
@@ -130,8 +130,8 @@ class References:
         assert self.smoothed is not None
         if sensors is None:
             msg = (
-                f"missing `sensors`, which `smoothed` needs (there is no sensors.toml next to the "
-                f"tracks in {tracks})"
+                f"missing `sensors`, which `smoothed` requires (there is no sensors.toml next to "
+                f"the tracks in {tracks})"
             )
             raise ArgumentError(msg, "sensors", "smoothed")
         smoother = self.smoother or SMOOTHERS[0]

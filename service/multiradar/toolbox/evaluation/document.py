@@ -36,14 +36,14 @@ def scorecard_document(tracks: Path, card: "Scorecard", figures: Any, *, whole: 
 
     compared, reference = figures["compared"], figures["reference"]
     summary = (
-        f"{_headline(compared)} with {compared['updates']} updates against "
+        f"{_headline(compared)} with {compared['updates']} updates, compared with "
         f"{_REFERENCES[reference['kind']]}: {compared['aircraft']} aircraft with "
         f"{compared['reference_positions']} positions over {compared['duration_s']:.0f} s; "
         f"{compared['updates_compared']} updates compared."
     )
     most = None if whole else _WORST
     return Document(
-        title="Scorecard of tracks",
+        title="Track scorecard",
         summary=summary,
         command=_command(tracks, figures),
         tables=[

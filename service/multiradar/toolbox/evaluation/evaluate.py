@@ -209,7 +209,7 @@ def evaluate(
         after = f" after the first {chosen.settling_s:g} s of each track (settling)"
         msg = (
             f"no update was compared with the reference{after if chosen.settling_s else ''}; "
-            "compare the times of both"
+            "check that tracks and reference overlap in time"
         )
         findings = [msg, *findings]
     if findings:

@@ -156,7 +156,7 @@ def _reports(
 ) -> Known:
     reports = frame.filter(pl.col("kind") == "adsb")
     if reports.is_empty():
-        msg = f"{source}: no ADS-B reports, which --adsb uses as the reference"
+        msg = f"{source}: no ADS-B reports, which --adsb requires as the reference"
         raise InputError(msg)
     reference = reference_of_reports(reports, source, settings.reference_gap_s, regions)
     others = frame.filter(pl.col("kind") != "adsb")
@@ -345,7 +345,7 @@ def _warn_of_unknown(frame: pl.DataFrame, known: list[set[str]], sensors: Path) 
     lost = [f"{name} ({count} measurements)" for name, count in found if name not in names]
     if lost:
         verb = "is" if len(lost) == 1 else "are"
-        warn(f"{', '.join(lost)} {verb} not in {sensors} and not used", DataWarning)
+        warn(f"{', '.join(lost)} {verb} not in {sensors} and were not used", DataWarning)
 
 
 def _measurements(given: Path) -> tuple[pl.DataFrame, str]:

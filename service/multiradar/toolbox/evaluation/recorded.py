@@ -86,8 +86,8 @@ def reports_of_dump(path: Path, truth: Truth) -> tuple[pl.DataFrame, str]:
     dump = path.parent
     if not (dump / "plots.txt").exists():
         msg = (
-            f"{path}: contains no aircraft positions, and there is no dump next to it; also give "
-            f"a reference: --adsb or --system-tracks"
+            f"{path}: contains no aircraft positions, and there is no dump next to it; also "
+            "specify a reference: --adsb or --system-tracks"
         )
         raise InputError(msg)
     with open_measurements(dump, DumpChoice(date=truth.date), float("inf")) as recording:

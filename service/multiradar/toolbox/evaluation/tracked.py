@@ -106,7 +106,7 @@ def read_tracks(given: Path, known: "Known", settings: EvaluationSettings) -> "T
     except OutsidePlaneError as error:
         msg = (
             f"{path}: the tracks are on a different side of the Earth from the reference "
-            f"{known.path}; is this another recording, or are the coordinates swapped?"
+            f"{known.path}; is it from a different recording, or are the coordinates swapped?"
         )
         raise InputError(msg) from error
 
@@ -218,8 +218,8 @@ def named_by_tracks(measurements: pl.DataFrame, given: Path) -> pl.DataFrame:
     named = named.with_columns(number.alias("track_number"))
     if named["track_number"].null_count() == len(named):
         msg = (
-            "--smoothed needs measurements with identity: none has a track number or a Mode S "
-            f"address, and none is at the time of an update of a confirmed track in {path}"
+            "--smoothed requires measurements with identity: none has a track number or a Mode S "
+            f"address, and none coincides in time with an update of a confirmed track in {path}"
         )
         raise InputError(msg)
     return named

@@ -18,11 +18,11 @@ def error_sentence(error: Exception) -> str:
         One of this project, of the system, or an internal one.
     """
     if isinstance(error, ConfigurationError) and len(error.mistakes) > 1:
-        return f"{error.source}: {len(error.mistakes)} mistakes"
+        return f"{error.source}: {len(error.mistakes)} errors"
     if is_full(error) and getattr(error, "filename", None) is None:
         return (
             f"no space left on device for the output or for temporary files in {gettempdir()} "
-            "(set TMPDIR to use another folder for these)"
+            "(set TMPDIR to use another folder for temporary files)"
         )
     if isinstance(error, OSError) and error.strerror:
         return f"{error.filename}: {error.strerror}" if error.filename else error.strerror

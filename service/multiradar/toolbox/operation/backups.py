@@ -268,8 +268,8 @@ def check_configuration(journal: Path, fingerprint: str, settings: "Settings") -
     other = (
         f"the filter {name}, not {tracking.filter_name}"
         if name
-        else f"sensors other than {settings.sensors}, other tracking settings, or on another kind "
-        "of processor"
+        else f"sensors other than {settings.sensors}, with other tracking settings, or on another "
+        "type of processor"
     )
     raise ConfigurationError(
         f"{journal}: the journal was created with {other}; run this command with the options "

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from multiradar.settings.service import Settings
     from multiradar.storage.verification import Progress
 
-_CORRECT = "correct it and run doctor again"
+_CORRECT = "correct the error and run doctor again"
 
 
 def examine(
@@ -130,13 +130,13 @@ def _check_state(
     folder = archive or settings.retention.archive
     whole = verification is None or verification.first == 1
     if folder is not None and archive is None and whole and not folder.exists():
-        advice = f"run `multiradar archive {journal.parent} {folder}`, then daily"
-        findings.append(warning("archive", f"{folder}: none yet", advice))
+        advice = f"run `multiradar archive {journal.parent} {folder}`, and repeat this daily"
+        findings.append(warning("archive", f"{folder}: not created yet", advice))
     elif folder is not None:
         chosen = folder
         entries = 0 if verification is None else verification.entries
         findings.append(
-            found("archive", "run doctor with the folder of `multiradar archive`",
+            found("archive", "run doctor with the output folder of `multiradar archive`",
                   lambda: state_health.check_archive(chosen, entries, on_progress))
         )  # fmt: skip
     return findings

@@ -64,7 +64,7 @@ def check_packages() -> Finding:
             "install the versions of requirements/run.txt",
         )  # fmt: skip
     named = ", ".join(f"{name} {present[name]}" for name in _NAMED if name in present)
-    return ok("packages", f"{len(wanted)} in supported versions, such as {named}")
+    return ok("packages", f"{len(wanted)} packages in supported versions, including {named}")
 
 
 def check_kernels(settings: "Settings", sensors: "SensorTable") -> Finding:
@@ -76,15 +76,15 @@ def check_kernels(settings: "Settings", sensors: "SensorTable") -> Finding:
 
     if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
         return warning(
-            "kernels", "NUMBA_DISABLE_JIT is set: nothing is compiled", "unset it: the service "
-            "needs compiled kernels to keep up with live data",
+            "kernels", "NUMBA_DISABLE_JIT is set: nothing is compiled", "unset this variable; the "
+            "service needs compiled kernels to keep up with live data",
         )  # fmt: skip
     folder = kernel_folder()
     if folder is None:
         return warning(
-            "kernels", "no folder for compiled kernels is writable by this user alone: each start "
-            "compiles them again, which takes minutes", "set XDG_CACHE_HOME to a folder with these "
-            "permissions",
+            "kernels", "no folder for compiled kernels is writable by this user alone: they are "
+            "compiled again at each start, which takes minutes", "set XDG_CACHE_HOME to a folder "
+            "that only this user can write to",
         )  # fmt: skip
     tracking = settings.tracking_settings()
     needed = kernels_for(
@@ -100,10 +100,11 @@ def check_kernels(settings: "Settings", sensors: "SensorTable") -> Finding:
     if missing:
         everything = " --all" if tracking.filter_name in _RARE else ""
         return warning(
-            "kernels", f"{missing} of {len(needed)} are not compiled in {folder}: the first start "
-            "takes minutes", f"run `multiradar warm-up{everything}` as the user of the service",
+            "kernels", f"{missing} of {len(needed)} kernels are not compiled in {folder}: the "
+            "first start will take minutes",
+            f"run `multiradar warm-up{everything}` as the user of the service",
         )  # fmt: skip
-    return ok("kernels", f"all {len(needed)} are compiled, in {folder}")
+    return ok("kernels", f"all {len(needed)} kernels are compiled, in {folder}")
 
 
 def check_open_files(settings: "Settings") -> Finding:
@@ -113,11 +114,11 @@ def check_open_files(settings: "Settings") -> Finding:
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     if soft != resource.RLIM_INFINITY and soft < needed:
         return warning(
-            "open files", f"the limit is {soft}, {needed} are needed for "
+            "open files", f"the limit is {soft}, but {needed} are needed for "
             f"{http.connections_max} connections", f"set `ulimit -n` or LimitNOFILE to {needed} or "
             f"more (hard limit {hard}), or lower http.connections_max",
         )  # fmt: skip
-    return ok("open files", f"limit {soft}, needed {needed}")
+    return ok("open files", f"limit {soft}, {needed} needed")
 
 
 def check_ports(settings: "Settings", user: int | None) -> Finding:
@@ -134,7 +135,7 @@ def check_ports(settings: "Settings", user: int | None) -> Finding:
     wanted = _addresses(settings)
     named = ", ".join(one.name for one in wanted)
     if user is not None:
-        return ok("ports", f"not tried, because the service is running (process {user}): {named}")
+        return ok("ports", f"not checked because the service is running (process {user}): {named}")
     taken = [f"{one.name}: {why}" for one in wanted if (why := _obstacle(one))]
     if taken:
         return error(

@@ -66,7 +66,8 @@ def shorten(
     rules, folder = _rules(settings), settings.retention.archive
     if folder is None:
         raise ConfigurationError(
-            "retention.archive: not set; name the output of `multiradar archive`, or give --archive"
+            "retention.archive: not set; specify the output of `multiradar archive` here or with "
+            "--archive"
         )
     journal = journal.resolve() if journal.is_symlink() else journal
     fingerprint = journal_fingerprint(journal)
@@ -110,8 +111,8 @@ def _snapshots(journal: Path, fingerprint: str, settings: "Settings") -> "list[P
         reasons.append("journal.snapshot_interval_s is 0")
     if reasons:
         raise ConfigurationError(
-            f"{journal}: cannot be shortened: the service writes no snapshots, and each start "
-            f"needs the whole journal: {'; '.join(reasons)}"
+            f"{journal}: cannot be shortened because the service writes no snapshots, so each "
+            f"start needs the whole journal: {'; '.join(reasons)}"
         )
     rules = SnapshotRules(
         SnapshotFolder(journal), wanted.snapshot_interval_s, wanted.snapshot_rows, fingerprint

@@ -50,7 +50,7 @@ def check_folders(journal: Path, history: Path | None = None, *others: Path | No
     for folder, use in written:
         place = next(one for one in (folder, *folder.absolute().parents) if one.exists())
         if not place.is_dir():
-            advice = f"move it: {use} must be written there"
+            advice = f"move this file: its place is needed for {use}"
             return error("folders", f"{place}: is a file, not a folder", advice)
         if not os.access(place, os.W_OK | os.X_OK):
             advice = f"run doctor as the user of the service; {use} must be writable by that user"
@@ -82,12 +82,16 @@ def check_disk(journal: Path, limits: "RuntimeLimits", growth: Growth | None) ->
     # Below the least free space it is not ready.
     days = (disk.free - limits.disk_free_bytes_min) / rate if rate else None
     text = f"{disk.free / _GIB:.1f} GiB free, {share:.0%} used; " + (
-        "data rate not known yet" if rate is None or days is None
-        else f"{rate / _GIB:.3g} GiB a day: lasts {max(days, 0.0):,.1f} days"
+        "data rate still unknown" if rate is None or days is None
+        else f"{rate / _GIB:.3g} GiB per day: sufficient for {max(days, 0.0):,.1f} days"
     )  # fmt: skip
     advice = "archive the journal, free some space, or use a larger disk (docs/howto/backup.md)"
     if disk.free < limits.disk_free_bytes_min:
-        return error("disk", f"{text}; {limits.disk_free_bytes_min / _MIB:.0f} MiB needed", advice)
+        return error(
+            "disk",
+            f"{text}; at least {limits.disk_free_bytes_min / _MIB:.0f} MiB must be free",
+            advice,
+        )
     if share >= limits.disk_filling_share or (days is not None and days < _LASTS_MIN_DAYS):
         return warning("disk", text, advice)
     return ok("disk", text)
@@ -104,7 +108,9 @@ def verified(journal: Path, on_progress: "Progress") -> "tuple[Verification | No
     from multiradar.storage.verification import verify_journal
 
     if not journal.exists():
-        return None, [ok("journal", f"{journal}: none yet; the first start creates it")]
+        return None, [
+            ok("journal", f"{journal}: not created yet; the service creates it at the first start")
+        ]
     try:
         found = verify_journal(journal, on_progress)
     except MultiradarError as failure:
@@ -124,12 +130,12 @@ def _journal(journal: Path, found: "Verification", own: Sequence[str]) -> Findin
 def _snapshots(found: "Verification", damage: Sequence[str]) -> Finding:
     if damage:
         return warning(
-            "snapshots", _shown(damage), "the next start uses an older one or the whole journal; "
-            "remove it, and check the disk",
+            "snapshots", _shown(damage), "the next start uses an older snapshot or the whole "
+            "journal; remove the damaged snapshot, and check the disk",
         )  # fmt: skip
     if found.entries and not found.snapshots:
         return warning(
-            "snapshots", "none: the next start replays the whole journal",
+            "snapshots", "no snapshot: the next start replays the whole journal",
             "stop the service with SIGTERM, which writes one; see docs/howto/journal.md#snapshots",
         )  # fmt: skip
     return ok("snapshots", f"{found.snapshots} intact")
@@ -141,15 +147,15 @@ def check_archive(folder: Path, entries: int, on_progress: "Progress") -> Findin
 
     found = verify_archive(folder, on_progress)
     if found.damage:
-        advice = f"copy the named segments from another copy of the archive; {_RECOVERY}"
+        advice = f"restore these segments from another copy of the archive; {_RECOVERY}"
         return error("archive", _shown(found.damage), advice)
-    text = f"{folder}: the entries {found.first:,} to {found.last:,} in {found.segments} segments"
+    text = f"{folder}: entries {found.first:,} to {found.last:,} in {found.segments} segments"
     if found.last > entries:
         advice = (
             "the archive belongs to another journal, or the journal was restored from an "
             "older backup"
         )
-        return error("archive", f"{text}, the journal has {entries:,}", advice)
+        return error("archive", f"{text}, but the journal has only {entries:,}", advice)
     return ok("archive", text)
 
 
@@ -170,15 +176,15 @@ def check_clock(clock: Clock, ahead_max_s: float, growth: Growth | None, running
     now_s = clock.now_s()
     advice = "synchronise the clock (NTP or PTP)"
     if now_s < _WRITTEN_S:
-        return error("clock", "the clock of this machine is before 2026", advice)
+        return error("clock", "the clock of this computer is set to before 2026", advice)
     newest_s = None if growth is None else _data_time_s(growth.last)
     if newest_s is None:
-        return ok("clock", "set; no measurements to compare it with")
+        return ok("clock", "plausible; no measurements for comparison")
     behind_s = now_s - newest_s
     if behind_s < -ahead_max_s:
         return error(
-            "clock", f"the newest measurement is {-behind_s:,.0f} s ahead of the clock: those more "
-            f"than {ahead_max_s:g} s ahead are rejected", advice,
+            "clock", f"the newest measurement is {-behind_s:,.0f} s ahead of the clock; "
+            f"measurements more than {ahead_max_s:g} s ahead are rejected", advice,
         )  # fmt: skip
     text = f"the newest measurement is {_ago(behind_s)} old"
     if running and behind_s > _LIVE_MAX_S:

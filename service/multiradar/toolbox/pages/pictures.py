@@ -45,7 +45,7 @@ def picture(plots: Sequence[Plot], names: Sequence[str] = ()) -> Figure:
             raise ArgumentError(unknown("plot", name, by_name))
     chosen = [by_name[name] for name in names] or list(plots)
     if not chosen:
-        raise ArgumentError("nothing to draw: there are no confirmed tracks")
+        raise ArgumentError("nothing to plot: no confirmed tracks")
     maps = [plot for plot in chosen if plot.equal_axes]
     others = [plot for plot in chosen if not plot.equal_axes]
     columns = min(max(len(maps), len(others)), 2)

@@ -64,7 +64,7 @@ def track_page(run: TrackRun) -> str:
             f"{figures['tracks_confirmed']:,} confirmed tracks ({figures['tracks']:,} initiated) "
             f"from {counts.read:,} measurements: accepted {counts.accepted:,}, rejected "
             f"{counts.rejected:,}, duplicate {counts.duplicate:,}. "
-            f"{alarms or 'No'} alarm{'' if alarms == 1 else 's'} of radars."
+            f"{alarms or 'No'} radar alarm{'' if alarms == 1 else 's'}."
         ),
         command=run.command,
         tables=[one for one in _tables(run, tracks, confirmed) if one.rows],
@@ -103,11 +103,11 @@ def _health(run: TrackRun) -> Table:
     return Table(
         title="Final radar health",
         header=(
-            "radar", "detection", "range noise / configured", "azimuth noise / configured",
-            "s since last plot", "alarms",
+            "radar", "Pd", "range noise / configured", "azimuth noise / configured",
+            "time since last plot, s", "alarms",
         ),
         rows=rows,
-        caption="Detection: probability that a scan of an aircraft in coverage gives a plot.",
+        caption="Pd: probability that an aircraft in coverage is detected in a scan.",
     )  # fmt: skip
 
 
@@ -127,7 +127,7 @@ def _biases(run: TrackRun) -> Table:
     )  # fmt: skip
     return Table(
         title="Final bias estimates",
-        header=("sensor", "bias", "estimate", "sigma", "sigma / prior"),
+        header=("sensor", "bias", "estimate", "sigma", "sigma / prior sigma"),
         rows=rows,
         caption="Measured minus true.",
     )
@@ -152,7 +152,7 @@ def _sensors(run: TrackRun, tracks: pl.DataFrame) -> Table:
         )
     return Table(
         title="Sensors",
-        header=("sensor", "received", "updates of tracks", "tracks", "first", "last"),
+        header=("sensor", "received", "track updates", "tracks", "first", "last"),
         rows=tuple(rows),
     )
 
@@ -186,7 +186,7 @@ def _tracks(run: TrackRun, confirmed: pl.DataFrame) -> Table:
             ("updates with a Mode S address", f"{_fraction(confirmed, 'mode_s_address'):.1%}"),
             ("updates with a height", f"{_fraction(confirmed, 'height_m'):.1%}"),
         ]
-    return Table(title="Tracks", header=("what", "value"), rows=tuple(rows))
+    return Table(title="Tracks", header=("quantity", "value"), rows=tuple(rows))
 
 
 def _fraction(table: pl.DataFrame, column: str) -> float:
@@ -211,7 +211,7 @@ def _measurements(run: TrackRun) -> Table:
 def _notes(run: TrackRun) -> list[str]:
     figures = _figures(run)
     notes = [
-        f"Alarm of {one['sensor_id']}: {str(one['alarm']).replace('_', ' ')} at "
+        f"Alarm for {one['sensor_id']}: {str(one['alarm']).replace('_', ' ')} at "
         f"{time_text(one['time_s'])}."
         for one in figures["sensor_alarms"]
     ]
@@ -274,7 +274,7 @@ def tracks_map(table: SensorTable, confirmed: pl.DataFrame) -> Plot:
     return map_plot(
         "Map of tracks",
         series,
-        f"Confirmed tracks, on the plane at {plane.place}; rings are the sites of sensors.",
+        f"Confirmed tracks, projected at {plane.place}; rings mark the sensor sites.",
     )
 
 
@@ -288,12 +288,12 @@ def _live(confirmed: pl.DataFrame) -> Plot:
     initiated = np.searchsorted(np.sort(lives["first"].to_numpy()), edges, side="right")
     ended = np.searchsorted(np.sort(lives["last"].to_numpy()), edges, side="left")
     return Plot(
-        title="Tracks by time",
+        title="Live tracks over time",
         x_label=axis_label([first, last]),
         y_label="confirmed tracks",
         series=(Series("", edges, (initiated - ended).astype(np.float64), "line", key="tracks"),),
         x_scale="time",
-        caption="From the first to the last update of each.",
+        caption="Each track counts from its first to its last update.",
         name="live-tracks",
     )
 
@@ -318,14 +318,14 @@ def _histories(run: TrackRun) -> Iterator[Plot]:
             yield Plot(
                 title=sensor,
                 x_label=axis_label([first, float(time_s[-1])]),
-                y_label=f"{name} minus its last estimate{unit}",
+                y_label=f"{name} minus its final estimate{unit}",
                 series=(
                     Series("± sigma", time_s, apart - sigma, "band", apart + sigma, "bias"),
                     Series("estimate", time_s, apart, "line", key="bias"),
                 ),
                 x_scale="time",
                 y_limits=(-high, high),
-                caption=f"Last estimate: {last:.4g}{unit.lstrip(',')}.".replace("-", "−"),
-                group=f"{name.capitalize()} by time",
+                caption=f"Final estimate: {last:.4g}{unit.lstrip(',')}.".replace("-", "−"),
+                group=f"{name.capitalize()} over time",
                 name=f"{parameter}-{sensor}",
             )

@@ -132,10 +132,10 @@ def register_filter(name: str, make: Callable[[], AircraftFilter], *, host: str 
     and plots in the cone of silence, have no position: for these the state is that of the host.
     """
     if not name:
-        raise ArgumentError("`name`: expected a name, was ''", "name")
+        raise ArgumentError("`name`: expected a name, was an empty string", "name")
     if name in FILTERS:
         raise ArgumentError(
-            f"`name`: expected a new name, but there is already a filter {name!r}", "name"
+            f"`name`: there is already a filter {name!r}; choose another name", "name"
         )
     if isinstance(make, type) and not callable(getattr(make, "update", None)):
         raise ArgumentError(

@@ -40,13 +40,13 @@ def biases_at_end(run: Run, sensors: "SensorTable", first_s: float | None) -> "B
 
     state, end_s = wire.final_biases(run.biases, run.table("bias_correlations"), sensors)
     if end_s is None:
-        raise InputError(f"{run.folder}: the run estimated no bias of these sensors")
+        raise InputError(f"{run.folder}: the run contains no bias estimates for these sensors")
     if first_s is None:
         return state
     if first_s < end_s - OVERLAP_MAX_S:
         raise InputError(
-            f"{run.folder}: expected a run that ends before this recording starts, at "
-            f"{first_s:.0f} s, was one that ends at {end_s:.0f} s"
+            f"{run.folder}: the run ends at {end_s:.0f} s, after the start of this recording at "
+            f"{first_s:.0f} s; choose an earlier run"
         )
     elapsed_s = max(first_s - end_s, 0.0)
     return drift(state, sensors.drift, elapsed_s)[0] if elapsed_s else state

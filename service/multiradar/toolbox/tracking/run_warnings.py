@@ -39,8 +39,8 @@ def missing_periods(recording: "Recording", sensors: "SensorTable") -> list[str]
         period_s = scan_period_s(columns[0], columns[1]) if columns else np.nan
         if np.isfinite(period_s):
             found.append(
-                f"{name}: rotation_period_s is missing in the sensors file; its plots show "
-                f"{period_s:.3f} s: add it (5 s is assumed)"
+                f"{name}: rotation_period_s is missing in the sensors file (5 s is assumed); "
+                f"add the value derived from the plots: {period_s:.3f} s"
             )
     return found
 

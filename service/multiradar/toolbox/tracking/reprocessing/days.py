@@ -73,15 +73,16 @@ def find_days(folder: Path) -> list[Day]:
             continue
         found = [Day(inner.name, date, path) for date, path in _dated(inner)]
         if not found:
-            warn(f"{inner}: no folders of days such as 2026-11-20; skipped", DataWarning)
+            warn(f"{inner}: no day folders such as 2026-11-20; skipped", DataWarning)
         regions += found
     if days and regions:
         raise InputError(
-            f"{folder}: expected either days or regions, found {days[0].name} and {regions[0].name}"
+            f"{folder}: expected either day or region folders, found {days[0].name} and "
+            f"{regions[0].name}"
         )
     if not days and not regions:
         raise InputError(
-            f"{folder}: no days found; expected folders such as {folder}/2026-11-20 or "
+            f"{folder}: no day folders found; expected folders such as {folder}/2026-11-20 or "
             f"{folder}/REGION/2026-11-20, each the output of `convert` or a dump"
         )
     return days or regions

@@ -80,7 +80,7 @@ def _tracked(day: Day, job: Mapping[str, Any], caught: list[warnings.WarningMess
     first_s, last_s = run.span_s
     sentences = [str(one.message) for one in caught if issubclass(one.category, DataWarning)]
     if abs((first_s + last_s) / 2.0 - day.noon_s) > _FROM_NOON_MAX_S:
-        sentences.append(f"{day.path}: its measurements are not of {day.date}")
+        sentences.append(f"{day.path}: the measurements are not from {day.date}")
     record = DayRecord(
         **job["record"], input_sha256=digest, output_sha256=run.report["output_sha256"],
         first_s=first_s, last_s=last_s, findings=[*findings], warnings=sentences,
@@ -97,5 +97,5 @@ def _check_dated(day: Day) -> None:
     span_s = Recording(file).span_s()
     if span_s is not None and span_s[0] < _UNIX_MIN_S:
         raise InputError(
-            f"{day.path}: its times are times of day; convert it with --date {day.date}"
+            f"{day.path}: the recording has times of day only; convert it with --date {day.date}"
         )

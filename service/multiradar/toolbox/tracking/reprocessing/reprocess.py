@@ -253,7 +253,7 @@ def _check_settings(out: Path, plan: _Plan, *, again: bool) -> None:
         names = sorted({*old, *plan.settings})
         changed = [name for name in names if old.get(name) != plan.settings.get(name)]
         raise OutputExistsError(
-            f"{out}: created with different settings ({', '.join(changed) or 'the sensors'}); "
+            f"{out}: was created with different settings ({', '.join(changed) or 'sensors'}); "
             "choose another output directory, or use --again to reprocess its days"
         )
     write_json(out / RECORD_FILE, {**now, "digests": {**known, **plan.digests}})
@@ -356,7 +356,7 @@ def _without_overlap(outcome: Outcome, others: Collection[Outcome]) -> Outcome:
             continue
         common_s = min(own.last_s, record.last_s) - max(own.first_s, record.first_s)
         if common_s > OVERLAP_MAX_S:
-            reason = f"its measurements overlap those of {other.day.name} by {common_s:.0f} s"
+            reason = f"its measurements overlap with {other.day.name} by {common_s:.0f} s"
             return Outcome(outcome.day, FAILED, reason=reason)
     return outcome
 

@@ -66,12 +66,12 @@ def _merged(merged: pl.DataFrame) -> Table:
     return Table(
         title="Biases of all days (measured − true)",
         header=(
-            "sensor", "parameter", "days", "estimate", "sigma", "χ²", "degrees", "p",
-            "drift / d", "sigma / d", "p of drift",
+            "sensor", "parameter", "days", "estimate", "sigma", "χ²", "d.o.f.", "p",
+            "drift / d", "sigma / d", "p (drift)",
         ),
         rows=tuple(rows),
-        caption="χ²: scatter of the days about a constant; p: probability of a larger one if the "
-        "bias is the same on all days, or does not drift.",
+        caption="χ²: scatter of the daily estimates about a constant; p: probability of a larger "
+        "χ² if the bias is the same on all days; p (drift): if it does not drift.",
     )  # fmt: skip
 
 
@@ -90,7 +90,7 @@ def _steps(flagged: pl.DataFrame, tested: int) -> Table:
             "sensor", "parameter", "from", "to", "difference", "sigma", "χ²", "p",
         ),
         rows=rows,
-        caption=f"{len(flagged)} of {tested} differences; without a change, one in 16,000.",
+        caption=f"{len(flagged)} of {tested} differences; expected without a change: 1 in 16,000.",
     )  # fmt: skip
 
 
@@ -107,7 +107,7 @@ def _named(row: dict[str, Any]) -> tuple[str, str]:
 def _note(test: dict[str, Any]) -> str:
     where = f"{test['region']}: all" if test["region"] else "All"
     return (
-        f"{where} biases together, with their correlations: χ² {test['chi2']:.1f} with "
-        f"{test['degrees_of_freedom']} degrees of freedom (p {test['p_value']:.2g}) if they are "
-        f"the same on all {test['days']} days."
+        f"{where} biases jointly, including correlations, under the hypothesis that they are the "
+        f"same on all {test['days']} days: χ² {test['chi2']:.1f} with "
+        f"{test['degrees_of_freedom']} degrees of freedom (p {test['p_value']:.2g})."
     )
