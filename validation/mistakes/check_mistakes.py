@@ -37,7 +37,7 @@ ROOT = Path(__file__).parents[2]
 DUMP = ROOT / "examples" / "vid-sample"
 SENSORS_FILE = ROOT / "examples" / "sensors-vid-sample.toml"
 TIMEOUT_S = 600.0
-_PROGRESS = "compiling kernels, once:"
+_PROGRESS = "compiling kernels (first use):"
 #: Lines of a page around the table.
 BEGIN, END = "<!-- mistakes: begin -->", "<!-- mistakes: end -->"
 

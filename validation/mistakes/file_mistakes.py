@@ -201,7 +201,7 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
             folder, sample.measurements.with_columns(_TIME + 2_208_988_800.0), sample.sensors
         ),
         status=0,
-        message=("in the future; are they counted from an epoch other than 1970-01-01?",),
+        message=("in the future; do they count from an epoch other than 1970-01-01?",),
     ),
     Mistake(
         "convert: latitude and longitude of ADS-B exchanged",
@@ -318,7 +318,7 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
         _recording(_plot_048),
         ("inspect", "a.ast", "--edition", "021=0.26"),
         1,
-        ("--edition 021=0.26: not in the recording, which has 048 of 20-129",),
+        ("--edition 021=0.26: not in the recording, which contains 048 of 20-129",),
     ),
     Mistake(
         "convert: a day in the future",
@@ -332,7 +332,7 @@ FILE_MISTAKES: tuple[Mistake, ...] = (
         _recording(_coasting_062),
         _CONVERT,
         0,
-        ("none of the 200 updates of system tracks is based on a measurement",),
+        ("none of the 200 system track updates is based on a measurement",),
     ),
     # Folders.
     Mistake(

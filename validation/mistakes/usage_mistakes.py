@@ -163,7 +163,7 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         TRACK,
         1,
         (
-            "2 mistakes",
+            "2 errors",
             "line 4",
             "26-10",
             "'latitud_deg' (did you mean 'latitude_deg'?)",
@@ -179,7 +179,7 @@ USAGE_MISTAKES: tuple[Mistake, ...] = (
         ),
         TRACK,
         1,
-        ("2 mistakes", "from -90 to 90", "was 4642.47", "unknown key 'rpm'"),
+        ("2 errors", "from -90 to 90", "was 4642.47", "unknown key 'rpm'"),
     ),
     Mistake(
         "fields that a template leaves to fill in",

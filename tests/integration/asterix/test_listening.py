@@ -181,4 +181,4 @@ def test_a_file_without_a_block_is_reported(
     recording = tmp_path / "recording.ast"
     recording.write_bytes(b"nothing")
     assert run(["replay", str(recording), "--to", "udp:127.0.0.1:8600"]) == EXIT_FAILED
-    assert "recording.ast: contains no ASTERIX block" in capsys.readouterr().err
+    assert "recording.ast: no ASTERIX data blocks" in capsys.readouterr().err

@@ -60,7 +60,7 @@ def test_biases_of_the_sample(
     assert len(found.trend) > 8
     _check_priors(priors, found)
     reader = read_page(page)
-    for heading in ("Map of residuals", "By radar", "Range offset by time", "35-10"):
+    for heading in ("Map of residuals", "Residuals by radar", "Range offset over time", "35-10"):
         assert heading in reader.headings
 
 

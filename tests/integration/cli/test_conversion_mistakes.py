@@ -124,7 +124,7 @@ def test_an_inspection_names_an_edition_that_is_not_recorded(
     capsys.readouterr()
     assert run(["inspect", str(file), "--edition", option]) == 1
     said = capsys.readouterr().err
-    assert f"--edition {option}: not in the recording, which has 048 of " in said
+    assert f"--edition {option}: not in the recording, which contains 048 of " in said
 
 
 @pytest.mark.parametrize(
@@ -145,7 +145,7 @@ def test_an_option_for_a_source_that_is_not_recorded_is_named(
     option: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert converted(tmp_path, b"".join(blocks()), "a.ast", *option) == 1
-    assert "not in the recording, which has 048 of" in capsys.readouterr().err
+    assert "not in the recording, which contains 048 of" in capsys.readouterr().err
     assert (tmp_path / "out" / "measurements.parquet").is_file()
 
 
@@ -196,7 +196,7 @@ def test_system_tracks_that_only_coast_are_named(
     ]
     assert converted(tmp_path, b"".join(records), "a.ast") == 0
     said = capsys.readouterr().err
-    words = "none of the 40 updates of system tracks is based on a measurement (40 coasting)"
+    words = "none of the 40 system track updates is based on a measurement (40 coasting)"
     assert (words in said) == coasting
     assert bool(said) == coasting
     if coasting:
@@ -214,7 +214,9 @@ def test_an_offset_of_times_that_are_not_local_is_named(
     file.write_text("timestamp,icao24,latitude,longitude,altitude\n" + "".join(rows))
     assert run(["convert", "adsb", str(file), "--out", str(tmp_path / "out"), *options]) == 0
     said = capsys.readouterr().err
-    assert ("utc_offset 2: not used, it is for BaseStation messages" in said) == bool(options)
+    assert ("utc_offset 2: ignored; it applies only to BaseStation messages" in said) == bool(
+        options
+    )
     assert bool(said) == bool(options)
 
 
@@ -250,5 +252,5 @@ def test_files_in_the_wrong_order_are_named(
     out = tmp_path / "out"
     assert run(["convert", "asterix", *map(str, given), "--out", str(out)]) == 0
     said = capsys.readouterr().err
-    assert ("a.ast: ends before b.ast starts, but was given after it" in said) == exchanged
+    assert ("a.ast: ends before b.ast starts, but was specified after it" in said) == exchanged
     assert bool(said) == exchanged

@@ -110,8 +110,8 @@ def test_the_counts_of_evaluate_are_those_of_the_files(
     assert compared | expected == compared
     assert run([*line, "--html", str(tmp_path / "card.html")]) == EXIT_DONE
     headline = (
-        f"{confirmed} confirmed tracks ({initiated} initiated) with {len(rows)} updates against "
-        f"the truth of a simulation: {expected['aircraft']} aircraft with {len(positions)} "
+        f"{confirmed} confirmed tracks ({initiated} initiated) with {len(rows)} updates, compared "
+        f"with the truth of a simulation: {expected['aircraft']} aircraft with {len(positions)} "
         "positions "
     )
     assert headline in capsys.readouterr().out.replace("\n", " ")

@@ -32,7 +32,7 @@ def test_the_report_has_the_counts_of_the_run(tracked: tuple[Path, Path]) -> Non
     out, page = tracked
     report = json.loads((out / "report.json").read_text(encoding="utf-8"))
     reader = read_page(page)
-    for heading in ("Map of tracks", "Final radar health", "Tracks by time", "Sensors"):
+    for heading in ("Map of tracks", "Final radar health", "Live tracks over time", "Sensors"):
         assert heading in reader.headings
     text = page.read_text(encoding="utf-8")
     assert f"{report['figures']['tracks_confirmed']:,} confirmed tracks" in text

@@ -83,7 +83,7 @@ def test_the_page_has_a_map_and_loads_nothing(recording: Path, tmp_path: Path) -
     command = ["inspect", str(recording), "--sites", str(table), "--html", str(page)]
     assert run(command) == EXIT_DONE
     text = page.read_text(encoding="utf-8")
-    for words in ("<h2>Map</h2>", "<h2>Reports by time</h2>", "20-130", "default-src 'none'"):
+    for words in ("<h2>Map</h2>", "<h2>Reports over time</h2>", "20-130", "default-src 'none'"):
         assert words in text
     assert not re.search(r"<script|<link|<img|src=|@import|url\((?!#)", text)
     assert run(command) == EXIT_FAILED

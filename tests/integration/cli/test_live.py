@@ -92,9 +92,9 @@ def test_replay_gives_up_without_a_service_and_says_what_to_do(
     done = command("replay", scene[0], "--to", to, "--wait", 0.2)
     assert done.returncode == 1
     assert done.stderr.splitlines() == [
-        f"multiradar: {to}: no answer (Connection refused); retrying for 0.2 s",
-        f"multiradar: {to}: no answer (Connection refused); gave up after 0.2 s; start the service "
-        "with `multiradar serve`, or name its address with --to",
+        f"multiradar: {to}: no response (Connection refused); retrying for 0.2 s",
+        f"multiradar: {to}: no response (Connection refused); gave up after 0.2 s; start the "
+        "service with `multiradar serve`, or specify its address with --to",
     ]
 
 

@@ -51,7 +51,7 @@ def test_a_correct_recording_ends_with_status_0(
     assert tracked(recording(named=named), tmp_path) == (0, [])
     # With a cold cache the progress of the compilation is shown, too.
     said = capsys.readouterr().err.splitlines()
-    assert [line for line in said if "compiling kernels, once:" not in line] == []
+    assert [line for line in said if "compiling kernels (first use):" not in line] == []
 
 
 def test_the_diagnosis_of_a_run_is_viewed_at_every_time(tmp_path: Path) -> None:

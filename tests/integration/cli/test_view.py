@@ -55,10 +55,10 @@ def test_wrong_folders_and_files_are_named(
     alone = tmp_path / "tracks.parquet"
     shutil.copyfile(run_ / "tracks.parquet", alone)
     said = failure(capsys, alone, "--measurements", converted)
-    assert "--measurements needs the sensors" in said
+    assert "--measurements requires the sensors" in said
     assert "cannot read the overlay folder" in failure(capsys, run_, "--overlays", tmp_path / "no")
     assert run(["view", str(run_), str(run_), str(run_)]) == EXIT_USAGE
-    assert "expected one or two runs, was 3" in capsys.readouterr().err
+    assert "expected one or two runs, found 3" in capsys.readouterr().err
 
 
 def test_times_that_do_not_meet_are_named(

@@ -110,8 +110,8 @@ def align(
         _print_json(figures)
     else:
         _print(figures, command)
-        command = _track_command(recordings, sensors)
-        print(f"to show this on a map: {command}, then multiradar view TRACKS")
+        tracking = _track_command(recordings, sensors)
+        print(f"to show this on a map: {tracking}, then multiradar view TRACKS")
     for sentence in dict.fromkeys(figures.warnings):
         print(f"multiradar: {sentence}", file=sys.stderr)
     diagnoses = dict.fromkeys([*opened.diagnoses, *found.tracked.diagnoses])

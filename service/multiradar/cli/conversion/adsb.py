@@ -36,7 +36,7 @@ def convert_adsb(
         typer.Option(
             metavar="YYYY-MM-DD",
             help="Date of the first time without a date. If given, such times become Unix times; "
-            "otherwise they remain times of day, counted on past midnight.",
+            "otherwise they remain times of day that keep increasing past midnight.",
             parser=parse_date,
             show_default=False,
         ),

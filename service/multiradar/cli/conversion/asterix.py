@@ -43,7 +43,7 @@ def convert_asterix(
         typer.Option(
             metavar="YYYY-MM-DD",
             help="Date on which the recording starts. If given, times become Unix times; "
-            "otherwise they remain times of day, counted on past midnight.",
+            "otherwise they remain times of day that keep increasing past midnight.",
             parser=parse_date,
             show_default=False,
         ),

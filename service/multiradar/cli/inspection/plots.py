@@ -62,8 +62,9 @@ def _map(found: Inspection, samples: dict[str, Reports]) -> Iterator[Plot]:
     sites = {one.sensor_id: _site(one) for one in found.sensors if one.site is not None}
     series += site_rings(plane, sites)
     missing = [one.sensor_id for one in found.sensors if one.sensor_id not in places]
-    caption = f"Sample of the plots, projected at {plane.place}; rings mark the radar sites." + (
-        f" Not shown, because the site is unknown: {', '.join(missing)}." if missing else ""
+    caption = (
+        f"Sample of the plots on the tangent plane at {plane.place}; rings mark the radar sites."
+        + (f" Not shown, because the site is unknown: {', '.join(missing)}." if missing else "")
     )
     yield map_plot("Map", series, caption)
 

@@ -86,7 +86,7 @@ def _of_option(sentence: str, name: str, command: Any) -> str:
     near = did_you_mean(name, known)
     arguments = {one.name for one in getattr(command, "params", ()) if not _names(one)}
     if (plain := name.lstrip("-").replace("-", "_")) in arguments:
-        near = f": {plain.upper()} is a positional argument; omit the option name"
+        near = f": {plain.upper()} is a positional argument; omit {name}"
     return f"unknown option '{name}'{near}; see --help"
 
 

@@ -112,8 +112,8 @@ def _map(found: Registration, sides: dict[int, SideResiduals]) -> Iterator[Plot]
         "Map of residuals",
         series,
         f"Median distance of the pairs in each cell of {width:g} km, shown as a bar; a bar as high "
-        f"as the cell represents {high:.0f} m or more. Projected at {plane.place}; rings mark the "
-        "radars.",
+        f"as the cell represents {high:.0f} m or more. On the tangent plane at {plane.place}; "
+        "rings mark the radars.",
         name="residual-map",
     )
 

@@ -274,7 +274,7 @@ def tracks_map(table: SensorTable, confirmed: pl.DataFrame) -> Plot:
     return map_plot(
         "Map of tracks",
         series,
-        f"Confirmed tracks, projected at {plane.place}; rings mark the sensor sites.",
+        f"Confirmed tracks on the tangent plane at {plane.place}; rings mark the sensor sites.",
     )
 
 

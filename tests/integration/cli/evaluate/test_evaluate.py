@@ -158,7 +158,7 @@ def test_the_terminal_and_the_page_show_the_same_scorecard(
         "The 8 worst aircraft",
     ):
         assert f"\n{heading}" in shown
-    assert f"on a map: multiradar view {scene / 'tracks'}" in shown
+    assert f"to show this on a map: multiradar view {scene / 'tracks'}" in shown
     text = page.read_text(encoding="utf-8")
     assert "<script" not in text
     for heading in ("Tracks over the reference", "Biases", "Position errors over time", "Aircraft"):
@@ -278,7 +278,7 @@ def test_a_recording_without_adsb_is_no_reference(
     frame = pl.read_parquet(scene / "made" / "measurements.parquet")
     frame.filter(kind="radar").write_parquet(tmp_path / "measurements.parquet")
     assert run(["evaluate", str(scene / "tracks"), "--adsb", str(tmp_path)]) == 1
-    assert "no ADS-B reports, which --adsb uses" in capsys.readouterr().err
+    assert "no ADS-B reports, which --adsb requires" in capsys.readouterr().err
 
 
 def test_the_sample_meets_its_presets(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

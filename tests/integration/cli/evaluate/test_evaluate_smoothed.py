@@ -127,17 +127,19 @@ def test_unusable_input_is_reported(
     smoothed = ["evaluate", tracks, "--smoothed"]
     sensors = ["--sensors", str(made / "sensors.toml")]
     assert run([*smoothed, str(tmp_path), *sensors]) == 1
-    assert "--smoothed needs measurements with identity: none has" in capsys.readouterr().err
+    assert "--smoothed requires measurements with identity: none has" in capsys.readouterr().err
     assert run([*smoothed, str(made), "--sensors", str(tmp_path / "none.toml")]) == 1
     assert "none.toml" in capsys.readouterr().err
     alone = ["evaluate", str(scene / "tracks" / "tracks.parquet"), "--smoothed", str(made)]
     assert run(alone) == 2
-    assert "missing --sensors, which --smoothed needs" in capsys.readouterr().err
+    assert "missing --sensors, which --smoothed requires" in capsys.readouterr().err
     text = (made / "sensors.toml").read_text(encoding="utf-8")
     one = re.findall(r'id = "([^"]+)"', text)[0]
     (tmp_path / "renamed.toml").write_text(text.replace(f'"{one}"', '"other"'), encoding="utf-8")
     run([*smoothed, str(made), "--sensors", str(tmp_path / "renamed.toml")])
     output = capsys.readouterr().err
-    assert re.search(rf"{one} \(\d+ measurements\) is not in \S+renamed.toml and not used", output)
+    assert re.search(
+        rf"{one} \(\d+ measurements\) is not in \S+renamed.toml and was not used", output
+    )
     assert run(["evaluate", tracks, "--truth", str(made), "--smoother", "imm"]) == 2
     assert "--smoother applies to --smoothed only" in capsys.readouterr().err

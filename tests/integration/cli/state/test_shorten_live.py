@@ -46,7 +46,7 @@ def test_a_shortened_service_goes_on_with_the_same_output(tmp_path: Path) -> Non
     # The older snapshot is that of the third stop: its segment is the last that was removed.
     found = json.loads(_run("shorten", state, *given, "--json"))
     assert (found["removed"], found["first"]) == (0, 3 * ROWS // 50 + 1)
-    assert f"2 snapshots, begins with entry {found['first']}; digest " in _run("verify", state)
+    assert f"2 snapshots, first entry {found['first']}; digest " in _run("verify", state)
     with serving("--state", state, *given) as served:
         feed(PARTS - 1, served.http)
         again = command("replay", tmp_path / "part-0.parquet", "--to", served.http, "--speed",
@@ -73,10 +73,10 @@ def test_what_forbids_shortening_is_one_sentence(tmp_path: Path) -> None:
         pass
     for settings, reason in (
         ("", "no rule for the journal; set journal_days or journal_octets"),
-        ("[retention]\njournal_days = 1\n", "retention.archive: not set; name the output"),
+        ("[retention]\njournal_days = 1\n", "retention.archive: not set; specify the output"),
         (
             '[retention]\njournal_days = 1\narchive = "none"\n[journal]\nsnapshot_interval_s = 0\n',
-            "each start needs the whole journal: journal.snapshot_interval_s is 0",
+            "so each start needs the whole journal: journal.snapshot_interval_s is 0",
         ),
         (
             '[retention]\njournal_days = 1\narchive = "none"\n[trajectories]\naircraft_max = 3\n',

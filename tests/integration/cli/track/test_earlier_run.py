@@ -103,7 +103,7 @@ def test_an_earlier_run_must_end_before_the_recording_starts(
     out = tmp_path / "out"
     status = track(folder / "first.parquet", sensors, out, "--biases-from", tmp_path / "later")
     assert status == EXIT_FAILED
-    assert "expected a run that ends before this recording starts" in capsys.readouterr().err
+    assert "after the start of this recording" in capsys.readouterr().err
     assert not out.exists()
 
 
@@ -116,4 +116,4 @@ def test_biases_of_other_sensors_cannot_be_used(
     renamed.write_text(text, encoding="utf-8")
     out = tmp_path / "out"
     assert track(second, renamed, out, "--biases-from", folder / "first") == EXIT_FAILED
-    assert "the run estimated no bias of these sensors" in capsys.readouterr().err
+    assert "the run contains no bias estimates for these sensors" in capsys.readouterr().err

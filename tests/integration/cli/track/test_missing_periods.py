@@ -29,7 +29,7 @@ def test_a_missing_scan_period_is_named_with_the_one_of_the_plots(
     assert "rotation_period_s" not in capsys.readouterr().err
     assert _track(made, "--sensors", made / "none.toml", "--out", tmp_path / "none") == 0
     error = capsys.readouterr().err
-    found = re.findall(r"(\S+): rotation_period_s is missing .* plots show (\S+) s: add it", error)
+    found = re.findall(r"(\S+): rotation_period_s is missing .* from the plots: (\S+) s", error)
     sensors = tomllib.loads(text)["sensor"]
     true_s = {one["id"]: one["rotation_period_s"] for one in sensors}
     shown_s = {name.removeprefix("multiradar: "): float(shown) for name, shown in found}

@@ -78,7 +78,7 @@ def test_the_time_by_stage_is_shown_but_not_written(
     assert _track(scene[0], "--sensors", scene[1], "--out", out, "--encounters", 60) == 0
     last = capsys.readouterr().out.splitlines()[-1]
     stages = r"([a-zA-Z]+ [\d.]+ s(, )?)+"
-    own, beside = last.split("; at the same time: ")
+    own, beside = last.split("; in parallel: ")
     assert re.fullmatch(rf"[\d.]+ s: {stages}", own), last
     assert re.fullmatch(stages, beside), last
     assert "tracking" in own
@@ -362,7 +362,7 @@ def test_a_recording_out_of_order_loses_nothing_with_a_warning(
     frame.write_parquet(measurements)
     assert _track(measurements, "--sensors", scene[1], "--out", out, "--json") == 0
     shown = capsys.readouterr()
-    assert "s out of order; sorted by time first" in shown.err
+    assert "s out of order; they were sorted by time" in shown.err
     assert shown.err.count("\n") == 1
     report = Report.model_validate_json(shown.out)
     assert (report.counts.read, report.counts.accepted) == (2000, 2000)

@@ -171,7 +171,7 @@ def test_a_reference_that_cannot_be_used_is_an_error(
     tracks = pl.read_parquet(folder / "system" / "system_tracks.parquet")
     tracks.with_columns(pl.col("time_s") + 86_400.0).write_parquet(later)
     for reference, sentence in (
-        (later, "updates can be a bias reference"),
+        (later, "updates can be used as a bias reference"),
         (folder / "one.parquet", "missing column state"),
         (tmp_path / "nothing", "no such"),
     ):

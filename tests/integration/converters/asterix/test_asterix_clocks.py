@@ -70,7 +70,7 @@ def test_a_radar_whose_clock_is_off_raises_an_alarm(
     output = capsys.readouterr()
     assert "20-130: its times are at least 59.98 s ahead of their reception" in output.err
     assert "20-131" not in output.err
-    assert "of 2 sensors; report.json gives each" in output.out
+    assert "for 2 sensors; see report.json for each sensor" in output.out
 
 
 def test_a_recorder_in_local_time_is_named_and_raises_no_alarm(
@@ -84,7 +84,7 @@ def test_a_recorder_in_local_time_is_named_and_raises_no_alarm(
     found = figures(tmp_path, gps(messages))
     assert (found["receiver_zone_s"], found["sensor_alarms"]) == (7200.0, [])
     output = capsys.readouterr()
-    assert "times of reception are probably local, +2 h from UTC" in output.out
+    assert "reception times are probably in local time, UTC +2 h" in output.out
     assert "ahead" not in output.err
 
 

@@ -48,7 +48,7 @@ async def test_rows_of_other_sensors_are_rejected_with_code_and_count(
         (3, "SENSOR_NOT_ALLOWED"),
     ]
     assert rejected[0]["reason"] == (
-        "sensor_id: expected 41-10, which this sender may use, was 41-20"
+        "sensor_id: expected a sensor allowed for this sender (41-10), was 41-20"
     )
     (submission,) = service.submissions
     assert submission.frame["sensor_id"].to_list() == ["41-10", "41-10"]

@@ -72,7 +72,7 @@ def test_a_state_is_archived_verified_and_restored(
     counts = "10 entries, 45 measurements, 9 rejected rows"
     assert f"intact: {counts}, 1 segment from entry 1 on" in capsys.readouterr().out
     assert run(["restore", str(folder), str(restored)]) == 0
-    assert f"{restored}: {counts}; verified. Start it with" in capsys.readouterr().out
+    assert f"{restored}: {counts}; verified. Start the service with" in capsys.readouterr().out
     digests = []
     for path in (state, folder, restored):
         assert run(["verify", str(path), "--json"]) == 0

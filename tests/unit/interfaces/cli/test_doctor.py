@@ -87,7 +87,9 @@ def test_each_check_has_a_line_and_nothing_is_changed(
     assert {line.split()[0] for line in lines} <= {"ok", "warning"}
     found = dict(zip(CHECKS, lines, strict=True))
     assert found["journal"].startswith("ok       journal: state/journal.sqlite: 10 entries, 45 ")
-    assert found["snapshots"].startswith("warning  snapshots: none: the next start replays the ")
+    assert found["snapshots"].startswith(
+        "warning  snapshots: no snapshot: the next start replays the "
+    )
     assert found["sensors"] == "ok       sensors: radars.toml: 3 sensors"
     assert {path.name: path.read_bytes() for path in state.iterdir()} == before
 
@@ -97,7 +99,9 @@ def test_a_new_installation_has_neither_journal_nor_snapshots(
 ) -> None:
     found = _doctor(capsys)
     assert [*found] == [name for name in CHECKS if name != "snapshots"]
-    assert found["journal"]["text"].endswith("none yet; the first start creates it")
+    assert found["journal"]["text"].endswith(
+        "not created yet; the service creates it at the first start"
+    )
     assert "created at the first start" in found["folders"]["text"]
     assert not (folder / "state").exists()
 
@@ -155,7 +159,7 @@ def test_an_archive_of_the_settings_may_be_made_after_the_first_start(
     before = _doctor(capsys)["archive"]
     state = _written(folder)
     for absent in (before, _doctor(capsys)["archive"]):
-        assert (absent["level"], absent["text"]) == ("warning", "sealed: none yet")
+        assert (absent["level"], absent["text"]) == ("warning", "sealed: not created yet")
         assert absent["advice"].startswith("run `multiradar archive state sealed`")
     assert run(["archive", str(state), "sealed"]) == 0
     assert _doctor(capsys)["archive"]["level"] == "ok"
@@ -193,7 +197,7 @@ def test_a_port_is_taken_by_another_program_or_by_the_running_service(
         used = _doctor(capsys)["ports"]
         lock.release()
     # It may have been given other ports on its command line.
-    assert used["text"].startswith("not tried, because the service is running (process ")
+    assert used["text"].startswith("not checked because the service is running (process ")
     assert _doctor(capsys)["ports"]["text"] == f"free: HTTP 127.0.0.1:{port}"
 
 
@@ -218,11 +222,11 @@ def test_a_disk_lasts_as_long_as_the_last_entries_say(folder: Path) -> None:
     journal = folder / "state" / "journal.sqlite"
     limits = RuntimeLimits(disk_filling_share=2.0)
     small = check_disk(journal, limits, _growth(1000, DAY_S))
-    assert (small.level, "GiB a day: lasts" in small.text) == (Level.OK, True)
+    assert (small.level, "GiB per day: sufficient for" in small.text) == (Level.OK, True)
     full = check_disk(journal, limits, _growth(1 << 50, DAY_S))
     assert (full.level, "lasts 0." in full.text) == (Level.WARNING, True)
-    assert "data rate not known yet" in check_disk(journal, limits, _growth(1 << 50, 10.0)).text
-    assert "data rate not known yet" in check_disk(journal, limits, None).text
+    assert "data rate still unknown" in check_disk(journal, limits, _growth(1 << 50, 10.0)).text
+    assert "data rate still unknown" in check_disk(journal, limits, None).text
     none_left = check_disk(journal, RuntimeLimits(disk_free_bytes_min=1 << 60), None)
     assert (none_left.level, "free some space" in none_left.advice) == (Level.ERROR, True)
     filling = check_disk(journal, RuntimeLimits(disk_filling_share=1e-9), None)

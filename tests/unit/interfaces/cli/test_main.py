@@ -137,7 +137,7 @@ def test_a_usage_error_is_one_sentence_and_status_2(
         ),
         (
             ["convert", "vid", "dump", "--out", "made"],
-            "unknown option '--out': OUT is an argument, given without a name; see --help",
+            "unknown option '--out': OUT is a positional argument; omit --out; see --help",
         ),
         (
             ["track", "m", "--kinds", "radar,asdb"],
@@ -159,7 +159,7 @@ def test_a_usage_error_is_one_sentence_and_status_2(
             ["serve", "--zenoh", "--no-zenoh"],
             "--zenoh and --no-zenoh: given 2 times, expected once",
         ),
-        (["track", ""], "empty argument after 'track' (an unset variable of the shell?)"),
+        (["track", ""], "empty argument after 'track' (an unset shell variable?)"),
     ],
 )
 def test_a_usage_error_names_the_option_and_what_was_expected(

@@ -51,7 +51,7 @@ def test_help_gives_the_cost_of_what_is_expensive(
     assert run(["track", "--help"]) == 0
     lines = [line for line in capsys.readouterr().out.splitlines() if f" --{option} " in line]
     assert len(lines) == 1
-    assert re.search(r"Costs [\d.]+ ms CPU per plot", lines[0])
+    assert re.search(r"Costs [\d.]+ ms of CPU time per plot", lines[0])
 
 
 def test_every_log_option_is_a_setting() -> None:

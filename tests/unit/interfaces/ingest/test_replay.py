@@ -99,8 +99,8 @@ def test_a_service_that_never_answered_is_given_up_within_seconds(tmp_path: Path
     with pytest.raises(PeerError) as fault:
         replay.run()
     assert str(fault.value) == (
-        "no connection; gave up after 5 s; start the service with `multiradar serve`, or name its "
-        "address with --to"
+        "no connection; gave up after 5 s; start the service with `multiradar serve`, or specify "
+        "its address with --to"
     )
     assert said == ["no connection; retrying for 5 s"]
     assert pauses == pytest.approx([0.1, 0.2, 0.4, 0.8, 1.6, 1.9])
@@ -129,7 +129,7 @@ def test_a_service_that_goes_away_is_waited_for_as_long_as_asked_for(tmp_path: P
         replay.run()
     assert said == [
         "gone; retrying for 20 s",
-        "the service responds after 0 s; the replay continues",
+        "the service responded after 0 s; the replay continues",
         "away; retrying for 20 s",
     ]
     assert sum(pauses[1:]) == pytest.approx(20.0)
@@ -143,7 +143,7 @@ def test_a_returning_service_is_reported_once_and_the_next_wait_restarts(
     assert replay.run().retries == 3
     assert said == [
         "away; retrying for 5 s",
-        "the service responds after 1 s; the replay continues",
+        "the service responded after 1 s; the replay continues",
     ]
 
 
@@ -157,7 +157,7 @@ def test_a_service_that_is_starting_is_waited_for_as_long_as_it_says_so(tmp_path
         "503: the service is starting: compiling: 1 of 3; waiting",
         "503: the service is starting: compiling: 2 of 3; waiting",
         "503; retrying for 3 s",
-        "the service responds after 202 s; the replay continues",
+        "the service responded after 202 s; the replay continues",
     ]
     assert pauses == [1.0] * 202
 

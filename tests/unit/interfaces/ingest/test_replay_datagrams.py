@@ -96,7 +96,7 @@ def test_a_port_without_listener_is_reported_at_once_and_abandoned_after_seconds
     sink = UdpSink("127.0.0.1", port, "127.0.0.1")
     try:
         with pytest.raises(
-            PeerError, match="no listener at the address: 6 of 6 datagrams were rejected"
+            PeerError, match="no listener at this address: 6 of 6 datagrams were rejected"
         ):
             send_all(
                 sending(*range(100)),

@@ -113,7 +113,7 @@ def test_the_cause_of_a_lost_connection_is_reported_without_its_number() -> None
     destination = HttpDestination("http://service", Encoding.ARROW, httpx.MockTransport(handle))
     with pytest.raises(UnavailableError) as caught:
         destination.flush("k")
-    assert str(caught.value) == "http://service: no answer (Connection refused)"
+    assert str(caught.value) == "http://service: no response (Connection refused)"
 
 
 def test_a_batch_of_which_no_row_was_taken_is_an_answer_all_the_same() -> None:
@@ -230,7 +230,7 @@ def test_neither_of_two_services_is_a_retry_after_the_time_asked_for() -> None:
         pair.destination.send(_batch(), "k")
     assert (caught.value.retry_after_s, caught.value.answered) == (1.0, True)
     assert str(caught.value) == (
-        "http://a: no answer (Connection refused); "
+        "http://a: no response (Connection refused); "
         "http://b/v1/measurements: answered 503 Service Unavailable"
     )
     assert pair.destination.starting() is None

@@ -32,4 +32,4 @@ def test_times_in_the_future_are_named(later_s: float, *, found: bool) -> None:
 
 
 def test_a_folder_that_begins_with_a_dash_can_be_viewed() -> None:
-    assert view_hint(Path("-out")) == "on a map: multiradar view ./-out"
+    assert view_hint(Path("-out")) == "to show this on a map: multiradar view ./-out"

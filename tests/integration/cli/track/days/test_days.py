@@ -169,7 +169,7 @@ def test_regions_have_sensors_of_their_own_and_run_beside_each_other(
         sensors.read_text().replace('id = "west"', 'id = "west"\nclock_tolerance_s = 5.0')
     )
     jobs = FakeJobs()
-    with pytest.warns(UserWarning, match="notes: no folders of days such as 2026-11-20; skipped"):
+    with pytest.warns(UserWarning, match="notes: no day folders such as 2026-11-20; skipped"):
         found = reprocess(
             tmp_path / "days", sensors, out=tmp_path / "out", days="chained", jobs=8, runner=jobs
         )

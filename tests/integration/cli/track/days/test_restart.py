@@ -120,7 +120,7 @@ def test_days_that_overlap_do_not_count_twice(
     found = failures(days, archive[1], tmp_path / "out", days=how)
     assert len(found) == 1
     assert found[0].startswith("2026-11-22: ")
-    assert ("overlap those of 2026-11-21 by 2" in found[0]) == (how == "independent")
+    assert ("overlap with 2026-11-21 by 2" in found[0]) == (how == "independent")
 
 
 def test_a_day_of_other_sensors_is_named(days: Path, archive: Archive, tmp_path: Path) -> None:
@@ -147,14 +147,16 @@ def test_times_of_day_cannot_be_compared(days: Path, archive: Archive, tmp_path:
     file = days / DATES[1] / "measurements.parquet"
     pl.read_parquet(file).with_columns(pl.col("time_s") % 86_400.0).write_parquet(file)
     (found,) = failures(days, archive[1], tmp_path / "out")
-    assert found.endswith("its times are times of day; convert it with --date 2026-11-21")
+    assert found.endswith("the recording has times of day only; convert it with --date 2026-11-21")
 
 
 def test_a_folder_without_days_says_what_was_looked_for(archive: Archive, tmp_path: Path) -> None:
     (tmp_path / "days" / "monday").mkdir(parents=True)
     with (
-        pytest.warns(UserWarning, match="monday: no folders of days"),
-        pytest.raises(InputError, match=r"no days found; expected folders such as .*2026-11-20 or"),
+        pytest.warns(UserWarning, match="monday: no day folders"),
+        pytest.raises(
+            InputError, match=r"no day folders found; expected folders such as .*2026-11-20 or"
+        ),
     ):
         reprocess(tmp_path / "days", archive[1], out=tmp_path / "out", runner=FakeJobs())
     assert not (tmp_path / "out").exists()
@@ -164,7 +166,7 @@ def test_days_and_regions_side_by_side_are_not_guessed(
     days: Path, archive: Archive, tmp_path: Path
 ) -> None:
     shutil.copytree(days / DATES[0], days / "north" / DATES[0])
-    with pytest.raises(InputError, match="expected either days or regions"):
+    with pytest.raises(InputError, match="expected either day or region folders"):
         reprocess(days, archive[1], out=tmp_path / "out", runner=FakeJobs())
 
 

@@ -50,9 +50,9 @@ def test_a_client_waits_for_its_router_and_a_peer_does_not() -> None:
     ("wrong", "sentence"),
     [
         ({"mode": "broker"}, "expected one of peer, client, router, was 'broker'"),
-        ({"mode": "client"}, "missing an endpoint to connect to"),
-        ({"lease_s": 0.0}, "lease_s: expected more than 0, was 0"),
-        ({"message_bytes_max": -1}, "message_bytes_max: expected more than 0, was -1"),
+        ({"mode": "client"}, "no endpoint to connect to"),
+        ({"lease_s": 0.0}, "lease_s: expected a number above 0, was 0"),
+        ({"message_bytes_max": -1}, "message_bytes_max: expected a number above 0, was -1"),
     ],
 )
 def test_an_invalid_option_is_rejected_with_a_message(wrong: Any, sentence: str) -> None:
