@@ -123,7 +123,7 @@ def test_a_radar_alone_cannot_be_aligned(
     )  # fmt: skip
     page = tmp_path / "page.html"
     assert align(recording, "--sensors", sensors, "--html", page) == EXIT_FAILED
-    assert "no aircraft has plots of two sensors" in capsys.readouterr().err
+    assert "no aircraft has plots from two sensors" in capsys.readouterr().err
     assert not page.exists()
 
 

@@ -231,7 +231,7 @@ def test_neither_of_two_services_is_a_retry_after_the_time_asked_for() -> None:
     assert (caught.value.retry_after_s, caught.value.answered) == (1.0, True)
     assert str(caught.value) == (
         "http://a: no response (Connection refused); "
-        "http://b/v1/measurements: answered 503 Service Unavailable"
+        "http://b/v1/measurements: responded with 503 Service Unavailable"
     )
     assert pair.destination.starting() is None
 
