@@ -57,8 +57,8 @@ def without_a_change(runs: int, *, chained: bool) -> None:
     found = [compared([0.0] * DAYS, seed, chained=chained) for seed in range(1, runs + 1)]
     how = "chained" if chained else "independent"
     for what, file, column in (
-        ("differences of days", STEPS_FILE, "p_value"),
-        ("scatter of days", MERGED_FILE, "p_value"),
+        ("differences between days", STEPS_FILE, "p_value"),
+        ("scatter between days", MERGED_FILE, "p_value"),
         ("linear drift", MERGED_FILE, "drift_p_value"),
     ):
         p = pl.concat([one[file] for one in found])[column].drop_nulls().to_numpy()
