@@ -26,6 +26,7 @@ KEY_VARIABLE = "MULTIRADAR_KEY"
 
 #: The service, or a proxy, asks to retry later.
 _RETRY_LATER = frozenset({408, 429, 502, 503, 504, 507})
+_FLUSH = "/v1/flush"
 _ACCEPTED = 200
 _NOT_READY = 503
 #: No row could be read; the answer has the counts all the same.
@@ -96,7 +97,7 @@ class HttpDestination:
 
     def flush(self, key: str) -> None:
         """Post the end of the stream."""
-        response = self._post("/v1/flush", b"", {"idempotency-key": key})
+        response = self._post(_FLUSH, b"", {"idempotency-key": key})
         if response.status_code != _ACCEPTED:
             raise _rejection(response, _document(response))
 
@@ -198,4 +199,7 @@ def _rejection(response: httpx.Response, problem: dict[str, Any]) -> PeerError:
     reason = problem.get("detail") or problem.get("title") or response.reason_phrase
     if problem.get("code") == "STREAM_IS_LIVE":
         return StreamGoesOnError(f"the stream was not ended: {reason}")
+    if problem.get("code") == "ROLE_NOT_ALLOWED" and response.url.path == _FLUSH:
+        # All measurements were accepted: the key of a feed is enough for them.
+        return StreamGoesOnError(f"the stream was not ended: {reason}; use --no-flush")
     return PeerError(f"{response.url}: rejected with {response.status_code}, {reason}")

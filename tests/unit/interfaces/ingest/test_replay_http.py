@@ -7,7 +7,7 @@ import httpx
 import polars as pl
 import pytest
 
-from multiradar.errors import ConfigurationError, PeerError, UnavailableError
+from multiradar.errors import ConfigurationError, PeerError, StreamGoesOnError, UnavailableError
 from multiradar.ingest.replay.alternatives import Alternatives
 from multiradar.ingest.replay.http import KEY_VARIABLE, Encoding, HttpDestination, encode
 from multiradar.ingest.replay.replaying import Answer
@@ -52,6 +52,16 @@ def test_a_batch_is_posted_under_its_key_and_its_answer_counted() -> None:
     assert [request.url.path for request in seen] == ["/v1/measurements", "/v1/flush"]
     assert [request.headers["idempotency-key"] for request in seen] == ["run-0-1", "run-end"]
     assert seen[0].headers["content-type"] == "application/json"
+
+
+def test_a_feed_that_may_not_end_the_stream_has_sent_everything() -> None:
+    document = {"code": "ROLE_NOT_ALLOWED", "detail": "this requires the role operate"}
+    destination = _service(httpx.Response(403, json=document))
+    with pytest.raises(StreamGoesOnError, match=r"requires the role operate; use --no-flush"):
+        destination.flush("run-end")
+    with pytest.raises(PeerError, match="rejected with 403") as caught:
+        destination.send(_batch(), "k")
+    assert not isinstance(caught.value, StreamGoesOnError)
 
 
 @pytest.mark.parametrize("status", [429, 502, 503, 504, 507])

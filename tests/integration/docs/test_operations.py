@@ -1,0 +1,50 @@
+"""The operator's manual is followed as it is written, but for the installation."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+from support.paths import ROOT
+from support.processes.served import free_port
+from support.processes.waiting import WAIT_TIMEOUT_S
+
+_MANUAL = (ROOT / "docs/howto/operations.md").read_text(encoding="utf-8")
+_BLOCK = re.compile(r"```(sh|toml)\n(.*?)```", re.DOTALL)
+
+
+def _script() -> tuple[str, str]:
+    """Return the settings, and the commands with ports that are free."""
+    found = _BLOCK.findall(_MANUAL)
+    (settings,) = (text for kind, text in found if kind == "toml")
+    commands = "".join(text for kind, text in found if kind == "sh")
+    install = f"{next(line for line in commands.splitlines() if 'install' in line)}\n"
+    commands = commands.replace(install, "")
+    for port in ("8331", "8332"):
+        commands = commands.replace(port, f"{free_port()}")
+    return settings, commands
+
+
+def test_the_manual_leads_to_an_intact_state_after_drain_and_kill(tmp_path: Path) -> None:
+    settings, commands = _script()
+    (tmp_path / "service.toml").write_text(settings, encoding="utf-8")
+    folder = Path(sys.executable).parent
+    text = f"""
+        export PATH={folder}:$PATH CHECKOUT={ROOT}
+        trap 'kill $(jobs -p) 2>/dev/null || true' EXIT
+        {commands}
+        kill $ONE; wait $ONE || exit 9
+        grep -c takeover: two.log one.log
+        multiradar verify state
+    """
+    done = subprocess.run(
+        ["bash", "-e", "-c", text], cwd=tmp_path, env=os.environ, text=True, check=False,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=WAIT_TIMEOUT_S,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout
+    assert "23996 accepted, 0 rejected, 0 duplicate" in done.stdout
+    assert "two.log:1\none.log:1\n" in done.stdout
+    assert '"before": 50.0, "after": 60.0' in done.stdout
+    intact = re.findall(r"^(\S+): intact: 24 entries, 23,996 measurements", done.stdout, re.M)
+    assert intact == ["backups/first", "restored", "state"]
