@@ -90,7 +90,7 @@ def test_a_lost_connection_is_a_retry(error: httpx.TransportError) -> None:
         raise error
 
     destination = HttpDestination("http://service", Encoding.ARROW, httpx.MockTransport(handle))
-    with pytest.raises(UnavailableError, match="no answer") as caught:
+    with pytest.raises(UnavailableError, match="no response") as caught:
         destination.send(_batch(), "k")
     assert not caught.value.answered
     assert destination.starting() is None
