@@ -35,9 +35,11 @@ from multiradar_schemas.products.bias_days import (
 )
 from multiradar_schemas.products.encounter import ENCOUNTER_SCHEMA, Encounter, Encounters
 from multiradar_schemas.products.forecast import FORECAST_SCHEMA, Forecast, ForecastRow
+from multiradar_schemas.products.handover import Handover
 from multiradar_schemas.products.health import HEALTH_SCHEMA, RadarHealth
 from multiradar_schemas.products.manoeuvre_plane import MANOEUVRE_PLANE_SCHEMA, ManoeuvrePlane
 from multiradar_schemas.products.observability import OBSERVABILITY_SCHEMA, Observability
+from multiradar_schemas.products.regions import Regions
 from multiradar_schemas.products.residuals import Residuals
 from multiradar_schemas.products.track import TRACK_SCHEMA, Track, TrackUpdate
 from multiradar_schemas.products.track_plots import TrackPlots
@@ -66,6 +68,8 @@ _MODELS: dict[str, TypeAdapter[Any]] = {
     "trajectories": TypeAdapter(Trajectories),
     "track-plots": TypeAdapter(TrackPlots),
     "residuals": TypeAdapter(Residuals),
+    "regions": TypeAdapter(Regions),
+    "handover": TypeAdapter(Handover),
     "reject": TypeAdapter(Reject),
     "report": TypeAdapter(Report),
     "alignment": TypeAdapter(Alignment),

@@ -56,6 +56,7 @@ from multiradar_schemas.products.forecast import (
     ForecastPoint,
     ForecastRow,
 )
+from multiradar_schemas.products.handover import Handover, HandoverBias, HandoverTrack
 from multiradar_schemas.products.health import HEALTH_SCHEMA, RadarHealth
 from multiradar_schemas.products.manoeuvre_plane import (
     MANOEUVRE_PLANE_SCHEMA,
@@ -64,6 +65,7 @@ from multiradar_schemas.products.manoeuvre_plane import (
     PlanePosition,
 )
 from multiradar_schemas.products.observability import OBSERVABILITY_SCHEMA, Observability
+from multiradar_schemas.products.regions import NeighbouringRegion, Regions
 from multiradar_schemas.products.residuals import RadarResiduals, ResidualBin, Residuals
 from multiradar_schemas.products.track import TRACK_SCHEMA, Track, TrackUpdate
 from multiradar_schemas.products.track_plots import TrackPlot, TrackPlots
@@ -296,6 +298,16 @@ def _plot_lines() -> Iterator[str]:
     yield from _table(TrackPlots)
     yield "\nEach of `plots`:\n"
     yield from _table(TrackPlot)
+    yield "\n## Neighbouring regions: `GET /v1/regions`, Zenoh\n"
+    yield from _table(Regions)
+    yield "\nEach of `neighbours`:\n"
+    yield from _table(NeighbouringRegion)
+    yield "\nWhat services hand over to each other, `multiradar/v1/handovers/{region}`:\n"
+    yield from _table(Handover)
+    yield "\nEach of its `tracks`:\n"
+    yield from _table(HandoverTrack)
+    yield "\nEach of its `biases`:\n"
+    yield from _table(HandoverBias)
     yield "\n## Radar residuals: `GET /v1/residuals`, Zenoh\n"
     yield from _table(Residuals)
     yield "\nEach of `sensors`:\n"

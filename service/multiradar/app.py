@@ -24,6 +24,7 @@ from multiradar.ingest.feeds.configured import configured_feeds
 from multiradar.ingest.http import IntakeBounds, measurement_routes
 from multiradar.ingest.http_sensors import sensor_change_routes
 from multiradar.ingest.zenoh.gateway import ZenohGateway
+from multiradar.ingest.zenoh.handovers import region_exchange
 from multiradar.ingest.zenoh.options import ZenohOptions
 from multiradar.ingest.zenoh.session import require_guarded
 from multiradar.observability.asterix_metrics import AsterixCollector
@@ -131,6 +132,8 @@ class Application:
             )
         self._http = http_server(self.service, settings, authentication, on_failure, on_drain)
         self._gateway = zenoh_gateway(self.service, settings, zenoh)
+        regions = region_exchange(self.service, settings, authentication.settings)
+        self._zenoh = [one for one in (self._gateway, regions) if one is not None]
         self._sender = asterix_sender(self.service, settings, sensors)
         self._trajectories = trajectory_feed(self.service, settings, sensors)
         self._standby: Standby | None = None
@@ -201,8 +204,8 @@ class Application:
             self._trajectories.go_live()
         if self._sender is not None:
             self._sender.begin()
-        if self._gateway is not None:
-            self._gateway.start()
+        for part in self._zenoh:
+            part.start()
         if self._standby is not None:
             self._open_edges()
         for edge in self._edges:
@@ -258,8 +261,8 @@ class Application:
         # At once: its end of service must not follow the first report of a standby.
         if self._sender is not None:
             self._sender.stop()
-        if self._gateway is not None:
-            self._gateway.stop()
+        for part in self._zenoh:
+            part.stop()
         self._http.stop()
         if self._trajectories is not None:
             self._trajectories.stop()

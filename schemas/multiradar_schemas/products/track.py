@@ -218,6 +218,9 @@ class TrackUpdate(Record):
 TRACK_SCHEMA = table_schema(TrackUpdate)
 
 
+_NO_REGION = "no `[region]` in the settings"
+
+
 class Track(TrackUpdate):
     """A live track of the service."""
 
@@ -236,3 +239,29 @@ class Track(TrackUpdate):
             absent="no real-time data",
         ),
     ] = None
+    region: Annotated[
+        str | None,
+        described("The region of this service", unit="name", source="settings", absent=_NO_REGION),
+    ] = None
+    responsible: Annotated[
+        bool | None,
+        described(
+            "Whether this region is responsible for the aircraft: of all regions that track it, "
+            "one is", unit="true or false", source="service", absent=_NO_REGION,
+        ),
+    ] = None  # fmt: skip
+    duplicate_of: Annotated[
+        str | None,
+        described(
+            "The track of the neighbouring region that is responsible", unit="REGION/NUMBER",
+            source="service", absent=f"this region is responsible, or {_NO_REGION}",
+        ),
+    ] = None  # fmt: skip
+    continues: Annotated[
+        str | None,
+        described(
+            "Region and number of the first track of the aircraft, by which it is the same in all "
+            "regions", unit="REGION/NUMBER", source="service",
+            absent=f"its first track is this one, or {_NO_REGION}",
+        ),
+    ] = None  # fmt: skip

@@ -179,6 +179,32 @@ class MeasurementSink(Protocol):
         ...
 
 
+class HandoverSink(Protocol):
+    """The running service for its neighbouring regions."""
+
+    def hand_over(self, message: bytes, *, source: str) -> Future[Receipt]:
+        """Submit the message of a neighbouring region, as it is journalled.
+
+        Parameters
+        ----------
+        message : bytes
+            From `multiradar.runtime.memory.regions.messages.packed`.
+        source : str
+            The neighbour.
+
+        Returns
+        -------
+        Future of Receipt
+            Resolved when the message is in the journal.
+
+        Raises
+        ------
+        QueueFullError, PipelineError, JournalError
+            As `MeasurementSink.submit`.
+        """
+        ...
+
+
 class OperatedSink(MeasurementSink, Protocol):
     """The running service for senders, and for those who operate it."""
 

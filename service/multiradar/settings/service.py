@@ -27,6 +27,7 @@ from multiradar.settings.cluster import ClusterSettings
 from multiradar.settings.feeds import FeedsSettings
 from multiradar.settings.history import HistorySettings
 from multiradar.settings.limits import HttpLimits, RuntimeLimits
+from multiradar.settings.region import RegionSettings
 from multiradar.settings.retention import RetentionSettings
 from multiradar.settings.traces import TracesSettings
 from multiradar.settings.types import (
@@ -258,6 +259,7 @@ class Settings(BaseSettings):
     asterix: AsterixSettings = AsterixSettings()
     feeds: FeedsSettings = FeedsSettings()
     cluster: ClusterSettings = ClusterSettings()
+    region: RegionSettings = RegionSettings()
     tracking: TrackingSection = TrackingSection()
 
     def tracking_settings(self) -> TrackingSettings:

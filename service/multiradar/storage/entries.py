@@ -31,6 +31,9 @@ class EntryKind(StrEnum):
     SENSOR = "sensor"
     """An operator has added or changed a sensor: the payload says how, as JSON."""
 
+    HANDOVER = "handover"
+    """A neighbouring region has handed over tracks and biases: the payload is its message."""
+
 
 @dataclass(frozen=True, slots=True)
 class RejectedRow:
@@ -68,15 +71,15 @@ class Entry:
     Attributes
     ----------
     kind : EntryKind
-        A batch of measurements, the end of a stream, a new time of the data clock, or a change of
-        a sensor.
+        A batch of measurements, the end of a stream, a new time of the data clock, a change of a
+        sensor, or what a neighbouring region handed over.
     source : str
         Input it was received from.
     idempotency_key : str or None
         The sender's unique key of the message.
     payload : bytes
-        The accepted measurements as an Arrow IPC stream, or the change of a sensor as JSON; else
-        empty.
+        The accepted measurements as an Arrow IPC stream; or JSON, the change of a sensor or the
+        message of a region; else empty.
     accepted : int
         Number of measurements in the payload.
     rejects : tuple of RejectedRow

@@ -18,6 +18,7 @@ from multiradar.runtime.picture.past import PastAsked
 from multiradar.runtime.queries.encounter_query import EncounterQuery
 from multiradar.runtime.queries.encounters import no_encounters
 from multiradar.runtime.queries.forecasts import forecast_steps
+from multiradar.runtime.queries.neighbouring_regions import NO_REGIONS
 from multiradar.runtime.queries.parameters import BUNDLE, checked
 from multiradar.runtime.queries.registry import (
     BIASES,
@@ -25,6 +26,7 @@ from multiradar.runtime.queries.registry import (
     FORECAST,
     MANOEUVRE_PLANE,
     OBSERVABILITY,
+    REGIONS,
     RESIDUALS,
     UPDATES,
     History,
@@ -149,6 +151,8 @@ class FakeView:
             return no_encounters(self.asked)
         if query is RESIDUALS:
             return {"time_s": None, **values, "sensors": []}
+        if query is REGIONS:
+            return NO_REGIONS
         failure = self.failures.get(query.name)
         if failure is not None and values.get("by", BUNDLE) == BUNDLE:
             raise failure

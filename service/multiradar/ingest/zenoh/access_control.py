@@ -11,6 +11,7 @@ from multiradar.ingest.zenoh.keys import (
     BIASES,
     CLOCK,
     FLUSH,
+    HANDOVERS,
     MEASUREMENTS,
     ROOT,
     SENSORS,
@@ -68,6 +69,41 @@ def access_control(access: AccessSettings) -> dict[str, Any]:
         "subjects": subjects,
         "policies": [{"rules": list(names), "subjects": [who]} for who, names in granted],
     }
+
+
+def handover_control(region: str, neighbours: Sequence[str], *, certified: bool) -> dict[str, Any]:
+    """Return the access control of the session between neighbouring regions.
+
+    A neighbour may put what it hands over, under its own name, and receive what this region hands
+    over; nothing else.
+
+    Parameters
+    ----------
+    region : str
+        Name of this region.
+    neighbours : sequence of str
+        Names of its neighbours: the common names of their certificates.
+    certified : bool
+        Whether there are certificates. Without, all that connect are neighbours.
+    """
+    own = (f"{HANDOVERS}/{region}",)
+    keys = {n: f"{HANDOVERS}/{n}" for n in neighbours}
+    rules = [
+        _rule("subscribe", "ingress", ("declare_subscriber",), own),
+        _rule("hand-over", "egress", ("put",), own),
+        _rule("receive", "egress", ("declare_subscriber",), keys.values()),
+        *(_rule(f"put-{n}", "ingress", ("put",), (key,)) for n, key in keys.items()),
+    ]
+    common = ["subscribe", "hand-over", "receive"]
+    subjects: list[dict[str, Any]] = [{"id": "all"}]
+    policies = [{"rules": [*common, *(f"put-{n}" for n in neighbours)], "subjects": ["all"]}]
+    if certified:
+        subjects = [{"id": n, "cert_common_names": [n]} for n in neighbours]
+        policies = [{"rules": [*common, f"put-{n}"], "subjects": [n]} for n in neighbours]
+    return {
+        "enabled": True, "default_permission": "deny",
+        "rules": rules, "subjects": subjects, "policies": policies,
+    }  # fmt: skip
 
 
 _READER = ("subscribe", "read", "written")

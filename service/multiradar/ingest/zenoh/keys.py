@@ -16,6 +16,10 @@
     multiradar/v1/plots/{track}, multiradar/v1/residuals   queryable
     multiradar/v1/status                  out, and queryable
     multiradar/v1/instances/{instance}    a liveliness token for each instance
+
+and, in a session of its own between the services of neighbouring regions::
+
+    multiradar/v1/handovers/{region}      out for this region, in for its neighbours
 """
 
 import re
@@ -33,6 +37,7 @@ BIASES = f"{ROOT}/biases"
 SENSORS = f"{ROOT}/sensors"
 STATUS = f"{ROOT}/status"
 INSTANCES = f"{ROOT}/instances"
+HANDOVERS = f"{ROOT}/handovers"
 
 #: Key of the caches of track publishers; a query on it shows that a subscriber is catching up.
 TRACK_CACHES = f"{TRACKS}/*/@adv/**"

@@ -56,6 +56,10 @@ class ZenohOptions:
         Threads of expensive queries, which have no others.
     query_deadline_s : float
         Maximum time from an expensive query to its answer.
+    region : str or None
+        Of the session between neighbouring regions, the name of this one.
+    neighbours : tuple of str
+        The names of the others.
     retention_s : float
         Retention of the updates of a dropped track, s.
     """
@@ -78,6 +82,8 @@ class ZenohOptions:
     retention_s: float = 600.0
     query_threads: int = 2
     query_deadline_s: float = 10.0
+    region: str | None = None
+    neighbours: tuple[str, ...] = ()
 
     @property
     def lease_ms(self) -> int:

@@ -29,7 +29,7 @@ import zenoh.ext
 from multiradar.access.exposure import is_local
 from multiradar.access.security_log import SECURITY_LOG
 from multiradar.errors import ConfigurationError
-from multiradar.ingest.zenoh.access_control import access_control
+from multiradar.ingest.zenoh.access_control import access_control, handover_control
 from multiradar.ingest.zenoh.bus import JSON, BusCounts, Message, Request
 from multiradar.ingest.zenoh.keys import INSTANCES, TRACK_HISTORY
 from multiradar.ingest.zenoh.options import ZenohOptions
@@ -129,13 +129,30 @@ def _tls(access: AccessSettings) -> dict[str, Any]:
 
 # Of a session that serves: the same rules would deny answers to a session that asks. A file without
 # access control of its own gets it, too.
-def _guard(config: zenoh.Config, access: AccessSettings) -> None:
+def _guard(config: zenoh.Config, options: ZenohOptions) -> None:
     if not json.loads(config.get_json("access_control"))["enabled"]:
-        config.insert_json5("access_control", json.dumps(access_control(access)))
+        access, region = options.access, options.region
+        rules = (
+            access_control(access)
+            if region is None
+            else handover_control(region, options.neighbours, certified=_is_certified(config))
+        )
+        config.insert_json5("access_control", json.dumps(rules))
 
 
-def require_guarded(options: ZenohOptions) -> None:
+def _is_certified(config: zenoh.Config) -> bool:
+    return bool(json.loads(config.get_json("transport/link/tls/enable_mtls")))
+
+
+def require_guarded(options: ZenohOptions, setting: str = "zenoh.listen") -> None:
     """Check that clients from elsewhere need certificates.
+
+    Parameters
+    ----------
+    options : ZenohOptions
+        Configuration of the session.
+    setting : str
+        Name of the setting with its endpoints.
 
     Raises
     ------
@@ -146,12 +163,12 @@ def require_guarded(options: ZenohOptions) -> None:
     listed = json.loads(config.get_json("listen/endpoints"))
     if isinstance(listed, dict):
         listed = listed.get(json.loads(config.get_json("mode")), [])
-    certified = json.loads(config.get_json("transport/link/tls/enable_mtls"))
+    certified = _is_certified(config)
     for endpoint in listed:
         if is_local(endpoint) or (certified and endpoint.startswith(("tls/", "quic/"))):
             continue
         reason = (
-            f"zenoh.listen: expected a loopback address, or tls/… with client certificates "
+            f"{setting}: expected a loopback address, or tls/… with client certificates "
             f"(access.client_authority), was {endpoint}"
         )
         if not options.access.insecure:
@@ -199,7 +216,7 @@ class ZenohBus:
 
     def __init__(self, options: ZenohOptions) -> None:
         config = zenoh_config(_with_ports(options))
-        _guard(config, options.access)
+        _guard(config, options)
         try:
             self._session = zenoh.open(config)
         except zenoh.ZError as error:

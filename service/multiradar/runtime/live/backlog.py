@@ -20,7 +20,7 @@ class Journalled:
     sequence : int
         Number in the journal.
     kind : EntryKind
-        Measurements, the end of a stream, a new time of the data clock, or a change of a sensor.
+        What it is.
     batch : MeasurementBatch
         The accepted measurements, in the order of their arrival.
     source : str
@@ -32,7 +32,8 @@ class Journalled:
     received_s : float or None
         Time of reception, UTC, s; None of entries that are replayed.
     change : bytes
-        Change of a sensor; see `multiradar.runtime.admission.sensors_in_force`.
+        Change of a sensor; see `multiradar.runtime.admission.sensors_in_force`. Of a handover,
+        the message.
     """
 
     sequence: int

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from math import inf
-from typing import Any
+from typing import Any, Self
 
 import polars as pl
 
@@ -28,7 +28,7 @@ class Submission:
     Attributes
     ----------
     kind : EntryKind
-        Measurements, the end of a stream, a new time of the data clock, or a change of a sensor.
+        What it is.
     frame : DataFrame
         The rows, columns of `MEASUREMENT_SCHEMA` and perhaps `index`.
     source : str
@@ -44,7 +44,8 @@ class Submission:
     clock_s : float
         New time of the data clock, s.
     change : bytes
-        Change of a sensor; see `multiradar.runtime.admission.sensors_in_force`.
+        Change of a sensor; see `multiradar.runtime.admission.sensors_in_force`. Of a handover,
+        the message.
     future : Future of Receipt
         Resolved when the message is in the journal.
     """
@@ -59,6 +60,17 @@ class Submission:
     clock_s: float = inf
     change: bytes = b""
     future: Future[Receipt] = field(default_factory=Future)
+
+    @classmethod
+    def mark(
+        cls, kind: EntryKind, source: str, received_s: float, key: str | None = None, *,
+        clock_s: float = inf, change: bytes = b"",
+    ) -> Self:  # fmt: skip
+        """Return a message without measurements."""
+        return cls(
+            kind, pl.DataFrame(), source, key, (),
+            received_s=received_s, clock_s=clock_s, change=change,
+        )  # fmt: skip
 
     @property
     def rows(self) -> int:

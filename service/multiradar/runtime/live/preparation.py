@@ -59,6 +59,8 @@ class Prepared:
     clock_s: float
 
 
+# Kinds of entries whose payload is not measurements.
+_WITH_TEXT = (EntryKind.SENSOR, EntryKind.HANDOVER)
 # The plausible measurements of one message, and the rejected rows.
 _Translated = tuple[MeasurementBatch, wire.Rejected]
 
@@ -165,7 +167,7 @@ def journalled(entries: Sequence[StoredEntry], table: SensorTable) -> list[Journ
                 entry.source,
                 entry.rejects,
                 admissions.data_clock_of(entry.admission),
-                change=entry.payload if entry.kind is EntryKind.SENSOR else b"",
+                change=entry.payload if entry.kind in _WITH_TEXT else b"",
             )
         )
     return found
@@ -177,7 +179,7 @@ def same_message(submission: Submission, entry: Entry) -> bool:
         return False
     if submission.kind is EntryKind.CLOCK:
         return submission.clock_s == admissions.data_clock_of(entry.admission)
-    if submission.kind is EntryKind.SENSOR:
+    if submission.kind in _WITH_TEXT:
         # Of a removed entry no payload is left.
         return entry.payload in (submission.change, b"")
     same_rows = submission.rows == entry.accepted + len(entry.rejects)

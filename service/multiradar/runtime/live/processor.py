@@ -158,8 +158,7 @@ class Processor:
         return self._figures
 
     def _read_figures(self) -> dict[str, Any]:
-        return {
-            # Of the same moment: the digest is never that of an earlier entry.
+        return {  # of the same moment: the digest is never that of an earlier entry
             "processed_sequence": self.processed,
             "sensor_changes": [json.loads(one) for one in self._changes],
             "engine": dict(sorted(self._engine.counts.items())),
@@ -400,7 +399,8 @@ class Processor:
     @property
     def _holders(self) -> dict[str, Any]:
         # The processor first: it has the sensors.
-        return {"processor": self, "engine": self._engine, "publication": self._publication}
+        own = {"processor": self, "engine": self._engine, "publication": self._publication}
+        return own | self._publication.parts
 
     def _push(self, group: Sequence[Journalled]) -> EngineOutput:
         if self._is_set_back(group):
@@ -413,6 +413,8 @@ class Processor:
             return self._engine.flush()
         if group[0].kind is EntryKind.SENSOR:
             return self._change_sensors(group[0])
+        if group[0].kind is EntryKind.HANDOVER:
+            return self._publication.hand_over(group[0].change)
         for entry in group:
             self._origins.add(entry.sequence, len(entry.batch))
         batches = [entry.batch for entry in group]

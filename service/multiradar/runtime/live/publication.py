@@ -16,15 +16,17 @@ from multiradar.runtime.live.output_feed import OutputReader
 from multiradar.runtime.live.threads import Threads
 from multiradar.runtime.live.view import LiveView
 from multiradar.runtime.memory.knowledge import Knowledge, States
+from multiradar.runtime.memory.regions.board import RegionBoard
 from multiradar.runtime.memory.reject_board import RejectBoard
 from multiradar.runtime.picture.past import PastFiles
+from multiradar.runtime.queries.neighbouring_regions import region_document
 from multiradar.runtime.row_ring import RowLog
 from multiradar.runtime.stream.output_events import OutputEvents
 from multiradar.runtime.trajectories.feed import TrajectoryFeed
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.state import Fields
 from multiradar.storage.journal import Journal
-from multiradar.tracking.outputs import EngineOutput
+from multiradar.tracking.outputs import NO_OUTPUT, EngineOutput
 from multiradar.tracking.settings import TrackingSettings
 
 
@@ -84,6 +86,7 @@ class Publication:
         )
         self._readers: list[OutputReader] = [self.diagnosis]
         self._recorder: Recorder | None = None
+        self._regions: RegionBoard | None = None
         #: Notes the times of messages; None where they are not traced.
         self.traces: MessageTraces | None = None
         #: Readers that need the whole output again after a restart.
@@ -112,6 +115,23 @@ class Publication:
         self._known.trajectories = trajectories
         self.feed(trajectories, "trajectories")
         self.count_edge("trajectories", trajectories.counts)
+
+    def divide(self, regions: RegionBoard) -> None:
+        """Share the aircraft with neighbouring regions. To be called before the start."""
+        self._regions = self.view.regions = regions
+        self._events.add_marks(regions.name)
+        self._known.regions = lambda: region_document(regions)
+
+    @property
+    def parts(self) -> dict[str, Any]:
+        """What has a state of its own, by name: the regions, if there are any."""
+        return {} if self._regions is None else {"regions": self._regions}
+
+    def hand_over(self, message: bytes) -> EngineOutput:
+        """Use the message of a neighbouring region; the engine has no output of it."""
+        if self._regions is not None:
+            self._regions.hand_over(message)
+        return NO_OUTPUT
 
     def keep_history(self, recorder: "Recorder", files: PastFiles) -> None:
         """Write a history of the output, and answer from it. To be called before the start."""
@@ -159,8 +179,9 @@ class Publication:
         """
         if self.traces is not None:
             self.traces.stepped()
+        marks = None if self._regions is None else self._regions.absorb(output)
         self._known.absorb(output, data_time_s)
-        self._events.publish(output)
+        self._events.publish(output, marks)
         for reader in self._readers:
             reader.put(output)
         if self.traces is not None:
@@ -180,6 +201,8 @@ class Publication:
     def set_back(self) -> None:
         """Expect earlier times: the data clock was set back, and all tracks were terminated."""
         self._events.set_back()
+        if self._regions is not None:
+            self._regions.set_back()
         for reader in self._readers:
             reader.set_back()
 
@@ -211,6 +234,8 @@ class Publication:
         self._known.clear()
         self.rejects.clear()
         self._events.restart()
+        if self._regions is not None:
+            self._regions.clear()
         for reader in self._readers:
             reader.restart()
 

@@ -6,7 +6,6 @@
             bounded          on disk before the answer bounded            rings, bounded
 """
 
-import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
@@ -311,7 +310,7 @@ class Service:
         self, time_s: float, *, source: str, idempotency_key: str | None = None
     ) -> Future[Receipt]:
         """Set the data clock, as an operator says; see `OperatedSink.set_clock`."""
-        return self._put_mark(EntryKind.CLOCK, source, idempotency_key, time_s)
+        return self._put_mark(EntryKind.CLOCK, source, idempotency_key, clock_s=time_s)
 
     def plan_sensor(
         self, sensor_id: str, values: Mapping[str, Any], *, reset_biases: bool = False
@@ -331,6 +330,11 @@ class Service:
     ) -> Future[Receipt]:
         """Change a sensor; see `OperatedSink.change_sensor`."""
         return self._put_mark(EntryKind.SENSOR, source, idempotency_key, change=change)
+
+    def hand_over(self, message: bytes, *, source: str) -> Future[Receipt]:
+        """Submit the message of a neighbouring region; see `HandoverSink.hand_over`."""
+        received_s = self._watch.host_clock.received_s
+        return self._put(Submission.mark(EntryKind.HANDOVER, source, received_s, change=message))
 
     def describe_sensor(self, sensor_id: str) -> dict[str, Any] | None:
         """Return the description of a sensor; see `OperatedSink.describe_sensor`."""
@@ -365,14 +369,10 @@ class Service:
     # ---------------------------------------------------------------- inside
 
     def _put_mark(
-        self, kind: EntryKind, source: str, key: str | None, clock_s: float = math.inf,
-        change: bytes = b"",
-    ) -> Future[Receipt]:  # fmt: skip
-        mark = Submission(
-            kind, pl.DataFrame(), source, key, (),
-            received_s=self._watch.host_clock.received_s, clock_s=clock_s, change=change,
-        )  # fmt: skip
-        journalled = self._put(mark)
+        self, kind: EntryKind, source: str, key: str | None, **given: Any
+    ) -> Future[Receipt]:
+        received_s = self._watch.host_clock.received_s
+        journalled = self._put(Submission.mark(kind, source, received_s, key, **given))
         assert self._processor is not None, "a running service has a processor"
         return once_processed(journalled, self._processor.settled)
 

@@ -11,6 +11,7 @@ from multiradar.clock import Clock
 from multiradar.runtime.live.live_diagnosis import LiveDiagnosis
 from multiradar.runtime.memory.history import DISORDER_S
 from multiradar.runtime.memory.knowledge import Knowledge
+from multiradar.runtime.memory.regions.board import RegionBoard
 from multiradar.runtime.memory.reject_board import RejectBoard
 from multiradar.runtime.picture.air_picture import AirPicture, Asked
 from multiradar.runtime.picture.past import PastAsked, PastFiles
@@ -27,6 +28,8 @@ Counts = Callable[[], dict[str, Any]]
 #: Returns alarms, and warnings in words.
 Alarms = Callable[[], tuple[list[str], list[str]]]
 
+#: Alarm of a neighbouring region that sends no more messages.
+REGION_SILENT = "region_silent"
 #: Alarms of a sensor with a wrong clock, and of one that delivers more than it can.
 CLOCK_ALARM = "clock"
 STORM_ALARM = "storm"
@@ -60,6 +63,8 @@ class LiveView:
         self._diagnosis = diagnosis
         self._snapshots = AircraftSnapshots(known)
         self._alarms: Alarms = lambda: ([], [])
+        #: The neighbouring regions; None for a service without.
+        self.regions: RegionBoard | None = None
         #: Counters of the service, and of its interfaces by their name in the status.
         self.service_counts: Counts = dict
         self.edge_counts: dict[str, Counts] = {}
@@ -92,7 +97,7 @@ class LiveView:
             If nothing is retained of that time.
         """
         if at_s is None:
-            return self._known.tracks()
+            return self._marked(self._known.tracks())
         span_s = self._picture.span_s()
         if span_s is None or not span_s[0] <= at_s <= span_s[1]:
             raise not_retained(at_s, span_s)
@@ -101,7 +106,10 @@ class LiveView:
 
     def track(self, track_id: int) -> dict[str, Any] | None:
         """Return a live track as one row of `tracks`, or None."""
-        return self._known.track(track_id)
+        track = self._known.track(track_id)
+        if track is None or self.regions is None:
+            return track
+        return track | self.regions.fields(np.array([track_id])).row(0, named=True)
 
     def aircraft_json(self) -> bytes:
         """Return the live tracks as `aircraft.json` of readsb."""
@@ -220,6 +228,17 @@ class LiveView:
             for sensor_id in sensor_ids:
                 alarms[sensor_id] = [*alarms.get(sensor_id, []), name]
         further, warnings = self._alarms()
+        if self.regions is not None:
+            silent = self.regions.silent()
+            further = [*further, *([REGION_SILENT] if silent else [])]
+            warnings = [
+                *warnings,
+                *(
+                    f"no message of the neighbouring region {one}: this service "
+                    "is responsible for its aircraft, too"
+                    for one in silent
+                ),
+            ]
         return {
             **service,
             **known,
@@ -247,3 +266,8 @@ class LiveView:
             A reader farther behind receives a gap notice instead of the oldest events.
         """
         return self._events.ring.subscribe(after, depth)
+
+    def _marked(self, tracks: pl.DataFrame) -> pl.DataFrame:
+        if self.regions is None:
+            return tracks
+        return tracks.hstack(self.regions.fields(tracks["track_id"].to_numpy()))

@@ -28,7 +28,7 @@ from multiradar.runtime.live.intake import Intake, Submission
 from multiradar.runtime.live.preparation import Prepared, prepare, same_message
 from multiradar.runtime.live.receipt import SENDER_SEPARATOR, Receipt
 from multiradar.runtime.memory.history import TrackHistory
-from multiradar.storage.entries import Entry, StoredEntry
+from multiradar.storage.entries import Entry, EntryKind, StoredEntry
 from multiradar.storage.journal import Journal
 from multiradar.tracking.input.measurements import MeasurementBatch
 
@@ -186,8 +186,8 @@ class Writer:
         admitted = []
         prepared: list[Prepared | Exception] = []
         # A change of a sensor applies to the messages after it.
-        for is_change, part in itertools.groupby(fresh, lambda one: bool(one.change)):
-            if is_change:
+        for kind, part in itertools.groupby(fresh, lambda one: one.kind):
+            if kind is EntryKind.SENSOR:
                 prepared += [self._change(one) for one in part]
             else:
                 prepared += prepare(list(part), self.sensors.table, self._admission)

@@ -148,11 +148,12 @@ class Knowledge:
         self.trajectories: TrajectoryFeed | None = None
         #: Time since the last measurement of any sensor, s, or None, and whether data have ceased.
         self.silence: Callable[[], tuple[float | None, bool]] = lambda: (None, False)
+        #: The neighbouring regions, as in `Regions` of the schemas; None for a service without.
+        self.regions: Callable[[], dict[str, Any]] | None = None
         self._lock = threading.Lock()
         self._states: Callable[[], States] | None = None
         self._data_time_s: float | None = None
-        self._frame, self._frame_version = pl.DataFrame(), -1
-        self._version = 0
+        self._frame, self._frame_version, self._version = pl.DataFrame(), -1, 0
         self.clear()
 
     # ---------------------------------------------------------------- readers

@@ -17,6 +17,7 @@ from multiradar.runtime.queries.encounters import answer_encounters
 from multiradar.runtime.queries.forecasts import answer_forecast
 from multiradar.runtime.queries.manoeuvre_planes import plane_of_track
 from multiradar.runtime.queries.moment import Moment
+from multiradar.runtime.queries.neighbouring_regions import answer_regions
 from multiradar.runtime.queries.observabilities import observability_of_track
 from multiradar.runtime.queries.parameters import Parameter
 from multiradar.runtime.queries.track_windows import WindowAnalysis
@@ -26,6 +27,7 @@ from multiradar_schemas.products.encounter import Encounters
 from multiradar_schemas.products.forecast import Forecast
 from multiradar_schemas.products.manoeuvre_plane import ManoeuvrePlane
 from multiradar_schemas.products.observability import Observability
+from multiradar_schemas.products.regions import Regions
 from multiradar_schemas.products.residuals import Residuals
 from multiradar_schemas.products.track_plots import TrackPlots
 from multiradar_schemas.products.trajectories import Trajectories
@@ -135,9 +137,14 @@ RESIDUALS = Query(
     "residuals", "residuals", False, (parameters.RESIDUAL_WINDOW,), residuals_of_radars, Residuals,
     "Return the innovations of the plots of all radars by range and by azimuth.",
 )  # fmt: skip
+REGIONS = Query(
+    "regions", "regions", False, (), answer_regions, Regions,
+    "Return the region of the service, its neighbours, and the biases that they handed over.",
+    of_past=False,
+)  # fmt: skip
 
 QUERIES = (
-    FORECAST, MANOEUVRE_PLANE, OBSERVABILITY, TRAJECTORIES, PLOTS, ENCOUNTERS, RESIDUALS,
+    FORECAST, MANOEUVRE_PLANE, OBSERVABILITY, TRAJECTORIES, PLOTS, ENCOUNTERS, RESIDUALS, REGIONS,
 )  # fmt: skip
 
 

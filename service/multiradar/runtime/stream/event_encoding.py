@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from multiradar import wire
 from multiradar.estimation.measurement.sensors import SensorTable
 from multiradar.runtime.stream.events import BIAS, ENDED, SENSOR, STATUS, TRACK, Event
+from multiradar.runtime.stream.region_marks import RegionMarks, mark_texts
 from multiradar.tracking.lifecycle.transitions import NO_TRACK, REASON_NAMES
 from multiradar.tracking.outputs import EngineOutput
 from multiradar_schemas.sensors.sensor import Sensor
@@ -117,6 +118,7 @@ def encode_events(
     *,
     changes: NDArray[np.void],
     delay_s: float | None,
+    regions: RegionMarks | None = None,
 ) -> list[Event]:
     """Return the events of one output, or of a change of a sensor.
 
@@ -136,6 +138,8 @@ def encode_events(
         Changes of sensors, rows of `CHANGE_DTYPE`.
     delay_s : float or None
         Time of the machine less data time at the output, s; each event has it.
+    regions : RegionMarks, optional
+        What is added to each update, in a service with neighbours.
 
     Returns
     -------
@@ -146,7 +150,7 @@ def encode_events(
         *_bias_events(output, table),
         *_ended_events(output),
         *_status_events(marks),
-        *_track_events(output, table),
+        *_track_events(output, table, regions),
         *_change_events(changes, table),
     ]
     delay = b"null" if delay_s is None else b"%.2f" % delay_s
@@ -199,10 +203,15 @@ def json_rows(frame: pl.DataFrame) -> list[bytes]:
 _Parts = tuple[str, str, bytes]
 
 
-def _track_events(output: EngineOutput, table: SensorTable) -> list[_Parts]:
+def _track_events(
+    output: EngineOutput, table: SensorTable, regions: RegionMarks | None
+) -> list[_Parts]:
     if not len(output.updates):
         return []
     rows = json_rows(wire.tracks_frame(output.updates, table))
+    if regions is not None:
+        added = mark_texts(*regions)
+        rows = [b"%s%s}" % (row[:-1], more) for row, more in zip(rows, added, strict=True)]
     tracks = output.updates.track_id.tolist()
     return [(TRACK, str(track), row) for track, row in zip(tracks, rows, strict=True)]
 

@@ -20,6 +20,7 @@ from multiradar.runtime.stream.event_encoding import (
     status_marks,
 )
 from multiradar.runtime.stream.events import EventRing
+from multiradar.runtime.stream.region_marks import MARK_DTYPE, RegionMarks
 from multiradar.settings.limits import RuntimeLimits
 from multiradar.state import Fields
 from multiradar.tracking.columns import row_type, rows_of, table_of
@@ -32,7 +33,7 @@ from multiradar.tracking.outputs import (
 )
 
 #: A status event: data time, and number of track updates so far.
-MARK_DTYPE = np.dtype([("time_s", np.float64), ("updates", np.int64)])
+STATUS_DTYPE = np.dtype([("time_s", np.float64), ("updates", np.int64)])
 _NO_MARKS = StatusMarks(np.empty(0), np.empty(0, np.int64))
 _NO_CHANGES = np.empty(0, CHANGE_DTYPE)
 # Events that are restored as one chunk.
@@ -61,6 +62,7 @@ class OutputEvents:
     _ends: RowRing
     _marks: RowRing
     _changes: RowRing
+    _region_marks: RowRing
 
     def __init__(self, sensors: SensorTable, limits: RuntimeLimits) -> None:
         #: The sensors.
@@ -70,23 +72,32 @@ class OutputEvents:
         self.ring = EventRing(limits.events_max)
         #: Returns the time of the machine less data time, s; None without data in real time.
         self.delay_s: Callable[[], float | None] = lambda: None
+        # Name of the region; None for a service without neighbours.
+        self._region: str | None = None
         self._start()
 
     @property
     def logs(self) -> dict[str, RowLog]:
         """What the events are made of again.
 
-        Kinds, ended tracks, times of status events, changes of sensors.
+        Kinds, ended tracks, times of status events, changes of sensors; marks of regions.
         """
+        marks = {} if self._region is None else {"event_regions": self._region_marks}
         return {
             "event_kinds": self._kinds,
             "event_ends": self._ends,
             "event_marks": self._marks,
             "event_changes": self._changes,
+            **marks,
         }
 
-    def publish(self, output: EngineOutput) -> None:
-        """Append the events of one output."""
+    def add_marks(self, region: str) -> None:
+        """Add to each track update what it is in a region. To be called before the start."""
+        self._region = region
+        self._start()
+
+    def publish(self, output: EngineOutput, of_regions: NDArray[np.void] | None = None) -> None:
+        """Append the events of one output, and to its updates what `region_marks` has of them."""
         reached_s = np.maximum.accumulate(np.r_[self._reached_s, output.updates.time_s])
         self._reached_s, reached_s = float(reached_s[-1]), reached_s[1:]
         marks, self._last_mark = status_marks(
@@ -99,7 +110,9 @@ class OutputEvents:
                 self._ends.append(rows_of(output.ended))
             if len(marks.time_s):
                 self._marks.append(_mark_rows(marks))
-            self._append(output, marks, order, self.delay_s())
+            if of_regions is not None:
+                self._region_marks.append(of_regions)
+            self._append(output, marks, order, self.delay_s(), of_regions=of_regions)
 
     def publish_change(self, change: Mapping[str, Any]) -> None:
         """Append the event of a change of a sensor, after the output that it caused.
@@ -112,7 +125,7 @@ class OutputEvents:
         rows = change_rows(change, self.sensors)
         self._kinds.append(np.array([SENSOR_EVENT], np.int8))
         self._changes.append(rows)
-        self._append(NO_OUTPUT, _NO_MARKS, np.zeros(1, np.intp), self.delay_s(), rows)
+        self._append(NO_OUTPUT, _NO_MARKS, np.zeros(1, np.intp), self.delay_s(), changes=rows)
 
     def set_back(self) -> None:
         """Expect earlier times."""
@@ -138,6 +151,10 @@ class OutputEvents:
             biases, self._ends.last(counts[1]), self._marks.last(counts[2]), updates,
             self._changes.last(counts[4]),
         ]  # fmt: skip
+        of_regions = None if self._region is None else self._region_marks.last(counts[3])
+        if of_regions is not None and len(of_regions) < counts[3]:
+            raise StateError(f"expected {counts[3]} marks of regions, found fewer")
+        first_update = len(tables[3]) - counts[3]
         if any(len(table) < count for table, count in zip(tables, counts, strict=True)):
             raise StateError(f"expected {counts} event rows, by kind, found fewer")
         self.ring.clear(self._kinds.appended - len(kinds))
@@ -145,13 +162,18 @@ class OutputEvents:
         for first in range(0, len(kinds), _CHUNK_EVENTS):
             chunk = kinds[first : first + _CHUNK_EVENTS]
             end = begin + np.bincount(chunk, minlength=EVENT_KINDS)
+            span = slice(*(int(one) - first_update for one in (begin[3], end[3])))
             self._refill(
                 chunk,
                 [table[slice(*cut)] for table, *cut in zip(tables, begin, end, strict=True)],
+                None if of_regions is None else of_regions[span],
             )
             begin = end
 
-    def _refill(self, kinds: NDArray[np.int8], rows: list[NDArray[np.void]]) -> None:
+    def _refill(
+        self, kinds: NDArray[np.int8], rows: list[NDArray[np.void]],
+        of_regions: NDArray[np.void] | None,
+    ) -> None:  # fmt: skip
         biases, ends, marks, updates, changes = rows
         output = EngineOutput(
             updates=table_of(TrackUpdates, updates),
@@ -162,30 +184,43 @@ class OutputEvents:
         order = np.empty(len(kinds), np.intp)
         order[np.argsort(kinds, kind="stable")] = np.arange(len(kinds))
         marked = StatusMarks(marks["time_s"].copy(), marks["updates"].copy())
-        self._append(output, marked, order, None, changes)
+        self._append(output, marked, order, None, changes=changes, of_regions=of_regions)
 
     def _start(self) -> None:
         events_max = self._limits.events_max
         self._reached_s, self._last_mark = -np.inf, np.nan
         self._kinds = RowRing(events_max, np.dtype(np.int8))
         self._ends = RowRing(events_max, row_type(EndedTracks))
-        self._marks = RowRing(events_max, MARK_DTYPE)
+        self._marks = RowRing(events_max, STATUS_DTYPE)
         self._changes = RowRing(events_max, CHANGE_DTYPE)
+        if self._region is not None:
+            self._region_marks = RowRing(events_max, MARK_DTYPE)
 
     def _append(
         self, output: EngineOutput, marks: StatusMarks, order: NDArray[np.intp],
-        delay_s: float | None, changes: NDArray[np.void] = _NO_CHANGES,
+        delay_s: float | None, *, changes: NDArray[np.void] = _NO_CHANGES,
+        of_regions: NDArray[np.void] | None = None,
     ) -> None:  # fmt: skip
         first, table = self.ring.head + 1, self.sensors
+        regions = None
+        if self._region is not None and of_regions is not None:
+            regions = RegionMarks(self._region, of_regions)
         self.ring.append(
             len(order),
             lambda: encode_events(
-                first, output, marks, order, table, changes=changes, delay_s=delay_s
+                first,
+                output,
+                marks,
+                order,
+                table,
+                changes=changes,
+                delay_s=delay_s,
+                regions=regions,
             ),
         )
 
 
 def _mark_rows(marks: StatusMarks) -> NDArray[np.void]:
-    rows = np.empty(len(marks.time_s), MARK_DTYPE)
+    rows = np.empty(len(marks.time_s), STATUS_DTYPE)
     rows["time_s"], rows["updates"] = marks.time_s, marks.updates
     return rows

@@ -133,7 +133,7 @@ class _Found:
             )
         elif entry.kind is EntryKind.FLUSH:
             self.flushes += 1
-        elif entry.payload:
+        elif entry.kind is EntryKind.BATCH and entry.payload:
             frames.append(complete(decode_rows(entry.payload)))
         if entry.rejects:
             frame, left = self._recover(entry.rejects)

@@ -141,7 +141,7 @@ def _admitted(
     from multiradar.runtime.live.preparation import prepare
 
     submission = _submission(entry)
-    if submission.change:
+    if submission.kind is EntryKind.SENSOR:
         sensors, _ = sensors.changed(submission.change)
         admission.use(sensors.table)
     prepared = prepare([submission], sensors.table, admission)[0]
@@ -158,7 +158,7 @@ def _submission(entry: Entry) -> "Submission":
     from multiradar.runtime.live.preparation import INDEX_COLUMN
 
     frame, change, clock_s = pl.DataFrame(), b"", np.inf
-    if entry.kind is EntryKind.SENSOR:
+    if entry.kind in (EntryKind.SENSOR, EntryKind.HANDOVER):
         change = entry.payload
     elif entry.kind is EntryKind.CLOCK:
         clock_s = data_clock_of(entry.admission)

@@ -16,7 +16,7 @@ _PATHS = [
     "/v1/tracks/999", "/v1/tracks/1/history", "/v1/tracks/1/transitions",
     "/v1/tracks/1/forecast", "/v1/encounters",
     "/v1/tracks/1/manoeuvre-plane", "/v1/tracks/1/observability", "/v1/tracks/1/trajectories",
-    "/v1/tracks/1/plots", "/v1/residuals",
+    "/v1/tracks/1/plots", "/v1/residuals", "/v1/regions",
     "/v1/sensors", "/v1/sensors/41-10", "/v1/sensors/41-10/bias",
     "/v1/sensors/41-10/configuration", "/v1/rejects", "/nowhere",
     "/v1/measurements", "/data/aircraft.json", "/data/receiver.json",

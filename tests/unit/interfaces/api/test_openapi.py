@@ -27,6 +27,7 @@ _PATHS = {
     "/v1/picture": ["get"],
     "/v1/rejects": ["get"],
     "/v1/residuals": ["get"],
+    "/v1/regions": ["get"],
     "/v1/sensors": ["get"],
     "/v1/sensors/{sensor_id}": ["get", "put"],
     "/v1/sensors/{sensor_id}/bias": ["get"],

@@ -5,6 +5,8 @@ from typing import Any, get_origin
 
 from multiradar.runtime.engine.epoch_engine import Engine
 from multiradar.runtime.live.service import Service
+from multiradar.runtime.memory.regions.areas import Areas, Centre
+from multiradar.runtime.memory.regions.board import RegionBoard, RegionRules
 from multiradar.storage.memory_journal import MemoryJournal
 from multiradar.tracking.forecast.state_samples import Sampling
 from multiradar.tracking.settings import TrackingSettings
@@ -27,19 +29,21 @@ OTHER = {
     "ForecastCalibration": "family",
     "ForecastScores": "_first_motion _first",
     "JumpTests": "_radars _periods _tests",
-    "Knowledge": "sensors tracking limits trajectories silence _lock _states _frame _frame_version "
-    "_version _history _transitions _plots _samples",
+    "Knowledge": "sensors tracking limits trajectories silence regions _lock _states _frame "
+    "_frame_version _version _history _transitions _plots _samples",
     "HealthBoard": "_epochs",
     "LiveTracks": "sources",
     "NearDuplicates": "_spans_s _identity",
     "Origins": "",
     "OutputDigest": "",
-    "OutputEvents": "sensors _limits _period_s ring delay_s _kinds _ends _marks _changes",
+    "OutputEvents": "sensors _limits _period_s ring delay_s _kinds _ends _marks _changes _region "
+    "_region_marks",
     "Plausibility": "active",
     "Processor": "_snapshots _clock _on_failure _journal _backlog _open_engine _first_sensors "
     "sensors _publication _rows_max _lock _settling_lock _settling _ended _states _figures _engine "
     "processed skipped oldest_s moved_s failure following",
-    "Publication": "diagnosis _readers _recorder repeating traces view",
+    "Publication": "diagnosis _readers _recorder _regions repeating traces view",
+    "RegionBoard": "areas rules _lock",
     "RejectBoard": "sensors _kept_max _lock",
     "ReorderBuffer": "_horizon_s arrivals dropped",
     "SensorBoard": "_sensors",
@@ -59,10 +63,12 @@ def test_every_attribute_is_in_a_snapshot_or_known_not_to_be_state(tmp_path: Pat
         sensors=TABLE,
         tracking=tracking,
     )
+    board = RegionBoard(Areas(Centre("a", 50.0, 14.0), [Centre("b", 50.0, 18.0)]), RegionRules())
+    service.publication.divide(board)
     service.start()
     found: dict[str, str] = {}
     processor: Any = service._processor
-    for holder in (processor._engine, processor, service.publication):
+    for holder in (processor._engine, processor, service.publication, board):
         _gather(holder, found)
     service.stop()
     # A new attribute belongs into `STATE` of its class unless it is of one of the other kinds.

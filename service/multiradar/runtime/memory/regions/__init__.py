@@ -1,0 +1,1 @@
+"""Neighbouring regions: their tracks, and which region is responsible for an aircraft."""

@@ -1,0 +1,123 @@
+"""The section `region`: the area of a service among neighbouring ones.
+
+::
+
+    [region]
+    name = "west"
+    latitude_deg = 49.0
+    longitude_deg = 8.0
+    listen = ["tcp/127.0.0.1:7461"]
+
+    [[region.neighbours]]
+    name = "east"
+    latitude_deg = 49.0
+    longitude_deg = 14.0
+    endpoint = "tcp/127.0.0.1:7462"
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Annotated, Self
+
+from pydantic import BeforeValidator, Field, StringConstraints, model_validator
+from pydantic_core import PydanticCustomError
+
+from multiradar.settings.types import Endpoint, NotNegative, Seconds, Section, plain_number
+
+#: Neighbours of a region.
+NEIGHBOURS_MAX = 32
+#: Nearer centres leave no area between each other, degrees.
+CENTRES_APART_DEG = 0.01
+
+_Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_-]{1,16}$")]
+_Latitude = Annotated[float, BeforeValidator(plain_number), Field(ge=-90.0, le=90.0)]
+_Longitude = Annotated[float, BeforeValidator(plain_number), Field(ge=-180.0, le=180.0)]
+
+
+class NeighbourSettings(Section):
+    """A neighbouring region: its name, its centre, and where its service listens."""
+
+    name: _Name
+    latitude_deg: _Latitude
+    longitude_deg: _Longitude
+    endpoint: Annotated[
+        Endpoint | None,
+        Field(description="Where its service listens; absent: it connects to this one"),
+    ] = None
+
+
+class RegionSettings(Section):
+    """The area of this service: where its centre is nearer than those of its neighbours."""
+
+    name: Annotated[_Name | None, Field(description="Its name; absent: no neighbours")] = None
+    latitude_deg: Annotated[_Latitude | None, Field(description="Its centre")] = None
+    longitude_deg: Annotated[_Longitude | None, Field(description="Its centre")] = None
+    margin_m: Annotated[
+        NotNegative,
+        Field(description="Tracks nearer to the boundary are handed over, and all beyond it"),
+    ] = 50_000.0
+    hysteresis_m: Annotated[
+        NotNegative,
+        Field(description="Distance behind the boundary at which the neighbour takes over"),
+    ] = 2_000.0
+    period_s: Annotated[Seconds, Field(description="Time between two messages, s")] = 1.0
+    silence_s: Annotated[
+        Seconds,
+        Field(description="Data time without a message after which a neighbour counts no more, s"),
+    ] = 3.0
+    discard_after_s: Annotated[
+        Seconds, Field(description="Data time after which the tracks of such a neighbour go, s")
+    ] = 60.0
+    listen: tuple[Endpoint, ...] = ()
+    neighbours: Annotated[tuple[NeighbourSettings, ...], Field(max_length=NEIGHBOURS_MAX)] = ()
+
+    @model_validator(mode="after")
+    def _is_a_partition(self) -> Self:
+        if self.name is None:
+            if self.model_fields_set:
+                raise _wrong("name", "Input should have the name of this region")
+            return self
+        if self.latitude_deg is None or self.longitude_deg is None:
+            raise _wrong("centre", "Input should have latitude_deg and longitude_deg, its centre")
+        if not self.neighbours:
+            raise _wrong("neighbours", "Input should have at least one of [[region.neighbours]]")
+        if self.silence_s < 2.0 * self.period_s:
+            raise _wrong("silence", "Input should have silence_s of at least two periods")
+        if self.discard_after_s < self.silence_s:
+            raise _wrong("discard", "Input should have discard_after_s of at least silence_s")
+        self._check_names(self.name)
+        own = (self.name, self.latitude_deg, self.longitude_deg)
+        every = [own, *((one.name, one.latitude_deg, one.longitude_deg) for one in self.neighbours)]
+        _check_centres(every)
+        return self
+
+    def _check_names(self, name: str) -> None:
+        known = {name.lower()}
+        for one in self.neighbours:
+            if one.name.lower() in known:
+                reason = f"Input should have a name for each region, was twice {one.name}"
+                raise _wrong("name", reason)
+            known.add(one.name.lower())
+
+
+def _check_centres(every: Sequence[tuple[str, float, float]]) -> None:
+    for place, (name, latitude_deg, longitude_deg) in enumerate(every):
+        for other, other_latitude_deg, other_longitude_deg in every[:place]:
+            here = _direction(latitude_deg, longitude_deg)
+            there = _direction(other_latitude_deg, other_longitude_deg)
+            if math.dist(here, there) < math.radians(CENTRES_APART_DEG):
+                raise _wrong(
+                    "centres",
+                    f"Input should have centres apart by {CENTRES_APART_DEG} degrees, or an area "
+                    f"has no size: those of {other} and {name} are the same",
+                )
+
+
+def _direction(latitude_deg: float, longitude_deg: float) -> tuple[float, float, float]:
+    latitude, longitude = math.radians(latitude_deg), math.radians(longitude_deg)
+    level = math.cos(latitude)
+    return level * math.cos(longitude), level * math.sin(longitude), math.sin(latitude)
+
+
+def _wrong(what: str, text: str) -> PydanticCustomError:
+    return PydanticCustomError("region", "{text}", {"what": what, "text": text})
